@@ -70,7 +70,8 @@ pub(crate) fn dress(error: &Error, mut response: Response) -> Response {
 
 /// RFC 9457.
 #[derive(Debug, Serialize, utoipa::ToSchema)]
-pub struct Problem {
+#[schema(as = Problem)]
+pub struct ProblemDocument {
     /// The status in words.
     pub title: String,
     /// HTTP status.
@@ -93,7 +94,7 @@ impl IntoResponse for ApiError {
     fn into_response(self) -> Response {
         let status = status_of(&self.0);
         let title = status.canonical_reason().unwrap_or("Checksum Mismatch").to_owned();
-        let problem = Problem { title, status: status.as_u16(), detail: self.0.to_string() };
+        let problem = ProblemDocument { title, status: status.as_u16(), detail: self.0.to_string() };
         let mut response = (status, Json(problem)).into_response();
         response.headers_mut().insert(CONTENT_TYPE, HeaderValue::from_static("application/problem+json"));
         if status == StatusCode::UNAUTHORIZED {

@@ -10,7 +10,7 @@ use futures::{StreamExt, TryStream, TryStreamExt};
 
 /// One cell of a table.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Cell {
+pub enum CsvCell {
     /// Text, which a spreadsheet must not take for a formula.
     Text(String),
     /// A number, with a full stop.
@@ -19,37 +19,37 @@ pub enum Cell {
     Empty,
 }
 
-impl From<&str> for Cell {
+impl From<&str> for CsvCell {
     fn from(text: &str) -> Self {
         Self::Text(text.to_owned())
     }
 }
 
-impl From<String> for Cell {
+impl From<String> for CsvCell {
     fn from(text: String) -> Self {
         Self::Text(text)
     }
 }
 
-impl From<f64> for Cell {
+impl From<f64> for CsvCell {
     fn from(number: f64) -> Self {
         Self::Number(number)
     }
 }
 
-impl From<Option<f64>> for Cell {
+impl From<Option<f64>> for CsvCell {
     fn from(number: Option<f64>) -> Self {
         number.map_or(Self::Empty, Self::Number)
     }
 }
 
-impl From<bool> for Cell {
+impl From<bool> for CsvCell {
     fn from(yes: bool) -> Self {
         Self::from(if yes { "yes" } else { "no" })
     }
 }
 
-impl Cell {
+impl CsvCell {
     fn print(&self) -> String {
         match self {
             Self::Text(text) => neutral(text),
@@ -71,16 +71,16 @@ pub fn neutral(text: &str) -> String {
 ///
 /// # Errors
 /// When a row has not as many cells as there are names.
-pub fn csv(names: &[&str], rows: &[Vec<Cell>]) -> anyhow::Result<String> {
+pub fn csv(names: &[&str], rows: &[Vec<CsvCell>]) -> anyhow::Result<String> {
     let heading = lines([names.iter().map(|name| (*name).to_owned())])?;
     Ok(heading + &body(names.len(), rows)?)
 }
 
 /// The rows of a table as lines, each of so many cells.
-fn body(width: usize, rows: &[Vec<Cell>]) -> anyhow::Result<String> {
+fn body(width: usize, rows: &[Vec<CsvCell>]) -> anyhow::Result<String> {
     let crooked = rows.iter().find(|row| row.len() != width);
     ensure!(crooked.is_none(), "a row of {} cells under {width} names", crooked.map_or(0, Vec::len));
-    lines(rows.iter().map(|row| row.iter().map(Cell::print)))
+    lines(rows.iter().map(|row| row.iter().map(CsvCell::print)))
 }
 
 fn lines(rows: impl IntoIterator<Item = impl Iterator<Item = String>>) -> anyhow::Result<String> {
@@ -95,7 +95,7 @@ fn lines(rows: impl IntoIterator<Item = impl Iterator<Item = String>>) -> anyhow
 ///
 /// # Errors
 /// When a row has not as many cells as there are names.
-pub fn download(file: &str, names: &[&str], rows: &[Vec<Cell>]) -> anyhow::Result<Response> {
+pub fn download(file: &str, names: &[&str], rows: &[Vec<CsvCell>]) -> anyhow::Result<Response> {
     Ok((headers(file), csv(names, rows)?).into_response())
 }
 
@@ -106,7 +106,7 @@ pub fn download(file: &str, names: &[&str], rows: &[Vec<Cell>]) -> anyhow::Resul
 pub fn stream(
     file: &str,
     names: &[&str],
-    rows: impl TryStream<Ok = Vec<Vec<Cell>>, Error = anyhow::Error> + Send + 'static,
+    rows: impl TryStream<Ok = Vec<Vec<CsvCell>>, Error = anyhow::Error> + Send + 'static,
 ) -> anyhow::Result<Response> {
     let (heading, width) = (csv(names, &[])?, names.len());
     let bodies = rows.and_then(move |rows| ready(body(width, &rows))).inspect_err(|cause| {
@@ -131,11 +131,11 @@ mod tests {
     #[test]
     fn formulas_become_text_and_numbers_stay_numbers() {
         let row = vec![
-            Cell::from("=HYPERLINK(\"http://x\")"),
-            Cell::from("  @SUM(1)"),
-            Cell::from("Müller, \"Ana\""),
-            Cell::from(-1.5),
-            Cell::from(None),
+            CsvCell::from("=HYPERLINK(\"http://x\")"),
+            CsvCell::from("  @SUM(1)"),
+            CsvCell::from("Müller, \"Ana\""),
+            CsvCell::from(-1.5),
+            CsvCell::from(None),
         ];
         let text = csv(&["a", "b", "c", "d", "e"], &[row]).expect("five cells under five names");
         assert_eq!(text, "a,b,c,d,e\r\n\"'=HYPERLINK(\"\"http://x\"\")\",'  @SUM(1),\"Müller, \"\"Ana\"\"\",-1.5,\r\n");
@@ -143,6 +143,6 @@ mod tests {
 
     #[test]
     fn a_crooked_table_is_refused() {
-        assert!(csv(&["a", "b"], &[vec![Cell::from("only one")]]).is_err());
+        assert!(csv(&["a", "b"], &[vec![CsvCell::from("only one")]]).is_err());
     }
 }

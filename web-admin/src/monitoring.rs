@@ -47,9 +47,11 @@ impl Counters {
             ("_sum".to_owned(), seconds(now(&self.total_us))),
             ("_count".to_owned(), answered),
         ];
-        family(("stylet_http_requests_total", "counter", "Requests answered."), &statuses)
+        family("stylet_http_requests_total", "counter", "Requests answered.", &statuses)
             + &family(
-                ("stylet_http_request_seconds", "histogram", "Time to answer a request, in s."),
+                "stylet_http_request_seconds",
+                "histogram",
+                "Time to answer a request, in s.",
                 &[times, rest.to_vec()].concat(),
             )
     }
@@ -83,7 +85,7 @@ impl Pulse {
 }
 
 /// A family of figures as Prometheus reads it: what it is, then each figure with its labels.
-pub(crate) fn family((name, kind, help): (&str, &str, &str), figures: &[(String, f64)]) -> String {
+pub(crate) fn family(name: &str, kind: &str, help: &str, figures: &[(String, f64)]) -> String {
     let lines: String = figures.iter().map(|(labels, value)| format!("{name}{labels} {value}\n")).collect();
     format!("# HELP {name} {help}\n# TYPE {name} {kind}\n{lines}")
 }

@@ -47,18 +47,18 @@ impl fmt::Display for Asker {
 
 /// Who asked, and as what.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Known {
+pub(crate) struct KnownAsker {
     who: Asker,
     role: &'static str,
 }
 
-impl From<&CurrentPerson> for Known {
+impl From<&CurrentPerson> for KnownAsker {
     fn from(person: &CurrentPerson) -> Self {
         Self { who: Asker::Person(person.id), role: person.role.as_str() }
     }
 }
 
-impl From<&Station> for Known {
+impl From<&Station> for KnownAsker {
     fn from(station: &Station) -> Self {
         Self { who: Asker::Station(station.id), role: "station" }
     }
@@ -103,7 +103,7 @@ impl Default for RefusalLog {
 
 impl RefusalLog {
     /// Writes down what somebody was refused, where that is what the answer says.
-    pub(crate) fn note(&self, asker: Known, asked: &RequestFacts, answer: &Response) {
+    pub(crate) fn note(&self, asker: KnownAsker, asked: &RequestFacts, answer: &Response) {
         // An address that nothing answers at is nobody's to be refused.
         if answer.extensions().get::<Denied>().is_some() && asked.route.is_some() {
             self.write(asker, asked, answer.status().as_u16());
@@ -112,10 +112,10 @@ impl RefusalLog {
 
     /// Writes down that a token was shown that is none, or is good no more.
     pub(crate) fn note_token(&self, asked: &RequestFacts) {
-        self.write(Known { who: Asker::Stranger(asked.from), role: "none" }, asked, 401);
+        self.write(KnownAsker { who: Asker::Stranger(asked.from), role: "none" }, asked, 401);
     }
 
-    fn write(&self, Known { who, role }: Known, asked: &RequestFacts, status: u16) {
+    fn write(&self, KnownAsker { who, role }: KnownAsker, asked: &RequestFacts, status: u16) {
         if self.pace.check_key(&who).is_err() {
             *self.untold.lock().unwrap_or_else(PoisonError::into_inner).entry(who).or_default() += 1;
             return;

@@ -20,7 +20,7 @@ const LONGEST_SLEEP: Duration = Duration::from_secs(60);
 
 /// Works until it is dropped. That may happen at any time: what is not stored yet is done again.
 pub async fn run(state: AppState) {
-    let mut desk = Desk::default();
+    let mut desk = WorkerDesk::default();
     loop {
         let pause = match desk.go_on(&state).await {
             Ok(()) => until_next(&state).await,
@@ -57,7 +57,7 @@ async fn until_next(state: &AppState) -> Duration {
 /// # Errors
 /// When the database fails.
 pub async fn work_off(state: &AppState) -> anyhow::Result<()> {
-    let mut desk = Desk::default();
+    let mut desk = WorkerDesk::default();
     loop {
         desk.go_on(state).await?;
         match desk.running.join_next().await {
@@ -69,20 +69,20 @@ pub async fn work_off(state: &AppState) -> anyhow::Result<()> {
 
 /// Jobs that are being done, by as many judges as there are.
 #[derive(Default)]
-struct Desk {
+struct WorkerDesk {
     shares: Shares,
-    running: JoinSet<Ended>,
+    running: JoinSet<JobEnded>,
     held: Vec<SessionKey>,
 }
 
 /// How a job has ended.
-struct Ended {
+struct JobEnded {
     session: SessionKey,
     took: Duration,
     done: anyhow::Result<()>,
 }
 
-impl Desk {
+impl WorkerDesk {
     /// Begins what can be begun. Where no job waits for a judge, goes on with old attempts.
     async fn go_on(&mut self, state: &AppState) -> anyhow::Result<()> {
         loop {
@@ -123,12 +123,12 @@ impl Desk {
         self.running.spawn(async move {
             let begun = clock::instant();
             let done = scoring::score_recording(&state, &job).await;
-            Ended { session, took: begun.elapsed(), done }
+            JobEnded { session, took: begun.elapsed(), done }
         });
     }
 
-    fn settle(&mut self, ended: Result<Ended, JoinError>) -> anyhow::Result<()> {
-        let Ended { session, took, done } = ended?;
+    fn settle(&mut self, ended: Result<JobEnded, JoinError>) -> anyhow::Result<()> {
+        let JobEnded { session, took, done } = ended?;
         self.shares.end(session.school_id, took);
         self.held.retain(|held| *held != session);
         done

@@ -5,7 +5,7 @@ use std::borrow::Borrow;
 use askama::Template;
 use askama_web::WebTemplate;
 
-use super::{Shell, Status, assets, format};
+use super::{Shell, StatusWord, assets, format};
 use model::Role;
 use model::limits::MIN_PASSWORD;
 use model::membership::{MembershipAct, MembershipEvent, MembershipRequest};

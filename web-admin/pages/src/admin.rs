@@ -6,7 +6,7 @@ use time::OffsetDateTime;
 
 use super::cohort::CohortLine;
 use super::trainee::needed_in_words;
-use super::{Shell, Status, format};
+use super::{Shell, StatusWord, format};
 use model::membership::MembershipRequest;
 use model::{FactorRule, Needed};
 

@@ -4,8 +4,8 @@ use askama::Template;
 use askama_web::WebTemplate;
 use uuid::Uuid;
 
-use super::people::Choice;
-use super::{Shell, Status, format};
+use super::people::SelectOption;
+use super::{Shell, StatusWord, format};
 use model::Role;
 use model::assignment::{Stage, Standing, Task};
 use model::due::{Local, local};
@@ -17,12 +17,12 @@ pub struct OwnAssignmentsPage {
     /// Frame.
     pub shell: Shell,
     /// What is due first comes first, what is done last.
-    pub rows: Vec<Row>,
+    pub rows: Vec<AssignmentRow>,
 }
 
 /// An assignment and how somebody stands to it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row {
+pub struct AssignmentRow {
     /// What is assigned, or who, where the list is of people.
     pub title: String,
     /// Its page.
@@ -78,9 +78,9 @@ pub struct ManagedRow {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct AssignForm {
     /// Courses and exercises to choose from.
-    pub tasks: Vec<Choice>,
+    pub tasks: Vec<SelectOption>,
     /// Cohorts to choose from.
-    pub cohorts: Vec<Choice>,
+    pub cohorts: Vec<SelectOption>,
     /// Address of one trainee.
     pub email: String,
     /// Due date.
@@ -106,13 +106,13 @@ pub struct AssignmentPage {
     /// The assignment.
     pub assignment: ManagedRow,
     /// Trainees by name.
-    pub rows: Vec<Row>,
+    pub rows: Vec<AssignmentRow>,
 }
 
-impl Row {
+impl AssignmentRow {
     /// A row under a title of its own.
     #[must_use]
-    pub fn new(standing: Standing, (title, href): (String, String), person: String) -> Self {
+    pub fn new(standing: Standing, title: String, href: String, person: String) -> Self {
         let Standing { assigned, stage, overdue, unconfirmed } = standing;
         Self {
             title,
@@ -136,19 +136,19 @@ impl Row {
             Task::Course(_) => "/curricula".to_owned(),
         };
         let title = standing.assigned.title.clone();
-        Self::new(standing, (title, href), String::new())
+        Self::new(standing, title, href, String::new())
     }
 
     /// How it stands, as a badge.
     #[must_use]
     pub fn badge(&self) -> String {
         match (&self.stage, self.overdue) {
-            (Stage::Done { late: false, .. }, _) => Status::Passed.badge_saying(tr!("Done")),
-            (Stage::Done { late: true, .. }, _) => Status::Passed.badge_saying(tr!("Done late")),
-            (Stage::Spent, _) => Status::Failed.badge_saying(tr!("No attempts left")),
-            (_, true) => Status::Help.badge_saying(tr!("Late")),
-            (Stage::Locked { .. }, false) => Status::Locked.badge(),
-            (Stage::Open { .. }, false) => Status::Open.badge_saying(tr!("To do")),
+            (Stage::Done { late: false, .. }, _) => StatusWord::Passed.badge_saying(tr!("Done")),
+            (Stage::Done { late: true, .. }, _) => StatusWord::Passed.badge_saying(tr!("Done late")),
+            (Stage::Spent, _) => StatusWord::Failed.badge_saying(tr!("No attempts left")),
+            (_, true) => StatusWord::Help.badge_saying(tr!("Late")),
+            (Stage::Locked { .. }, false) => StatusWord::Locked.badge(),
+            (Stage::Open { .. }, false) => StatusWord::Open.badge_saying(tr!("To do")),
         }
     }
 }
@@ -183,7 +183,7 @@ mod tests {
         Standing { assigned, stage, overdue, unconfirmed: vec![Uuid::from_u128(1)] }
     }
 
-    fn rows() -> Vec<Row> {
+    fn rows() -> Vec<AssignmentRow> {
         let stages = [
             (Stage::Open { left: Some(2) }, true),
             (Stage::Open { left: None }, false),
@@ -191,7 +191,7 @@ mod tests {
             (Stage::Spent, false),
             (Stage::Done { on: samples::NOW, late: true }, false),
         ];
-        stages.into_iter().map(|(stage, overdue)| Row::own(standing(stage, overdue))).collect()
+        stages.into_iter().map(|(stage, overdue)| AssignmentRow::own(standing(stage, overdue))).collect()
     }
 
     #[test]

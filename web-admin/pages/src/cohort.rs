@@ -6,7 +6,7 @@ use time::OffsetDateTime;
 
 use super::concern::concern;
 use super::trainee::{CourseFacts, score_points};
-use super::{Shell, Status, charts, format};
+use super::{Shell, StatusWord, charts, format};
 use crate::addresses::exercise_href;
 use model::Role;
 use model::cohort::CohortSummary;
@@ -114,7 +114,7 @@ pub struct TraineeRow {
     /// Scores on what they are working on, where there are any.
     pub spark: Option<String>,
     /// How they stand.
-    pub status: Status,
+    pub status: StatusWord,
     /// Why they may need help: kind and reason.
     pub concerns: Vec<(&'static str, String)>,
 }
@@ -165,14 +165,14 @@ impl CohortPage {
     /// Trainees who have mastered their course.
     #[must_use]
     pub fn complete(&self) -> usize {
-        self.trainees.iter().filter(|t| t.status == Status::Complete).count()
+        self.trainees.iter().filter(|t| t.status == StatusWord::Complete).count()
     }
 }
 
 impl TraineeRow {
     /// A trainee's standing in the course they are on.
     #[must_use]
-    pub fn new((href, name): (String, String), facts: &CourseFacts<'_>, progress: &Progress) -> Self {
+    pub fn new(href: String, name: String, facts: &CourseFacts<'_>, progress: &Progress) -> Self {
         let doing = progress.next.map(|i| &facts.course.steps[i]);
         let current = progress.next.map(|i| &progress.steps[i]);
         let strip =
@@ -195,13 +195,13 @@ impl TraineeRow {
     }
 }
 
-fn standing(progress: &Progress) -> Status {
+fn standing(progress: &Progress) -> StatusWord {
     if !progress.concerns.is_empty() {
-        Status::Help
+        StatusWord::Help
     } else if progress.complete() {
-        Status::Complete
+        StatusWord::Complete
     } else {
-        Status::OnTrack
+        StatusWord::OnTrack
     }
 }
 
@@ -233,13 +233,13 @@ fn exercise_share(facts: &CourseFacts<'_>, trainees: &[(&str, &Progress)], index
 impl CohortCard {
     /// A cohort in short, from the standing of its trainees.
     #[must_use]
-    pub fn new<'a>((href, name): (String, String), trainees: impl Iterator<Item = &'a Progress>) -> Self {
+    pub fn new<'a>(href: String, name: String, trainees: impl Iterator<Item = &'a Progress>) -> Self {
         let mut card = Self { href, name, trainees: 0, complete: 0, help: 0, mastered: 0.0 };
         let (mut mastered, mut all) = (0, 0);
         for progress in trainees {
             (mastered, all) = (mastered + progress.mastered(), all + progress.steps.len());
             card.trainees += 1;
-            card.complete += usize::from(standing(progress) == Status::Complete);
+            card.complete += usize::from(standing(progress) == StatusWord::Complete);
             card.help += usize::from(!progress.concerns.is_empty());
         }
         card.mastered = mastered as f64 / all.max(1) as f64;

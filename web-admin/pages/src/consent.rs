@@ -5,7 +5,7 @@ use askama_web::WebTemplate;
 use time::OffsetDateTime;
 use uuid::Uuid;
 
-use super::{Shell, Status, format};
+use super::{Shell, StatusWord, format};
 
 /// The consent of somebody who teaches.
 #[derive(Debug, Template, WebTemplate)]

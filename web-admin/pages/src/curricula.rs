@@ -3,7 +3,7 @@
 use askama::Template;
 use askama_web::WebTemplate;
 
-use super::{Shell, Status};
+use super::{Shell, StatusWord};
 
 /// The list of curricula.
 #[derive(Debug, Template, WebTemplate)]
@@ -44,7 +44,7 @@ pub struct ExerciseLine {
     /// Titles of the exercises to master first.
     pub prerequisites: Vec<String>,
     /// How the visitor stands, for a trainee.
-    pub status: Option<Status>,
+    pub status: Option<StatusWord>,
 }
 
 #[cfg(test)]
@@ -70,9 +70,9 @@ mod tests {
                 description: "Exercises with a trocar on the lower back.".to_owned(),
                 rule: "mastered with 3 passes among 5 attempts in a row".to_owned(),
                 exercises: vec![
-                    line("Feel the layers", "feel-the-layers", 1, &[], Status::Mastered),
-                    line("Stop in the fat", "stop-in-the-fat", 2, &["Feel the layers"], Status::Current),
-                    line("Reach 20 mm in muscle", "reach-the-muscle", 2, &["Stop in the fat"], Status::Locked),
+                    line("Feel the layers", "feel-the-layers", 1, &[], StatusWord::Mastered),
+                    line("Stop in the fat", "stop-in-the-fat", 2, &["Feel the layers"], StatusWord::Current),
+                    line("Reach 20 mm in muscle", "reach-the-muscle", 2, &["Stop in the fat"], StatusWord::Locked),
                 ],
             }],
         }

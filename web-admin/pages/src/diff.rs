@@ -9,7 +9,7 @@ const CONTEXT: usize = 3;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DiffLine {
     /// What became of it.
-    pub change: Change,
+    pub change: DiffMark,
     /// Its number in the older text, from 1.
     pub before: Option<usize>,
     /// Its number in the newer text, from 1.
@@ -20,7 +20,7 @@ pub struct DiffLine {
 
 /// What became of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Change {
+pub enum DiffMark {
     /// It is in both.
     Kept,
     /// It is in the older text only.
@@ -29,7 +29,7 @@ pub enum Change {
     Added,
 }
 
-impl Change {
+impl DiffMark {
     /// The class of its row.
     #[must_use]
     pub fn class(self) -> &'static str {
@@ -57,9 +57,9 @@ pub fn diff(older: &str, newer: &str) -> Vec<Vec<DiffLine>> {
     let diff = TextDiff::from_lines(older, newer);
     let line = |change: similar::Change<&str>| DiffLine {
         change: match change.tag() {
-            ChangeTag::Equal => Change::Kept,
-            ChangeTag::Delete => Change::Removed,
-            ChangeTag::Insert => Change::Added,
+            ChangeTag::Equal => DiffMark::Kept,
+            ChangeTag::Delete => DiffMark::Removed,
+            ChangeTag::Insert => DiffMark::Added,
         },
         before: change.old_index().map(|index| index + 1),
         after: change.new_index().map(|index| index + 1),
@@ -83,7 +83,7 @@ mod tests {
         let newer = older.replace("line 10\n", "line ten\n").replace("line 20\n", "line 20\nline 21\n");
         let groups = diff(&older, &newer);
         assert_eq!(groups.len(), 2);
-        let changed: Vec<_> = groups.concat().into_iter().filter(|line| line.change != Change::Kept).collect();
+        let changed: Vec<_> = groups.concat().into_iter().filter(|line| line.change != DiffMark::Kept).collect();
         let seen: Vec<_> = changed.iter().map(|l| (l.change.sign(), l.before, l.after, l.text.as_str())).collect();
         assert_eq!(
             seen,

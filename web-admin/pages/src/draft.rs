@@ -9,7 +9,7 @@ use tissue::follow::FieldPlan;
 use uuid::Uuid;
 
 use super::diff::DiffLine;
-use super::exercise::ExerciseView;
+use super::exercise::ExerciseFacts;
 use super::trainee::rule_in_words;
 use super::{Shell, assets, format};
 use model::draft::Publishable;
@@ -84,7 +84,7 @@ pub struct VerdictPart {
 #[must_use]
 pub fn verdict_of_exercise(exercise: &Publishable) -> Verdict {
     let Publishable { bundle, plan, advice } = exercise;
-    let view = ExerciseView::new(bundle);
+    let view = ExerciseFacts::new(bundle);
     let mut facts = view.facts;
     facts.extend(tissue(bundle, plan.as_ref()));
     let facts = named(facts);

@@ -5,9 +5,10 @@ use askama_web::WebTemplate;
 use documents::{Exercise, ExerciseBundle, SceneStructure};
 use law::structures::{Shape, StructureKind};
 
-use super::charts::{self, Outline, Section, Structure};
-use super::trainee::AttemptRow;
-use super::{Shell, Status, anatomy, format, metric};
+use super::charts;
+use super::charts::{CrossSection, SectionPoint, SectionStructure, StructureOutline};
+use super::trainee::OwnAttemptRow;
+use super::{Shell, StatusWord, anatomy, format, metric};
 
 /// The page of an exercise.
 #[derive(Debug, Template, WebTemplate)]
@@ -16,11 +17,11 @@ pub struct ExercisePage {
     /// Frame.
     pub shell: Shell,
     /// What to do and how it is judged.
-    pub exercise: ExerciseView,
+    pub exercise: ExerciseFacts,
     /// Where it stands in each course.
     pub contexts: Vec<Context>,
     /// Attempts, newest first: the trainee's own, or those the visitor may see.
-    pub attempts: Vec<AttemptRow>,
+    pub attempts: Vec<OwnAttemptRow>,
     /// The visitor is a trainee.
     pub own: bool,
     /// Score over time, for a trainee with attempts.
@@ -41,12 +42,12 @@ pub struct Context {
     /// What this opens: title and page.
     pub opens: Vec<(String, String)>,
     /// How the visitor stands, for a trainee.
-    pub status: Option<Status>,
+    pub status: Option<StatusWord>,
 }
 
 /// An exercise as people read it.
 #[derive(Clone, Debug)]
-pub struct ExerciseView {
+pub struct ExerciseFacts {
     /// Id in its document.
     pub id: String,
     /// Title.
@@ -86,7 +87,7 @@ pub struct RubricLineView {
     pub points: f64,
 }
 
-impl ExerciseView {
+impl ExerciseFacts {
     /// Puts an exercise into words and a drawing.
     #[must_use]
     pub fn new(bundle: &ExerciseBundle) -> Self {
@@ -172,10 +173,10 @@ fn metric_words(id: &str, version: u32) -> (String, String, &'static str) {
 }
 
 /// The plane through the planned needle, seen from the side.
-fn section(bundle: &ExerciseBundle) -> Section {
+fn section(bundle: &ExerciseBundle) -> CrossSection {
     let exercise = &bundle.exercise;
     let layers = bundle.scene.layers.iter();
-    Section {
+    CrossSection {
         layers: layers.map(|l| (anatomy::said(&l.name), l.texture.clone(), l.thickness_mm)).collect(),
         angle_deg: exercise.angle_deg,
         target_depth_mm: exercise.target_depth_mm,
@@ -183,19 +184,25 @@ fn section(bundle: &ExerciseBundle) -> Section {
     }
 }
 
-fn structure(structure: &SceneStructure, exercise: &Exercise) -> Structure {
+fn structure(structure: &SceneStructure, exercise: &Exercise) -> SectionStructure {
     let spec = &structure.spec;
     let at = [spec.position_m.x, spec.position_m.y, spec.position_m.z];
-    Structure { name: anatomy::said(&spec.name), kind: kind(spec.kind), outline: outline(&spec.shape, at, exercise) }
+    SectionStructure {
+        name: anatomy::said(&spec.name),
+        kind: kind(spec.kind),
+        outline: outline(&spec.shape, at, exercise),
+    }
 }
 
-fn outline(shape: &Shape, at: [f64; 3], exercise: &Exercise) -> Outline {
+fn outline(shape: &Shape, at: [f64; 3], exercise: &Exercise) -> StructureOutline {
     let seen = |offset: [f64; 3]| in_plane([at[0] + offset[0], at[1] + offset[1], at[2] + offset[2]], exercise);
     match shape {
-        Shape::Sphere { radius_m } => Outline::Circle { centre: seen([0.0; 3]), radius_mm: radius_m * 1e3 },
-        Shape::Capsule { half_axis_m: h, radius_m } => {
-            Outline::Capsule { from: seen([-h.x, -h.y, -h.z]), to: seen([h.x, h.y, h.z]), radius_mm: radius_m * 1e3 }
-        }
+        Shape::Sphere { radius_m } => StructureOutline::Circle { centre: seen([0.0; 3]), radius_mm: radius_m * 1e3 },
+        Shape::Capsule { half_axis_m: h, radius_m } => StructureOutline::Capsule {
+            from: seen([-h.x, -h.y, -h.z]),
+            to: seen([h.x, h.y, h.z]),
+            radius_mm: radius_m * 1e3,
+        },
         Shape::Box { half_extents_m: h } => {
             let signs = (0..8_u8).map(|c| [0, 1, 2].map(|axis| if c >> axis & 1 == 0 { -1.0 } else { 1.0 }));
             bounds(signs.map(|s: [f64; 3]| seen([s[0] * h.x, s[1] * h.y, s[2] * h.z])))
@@ -204,19 +211,21 @@ fn outline(shape: &Shape, at: [f64; 3], exercise: &Exercise) -> Outline {
     }
 }
 
-/// A point in m of the patient frame, as (across, depth) in mm: across along the needle's lean, from the entry.
-fn in_plane([x, y, z]: [f64; 3], exercise: &Exercise) -> (f64, f64) {
+/// A point in m of the patient frame, in the plane.
+fn in_plane([x, y, z]: [f64; 3], exercise: &Exercise) -> SectionPoint {
     let azimuth = exercise.azimuth_deg.to_radians();
     let (dx, dy) = (x * 1e3 - exercise.entry_mm[0], y * 1e3 - exercise.entry_mm[1]);
-    (dx * libm::cos(azimuth) + dy * libm::sin(azimuth), -z * 1e3)
+    SectionPoint::new(dx * libm::cos(azimuth) + dy * libm::sin(azimuth), -z * 1e3)
 }
 
-fn bounds(points: impl Iterator<Item = (f64, f64)>) -> Outline {
-    let (mut from, mut to) = ((f64::INFINITY, f64::INFINITY), (f64::NEG_INFINITY, f64::NEG_INFINITY));
-    for (u, z) in points {
-        (from, to) = ((from.0.min(u), from.1.min(z)), (to.0.max(u), to.1.max(z)));
+fn bounds(points: impl Iterator<Item = SectionPoint>) -> StructureOutline {
+    let mut from = SectionPoint::new(f64::INFINITY, f64::INFINITY);
+    let mut to = SectionPoint::new(f64::NEG_INFINITY, f64::NEG_INFINITY);
+    for SectionPoint { across_mm, depth_mm } in points {
+        from = SectionPoint::new(from.across_mm.min(across_mm), from.depth_mm.min(depth_mm));
+        to = SectionPoint::new(to.across_mm.max(across_mm), to.depth_mm.max(depth_mm));
     }
-    Outline::Rect { from, to }
+    StructureOutline::Rect { from, to }
 }
 
 fn kind(kind: StructureKind) -> &'static str {
@@ -257,16 +266,19 @@ mod tests {
         let mut exercise = samples::bundle().exercise;
         exercise.entry_mm = [10.0, 0.0];
         exercise.azimuth_deg = 90.0;
-        let (across, depth) = in_plane([0.010, 0.007, -0.018], &exercise);
-        assert!((across - 7.0).abs() < 1e-9 && (depth - 18.0).abs() < 1e-9, "{across}, {depth}");
+        let SectionPoint { across_mm, depth_mm } = in_plane([0.010, 0.007, -0.018], &exercise);
+        assert!((across_mm - 7.0).abs() < 1e-9 && (depth_mm - 18.0).abs() < 1e-9, "{across_mm}, {depth_mm}");
     }
 
     #[test]
     fn a_box_is_seen_by_its_bounds() {
         let exercise = samples::bundle().exercise;
         let shape = Shape::Box { half_extents_m: nalgebra::Vector3::new(0.002, 0.003, 0.004) };
-        let Outline::Rect { from, to } = outline(&shape, [0.0, 0.0, -0.010], &exercise) else { panic!("a box") };
-        for (value, wanted) in [(from.0, -2.0), (to.0, 2.0), (from.1, 6.0), (to.1, 14.0)] {
+        let StructureOutline::Rect { from, to } = outline(&shape, [0.0, 0.0, -0.010], &exercise) else {
+            panic!("a box")
+        };
+        let corners = [(from.across_mm, -2.0), (to.across_mm, 2.0), (from.depth_mm, 6.0), (to.depth_mm, 14.0)];
+        for (value, wanted) in corners {
             assert!((value - wanted).abs() < 1e-9, "{value} is not {wanted}");
         }
     }

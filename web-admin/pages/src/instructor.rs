@@ -5,8 +5,8 @@ use askama_web::WebTemplate;
 use time::OffsetDateTime;
 
 use super::cohort::{CohortCard, TraineeRow};
-use super::trainee::AttemptRow;
-use super::{Shell, Status, format};
+use super::trainee::OwnAttemptRow;
+use super::{Shell, StatusWord, format};
 
 /// An instructor's home.
 #[derive(Debug, Template, WebTemplate)]
@@ -19,7 +19,7 @@ pub struct InstructorPage {
     /// Trainees who may need help, each with the cohort's name.
     pub help: Vec<(String, TraineeRow)>,
     /// Latest attempts of those cohorts.
-    pub recent: Vec<AttemptRow>,
+    pub recent: Vec<OwnAttemptRow>,
     /// Now, for "… days ago".
     pub now: OffsetDateTime,
 }
@@ -35,7 +35,7 @@ mod tests {
         let cohort = samples::cohort_page();
         let help = cohort.help().into_iter().map(|row| ("Spring 2026".to_owned(), row.clone())).collect();
         let progress = samples::progress();
-        let card = CohortCard::new(("/cohorts/1".to_owned(), "Spring 2026".to_owned()), [&progress].into_iter());
+        let card = CohortCard::new("/cohorts/1".to_owned(), "Spring 2026".to_owned(), [&progress].into_iter());
         let shell = samples::shell(Role::Instructor);
         let recent = samples::attempts();
         let page = InstructorPage { shell: shell.clone(), cohorts: vec![card], help, recent, now: samples::NOW };

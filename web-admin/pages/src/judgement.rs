@@ -8,7 +8,7 @@ use super::{format, metric};
 
 /// What was judged, by what.
 #[derive(Clone, Copy, Debug)]
-pub struct Graded<'a> {
+pub struct GradedAttempt<'a> {
     /// 0–100.
     pub score: f64,
     /// At or above the pass mark and no hard fail.
@@ -25,7 +25,7 @@ pub struct Graded<'a> {
 
 /// A score with its arithmetic.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Judgement {
+pub struct JudgementView {
     /// 0–100.
     pub score: f64,
     /// At or above the pass mark and no hard fail.
@@ -41,7 +41,7 @@ pub struct Judgement {
     /// Every line of the rubric.
     pub rubric: Vec<RubricRow>,
     /// Every other metric, by what it tells.
-    pub groups: Vec<Group>,
+    pub groups: Vec<MetricGroup>,
     /// Energy by layer.
     pub damage: Vec<LayerDamage>,
     /// The same as bars, for both widths.
@@ -75,18 +75,18 @@ pub struct RubricRow {
 
 /// Metrics that tell of one thing.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Group {
+pub struct MetricGroup {
     /// Heading.
     pub title: &'static str,
     /// Metrics that apply, in the catalogue's order.
-    pub rows: Vec<MetricRow>,
+    pub rows: Vec<MeasuredRow>,
     /// Names of those that do not apply to this attempt.
     pub absent: Vec<String>,
 }
 
 /// A metric outside the rubric.
 #[derive(Clone, Debug, PartialEq)]
-pub struct MetricRow {
+pub struct MeasuredRow {
     /// What was measured.
     pub label: String,
     /// How it is defined.
@@ -121,10 +121,10 @@ const GROUPS: [(&str, &[&str]); 5] = [
     (sentence!("Time and motion"), &[""]),
 ];
 
-impl Judgement {
+impl JudgementView {
     /// Takes a score apart.
     #[must_use]
-    pub fn new(graded: &Graded<'_>) -> Self {
+    pub fn new(graded: &GradedAttempt<'_>) -> Self {
         let mut lost: Vec<(String, f64)> =
             graded.deductions.iter().filter(|d| d.points > 0.0).map(|d| (metric::reason(d), d.points)).collect();
         lost.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -146,7 +146,7 @@ impl Judgement {
     }
 }
 
-fn rubric_row(graded: &Graded<'_>, deduction: &Deduction) -> RubricRow {
+fn rubric_row(graded: &GradedAttempt<'_>, deduction: &Deduction) -> RubricRow {
     let measured = graded.metrics.iter().find(|m| m.id == deduction.metric && m.version == deduction.version);
     let unit = measured.map_or("", |m| m.unit.as_str());
     let line = graded.exercise.and_then(|e| e.rubric.iter().find(|l| l.metric == deduction.metric));
@@ -174,8 +174,9 @@ fn value(metric: &Metric) -> String {
 
 /// The metrics that the rubric does not judge, by the newest definition that they were measured by, each below the first heading that
 /// claims it.
-fn groups(graded: &Graded<'_>) -> Vec<Group> {
-    let mut groups = GROUPS.map(|(title, _)| Group { title: words::say(title), rows: Vec::new(), absent: Vec::new() });
+fn groups(graded: &GradedAttempt<'_>) -> Vec<MetricGroup> {
+    let mut groups =
+        GROUPS.map(|(title, _)| MetricGroup { title: words::say(title), rows: Vec::new(), absent: Vec::new() });
     let is_newest = |m: &Metric| graded.metrics.iter().all(|other| other.id != m.id || other.version <= m.version);
     let unjudged = |m: &&Metric| is_newest(m) && graded.deductions.iter().all(|d| d.metric != m.id);
     for metric in graded.metrics.iter().filter(unjudged) {
@@ -192,8 +193,8 @@ fn groups(graded: &Graded<'_>) -> Vec<Group> {
     groups.into_iter().filter(|g| !g.rows.is_empty() || !g.absent.is_empty()).collect()
 }
 
-fn metric_row(measured: &Metric) -> MetricRow {
-    MetricRow {
+fn metric_row(measured: &Metric) -> MeasuredRow {
+    MeasuredRow {
         label: metric::label_of(&measured.id, &measured.label),
         definition: metric::definition(&measured.id, measured.version),
         value: value(measured),

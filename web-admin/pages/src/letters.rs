@@ -83,7 +83,7 @@ struct SurveyInvitation<'a> {
 
 /// Subject and text of a letter with a survey's link: how long it takes, in min, and until when the link is good.
 #[must_use]
-pub fn survey(letter: &SurveyLetter, survey: &Survey, (link, minutes, until): (&str, f64, Moment)) -> (String, String) {
+pub fn survey(letter: &SurveyLetter, survey: &Survey, link: &str, minutes: f64, until: Moment) -> (String, String) {
     parts(&SurveyInvitation {
         letter,
         title: on_one_line(&survey.title),

@@ -55,5 +55,5 @@ pub mod survey;
 pub mod tokens;
 pub mod trainee;
 
-pub use shell::{Place, Shell};
-pub use status::Status;
+pub use shell::{NavPlace, Shell};
+pub use status::StatusWord;

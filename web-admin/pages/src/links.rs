@@ -9,7 +9,7 @@ use super::Shell;
 /// Addresses that were made for a recording, shown this once.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "links.html")]
-pub struct LinksPage {
+pub struct RecordingLinksPage {
     /// Frame.
     pub shell: Shell,
     /// The attempt.
@@ -30,7 +30,7 @@ mod tests {
 
     #[test]
     fn says_how_long_the_addresses_work() {
-        let page = LinksPage {
+        let page = RecordingLinksPage {
             shell: samples::shell(Role::Trainee),
             session: Uuid::nil(),
             viewers: vec![("Foxglove", "https://app.foxglove.dev/?x=1&y=2".to_owned())],

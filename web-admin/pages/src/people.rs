@@ -5,7 +5,7 @@ use std::borrow::Borrow;
 use askama::Template;
 use askama_web::WebTemplate;
 
-use super::{Shell, Status, format, people};
+use super::{Shell, StatusWord, format, people};
 use model::Role;
 use model::directory::{AccountState, DirectoryEntry};
 use model::membership::MembershipRequest;
@@ -15,7 +15,7 @@ pub const ROLES: [Role; 3] = [Role::Trainee, Role::Instructor, Role::Administrat
 
 /// A choice of a list: value, word, and whether it is chosen.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Choice {
+pub struct SelectOption {
     /// What is sent.
     pub value: String,
     /// What is read.
@@ -33,11 +33,11 @@ pub struct PeoplePage {
     /// What is looked for in name and address.
     pub words: String,
     /// Roles to choose from.
-    pub roles: Vec<Choice>,
+    pub roles: Vec<SelectOption>,
     /// States to choose from.
-    pub states: Vec<Choice>,
+    pub states: Vec<SelectOption>,
     /// Cohorts to choose from.
-    pub cohorts: Vec<Choice>,
+    pub cohorts: Vec<SelectOption>,
     /// The people found, by name.
     pub rows: Vec<DirectoryEntry>,
     /// The page after this one.
@@ -60,9 +60,9 @@ pub struct PersonForm {
     /// Address.
     pub email: String,
     /// Roles to choose from.
-    pub roles: Vec<Choice>,
+    pub roles: Vec<SelectOption>,
     /// Cohorts to choose from.
-    pub cohorts: Vec<Choice>,
+    pub cohorts: Vec<SelectOption>,
     /// Why it was refused.
     pub refused: Option<PersonRefused>,
 }
@@ -83,7 +83,7 @@ pub enum PersonRefused {
 /// What was just done to somebody.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Done {
+pub enum PersonChangeDone {
     /// Added.
     Added,
     /// Changed.
@@ -113,7 +113,7 @@ pub struct PersonPage {
     /// They are kept whatever a rule of retention says.
     pub held: bool,
     /// What was just done.
-    pub done: Option<Done>,
+    pub done: Option<PersonChangeDone>,
     /// How their last mail went.
     pub delivery: Option<String>,
     /// They have a second factor.
@@ -156,7 +156,7 @@ pub struct CohortPeoplePage {
     pub unknown: bool,
 }
 
-impl Choice {
+impl SelectOption {
     /// The roles, one of them chosen.
     #[must_use]
     pub fn roles(chosen: Option<Role>) -> Vec<Self> {
@@ -214,10 +214,10 @@ fn badge_word(state: AccountState) -> &'static str {
 pub fn state_badge(state: impl Borrow<AccountState>) -> String {
     let state = *state.borrow();
     let status = match state {
-        AccountState::Active => Status::OnTrack,
-        AccountState::Invited => Status::Waiting,
-        AccountState::Disabled => Status::Refused,
-        AccountState::Erased => Status::Locked,
+        AccountState::Active => StatusWord::OnTrack,
+        AccountState::Invited => StatusWord::Waiting,
+        AccountState::Disabled => StatusWord::Refused,
+        AccountState::Erased => StatusWord::Locked,
     };
     status.badge_saying(badge_word(state))
 }
@@ -246,8 +246,8 @@ mod tests {
         PeoplePage {
             shell: samples::shell(Role::Administrator),
             words: "<ana".to_owned(),
-            roles: Choice::roles(Some(Role::Trainee)),
-            states: Choice::states(None),
+            roles: SelectOption::roles(Some(Role::Trainee)),
+            states: SelectOption::states(None),
             cohorts: vec![],
             next: Some("/people?after=x".to_owned()),
             later: true,
@@ -255,7 +255,7 @@ mod tests {
             imported: Some((3, 1)),
             form: PersonForm {
                 refused: Some(PersonRefused::Taken),
-                roles: Choice::roles(None),
+                roles: SelectOption::roles(None),
                 ..PersonForm::default()
             },
             rows,
@@ -282,10 +282,10 @@ mod tests {
             person: listed("Ana", state),
             own,
             held: own,
-            done: Some(Done::Mailed),
+            done: Some(PersonChangeDone::Mailed),
             delivery: Some("the mail server refused it".to_owned()),
             second_factor: true,
-            form: PersonForm { name: "Ana".to_owned(), roles: Choice::roles(None), ..PersonForm::default() },
+            form: PersonForm { name: "Ana".to_owned(), roles: SelectOption::roles(None), ..PersonForm::default() },
         };
         let invited = samples::keep("person-invited", &page(AccountState::Invited, false));
         assert!(invited.contains("Send the invitation again") && invited.contains("refused it"), "{invited}");

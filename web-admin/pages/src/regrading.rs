@@ -8,8 +8,8 @@ use serde::Deserialize;
 use time::OffsetDateTime;
 use uuid::Uuid;
 
-use super::people::Choice;
-use super::{Shell, Status, format};
+use super::people::SelectOption;
+use super::{Shell, StatusWord, format};
 use model::regrading::{OutcomeCount, RegradingLine, RegradingOutcome, RegradingState, count_attempts};
 
 /// Where a rubric is chosen.
@@ -21,16 +21,16 @@ pub struct ChooseRubricPage {
     /// The exercise: title and page.
     pub exercise: (String, String),
     /// Revisions to choose from, the newest first.
-    pub revisions: Vec<Choice>,
+    pub revisions: Vec<SelectOption>,
     /// What was done before, the latest first.
-    pub earlier: Vec<Earlier>,
+    pub earlier: Vec<EarlierRegrading>,
     /// The visitor's attempts are all of the school's.
     pub whole_school: bool,
 }
 
 /// A re-grading in a list.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Earlier {
+pub struct EarlierRegrading {
     /// Its page.
     pub href: String,
     /// When somebody looked.
@@ -46,7 +46,7 @@ pub struct Earlier {
 /// Which attempts are listed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Shown {
+pub enum RegradingFilter {
     /// Those that get another score.
     #[default]
     Changes,
@@ -64,7 +64,7 @@ pub enum Shown {
     Left,
 }
 
-impl Shown {
+impl RegradingFilter {
     const ALL: [Self; 6] = [Self::Passes, Self::Fails, Self::Changed, Self::Overridden, Self::Kept, Self::Left];
 
     /// The outcomes that it stands for.
@@ -115,7 +115,7 @@ impl Shown {
 
 /// A figure that opens the attempts it counts.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Tile {
+pub struct RegradingTile {
     /// What is counted.
     pub label: &'static str,
     /// The word in the address.
@@ -151,7 +151,7 @@ pub struct RegradingPage {
     /// Work that is done, of all.
     pub progress: (i64, i64),
     /// Which attempts are listed.
-    pub shown: Shown,
+    pub shown: RegradingFilter,
     /// They.
     pub lines: Vec<RegradingLine>,
     /// The attempt after which the next page begins.
@@ -171,11 +171,11 @@ pub struct RegradingPage {
 /// Attempts that get a score by the rubric.
 #[must_use]
 pub fn graded(counts: &[OutcomeCount]) -> i64 {
-    count_attempts(counts, Shown::Changes.outcomes()) + count_attempts(counts, &[RegradingOutcome::Equal])
+    count_attempts(counts, RegradingFilter::Changes.outcomes()) + count_attempts(counts, &[RegradingOutcome::Equal])
 }
 
 impl RegradingPage {
-    fn of(&self, shown: Shown) -> i64 {
+    fn of(&self, shown: RegradingFilter) -> i64 {
         count_attempts(&self.counts, shown.outcomes())
     }
 
@@ -215,22 +215,22 @@ impl RegradingPage {
     }
 
     /// What is counted; of the rarer outcomes only those that there are.
-    fn tiles(&self) -> Vec<Tile> {
-        let tile = |shown: Shown| Tile {
+    fn tiles(&self) -> Vec<RegradingTile> {
+        let tile = |shown: RegradingFilter| RegradingTile {
             label: shown.label(),
             word: shown.word(),
             attempts: self.of(shown),
             current: self.shown == shown,
         };
-        let always = |tile: &Tile| tile.attempts > 0 || matches!(tile.word, "passes" | "fails" | "changed");
-        Shown::ALL.into_iter().map(tile).filter(always).collect()
+        let always = |tile: &RegradingTile| tile.attempts > 0 || matches!(tile.word, "passes" | "fails" | "changed");
+        RegradingFilter::ALL.into_iter().map(tile).filter(always).collect()
     }
 }
 
 /// A result as a badge.
 #[must_use]
 pub fn result(passed: impl Borrow<bool>) -> String {
-    if *passed.borrow() { Status::Passed.badge() } else { Status::Failed.badge() }
+    if *passed.borrow() { StatusWord::Passed.badge() } else { StatusWord::Failed.badge() }
 }
 
 /// Score and result of an attempt by the rubric.
@@ -242,10 +242,10 @@ fn after(line: &RegradingLine) -> Option<(f64, bool)> {
 #[must_use]
 pub fn badge(state: impl Borrow<RegradingState>) -> String {
     match state.borrow() {
-        RegradingState::Looking => Status::Waiting.badge_saying(tr!("Being looked at")),
-        RegradingState::Shown => Status::Open.badge_saying(tr!("Waits to be confirmed")),
-        RegradingState::Grading => Status::Current.badge_saying(tr!("Being graded")),
-        RegradingState::Done => Status::Passed.badge_saying(tr!("Done")),
+        RegradingState::Looking => StatusWord::Waiting.badge_saying(tr!("Being looked at")),
+        RegradingState::Shown => StatusWord::Open.badge_saying(tr!("Waits to be confirmed")),
+        RegradingState::Grading => StatusWord::Current.badge_saying(tr!("Being graded")),
+        RegradingState::Done => StatusWord::Passed.badge_saying(tr!("Done")),
     }
 }
 
@@ -295,7 +295,7 @@ mod tests {
                 count(RegradingOutcome::Unreadable, 1, 50.0, 50.0),
             ],
             progress: (0, 0),
-            shown: Shown::Changes,
+            shown: RegradingFilter::Changes,
             lines: vec![
                 line(RegradingOutcome::Passes, 65.0, Some(75.0)),
                 line(RegradingOutcome::Fails, 72.0, Some(61.0)),
@@ -358,8 +358,8 @@ mod tests {
         let page = ChooseRubricPage {
             shell: samples::shell(Role::Administrator),
             exercise: page().exercise,
-            revisions: vec![Choice { value: "1".to_owned(), label: "20 May 2026, abc".to_owned(), chosen: true }],
-            earlier: vec![Earlier {
+            revisions: vec![SelectOption { value: "1".to_owned(), label: "20 May 2026, abc".to_owned(), chosen: true }],
+            earlier: vec![EarlierRegrading {
                 href: "/regradings/1".to_owned(),
                 at: samples::NOW,
                 by: "Dr Osei".to_owned(),

@@ -38,12 +38,12 @@ pub struct ReplayPage {
     /// The form as it was filled in.
     pub form: CommentForm,
     /// Attempts that may be laid over this one.
-    pub others: Vec<Other>,
+    pub others: Vec<OtherAttempt>,
 }
 
 /// An attempt that may be laid over another.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Other {
+pub struct OtherAttempt {
     /// The attempt.
     pub session: Uuid,
     /// What it is called in a list.
@@ -64,14 +64,14 @@ pub struct CommentView {
     /// The end of the interval, in s.
     pub to_s: Option<f64>,
     /// What is said, by whom.
-    pub said: Said,
+    pub said: Utterance,
     /// Answers, oldest first, each with its id.
-    pub answers: Vec<(Uuid, Said)>,
+    pub answers: Vec<(Uuid, Utterance)>,
 }
 
 /// Something that somebody said.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Said {
+pub struct Utterance {
     /// The words.
     pub body: String,
     /// Who.
@@ -113,7 +113,7 @@ impl ReplayPage {
         assets::address("replay.js")
     }
 
-    fn other(&self) -> Option<&Other> {
+    fn other(&self) -> Option<&OtherAttempt> {
         self.others.iter().find(|other| other.chosen)
     }
 
@@ -144,7 +144,7 @@ mod tests {
 
     fn page() -> ReplayPage {
         let said =
-            |body: &str, own| Said { body: body.to_owned(), author: "Dr Osei".to_owned(), at: samples::NOW, own };
+            |body: &str, own| Utterance { body: body.to_owned(), author: "Dr Osei".to_owned(), at: samples::NOW, own };
         let comment = CommentView {
             id: Uuid::nil(),
             kind: CommentKind::Question,
@@ -165,7 +165,7 @@ mod tests {
             consent: Some(None),
             comments: vec![comment],
             form: CommentForm::default(),
-            others: vec![Other { session: Uuid::nil(), label: "12 May, 80".to_owned(), chosen: true }],
+            others: vec![OtherAttempt { session: Uuid::nil(), label: "12 May, 80".to_owned(), chosen: true }],
         }
     }
 

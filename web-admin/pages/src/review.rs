@@ -7,7 +7,7 @@ use time::OffsetDateTime;
 use uuid::Uuid;
 
 use super::metric;
-use super::{Shell, Status, format};
+use super::{Shell, StatusWord, format};
 use model::judgement::TypedOverride;
 
 /// The queue of attempts that wait.
@@ -38,7 +38,7 @@ pub struct WaitingRow {
     /// 0–100, by the grade that counts.
     pub score: f64,
     /// Passed or not.
-    pub status: Status,
+    pub status: StatusWord,
     /// The re-simulation differs.
     pub flagged: bool,
     /// Questions that nobody has answered.
@@ -52,7 +52,7 @@ pub struct GradePage {
     /// Frame.
     pub shell: Shell,
     /// The attempt.
-    pub attempt: Judged,
+    pub attempt: JudgedAttempt,
     /// What counts now: 0–100, and whether it is a pass; absent before the attempt is scored.
     pub counts: Option<(f64, bool)>,
     /// The newest computed score, 0–100.
@@ -60,7 +60,7 @@ pub struct GradePage {
     /// An override counts.
     pub overridden: bool,
     /// Everything that happened to the grade, oldest first.
-    pub history: Vec<Entry>,
+    pub history: Vec<GradeHistoryEntry>,
     /// Who has looked at the attempt, and when.
     pub reviewed: Option<(String, OffsetDateTime)>,
     /// Who was there during the attempt, and when they confirmed it.
@@ -92,7 +92,7 @@ pub struct RatedMean {
 
 /// The attempt that a page of judgement is about.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Judged {
+pub struct JudgedAttempt {
     /// Session.
     pub id: Uuid,
     /// The exercise's title.
@@ -105,18 +105,18 @@ pub struct Judged {
 
 /// Something that happened to a grade.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Entry {
+pub struct GradeHistoryEntry {
     /// When.
     pub at: OffsetDateTime,
     /// What.
-    pub act: Act,
+    pub act: GradeAct,
     /// The score, 0–100, and whether it is a pass; absent where the computed score counts again.
     pub grade: Option<(f64, bool)>,
 }
 
 /// What was done to a grade.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Act {
+pub enum GradeAct {
     /// Computed from the recording, by a rubric (the beginning of its hash).
     Computed(String),
     /// Computed again.
@@ -155,7 +155,7 @@ pub struct RegradePage {
     /// Frame.
     pub shell: Shell,
     /// The attempt.
-    pub attempt: Judged,
+    pub attempt: JudgedAttempt,
     /// The newest computed score, 0–100, and whether it is a pass.
     pub before: (f64, bool),
     /// What it would be.
@@ -191,14 +191,14 @@ mod tests {
     use crate::samples;
     use model::Role;
 
-    fn judged() -> Judged {
+    fn judged() -> JudgedAttempt {
         let trainee = Some(("Ana Lindqvist".to_owned(), "/trainees/1".to_owned()));
-        Judged { id: Uuid::nil(), exercise: "Stop in the fat".to_owned(), trainee, started_at: samples::NOW }
+        JudgedAttempt { id: Uuid::nil(), exercise: "Stop in the fat".to_owned(), trainee, started_at: samples::NOW }
     }
 
     fn grade_page() -> GradePage {
         let by = || "Dr Osei".to_owned();
-        let entry = |act, grade| Entry { at: samples::NOW, act, grade };
+        let entry = |act, grade| GradeHistoryEntry { at: samples::NOW, act, grade };
         GradePage {
             shell: samples::shell(Role::Instructor),
             attempt: judged(),
@@ -206,13 +206,16 @@ mod tests {
             computed: Some(64.0),
             overridden: true,
             history: vec![
-                entry(Act::Computed("abc123".to_owned()), Some((61.0, false))),
+                entry(GradeAct::Computed("abc123".to_owned()), Some((61.0, false))),
                 entry(
-                    Act::Regraded { rubric: "def456".to_owned(), why: Some((by(), "A <milder> rubric".to_owned())) },
+                    GradeAct::Regraded {
+                        rubric: "def456".to_owned(),
+                        why: Some((by(), "A <milder> rubric".to_owned())),
+                    },
                     Some((64.0, false)),
                 ),
-                entry(Act::Overridden { by: by(), reason: "The <device> slipped".to_owned() }, Some((72.0, true))),
-                entry(Act::Withdrawn { by: by(), reason: "It did not".to_owned() }, None),
+                entry(GradeAct::Overridden { by: by(), reason: "The <device> slipped".to_owned() }, Some((72.0, true))),
+                entry(GradeAct::Withdrawn { by: by(), reason: "It did not".to_owned() }, None),
             ],
             reviewed: Some((by(), samples::NOW)),
             supervised: Some((by(), samples::NOW)),
@@ -267,7 +270,7 @@ mod tests {
             trainee: "Ana Lindqvist".to_owned(),
             exercise: "Stop in the fat".to_owned(),
             score: 64.0,
-            status: Status::Failed,
+            status: StatusWord::Failed,
             flagged: true,
             questions: 2,
         };

@@ -4,7 +4,7 @@ use askama::Template;
 use askama_web::WebTemplate;
 use uuid::Uuid;
 
-use super::{Shell, Status, roster};
+use super::{Shell, StatusWord, roster};
 use model::roster::{Change, Difference, Leaving, Line, Outcome, Refusal};
 
 /// Lines on one page of a difference.
@@ -29,7 +29,7 @@ pub struct RosterPage {
 /// Which lines are shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Shown {
+pub enum RosterFilter {
     /// Those that change something or are refused.
     #[default]
     Changes,
@@ -60,7 +60,7 @@ pub struct RosterPreviewPage {
     /// Nothing would happen.
     pub empty: bool,
     /// Which lines are shown.
-    pub shown: Shown,
+    pub shown: RosterFilter,
     /// The lines of this page.
     pub lines: Vec<Line>,
     /// This page, from 1, and the last one.
@@ -76,13 +76,13 @@ pub struct RosterPreviewPage {
 impl RosterPreviewPage {
     /// The lines of a page.
     #[must_use]
-    pub fn lines(difference: &Difference, shown: Shown, page: usize) -> (Vec<Line>, (usize, usize)) {
+    pub fn lines(difference: &Difference, shown: RosterFilter, page: usize) -> (Vec<Line>, (usize, usize)) {
         let fits = |outcome: &Outcome| match shown {
-            Shown::Changes => *outcome != Outcome::Unchanged,
-            Shown::New => *outcome == Outcome::New,
-            Shown::Changed => matches!(outcome, Outcome::Changed { .. }),
-            Shown::Unchanged => *outcome == Outcome::Unchanged,
-            Shown::Refused => matches!(outcome, Outcome::Refused(_)),
+            RosterFilter::Changes => *outcome != Outcome::Unchanged,
+            RosterFilter::New => *outcome == Outcome::New,
+            RosterFilter::Changed => matches!(outcome, Outcome::Changed { .. }),
+            RosterFilter::Unchanged => *outcome == Outcome::Unchanged,
+            RosterFilter::Refused => matches!(outcome, Outcome::Refused(_)),
         };
         let fitting: Vec<&Line> = difference.lines.iter().filter(|line| fits(&line.outcome)).collect();
         let last = fitting.len().div_ceil(PER_PAGE).max(1);
@@ -95,10 +95,10 @@ impl RosterPreviewPage {
     fn lists(&self) -> [(&'static str, &'static str, usize, bool); 4] {
         let [new, changed, unchanged, refused] = self.counts;
         [
-            (tr!("New"), "new", new, self.shown == Shown::New),
-            (tr!("Changed"), "changed", changed, self.shown == Shown::Changed),
-            (tr!("Unchanged"), "unchanged", unchanged, self.shown == Shown::Unchanged),
-            (tr!("Left out"), "refused", refused, self.shown == Shown::Refused),
+            (tr!("New"), "new", new, self.shown == RosterFilter::New),
+            (tr!("Changed"), "changed", changed, self.shown == RosterFilter::Changed),
+            (tr!("Unchanged"), "unchanged", unchanged, self.shown == RosterFilter::Unchanged),
+            (tr!("Left out"), "refused", refused, self.shown == RosterFilter::Refused),
         ]
     }
 
@@ -116,11 +116,11 @@ impl RosterPreviewPage {
 
     fn word(&self) -> &'static str {
         match self.shown {
-            Shown::Changes => "changes",
-            Shown::New => "new",
-            Shown::Changed => "changed",
-            Shown::Unchanged => "unchanged",
-            Shown::Refused => "refused",
+            RosterFilter::Changes => "changes",
+            RosterFilter::New => "new",
+            RosterFilter::Changed => "changed",
+            RosterFilter::Unchanged => "unchanged",
+            RosterFilter::Refused => "refused",
         }
     }
 }
@@ -129,10 +129,10 @@ impl RosterPreviewPage {
 #[must_use]
 pub fn badge(outcome: &Outcome) -> String {
     match outcome {
-        Outcome::New => Status::Passed.badge_saying(tr!("New")),
-        Outcome::Changed { .. } => Status::Current.badge_saying(tr!("Changed")),
-        Outcome::Unchanged => Status::OnTrack.badge_saying(tr!("Unchanged")),
-        Outcome::Refused(_) => Status::Refused.badge_saying(tr!("Left out")),
+        Outcome::New => StatusWord::Passed.badge_saying(tr!("New")),
+        Outcome::Changed { .. } => StatusWord::Current.badge_saying(tr!("Changed")),
+        Outcome::Unchanged => StatusWord::OnTrack.badge_saying(tr!("Unchanged")),
+        Outcome::Refused(_) => StatusWord::Refused.badge_saying(tr!("Left out")),
     }
 }
 
@@ -162,7 +162,7 @@ mod tests {
         Difference::of(&read(file.as_bytes()).expect("a roster"), &[known, bo], &Default::default(), &wanted)
     }
 
-    fn page(shown: Shown) -> RosterPreviewPage {
+    fn page(shown: RosterFilter) -> RosterPreviewPage {
         let difference = difference();
         let (lines, pages) = RosterPreviewPage::lines(&difference, shown, 1);
         RosterPreviewPage {
@@ -183,7 +183,7 @@ mod tests {
 
     #[test]
     fn every_line_says_what_comes_of_it_and_why() {
-        let html = samples::keep("roster-preview", &page(Shown::Changes));
+        let html = samples::keep("roster-preview", &page(RosterFilter::Changes));
         for words in [
             "name was “Ana Ek”",
             "no longer sign in",
@@ -200,7 +200,7 @@ mod tests {
             assert!(html.contains(words), "{words} is missing in {html}");
         }
         assert!(html.contains("Bo") && html.contains("leave"), "who is missing leaves");
-        assert_eq!(page(Shown::New).lines.len(), 1);
+        assert_eq!(page(RosterFilter::New).lines.len(), 1);
     }
 
     #[test]
@@ -228,7 +228,7 @@ mod tests {
         };
         let line = |line| Line { line, shown: String::new(), entry: Some(entry.clone()), outcome: Outcome::New };
         let long = Difference { lines: (1..=450).map(line).collect(), leaving: vec![] };
-        let (lines, pages) = RosterPreviewPage::lines(&long, Shown::Changes, 9);
+        let (lines, pages) = RosterPreviewPage::lines(&long, RosterFilter::Changes, 9);
         assert_eq!((lines.len(), lines[0].line, pages), (50, 401, (3, 3)));
     }
 }

@@ -6,12 +6,13 @@ use time::{Duration, OffsetDateTime, macros::datetime};
 use uuid::Uuid;
 
 use super::cohort::{CohortPage, CourseShare, TraineeRow};
-use super::exercise::{Context, ExercisePage, ExerciseView};
-use super::judgement::{Graded, Judgement};
+use super::exercise::{Context, ExerciseFacts, ExercisePage};
+use super::judgement::{GradedAttempt, JudgementView};
 use super::progress::HabitsView;
-use super::session::{Drawing, Outcome, SessionPage, Verification};
-use super::trainee::{AttemptRow, CourseFacts, CourseView, Pages, TraineePage};
-use super::{Place, Shell, Status, shell::Visitor};
+use super::session::{Drawing, SessionOutcome, SessionPage, VerificationResult};
+use super::shell::ShellVisitor;
+use super::trainee::{CourseFacts, CourseView, OwnAttemptRow, PageNumbers, TraineePage};
+use super::{NavPlace, Shell, StatusWord};
 use attempt::{AttemptCurve, BoundaryStage, CurveMark, CurvePoint, LayerSpan, MarkKind, StageSpan};
 use model::membership::{MembershipAct, MembershipEvent, MembershipRequest};
 use model::progress::{Attempt, Course, Mastery, Progress, Step};
@@ -50,7 +51,7 @@ pub(super) fn shell(role: Role) -> Shell {
         Role::Instructor => "Dr Peter Osei",
         Role::Administrator => "Maria Keller",
     };
-    Shell { visitor: Visitor { name: name.to_owned(), role }, csrf: "token".to_owned(), place: Place::Home }
+    Shell { visitor: ShellVisitor { name: name.to_owned(), role }, csrf: "token".to_owned(), place: NavPlace::Home }
 }
 
 /// An insertion through three layers with a trocar, a stop, and the way out.
@@ -221,7 +222,7 @@ fn metric(id: &str, value: Option<f64>) -> Metric {
     .expect("a metric")
 }
 
-pub(super) fn judgement() -> Judgement {
+pub(super) fn judgement() -> JudgementView {
     let deduction = |metric: &str, points: f64, value: f64, (full, zero): (f64, f64)| Deduction {
         metric: metric.to_owned(),
         version: 1,
@@ -235,7 +236,7 @@ pub(super) fn judgement() -> Judgement {
         deduction("lateral_work_mj", 0.0, 0.9, (2.0, 10.0)),
     ];
     let bundle = bundle();
-    Judgement::new(&Graded {
+    JudgementView::new(&GradedAttempt {
         score: 80.75,
         passed: true,
         deductions: &deductions,
@@ -254,11 +255,11 @@ pub(super) fn session_page() -> SessionPage {
         started_at: NOW,
         replay_href: "/sessions/0190/replay".to_owned(),
         grade_href: "/sessions/0190/grade".to_owned(),
-        outcome: Outcome::Scored(Box::new(judgement())),
+        outcome: SessionOutcome::Scored(Box::new(judgement())),
         ruling: None,
         drawing: Some(Drawing::new(&curve())),
         uncounted: Some((Uncounted::Duplicate, Some("/sessions/0180".to_owned()))),
-        verification: Verification::Same,
+        verification: VerificationResult::Same,
         signed_by: Some("Skills lab 2".to_owned()),
         supervised_by: None,
         surveys: vec![("How was it for you?".to_owned(), "/surveys/1?session=2".to_owned(), 1.0)],
@@ -333,24 +334,24 @@ pub(super) fn facts(course: &Course) -> CourseFacts<'_> {
     }
 }
 
-pub(super) fn attempts() -> Vec<AttemptRow> {
-    let row = |(exercise, status, score, note, flagged): (&str, Status, Option<f64>, &str, bool)| AttemptRow {
+pub(super) fn attempts() -> Vec<OwnAttemptRow> {
+    let row = |(exercise, status, score, note, flagged): (&str, StatusWord, Option<f64>, &str, bool)| OwnAttemptRow {
         href: "/sessions/0190".to_owned(),
         at: NOW - Duration::days(16),
         trainee: None,
         exercise: exercise.to_owned(),
         status,
         score,
-        computed: (status == Status::Passed).then_some(64.2),
+        computed: (status == StatusWord::Passed).then_some(64.2),
         note: note.to_owned(),
         flagged,
         uncounted: flagged.then_some(Uncounted::Unpublished),
     };
     [
-        ("Stop in the fat", Status::Waiting, None, "", false),
-        ("Stop in the fat", Status::Passed, Some(80.7), "1.9 mm too deep", false),
-        ("Stop in the fat", Status::Failed, Some(66.2), "4.1 mm too deep", true),
-        ("Feel the layers", Status::Refused, None, "the recording holds no samples", false),
+        ("Stop in the fat", StatusWord::Waiting, None, "", false),
+        ("Stop in the fat", StatusWord::Passed, Some(80.7), "1.9 mm too deep", false),
+        ("Stop in the fat", StatusWord::Failed, Some(66.2), "4.1 mm too deep", true),
+        ("Feel the layers", StatusWord::Refused, None, "the recording holds no samples", false),
     ]
     .map(row)
     .to_vec()
@@ -388,7 +389,7 @@ pub(super) fn trainee_page(own: bool) -> TraineePage {
         courses: vec![CourseView::new(&facts(&course), &progress, 0)],
         habits: HabitsView::default(),
         attempts: attempts(),
-        pages: Pages { page: 1, last: 2, entries: 34 },
+        pages: PageNumbers { page: 1, last: 2, entries: 34 },
         sign_in_code: own.then_some(None),
     }
 }
@@ -397,7 +398,7 @@ pub(super) fn newcomer_page() -> TraineePage {
     let course = course();
     let progress = Progress::of(&course, &[], NOW);
     let courses = vec![CourseView::new(&facts(&course), &progress, 0)];
-    TraineePage { courses, attempts: vec![], pages: Pages::default(), ..trainee_page(true) }
+    TraineePage { courses, attempts: vec![], pages: PageNumbers::default(), ..trainee_page(true) }
 }
 
 pub(super) fn cohort_page() -> CohortPage {
@@ -417,7 +418,7 @@ pub(super) fn cohort_page() -> CohortPage {
     ];
     let standing = people.map(|(name, attempts)| (name.to_owned(), Progress::of(&course, &attempts, NOW)));
     let row = |(name, progress): &(String, Progress)| {
-        TraineeRow::new(("/trainees/1".to_owned(), name.clone()), &facts(&course), progress)
+        TraineeRow::new("/trainees/1".to_owned(), name.clone(), &facts(&course), progress)
     };
     CohortPage {
         shell: shell(Role::Instructor),
@@ -434,14 +435,14 @@ pub(super) fn exercise_page() -> ExercisePage {
     let link = |title: &str, id: &str| (title.to_owned(), format!("/exercises/{id}"));
     ExercisePage {
         shell: shell(Role::Trainee),
-        exercise: ExerciseView::new(&bundle()),
+        exercise: ExerciseFacts::new(&bundle()),
         contexts: vec![Context {
             course: COURSE_TITLE.to_owned(),
             place: (2, 4),
             rule: "mastered with 3 passes among 5 attempts in a row".to_owned(),
             prerequisites: vec![link("Feel the layers", "feel-the-layers")],
             opens: vec![link("Reach 20 mm in muscle", "reach-the-muscle")],
-            status: Some(Status::Current),
+            status: Some(StatusWord::Current),
         }],
         attempts: attempts(),
         own: true,

@@ -7,7 +7,7 @@ use time::OffsetDateTime;
 
 use super::passkeys;
 use super::passkeys::PasskeyRow;
-use super::{Shell, Status, format};
+use super::{Shell, StatusWord, format};
 use crate::proving::ProofAsked;
 use model::limits::LONGEST_NAME;
 
@@ -63,7 +63,7 @@ impl SecondFactorPage {
     /// How many recovery codes are left, marked where they are few.
     fn left(&self, codes: &i64) -> String {
         let words = trn!("{n} recovery code left", "{n} recovery codes left", *codes);
-        if *codes < FEW_CODES { Status::Help.badge_saying(&words) } else { words }
+        if *codes < FEW_CODES { StatusWord::Help.badge_saying(&words) } else { words }
     }
 
     /// The script that asks passkeys.
@@ -90,11 +90,11 @@ mod tests {
 
     use super::*;
     use crate::passkeys::samples::{question, row};
-    use crate::{Place, samples};
+    use crate::{NavPlace, samples};
     use model::Role;
 
     fn page(factor: FactorState, owed: bool) -> SecondFactorPage {
-        let place = if owed { Place::Enrolment } else { Place::Account };
+        let place = if owed { NavPlace::Enrolment } else { NavPlace::Account };
         let shell = Shell { place, ..samples::shell(Role::Instructor) };
         SecondFactorPage {
             shell,

@@ -6,8 +6,8 @@ use law::axial::Contactor;
 use time::OffsetDateTime;
 
 use super::charts;
-use super::judgement::Judgement;
-use super::{Shell, Status, anatomy, format};
+use super::judgement::JudgementView;
+use super::{Shell, StatusWord, anatomy, format};
 use attempt::{AttemptCurve, BoundaryStage, MarkKind, StageSpan};
 use model::Uncounted;
 use recording::keep_extremes;
@@ -31,7 +31,7 @@ pub struct SessionPage {
     /// Where the history of its grade is.
     pub grade_href: String,
     /// What became of it.
-    pub outcome: Outcome,
+    pub outcome: SessionOutcome,
     /// What somebody has put in place of the computed score.
     pub ruling: Option<Ruling>,
     /// The curves.
@@ -39,7 +39,7 @@ pub struct SessionPage {
     /// Why it counts nowhere, and the page of the attempt that it repeats, where the visitor may see that.
     pub uncounted: Option<(Uncounted, Option<String>)>,
     /// The server's re-simulation.
-    pub verification: Verification,
+    pub verification: VerificationResult,
     /// The paired station that has signed it.
     pub signed_by: Option<String>,
     /// Whoever was there, as they have confirmed.
@@ -67,13 +67,13 @@ pub fn uncounted_in_short(why: Uncounted) -> &'static str {
 
 /// What became of an attempt.
 #[derive(Clone, Debug)]
-pub enum Outcome {
+pub enum SessionOutcome {
     /// In the queue.
     Waiting,
     /// Not to be scored, with the reason.
     Refused(String),
     /// Scored.
-    Scored(Box<Judgement>),
+    Scored(Box<JudgementView>),
 }
 
 /// What somebody has put in place of a computed score.
@@ -91,7 +91,7 @@ pub struct Ruling {
 
 /// What the server's own re-simulation of the recorded input found.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Verification {
+pub enum VerificationResult {
     /// Not run yet.
     Waiting,
     /// Every force and event is the same.
@@ -220,9 +220,9 @@ mod tests {
     #[test]
     fn a_waiting_attempt_says_so() {
         let page = SessionPage {
-            outcome: Outcome::Waiting,
+            outcome: SessionOutcome::Waiting,
             drawing: None,
-            verification: Verification::Waiting,
+            verification: VerificationResult::Waiting,
             ..samples::session_page()
         };
         assert!(samples::keep("session-waiting", &page).contains("is being scored"));
@@ -230,7 +230,7 @@ mod tests {
 
     #[test]
     fn a_refused_attempt_gives_the_reason() {
-        let outcome = Outcome::Refused("the recording holds no samples".to_owned());
+        let outcome = SessionOutcome::Refused("the recording holds no samples".to_owned());
         let page = SessionPage { outcome, drawing: None, ..samples::session_page() };
         assert!(samples::keep("session-refused", &page).contains("the recording holds no samples"));
     }
@@ -238,7 +238,7 @@ mod tests {
     #[test]
     fn a_deviation_is_shown_as_a_warning() {
         let page = SessionPage {
-            verification: Verification::Differs { deviation_n: 0.25, events: 2 },
+            verification: VerificationResult::Differs { deviation_n: 0.25, events: 2 },
             ..samples::session_page()
         };
         let html = samples::keep("session-differs", &page);

@@ -5,7 +5,7 @@ use model::{CurrentPerson, Role};
 
 /// Where a page belongs in the navigation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum NavPlace {
     /// `/`
     Home,
     /// `/cohorts`
@@ -43,7 +43,7 @@ pub struct NavItem {
 
 /// Who sees the page.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Visitor {
+pub struct ShellVisitor {
     /// Name.
     pub name: String,
     /// Role.
@@ -54,18 +54,18 @@ pub struct Visitor {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Shell {
     /// Who is signed in.
-    pub visitor: Visitor,
+    pub visitor: ShellVisitor,
     /// Token for the sign-out form.
     pub csrf: String,
     /// Where the page belongs.
-    pub place: Place,
+    pub place: NavPlace,
 }
 
 impl Shell {
     /// The frame for a person.
     #[must_use]
-    pub fn new(person: &CurrentPerson, csrf: &str, place: Place) -> Self {
-        let visitor = Visitor { name: person.display_name.clone(), role: person.role };
+    pub fn new(person: &CurrentPerson, csrf: &str, place: NavPlace) -> Self {
+        let visitor = ShellVisitor { name: person.display_name.clone(), role: person.role };
         Self { visitor, csrf: csrf.to_owned(), place }
     }
 
@@ -79,19 +79,19 @@ impl Shell {
     #[must_use]
     pub fn nav(&self) -> Vec<NavItem> {
         let all = [
-            (Place::Home, "/", tr!("Home")),
-            (Place::Cohorts, "/cohorts", tr!("Cohorts")),
-            (Place::Review, "/review", tr!("Review")),
-            (Place::Curricula, "/curricula", tr!("Curricula")),
-            (Place::Surveys, "/surveys", tr!("Surveys")),
-            (Place::Assignments, "/assignments", tr!("Assignments")),
-            (Place::People, "/people", tr!("People")),
-            (Place::Administration, "/admin", tr!("Administration")),
+            (NavPlace::Home, "/", tr!("Home")),
+            (NavPlace::Cohorts, "/cohorts", tr!("Cohorts")),
+            (NavPlace::Review, "/review", tr!("Review")),
+            (NavPlace::Curricula, "/curricula", tr!("Curricula")),
+            (NavPlace::Surveys, "/surveys", tr!("Surveys")),
+            (NavPlace::Assignments, "/assignments", tr!("Assignments")),
+            (NavPlace::People, "/people", tr!("People")),
+            (NavPlace::Administration, "/admin", tr!("Administration")),
         ];
         let allowed = |place| match place {
-            _ if self.place == Place::Enrolment => false,
-            Place::Cohorts | Place::Review => self.visitor.role != Role::Trainee,
-            Place::People | Place::Administration => self.visitor.role == Role::Administrator,
+            _ if self.place == NavPlace::Enrolment => false,
+            NavPlace::Cohorts | NavPlace::Review => self.visitor.role != Role::Trainee,
+            NavPlace::People | NavPlace::Administration => self.visitor.role == Role::Administrator,
             _ => true,
         };
         all.into_iter()
@@ -110,8 +110,8 @@ mod tests {
     #[test]
     fn each_role_sees_its_own_pages() {
         let hrefs = |role| -> Vec<&str> {
-            let visitor = Visitor { name: "x".to_owned(), role };
-            let shell = Shell { visitor, csrf: String::new(), place: Place::Home };
+            let visitor = ShellVisitor { name: "x".to_owned(), role };
+            let shell = Shell { visitor, csrf: String::new(), place: NavPlace::Home };
             shell.nav().iter().map(|n| n.href).collect()
         };
         assert_eq!(hrefs(Role::Trainee), ["/", "/curricula", "/surveys", "/assignments"]);

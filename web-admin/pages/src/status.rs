@@ -4,7 +4,7 @@ use askama::Template;
 
 /// How something stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Status {
+pub enum StatusWord {
     /// An attempt at or above the pass mark, without a hard fail.
     Passed,
     /// An attempt that did not pass.
@@ -40,7 +40,7 @@ struct Badge<'a> {
     word: &'a str,
 }
 
-impl Status {
+impl StatusWord {
     /// The word.
     #[must_use]
     pub fn word(self) -> &'static str {
@@ -106,7 +106,7 @@ mod tests {
 
     #[test]
     fn a_label_has_word_icon_and_tone_and_escapes_its_word() {
-        let html = Status::Help.badge_saying("Stuck <b>");
+        let html = StatusWord::Help.badge_saying("Stuck <b>");
         assert!(html.contains("warn") && html.contains("<path") && html.contains("Stuck &#60;b&#62;"), "{html}");
     }
 }

@@ -4,7 +4,7 @@ use askama::Template;
 use askama_web::WebTemplate;
 use time::OffsetDateTime;
 
-use super::{Shell, Status, format};
+use super::{Shell, StatusWord, format};
 use model::limits::{LONGEST_NAME, TOKEN_LIFETIMES_DAYS};
 
 /// The page.

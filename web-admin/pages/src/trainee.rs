@@ -9,7 +9,7 @@ use super::charts::{self, ScorePoint};
 use super::concern::concern;
 use super::progress::HabitsView;
 use super::session::uncounted_in_short;
-use super::{Shell, Status, format};
+use super::{Shell, StatusWord, format};
 use model::assignment::Stage;
 use model::membership::MembershipRequest;
 use model::progress::{Attempt, Course, CurveRule, Mastery, Progress, StepProgress, StepState};
@@ -26,7 +26,7 @@ pub struct TraineePage {
     /// The trainee is the visitor.
     pub own: bool,
     /// What is assigned to the visitor and not done, what is due first before.
-    pub due: Vec<super::assignments::Row>,
+    pub due: Vec<super::assignments::AssignmentRow>,
     /// Who asks to have the visitor in a cohort.
     pub requests: Vec<MembershipRequest>,
     /// Cohorts, by name.
@@ -36,9 +36,9 @@ pub struct TraineePage {
     /// What costs most, and what costs nothing, over the latest attempts.
     pub habits: HabitsView,
     /// Latest attempts, newest first.
-    pub attempts: Vec<AttemptRow>,
+    pub attempts: Vec<OwnAttemptRow>,
     /// Which stretch of the attempts this is.
-    pub pages: Pages,
+    pub pages: PageNumbers,
     /// On the visitor's own page: since when they have had a sign-in code, if they have one.
     pub sign_in_code: Option<Option<OffsetDateTime>>,
 }
@@ -73,7 +73,7 @@ pub struct CourseView {
     /// Why help may be needed.
     pub concerns: Vec<(&'static str, String)>,
     /// Exercises in order.
-    pub steps: Vec<StepRow>,
+    pub steps: Vec<CourseStepRow>,
     /// Score over time, title and drawing, one per exercise tried.
     pub charts: Vec<(String, String)>,
 }
@@ -91,7 +91,7 @@ pub struct NextStep {
 
 /// An exercise of a course.
 #[derive(Clone, Debug)]
-pub struct StepRow {
+pub struct CourseStepRow {
     /// Page of the exercise.
     pub href: String,
     /// Page of the trainee's learning curve on it, once there is one.
@@ -99,7 +99,7 @@ pub struct StepRow {
     /// Its title.
     pub title: String,
     /// How it stands.
-    pub status: Status,
+    pub status: StatusWord,
     /// More about how it stands.
     pub detail: String,
     /// Scored attempts.
@@ -114,7 +114,7 @@ pub struct StepRow {
 
 /// An attempt in a list.
 #[derive(Clone, Debug)]
-pub struct AttemptRow {
+pub struct OwnAttemptRow {
     /// Page of the attempt.
     pub href: String,
     /// When it began.
@@ -124,7 +124,7 @@ pub struct AttemptRow {
     /// Title of the exercise.
     pub exercise: String,
     /// How it stands.
-    pub status: Status,
+    pub status: StatusWord,
     /// 0–100, once scored.
     pub score: Option<f64>,
     /// The computed score, 0–100, where somebody has put another in its place.
@@ -139,7 +139,7 @@ pub struct AttemptRow {
 
 /// A stretch of a long list.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Pages {
+pub struct PageNumbers {
     /// This stretch, from 1.
     pub page: u32,
     /// How many stretches there are.
@@ -163,7 +163,7 @@ pub struct CourseFacts<'a> {
     pub pass_marks: &'a [f64],
 }
 
-impl AttemptRow {
+impl OwnAttemptRow {
     /// Why it counts nowhere, in a few words.
     #[must_use]
     pub fn uncounted_words(&self) -> Option<&'static str> {
@@ -185,7 +185,7 @@ impl CourseView {
     pub fn new(facts: &CourseFacts<'_>, progress: &Progress, key: usize) -> Self {
         let steps = (0..progress.steps.len()).map(|i| step_row(facts, progress, i)).collect();
         let tried = |i: &usize| !progress.steps[*i].attempts.is_empty();
-        let charts = (0..progress.steps.len()).filter(tried).map(|i| chart(facts, progress, (key, i))).collect();
+        let charts = (0..progress.steps.len()).filter(tried).map(|i| chart(facts, progress, key, i)).collect();
         Self {
             title: facts.title.to_owned(),
             certificate: facts
@@ -277,17 +277,19 @@ pub fn score_points(attempts: &[Attempt]) -> Vec<ScorePoint> {
     attempts.iter().map(|a| ScorePoint { at: a.at, score: a.score, passed: a.passed }).collect()
 }
 
-fn step_row(facts: &CourseFacts<'_>, progress: &Progress, index: usize) -> StepRow {
+fn step_row(facts: &CourseFacts<'_>, progress: &Progress, index: usize) -> CourseStepRow {
     let (step, done) = (&facts.course.steps[index], &progress.steps[index]);
     let (status, detail) = match &done.state {
-        StepState::Mastered { on } => (Status::Mastered, tr!("on {date}", date = format::date(*on))),
-        StepState::Open { .. } if progress.next == Some(index) => (Status::Current, still_needed(done)),
-        StepState::Open { .. } => (Status::Open, still_needed(done)),
-        StepState::Locked { missing } => (Status::Locked, tr!("after {missing}", missing = missing.join(", "))),
-        StepState::Regressing { since, .. } => (Status::Regressing, tr!("since {date}", date = format::date(*since))),
+        StepState::Mastered { on } => (StatusWord::Mastered, tr!("on {date}", date = format::date(*on))),
+        StepState::Open { .. } if progress.next == Some(index) => (StatusWord::Current, still_needed(done)),
+        StepState::Open { .. } => (StatusWord::Open, still_needed(done)),
+        StepState::Locked { missing } => (StatusWord::Locked, tr!("after {missing}", missing = missing.join(", "))),
+        StepState::Regressing { since, .. } => {
+            (StatusWord::Regressing, tr!("since {date}", date = format::date(*since)))
+        }
     };
     let curve = facts.trainee.filter(|_| !done.attempts.is_empty());
-    StepRow {
+    CourseStepRow {
         href: exercise_href(&step.exercise),
         curve_href: curve.map(|trainee| format!("{trainee}/exercises/{}", step.exercise)),
         title: step.title.clone(),
@@ -311,10 +313,10 @@ fn pass_mark(facts: &CourseFacts<'_>, index: usize) -> f64 {
     facts.pass_marks.get(index).copied().unwrap_or(0.0)
 }
 
-fn chart(facts: &CourseFacts<'_>, progress: &Progress, (key, index): (usize, usize)) -> (String, String) {
+fn chart(facts: &CourseFacts<'_>, progress: &Progress, key: usize, index: usize) -> (String, String) {
     let points = score_points(&progress.steps[index].attempts);
     let title = facts.course.steps[index].title.clone();
-    let drawing = charts::scores(&points, pass_mark(facts, index), (&format!("{key}-{index}"), &title));
+    let drawing = charts::scores(&points, pass_mark(facts, index), &format!("{key}-{index}"), &title);
     (title, drawing)
 }
 

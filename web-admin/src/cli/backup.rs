@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::{Failure, Storage, say};
+use super::{CommandFailure, StorageArgs, say};
 use acts::backup;
 use acts::backup::{KEYS, KeyFile};
 use acts::clock::Clock;
@@ -19,12 +19,12 @@ pub struct BackupArgs {
     #[arg(long, value_name = "FILE")]
     passphrase_file: Option<PathBuf>,
     #[command(flatten)]
-    storage: Storage,
+    storage: StorageArgs,
 }
 
-pub(super) async fn run(args: &BackupArgs) -> Result<(), Failure> {
+pub(super) async fn run(args: &BackupArgs) -> Result<(), CommandFailure> {
     if args.to.exists() {
-        return Err(Failure::Usage(format!(
+        return Err(CommandFailure::Usage(format!(
             "--to: \"{}\" exists; a backup is never overwritten: name another file",
             args.to.display()
         )));
@@ -56,8 +56,9 @@ pub(super) async fn run(args: &BackupArgs) -> Result<(), Failure> {
 }
 
 /// The passphrase in a file.
-pub(super) fn passphrase_in(file: &Path) -> Result<String, Failure> {
-    let refused = |why: &dyn std::fmt::Display| Failure::Usage(format!("--passphrase-file: {}: {why}", file.display()));
+pub(super) fn passphrase_in(file: &Path) -> Result<String, CommandFailure> {
+    let refused =
+        |why: &dyn std::fmt::Display| CommandFailure::Usage(format!("--passphrase-file: {}: {why}", file.display()));
     let text = std::fs::read_to_string(file).map_err(|error| refused(&error))?;
     backup::passphrase::check(&text).map_err(|error| refused(&error))
 }

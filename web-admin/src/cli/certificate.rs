@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use super::{Failure, Storage, say};
+use super::{CommandFailure, StorageArgs, say};
 use acts::certificates;
 use model::certificate::{Statement, check_certificate};
 
@@ -12,14 +12,14 @@ use model::certificate::{Statement, check_certificate};
 #[derive(Debug, Subcommand)]
 pub enum CertificateCommand {
     /// Prints the public key of this service, for the school to publish
-    Key(Storage),
+    Key(StorageArgs),
     /// Checks a certificate and prints all that is signed; needs neither the service nor its data
-    Verify(VerifyArgs),
+    Verify(CertificateArgs),
 }
 
 /// What to check against what.
 #[derive(Debug, Args)]
-pub struct VerifyArgs {
+pub struct CertificateArgs {
     /// The certificate: the page that was saved, or the JSON in it
     #[arg(value_name = "FILE")]
     file: PathBuf,
@@ -28,7 +28,7 @@ pub struct VerifyArgs {
     key: String,
 }
 
-pub(super) fn run(command: &CertificateCommand) -> Result<(), Failure> {
+pub(super) fn run(command: &CertificateCommand) -> Result<(), CommandFailure> {
     match command {
         CertificateCommand::Key(storage) => {
             say(certificates::public_key(&storage.config()?.data_dir)?);
@@ -38,8 +38,8 @@ pub(super) fn run(command: &CertificateCommand) -> Result<(), Failure> {
     }
 }
 
-fn verify(VerifyArgs { file, key }: &VerifyArgs) -> Result<(), Failure> {
-    let bytes = std::fs::read(file).map_err(|error| Failure::Usage(format!("{}: {error}", file.display())))?;
+fn verify(CertificateArgs { file, key }: &CertificateArgs) -> Result<(), CommandFailure> {
+    let bytes = std::fs::read(file).map_err(|error| CommandFailure::Usage(format!("{}: {error}", file.display())))?;
     match check_certificate(&bytes, key) {
         Ok(statement) => {
             lines(&statement).iter().for_each(say);
@@ -47,7 +47,7 @@ fn verify(VerifyArgs { file, key }: &VerifyArgs) -> Result<(), Failure> {
         }
         Err(why) => {
             say(format_args!("not genuine: {}: {why:#}", file.display()));
-            Err(Failure::Found)
+            Err(CommandFailure::Found)
         }
     }
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use super::{Failure, Storage, say};
+use super::{CommandFailure, StorageArgs, say};
 use acts::importing;
 use acts::publishing;
 use acts::surveys;
@@ -23,20 +23,20 @@ pub struct ImportArgs {
     #[arg(value_name = "DIR")]
     folder: PathBuf,
     #[command(flatten)]
-    storage: Storage,
+    storage: StorageArgs,
     /// School, made where it is missing [default: the only one there is]
     #[arg(long)]
     school: Option<String>,
 }
 
-pub(super) async fn run(command: &CurriculaCommand) -> Result<(), Failure> {
+pub(super) async fn run(command: &CurriculaCommand) -> Result<(), CommandFailure> {
     let CurriculaCommand::Import(args) = command;
     let courses = publishing::courses_in(&args.folder)
-        .map_err(|error| Failure::Usage(format!("{}: {error}", args.folder.display())))?;
+        .map_err(|error| CommandFailure::Usage(format!("{}: {error}", args.folder.display())))?;
     let instruments = surveys::documents_in(&args.folder)
-        .map_err(|error| Failure::Usage(format!("{}: {error}", args.folder.display())))?;
+        .map_err(|error| CommandFailure::Usage(format!("{}: {error}", args.folder.display())))?;
     if courses.is_empty() && instruments.is_empty() {
-        return Err(Failure::Usage(format!(
+        return Err(CommandFailure::Usage(format!(
             "{}: holds no course.toml, nor does a folder in it, and no instruments",
             args.folder.display()
         )));

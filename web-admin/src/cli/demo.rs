@@ -2,8 +2,9 @@
 
 use clap::{Args, value_parser};
 
-use super::{Failure, Storage, say};
-use crate::demo::{self, Account, Demonstration};
+use super::{CommandFailure, StorageArgs, say};
+use crate::demo;
+use crate::demo::{DemoAccount, Demonstration};
 use acts::secret;
 use model::Role;
 
@@ -11,7 +12,7 @@ use model::Role;
 #[derive(Debug, Args)]
 pub struct DemoArgs {
     #[command(flatten)]
-    storage: Storage,
+    storage: StorageArgs,
     /// Password of every account [default: a random one, printed]
     #[arg(long)]
     password: Option<String>,
@@ -26,7 +27,7 @@ pub struct DemoArgs {
     seed: u64,
 }
 
-pub(super) async fn run(args: &DemoArgs) -> Result<(), Failure> {
+pub(super) async fn run(args: &DemoArgs) -> Result<(), CommandFailure> {
     let password = args.password.clone().map_or_else(secret::random_password, Ok)?;
     let state = args.storage.open().await?;
     let wanted = Demonstration { weeks: args.weeks, password, seed: args.seed, crowd: args.crowd };
@@ -38,7 +39,7 @@ pub(super) async fn run(args: &DemoArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-fn line(Account { role, name, email }: &Account) -> String {
+fn line(DemoAccount { role, name, email }: &DemoAccount) -> String {
     let role = match role {
         Role::Administrator => "administrator",
         Role::Instructor => "instructor",

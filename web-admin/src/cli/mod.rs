@@ -29,17 +29,17 @@ mod verify;
 /// Trainees' records, scores, curricula and progress.
 #[derive(Debug, Parser)]
 #[command(name = "web-admin", version, propagate_version = true)]
-struct Cli {
+struct WebAdminCli {
     #[command(subcommand)]
-    command: Command,
+    command: WebAdminCommand,
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {
+enum WebAdminCommand {
     /// Serves pages and the API; makes and migrates the database where needed
     Serve(serve::ServeArgs),
     /// Makes the database, or brings it up to date
-    Migrate(Storage),
+    Migrate(StorageArgs),
     /// Adds people and gives them access
     #[command(subcommand)]
     User(user::UserCommand),
@@ -51,7 +51,7 @@ enum Command {
     /// Shows what attempts score by the rubric that their exercise has now; with --apply, adds those scores
     Rescore(rescore::RescoreArgs),
     /// Tries again to score and to take in what was set aside, for it was fatal twice to the service or to whoever judged it
-    Retry(Storage),
+    Retry(StorageArgs),
     /// Checks the database, every recording and the audit log; names each finding and exits 1
     Verify(verify::VerifyArgs),
     /// Puts the database and every recording into one file, while the service runs, and reads it back
@@ -73,7 +73,7 @@ enum Command {
 
 /// Where everything is kept.
 #[derive(Clone, Debug, Args)]
-pub struct Storage {
+pub struct StorageArgs {
     /// Folder for everything the service keeps
     #[arg(long, value_name = "DIR", default_value = "data", env = "STYLET_DATA_DIR")]
     data_dir: PathBuf,
@@ -85,12 +85,12 @@ pub struct Storage {
     recordings: Option<String>,
 }
 
-impl Storage {
+impl StorageArgs {
     /// The configuration they ask for.
     ///
     /// # Errors
     /// When one of them is of a kind that is not supported.
-    pub fn config(&self) -> Result<Config, Failure> {
+    pub fn config(&self) -> Result<Config, CommandFailure> {
         let mut config = Config::in_folder(&self.data_dir);
         if let Some(given) = &self.database {
             config.database_url = config::database_url(given)?;
@@ -105,14 +105,14 @@ impl Storage {
     ///
     /// # Errors
     /// When it cannot be opened.
-    pub async fn open(&self) -> Result<AppState, Failure> {
+    pub async fn open(&self) -> Result<AppState, CommandFailure> {
         Ok(AppState::open(self.config()?, Clock::system()).await?)
     }
 }
 
 /// Why a command did not do its work.
 #[derive(Debug)]
-pub enum Failure {
+pub enum CommandFailure {
     /// The call or its input was wrong.
     Usage(String),
     /// The work failed.
@@ -121,19 +121,19 @@ pub enum Failure {
     Found,
 }
 
-impl From<config::ConfigError> for Failure {
+impl From<config::ConfigError> for CommandFailure {
     fn from(error: config::ConfigError) -> Self {
         Self::Usage(error.to_string())
     }
 }
 
-impl From<anyhow::Error> for Failure {
+impl From<anyhow::Error> for CommandFailure {
     fn from(error: anyhow::Error) -> Self {
         Self::Work(error)
     }
 }
 
-impl From<RegistryError> for Failure {
+impl From<RegistryError> for CommandFailure {
     fn from(error: RegistryError) -> Self {
         match error {
             RegistryError::Usage(words) => Self::Usage(words),
@@ -142,19 +142,19 @@ impl From<RegistryError> for Failure {
     }
 }
 
-impl From<sqlx::Error> for Failure {
+impl From<sqlx::Error> for CommandFailure {
     fn from(error: sqlx::Error) -> Self {
         Self::Work(anyhow::Error::new(error).context("database"))
     }
 }
 
-impl From<std::io::Error> for Failure {
+impl From<std::io::Error> for CommandFailure {
     fn from(error: std::io::Error) -> Self {
         Self::Work(error.into())
     }
 }
 
-impl Failure {
+impl CommandFailure {
     /// Says it in one line, and how the program ends.
     fn report(self) -> ExitCode {
         let (words, code) = match self {
@@ -176,19 +176,19 @@ fn say(line: impl std::fmt::Display) {
 /// Runs the program.
 #[must_use]
 pub fn main() -> ExitCode {
-    let command = match Cli::try_parse() {
+    let command = match WebAdminCli::try_parse() {
         Ok(cli) => cli.command,
         Err(refused) => refused.exit(),
     };
-    if let Command::Judge(args) = &command {
+    if let WebAdminCommand::Judge(args) = &command {
         return match judge::run(args) {
             Ok(()) => ExitCode::SUCCESS,
-            Err(error) => Failure::Work(error).report(),
+            Err(error) => CommandFailure::Work(error).report(),
         };
     }
     let runtime = match tokio::runtime::Runtime::new() {
         Ok(runtime) => runtime,
-        Err(error) => return Failure::from(error).report(),
+        Err(error) => return CommandFailure::from(error).report(),
     };
     match runtime.block_on(run(command)) {
         Ok(()) => ExitCode::SUCCESS,
@@ -196,33 +196,33 @@ pub fn main() -> ExitCode {
     }
 }
 
-async fn run(command: Command) -> Result<(), Failure> {
+async fn run(command: WebAdminCommand) -> Result<(), CommandFailure> {
     match command {
-        Command::Serve(args) => serve::run(&args).await,
-        Command::Migrate(storage) => {
+        WebAdminCommand::Serve(args) => serve::run(&args).await,
+        WebAdminCommand::Migrate(storage) => {
             storage.open().await?.db.close().await;
             say("the database is up to date");
             Ok(())
         }
-        Command::User(command) => user::run(&command).await,
-        Command::Curricula(command) => curricula::run(&command).await,
-        Command::Demo(args) => demo::run(&args).await,
-        Command::Rescore(args) => rescore::run(&args).await,
-        Command::Retry(storage) => {
+        WebAdminCommand::User(command) => user::run(&command).await,
+        WebAdminCommand::Curricula(command) => curricula::run(&command).await,
+        WebAdminCommand::Demo(args) => demo::run(&args).await,
+        WebAdminCommand::Rescore(args) => rescore::run(&args).await,
+        WebAdminCommand::Retry(storage) => {
             let state = storage.open().await?;
             let forgiven = upkeep::forgive_deaths(&state).await.map_err(anyhow::Error::from)?;
             state.db.close().await;
             say(format_args!("{forgiven} recordings and uploads are tried again by the service, within ten minutes"));
             Ok(())
         }
-        Command::Judge(args) => Ok(judge::run(&args)?),
-        Command::Verify(args) => verify::run(&args).await,
-        Command::Backup(args) => backup::run(&args).await,
-        Command::Restore(args) => restore::run(&args).await,
-        Command::Retain(args) => retain::run(&args).await,
-        Command::Certificate(command) => certificate::run(&command),
-        Command::Bench(args) => bench::run(&args).await,
-        Command::Openapi => {
+        WebAdminCommand::Judge(args) => Ok(judge::run(&args)?),
+        WebAdminCommand::Verify(args) => verify::run(&args).await,
+        WebAdminCommand::Backup(args) => backup::run(&args).await,
+        WebAdminCommand::Restore(args) => restore::run(&args).await,
+        WebAdminCommand::Retain(args) => retain::run(&args).await,
+        WebAdminCommand::Certificate(command) => certificate::run(&command),
+        WebAdminCommand::Bench(args) => bench::run(&args).await,
+        WebAdminCommand::Openapi => {
             let description = crate::routes::api::description();
             say(serde_json::to_string_pretty(&description).map_err(anyhow::Error::from)?);
             Ok(())

@@ -3,7 +3,7 @@
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::{Failure, Storage, say};
+use super::{CommandFailure, StorageArgs, say};
 use crate::AppState;
 use acts::registry;
 use acts::regrading;
@@ -20,7 +20,7 @@ pub struct RescoreArgs {
     #[arg(value_name = "EXERCISE")]
     exercise: String,
     #[command(flatten)]
-    storage: Storage,
+    storage: StorageArgs,
     /// School [default: the only one there is]
     #[arg(long)]
     school: Option<String>,
@@ -32,22 +32,22 @@ pub struct RescoreArgs {
     reason: Option<String>,
 }
 
-pub(super) async fn run(args: &RescoreArgs) -> Result<(), Failure> {
+pub(super) async fn run(args: &RescoreArgs) -> Result<(), CommandFailure> {
     let reason = args.reason.as_deref().map(judgement::reason).transpose();
-    let reason = reason.map_err(|refused| Failure::Usage(refused.to_string()))?;
+    let reason = reason.map_err(|refused| CommandFailure::Usage(refused.to_string()))?;
     let state = args.storage.open().await?;
     let school = registry::find_school(&state, args.school.as_deref()).await?;
     let attempts = sessions::scored_at(state.db.reader(), school.id, &args.exercise).await?;
     if attempts.is_empty() {
-        return Err(Failure::Usage(format!("{}: {} has no scored attempt at it", args.exercise, school.name)));
+        return Err(CommandFailure::Usage(format!("{}: {} has no scored attempt at it", args.exercise, school.name)));
     }
     let rubric = Rubric::of_today(&state, school.id, &args.exercise).await.map_err(anyhow::Error::from)?;
-    let rubric =
-        rubric.ok_or_else(|| Failure::Usage(format!("{}: no longer taught, so there is no rubric", args.exercise)))?;
+    let rubric = rubric
+        .ok_or_else(|| CommandFailure::Usage(format!("{}: no longer taught, so there is no rubric", args.exercise)))?;
     let bar = bar(attempts.len());
     let mut changed = 0;
     for attempt in &attempts {
-        changed += usize::from(regrade(&state, (attempt, &rubric), reason.as_deref(), &bar).await?);
+        changed += usize::from(regrade(&state, attempt, &rubric, reason.as_deref(), &bar).await?);
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -65,10 +65,11 @@ fn bar(attempts: usize) -> ProgressBar {
 /// Judges one attempt, tells what changes and, with a reason, grades it again. True where the rubric is another than the last one.
 async fn regrade(
     state: &AppState,
-    (attempt, rubric): (&Session, &Rubric),
+    attempt: &Session,
+    rubric: &Rubric,
     reason: Option<&str>,
     bar: &ProgressBar,
-) -> Result<bool, Failure> {
+) -> Result<bool, CommandFailure> {
     let before = scores::newest(state.db.reader(), attempt.key()).await?;
     let Some(before) = before.filter(|before| before.rubric_sha256 != rubric.sha256()) else { return Ok(false) };
     let again = rubric.judge(state, attempt).await.map_err(anyhow::Error::from)?;

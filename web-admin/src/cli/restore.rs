@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::{Failure, Storage, say};
+use super::{CommandFailure, StorageArgs, say};
 use acts::backup;
 use acts::backup::{KeysRestored, Refused, Restored, Wanted};
 use acts::clock::Clock;
@@ -25,18 +25,18 @@ pub struct RestoreArgs {
     #[arg(long, value_name = "FILE")]
     passphrase_file: Option<PathBuf>,
     #[command(flatten)]
-    storage: Storage,
+    storage: StorageArgs,
 }
 
-pub(super) async fn run(args: &RestoreArgs) -> Result<(), Failure> {
+pub(super) async fn run(args: &RestoreArgs) -> Result<(), CommandFailure> {
     let config = args.storage.config()?;
     let _lock = DataLock::take(&config, "web-admin restore", Clock::system().now())?;
     let erasures = args.erasures.as_deref().map(erasures_in).transpose()?.unwrap_or_default();
     let passphrase = args.passphrase_file.as_deref().map(super::backup::passphrase_in).transpose()?;
     let wanted = Wanted { erasures, passphrase };
     let restored = backup::restore(&config, &args.from, &wanted).await.map_err(|refused| match refused {
-        Refused::Input(words) => Failure::Usage(words),
-        Refused::Work(error) => Failure::Work(error),
+        Refused::Input(words) => CommandFailure::Usage(words),
+        Refused::Work(error) => CommandFailure::Work(error),
     })?;
     let Restored { report: restored, erased_again, keys } = restored;
     if erased_again > 0 {
@@ -56,9 +56,9 @@ pub(super) async fn run(args: &RestoreArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-fn erasures_in(file: &Path) -> Result<Vec<Erasure>, Failure> {
+fn erasures_in(file: &Path) -> Result<Vec<Erasure>, CommandFailure> {
     if !file.is_file() {
-        return Err(Failure::Usage(format!("--erasures: \"{}\" is no file", file.display())));
+        return Err(CommandFailure::Usage(format!("--erasures: \"{}\" is no file", file.display())));
     }
-    ErasureList::at(file).read().map_err(|unreadable| Failure::Usage(format!("--erasures: {unreadable}")))
+    ErasureList::at(file).read().map_err(|unreadable| CommandFailure::Usage(format!("--erasures: {unreadable}")))
 }

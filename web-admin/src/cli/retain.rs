@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use super::{Failure, Storage, say};
+use super::{CommandFailure, StorageArgs, say};
 use acts::retention;
 use acts::retention::Planned;
 use model::retention::Step;
@@ -13,7 +13,7 @@ use store::schools;
 #[derive(Debug, Args)]
 pub struct RetainArgs {
     #[command(flatten)]
-    storage: Storage,
+    storage: StorageArgs,
     /// Only say who would be warned and erased, and why; nothing is changed
     #[arg(long)]
     dry_run: bool,
@@ -22,14 +22,14 @@ pub struct RetainArgs {
     school: Option<String>,
 }
 
-pub(super) async fn run(args: &RetainArgs) -> Result<(), Failure> {
+pub(super) async fn run(args: &RetainArgs) -> Result<(), CommandFailure> {
     let state = args.storage.open().await?;
     let all = schools::all(state.db.reader()).await?;
     let wanted: Vec<_> =
         all.iter().filter(|school| args.school.as_ref().is_none_or(|name| *name == school.name)).collect();
     if let (Some(name), true) = (&args.school, wanted.is_empty()) {
         let names: Vec<_> = all.iter().map(|school| school.name.as_str()).collect();
-        return Err(Failure::Usage(format!("--school: \"{name}\"; there are: {}", names.join(", "))));
+        return Err(CommandFailure::Usage(format!("--school: \"{name}\"; there are: {}", names.join(", "))));
     }
     for school in wanted {
         let (settings, planned) = retention::plan(&state, school.id).await.map_err(anyhow::Error::new)?;

@@ -13,7 +13,7 @@ use tokio::signal::unix::{Signal, SignalKind, signal};
 use tower_sessions::ExpiredDeletion;
 use tracing_subscriber::EnvFilter;
 
-use super::{Failure, Storage, say};
+use super::{CommandFailure, StorageArgs, say};
 use crate::AppState;
 use crate::serving::{self, ConnectionLimits};
 use crate::{outbox, routes, worker};
@@ -37,7 +37,7 @@ pub struct ServeArgs {
     #[arg(long, value_name = "ADDR", default_value = "127.0.0.1:8080", env = "STYLET_LISTEN")]
     listen: SocketAddr,
     #[command(flatten)]
-    storage: Storage,
+    storage: StorageArgs,
     /// A proxy in front speaks TLS and sets X-Forwarded-For: cookies become Secure
     #[arg(long, env = "STYLET_BEHIND_TLS")]
     behind_tls: bool,
@@ -104,7 +104,7 @@ pub struct ServeArgs {
     preview_s: u64,
 }
 
-pub(super) async fn run(args: &ServeArgs) -> Result<(), Failure> {
+pub(super) async fn run(args: &ServeArgs) -> Result<(), CommandFailure> {
     start_log(args.log_format);
     let mut config = args.storage.config()?;
     config.listen = args.listen;
@@ -154,7 +154,7 @@ fn default_judges() -> usize {
 }
 
 /// Tells of what is tried no more, for it was fatal twice.
-async fn tell_deaths(state: &AppState) -> Result<(), Failure> {
+async fn tell_deaths(state: &AppState) -> Result<(), CommandFailure> {
     for SetAside { kind, id } in upkeep::count_deaths(state).await.map_err(anyhow::Error::from)? {
         tracing::error!(%id, "the service has died of this {kind} twice: it is set aside; web-admin retry tries it again");
     }
@@ -181,7 +181,7 @@ fn start_log(format: LogFormat) {
 }
 
 /// An empty service tells how to get in.
-async fn greet(state: &AppState) -> Result<(), Failure> {
+async fn greet(state: &AppState) -> Result<(), CommandFailure> {
     if people::count(state.db.reader()).await? == 0 {
         say(format_args!(
             "Nobody can sign in yet. Add the first person with: web-admin user add --data-dir {} \

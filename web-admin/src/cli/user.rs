@@ -13,7 +13,7 @@ use store::people::{self, Person};
 use store::schools;
 use store::second_factors::PersonKey;
 
-use super::{Failure, Storage, say};
+use super::{CommandFailure, StorageArgs, say};
 use crate::AppState;
 
 /// `web-admin user …`
@@ -70,7 +70,7 @@ pub struct ResetArgs {
 #[derive(Debug, Args)]
 pub struct WhoArgs {
     #[command(flatten)]
-    storage: Storage,
+    storage: StorageArgs,
     /// Address they sign in with
     #[arg(long)]
     email: String,
@@ -80,7 +80,7 @@ pub struct WhoArgs {
 #[derive(Debug, Args)]
 pub struct TokenArgs {
     #[command(flatten)]
-    storage: Storage,
+    storage: StorageArgs,
     /// Whose, or
     #[arg(long, required_unless_present = "station")]
     email: Option<String>,
@@ -101,7 +101,7 @@ pub struct TokenArgs {
 /// What a token is called that nobody has named.
 const COMMAND_LINE: &str = "command line";
 
-pub(super) async fn run(command: &UserCommand) -> Result<(), Failure> {
+pub(super) async fn run(command: &UserCommand) -> Result<(), CommandFailure> {
     match command {
         UserCommand::Add(args) => add(args).await,
         UserCommand::ResetPassword(args) => reset_password(args).await,
@@ -111,7 +111,7 @@ pub(super) async fn run(command: &UserCommand) -> Result<(), Failure> {
     }
 }
 
-async fn add(args: &AddArgs) -> Result<(), Failure> {
+async fn add(args: &AddArgs) -> Result<(), CommandFailure> {
     check_email(&args.who.email)?;
     for (option, name) in
         [("--name", Some(&args.name)), ("--school", args.school.as_ref()), ("--cohort", args.cohort.as_ref())]
@@ -138,7 +138,7 @@ async fn add(args: &AddArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-async fn reset_password(args: &ResetArgs) -> Result<(), Failure> {
+async fn reset_password(args: &ResetArgs) -> Result<(), CommandFailure> {
     let state = args.who.storage.open().await?;
     let person = find(&state, &args.who.email).await?;
     let school = schools::name(state.db.reader(), person.school_id).await?;
@@ -155,7 +155,7 @@ fn good_until(until: Moment) -> String {
     format!("signing in with it once, until {until}, asks them to choose their own")
 }
 
-async fn disable(args: &WhoArgs) -> Result<(), Failure> {
+async fn disable(args: &WhoArgs) -> Result<(), CommandFailure> {
     let state = args.storage.open().await?;
     let person = find(&state, &args.email).await?;
     match registry::disable_person(&state, &person).await? {
@@ -165,7 +165,7 @@ async fn disable(args: &WhoArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-async fn reset_second_factor(args: &WhoArgs) -> Result<(), Failure> {
+async fn reset_second_factor(args: &WhoArgs) -> Result<(), CommandFailure> {
     let state = args.storage.open().await?;
     let person = find(&state, &args.email).await?;
     let key = PersonKey { school_id: person.school_id, person_id: person.id };
@@ -175,7 +175,7 @@ async fn reset_second_factor(args: &WhoArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-async fn token(args: &TokenArgs) -> Result<(), Failure> {
+async fn token(args: &TokenArgs) -> Result<(), CommandFailure> {
     let state = args.storage.open().await?;
     let token = match (&args.email, &args.station) {
         (Some(email), _) => {
@@ -193,13 +193,13 @@ async fn token(args: &TokenArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-async fn find(state: &AppState, email: &str) -> Result<Person, Failure> {
+async fn find(state: &AppState, email: &str) -> Result<Person, CommandFailure> {
     let found = people::by_email(state.db.reader(), email).await?;
-    found.ok_or_else(|| Failure::Usage(format!("--email: \"{email}\"; nobody has this address")))
+    found.ok_or_else(|| CommandFailure::Usage(format!("--email: \"{email}\"; nobody has this address")))
 }
 
 /// The password to set, and a line that tells it where it was made here. `own` is who it is for.
-fn password(given: Option<&str>, own: &[&str]) -> Result<(String, Option<String>), Failure> {
+fn password(given: Option<&str>, own: &[&str]) -> Result<(String, Option<String>), CommandFailure> {
     let password = match given {
         None => {
             let made = secret::random_password()?;
@@ -209,14 +209,14 @@ fn password(given: Option<&str>, own: &[&str]) -> Result<(String, Option<String>
         Some("-") => std::io::read_to_string(std::io::stdin())?.trim_end_matches(['\r', '\n']).to_owned(),
         Some(given) => given.to_owned(),
     };
-    let refused = |why: PasswordRefused| Failure::Usage(format!("--password: {}", why.said()));
+    let refused = |why: PasswordRefused| CommandFailure::Usage(format!("--password: {}", why.said()));
     passwords::check(&password, own).map_err(refused)?;
     Ok((password, None))
 }
 
-fn check_name(option: &str, name: Option<&str>) -> Result<(), Failure> {
+fn check_name(option: &str, name: Option<&str>) -> Result<(), CommandFailure> {
     match name {
-        Some(name) if !is_name(name) => Err(Failure::Usage(format!(
+        Some(name) if !is_name(name) => Err(CommandFailure::Usage(format!(
             "{option}: \"{}\"; allowed are 1 to 120 characters on one line, not beginning with = + - or @",
             on_one_line(name)
         ))),
@@ -224,11 +224,11 @@ fn check_name(option: &str, name: Option<&str>) -> Result<(), Failure> {
     }
 }
 
-fn check_email(email: &str) -> Result<(), Failure> {
+fn check_email(email: &str) -> Result<(), CommandFailure> {
     let parts =
         email.split_once('@').filter(|(name, host)| !name.is_empty() && !host.is_empty() && !host.contains('@'));
     if parts.is_none() || email.contains(char::is_whitespace) || email.len() > 254 {
-        return Err(Failure::Usage(format!("--email: \"{email}\"; an address like name@example.org is needed")));
+        return Err(CommandFailure::Usage(format!("--email: \"{email}\"; an address like name@example.org is needed")));
     }
     Ok(())
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::Args;
 
-use super::{Failure, Storage, say};
+use super::{CommandFailure, StorageArgs, say};
 use acts::anchoring;
 use acts::certificates;
 use acts::certificates::KEY_FILE;
@@ -19,7 +19,7 @@ use store::Database;
 #[derive(Debug, Args)]
 pub struct VerifyArgs {
     #[command(flatten)]
-    storage: Storage,
+    storage: StorageArgs,
     /// Hash by which the audit log once ended, as a backup or this command has told it: one that was cut since is found
     #[arg(long, value_name = "HASH", value_parser = head)]
     expect_head: Option<String>,
@@ -37,7 +37,7 @@ fn head(given: &str) -> Result<String, &'static str> {
     if digits { Ok(given.to_ascii_lowercase()) } else { Err("allowed are 64 hexadecimal digits") }
 }
 
-pub(super) async fn run(args: &VerifyArgs) -> Result<(), Failure> {
+pub(super) async fn run(args: &VerifyArgs) -> Result<(), CommandFailure> {
     let config = args.storage.config()?;
     let db = Database::open_existing(&config.database_url).await.context("cannot open the database")?;
     let mut report = verification::everything(&db, &config.recordings_dir).await?;
@@ -45,7 +45,7 @@ pub(super) async fn run(args: &VerifyArgs) -> Result<(), Failure> {
         report.findings.extend(verification::cut_tail(&db, head).await?);
     }
     for file in &args.statement {
-        report.findings.extend(against(&db, &config, (file, args.statement_key.as_deref())).await?);
+        report.findings.extend(against(&db, &config, file, args.statement_key.as_deref()).await?);
     }
     report.findings.extend(verification::unerased(&db, &ErasureList::of(&config)).await?);
     db.close().await;
@@ -53,22 +53,23 @@ pub(super) async fn run(args: &VerifyArgs) -> Result<(), Failure> {
     findings.iter().for_each(say);
     let counts = format!("{recordings} recordings and {audit_rows} audit rows checked");
     say(format_args!("{counts}, {} findings; the audit log ends in {audit_head}", findings.len()));
-    if findings.is_empty() { Ok(()) } else { Err(Failure::Found) }
+    if findings.is_empty() { Ok(()) } else { Err(CommandFailure::Found) }
 }
 
 /// What is wrong with the log by a statement, or with the statement.
 async fn against(
     db: &Database,
     config: &Config,
-    (file, key): (&Path, Option<&str>),
-) -> Result<Option<String>, Failure> {
+    file: &Path,
+    key: Option<&str>,
+) -> Result<Option<String>, CommandFailure> {
     let named = |why: &dyn std::fmt::Display| format!("--statement: {}: {why}", file.display());
-    let bytes = std::fs::read(file).map_err(|error| Failure::Usage(named(&error)))?;
+    let bytes = std::fs::read(file).map_err(|error| CommandFailure::Usage(named(&error)))?;
     let key = match key {
         Some(key) => key.to_owned(),
         None if config.data_dir.join(KEY_FILE).exists() => certificates::public_key(&config.data_dir)?,
         None => {
-            return Err(Failure::Usage(named(
+            return Err(CommandFailure::Usage(named(
                 &"no key is here to check it with; name the published one with --statement-key",
             )));
         }

@@ -29,9 +29,9 @@ pub async fn assign(state: &AppState, now: Moment) -> anyhow::Result<()> {
     schools::set_time_zone(state, &administrator, TIME_ZONE).await?;
     let instructor = person(state, COHORTS[0].instructor).await?.into_current().context("an instructor")?;
     let course = Task::Course(super::COURSE.to_owned());
-    make(state, &instructor, course, (now, now.plus_s(DAY_S))).await?;
+    make(state, &instructor, course, now, now.plus_s(DAY_S)).await?;
     let exercise = Task::Exercise("reach-the-muscle".to_owned());
-    let late = make(state, &instructor, exercise, (now.plus_s(-14 * DAY_S), now.plus_s(-2 * DAY_S))).await?;
+    let late = make(state, &instructor, exercise, now.plus_s(-14 * DAY_S), now.plus_s(-2 * DAY_S)).await?;
     let listed = stored::managed(state.db.reader(), &instructor, Some(late), 1).await?;
     let absent =
         LEARNERS.iter().find(|learner| learner.cohort == 0 && learner.absent_weeks > 0).context("an absent one")?;
@@ -55,12 +55,7 @@ async fn person(state: &AppState, name: &str) -> anyhow::Result<people::Person> 
 }
 
 /// Assigns a task to the first cohort at one moment, due at six in the evening of another's day.
-async fn make(
-    state: &AppState,
-    by: &CurrentPerson,
-    task: Task,
-    (made, due_at): (Moment, Moment),
-) -> anyhow::Result<Uuid> {
+async fn make(state: &AppState, by: &CurrentPerson, task: Task, made: Moment, due_at: Moment) -> anyhow::Result<Uuid> {
     let day = due::local(due_at, TIME_ZONE).machine;
     let due = due::read(&format!("{}T18:00", day.get(..10).context("a date")?), TIME_ZONE)?;
     let cohorts = cohorts::all(state.db.reader(), by.school_id).await?;

@@ -20,7 +20,7 @@ const TICK_HZ: f64 = 1000.0;
 
 /// What is to be tried.
 #[derive(Clone, Debug)]
-pub struct Task {
+pub struct AttemptTask {
     /// The exercise.
     pub bundle: ExerciseBundle,
     /// How well.
@@ -39,7 +39,7 @@ pub struct Task {
 ///
 /// # Errors
 /// When the exercise is refused by the mechanics, or the disk refuses.
-pub fn perform(task: &Task, path: &Path) -> anyhow::Result<f64> {
+pub fn perform(task: &AttemptTask, path: &Path) -> anyhow::Result<f64> {
     let ExerciseBundle { exercise, scene, .. } = &task.bundle;
     let patient = Patient::draw(scene, task.seed);
     let spec = task.bundle.specimen_spec(&patient);
@@ -55,7 +55,7 @@ pub fn perform(task: &Task, path: &Path) -> anyhow::Result<f64> {
     Ok(simulated.duration_s)
 }
 
-fn session(task: &Task, patient: Patient) -> Session {
+fn session(task: &AttemptTask, patient: Patient) -> Session {
     Session {
         session_id: new_id(task.at),
         exercise_id: task.bundle.exercise.id.clone(),

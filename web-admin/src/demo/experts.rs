@@ -7,9 +7,10 @@ use law::operator::{Occasion, Skill};
 use tokio::task::JoinSet;
 use uuid::Uuid;
 
-use super::attempt::{self, Task};
+use super::attempt;
+use super::attempt::AttemptTask;
 use super::school::{self, ADMINISTRATOR, COHORTS, EXPERTS};
-use super::{COURSE, Made, current_bundle, take_in};
+use super::{COURSE, MadeAttempt, current_bundle, take_in};
 use crate::AppState;
 
 use model::corridor::WORDING;
@@ -28,7 +29,7 @@ const OPENING_S: i64 = 5 * 3600;
 const APART_S: i64 = 300;
 
 /// An exercise that an expert is yet to pass.
-struct Open {
+struct OpenStep {
     expert: Person,
     /// Draws the expert's own ways.
     person: u64,
@@ -52,7 +53,7 @@ pub(super) async fn demonstrate(state: &AppState, school: Uuid, seed: u64) -> an
     for again in 0..TRIES {
         let open = open(state, &course, &experts).await?;
         let at = Moment::max(begun, state.clock.now());
-        for made in show(state, &course, &open, (at, seed ^ (again << 48))).await? {
+        for made in show(state, &course, &open, at, seed ^ (again << 48)).await? {
             take_in(state, school, made).await?;
         }
     }
@@ -69,13 +70,13 @@ pub(super) async fn find(state: &AppState, name: &str) -> anyhow::Result<Person>
     people::by_email(state.db.reader(), &school::email(name)).await?.context("somebody of the demonstration is missing")
 }
 
-async fn open(state: &AppState, course: &Course, experts: &[Person]) -> anyhow::Result<Vec<Open>> {
+async fn open(state: &AppState, course: &Course, experts: &[Person]) -> anyhow::Result<Vec<OpenStep>> {
     let mut open = Vec::new();
     for (expert, person) in experts.iter().zip(0..) {
         let attempts = practice::of_trainee(state.db.reader(), expert.school_id, expert.id).await?;
         let passed = |step: &usize| attempts.iter().any(|a| a.passed && *a.exercise == course.steps[*step].exercise);
         let steps = (0..course.steps.len().min(SHOWN)).filter(|step| !passed(step));
-        open.extend(steps.map(|step| Open { expert: expert.clone(), person, step }));
+        open.extend(steps.map(|step| OpenStep { expert: expert.clone(), person, step }));
     }
     Ok(open)
 }
@@ -84,12 +85,13 @@ async fn open(state: &AppState, course: &Course, experts: &[Person]) -> anyhow::
 async fn show(
     state: &AppState,
     course: &Course,
-    open: &[Open],
-    (from, seed): (Moment, u64),
-) -> anyhow::Result<Vec<Made>> {
+    open: &[OpenStep],
+    from: Moment,
+    seed: u64,
+) -> anyhow::Result<Vec<MadeAttempt>> {
     let mut stations = JoinSet::new();
-    for (n, Open { expert, person, step }) in open.iter().enumerate() {
-        let task = Task {
+    for (n, OpenStep { expert, person, step }) in open.iter().enumerate() {
+        let task = AttemptTask {
             bundle: current_bundle(state, expert.school_id, course, *step).await?,
             skill: Skill::expert(),
             seed: seed.wrapping_mul(7_000_003) ^ (n as u64),
@@ -102,7 +104,7 @@ async fn show(
         stations.spawn_blocking(move || {
             let duration_s = attempt::perform(&task, &path)?;
             let ends = task.at.plus_s(duration_s.ceil() as i64);
-            anyhow::Ok(Made { trainee_id, path, ends })
+            anyhow::Ok(MadeAttempt { trainee_id, path, ends })
         });
     }
     let made: anyhow::Result<Vec<_>> = stations.join_all().await.into_iter().collect();

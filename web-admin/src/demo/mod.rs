@@ -30,7 +30,7 @@ use acts::intake::Bearer;
 use acts::publishing;
 use acts::recordings::Received;
 use acts::surveys;
-use attempt::Task;
+use attempt::AttemptTask;
 use model::Moment;
 use model::progress::{Course, Progress};
 use people::{Trainee, found};
@@ -39,7 +39,7 @@ use store::audit::Actor;
 use store::{curricula, exercises, practice};
 
 pub use crowd::ATTEMPTS_EACH;
-pub use people::Account;
+pub use people::DemoAccount;
 
 const DAY_S: i64 = 86_400;
 /// The first attempt of a day begins at nine in the morning, UTC; the next ones a quarter of an hour apart.
@@ -74,7 +74,7 @@ struct Slot {
 }
 
 /// An attempt that was made and waits to be taken in.
-struct Made {
+struct MadeAttempt {
     trainee_id: Uuid,
     path: PathBuf,
     ends: Moment,
@@ -84,7 +84,7 @@ struct Made {
 ///
 /// # Errors
 /// When somebody is in the database already, or a part of the work fails.
-pub async fn make(state: &AppState, wanted: &Demonstration) -> anyhow::Result<Vec<Account>> {
+pub async fn make(state: &AppState, wanted: &Demonstration) -> anyhow::Result<Vec<DemoAccount>> {
     let now = state.clock.now();
     let monday = last_monday(now).plus_s(-7 * DAY_S * i64::from(wanted.weeks));
     let past = state.at(monday);
@@ -95,7 +95,7 @@ pub async fn make(state: &AppState, wanted: &Demonstration) -> anyhow::Result<Ve
     let mut tried = vec![0; trainees.len()];
     let progress = bar(slots.len());
     for day in slots.chunk_by(|a, b| day_of(a.at) == day_of(b.at)) {
-        let made = practise(&past, (wanted.seed, &trainees), day, &mut tried).await?;
+        let made = practise(&past, wanted.seed, &trainees, day, &mut tried).await?;
         for attempt in made {
             take_in(&past, school, attempt).await?;
             progress.inc(1);
@@ -149,16 +149,17 @@ fn schedule(monday: Moment, weeks: u32) -> Vec<Slot> {
 /// Lets everybody who comes on a day make an attempt, all at once, and returns them in order of time.
 async fn practise(
     state: &AppState,
-    (seed, trainees): (u64, &[Trainee]),
+    seed: u64,
+    trainees: &[Trainee],
     day: &[Slot],
     tried: &mut [u32],
-) -> anyhow::Result<Vec<Made>> {
+) -> anyhow::Result<Vec<MadeAttempt>> {
     let mut stations = JoinSet::new();
     for slot in day {
         let trainee = &trainees[slot.learner];
         let n = tried[slot.learner];
         tried[slot.learner] += 1;
-        let task = Task {
+        let task = AttemptTask {
             bundle: next_exercise(state, trainee, n).await?,
             skill: LEARNERS[slot.learner].skill(n, slot.weeks_left),
             seed: seed.wrapping_mul(1_000_003) ^ ((slot.learner as u64) << 32) ^ u64::from(n),
@@ -175,7 +176,7 @@ async fn practise(
         stations.spawn_blocking(move || {
             let duration_s = attempt::perform(&task, &path)?;
             let ends = task.at.plus_s(duration_s.ceil() as i64);
-            anyhow::Ok(Made { trainee_id, path, ends })
+            anyhow::Ok(MadeAttempt { trainee_id, path, ends })
         });
     }
     let made: anyhow::Result<Vec<_>> = stations.join_all().await.into_iter().collect();
@@ -210,7 +211,7 @@ async fn current_bundle(
 }
 
 /// Takes an attempt in as an upload would, and scores it.
-async fn take_in(state: &AppState, school_id: Uuid, made: Made) -> anyhow::Result<()> {
+async fn take_in(state: &AppState, school_id: Uuid, made: MadeAttempt) -> anyhow::Result<()> {
     let waited_s = (made.ends.micros() - state.clock.now().micros()) / 1_000_000;
     state.clock.advance(waited_s.max(0));
     let (trainee_id, actor) = (Some(made.trainee_id), Actor::Person(made.trainee_id));

@@ -22,7 +22,7 @@ pub struct Trainee {
 
 /// An account to sign in with.
 #[derive(Clone, Debug)]
-pub struct Account {
+pub struct DemoAccount {
     /// What it may do.
     pub role: Role,
     /// Whose it is.
@@ -36,7 +36,7 @@ pub struct Account {
 ///
 /// # Errors
 /// When there are people already, or the database fails.
-pub async fn found(state: &AppState, password: &str) -> anyhow::Result<(Uuid, Vec<Trainee>, Vec<Account>)> {
+pub async fn found(state: &AppState, password: &str) -> anyhow::Result<(Uuid, Vec<Trainee>, Vec<DemoAccount>)> {
     let anybody = people::count(state.db.reader()).await?;
     ensure!(
         anybody == 0,
@@ -48,7 +48,7 @@ pub async fn found(state: &AppState, password: &str) -> anyhow::Result<(Uuid, Ve
     let school_id = founded.first().context("somebody")?.school_id;
     let trainees = founded.into_iter().filter(|person| person.role == Role::Trainee);
     let trainees = trainees.map(|person| Trainee { id: person.id, school_id, pseudonym: person.pseudonym }).collect();
-    let account = |person: GeneratedPerson| Account { role: person.role, name: person.name, email: person.email };
+    let account = |person: GeneratedPerson| DemoAccount { role: person.role, name: person.name, email: person.email };
     Ok((school_id, trainees, people.into_iter().map(account).collect()))
 }
 

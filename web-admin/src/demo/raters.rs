@@ -59,7 +59,7 @@ pub(super) async fn rate(state: &AppState) -> anyhow::Result<()> {
             let mut open = ratings::open(state, rater, rating.id).await?;
             let known = rated.iter().position(|listed| listed.id == rating.session_id).context("a rated attempt")?;
             let score = rated[known].score.unwrap_or_default() / 100.0;
-            invent(&mut open, score, (place as u64, known as u64));
+            invent(&mut open, score, place as u64, known as u64);
             open.finish(state, rater).await?;
         }
     }
@@ -67,7 +67,7 @@ pub(super) async fn rate(state: &AppState) -> anyhow::Result<()> {
 }
 
 /// Points that follow from the score, from how strict the rater is, and from chance.
-fn invent(open: &mut Rated, score: f64, (rater, attempt): (u64, u64)) {
+fn invent(open: &mut Rated, score: f64, rater: u64, attempt: u64) {
     for (at, item) in open.instrument.items.iter().enumerate() {
         let Some(ScaleKind::Likert { points, .. }) = open.instrument.scale(item) else { continue };
         let chance = 0.10 * scatter(attempt * 31 + rater * 7) + 0.12 * scatter(attempt * 101 + rater * 13 + at as u64);

@@ -21,7 +21,7 @@ const LATER_S: i64 = 3600;
 
 /// Another pass mark of an exercise, and what it would change.
 #[derive(Clone, Debug, PartialEq)]
-struct Change {
+struct RubricChange {
     exercise: String,
     /// The pass mark that there is, and the one to be, 0–100.
     marks: (f64, f64),
@@ -52,12 +52,12 @@ pub(super) async fn change(state: &AppState) -> anyhow::Result<()> {
 
 /// A milder mark, where somebody has failed; else, in the first weeks, a stricter one. Of all exercises the one whose mark need
 /// be changed least, and of equals the one where that changes most.
-async fn choose(state: &AppState, instructor: &CurrentPerson) -> anyhow::Result<Option<Change>> {
+async fn choose(state: &AppState, instructor: &CurrentPerson) -> anyhow::Result<Option<RubricChange>> {
     let (mut milder, mut stricter) = (Vec::new(), Vec::new());
     for taught in exercises::all_current(state.db.reader(), instructor.school_id).await? {
         let scores = decided(state, instructor, &taught.exercise_id).await?;
-        milder.extend(Change::milder(&taught.exercise_id, taught.pass_mark, &scores));
-        stricter.extend(Change::stricter(&taught.exercise_id, taught.pass_mark, &scores));
+        milder.extend(RubricChange::milder(&taught.exercise_id, taught.pass_mark, &scores));
+        stricter.extend(RubricChange::stricter(&taught.exercise_id, taught.pass_mark, &scores));
     }
     let all = if milder.is_empty() { stricter } else { milder };
     Ok(all.into_iter().min_by(|a, b| a.points().total_cmp(&b.points()).then(b.attempts.cmp(&a.attempts))))
@@ -75,7 +75,7 @@ async fn decided(state: &AppState, instructor: &CurrentPerson, exercise: &str) -
     Ok(decided)
 }
 
-impl Change {
+impl RubricChange {
     /// A mark that lets somebody pass who has failed.
     fn milder(exercise: &str, mark: f64, scores: &[f64]) -> Option<Self> {
         let failed = scores.iter().copied().filter(|score| *score < mark);
@@ -112,7 +112,7 @@ impl Change {
     }
 }
 
-async fn publish(state: &AppState, instructor: &CurrentPerson, change: &Change) -> anyhow::Result<()> {
+async fn publish(state: &AppState, instructor: &CurrentPerson, change: &RubricChange) -> anyhow::Result<()> {
     let id = drafting::exercise(state, instructor, &change.exercise, None).await?;
     let draft = drafts::find(state.db.reader(), instructor.school_id, id).await?.context("the draft just begun")?;
     let mut texts = draft.texts;
@@ -129,26 +129,27 @@ mod tests {
     //! The demonstration must have a re-grading worth looking at: somebody has another result. Fails when the mark is changed
     //! by too little for anybody, when it leaves 0 to 100, or when something else in the document changes.
 
-    use super::Change;
+    use super::RubricChange;
 
     #[test]
     fn the_mark_is_changed_to_where_somebody_has_another_result() {
         for scores in [vec![69.6, 65.0, 64.9, 100.0], vec![0.3], vec![70.0, 99.9], vec![100.0, 12.0]] {
             let passing = |mark: f64| scores.iter().filter(|score| **score >= mark).count();
-            let [milder, stricter] = [Change::milder("a", 70.0, &scores), Change::stricter("a", 70.0, &scores)];
-            for Change { marks: (from, to), attempts, .. } in milder.iter().chain(&stricter) {
+            let [milder, stricter] =
+                [RubricChange::milder("a", 70.0, &scores), RubricChange::stricter("a", 70.0, &scores)];
+            for RubricChange { marks: (from, to), attempts, .. } in milder.iter().chain(&stricter) {
                 assert!((0.0..=100.0).contains(to), "{to}");
                 assert!(*attempts > 0 && passing(*to).abs_diff(passing(*from)) == *attempts, "{scores:?}: {to}");
             }
             assert_eq!(milder.is_some(), scores.iter().any(|score| *score < 70.0));
         }
-        assert_eq!(Change::milder("a", 70.0, &[69.6, 65.0, 64.9]).map(|change| change.attempts), Some(2));
-        assert_eq!(Change::stricter("a", 70.0, &[100.0]), None, "nobody can miss a full score");
+        assert_eq!(RubricChange::milder("a", 70.0, &[69.6, 65.0, 64.9]).map(|change| change.attempts), Some(2));
+        assert_eq!(RubricChange::stricter("a", 70.0, &[100.0]), None, "nobody can miss a full score");
     }
 
     #[test]
     fn the_pass_mark_alone_is_changed() {
-        let milder = Change::milder("a", 60.0, &[58.0]).expect("somebody has failed");
+        let milder = RubricChange::milder("a", 60.0, &[58.0]).expect("somebody has failed");
         let written = milder.written("id = \"a\"\npass_mark = 60\ntime_limit_s = 180\n");
         assert_eq!(written, "id = \"a\"\npass_mark = 55\ntime_limit_s = 180\n");
     }

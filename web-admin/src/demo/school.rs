@@ -10,7 +10,7 @@ pub const ADMINISTRATOR: &str = "Ingrid Halvorsen";
 
 /// A cohort with its instructor.
 #[derive(Clone, Copy, Debug)]
-pub struct Cohort {
+pub struct DemoCohort {
     /// Name.
     pub name: &'static str,
     /// Who teaches it.
@@ -18,9 +18,9 @@ pub struct Cohort {
 }
 
 /// The cohorts.
-pub const COHORTS: [Cohort; 2] = [
-    Cohort { name: "Year 4, group A", instructor: "Miriam Osei" },
-    Cohort { name: "Year 4, group B", instructor: "Tomás Ferreira" },
+pub const COHORTS: [DemoCohort; 2] = [
+    DemoCohort { name: "Year 4, group A", instructor: "Miriam Osei" },
+    DemoCohort { name: "Year 4, group B", instructor: "Tomás Ferreira" },
 ];
 
 /// Instructors without a cohort. With those who have one they are the experts of the corridor, and they rate.

@@ -48,7 +48,7 @@ const COMMENTS: [&str; 12] = [
 
 /// What answers are made from: an attempt.
 #[derive(Clone, Copy, Debug)]
-struct Basis {
+struct AnswerBasis {
     /// The attempt.
     session: Uuid,
     /// Its score, as a share.
@@ -65,8 +65,26 @@ struct Participant {
     /// Not a trainee.
     professional: bool,
     /// Their attempt; for a professional, one of the school's best.
-    basis: Basis,
+    basis: AnswerBasis,
 }
+
+/// A survey of the study before it is made.
+struct PlannedSurvey {
+    /// What it asks.
+    instrument: &'static str,
+    title: &'static str,
+    /// It is asked after attempts, not once.
+    after_attempts: bool,
+}
+
+const SURVEYS: [PlannedSurvey; 2] = [
+    PlannedSurvey { instrument: "nasa-tlx", title: "Study: workload of an attempt", after_attempts: true },
+    PlannedSurvey {
+        instrument: "simulator-validity",
+        title: "Study: is the simulator like a patient?",
+        after_attempts: false,
+    },
+];
 
 /// Holds both surveys of the study and closes them.
 ///
@@ -79,21 +97,18 @@ pub(super) async fn hold(state: &AppState, school: Uuid, trainees: &[Trainee]) -
             bases.push((trainee, basis));
         }
     }
-    let mut best: Vec<Basis> = bases.iter().map(|(_, basis)| *basis).collect();
+    let mut best: Vec<AnswerBasis> = bases.iter().map(|(_, basis)| *basis).collect();
     best.sort_by(|a, b| b.score.total_cmp(&a.score));
     best.truncate(PEOPLE.div_ceil(2));
     bases.truncate(PEOPLE);
     if best.is_empty() {
         return Ok(());
     }
-    for (instrument, title, after_attempts) in [
-        ("nasa-tlx", "Study: workload of an attempt", true),
-        ("simulator-validity", "Study: is the simulator like a patient?", false),
-    ] {
+    for plan in &SURVEYS {
         let owner = owner(state).await?;
-        let survey = make(state, &owner, (school, instrument), (title, after_attempts)).await?;
+        let survey = make(state, &owner, school, plan).await?;
         let asked = surveys::instrument_of(state, &survey).await?;
-        let study = Study { state, survey: &survey, instrument: &asked };
+        let study = SurveyStudy { state, survey: &survey, instrument: &asked };
         for (place, (trainee, basis)) in bases.iter().enumerate() {
             study.trainee(trainee, Participant { place, professional: false, basis: *basis }).await?;
         }
@@ -110,7 +125,7 @@ async fn owner(state: &AppState) -> anyhow::Result<CurrentPerson> {
 }
 
 /// A trainee's latest scored attempt.
-async fn latest(state: &AppState, trainee: &Trainee) -> anyhow::Result<Option<Basis>> {
+async fn latest(state: &AppState, trainee: &Trainee) -> anyhow::Result<Option<AnswerBasis>> {
     let reader = state.db.reader();
     let attempts = practice::of_trainee(reader, trainee.school_id, trainee.id).await?;
     let Some(attempt) = attempts.iter().max_by_key(|attempt| attempt.at) else { return Ok(None) };
@@ -118,26 +133,21 @@ async fn latest(state: &AppState, trainee: &Trainee) -> anyhow::Result<Option<Ba
     let metrics = scores::metrics(reader, SessionKey { school_id: trainee.school_id, id: session }).await?;
     let force_n = metrics.iter().find(|metric| metric.id == "peak_force_n").and_then(|metric| metric.value);
     let force = (force_n.unwrap_or(3.0) / 10.0).clamp(0.0, 1.0);
-    Ok(Some(Basis { session, score: attempt.score / 100.0, force }))
+    Ok(Some(AnswerBasis { session, score: attempt.score / 100.0, force }))
 }
 
-async fn make(
-    state: &AppState,
-    owner: &CurrentPerson,
-    (school, instrument): (Uuid, &str),
-    (title, after_attempts): (&str, bool),
-) -> anyhow::Result<Survey> {
+async fn make(state: &AppState, owner: &CurrentPerson, school: Uuid, plan: &PlannedSurvey) -> anyhow::Result<Survey> {
     let reader = state.db.reader();
-    let current = instruments::current(reader, school, instrument).await?.context("the instrument is shipped")?;
+    let current = instruments::current(reader, school, plan.instrument).await?.context("the instrument is shipped")?;
     let administrator = people::by_email(reader, &school::email(school::ADMINISTRATOR)).await?;
     let administrator =
         administrator.and_then(Person::into_current).context("the demonstration has an administrator")?;
     let cohorts = reports::cohorts(reader, &administrator).await?;
     let wanted = Wanted {
         revision_id: current.id,
-        title: title.to_owned(),
+        title: plan.title.to_owned(),
         identity: Identity::Pseudonymous,
-        after_attempts,
+        after_attempts: plan.after_attempts,
         generated: true,
         opens_at: state.clock.now().plus_s(-28 * 24 * 3600),
         closes_at: None,
@@ -147,13 +157,13 @@ async fn make(
     stored::find(reader, school, id).await?.context("the survey that was made")
 }
 
-struct Study<'a> {
+struct SurveyStudy<'a> {
     state: &'a AppState,
     survey: &'a Survey,
     instrument: &'a Instrument,
 }
 
-impl Study<'_> {
+impl SurveyStudy<'_> {
     async fn trainee(&self, trainee: &Trainee, participant: Participant) -> anyhow::Result<()> {
         let person = people::by_id(self.state.db.reader(), trainee.id).await?;
         let person = person.and_then(Person::into_current).context("a trainee of the demonstration")?;
@@ -163,7 +173,7 @@ impl Study<'_> {
         self.answer(&token, participant).await
     }
 
-    async fn professionals(&self, owner: &CurrentPerson, best: &[Basis]) -> anyhow::Result<()> {
+    async fn professionals(&self, owner: &CurrentPerson, best: &[AnswerBasis]) -> anyhow::Result<()> {
         let labels: Vec<String> = (1..=PEOPLE).map(|n| format!("Professional {n} (generated)")).collect();
         let links = surveys::make_links(self.state, owner, self.survey, &labels).await?;
         for (place, link) in links.iter().enumerate() {

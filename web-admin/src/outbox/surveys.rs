@@ -36,7 +36,7 @@ async fn deliver(state: &AppState, letter: &SurveyLetter) -> Result<(), Error> {
     let token = mailing::claim_survey_letter(state, letter, &survey).await?;
     let link = format!("{}/survey/{token}", state.config.address());
     let minutes = instrument_of(state, &survey).await?.duration_min;
-    let (subject, body) = letters::survey(letter, &survey, (&link, minutes, link_expiry(&survey, now)));
+    let (subject, body) = letters::survey(letter, &survey, &link, minutes, link_expiry(&survey, now));
     let (name, email) = (letter.name.clone(), letter.email.clone());
     let sent = state.mailer.send(Letter { id: letter.id, name, email, subject, body }, now).await;
     mailing::note_survey_letter(state, letter, sent.map_err(|error| format!("{error:#}"))).await

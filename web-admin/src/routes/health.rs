@@ -18,7 +18,7 @@ use store::service::{self, Totals};
 
 /// A figure without labels.
 fn gauge(name: &str, help: &str, value: f64) -> String {
-    family((name, "gauge", help), &[(String::new(), value)])
+    family(name, "gauge", help, &[(String::new(), value)])
 }
 
 /// `/healthz`, `/readyz` and `/metrics`.
@@ -66,8 +66,8 @@ fn gauges(totals: &Totals, waited_s: f64) -> String {
     let people = roles.map(|(role, n)| (format!("{{role=\"{role}\"}}"), n as f64));
     let states = [("pending", totals.pending), ("scored", totals.scored), ("refused", totals.refused)];
     let sessions = states.map(|(state, n)| (format!("{{state=\"{state}\"}}"), n as f64));
-    family(("stylet_build_info", "gauge", "The program that runs."), &[(version, 1.0)])
-        + &family(("stylet_people", "gauge", "People who may sign in."), &people)
+    family("stylet_build_info", "gauge", "The program that runs.", &[(version, 1.0)])
+        + &family("stylet_people", "gauge", "People who may sign in.", &people)
         + &gauge("stylet_stations", "Stations whose token is valid.", totals.stations as f64)
         + &gauge("stylet_uploads_unfinished", "Uploads in pieces that are not whole.", totals.uploads as f64)
         + &gauge("stylet_jobs_waiting", "Recordings that wait to be scored.", totals.waiting as f64)
@@ -79,6 +79,6 @@ fn gauges(totals: &Totals, waited_s: f64) -> String {
         )
         + &gauge("stylet_jobs_overdue_seconds", "How long the first of the queue is overdue, in s.", waited_s)
         + &gauge("stylet_audit_rows", "Rows of the audit log.", totals.audit_rows as f64)
-        + &family(("stylet_sessions", "gauge", "Attempts by state."), &sessions)
+        + &family("stylet_sessions", "gauge", "Attempts by state.", &sessions)
         + &gauge("stylet_database_bytes", "Size of the database, in bytes.", totals.database_bytes as f64)
 }

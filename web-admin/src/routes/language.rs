@@ -58,13 +58,16 @@ fn cookie(headers: &HeaderMap) -> Option<Language> {
 }
 
 #[derive(Deserialize)]
-struct Choice {
+struct LanguageChoice {
     language: String,
     #[serde(default)]
     next: String,
 }
 
-async fn choose(State(state): State<AppState>, CsrfForm(choice): CsrfForm<Choice>) -> Result<Response, PageError> {
+async fn choose(
+    State(state): State<AppState>,
+    CsrfForm(choice): CsrfForm<LanguageChoice>,
+) -> Result<Response, PageError> {
     let language: Language = choice.language.parse().map_err(|_| unknown(&choice.language))?;
     let cookie = Cookie::build((NAME, language.code()))
         .path("/")

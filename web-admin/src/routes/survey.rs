@@ -17,7 +17,9 @@ use acts::error::Error;
 use acts::surveys::answering;
 use acts::surveys::answering::Answering;
 use model::survey::ResponseState;
-use pages::survey::form::{ConsentPage, End, EndPage, FormPage, Given, Question, Refusals, Terms, shown, spoken};
+use pages::survey::form::{
+    ConsentPage, EndPage, FormPage, FormQuestion, GivenField, Refusals, SurveyEnd, Terms, shown, spoken,
+};
 use words::Language;
 
 /// For anybody who has an address.
@@ -27,7 +29,7 @@ pub fn router() -> Routes {
 }
 
 #[derive(Deserialize)]
-struct Where {
+struct SurveyPageQuery {
     page: Option<usize>,
     lang: Option<String>,
 }
@@ -35,7 +37,7 @@ struct Where {
 async fn show(
     State(state): State<AppState>,
     Path(token): Path<String>,
-    Query(query): Query<Where>,
+    Query(query): Query<SurveyPageQuery>,
     headers: HeaderMap,
 ) -> Result<Response, PageError> {
     let answering = answering::open(&state, &token).await?;
@@ -43,8 +45,8 @@ async fn show(
     Ok(match answering.response.state {
         ResponseState::Invited => consent(&answering, &token, &wanted, false),
         ResponseState::Begun => form(&answering, &token, query.page, &Refusals::default()),
-        ResponseState::Submitted => end(&answering, &token, End::Sent),
-        ResponseState::Withdrawn => end(&answering, &token, End::Withdrawn),
+        ResponseState::Submitted => end(&answering, &token, SurveyEnd::Sent),
+        ResponseState::Withdrawn => end(&answering, &token, SurveyEnd::Withdrawn),
     })
 }
 
@@ -96,7 +98,7 @@ fn consent(answering: &Answering, token: &str, wanted: &str, refused: bool) -> R
     shown(&page.terms.language.clone(), page)
 }
 
-fn end(answering: &Answering, token: &str, end: End) -> Response {
+fn end(answering: &Answering, token: &str, end: SurveyEnd) -> Response {
     let page = EndPage {
         language: answering.response.language.clone(),
         title: answering.survey.title.clone(),
@@ -131,9 +133,9 @@ fn form(answering: &Answering, token: &str, page: Option<usize>, refusals: &Refu
     shown(&language, page)
 }
 
-fn question(answering: &Answering, item: usize, language: &str, refusals: &Refusals) -> Question {
-    let given = Given { answer: answering.response.answers.0[item].as_ref(), refused: refusals.at(item) };
-    Question::new(&answering.instrument, &answering.instrument.items[item], language, &given)
+fn question(answering: &Answering, item: usize, language: &str, refusals: &Refusals) -> FormQuestion {
+    let given = GivenField { answer: answering.response.answers.0[item].as_ref(), refused: refusals.at(item) };
+    FormQuestion::new(&answering.instrument, &answering.instrument.items[item], language, &given)
 }
 
 async fn act(
@@ -144,10 +146,10 @@ async fn act(
     let mut answering = answering::open(&state, &token).await?;
     let field = |name: &str| fields.iter().find(|(key, _)| key == name).map_or("", |(_, value)| value.as_str());
     match field("do") {
-        "begin" => begin(&state, answering, &token, (field("consent") == "yes", field("lang"))).await,
+        "begin" => begin(&state, answering, &token, field("consent") == "yes", field("lang")).await,
         "discard" => {
             answering.discard(&state).await?;
-            Ok(end(&answering, &token, End::Discarded))
+            Ok(end(&answering, &token, SurveyEnd::Discarded))
         }
         "withdraw" => {
             answering.withdraw(&state).await?;
@@ -167,7 +169,7 @@ async fn act(
                 let page = form(&answering, &token, Some(page), &refusals);
                 return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
             }
-            go(&state, answering, &token, (step, page)).await
+            go(&state, answering, &token, step, page).await
         }
         other => Err(Error::BadRequest(format!(
             "do: \"{other}\"; allowed: begin, save, next, back, send, discard, withdraw"
@@ -180,7 +182,8 @@ async fn begin(
     state: &AppState,
     mut answering: Answering,
     token: &str,
-    (agreed, language): (bool, &str),
+    agreed: bool,
+    language: &str,
 ) -> Result<Response, PageError> {
     if !agreed {
         let page = consent(&answering, token, language, true);
@@ -196,7 +199,8 @@ async fn go(
     state: &AppState,
     mut answering: Answering,
     token: &str,
-    (step, page): (&str, usize),
+    step: &str,
+    page: usize,
 ) -> Result<Response, PageError> {
     if step == "send" {
         answering.send(state).await?;

@@ -2,9 +2,9 @@
 
 use time::Date;
 
-use super::scale::Scale;
-use super::svg::{Area, Caption, Svg};
-use super::{Size, both};
+use super::scale::{AxisScale, Extent};
+use super::svg::{Area, Caption, PaperPoint, Svg};
+use super::{DrawingSize, both};
 use crate::format;
 
 const HEIGHT: f64 = 150.0;
@@ -15,7 +15,7 @@ pub fn by_day(days: &[(Date, usize, usize)]) -> String {
     both(|size| draw_days(days, size))
 }
 
-fn draw_days(days: &[(Date, usize, usize)], size: Size) -> String {
+fn draw_days(days: &[(Date, usize, usize)], size: DrawingSize) -> String {
     let id = format!("days-{}", size.name());
     let total: usize = days.iter().map(|(_, passed, failed)| passed + failed).sum();
     let most = days.iter().map(|(_, passed, failed)| passed + failed).max().unwrap_or(0);
@@ -29,11 +29,15 @@ fn draw_days(days: &[(Date, usize, usize)], size: Size) -> String {
     let caption = Caption { id: &id, class: size.name(), title: tr!("Attempts by day"), description: &description };
     let mut svg = Svg::new(size.width(), HEIGHT, &caption);
     let area = Area { x: 34.0, y: 8.0, width: size.width() - 44.0, height: HEIGHT - 36.0 };
-    let y = Scale::new((0.0, most.max(1) as f64), (area.bottom(), area.y));
-    let x = Scale::new((0.0, days.len().max(1) as f64), (area.x, area.right()));
+    let y = AxisScale::new(Extent::new(0.0, most.max(1) as f64), Extent::new(area.bottom(), area.y));
+    let x = AxisScale::new(Extent::new(0.0, days.len().max(1) as f64), Extent::new(area.x, area.right()));
     for (count, label) in [(0, "0".to_owned()), (most, most.to_string())] {
-        svg.line("grid", (area.x, y.at(count as f64)), (area.right(), y.at(count as f64)));
-        svg.text("tick end", (area.x - 6.0, y.at(count as f64) + 4.0), &label);
+        svg.line(
+            "grid",
+            PaperPoint::new(area.x, y.at(count as f64)),
+            PaperPoint::new(area.right(), y.at(count as f64)),
+        );
+        svg.text("tick end", PaperPoint::new(area.x - 6.0, y.at(count as f64) + 4.0), &label);
     }
     for (i, (_, passed, failed)) in days.iter().enumerate() {
         let (left, right) = (x.at(i as f64), x.at((i + 1) as f64));
@@ -44,7 +48,11 @@ fn draw_days(days: &[(Date, usize, usize)], size: Size) -> String {
     }
     for (day, place, anchor) in [(days.first(), area.x, ""), (days.last(), area.right(), " end")] {
         if let Some((date, ..)) = day {
-            svg.text(&format!("tick{anchor}"), (place, area.bottom() + 16.0), &format::short_date(*date));
+            svg.text(
+                &format!("tick{anchor}"),
+                PaperPoint::new(place, area.bottom() + 16.0),
+                &format::short_date(*date),
+            );
         }
     }
     svg.finish()
@@ -52,13 +60,13 @@ fn draw_days(days: &[(Date, usize, usize)], size: Size) -> String {
 
 /// Minimum, quartiles and maximum as a small box on a scale that others share. The numbers stand beside it.
 #[must_use]
-pub fn spread(five: &assessment::statistics::Summary, domain: (f64, f64)) -> String {
+pub fn spread(five: &assessment::statistics::Summary, domain: Extent) -> String {
     let mut svg = Svg::ornament(150.0, 16.0, "spread");
-    let x = Scale::new(domain, (3.0, 147.0));
-    svg.line("axis", (x.at(five.min), 8.0), (x.at(five.max), 8.0));
+    let x = AxisScale::new(domain, Extent::new(3.0, 147.0));
+    svg.line("axis", PaperPoint::new(x.at(five.min), 8.0), PaperPoint::new(x.at(five.max), 8.0));
     let (left, right) = (x.at(five.lower_quartile), x.at(five.upper_quartile));
     svg.rect("filled", Area { x: left, y: 3.0, width: (right - left).max(1.0), height: 10.0 });
-    svg.line("median", (x.at(five.median), 1.0), (x.at(five.median), 15.0));
+    svg.line("median", PaperPoint::new(x.at(five.median), 1.0), PaperPoint::new(x.at(five.median), 15.0));
     svg.finish()
 }
 
@@ -68,17 +76,21 @@ pub fn spread(five: &assessment::statistics::Summary, domain: (f64, f64)) -> Str
 pub fn among(own: f64, others: &assessment::statistics::Summary) -> String {
     const MIDDLE: f64 = 16.0;
     let mut svg = Svg::ornament(260.0, 54.0, "chart");
-    let x = Scale::new((0.0, 100.0), (12.0, 248.0));
+    let x = AxisScale::new(Extent::new(0.0, 100.0), Extent::new(12.0, 248.0));
     for tick in [0.0, 50.0, 100.0] {
-        svg.line("grid", (x.at(tick), 2.0), (x.at(tick), 34.0));
-        svg.text("tick middle", (x.at(tick), 50.0), &format::points(tick));
+        svg.line("grid", PaperPoint::new(x.at(tick), 2.0), PaperPoint::new(x.at(tick), 34.0));
+        svg.text("tick middle", PaperPoint::new(x.at(tick), 50.0), &format::points(tick));
     }
-    svg.line("axis", (x.at(0.0), 34.0), (x.at(100.0), 34.0));
-    svg.line("interval", (x.at(others.min), MIDDLE), (x.at(others.max), MIDDLE));
+    svg.line("axis", PaperPoint::new(x.at(0.0), 34.0), PaperPoint::new(x.at(100.0), 34.0));
+    svg.line("interval", PaperPoint::new(x.at(others.min), MIDDLE), PaperPoint::new(x.at(others.max), MIDDLE));
     let (left, right) = (x.at(others.lower_quartile), x.at(others.upper_quartile));
     svg.rect("box", Area { x: left, y: MIDDLE - 9.0, width: (right - left).max(1.0), height: 18.0 });
-    svg.line("median", (x.at(others.median), MIDDLE - 9.0), (x.at(others.median), MIDDLE + 9.0));
-    svg.circle("point pass", (x.at(own), MIDDLE), 4.0);
+    svg.line(
+        "median",
+        PaperPoint::new(x.at(others.median), MIDDLE - 9.0),
+        PaperPoint::new(x.at(others.median), MIDDLE + 9.0),
+    );
+    svg.circle("point pass", PaperPoint::new(x.at(own), MIDDLE), 4.0);
     svg.finish()
 }
 

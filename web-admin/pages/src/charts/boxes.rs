@@ -1,8 +1,9 @@
 //! Medians with quartiles, and means with intervals, a row for each group on one axis.
 
 use super::plot::Plot;
-use super::svg::{Area, Caption, Svg};
-use super::{Size, labels};
+use super::scale::Extent;
+use super::svg::{Area, Caption, PaperPoint, Svg};
+use super::{DrawingSize, labels};
 use crate::format;
 
 /// A row of the chart.
@@ -21,13 +22,13 @@ const FOOT: f64 = 38.0;
 
 /// Boxes on an axis over `range`. `key` makes the ids unique on the page.
 #[must_use]
-pub fn boxes(rows: &[BoxRow], range: (f64, f64), (key, title): (&str, &str), size: Size) -> String {
+pub fn boxes(rows: &[BoxRow], range: Extent, key: &str, title: &str, size: DrawingSize) -> String {
     let id = format!("{key}-{}", size.name());
     let description = rows.iter().map(describe).collect::<Vec<_>>().join(" ");
     let caption = Caption { id: &id, class: size.name(), title, description: &description };
     let height = ROW * rows.len() as f64;
     let area = Area { x: 10.0, y: 0.0, width: size.width() - 24.0, height };
-    let plot = Plot::rising(area, range, (0.0, 1.0));
+    let plot = Plot::rising(area, range, Extent::new(0.0, 1.0));
     let mut svg = Svg::new(size.width(), height + FOOT, &caption);
     plot.draw_x_axis(&mut svg, size.ticks(), "");
     for (row, top) in rows.iter().zip((0..).map(|row| ROW * f64::from(row))) {
@@ -37,17 +38,17 @@ pub fn boxes(rows: &[BoxRow], range: (f64, f64), (key, title): (&str, &str), siz
 }
 
 fn draw(svg: &mut Svg, plot: &Plot, row: &BoxRow, top: f64) {
-    svg.text("bar-name", (plot.area.x, top + 14.0), &labels::shorten(&row.label, plot.area.width));
+    svg.text("bar-name", PaperPoint::new(plot.area.x, top + 14.0), &labels::shorten(&row.label, plot.area.width));
     let middle = top + 27.0;
     if let Some((lower, median, upper)) = row.quartiles {
         let (left, right) = (plot.x.at(lower), plot.x.at(upper));
         svg.rect("box", Area { x: left, y: middle - 8.0, width: (right - left).max(2.0), height: 16.0 });
         let at = plot.x.at(median);
-        svg.line("median", (at, middle - 9.0), (at, middle + 9.0));
+        svg.line("median", PaperPoint::new(at, middle - 9.0), PaperPoint::new(at, middle + 9.0));
     }
     if let Some((mean, low, high)) = row.mean {
-        svg.line("interval", (plot.x.at(low), middle), (plot.x.at(high), middle));
-        svg.circle("mean", (plot.x.at(mean), middle), 3.5);
+        svg.line("interval", PaperPoint::new(plot.x.at(low), middle), PaperPoint::new(plot.x.at(high), middle));
+        svg.circle("mean", PaperPoint::new(plot.x.at(mean), middle), 3.5);
     }
 }
 

@@ -3,21 +3,23 @@
 use attempt::AttemptCurve;
 use model::corridor::Corridor;
 
-use super::Size;
+use super::DrawingSize;
 use super::plot::{Plot, extent};
+use super::scale::Extent;
 use super::svg::{Area, Caption, Svg};
 
 /// Draws an attempt's way in over the corridor.
 #[must_use]
-pub fn corridor(curve: &AttemptCurve, corridor: &Corridor, size: Size) -> String {
+pub fn corridor(curve: &AttemptCurve, corridor: &Corridor, size: DrawingSize) -> String {
     let id = format!("corridor-{}", size.name());
     let title = tr!("Force against depth on the way in, and the experts' corridor");
     let caption = Caption { id: &id, class: size.name(), title, description: &describe(corridor) };
     let deepest = corridor.places.iter().map(|place| place.advance_mm).fold(1.0, f64::max) * 1.05;
     let forces = curve.points.iter().map(|p| p.force_n).chain(corridor.places.iter().map(|p| p.high_n));
-    let (low, high) = extent(forces).unwrap_or((0.0, 1.0));
+    let force = extent(forces).unwrap_or(Extent::new(0.0, 1.0));
     let area = Area { x: 46.0, y: 12.0, width: size.width() - 58.0, height: 230.0 };
-    let plot = Plot::rising(area, (0.0, deepest), (low * 1.05, (high * 1.05).max(0.1)));
+    let plot =
+        Plot::rising(area, Extent::new(0.0, deepest), Extent::new(force.from * 1.05, (force.to * 1.05).max(0.1)));
     let mut svg = Svg::new(size.width(), area.bottom() + 40.0, &caption);
     plot.draw_x_axis(&mut svg, size.ticks(), tr!("depth of the tip along the needle (mm)"));
     plot.draw_y_axis(&mut svg, 6, tr!("force (N)"));
@@ -51,7 +53,7 @@ mod tests {
     fn draws_band_median_and_attempt() {
         let curve = samples::curve();
         let made = of(&curve, &vec![curve.clone(); 5]).expect("five are enough");
-        let markup = corridor(&curve, &made, Size::Wide);
+        let markup = corridor(&curve, &made, DrawingSize::Wide);
         assert!(markup.contains("class=\"corridor\"") && markup.matches("<polyline").count() == 2, "{markup}");
     }
 }

@@ -1,15 +1,16 @@
 //! The exercise as a cross-section in the plane of the needle: layers, structures, planned path and target.
 
-use super::Size;
+use super::DrawingSize;
 use super::force_depth::texture_class;
 use super::labels::Labels;
 use super::plot::Plot;
-use super::svg::{Area, Caption, Svg, text_width};
+use super::scale::Extent;
+use super::svg::{Area, Caption, PaperPoint, Svg, text_width};
 use crate::format;
 
 /// What is drawn, in mm: across is along the needle's lean, from the entry; depth is below the skin.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Section {
+pub struct CrossSection {
     /// Name, texture and thickness in mm of each layer, from the surface down.
     pub layers: Vec<(String, String, f64)>,
     /// Angle of the needle to the surface normal, in degrees.
@@ -17,75 +18,96 @@ pub struct Section {
     /// Target depth along the needle, in mm.
     pub target_depth_mm: f64,
     /// Structures, projected onto the plane.
-    pub structures: Vec<Structure>,
+    pub structures: Vec<SectionStructure>,
 }
 
 /// A structure in the plane.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Structure {
+pub struct SectionStructure {
     /// Name.
     pub name: String,
     /// target, vessel, nerve, bone or organ: its class.
     pub kind: &'static str,
     /// Its shape.
-    pub outline: Outline,
+    pub outline: StructureOutline,
 }
 
-/// A shape in the plane, in mm: (across, depth).
+/// A point in the plane, in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Outline {
+pub struct SectionPoint {
+    /// Along the needle's lean, from the entry.
+    pub across_mm: f64,
+    /// Below the skin.
+    pub depth_mm: f64,
+}
+
+impl SectionPoint {
+    /// The point of two lengths.
+    #[must_use]
+    pub const fn new(across_mm: f64, depth_mm: f64) -> Self {
+        Self { across_mm, depth_mm }
+    }
+}
+
+/// A shape in the plane, in mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum StructureOutline {
     /// A ball.
     Circle {
         /// Centre.
-        centre: (f64, f64),
+        centre: SectionPoint,
         /// Radius, in mm.
         radius_mm: f64,
     },
     /// A box, or the bounds of a mesh.
     Rect {
         /// Least across and depth.
-        from: (f64, f64),
+        from: SectionPoint,
         /// Greatest across and depth.
-        to: (f64, f64),
+        to: SectionPoint,
     },
     /// A rod with round ends.
     Capsule {
         /// One end's centre.
-        from: (f64, f64),
+        from: SectionPoint,
         /// The other end's centre.
-        to: (f64, f64),
+        to: SectionPoint,
         /// Radius, in mm.
         radius_mm: f64,
     },
 }
 
-impl Outline {
+impl StructureOutline {
     /// The greatest depth, in mm.
     fn bottom(&self) -> f64 {
         match *self {
-            Self::Circle { centre, radius_mm } => centre.1 + radius_mm,
-            Self::Rect { to, .. } => to.1,
-            Self::Capsule { from, to, radius_mm } => from.1.max(to.1) + radius_mm,
+            Self::Circle { centre, radius_mm } => centre.depth_mm + radius_mm,
+            Self::Rect { to, .. } => to.depth_mm,
+            Self::Capsule { from, to, radius_mm } => from.depth_mm.max(to.depth_mm) + radius_mm,
         }
     }
 
     /// Points around it.
-    fn points(&self) -> Vec<(f64, f64)> {
+    fn points(&self) -> Vec<SectionPoint> {
         match *self {
             Self::Circle { centre, radius_mm } => rod(centre, centre, radius_mm),
-            Self::Rect { from, to } => vec![from, (to.0, from.1), to, (from.0, to.1)],
+            Self::Rect { from, to } => {
+                let corner = SectionPoint::new;
+                vec![from, corner(to.across_mm, from.depth_mm), to, corner(from.across_mm, to.depth_mm)]
+            }
             Self::Capsule { from, to, radius_mm } => rod(from, to, radius_mm),
         }
     }
 }
 
 /// Half a circle about each end, turned along the rod.
-fn rod(from: (f64, f64), to: (f64, f64), radius: f64) -> Vec<(f64, f64)> {
-    let turn = libm::atan2(to.1 - from.1, to.0 - from.0);
-    let half = |centre: (f64, f64), start: f64| {
+fn rod(from: SectionPoint, to: SectionPoint, radius: f64) -> Vec<SectionPoint> {
+    let turn = libm::atan2(to.depth_mm - from.depth_mm, to.across_mm - from.across_mm);
+    let half = |centre: SectionPoint, start: f64| {
         (0..=18_u32).map(move |i| {
             let angle = start + std::f64::consts::PI * f64::from(i) / 18.0;
-            (centre.0 + radius * libm::cos(angle), centre.1 + radius * libm::sin(angle))
+            let (across_mm, depth_mm) = (radius * libm::cos(angle), radius * libm::sin(angle));
+            SectionPoint::new(centre.across_mm + across_mm, centre.depth_mm + depth_mm)
         })
     };
     let quarter = std::f64::consts::FRAC_PI_2;
@@ -98,11 +120,11 @@ const LEFT: f64 = 46.0;
 
 /// Draws the section at one scale in both directions.
 #[must_use]
-pub fn cross_section(section: &Section, size: Size) -> String {
+pub fn cross_section(section: &CrossSection, size: DrawingSize) -> String {
     let id = format!("section-{}", size.name());
     let title = tr!("Cross-section along the needle");
     let caption = Caption { id: &id, class: size.name(), title, description: &describe(section) };
-    let height = if size == Size::Wide { 360.0 } else { 320.0 };
+    let height = if size == DrawingSize::Wide { 360.0 } else { 320.0 };
     let area = Area { x: LEFT, y: 8.0, width: size.width() - LEFT - 8.0, height };
     let plot = plot(section, area);
     let mut svg = Svg::new(size.width(), area.bottom() + 14.0, &caption);
@@ -114,7 +136,7 @@ pub fn cross_section(section: &Section, size: Size) -> String {
     svg.finish()
 }
 
-fn describe(section: &Section) -> String {
+fn describe(section: &CrossSection) -> String {
     let layers: Vec<String> =
         section.layers.iter().map(|(name, _, mm)| format!("{name} {} mm", format::fixed(*mm, 1))).collect();
     let structures: Vec<&str> = section.structures.iter().map(|s| s.name.as_str()).collect();
@@ -129,30 +151,30 @@ fn describe(section: &Section) -> String {
     format!("{needle} {besides}").trim_end().to_owned()
 }
 
-/// (across, depth) of a point on the needle's line, in mm.
-fn on_needle(section: &Section, along_mm: f64) -> (f64, f64) {
+/// A point on the needle's line.
+fn on_needle(section: &CrossSection, along_mm: f64) -> SectionPoint {
     let angle = section.angle_deg.to_radians();
-    (along_mm * libm::sin(angle), along_mm * libm::cos(angle))
+    SectionPoint::new(along_mm * libm::sin(angle), along_mm * libm::cos(angle))
 }
 
-fn plot(section: &Section, area: Area) -> Plot {
+fn plot(section: &CrossSection, area: Area) -> Plot {
     let target = on_needle(section, section.target_depth_mm);
-    let lowest = section.structures.iter().map(|s| s.outline.bottom()).fold(target.1, f64::max);
-    let depth = (-ABOVE, lowest.max(10.0) * 1.12 + 4.0);
-    let mm_per_unit = (depth.1 - depth.0) / area.height;
+    let lowest = section.structures.iter().map(|s| s.outline.bottom()).fold(target.depth_mm, f64::max);
+    let depth = Extent::new(-ABOVE, lowest.max(10.0) * 1.12 + 4.0);
+    let mm_per_unit = depth.length() / area.height;
     let half_width = area.width * mm_per_unit / 2.0;
-    let middle = target.0 / 2.0;
-    Plot::falling(area, (middle - half_width, middle + half_width), depth)
+    let middle = target.across_mm / 2.0;
+    Plot::falling(area, Extent::new(middle - half_width, middle + half_width), depth)
 }
 
-fn draw_layers(svg: &mut Svg, plot: &Plot, section: &Section) {
+fn draw_layers(svg: &mut Svg, plot: &Plot, section: &CrossSection) {
     let mut top_mm = 0.0;
     let mut names = Vec::new();
     for (name, texture, thickness_mm) in &section.layers {
         let row = plot.row(top_mm, top_mm + thickness_mm);
         if plot.y.contains(top_mm) {
             svg.rect(&format!("band {}", texture_class(texture)), row);
-            svg.line("boundary", (row.x, row.y), (row.right(), row.y));
+            svg.line("boundary", PaperPoint::new(row.x, row.y), PaperPoint::new(row.right(), row.y));
             names.push((name, row));
         }
         top_mm += thickness_mm;
@@ -161,7 +183,7 @@ fn draw_layers(svg: &mut Svg, plot: &Plot, section: &Section) {
     for (name, row) in names {
         // A thin layer's name moves down until it has room, as the one above it pushes.
         let baseline = (row.y + 13.0).max(free_from);
-        svg.text("layer-name", (row.x + 8.0, baseline), name);
+        svg.text("layer-name", PaperPoint::new(row.x + 8.0, baseline), name);
         free_from = baseline + 14.0;
     }
 }
@@ -170,67 +192,65 @@ fn draw_depths(svg: &mut Svg, plot: &Plot) {
     let ticks: Vec<f64> = plot.y.ticks(9).into_iter().filter(|t| *t >= 0.0).collect();
     for tick in &ticks {
         let y = plot.y.at(*tick);
-        svg.line("axis", (LEFT - 4.0, y), (LEFT, y));
-        svg.text("tick end", (LEFT - 7.0, y + 4.0), &format!("{tick:.0}"));
+        svg.line("axis", PaperPoint::new(LEFT - 4.0, y), PaperPoint::new(LEFT, y));
+        svg.text("tick end", PaperPoint::new(LEFT - 7.0, y + 4.0), &format!("{tick:.0}"));
     }
     svg.text_upwards(
         "axis-title middle",
-        (12.0, plot.area.y + plot.area.height / 2.0),
+        PaperPoint::new(12.0, plot.area.y + plot.area.height / 2.0),
         tr!("depth below the skin (mm)"),
     );
 }
 
 /// Draws a structure, and says what room it takes.
-fn draw_structure(svg: &mut Svg, plot: &Plot, structure: &Structure) -> Area {
-    let points: Vec<_> = structure.outline.points().iter().map(|(u, z)| plot.at(*u, *z)).collect();
+fn draw_structure(svg: &mut Svg, plot: &Plot, structure: &SectionStructure) -> Area {
+    let points: Vec<_> =
+        structure.outline.points().iter().map(|point| plot.at(point.across_mm, point.depth_mm)).collect();
     svg.polygon(&format!("structure {}", structure.kind), &points);
-    let ends = |pick: fn(&(f64, f64)) -> f64| {
-        let values = || points.iter().map(pick);
-        (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max))
-    };
-    let ((left, right), (top, bottom)) = (ends(|p| p.0), ends(|p| p.1));
-    Area { x: left, y: top, width: right - left, height: bottom - top }
+    let across = Extent::around(points.iter().map(|point| point.x));
+    let down = Extent::around(points.iter().map(|point| point.y));
+    Area { x: across.from, y: down.from, width: across.length(), height: down.length() }
 }
 
-fn draw_needle(svg: &mut Svg, plot: &Plot, section: &Section) {
+fn draw_needle(svg: &mut Svg, plot: &Plot, section: &CrossSection) {
     let place = |along_mm: f64| {
-        let (u, z) = on_needle(section, along_mm);
-        plot.at(u, z)
+        let point = on_needle(section, along_mm);
+        plot.at(point.across_mm, point.depth_mm)
     };
     let hub_mm = -ABOVE * 0.9;
     svg.line("needle", place(hub_mm), place(0.0));
     svg.line("path", place(0.0), place(section.target_depth_mm));
-    let (x, y) = place(section.target_depth_mm);
-    svg.circle("aim", (x, y), 7.0);
-    svg.line("aim", (x - 11.0, y), (x + 11.0, y));
-    svg.line("aim", (x, y - 11.0), (x, y + 11.0));
-    let (x, y) = place(hub_mm);
+    let target = place(section.target_depth_mm);
+    let PaperPoint { x, y } = target;
+    svg.circle("aim", target, 7.0);
+    svg.line("aim", PaperPoint::new(x - 11.0, y), PaperPoint::new(x + 11.0, y));
+    svg.line("aim", PaperPoint::new(x, y - 11.0), PaperPoint::new(x, y + 11.0));
+    let PaperPoint { x, y } = place(hub_mm);
     let name = tr!("needle, {angle} to the normal", angle = format!("{:.0}°", section.angle_deg));
     let fits = x + 10.0 + text_width(&name) <= plot.area.right();
     let (class, x) = if fits { ("needle-name", x + 10.0) } else { ("needle-name end", x - 10.0) };
-    svg.text(class, (x, y + 12.0), &name);
+    svg.text(class, PaperPoint::new(x, y + 12.0), &name);
 }
 
 /// Names of the target and the structures, clear of the shapes, of each other and of the planned path.
-fn draw_names(svg: &mut Svg, plot: &Plot, section: &Section, shapes: &[Area]) {
-    let around =
-        |(x, y): (f64, f64), reach: f64| Area { x: x - reach, y: y - reach, width: 2.0 * reach, height: 2.0 * reach };
+fn draw_names(svg: &mut Svg, plot: &Plot, section: &CrossSection, shapes: &[Area]) {
+    let around = |centre: PaperPoint, reach: f64| {
+        let (x, y) = (centre.x - reach, centre.y - reach);
+        Area { x, y, width: 2.0 * reach, height: 2.0 * reach }
+    };
     let place = |share: f64| {
-        let (u, z) = on_needle(section, section.target_depth_mm * share);
-        plot.at(u, z)
+        let point = on_needle(section, section.target_depth_mm * share);
+        plot.at(point.across_mm, point.depth_mm)
     };
     let target = around(place(1.0), 12.0);
     let mut labels = Labels::new(plot.area);
     shapes.iter().for_each(|shape| labels.avoid(*shape));
     labels.avoid(target);
     (0..20).for_each(|i| labels.avoid(around(place(f64::from(i) / 20.0), 3.0)));
-    labels.place(
-        svg,
-        "target-name",
-        (&tr!("target at {depth}", depth = format::stated(section.target_depth_mm, "mm")), target),
-    );
+    let depth = format::stated(section.target_depth_mm, "mm");
+    labels.place(svg, "target-name", &tr!("target at {depth}", depth = depth), target);
     for (structure, shape) in section.structures.iter().zip(shapes) {
-        labels.place(svg, "structure-name", (&structure.name, *shape));
+        labels.place(svg, "structure-name", &structure.name, *shape);
     }
 }
 
@@ -240,20 +260,20 @@ mod tests {
 
     use super::*;
 
-    fn section(angle_deg: f64) -> Section {
+    fn section(angle_deg: f64) -> CrossSection {
         let layer = |name: &str, mm| (name.to_owned(), name.to_owned(), mm);
-        let outline = Outline::Circle { centre: (12.0, 18.0), radius_mm: 4.0 };
-        Section {
+        let outline = StructureOutline::Circle { centre: SectionPoint::new(12.0, 18.0), radius_mm: 4.0 };
+        CrossSection {
             layers: vec![layer("skin", 0.8), layer("fat", 8.4), layer("muscle", 39.0)],
             angle_deg,
             target_depth_mm: 20.0,
-            structures: vec![Structure { name: "artery <1>".to_owned(), kind: "vessel", outline }],
+            structures: vec![SectionStructure { name: "artery <1>".to_owned(), kind: "vessel", outline }],
         }
     }
 
     #[test]
     fn shows_every_layer_structure_and_the_target() {
-        let markup = cross_section(&section(30.0), Size::Wide);
+        let markup = cross_section(&section(30.0), DrawingSize::Wide);
         for wanted in [
             "band skin",
             "band fat",
@@ -277,19 +297,16 @@ mod tests {
 
     #[test]
     fn the_needle_leans_by_its_angle() {
-        let (across, down) = on_needle(&section(30.0), 20.0);
-        assert!((across - 10.0).abs() < 1e-9 && (down - 17.320_508).abs() < 1e-6);
+        let point = on_needle(&section(30.0), 20.0);
+        assert!((point.across_mm - 10.0).abs() < 1e-9 && (point.depth_mm - 17.320_508).abs() < 1e-6);
     }
 
     #[test]
     fn a_rod_is_as_long_as_its_ends_and_as_thick_as_its_radius() {
-        let points = rod((0.0, 5.0), (10.0, 5.0), 2.0);
-        let bounds = |pick: fn(&(f64, f64)) -> f64| {
-            let values = || points.iter().map(pick);
-            (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max))
-        };
-        let ((left, right), (top, bottom)) = (bounds(|p| p.0), bounds(|p| p.1));
-        for (value, wanted) in [(left, -2.0), (right, 12.0), (top, 3.0), (bottom, 7.0)] {
+        let points = rod(SectionPoint::new(0.0, 5.0), SectionPoint::new(10.0, 5.0), 2.0);
+        let across = Extent::around(points.iter().map(|point| point.across_mm));
+        let down = Extent::around(points.iter().map(|point| point.depth_mm));
+        for (value, wanted) in [(across.from, -2.0), (across.to, 12.0), (down.from, 3.0), (down.to, 7.0)] {
             assert!((value - wanted).abs() < 1e-9, "{value} is not {wanted}");
         }
     }

@@ -1,8 +1,8 @@
 //! Tissue damage by layer and part, as stacked bars.
 
-use super::scale::Scale;
-use super::svg::{Area, Caption, Svg};
-use super::{Size, scale};
+use super::scale::{AxisScale, Extent};
+use super::svg::{Area, Caption, PaperPoint, Svg};
+use super::{DrawingSize, scale};
 
 /// The energy that a layer took, by part, in mJ.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -43,7 +43,7 @@ const BAR: f64 = 16.0;
 
 /// Draws one bar per layer that took any energy.
 #[must_use]
-pub fn damage(layers: &[LayerDamage], size: Size) -> String {
+pub fn damage(layers: &[LayerDamage], size: DrawingSize) -> String {
     let id = format!("damage-{}", size.name());
     let caption = Caption {
         id: &id,
@@ -56,23 +56,23 @@ pub fn damage(layers: &[LayerDamage], size: Size) -> String {
     let layers: Vec<&LayerDamage> = layers.iter().filter(|l| l.total_mj() > 0.0).collect();
     let rows = f64::from(u32::try_from(layers.len()).unwrap_or(0));
     let most = layers.iter().map(|l| l.total_mj()).fold(0.0, f64::max);
-    let x = Scale::new((0.0, most * 1.02), (4.0, size.width() - 60.0));
+    let x = AxisScale::new(Extent::new(0.0, most * 1.02), Extent::new(4.0, size.width() - 60.0));
     let bottom = rows * ROW + 6.0;
     let mut svg = Svg::new(size.width(), bottom + 40.0, &caption);
     let ticks = x.ticks(size.ticks());
     for tick in &ticks {
-        svg.line("grid", (x.at(*tick), 4.0), (x.at(*tick), bottom));
-        svg.text("tick middle", (x.at(*tick), bottom + 15.0), &scale::tick_label(*tick, &ticks));
+        svg.line("grid", PaperPoint::new(x.at(*tick), 4.0), PaperPoint::new(x.at(*tick), bottom));
+        svg.text("tick middle", PaperPoint::new(x.at(*tick), bottom + 15.0), &scale::tick_label(*tick, &ticks));
     }
-    svg.text("axis-title end", (size.width() - 60.0, bottom + 31.0), tr!("energy (mJ)"));
+    svg.text("axis-title end", PaperPoint::new(size.width() - 60.0, bottom + 31.0), tr!("energy (mJ)"));
     for (row, layer) in (0_u32..).zip(layers) {
         draw_bar(&mut svg, &x, layer, f64::from(row) * ROW);
     }
     svg.finish()
 }
 
-fn draw_bar(svg: &mut Svg, x: &Scale, layer: &LayerDamage, top: f64) {
-    svg.text("layer-name", (4.0, top + 14.0), &layer.name);
+fn draw_bar(svg: &mut Svg, x: &AxisScale, layer: &LayerDamage, top: f64) {
+    svg.text("layer-name", PaperPoint::new(4.0, top + 14.0), &layer.name);
     let mut from = 0.0;
     for (class, value) in layer.parts() {
         let to = from + value.max(0.0);
@@ -80,11 +80,11 @@ fn draw_bar(svg: &mut Svg, x: &Scale, layer: &LayerDamage, top: f64) {
         svg.rect(&format!("part {class}"), area);
         if area.width > 14.0 {
             let initial = class.get(..1).unwrap_or_default().to_uppercase();
-            svg.text("part-name middle", (area.x + area.width / 2.0, top + 32.0), &initial);
+            svg.text("part-name middle", PaperPoint::new(area.x + area.width / 2.0, top + 32.0), &initial);
         }
         from = to;
     }
-    svg.text("value", (x.at(from) + 6.0, top + 33.0), &format!("{from:.1}"));
+    svg.text("value", PaperPoint::new(x.at(from) + 6.0, top + 33.0), &format!("{from:.1}"));
 }
 
 #[cfg(test)]
@@ -96,15 +96,15 @@ mod tests {
     #[test]
     fn parts_follow_each_other_without_gap() {
         let layer = LayerDamage { name: "skin".to_owned(), rupture_mj: 1.0, cutting_mj: 2.0, ..LayerDamage::default() };
-        let markup = damage(std::slice::from_ref(&layer), Size::Wide);
+        let markup = damage(std::slice::from_ref(&layer), DrawingSize::Wide);
         assert_eq!(markup.matches("<rect").count(), 2, "parts of 0 are left out");
         assert!(markup.contains(">3.0<"));
     }
 
     #[test]
     fn no_damage_is_drawn_without_nonsense() {
-        let markup = damage(&[LayerDamage::default()], Size::Narrow);
+        let markup = damage(&[LayerDamage::default()], DrawingSize::Narrow);
         assert!(!markup.contains("NaN") && !markup.contains("<rect"));
-        assert!(!damage(&[], Size::Wide).contains("NaN"));
+        assert!(!damage(&[], DrawingSize::Wide).contains("NaN"));
     }
 }

@@ -3,10 +3,11 @@
 use crate::format;
 use attempt::{AttemptCurve, CurvePoint, LayerSpan};
 
-use super::Size;
+use super::DrawingSize;
 use super::marks;
 use super::plot::{Plot, extent};
-use super::svg::{Area, Caption, Svg, text_width};
+use super::scale::Extent;
+use super::svg::{Area, Caption, PaperPoint, Svg, text_width};
 
 const LEFT: f64 = 46.0;
 const RIGHT: f64 = 12.0;
@@ -15,7 +16,7 @@ const LANE: f64 = 32.0;
 
 /// Draws force against depth.
 #[must_use]
-pub fn force_depth(curve: &AttemptCurve, size: Size) -> String {
+pub fn force_depth(curve: &AttemptCurve, size: DrawingSize) -> String {
     let id = format!("force-depth-{}", size.name());
     let caption =
         Caption { id: &id, class: size.name(), title: tr!("Force against depth"), description: &describe(curve) };
@@ -31,21 +32,25 @@ pub fn force_depth(curve: &AttemptCurve, size: Size) -> String {
     draw_curve(&mut svg, &plot, curve);
     draw_marks(&mut svg, &plot, curve);
     if !lanes.is_empty() {
-        svg.text("lane-title", (LEFT, lanes_top + 10.0), tr!("Stage of each boundary"));
+        svg.text("lane-title", PaperPoint::new(LEFT, lanes_top + 10.0), tr!("Stage of each boundary"));
     }
     for (row, boundary) in (0_u32..).zip(&lanes) {
-        draw_lane(&mut svg, &plot, curve, (*boundary, lanes_top + 20.0 + LANE * f64::from(row)));
+        draw_lane(&mut svg, &plot, curve, *boundary, lanes_top + 20.0 + LANE * f64::from(row));
     }
     svg.finish()
 }
 
-fn plot(curve: &AttemptCurve, size: Size) -> Plot {
+fn plot(curve: &AttemptCurve, size: DrawingSize) -> Plot {
     let deepest = curve.points.iter().map(|p| p.advance_mm).fold(curve.target_depth_mm, f64::max);
-    let (low, high) = extent(curve.points.iter().map(|p| p.force_n)).unwrap_or((0.0, 1.0));
-    let height = if size == Size::Wide { 300.0 } else { 240.0 };
+    let force = extent(curve.points.iter().map(|p| p.force_n)).unwrap_or(Extent::new(0.0, 1.0));
+    let height = if size == DrawingSize::Wide { 300.0 } else { 240.0 };
     let area = Area { x: LEFT, y: 3.0 * LABEL_ROW, width: size.width() - LEFT - RIGHT, height };
     // A tenth above the highest peak leaves room for its number.
-    Plot::rising(area, (0.0, deepest.max(1.0) * 1.05), (low * 1.05, (high * 1.12).max(0.1)))
+    Plot::rising(
+        area,
+        Extent::new(0.0, deepest.max(1.0) * 1.05),
+        Extent::new(force.from * 1.05, (force.to * 1.12).max(0.1)),
+    )
 }
 
 fn describe(curve: &AttemptCurve) -> String {
@@ -76,8 +81,8 @@ fn draw_bands(svg: &mut Svg, plot: &Plot, bands: &[LayerSpan]) {
         let x = area.x.min(plot.area.right() - width).max(0.0);
         row_ends[row] = x + width + 8.0;
         let baseline = plot.area.y - 5.0 - LABEL_ROW * row as f64;
-        svg.line("boundary", (area.x, baseline - 8.0), (area.x, plot.area.bottom()));
-        svg.text("layer-name", (x + 3.0, baseline), &band.name);
+        svg.line("boundary", PaperPoint::new(area.x, baseline - 8.0), PaperPoint::new(area.x, plot.area.bottom()));
+        svg.text("layer-name", PaperPoint::new(x + 3.0, baseline), &band.name);
     }
 }
 
@@ -94,10 +99,10 @@ pub(super) fn texture_class(texture: &str) -> &'static str {
 
 fn draw_target(svg: &mut Svg, plot: &Plot, target_mm: f64) {
     let x = plot.x.at(target_mm);
-    svg.line("target", (x, plot.area.y), (x, plot.area.bottom()));
+    svg.line("target", PaperPoint::new(x, plot.area.y), PaperPoint::new(x, plot.area.bottom()));
     let beyond = x + 70.0 > plot.area.right();
     let (class, x) = if beyond { ("target-name end", x - 4.0) } else { ("target-name", x + 4.0) };
-    svg.text(class, (x, plot.area.y + 15.0), tr!("target"));
+    svg.text(class, PaperPoint::new(x, plot.area.y + 15.0), tr!("target"));
 }
 
 /// In as a solid line, out as a dashed one.
@@ -105,7 +110,7 @@ fn draw_curve(svg: &mut Svg, plot: &Plot, curve: &AttemptCurve) {
     let deepest =
         (0..curve.points.len()).max_by(|a, b| curve.points[*a].advance_mm.total_cmp(&curve.points[*b].advance_mm));
     let Some(deepest) = deepest else { return };
-    let place = |points: &[CurvePoint]| -> Vec<(f64, f64)> {
+    let place = |points: &[CurvePoint]| -> Vec<PaperPoint> {
         points.iter().filter(|p| plot.x.contains(p.advance_mm)).map(|p| plot.at(p.advance_mm, p.force_n)).collect()
     };
     svg.polyline("curve out", &place(&curve.points[deepest..]));
@@ -127,14 +132,14 @@ fn lanes(curve: &AttemptCurve) -> Vec<usize> {
     (0..curve.bands.len()).filter(|b| curve.stages.iter().any(|s| s.boundary == *b)).collect()
 }
 
-fn draw_lane(svg: &mut Svg, plot: &Plot, curve: &AttemptCurve, (boundary, top): (usize, f64)) {
-    svg.text("layer-name", (LEFT, top + 8.0), &curve.bands[boundary].name);
+fn draw_lane(svg: &mut Svg, plot: &Plot, curve: &AttemptCurve, boundary: usize, top: f64) {
+    svg.text("layer-name", PaperPoint::new(LEFT, top + 8.0), &curve.bands[boundary].name);
     for span in curve.stages.iter().filter(|s| s.boundary == boundary) {
         let column = plot.column(span.from_mm, span.to_mm);
         let area = Area { y: top + 12.0, height: 14.0, ..column };
         svg.rect(&format!("stage {}", span.stage.class()), area);
         if area.width > text_width(span.stage.numeral()) {
-            svg.text("stage-name middle", (area.x + area.width / 2.0, top + 23.0), span.stage.numeral());
+            svg.text("stage-name middle", PaperPoint::new(area.x + area.width / 2.0, top + 23.0), span.stage.numeral());
         }
     }
 }
@@ -148,7 +153,7 @@ mod tests {
 
     #[test]
     fn shows_layers_ruptures_and_stages() {
-        let markup = force_depth(&samples::curve(), Size::Wide);
+        let markup = force_depth(&samples::curve(), DrawingSize::Wide);
         for wanted in
             ["band skin", "band fat", "band muscle", "mark tip", "mark rim", "mark confirm", ">III<", "target"]
         {
@@ -161,7 +166,7 @@ mod tests {
         let empty = AttemptCurve { points: vec![], marks: vec![], stages: vec![], ..samples::curve() };
         let single = AttemptCurve { points: samples::curve().points[..1].to_vec(), ..empty.clone() };
         for curve in [empty, single] {
-            for size in [Size::Wide, Size::Narrow] {
+            for size in [DrawingSize::Wide, DrawingSize::Narrow] {
                 let markup = force_depth(&curve, size);
                 assert!(!markup.contains("NaN") && !markup.contains("inf"), "{markup}");
                 assert!(!markup.contains("polyline"));
@@ -171,7 +176,7 @@ mod tests {
 
     #[test]
     fn every_place_lies_on_the_paper() {
-        let markup = force_depth(&samples::curve(), Size::Narrow);
+        let markup = force_depth(&samples::curve(), DrawingSize::Narrow);
         let points = markup.split("points=\"").skip(1).filter_map(|rest| rest.split('"').next());
         for pair in points.flat_map(str::split_whitespace) {
             let (x, y) = pair.split_once(',').expect("a pair");

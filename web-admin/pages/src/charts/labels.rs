@@ -1,6 +1,6 @@
 //! Names in a drawing, each beside its thing and clear of everything else.
 
-use super::svg::{Area, Svg, text_width};
+use super::svg::{Area, PaperPoint, Svg, text_width};
 
 /// Height of a line of text.
 const LINE: f64 = 16.0;
@@ -36,7 +36,7 @@ impl Labels {
     }
 
     /// Writes a name on the first free side of its thing: right, left, below, above; below where none is free.
-    pub fn place(&mut self, svg: &mut Svg, class: &str, (name, thing): (&str, Area)) {
+    pub fn place(&mut self, svg: &mut Svg, class: &str, name: &str, thing: Area) {
         let sides = sides(thing, text_width(name));
         let (anchor, room) = sides.iter().find(|(_, room)| self.is_free(room)).unwrap_or(&sides[2]);
         let x = match *anchor {
@@ -44,7 +44,7 @@ impl Labels {
             "middle" => room.x + room.width / 2.0,
             _ => room.x,
         };
-        svg.text(&format!("{class} {anchor}"), (x, room.bottom() - 4.0), name);
+        svg.text(&format!("{class} {anchor}"), PaperPoint::new(x, room.bottom() - 4.0), name);
         self.taken.push(*room);
     }
 
@@ -82,7 +82,7 @@ mod tests {
         let mut labels = Labels::new(paper);
         let mut svg = Svg::ornament(200.0, 200.0, "c");
         for _ in 0..3 {
-            labels.place(&mut svg, "name", ("vessel", thing));
+            labels.place(&mut svg, "name", "vessel", thing);
         }
         let [right, left, below] = labels.taken[..] else { panic!("three rooms") };
         assert!(right.x > thing.right() && left.right() < thing.x && below.y > thing.bottom());
@@ -94,7 +94,7 @@ mod tests {
         let paper = Area { x: 0.0, y: 0.0, width: 200.0, height: 200.0 };
         let mut labels = Labels::new(paper);
         let edge = Area { x: 170.0, y: 90.0, width: 20.0, height: 20.0 };
-        labels.place(&mut Svg::ornament(200.0, 200.0, "c"), "name", ("vessel", edge));
+        labels.place(&mut Svg::ornament(200.0, 200.0, "c"), "name", "vessel", edge);
         assert!(labels.taken[0].right() < edge.x);
     }
 }

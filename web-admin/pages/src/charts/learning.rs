@@ -3,28 +3,30 @@
 use assessment::learning::{Crossing, LearningPoint, Rule};
 
 use super::plot::Plot;
-use super::svg::{Area, Caption, Svg};
+use super::scale::Extent;
+use super::svg::{Area, Caption, PaperPoint, Svg};
 
 const WIDTH: f64 = 360.0;
 const HEIGHT: f64 = 200.0;
 
 /// The curve with its lines. `key` makes the ids unique on the page.
 #[must_use]
-pub fn learning_curve(points: &[LearningPoint], rule: &Rule, (key, title): (&str, &str)) -> String {
+pub fn learning_curve(points: &[CurvePoint], rule: &Rule, key: &str, title: &str) -> String {
     let id = format!("curve-{key}");
     let caption = Caption { id: &id, class: "scores", title, description: &describe(points) };
     let area = Area { x: 40.0, y: 10.0, width: WIDTH - 112.0, height: HEIGHT - 48.0 };
     let lines = lines(points, rule);
     let values = points.iter().map(|p| p.value).chain(lines.iter().map(|(at, _)| *at)).chain([0.0]);
-    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
-    let plot = Plot::rising(area, (0.0, (points.len().max(4)) as f64), (low - 0.3, high + 0.3));
+    let sums = Extent::around(values);
+    let plot =
+        Plot::rising(area, Extent::new(0.0, (points.len().max(4)) as f64), Extent::new(sums.from - 0.3, sums.to + 0.3));
     let mut svg = Svg::new(WIDTH, HEIGHT, &caption);
     plot.draw_y_axis(&mut svg, 6, tr!("sum"));
     plot.draw_x_axis(&mut svg, 6, tr!("attempts"));
     for (at, name) in lines {
         let y = plot.y.at(at);
-        svg.line("pass-mark", (area.x, y), (area.right(), y));
-        svg.text("pass-name", (area.right() + 5.0, y + 4.0), name);
+        svg.line("pass-mark", PaperPoint::new(area.x, y), PaperPoint::new(area.right(), y));
+        svg.text("pass-name", PaperPoint::new(area.right() + 5.0, y + 4.0), name);
     }
     draw(&mut svg, &plot, points);
     svg.finish()
@@ -56,18 +58,19 @@ fn draw(svg: &mut Svg, plot: &Plot, points: &[LearningPoint]) {
         }
     }
     svg.polyline("score-line", &run);
-    if let Some((x, y)) = run.last().filter(|_| run.len() > 1) {
-        svg.circle("point", (*x, *y), 3.0);
+    if let Some(last) = run.last().filter(|_| run.len() > 1) {
+        svg.circle("point", *last, 3.0);
     }
 }
 
 /// A disc where competence was shown, a cross where too many failed.
-fn mark(svg: &mut Svg, (x, y): (f64, f64), crossed: Crossing) {
+fn mark(svg: &mut Svg, at: PaperPoint, crossed: Crossing) {
+    let PaperPoint { x, y } = at;
     match crossed {
-        Crossing::Acceptable => svg.circle("point pass", (x, y), 3.5),
+        Crossing::Acceptable => svg.circle("point pass", at, 3.5),
         Crossing::Unacceptable => {
-            svg.line("point fail", (x - 3.5, y - 3.5), (x + 3.5, y + 3.5));
-            svg.line("point fail", (x - 3.5, y + 3.5), (x + 3.5, y - 3.5));
+            svg.line("point fail", PaperPoint::new(x - 3.5, y - 3.5), PaperPoint::new(x + 3.5, y + 3.5));
+            svg.line("point fail", PaperPoint::new(x - 3.5, y + 3.5), PaperPoint::new(x + 3.5, y - 3.5));
         }
     }
 }
@@ -96,9 +99,9 @@ mod tests {
         let params = CusumParams { p0: 0.1, p1: 0.4, alpha: 0.1, beta: 0.1 };
         let rule = Rule::new(&params, Some(30)).expect("a rule");
         let failures: Vec<bool> = (0..40).map(|i| i > 30).collect();
-        let drawn = learning_curve(&curve(&rule, &failures).points, &rule, ("x", "Curve"));
+        let drawn = learning_curve(&curve(&rule, &failures).points, &rule, "x", "Curve");
         assert!(drawn.contains("point pass") && drawn.contains("point fail") && drawn.contains(">too many fail<"));
-        let empty = learning_curve(&[], &rule, ("x", "Curve"));
+        let empty = learning_curve(&[], &rule, "x", "Curve");
         assert!(!empty.contains("NaN") && !empty.contains("polyline") && !empty.contains(">acceptable<"), "{empty}");
     }
 }

@@ -1,11 +1,11 @@
 //! Answers on a row of points as diverging bars: what leans low goes left of the middle, what leans high right.
 
-use super::svg::{Area, Caption, Svg};
-use super::{Size, labels};
+use super::svg::{Area, Caption, PaperPoint, Svg};
+use super::{DrawingSize, labels};
 
 /// A bar: how often each point was chosen.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Bar {
+pub struct LikertBar {
     /// What it is of.
     pub label: String,
     /// Answers at each point, from low to high.
@@ -18,7 +18,7 @@ const TOP: f64 = 8.0;
 
 /// Diverging bars, a row each. `key` makes the ids unique on the page.
 #[must_use]
-pub fn diverging(bars: &[Bar], (key, title): (&str, &str), size: Size) -> String {
+pub fn diverging(bars: &[LikertBar], key: &str, title: &str, size: DrawingSize) -> String {
     let id = format!("{key}-{}", size.name());
     let description = bars.iter().map(describe).collect::<Vec<_>>().join(" ");
     let caption = Caption { id: &id, class: size.name(), title, description: &description };
@@ -28,14 +28,14 @@ pub fn diverging(bars: &[Bar], (key, title): (&str, &str), size: Size) -> String
     let reach = bars.iter().map(|bar| sides(bar).0.max(sides(bar).1)).fold(0.25, f64::max);
     let scale = (middle - 6.0) / reach;
     for (bar, top) in bars.iter().zip((0..).map(|row| TOP + ROW * f64::from(row))) {
-        draw(&mut svg, bar, (middle, top), scale);
+        draw(&mut svg, bar, middle, top, scale);
     }
-    svg.line("axis", (middle, 0.0), (middle, height));
+    svg.line("axis", PaperPoint::new(middle, 0.0), PaperPoint::new(middle, height));
     svg.finish()
 }
 
 /// Shares left and right of the middle; the middle point lies on both sides.
-fn sides(bar: &Bar) -> (f64, f64) {
+fn sides(bar: &LikertBar) -> (f64, f64) {
     let total = bar.counts.iter().sum::<usize>().max(1) as f64;
     let half = bar.counts.len() / 2;
     let centre = if bar.counts.len() % 2 == 1 { bar.counts[half] as f64 / 2.0 } else { 0.0 };
@@ -44,9 +44,9 @@ fn sides(bar: &Bar) -> (f64, f64) {
     ((low as f64 + centre) / total, (high as f64 + centre) / total)
 }
 
-fn draw(svg: &mut Svg, bar: &Bar, (middle, top): (f64, f64), scale: f64) {
+fn draw(svg: &mut Svg, bar: &LikertBar, middle: f64, top: f64, scale: f64) {
     let total = bar.counts.iter().sum::<usize>();
-    svg.text("bar-name", (4.0, top + 13.0), &labels::shorten(&bar.label, middle * 2.0 - 8.0));
+    svg.text("bar-name", PaperPoint::new(4.0, top + 13.0), &labels::shorten(&bar.label, middle * 2.0 - 8.0));
     let mut left = middle - sides(bar).0 * scale;
     for (point, count) in bar.counts.iter().enumerate().filter(|(_, count)| **count > 0) {
         let width = *count as f64 / total as f64 * scale;
@@ -54,7 +54,11 @@ fn draw(svg: &mut Svg, bar: &Bar, (middle, top): (f64, f64), scale: f64) {
         svg.rect(&format!("level {}", level(point, bar.counts.len())), area);
         // The number is the second cue: which point it is tells the order, how many the figure.
         if width > 16.0 {
-            svg.text("level-count middle", (left + width / 2.0, top + 19.0 + BAR - 5.0), &count.to_string());
+            svg.text(
+                "level-count middle",
+                PaperPoint::new(left + width / 2.0, top + 19.0 + BAR - 5.0),
+                &count.to_string(),
+            );
         }
         left += width;
     }
@@ -72,7 +76,7 @@ fn level(point: usize, points: usize) -> &'static str {
     }
 }
 
-fn describe(bar: &Bar) -> String {
+fn describe(bar: &LikertBar) -> String {
     let counts: Vec<String> = bar.counts.iter().map(ToString::to_string).collect();
     tr!("{label}: {counts} from low to high.", label = bar.label, counts = counts.join(", "))
 }
@@ -85,16 +89,16 @@ mod tests {
 
     #[test]
     fn what_leans_low_goes_left() {
-        let low = sides(&Bar { label: String::new(), counts: vec![6, 2, 2, 0, 0] });
+        let low = sides(&LikertBar { label: String::new(), counts: vec![6, 2, 2, 0, 0] });
         assert!((low.0 - 0.9).abs() < 1e-12 && (low.1 - 0.1).abs() < 1e-12, "{low:?}");
-        let even = sides(&Bar { label: String::new(), counts: vec![1, 1, 1, 1] });
+        let even = sides(&LikertBar { label: String::new(), counts: vec![1, 1, 1, 1] });
         assert!((even.0 - even.1).abs() < 1e-12);
     }
 
     #[test]
     fn a_bar_without_answers_draws_nothing_and_no_nonsense() {
-        let bars = [Bar { label: "<b>".to_owned(), counts: vec![0; 5] }];
-        let drawn = diverging(&bars, ("x", "t"), Size::Wide);
+        let bars = [LikertBar { label: "<b>".to_owned(), counts: vec![0; 5] }];
+        let drawn = diverging(&bars, "x", "t", DrawingSize::Wide);
         assert!(!drawn.contains("<rect") && !drawn.contains("NaN") && !drawn.contains("<b>"), "{drawn}");
     }
 }

@@ -24,28 +24,29 @@ mod trace;
 pub use bars::{among, by_day, spread};
 pub use boxes::{BoxRow, boxes};
 pub use corridor::corridor;
-pub use cross_section::{Outline, Section, Structure, cross_section};
+pub use cross_section::{CrossSection, SectionPoint, SectionStructure, StructureOutline, cross_section};
 pub use damage::{LayerDamage, damage};
 pub use force_depth::force_depth;
 pub use learning::learning_curve;
-pub use likert::{Bar, diverging};
+pub use likert::{LikertBar, diverging};
 pub use marks::numbered;
 pub use progress::{ScorePoint, mastery_strip, score_bar, scores, share_bar, sparkline};
+pub use scale::Extent;
 pub use scatter::scatter;
 pub use time::force_and_depth;
-pub use trace::{LEFT as TRACE_LEFT, RIGHT as TRACE_RIGHT, Strip, trace};
+pub use trace::{LEFT as TRACE_LEFT, RIGHT as TRACE_RIGHT, TraceStrip, trace};
 
 /// For which width a chart is drawn. Text in an SVG shrinks with it, so a phone gets a drawing of its own; the style
 /// sheet shows one of the two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Size {
+pub enum DrawingSize {
     /// A desk or paper.
     Wide,
     /// A phone.
     Narrow,
 }
 
-impl Size {
+impl DrawingSize {
     /// Class of the drawing, and suffix of its ids.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -74,8 +75,8 @@ impl Size {
 }
 
 /// A chart for both widths.
-pub fn both(draw: impl Fn(Size) -> String) -> String {
-    draw(Size::Wide) + &draw(Size::Narrow)
+pub fn both(draw: impl Fn(DrawingSize) -> String) -> String {
+    draw(DrawingSize::Wide) + &draw(DrawingSize::Narrow)
 }
 
 #[cfg(test)]
@@ -93,20 +94,22 @@ mod tests {
     fn drawings_of_an_attempt_speak_the_readers_language() {
         let curve = samples::curve();
         let experts = corridor_of(&curve, &vec![curve.clone(); 5]).expect("five are enough");
-        check_drawing("force over depth", &(&curve, "III", "IV"), || force_depth(&anatomy::curve(&curve), Size::Wide));
-        check_drawing("force and depth", &curve, || force_and_depth(&anatomy::curve(&curve), Size::Wide));
-        check_drawing("corridor", &curve, || corridor(&curve, &experts, Size::Wide));
+        check_drawing("force over depth", &(&curve, "III", "IV"), || {
+            force_depth(&anatomy::curve(&curve), DrawingSize::Wide)
+        });
+        check_drawing("force and depth", &curve, || force_and_depth(&anatomy::curve(&curve), DrawingSize::Wide));
+        check_drawing("corridor", &curve, || corridor(&curve, &experts, DrawingSize::Wide));
         let layers = [LayerDamage { name: "skin".to_owned(), rupture_mj: 1.0, ..LayerDamage::default() }];
-        check_drawing("damage", &layers, || damage(&layers, Size::Wide));
+        check_drawing("damage", &layers, || damage(&layers, DrawingSize::Wide));
     }
 
     #[test]
     fn drawings_of_progress_speak_the_readers_language() {
         let rule = Rule::new(&CusumParams { p0: 0.1, p1: 0.4, alpha: 0.1, beta: 0.1 }, Some(30)).expect("a rule");
         let points = learning(&rule, &[false; 40]).points;
-        check_drawing("learning curve", &"CUSUM", || learning_curve(&points, &rule, ("x", "CUSUM")));
+        check_drawing("learning curve", &"CUSUM", || learning_curve(&points, &rule, "x", "CUSUM"));
         for points in [vec![], vec![ScorePoint { at: samples::NOW, score: 70.0, passed: true }]] {
-            check_drawing("scores", &"CUSUM", || scores(&points, 60.0, ("x", "CUSUM")));
+            check_drawing("scores", &"CUSUM", || scores(&points, 60.0, "x", "CUSUM"));
         }
     }
 }

@@ -1,15 +1,15 @@
 //! A plot: two scales over an area, their grid, ticks and titles.
 
-use super::scale::{Scale, tick_label};
-use super::svg::{Area, Svg};
+use super::scale::{AxisScale, Extent, tick_label};
+use super::svg::{Area, PaperPoint, Svg};
 
 /// Two scales over an area of the paper.
 #[derive(Clone, Copy, Debug)]
 pub struct Plot {
     /// Across.
-    pub x: Scale,
+    pub x: AxisScale,
     /// Up, or down where larger values lie lower.
-    pub y: Scale,
+    pub y: AxisScale,
     /// The area between the axes.
     pub area: Area,
 }
@@ -17,20 +17,28 @@ pub struct Plot {
 impl Plot {
     /// Larger values lie higher.
     #[must_use]
-    pub fn rising(area: Area, x: (f64, f64), y: (f64, f64)) -> Self {
-        Self { x: Scale::new(x, (area.x, area.right())), y: Scale::new(y, (area.bottom(), area.y)), area }
+    pub fn rising(area: Area, x: Extent, y: Extent) -> Self {
+        Self {
+            x: AxisScale::new(x, Extent::new(area.x, area.right())),
+            y: AxisScale::new(y, Extent::new(area.bottom(), area.y)),
+            area,
+        }
     }
 
     /// Larger values lie lower, as depth does.
     #[must_use]
-    pub fn falling(area: Area, x: (f64, f64), y: (f64, f64)) -> Self {
-        Self { x: Scale::new(x, (area.x, area.right())), y: Scale::new(y, (area.y, area.bottom())), area }
+    pub fn falling(area: Area, x: Extent, y: Extent) -> Self {
+        Self {
+            x: AxisScale::new(x, Extent::new(area.x, area.right())),
+            y: AxisScale::new(y, Extent::new(area.y, area.bottom())),
+            area,
+        }
     }
 
     /// The place of a pair of values.
     #[must_use]
-    pub fn at(&self, x: f64, y: f64) -> (f64, f64) {
-        (self.x.at(x), self.y.at(y))
+    pub fn at(&self, x: f64, y: f64) -> PaperPoint {
+        PaperPoint::new(self.x.at(x), self.y.at(y))
     }
 
     /// Grid lines and labels of the axis along the width, below the area.
@@ -39,11 +47,11 @@ impl Plot {
         let bottom = self.area.bottom();
         for tick in &ticks {
             let x = self.x.at(*tick);
-            svg.line("grid", (x, self.area.y), (x, bottom));
-            svg.text("tick middle", (x, bottom + 15.0), &tick_label(*tick, &ticks));
+            svg.line("grid", PaperPoint::new(x, self.area.y), PaperPoint::new(x, bottom));
+            svg.text("tick middle", PaperPoint::new(x, bottom + 15.0), &tick_label(*tick, &ticks));
         }
-        svg.line("axis", (self.area.x, bottom), (self.area.right(), bottom));
-        svg.text("axis-title end", (self.area.right(), bottom + 31.0), title);
+        svg.line("axis", PaperPoint::new(self.area.x, bottom), PaperPoint::new(self.area.right(), bottom));
+        svg.text("axis-title end", PaperPoint::new(self.area.right(), bottom + 31.0), title);
     }
 
     /// Grid lines and labels of the axis along the height, left of the area.
@@ -51,11 +59,11 @@ impl Plot {
         let ticks = self.y.ticks(most);
         for tick in &ticks {
             let y = self.y.at(*tick);
-            svg.line("grid", (self.area.x, y), (self.area.right(), y));
-            svg.text("tick end", (self.area.x - 6.0, y + 4.0), &tick_label(*tick, &ticks));
+            svg.line("grid", PaperPoint::new(self.area.x, y), PaperPoint::new(self.area.right(), y));
+            svg.text("tick end", PaperPoint::new(self.area.x - 6.0, y + 4.0), &tick_label(*tick, &ticks));
         }
-        svg.line("axis", (self.area.x, self.area.y), (self.area.x, self.area.bottom()));
-        svg.text_upwards("axis-title middle", (12.0, self.area.y + self.area.height / 2.0), title);
+        svg.line("axis", PaperPoint::new(self.area.x, self.area.y), PaperPoint::new(self.area.x, self.area.bottom()));
+        svg.text_upwards("axis-title middle", PaperPoint::new(12.0, self.area.y + self.area.height / 2.0), title);
     }
 
     /// A band over the full height between two values.
@@ -75,9 +83,9 @@ impl Plot {
 
 /// Least and greatest of some values, with 0 among them; `None` when there are none.
 #[must_use]
-pub fn extent(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+pub fn extent(values: impl Iterator<Item = f64>) -> Option<Extent> {
     values
         .filter(|v| v.is_finite())
-        .map(|v| (v.min(0.0), v.max(0.0)))
-        .reduce(|(low, high), (a, b)| (low.min(a), high.max(b)))
+        .map(|v| Extent::new(v.min(0.0), v.max(0.0)))
+        .reduce(|found, next| Extent::new(found.from.min(next.from), found.to.max(next.to)))
 }

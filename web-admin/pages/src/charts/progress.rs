@@ -3,8 +3,8 @@
 use time::OffsetDateTime;
 
 use super::plot::Plot;
-use super::scale::Scale;
-use super::svg::{Area, Caption, Svg};
+use super::scale::{AxisScale, Extent};
+use super::svg::{Area, Caption, PaperPoint, Svg};
 use crate::format;
 
 /// A scored attempt on a chart.
@@ -25,18 +25,22 @@ const DATES: u32 = 3;
 
 /// Scores over time, with the pass mark. `key` makes the ids unique on the page.
 #[must_use]
-pub fn scores(points: &[ScorePoint], pass_mark: f64, (key, title): (&str, &str)) -> String {
+pub fn scores(points: &[ScorePoint], pass_mark: f64, key: &str, title: &str) -> String {
     let id = format!("scores-{key}");
     let caption = Caption { id: &id, class: "scores", title, description: &describe(points, pass_mark) };
     let area = Area { x: 40.0, y: 10.0, width: WIDTH - 96.0, height: HEIGHT - 44.0 };
-    let plot = Plot::rising(area, times(points), (0.0, 100.0));
+    let plot = Plot::rising(area, times(points), Extent::new(0.0, 100.0));
     let mut svg = Svg::new(WIDTH, HEIGHT, &caption);
     plot.draw_y_axis(&mut svg, 6, tr!("score"));
     draw_dates(&mut svg, &plot, points);
     let y = plot.y.at(pass_mark);
-    svg.line("pass-mark", (area.x, y), (area.right(), y));
+    svg.line("pass-mark", PaperPoint::new(area.x, y), PaperPoint::new(area.right(), y));
     // Beside the plot, where no attempt can lie under it.
-    svg.text("pass-name", (area.right() + 5.0, y + 4.0), &tr!("pass {score}", score = format::points(pass_mark)));
+    svg.text(
+        "pass-name",
+        PaperPoint::new(area.right() + 5.0, y + 4.0),
+        &tr!("pass {score}", score = format::points(pass_mark)),
+    );
     let line: Vec<_> = points.iter().map(|p| plot.at(seconds(p.at), p.score)).collect();
     svg.polyline("score-line", &line);
     for point in points {
@@ -46,12 +50,13 @@ pub fn scores(points: &[ScorePoint], pass_mark: f64, (key, title): (&str, &str))
 }
 
 /// A pass is a full disc, a fail a cross.
-fn draw_point(svg: &mut Svg, (x, y): (f64, f64), passed: bool) {
+fn draw_point(svg: &mut Svg, at: PaperPoint, passed: bool) {
+    let PaperPoint { x, y } = at;
     if passed {
-        svg.circle("point pass", (x, y), 3.5);
+        svg.circle("point pass", at, 3.5);
     } else {
-        svg.line("point fail", (x - 3.5, y - 3.5), (x + 3.5, y + 3.5));
-        svg.line("point fail", (x - 3.5, y + 3.5), (x + 3.5, y - 3.5));
+        svg.line("point fail", PaperPoint::new(x - 3.5, y - 3.5), PaperPoint::new(x + 3.5, y + 3.5));
+        svg.line("point fail", PaperPoint::new(x - 3.5, y + 3.5), PaperPoint::new(x + 3.5, y - 3.5));
     }
 }
 
@@ -71,14 +76,13 @@ fn describe(points: &[ScorePoint], pass_mark: f64) -> String {
 }
 
 /// The span of time shown; attempts of one moment get an hour to either side.
-fn times(points: &[ScorePoint]) -> (f64, f64) {
-    let from = points.iter().map(|p| seconds(p.at)).fold(f64::INFINITY, f64::min);
-    let to = points.iter().map(|p| seconds(p.at)).fold(f64::NEG_INFINITY, f64::max);
-    if !from.is_finite() {
-        return (0.0, 1.0);
+fn times(points: &[ScorePoint]) -> Extent {
+    let seen = Extent::around(points.iter().map(|p| seconds(p.at)));
+    if !seen.from.is_finite() {
+        return Extent::new(0.0, 1.0);
     }
-    let margin = ((to - from) * 0.04).max(3600.0);
-    (from - margin, to + margin)
+    let margin = (seen.length() * 0.04).max(3600.0);
+    Extent::new(seen.from - margin, seen.to + margin)
 }
 
 /// Seconds since 1970: exact in a double for a few hundred million years.
@@ -88,21 +92,21 @@ fn seconds(at: OffsetDateTime) -> f64 {
 
 fn draw_dates(svg: &mut Svg, plot: &Plot, points: &[ScorePoint]) {
     let area = plot.area;
-    svg.line("axis", (area.x, area.bottom()), (area.right(), area.bottom()));
+    svg.line("axis", PaperPoint::new(area.x, area.bottom()), PaperPoint::new(area.right(), area.bottom()));
     if points.is_empty() {
         return;
     }
-    let (from, to) = plot.x.domain();
+    let shown = plot.x.domain();
     let mut before = String::new();
     for i in 0..DATES {
         let share = f64::from(i) / f64::from(DATES - 1);
         let x = area.x + share * area.width;
-        let day = OffsetDateTime::from_unix_timestamp((from + share * (to - from)) as i64).map(|t| t.date());
+        let day = OffsetDateTime::from_unix_timestamp((shown.from + share * shown.length()) as i64).map(|t| t.date());
         let label = day.map_or(String::new(), format::short_date);
         // A week of one day would print the same date three times.
         if label != before {
             let anchor = ["", " middle", " end"][i as usize];
-            svg.text(&format!("tick{anchor}"), (x, area.bottom() + 16.0), &label);
+            svg.text(&format!("tick{anchor}"), PaperPoint::new(x, area.bottom() + 16.0), &label);
             before = label;
         }
     }
@@ -113,10 +117,10 @@ fn draw_dates(svg: &mut Svg, plot: &Plot, points: &[ScorePoint]) {
 pub fn sparkline(points: &[ScorePoint], pass_mark: f64) -> String {
     let mut svg = Svg::ornament(120.0, 28.0, "spark");
     let last = points.len().saturating_sub(1);
-    let x = Scale::new((0.0, last.max(1) as f64), (4.0, 116.0));
-    let y = Scale::new((0.0, 100.0), (25.0, 3.0));
-    svg.line("pass-mark", (0.0, y.at(pass_mark)), (120.0, y.at(pass_mark)));
-    let line: Vec<_> = points.iter().enumerate().map(|(i, p)| (x.at(i as f64), y.at(p.score))).collect();
+    let x = AxisScale::new(Extent::new(0.0, last.max(1) as f64), Extent::new(4.0, 116.0));
+    let y = AxisScale::new(Extent::new(0.0, 100.0), Extent::new(25.0, 3.0));
+    svg.line("pass-mark", PaperPoint::new(0.0, y.at(pass_mark)), PaperPoint::new(120.0, y.at(pass_mark)));
+    let line: Vec<_> = points.iter().enumerate().map(|(i, p)| PaperPoint::new(x.at(i as f64), y.at(p.score))).collect();
     svg.polyline("score-line", &line);
     if let (Some(point), Some(at)) = (points.last(), line.last()) {
         draw_point(&mut svg, *at, point.passed);
@@ -132,7 +136,14 @@ pub fn mastery_strip(mastered_begun: &[(bool, bool)]) -> String {
         let square = Area { x: i as f64 * 16.0 + 1.0, y: 1.0, width: 12.0, height: 12.0 };
         svg.rect(if *mastered { "cell full" } else { "cell" }, square);
         if *mastered {
-            svg.polyline("tick-mark", &[(square.x + 3.0, 7.0), (square.x + 5.0, 9.5), (square.x + 9.0, 4.5)]);
+            svg.polyline(
+                "tick-mark",
+                &[
+                    PaperPoint::new(square.x + 3.0, 7.0),
+                    PaperPoint::new(square.x + 5.0, 9.5),
+                    PaperPoint::new(square.x + 9.0, 4.5),
+                ],
+            );
         } else if *begun {
             svg.rect("cell half", Area { y: 7.0, height: 6.0, ..square });
         }
@@ -144,7 +155,7 @@ pub fn mastery_strip(mastered_begun: &[(bool, bool)]) -> String {
 #[must_use]
 pub fn share_bar(share: f64) -> String {
     let mut svg = Svg::ornament(96.0, 8.0, "share");
-    let width = Scale::new((0.0, 1.0), (0.0, 96.0)).at(share);
+    let width = AxisScale::new(Extent::new(0.0, 1.0), Extent::new(0.0, 96.0)).at(share);
     svg.rect("whole", Area { x: 0.0, y: 0.0, width: 96.0, height: 8.0 });
     svg.rect("filled", Area { x: 0.0, y: 0.0, width, height: 8.0 });
     svg.finish()
@@ -153,12 +164,12 @@ pub fn share_bar(share: f64) -> String {
 /// A score as a bar with the pass mark on it. The numbers stand beside it.
 #[must_use]
 pub fn score_bar(score: f64, pass_mark: Option<f64>) -> String {
-    let scale = Scale::new((0.0, 100.0), (0.0, 240.0));
+    let scale = AxisScale::new(Extent::new(0.0, 100.0), Extent::new(0.0, 240.0));
     let mut svg = Svg::ornament(240.0, 18.0, "score-bar");
     svg.rect("whole", Area { x: 0.0, y: 4.0, width: 240.0, height: 10.0 });
     svg.rect("filled", Area { x: 0.0, y: 4.0, width: scale.at(score), height: 10.0 });
     if let Some(mark) = pass_mark {
-        svg.line("pass-mark", (scale.at(mark), 0.0), (scale.at(mark), 18.0));
+        svg.line("pass-mark", PaperPoint::new(scale.at(mark), 0.0), PaperPoint::new(scale.at(mark), 18.0));
     }
     svg.finish()
 }
@@ -179,7 +190,7 @@ mod tests {
 
     #[test]
     fn passes_are_discs_and_fails_are_crosses() {
-        let markup = scores(&points(&[40.0, 65.0, 82.0]), 70.0, ("x", "Scores"));
+        let markup = scores(&points(&[40.0, 65.0, 82.0]), 70.0, "x", "Scores");
         assert_eq!(markup.matches("point pass").count(), 1);
         assert_eq!(markup.matches("point fail").count(), 4, "two strokes per fail");
         assert!(markup.contains(">1 Mar<") || markup.contains(">2 Mar<"), "{markup}");
@@ -189,7 +200,7 @@ mod tests {
     #[test]
     fn none_and_one_are_drawn_without_nonsense() {
         for few in [points(&[]), points(&[50.0])] {
-            for markup in [scores(&few, 70.0, ("x", "Scores")), sparkline(&few, 70.0)] {
+            for markup in [scores(&few, 70.0, "x", "Scores"), sparkline(&few, 70.0)] {
                 assert!(!markup.contains("NaN") && !markup.contains("polyline"), "{markup}");
             }
         }

@@ -1,47 +1,77 @@
 //! From values to places, and the round values in between.
 
-/// A linear map from a domain of values to a range of places. Never divides by nothing: an empty domain is widened.
+/// From one value to another, of a magnitude or on the paper.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scale {
-    domain: (f64, f64),
-    range: (f64, f64),
+pub struct Extent {
+    /// One end; of values, the lesser.
+    pub from: f64,
+    /// The other end.
+    pub to: f64,
 }
 
-impl Scale {
+impl Extent {
+    /// The extent between two ends.
+    #[must_use]
+    pub const fn new(from: f64, to: f64) -> Self {
+        Self { from, to }
+    }
+
+    /// From the least to the greatest of some values, the wrong way round where there are none.
+    pub fn around(values: impl Iterator<Item = f64>) -> Self {
+        values.fold(Self::new(f64::INFINITY, f64::NEG_INFINITY), |found, value| {
+            Self::new(found.from.min(value), found.to.max(value))
+        })
+    }
+
+    /// How far it is from one end to the other.
+    #[must_use]
+    pub fn length(self) -> f64 {
+        self.to - self.from
+    }
+}
+
+/// A linear map from a domain of values to a range of places. Never divides by nothing: an empty domain is widened.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisScale {
+    domain: Extent,
+    range: Extent,
+}
+
+impl AxisScale {
     /// Maps `domain` onto `range`.
     #[must_use]
-    pub fn new(domain: (f64, f64), range: (f64, f64)) -> Self {
-        let (from, to) = domain;
+    pub fn new(domain: Extent, range: Extent) -> Self {
+        let Extent { from, to } = domain;
         let usable = from.is_finite() && to.is_finite() && to > from;
         let start = if from.is_finite() { from } else { 0.0 };
-        Self { domain: if usable { domain } else { (start, start + 1.0) }, range }
+        Self { domain: if usable { domain } else { Extent::new(start, start + 1.0) }, range }
     }
 
     /// The place of a value; outside the domain, the nearer end. Not-a-number goes to the start.
     #[must_use]
     pub fn at(&self, value: f64) -> f64 {
-        let (from, to) = self.domain;
+        let Extent { from, to } = self.domain;
         let share = ((value - from) / (to - from)).clamp(0.0, 1.0);
         let share = if share.is_nan() { 0.0 } else { share };
-        self.range.0 + share * (self.range.1 - self.range.0)
+        self.range.from + share * self.range.length()
     }
 
     /// The value lies in the domain.
     #[must_use]
     pub fn contains(&self, value: f64) -> bool {
-        (self.domain.0..=self.domain.1).contains(&value)
+        (self.domain.from..=self.domain.to).contains(&value)
     }
 
     /// The domain.
     #[must_use]
-    pub fn domain(&self) -> (f64, f64) {
+    pub fn domain(&self) -> Extent {
         self.domain
     }
 
     /// Round values inside the domain, a step of 1, 2 or 5 times a power of ten apart, at most `most` of them.
     #[must_use]
     pub fn ticks(&self, most: usize) -> Vec<f64> {
-        let (from, to) = self.domain;
+        let Extent { from, to } = self.domain;
         let step = step(to - from, most);
         let first = (from / step).ceil();
         let count = ((to / step + 1e-9).floor() - first).max(0.0);
@@ -83,27 +113,30 @@ mod tests {
 
     #[test]
     fn ticks_are_round_rise_and_stay_inside() {
-        for (domain, most) in [((0.0, 31.7), 8), ((-0.3, 2.2), 6), ((0.0, 0.013), 5), ((0.0, 1e6), 10), ((7.0, 7.5), 4)]
-        {
-            let ticks = Scale::new(domain, (0.0, 100.0)).ticks(most);
+        for (from, to, most) in [(0.0, 31.7, 8), (-0.3, 2.2, 6), (0.0, 0.013, 5), (0.0, 1e6, 10), (7.0, 7.5, 4)] {
+            let domain = Extent::new(from, to);
+            let ticks = AxisScale::new(domain, Extent::new(0.0, 100.0)).ticks(most);
             assert!((2..=most).contains(&ticks.len()), "{domain:?} gives {ticks:?}");
             assert!(ticks.windows(2).all(|w| w[0] < w[1]));
-            assert!(ticks.iter().all(|t| *t >= domain.0 - 1e-9 && *t <= domain.1 + 1e-9), "{domain:?} gives {ticks:?}");
+            assert!(ticks.iter().all(|t| *t >= from - 1e-9 && *t <= to + 1e-9), "{domain:?} gives {ticks:?}");
         }
-        assert_eq!(Scale::new((0.0, 10.0), (0.0, 1.0)).ticks(6), [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]);
+        assert_eq!(
+            AxisScale::new(Extent::new(0.0, 10.0), Extent::new(0.0, 1.0)).ticks(6),
+            [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]
+        );
     }
 
     #[test]
     fn places_rise_with_values_and_stay_on_the_paper() {
-        let scale = Scale::new((2.0, 4.0), (300.0, 20.0));
+        let scale = AxisScale::new(Extent::new(2.0, 4.0), Extent::new(300.0, 20.0));
         assert_eq!([scale.at(2.0), scale.at(3.0), scale.at(4.0)], [300.0, 160.0, 20.0]);
         assert_eq!([scale.at(-9.0), scale.at(9.0)], [300.0, 20.0]);
     }
 
     #[test]
     fn nonsense_gives_numbers() {
-        for domain in [(1.0, 1.0), (f64::NAN, 1.0), (0.0, f64::INFINITY), (5.0, -5.0)] {
-            let scale = Scale::new(domain, (0.0, 100.0));
+        for (from, to) in [(1.0, 1.0), (f64::NAN, 1.0), (0.0, f64::INFINITY), (5.0, -5.0)] {
+            let scale = AxisScale::new(Extent::new(from, to), Extent::new(0.0, 100.0));
             assert!(scale.at(f64::NAN).is_finite() && scale.at(3.0).is_finite());
             assert!(!scale.ticks(5).is_empty() && scale.ticks(5).len() <= 5);
         }

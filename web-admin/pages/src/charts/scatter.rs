@@ -1,12 +1,13 @@
 //! Two figures of each response against each other.
 
-use super::Size;
+use super::DrawingSize;
 use super::plot::Plot;
+use super::scale::Extent;
 use super::svg::{Area, Caption, Svg};
 
 /// Points with the titles of both axes. `key` makes the ids unique on the page.
 #[must_use]
-pub fn scatter(points: &[(f64, f64)], (x_title, y_title): (&str, &str), key: &str, size: Size) -> String {
+pub fn scatter(points: &[(f64, f64)], x_title: &str, y_title: &str, key: &str, size: DrawingSize) -> String {
     let id = format!("{key}-{}", size.name());
     let title = tr!("{score} against {figure}", score = y_title, figure = x_title);
     let description = trn!("{n} point.", "{n} points.", points.len());
@@ -24,8 +25,8 @@ pub fn scatter(points: &[(f64, f64)], (x_title, y_title): (&str, &str), key: &st
 }
 
 /// The span of some values with a margin, so that no point lies on an axis.
-fn spread(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
-    let margin = ((high - low) * 0.06).max(1e-6);
-    (low - margin, high + margin)
+fn spread(values: impl Iterator<Item = f64>) -> Extent {
+    let found = Extent::around(values);
+    let margin = (found.length() * 0.06).max(1e-6);
+    Extent::new(found.from - margin, found.to + margin)
 }

@@ -48,6 +48,23 @@ impl Area {
     }
 }
 
+/// A point on the paper, in units of the drawing: to the right of its left edge, and below its upper one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PaperPoint {
+    /// From the left.
+    pub x: f64,
+    /// From the top.
+    pub y: f64,
+}
+
+impl PaperPoint {
+    /// The point of two lengths.
+    #[must_use]
+    pub const fn new(x: f64, y: f64) -> Self {
+        Self { x, y }
+    }
+}
+
 /// A drawing in the making.
 #[derive(Debug)]
 pub struct Svg {
@@ -92,13 +109,13 @@ impl Svg {
     }
 
     /// A straight line.
-    pub fn line(&mut self, class: &str, from: (f64, f64), to: (f64, f64)) {
-        let (x1, y1, x2, y2) = (Short(from.0), Short(from.1), Short(to.0), Short(to.1));
+    pub fn line(&mut self, class: &str, from: PaperPoint, to: PaperPoint) {
+        let (x1, y1, x2, y2) = (Short(from.x), Short(from.y), Short(to.x), Short(to.y));
         self.push(format_args!(r#"<line class="{class}" x1="{x1}" y1="{y1}" x2="{x2}" y2="{y2}"/>"#));
     }
 
     /// A line through points; fewer than two are left out.
-    pub fn polyline(&mut self, class: &str, points: &[(f64, f64)]) {
+    pub fn polyline(&mut self, class: &str, points: &[PaperPoint]) {
         if points.len() > 1 {
             let points = join(points);
             self.push(format_args!(r#"<polyline class="{class}" points="{points}"/>"#));
@@ -106,7 +123,7 @@ impl Svg {
     }
 
     /// A closed shape.
-    pub fn polygon(&mut self, class: &str, points: &[(f64, f64)]) {
+    pub fn polygon(&mut self, class: &str, points: &[PaperPoint]) {
         if points.len() > 2 {
             let points = join(points);
             self.push(format_args!(r#"<polygon class="{class}" points="{points}"/>"#));
@@ -114,20 +131,20 @@ impl Svg {
     }
 
     /// A circle.
-    pub fn circle(&mut self, class: &str, centre: (f64, f64), radius: f64) {
-        let (cx, cy, r) = (Short(centre.0), Short(centre.1), Short(radius));
+    pub fn circle(&mut self, class: &str, centre: PaperPoint, radius: f64) {
+        let (cx, cy, r) = (Short(centre.x), Short(centre.y), Short(radius));
         self.push(format_args!(r#"<circle class="{class}" cx="{cx}" cy="{cy}" r="{r}"/>"#));
     }
 
     /// Text from a point on its baseline. The classes `middle` and `end` anchor it elsewhere.
-    pub fn text(&mut self, class: &str, at: (f64, f64), text: &str) {
-        let (x, y, text) = (Short(at.0), Short(at.1), escape(text));
+    pub fn text(&mut self, class: &str, at: PaperPoint, text: &str) {
+        let (x, y, text) = (Short(at.x), Short(at.y), escape(text));
         self.push(format_args!(r#"<text class="{class}" x="{x}" y="{y}">{text}</text>"#));
     }
 
     /// Text that reads upwards around a point.
-    pub fn text_upwards(&mut self, class: &str, at: (f64, f64), text: &str) {
-        let (x, y, text) = (Short(at.0), Short(at.1), escape(text));
+    pub fn text_upwards(&mut self, class: &str, at: PaperPoint, text: &str) {
+        let (x, y, text) = (Short(at.x), Short(at.y), escape(text));
         self.push(format_args!(r#"<text class="{class}" transform="translate({x} {y}) rotate(-90)">{text}</text>"#));
     }
 
@@ -137,9 +154,9 @@ impl Svg {
     }
 }
 
-fn join(points: &[(f64, f64)]) -> String {
+fn join(points: &[PaperPoint]) -> String {
     let mut joined = String::with_capacity(points.len() * 12);
-    for (x, y) in points {
+    for PaperPoint { x, y } in points {
         // Writing into a String cannot fail.
         let _ = write!(joined, "{},{} ", Short(*x), Short(*y));
     }
@@ -195,7 +212,7 @@ mod tests {
     fn text_cannot_become_markup() {
         let caption = Caption { id: "x", class: "c", title: "a<b>", description: "\"d\" & 'e'" };
         let mut svg = Svg::new(10.0, 10.0, &caption);
-        svg.text("label", (1.0, 2.0), "</text><script>alert(1)</script>");
+        svg.text("label", PaperPoint::new(1.0, 2.0), "</text><script>alert(1)</script>");
         let markup = svg.finish();
         assert!(!markup.contains("<script") && !markup.contains("a<b>"));
         assert!(markup.contains("&lt;script&gt;") && markup.contains("&quot;d&quot; &amp; &#39;e&#39;"));
@@ -212,8 +229,8 @@ mod tests {
     #[test]
     fn a_line_needs_two_points() {
         let mut svg = Svg::ornament(1.0, 1.0, "c");
-        svg.polyline("curve", &[(0.0, 0.0)]);
-        svg.polygon("area", &[(0.0, 0.0), (1.0, 1.0)]);
+        svg.polyline("curve", &[PaperPoint::new(0.0, 0.0)]);
+        svg.polygon("area", &[PaperPoint::new(0.0, 0.0), PaperPoint::new(1.0, 1.0)]);
         assert!(!svg.finish().contains("points"));
     }
 }

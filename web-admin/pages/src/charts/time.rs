@@ -4,8 +4,9 @@ use attempt::AttemptCurve;
 
 use super::force_depth::texture_class;
 use super::plot::{Plot, extent};
-use super::svg::{Area, Caption, Svg};
-use super::{Size, marks};
+use super::scale::Extent;
+use super::svg::{Area, Caption, PaperPoint, Svg};
+use super::{DrawingSize, marks};
 use crate::format;
 
 const LEFT: f64 = 46.0;
@@ -15,7 +16,7 @@ const GAP: f64 = 16.0;
 
 /// Draws force above, depth below.
 #[must_use]
-pub fn force_and_depth(curve: &AttemptCurve, size: Size) -> String {
+pub fn force_and_depth(curve: &AttemptCurve, size: DrawingSize) -> String {
     let id = format!("force-time-{}", size.name());
     let title = tr!("Force and depth against time");
     let caption = Caption { id: &id, class: size.name(), title, description: &describe(curve) };
@@ -36,19 +37,19 @@ pub fn force_and_depth(curve: &AttemptCurve, size: Size) -> String {
     svg.finish()
 }
 
-fn plots(curve: &AttemptCurve, size: Size) -> (Plot, Plot) {
+fn plots(curve: &AttemptCurve, size: DrawingSize) -> (Plot, Plot) {
     let width = size.width() - LEFT - RIGHT;
-    let (upper, lower) = if size == Size::Wide { (150.0, 170.0) } else { (120.0, 150.0) };
+    let (upper, lower) = if size == DrawingSize::Wide { (150.0, 170.0) } else { (120.0, 150.0) };
     let force_area = Area { x: LEFT, y: TOP, width, height: upper };
     let depth_area = Area { x: LEFT, y: TOP + upper + GAP, width, height: lower };
-    let time = (0.0, curve.duration_s);
-    let (low, high) = extent(curve.points.iter().map(|p| p.force_n)).unwrap_or((0.0, 1.0));
+    let time = Extent::new(0.0, curve.duration_s);
+    let force = extent(curve.points.iter().map(|p| p.force_n)).unwrap_or(Extent::new(0.0, 1.0));
     // Ten millimetres above the skin are enough to see the approach.
     let above = curve.points.iter().map(|p| p.advance_mm).fold(0.0, f64::min).max(-10.0);
     let below = curve.points.iter().map(|p| p.advance_mm).fold(curve.target_depth_mm, f64::max).max(1.0);
     (
-        Plot::rising(force_area, time, (low * 1.05, (high * 1.05).max(0.1))),
-        Plot::falling(depth_area, time, (above, below * 1.05)),
+        Plot::rising(force_area, time, Extent::new(force.from * 1.05, (force.to * 1.05).max(0.1))),
+        Plot::falling(depth_area, time, Extent::new(above, below * 1.05)),
     )
 }
 
@@ -64,8 +65,8 @@ fn describe(curve: &AttemptCurve) -> String {
 
 fn draw_target(svg: &mut Svg, plot: &Plot, target_mm: f64) {
     let y = plot.y.at(target_mm);
-    svg.line("target", (plot.area.x, y), (plot.area.right(), y));
-    svg.text("target-name", (plot.area.x + 5.0, y - 5.0), tr!("target"));
+    svg.line("target", PaperPoint::new(plot.area.x, y), PaperPoint::new(plot.area.right(), y));
+    svg.text("target-name", PaperPoint::new(plot.area.x + 5.0, y - 5.0), tr!("target"));
 }
 
 /// A thin line through both plots for each event, its number on top.
@@ -73,11 +74,11 @@ fn draw_marks(svg: &mut Svg, force: &Plot, depth: &Plot, curve: &AttemptCurve) {
     let mut free_from = 0.0;
     for (number, mark) in marks::numbered(curve) {
         let x = force.x.at(mark.t_s);
-        svg.line("moment", (x, force.area.y), (x, depth.area.bottom()));
-        marks::draw(svg, mark.kind, (x, depth.y.at(mark.advance_mm)));
+        svg.line("moment", PaperPoint::new(x, force.area.y), PaperPoint::new(x, depth.area.bottom()));
+        marks::draw(svg, mark.kind, PaperPoint::new(x, depth.y.at(mark.advance_mm)));
         // Events of one moment share a place: only the first number is printed, the table has the others.
         if x >= free_from {
-            svg.text("mark-number middle", (x, force.area.y - 6.0), &number.to_string());
+            svg.text("mark-number middle", PaperPoint::new(x, force.area.y - 6.0), &number.to_string());
             free_from = x + 11.0;
         }
     }
@@ -92,7 +93,7 @@ mod tests {
 
     #[test]
     fn draws_both_curves_with_the_layers_behind_the_depth() {
-        let markup = force_and_depth(&samples::curve(), Size::Wide);
+        let markup = force_and_depth(&samples::curve(), DrawingSize::Wide);
         assert_eq!(markup.matches("<polyline").count(), 2);
         assert!(markup.contains("band muscle") && markup.contains("class=\"moment\""));
     }
@@ -100,7 +101,7 @@ mod tests {
     #[test]
     fn an_attempt_of_no_length_is_drawn_without_nonsense() {
         let curve = AttemptCurve { points: vec![], marks: vec![], duration_s: 0.0, ..samples::curve() };
-        let markup = force_and_depth(&curve, Size::Narrow);
+        let markup = force_and_depth(&curve, DrawingSize::Narrow);
         assert!(!markup.contains("NaN") && !markup.contains("polyline"));
     }
 }

@@ -2,9 +2,10 @@
 
 use model::series::Span;
 
-use super::Size;
+use super::DrawingSize;
 use super::plot::Plot;
-use super::svg::{Area, Caption, Svg};
+use super::scale::Extent;
+use super::svg::{Area, Caption, PaperPoint, Svg};
 
 /// Left of the strip's axis, in units of the drawing; a script finds the moment under the pointer by it.
 pub const LEFT: f64 = 46.0;
@@ -14,13 +15,13 @@ const TOP: f64 = 24.0;
 
 /// What a strip shows.
 #[derive(Clone, Copy, Debug)]
-pub struct Strip<'a> {
+pub struct TraceStrip<'a> {
     /// Number of the strip, from 1.
     pub number: usize,
     /// Beginning and end, in s.
-    pub from_to_s: (f64, f64),
+    pub stretch_s: Extent,
     /// Least and greatest force of the whole trace, in N.
-    pub force_n: (f64, f64),
+    pub force_n: Extent,
     /// The force.
     pub spans: &'a [Span],
     /// Marks over the whole trace, in s.
@@ -31,46 +32,46 @@ pub struct Strip<'a> {
 
 /// Draws a strip: marks are numbered lines from the bottom, pops dashed ones from the top.
 #[must_use]
-pub fn trace(strip: &Strip<'_>, size: Size) -> String {
-    let (from_s, to_s) = strip.from_to_s;
+pub fn trace(strip: &TraceStrip<'_>, size: DrawingSize) -> String {
+    let Extent { from: from_s, to: to_s } = strip.stretch_s;
     let id = format!("strip-{}-{}", strip.number, size.name());
     let title = tr!("Force from {from} to {to} s", from = format!("{from_s:.0}"), to = format!("{to_s:.0}"));
     let description = tr!(
         "The force on the hand against time. {marks} marks, {pops} pops shown.",
-        marks = within(strip.marks, strip.from_to_s).count(),
-        pops = within(strip.pops, strip.from_to_s).count()
+        marks = within(strip.marks, strip.stretch_s).count(),
+        pops = within(strip.pops, strip.stretch_s).count()
     );
     let caption = Caption { id: &id, class: size.name(), title: &title, description: &description };
     let area = Area { x: LEFT, y: TOP, width: size.width() - LEFT - RIGHT, height: 130.0 };
-    let (low, high) = strip.force_n;
-    let plot = Plot::rising(area, strip.from_to_s, (low, high.max(low + 0.1) * 1.05));
+    let Extent { from: low, to: high } = strip.force_n;
+    let plot = Plot::rising(area, strip.stretch_s, Extent::new(low, high.max(low + 0.1) * 1.05));
     let mut svg = Svg::new(size.width(), area.bottom() + 40.0, &caption);
     plot.draw_y_axis(&mut svg, 4, tr!("force (N)"));
     plot.draw_x_axis(&mut svg, size.ticks() + 1, tr!("time since the start (s)"));
-    for (_, pop) in within(strip.pops, strip.from_to_s) {
+    for (_, pop) in within(strip.pops, strip.stretch_s) {
         let x = plot.x.at(pop);
-        svg.line(tr!("pop"), (x, area.y - 4.0), (x, area.bottom()));
-        svg.text("pop-name middle", (x, area.y - 9.0), tr!("pop"));
+        svg.line(tr!("pop"), PaperPoint::new(x, area.y - 4.0), PaperPoint::new(x, area.bottom()));
+        svg.text("pop-name middle", PaperPoint::new(x, area.y - 9.0), tr!("pop"));
     }
-    let line: Vec<(f64, f64)> = strip
+    let line: Vec<PaperPoint> = strip
         .spans
         .iter()
         .filter(|span| (from_s..=to_s).contains(&span.t_s))
         .flat_map(|span| [plot.at(span.t_s, span.force_min_n), plot.at(span.t_s, span.force_max_n)])
         .collect();
     svg.polyline("curve", &line);
-    for (number, mark) in within(strip.marks, strip.from_to_s) {
+    for (number, mark) in within(strip.marks, strip.stretch_s) {
         let x = plot.x.at(mark);
-        svg.line("own-mark", (x, area.y), (x, area.bottom()));
-        svg.text("mark-number", (x + 3.0, area.y + 11.0), &number.to_string());
+        svg.line("own-mark", PaperPoint::new(x, area.y), PaperPoint::new(x, area.bottom()));
+        svg.text("mark-number", PaperPoint::new(x + 3.0, area.y + 11.0), &number.to_string());
     }
     svg.finish()
 }
 
 /// Moments within a strip, with their numbers over the whole trace, from 1. A moment on an edge is in the later strip.
-fn within(moments: &[f64], (from_s, to_s): (f64, f64)) -> impl Iterator<Item = (usize, f64)> + '_ {
+fn within(moments: &[f64], stretch_s: Extent) -> impl Iterator<Item = (usize, f64)> + '_ {
     let numbered = moments.iter().enumerate().map(|(at, moment)| (at + 1, *moment));
-    numbered.filter(move |(_, moment)| *moment >= from_s && *moment < to_s)
+    numbered.filter(move |(_, moment)| *moment >= stretch_s.from && *moment < stretch_s.to)
 }
 
 #[cfg(test)]
@@ -86,18 +87,18 @@ mod tests {
     #[test]
     fn marks_and_pops_are_drawn_where_they_lie() {
         let spans = [span(5.0), span(6.0), span(7.0)];
-        let strip = Strip {
+        let strip = TraceStrip {
             number: 2,
-            from_to_s: (5.0, 10.0),
-            force_n: (0.0, 3.0),
+            stretch_s: Extent::new(5.0, 10.0),
+            force_n: Extent::new(0.0, 3.0),
             spans: &spans,
             marks: &[1.0, 6.0, 10.0],
             pops: &[6.1],
         };
-        let markup = trace(&strip, Size::Wide);
+        let markup = trace(&strip, DrawingSize::Wide);
         assert_eq!(markup.matches("class=\"own-mark\"").count(), 1);
         assert!(markup.contains(">2</text>") && markup.matches("class=\"pop\"").count() == 1, "{markup}");
-        let blinded = trace(&Strip { pops: &[], ..strip }, Size::Narrow);
+        let blinded = trace(&TraceStrip { pops: &[], ..strip }, DrawingSize::Narrow);
         assert!(!blinded.contains("class=\"pop"), "{blinded}");
     }
 }

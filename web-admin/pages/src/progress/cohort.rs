@@ -6,7 +6,7 @@ use assessment::statistics::Estimate;
 use time::Date;
 
 use super::ScoredRow;
-use crate::{Shell, Status, charts, format};
+use crate::{Shell, StatusWord, charts, format};
 use model::progress::{DECLINE_RUN, StepProgress, StepState};
 
 /// The page.
@@ -80,7 +80,7 @@ pub struct HeatCell {
     /// Mean of the last scores, 0–100.
     pub mean: Option<f64>,
     /// How it stands.
-    pub status: Status,
+    pub status: StatusWord,
     /// The class of its ground.
     pub tone: &'static str,
 }
@@ -103,14 +103,14 @@ pub fn heat_cell(href: String, step: &StepProgress, pass_mark: f64) -> HeatCell 
     let count = u32::try_from(last.len()).unwrap_or(u32::MAX);
     let mean = (count > 0).then(|| last.iter().map(|a| a.score).sum::<f64>() / f64::from(count));
     let status = match (&step.state, mean) {
-        (StepState::Mastered { .. }, _) => Status::Mastered,
-        (StepState::Regressing { .. }, _) => Status::Regressing,
-        (StepState::Locked { .. }, None) => Status::Locked,
-        _ => Status::Open,
+        (StepState::Mastered { .. }, _) => StatusWord::Mastered,
+        (StepState::Regressing { .. }, _) => StatusWord::Regressing,
+        (StepState::Locked { .. }, None) => StatusWord::Locked,
+        _ => StatusWord::Open,
     };
     let tone = match (status, mean) {
-        (Status::Mastered, _) => "heat-mastered",
-        (Status::Regressing, _) => "heat-low",
+        (StatusWord::Mastered, _) => "heat-mastered",
+        (StatusWord::Regressing, _) => "heat-low",
         (_, None) => "heat-none",
         (_, Some(mean)) if mean >= pass_mark => "heat-high",
         (_, Some(mean)) if mean >= pass_mark / 2.0 => "heat-middle",

@@ -6,7 +6,7 @@ use assessment::learning::{Crossing, LearningPoint, Standing};
 use assessment::statistics::{Estimate, Summary};
 use time::OffsetDateTime;
 
-use crate::{Shell, Status, charts, format, metric};
+use crate::{Shell, StatusWord, charts, format, metric};
 use model::progress::{Attempt, CurveRule, Habits, Line, StepProgress};
 
 /// The page.
@@ -24,7 +24,7 @@ pub struct LearningPage {
     /// The course's title, and its mastery rule in words.
     pub course: (String, String),
     /// How it stands.
-    pub status: Status,
+    pub status: StatusWord,
     /// Scores over time.
     pub scores: String,
     /// The learning curve: the course's rule, or an example beside it.
@@ -61,10 +61,10 @@ pub struct CurveFacts {
 impl CurveFacts {
     /// A curve as it stands, by a rule that decides or does not. `title` is what the drawing is called.
     #[must_use]
-    pub fn new(step: &StepProgress, (rule, decides): (CurveRule, bool), title: &str) -> Option<Self> {
+    pub fn new(step: &StepProgress, rule: CurveRule, decides: bool, title: &str) -> Option<Self> {
         let curve = step.curve.as_ref()?;
         Some(Self {
-            drawing: charts::learning_curve(&curve.points, &rule.rule, ("own", title)),
+            drawing: charts::learning_curve(&curve.points, &rule.rule, "own", title),
             rule,
             decides,
             standing: curve.standing,
@@ -146,7 +146,7 @@ impl Comparison {
 
 /// What a curve said after an attempt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Said {
+pub enum CurveFinding {
     /// Nothing new.
     Nothing,
     /// Competent.
@@ -177,7 +177,7 @@ pub struct CurveRow {
     /// The LC-CUSUM was in charge, else the CUSUM.
     pub learning: bool,
     /// What the curve said.
-    pub said: Said,
+    pub said: CurveFinding,
 }
 
 impl CurveRow {
@@ -199,14 +199,14 @@ impl CurveRow {
     }
 }
 
-fn said(points: &[LearningPoint], at: usize) -> Said {
+fn said(points: &[CurvePoint], at: usize) -> CurveFinding {
     let before = at.checked_sub(1).and_then(|i| points.get(i)).map_or(Standing::NotYet, |p| p.standing);
     match (points.get(at).and_then(|p| p.crossed), before) {
-        (None, _) => Said::Nothing,
-        (Some(Crossing::Acceptable), Standing::Competent) => Said::StillCompetent,
-        (Some(Crossing::Acceptable), _) => Said::Competent,
-        (Some(Crossing::Unacceptable), Standing::Competent) => Said::Lost,
-        (Some(Crossing::Unacceptable), _) => Said::TooMany,
+        (None, _) => CurveFinding::Nothing,
+        (Some(Crossing::Acceptable), Standing::Competent) => CurveFinding::StillCompetent,
+        (Some(Crossing::Acceptable), _) => CurveFinding::Competent,
+        (Some(Crossing::Unacceptable), Standing::Competent) => CurveFinding::Lost,
+        (Some(Crossing::Unacceptable), _) => CurveFinding::TooMany,
     }
 }
 

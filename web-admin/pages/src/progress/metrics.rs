@@ -5,7 +5,7 @@ use askama_web::WebTemplate;
 use assessment::statistics::Summary;
 use time::OffsetDateTime;
 
-use crate::{Shell, Status, charts, format};
+use crate::{Shell, StatusWord, charts, format};
 
 /// The page.
 #[derive(Debug, Template, WebTemplate)]
@@ -20,14 +20,14 @@ pub struct MetricsPage {
     /// Scores of the latest attempts, 0–100.
     pub scores: Option<Summary>,
     /// Each metric.
-    pub metrics: Vec<MetricRow>,
+    pub metrics: Vec<MetricSpreadRow>,
     /// The attempts it is made of, by the trainee's name.
     pub scored: Vec<ScoredRow>,
 }
 
 /// A metric over the latest attempts.
 #[derive(Clone, Debug, PartialEq)]
-pub struct MetricRow {
+pub struct MetricSpreadRow {
     /// Name in words.
     pub label: String,
     /// Unit.
@@ -36,11 +36,11 @@ pub struct MetricRow {
     pub five: Summary,
 }
 
-impl MetricRow {
+impl MetricSpreadRow {
     /// The box, on the metric's own scale.
     #[must_use]
     pub fn drawing(&self) -> String {
-        charts::spread(&self.five, (self.five.min, self.five.max))
+        charts::spread(&self.five, charts::Extent::new(self.five.min, self.five.max))
     }
 }
 

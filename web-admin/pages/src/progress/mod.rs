@@ -8,6 +8,6 @@ mod samples;
 mod school;
 
 pub use cohort::{CohortProgressPage, CourseHeat, Hardness, HeatCell, HeatRow, Worry, heat_cell};
-pub use learning::{Comparison, CurveFacts, CurveRow, HabitRow, HabitsView, LearningPage, Said};
-pub use metrics::{MetricRow, MetricsPage, ScoredRow};
+pub use learning::{Comparison, CurveFacts, CurveFinding, CurveRow, HabitRow, HabitsView, LearningPage};
+pub use metrics::{MetricSpreadRow, MetricsPage, ScoredRow};
 pub use school::{MonthRow, SchoolProgressPage, YearRow};

@@ -8,10 +8,10 @@ use time::Duration;
 
 use super::{
     CohortProgressPage, Comparison, CourseHeat, CurveFacts, CurveRow, HabitsView, Hardness, HeatRow, LearningPage,
-    MetricRow, MetricsPage, ScoredRow, Worry, heat_cell,
+    MetricSpreadRow, MetricsPage, ScoredRow, Worry, heat_cell,
 };
 use crate::trainee::score_points;
-use crate::{Status, charts, samples};
+use crate::{StatusWord, charts, samples};
 use model::Role;
 use model::progress::{Attempt, Concern, Course, Habits, Mastery, Progress};
 
@@ -59,9 +59,9 @@ pub(super) fn learning_page(attempts: usize) -> LearningPage {
         own: true,
         exercise: ("Feel the layers".to_owned(), "/exercises/feel-the-layers".to_owned()),
         course: ("Lower back: first punctures".to_owned(), crate::trainee::rule_in_words(&rule)),
-        status: Status::Open,
-        scores: charts::scores(&score_points(&step.attempts), 60.0, ("own", "Feel the layers")),
-        curve: CurveFacts::new(&step, (curve, true), "Learning curve"),
+        status: StatusWord::Open,
+        scores: charts::scores(&score_points(&step.attempts), 60.0, "own", "Feel the layers"),
+        curve: CurveFacts::new(&step, curve, true, "Learning curve"),
         mixed: step.mixes_revisions(),
         passed: wilson(step.passes(), step.attempts.len()).ok(),
         habits: if attempts > 0 { habits() } else { HabitsView::default() },
@@ -129,7 +129,7 @@ pub(super) fn cohort_progress_page() -> CohortProgressPage {
 }
 
 pub(super) fn metrics_page() -> MetricsPage {
-    let metric = |label: &str, unit: &str, values: &[f64]| MetricRow {
+    let metric = |label: &str, unit: &str, values: &[f64]| MetricSpreadRow {
         label: label.to_owned(),
         unit: unit.to_owned(),
         five: summary(values).expect("values"),

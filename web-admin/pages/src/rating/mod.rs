@@ -6,15 +6,15 @@ mod round;
 mod samples;
 
 pub use rate::{OwnRating, RatePage};
-pub use round::{AttemptRow, RaterRow, RoundPage, ScoreView};
+pub use round::{RatedAttemptRow, RaterRow, RoundPage, ScoreView};
 
 use askama::Template;
 use askama_web::WebTemplate;
 use time::OffsetDateTime;
 use uuid::Uuid;
 
-use super::people::Choice;
-use super::{Shell, Status, format};
+use super::people::SelectOption;
+use super::{Shell, StatusWord, format};
 
 /// Rounds of ratings.
 #[derive(Debug, Template, WebTemplate)]
@@ -56,9 +56,9 @@ pub struct NewRoundPage {
     /// Title, as it was typed.
     pub title: String,
     /// Instruments that have a score.
-    pub instruments: Vec<Choice>,
+    pub instruments: Vec<SelectOption>,
     /// Those who can be asked.
-    pub raters: Vec<Choice>,
+    pub raters: Vec<SelectOption>,
     /// Attempts that can be rated.
     pub attempts: Vec<AttemptChoice>,
     /// The assignment they are of; empty: the review queue.
@@ -112,7 +112,7 @@ mod tests {
 
     #[test]
     fn a_refused_form_keeps_what_was_chosen() {
-        let choice = |value: &str, chosen| Choice { value: value.to_owned(), label: value.to_owned(), chosen };
+        let choice = |value: &str, chosen| SelectOption { value: value.to_owned(), label: value.to_owned(), chosen };
         let attempt = AttemptChoice {
             session: Uuid::nil(),
             trainee: "Ada".to_owned(),

@@ -4,10 +4,10 @@ use askama::Template;
 use askama_web::WebTemplate;
 use uuid::Uuid;
 
-use crate::replay::Other;
+use crate::replay::OtherAttempt;
 use crate::session::Drawing;
-use crate::survey::form::{Field, Question};
-use crate::{Shell, Status, anatomy, assets, format};
+use crate::survey::form::{FormQuestion, QuestionField};
+use crate::{Shell, StatusWord, anatomy, assets, format};
 
 /// An attempt to be rated.
 #[derive(Debug, Template, WebTemplate)]
@@ -24,7 +24,7 @@ pub struct RatePage {
     /// The curves, for browsers without scripts.
     pub drawing: Option<Drawing>,
     /// What is asked.
-    pub questions: Vec<Question>,
+    pub questions: Vec<FormQuestion>,
     /// All ratings of the visitor in this round.
     pub own: Vec<OwnRating>,
     /// This one is finished.
@@ -57,7 +57,7 @@ impl RatePage {
 
     /// Nothing is laid over it.
     #[must_use]
-    pub const fn other(&self) -> Option<&Other> {
+    pub const fn other(&self) -> Option<&OtherAttempt> {
         None
     }
 

@@ -6,7 +6,7 @@ use assessment::statistics::{IntraclassCorrelation, NotComputable};
 use time::OffsetDateTime;
 
 use crate::rating::OwnRating;
-use crate::{Shell, Status, format};
+use crate::{Shell, StatusWord, format};
 use model::rating::{ScoreTable, mean};
 
 /// A round of ratings.
@@ -34,7 +34,7 @@ pub struct RoundPage {
     /// Who has done how many; empty for a rater who is not through.
     pub raters: Vec<RaterRow>,
     /// What was found; absent for a rater who is not through.
-    pub found: Option<(Vec<AttemptRow>, Vec<ScoreView>)>,
+    pub found: Option<(Vec<RatedAttemptRow>, Vec<ScoreView>)>,
 }
 
 /// A rater and how far they are.
@@ -52,7 +52,7 @@ pub struct RaterRow {
 
 /// An attempt that was rated.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct AttemptRow {
+pub struct RatedAttemptRow {
     /// Who tried, and the attempt's page, where the visitor may see it.
     pub trainee: Option<(String, String)>,
     /// Title of the exercise.

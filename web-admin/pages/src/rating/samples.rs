@@ -2,10 +2,10 @@
 
 use uuid::Uuid;
 
-use super::{AttemptRow, OwnRating, RatePage, RaterRow, RoundPage, ScoreView};
+use super::{OwnRating, RatePage, RatedAttemptRow, RaterRow, RoundPage, ScoreView};
 use crate::samples;
 use crate::session::Drawing;
-use crate::survey::form::{Given, Question};
+use crate::survey::form::{FormQuestion, GivenField};
 use model::Role;
 use model::rating::ScoreTable;
 
@@ -21,7 +21,7 @@ fn own() -> Vec<OwnRating> {
 pub(super) fn rate_page(finished: bool) -> RatePage {
     let document = include_bytes!("../../../../curricula/instruments/global-rating-puncture.toml");
     let instrument = documents::Instrument::from_bytes("sample", document).expect("a shipped instrument");
-    let question = |item| Question::new(&instrument, item, "en", &Given::default());
+    let question = |item| FormQuestion::new(&instrument, item, "en", &GivenField::default());
     RatePage {
         shell: samples::shell(Role::Instructor),
         rating: Uuid::nil(),
@@ -47,7 +47,7 @@ pub(super) fn round_page() -> RoundPage {
     let rows: Vec<Vec<Option<f64>>> = points.iter().map(|row| row.iter().copied().map(Some).collect()).collect();
     let agreement = assessment::statistics::intraclass_correlation(&rows);
     let table = ScoreTable { title: "Global rating (7–35)".to_owned(), range: (7.0, 35.0), rows, agreement };
-    let attempt = |n: usize| AttemptRow {
+    let attempt = |n: usize| RatedAttemptRow {
         trainee: (n > 0).then(|| ("Ada".to_owned(), "/sessions/1".to_owned())),
         exercise: "Stop in the fat".to_owned(),
         started_at: Some(samples::NOW),

@@ -2,15 +2,15 @@
 
 mod trace;
 
-pub use trace::{Found, StripView, TracePage};
+pub use trace::{StripView, TracePage, TraceTruth};
 
 use askama::Template;
 use askama_web::WebTemplate;
 use time::OffsetDateTime;
 use uuid::Uuid;
 
-use super::people::Choice;
-use super::{Shell, Status, format};
+use super::people::SelectOption;
+use super::{Shell, StatusWord, format};
 use model::due::Local;
 use model::segments::TraceOutcome;
 
@@ -60,9 +60,9 @@ pub struct NewTaskPage {
     /// The school's time zone.
     pub time_zone: String,
     /// Cohorts to choose from.
-    pub cohorts: Vec<Choice>,
+    pub cohorts: Vec<SelectOption>,
     /// Attempts to choose from.
-    pub attempts: Vec<Choice>,
+    pub attempts: Vec<SelectOption>,
     /// Why it was refused.
     pub refused: Option<String>,
 }
@@ -193,8 +193,8 @@ mod tests {
             title: "x \"y\"".to_owned(),
             due: "2026-03-29T02:30".to_owned(),
             time_zone: "Europe/Berlin".to_owned(),
-            cohorts: vec![Choice { value: "2".to_owned(), label: "Spring".to_owned(), chosen: false }],
-            attempts: vec![Choice { value: "1".to_owned(), label: "Ada".to_owned(), chosen: true }],
+            cohorts: vec![SelectOption { value: "2".to_owned(), label: "Spring".to_owned(), chosen: false }],
+            attempts: vec![SelectOption { value: "1".to_owned(), label: "Ada".to_owned(), chosen: true }],
             refused: Some("the due date: skipped".to_owned()),
         };
         let html = samples::keep("segments-new", &page);

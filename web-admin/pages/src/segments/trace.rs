@@ -4,7 +4,8 @@ use askama::Template;
 use askama_web::WebTemplate;
 use uuid::Uuid;
 
-use crate::charts::{self, Strip, TRACE_LEFT, TRACE_RIGHT};
+use crate::charts;
+use crate::charts::{Extent, TRACE_LEFT, TRACE_RIGHT, TraceStrip};
 use crate::segments::{TaskRow, ms};
 use crate::{Shell, assets, format};
 use model::segments::{MOST_MARKS, TOLERANCE_S, Verdict};
@@ -34,7 +35,7 @@ pub struct TracePage {
     /// Why they were refused.
     pub refused: Option<String>,
     /// The truth; absent until it may be shown.
-    pub found: Option<Found>,
+    pub found: Option<TraceTruth>,
     /// The next trace that is not sent.
     pub next: Option<String>,
 }
@@ -52,7 +53,7 @@ pub struct StripView {
 
 /// The truth beside what was marked.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Found {
+pub struct TraceTruth {
     /// Marks against pops; absent where whoever teaches looks at the pops.
     pub verdict: Option<Verdict>,
     /// The pops, in s.
@@ -61,12 +62,12 @@ pub struct Found {
 
 /// A row of the table of pops and marks.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Line {
+struct PopLine {
     pop_s: Option<f64>,
     mark_s: Option<f64>,
 }
 
-impl Line {
+impl PopLine {
     fn moment_s(&self) -> f64 {
         self.pop_s.or(self.mark_s).unwrap_or(0.0)
     }
@@ -82,15 +83,15 @@ impl Line {
 impl StripView {
     /// The strips of a trace, with marks and, once they may be shown, pops.
     #[must_use]
-    pub fn all(spans: &[Vec<Span>], strips: &[(f64, f64)], (marks, pops): (&[f64], &[f64])) -> Vec<Self> {
+    pub fn all(spans: &[Vec<Span>], strips: &[(f64, f64)], marks: &[f64], pops: &[f64]) -> Vec<Self> {
         let ends = |pick: fn(&Span) -> f64| spans.iter().flatten().map(pick);
         let low = ends(|span| span.force_min_n).fold(0.0, f64::min);
         let high = ends(|span| span.force_max_n).fold(0.0, f64::max);
         let view = |(at, (from_s, to_s)): (usize, &(f64, f64))| {
-            let strip = Strip {
+            let strip = TraceStrip {
                 number: at + 1,
-                from_to_s: (*from_s, *to_s),
-                force_n: (low, high),
+                stretch_s: Extent::new(*from_s, *to_s),
+                force_n: Extent::new(low, high),
                 spans: spans.get(at).map_or(&[], Vec::as_slice),
                 marks,
                 pops,
@@ -123,14 +124,14 @@ impl TracePage {
     }
 
     /// Pops, hit or missed, and marks that hit none, in order of time.
-    fn lines(&self) -> Vec<Line> {
+    fn lines(&self) -> Vec<PopLine> {
         let Some(found) = &self.found else { return Vec::new() };
-        let alone = |pop: &f64| Line { pop_s: Some(*pop), mark_s: None };
+        let alone = |pop: &f64| PopLine { pop_s: Some(*pop), mark_s: None };
         let Some(verdict) = &found.verdict else { return found.pops.iter().map(alone).collect() };
-        let mut lines: Vec<Line> =
-            verdict.hits.iter().map(|(pop, mark)| Line { pop_s: Some(*pop), mark_s: Some(*mark) }).collect();
+        let mut lines: Vec<PopLine> =
+            verdict.hits.iter().map(|(pop, mark)| PopLine { pop_s: Some(*pop), mark_s: Some(*mark) }).collect();
         lines.extend(verdict.missed.iter().map(alone));
-        lines.extend(verdict.false_marks.iter().map(|mark| Line { pop_s: None, mark_s: Some(*mark) }));
+        lines.extend(verdict.false_marks.iter().map(|mark| PopLine { pop_s: None, mark_s: Some(*mark) }));
         lines.sort_by(|a, b| a.moment_s().total_cmp(&b.moment_s()));
         lines
     }
@@ -144,7 +145,7 @@ mod tests {
     use crate::samples;
     use model::Role;
 
-    fn page(found: Option<Found>) -> TracePage {
+    fn page(found: Option<TraceTruth>) -> TracePage {
         let span = |n: u32| Span {
             t_s: f64::from(n) * 0.1,
             depth_min_mm: 0.0,
@@ -170,7 +171,7 @@ mod tests {
             trace: Uuid::nil(),
             place: (2, 3),
             duration_s: 8.0,
-            strips: StripView::all(&spans, &[(0.0, 5.0), (5.0, 10.0)], (&[2.0, 6.1], pops)),
+            strips: StripView::all(&spans, &[(0.0, 5.0), (5.0, 10.0)], &[2.0, 6.1], pops),
             typed: vec!["2".to_owned(), "6.1".to_owned()],
             refused: None,
             found: found.clone(),
@@ -191,7 +192,7 @@ mod tests {
     fn afterwards_pops_stand_beside_the_marks() {
         let pops = vec![2.1, 4.0];
         let verdict = Verdict::of(&pops, &[2.0, 6.1]);
-        let html = samples::keep("segments-trace-sent", &page(Some(Found { verdict: Some(verdict), pops })));
+        let html = samples::keep("segments-trace-sent", &page(Some(TraceTruth { verdict: Some(verdict), pops })));
         for wanted in ["class=\"pop\"", "1 of 2", "−100 ms", "missed", "no pop here"] {
             assert!(html.contains(wanted), "{wanted} is missing in {html}");
         }

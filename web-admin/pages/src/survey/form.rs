@@ -84,7 +84,7 @@ pub struct FormPage {
     /// Place of this page in the instrument.
     pub page: usize,
     /// Its questions.
-    pub questions: Vec<Question>,
+    pub questions: Vec<FormQuestion>,
     /// Where the form is sent.
     pub action: String,
 }
@@ -98,7 +98,7 @@ pub struct EndPage {
     /// The survey's title.
     pub title: String,
     /// What became of the answers.
-    pub end: End,
+    pub end: SurveyEnd,
     /// Whether answers lead to who gave them.
     pub identity: Identity,
     /// Where taking back is asked for.
@@ -107,7 +107,7 @@ pub struct EndPage {
 
 /// What became of answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum End {
+pub enum SurveyEnd {
     /// They were sent.
     Sent,
     /// They were taken back, and are gone.
@@ -118,7 +118,7 @@ pub enum End {
 
 /// A question as it is asked.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Question {
+pub struct FormQuestion {
     /// Name of its field.
     pub name: String,
     /// Its short name.
@@ -126,20 +126,20 @@ pub struct Question {
     /// The question.
     pub text: String,
     /// How it is answered.
-    pub field: Field,
+    pub field: QuestionField,
     /// What is wrong with what was typed.
     pub refusal: Option<String>,
 }
 
 /// How a question is answered.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Field {
+pub enum QuestionField {
     /// A row of points between two ends.
     Row {
         /// Class for so many points.
         class: &'static str,
         /// The points.
-        points: Vec<Choice>,
+        points: Vec<AnswerChoice>,
         /// What the ends mean.
         ends: Option<(String, String)>,
         /// Nothing is chosen.
@@ -148,12 +148,12 @@ pub enum Field {
     /// A list to choose one from.
     One {
         /// The options.
-        options: Vec<Choice>,
+        options: Vec<AnswerChoice>,
         /// Nothing is chosen.
         none: bool,
     },
     /// A list to choose several from.
-    Several(Vec<Choice>),
+    Several(Vec<AnswerChoice>),
     /// A number.
     Number {
         /// What was typed.
@@ -172,7 +172,7 @@ pub enum Field {
 
 /// Something to choose.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Choice {
+pub struct AnswerChoice {
     /// What is sent.
     pub value: String,
     /// What is read.
@@ -259,36 +259,36 @@ impl Refusals {
 
 /// What was typed for an item, where it was refused; else the answer so far.
 #[derive(Clone, Debug, Default)]
-pub struct Given<'a> {
+pub struct GivenField<'a> {
     /// The answer so far.
     pub answer: Option<&'a Answer>,
     /// What was typed and refused, and why.
     pub refused: Option<(String, String)>,
 }
 
-impl Question {
+impl FormQuestion {
     /// A question of an instrument.
     #[must_use]
-    pub fn new(instrument: &Instrument, item: &Item, language: &str, given: &Given<'_>) -> Self {
+    pub fn new(instrument: &Instrument, item: &Item, language: &str, given: &GivenField<'_>) -> Self {
         let read = |words: &Words| words.in_language(language).to_owned();
-        let field = instrument.scale(item).map(|scale| Asked { instrument, item, language }.field(scale, given));
+        let field = instrument.scale(item).map(|scale| AskedText { instrument, item, language }.field(scale, given));
         Self {
             name: format!("q.{}", item.id),
             short: item.name.as_ref().map(read),
             text: read(&item.text),
-            field: field.unwrap_or(Field::Several(Vec::new())),
+            field: field.unwrap_or(QuestionField::Several(Vec::new())),
             refusal: given.refused.as_ref().map(|(_, why)| why.clone()),
         }
     }
 }
 
-struct Asked<'a> {
+struct AskedText<'a> {
     instrument: &'a Instrument,
     item: &'a Item,
     language: &'a str,
 }
 
-impl Asked<'_> {
+impl AskedText<'_> {
     fn read(&self, words: &Words) -> String {
         words.in_language(self.language).to_owned()
     }
@@ -299,7 +299,7 @@ impl Asked<'_> {
         })
     }
 
-    fn field(&self, scale: &ScaleKind, given: &Given<'_>) -> Field {
+    fn field(&self, scale: &ScaleKind, given: &GivenField<'_>) -> QuestionField {
         let typed = || given.refused.as_ref().map(|(typed, _)| typed.clone()).or_else(|| given.answer.map(written));
         match scale {
             ScaleKind::Likert { points, labels, first, last, .. } => {
@@ -312,10 +312,10 @@ impl Asked<'_> {
                 self.row(marks.collect(), self.ends(first.as_ref(), last.as_ref()), given)
             }
             ScaleKind::Slider { min, max, .. } => {
-                Field::Number { value: typed().unwrap_or_default(), allowed: format!("{min} – {max}") }
+                QuestionField::Number { value: typed().unwrap_or_default(), allowed: format!("{min} – {max}") }
             }
             ScaleKind::Number { min, max, unit } => {
-                Field::Number { value: typed().unwrap_or_default(), allowed: format!("{min} – {max} {unit}") }
+                QuestionField::Number { value: typed().unwrap_or_default(), allowed: format!("{min} – {max} {unit}") }
             }
             ScaleKind::Pair => {
                 let named =
@@ -327,44 +327,44 @@ impl Asked<'_> {
             }
             ScaleKind::Choices { options } => {
                 let chosen = |id: &String| matches!(given.answer, Some(Answer::Several(ids)) if ids.contains(id));
-                let choice = |option: &documents::instrument::ChoiceOption| Choice {
+                let choice = |option: &documents::instrument::ChoiceOption| AnswerChoice {
                     value: option.id.clone(),
                     label: self.read(&option.text),
                     checked: chosen(&option.id),
                 };
-                Field::Several(options.iter().map(choice).collect())
+                QuestionField::Several(options.iter().map(choice).collect())
             }
             ScaleKind::Text { max_characters } => {
-                Field::Text { value: typed().unwrap_or_default(), most: *max_characters }
+                QuestionField::Text { value: typed().unwrap_or_default(), most: *max_characters }
             }
         }
     }
 
-    fn row(&self, marks: Vec<f64>, ends: Option<(String, String)>, given: &Given<'_>) -> Field {
+    fn row(&self, marks: Vec<f64>, ends: Option<(String, String)>, given: &GivenField<'_>) -> QuestionField {
         let chosen = given.answer.and_then(Answer::number);
-        let point = |mark: f64| Choice {
+        let point = |mark: f64| AnswerChoice {
             value: mark.to_string(),
             label: format::stated(mark, ""),
             checked: chosen.is_some_and(|chosen| (chosen - mark).abs() < 1e-9),
         };
         let class = if marks.len() > 11 { "marks" } else { "points" };
-        Field::Row { class, points: marks.into_iter().map(point).collect(), ends, none: chosen.is_none() }
+        QuestionField::Row { class, points: marks.into_iter().map(point).collect(), ends, none: chosen.is_none() }
     }
 
     /// Points with a label each read as a list.
-    fn labelled(&self, row: Field, labels: &[Words]) -> Field {
-        let Field::Row { points, none, .. } = row else { return row };
+    fn labelled(&self, row: QuestionField, labels: &[Words]) -> QuestionField {
+        let QuestionField::Row { points, none, .. } = row else { return row };
         let options = points.into_iter().zip(labels);
         let named = options
-            .map(|(point, label)| Choice { label: format!("{} – {}", point.label, self.read(label)), ..point });
-        Field::One { options: named.collect(), none }
+            .map(|(point, label)| AnswerChoice { label: format!("{} – {}", point.label, self.read(label)), ..point });
+        QuestionField::One { options: named.collect(), none }
     }
 }
 
-fn one(options: impl Iterator<Item = (String, String)>, given: &Given<'_>) -> Field {
+fn one(options: impl Iterator<Item = (String, String)>, given: &GivenField<'_>) -> QuestionField {
     let chosen = |id: &str| matches!(given.answer, Some(Answer::Text(text)) if text == id);
-    let choice = |(value, label): (String, String)| Choice { checked: chosen(&value), value, label };
-    Field::One { options: options.map(choice).collect(), none: given.answer.is_none() }
+    let choice = |(value, label): (String, String)| AnswerChoice { checked: chosen(&value), value, label };
+    QuestionField::One { options: options.map(choice).collect(), none: given.answer.is_none() }
 }
 
 /// An answer as it is typed.

@@ -5,7 +5,7 @@ use askama_web::WebTemplate;
 use documents::Instrument;
 use time::OffsetDateTime;
 
-use super::form::{Field, Given, Question};
+use super::form::{FormQuestion, GivenField, QuestionField};
 use crate::{Shell, format};
 
 /// Every instrument of the school.
@@ -27,7 +27,7 @@ pub struct InstrumentPage {
     /// Its address.
     pub href: String,
     /// What it looks like.
-    pub preview: Preview,
+    pub preview: InstrumentPreview,
     /// Whether the visitor may change it.
     pub editable: bool,
 }
@@ -47,12 +47,12 @@ pub struct EditPage {
     /// What is wrong with it, a line each.
     pub issues: Vec<String>,
     /// What it looks like, where nothing is wrong.
-    pub preview: Option<Preview>,
+    pub preview: Option<InstrumentPreview>,
 }
 
 /// What an instrument looks like to whoever answers.
 #[derive(Clone, Debug)]
-pub struct Preview {
+pub struct InstrumentPreview {
     /// Title.
     pub title: String,
     /// Id.
@@ -66,17 +66,18 @@ pub struct Preview {
     /// Under which terms.
     pub licence: String,
     /// Heading and questions of each page.
-    pub pages: Vec<(String, Vec<Question>)>,
+    pub pages: Vec<(String, Vec<FormQuestion>)>,
     /// Title and rule of each score.
     pub scores: Vec<(String, String)>,
 }
 
-impl Preview {
+impl InstrumentPreview {
     /// An instrument in its first language.
     #[must_use]
     pub fn new(instrument: &Instrument) -> Self {
         let language = instrument.languages.first().map_or("en", String::as_str);
-        let question = |at: &usize| Question::new(instrument, &instrument.items[*at], language, &Given::default());
+        let question =
+            |at: &usize| FormQuestion::new(instrument, &instrument.items[*at], language, &GivenField::default());
         let page = |(section, items): (Option<&documents::instrument::Section>, Vec<usize>)| {
             let heading = section.map_or_else(String::new, |section| section.title.in_language(language).to_owned());
             (heading, items.iter().map(question).collect())

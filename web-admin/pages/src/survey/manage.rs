@@ -5,7 +5,7 @@ use askama_web::WebTemplate;
 use time::OffsetDateTime;
 
 use super::identity_words;
-use crate::{Shell, Status, format};
+use crate::{Shell, StatusWord, format};
 use model::limits::LETTERS_AN_HOUR;
 use model::mail::LetterDelivery;
 use model::survey::Identity;
@@ -13,18 +13,18 @@ use model::survey::Identity;
 /// `/surveys`: what is asked of a trainee, or what the school asks.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "survey/list.html")]
-pub struct ListPage {
+pub struct SurveysPage {
     /// Frame.
     pub shell: Shell,
     /// Surveys that the visitor may answer.
-    pub asked: Vec<AskedRow>,
+    pub asked: Vec<OwnSurveyRow>,
     /// Surveys of the school, for those who teach.
     pub surveys: Option<Vec<SurveyRow>>,
 }
 
 /// A survey that somebody is asked to answer.
 #[derive(Clone, Debug, PartialEq)]
-pub struct AskedRow {
+pub struct OwnSurveyRow {
     /// Its title.
     pub title: String,
     /// Where it is answered.
@@ -87,7 +87,7 @@ pub struct ManagePage {
 /// Links, shown this once.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "survey/links.html")]
-pub struct LinksPage {
+pub struct SurveyLinksPage {
     /// Frame.
     pub shell: Shell,
     /// The survey's title.
@@ -101,7 +101,7 @@ pub struct LinksPage {
 /// The form of a new survey.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "survey/new.html")]
-pub struct NewPage {
+pub struct NewSurveyPage {
     /// Frame.
     pub shell: Shell,
     /// Id, title and whether it is chosen, of each instrument.
@@ -109,14 +109,14 @@ pub struct NewPage {
     /// Id, name and whether it is chosen, of each cohort.
     pub cohorts: Vec<(String, String, bool)>,
     /// What was typed.
-    pub typed: Typed,
+    pub typed: TypedSurvey,
     /// What is wrong with it.
     pub refusal: Option<String>,
 }
 
 /// What was typed into the form of a new survey.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Typed {
+pub struct TypedSurvey {
     /// Title.
     pub title: String,
     /// The word for the identity.
@@ -137,7 +137,7 @@ impl ManagePage {
     }
 }
 
-impl LinksPage {
+impl SurveyLinksPage {
     /// All links, one a line, to be copied.
     #[must_use]
     pub fn lines(&self) -> String {

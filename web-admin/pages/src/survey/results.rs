@@ -6,7 +6,8 @@ use askama::Template;
 use askama_web::WebTemplate;
 
 use super::figures;
-use crate::charts::{self, Bar, BoxRow};
+use crate::charts;
+use crate::charts::{BoxRow, Extent, LikertBar};
 use crate::{Shell, format};
 use model::survey::Identity;
 use model::survey::results::{Figure, Interval, ItemGroup, ItemResult, Results, ScoreGroup, ScoreResult};
@@ -32,9 +33,9 @@ pub struct ResultsPage {
     /// What was found.
     pub results: Results,
     /// Scores split by something else than the role.
-    pub split: Split,
+    pub split: SplitScores,
     /// Scores against a figure of the attempts.
-    pub against: Against,
+    pub against: ScatteredScores,
     /// Comments.
     pub comments: Vec<CommentBlock>,
     /// Every theme, and how often.
@@ -65,25 +66,44 @@ impl AskedLine {
 
 /// Scores split by something else than the role.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Split {
+pub struct SplitScores {
     /// Word and title of what can be split by, and whether it is.
     pub ways: Vec<(&'static str, &'static str, bool)>,
-    /// Title and groups of each score.
-    pub scores: Vec<(String, (f64, f64), Vec<ScoreGroup>)>,
+    /// The scores.
+    pub scores: Vec<SplitScore>,
     /// Answers in groups that are hidden.
     pub hidden: usize,
 }
 
-/// Title of a score, its points against another figure, and Spearman's ρ of them.
-pub type Scatter = (String, Vec<(f64, f64)>, Figure<Interval>);
+/// A score by groups.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SplitScore {
+    /// Title.
+    pub title: String,
+    /// Least and greatest that it can be.
+    pub range: Extent,
+    /// The groups.
+    pub groups: Vec<ScoreGroup>,
+}
+
+/// A score against another figure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ScatteredScore {
+    /// Title of the score.
+    pub title: String,
+    /// The figure and the score of each response; none where too few are to be shown.
+    pub points: Vec<(f64, f64)>,
+    /// Spearman's ρ.
+    pub rho: Figure<Interval>,
+}
 
 /// Scores against a figure of the attempts.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Against {
+pub struct ScatteredScores {
     /// Word and title of each figure, and whether it is chosen.
     pub metrics: Vec<(&'static str, &'static str, bool)>,
     /// Each score; points only where there are enough to show.
-    pub scores: Vec<Scatter>,
+    pub scores: Vec<ScatteredScore>,
 }
 
 /// The comments to an item.
@@ -94,12 +114,12 @@ pub struct CommentBlock {
     /// The question.
     pub text: String,
     /// The comments; none where they are hidden.
-    pub comments: Option<Vec<Comment>>,
+    pub comments: Option<Vec<SurveyComment>>,
 }
 
 /// A comment.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Comment {
+pub struct SurveyComment {
     /// The response.
     pub response: String,
     /// Who, as the survey allows.
@@ -112,7 +132,7 @@ pub struct Comment {
 
 /// Items of a section that share their points, drawn together.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Block<'a> {
+pub struct ItemBlock<'a> {
     /// The section's heading.
     pub heading: &'a str,
     /// The picture, where there is one.
@@ -124,7 +144,7 @@ pub struct Block<'a> {
 impl ResultsPage {
     /// Items by section and by points.
     #[must_use]
-    pub fn blocks(&self) -> Vec<Block<'_>> {
+    pub fn blocks(&self) -> Vec<ItemBlock<'_>> {
         let alike = |a: &ItemResult, b: &ItemResult| {
             (&a.section, a.kind, a.labels.len()) == (&b.section, b.kind, b.labels.len())
         };
@@ -135,64 +155,57 @@ impl ResultsPage {
     #[must_use]
     pub fn score_boxes(&self, score: &ScoreResult) -> String {
         let key = format!("score-{}", score.id);
-        score_boxes(&score.groups, score.range, (&key, &score.title))
+        let (least, greatest) = score.range;
+        score_boxes(&score.groups, Extent::new(least, greatest), &key, &score.title)
     }
 
     /// The scores of another split as boxes.
     #[must_use]
-    pub fn split_boxes(
-        &self,
-        (title, range, groups): &(String, (f64, f64), Vec<ScoreGroup>),
-        at: impl Borrow<usize>,
-    ) -> String {
-        score_boxes(groups, *range, (&format!("split-{}", at.borrow()), title))
+    pub fn split_boxes(&self, score: &SplitScore, at: impl Borrow<usize>) -> String {
+        score_boxes(&score.groups, score.range, &format!("split-{}", at.borrow()), &score.title)
     }
 
     /// Scores against the chosen figure as points.
     #[must_use]
-    pub fn points(
-        &self,
-        (title, points, _): &(String, Vec<(f64, f64)>, Figure<Interval>),
-        at: impl Borrow<usize>,
-    ) -> String {
+    pub fn points(&self, score: &ScatteredScore, at: impl Borrow<usize>) -> String {
         let metric = self.against.metrics.iter().find(|(.., chosen)| *chosen).map_or("", |(_, title, _)| title);
         let key = format!("against-{}", at.borrow());
-        charts::both(|size| charts::scatter(points, (metric, title), &key, size))
+        charts::both(|size| charts::scatter(&score.points, metric, &score.title, &key, size))
     }
 }
 
-fn block(at: usize, items: &[ItemResult]) -> Block<'_> {
+fn block(at: usize, items: &[ItemResult]) -> ItemBlock<'_> {
     let key = format!("items-{at}");
     let heading = items.first().map_or("", |item| item.section.as_str());
     let drawing = match items.first().map(|item| item.kind) {
-        Some("likert") => likert(items, (&key, heading)),
-        Some("slider") => profile(items, (&key, heading)),
+        Some("likert") => likert(items, &key, heading),
+        Some("slider") => profile(items, &key, heading),
         _ => String::new(),
     };
-    Block { heading, drawing, items: items.iter().collect() }
+    ItemBlock { heading, drawing, items: items.iter().collect() }
 }
 
-fn likert(items: &[ItemResult], caption: (&str, &str)) -> String {
+fn likert(items: &[ItemResult], key: &str, title: &str) -> String {
     let bar = |item: &ItemResult| {
         let name = item.name.clone();
-        let of = move |group: &ItemGroup| Bar {
+        let of = move |group: &ItemGroup| LikertBar {
             label: format!("{name} · {} ({})", words::known(&group.group), group.n),
             counts: group.counts.clone(),
         };
         item.groups.iter().map(of).collect::<Vec<_>>()
     };
-    let bars: Vec<Bar> = items.iter().flat_map(bar).collect();
-    if bars.is_empty() { String::new() } else { charts::both(|size| charts::diverging(&bars, caption, size)) }
+    let bars: Vec<LikertBar> = items.iter().flat_map(bar).collect();
+    if bars.is_empty() { String::new() } else { charts::both(|size| charts::diverging(&bars, key, title, size)) }
 }
 
 /// Sliders side by side: the profile of a workload.
-fn profile(items: &[ItemResult], caption: (&str, &str)) -> String {
+fn profile(items: &[ItemResult], key: &str, title: &str) -> String {
     let mut rows = Vec::new();
-    let (mut low, mut high) = (0.0_f64, 100.0_f64);
+    let mut range = Extent::new(0.0, 100.0);
     for (item, group) in items.iter().flat_map(|item| item.groups.iter().map(move |group| (item, group))) {
         let quartiles = group.quartiles.value().map(|q| (q.lower, q.median, q.upper));
         if let Some((lower, _, upper)) = quartiles {
-            (low, high) = (low.min(lower), high.max(upper));
+            range = Extent::new(range.from.min(lower), range.to.max(upper));
         }
         rows.push(BoxRow {
             label: format!("{} · {} ({})", item.name, words::known(&group.group), group.n),
@@ -203,15 +216,15 @@ fn profile(items: &[ItemResult], caption: (&str, &str)) -> String {
     if rows.is_empty() {
         return String::new();
     }
-    charts::both(|size| charts::boxes(&rows, (low, high), caption, size))
+    charts::both(|size| charts::boxes(&rows, range, key, title, size))
 }
 
-fn score_boxes(groups: &[ScoreGroup], range: (f64, f64), caption: (&str, &str)) -> String {
+fn score_boxes(groups: &[ScoreGroup], range: Extent, key: &str, title: &str) -> String {
     let row = |group: &ScoreGroup| BoxRow {
         label: format!("{} ({})", words::known(&group.group), group.n),
         quartiles: group.quartiles.value().map(|q| (q.lower, q.median, q.upper)),
         mean: group.mean.value().map(|m| (m.value, m.low, m.high)),
     };
     let rows: Vec<BoxRow> = groups.iter().map(row).collect();
-    if rows.is_empty() { String::new() } else { charts::both(|size| charts::boxes(&rows, range, caption, size)) }
+    if rows.is_empty() { String::new() } else { charts::both(|size| charts::boxes(&rows, range, key, title, size)) }
 }

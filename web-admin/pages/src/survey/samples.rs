@@ -5,10 +5,13 @@ use assessment::questionnaire::{Answer, Scorer};
 use documents::Instrument;
 use uuid::Uuid;
 
-use super::form::{ConsentPage, End, EndPage, FormPage, Given, Question, Terms};
-use super::instrument::{EditPage, InstrumentPage, InstrumentsPage, Preview};
-use super::manage::{AskedRow, LinksPage, ListPage, ManagePage, NewPage, SurveyRow, Typed};
-use super::results::{Against, AskedLine, Comment, CommentBlock, ResultsPage, Split};
+use super::form::{ConsentPage, EndPage, FormPage, FormQuestion, GivenField, SurveyEnd, Terms};
+use super::instrument::{EditPage, InstrumentPage, InstrumentPreview, InstrumentsPage};
+use super::manage::{ManagePage, NewSurveyPage, OwnSurveyRow, SurveyLinksPage, SurveyRow, SurveysPage, TypedSurvey};
+use super::results::{
+    AskedLine, CommentBlock, ResultsPage, ScatteredScore, ScatteredScores, SplitScore, SplitScores, SurveyComment,
+};
+use crate::charts::Extent;
 use crate::samples::{NOW, keep, shell};
 use model::mail::LetterDelivery;
 use model::survey::Identity;
@@ -25,8 +28,8 @@ fn form(instrument: &Instrument, language: &str, page: usize) -> FormPage {
     let pages = instrument.pages();
     let refused = |at: usize| (at == 0).then(|| ("<b>9</b>".to_owned(), "\"<b>9</b>\"; allowed: 1 to 5".to_owned()));
     let question = |at: &usize| {
-        let given = Given { answer: None, refused: refused(*at) };
-        Question::new(instrument, &instrument.items[*at], language, &given)
+        let given = GivenField { answer: None, refused: refused(*at) };
+        FormQuestion::new(instrument, &instrument.items[*at], language, &given)
     };
     FormPage {
         language: language.to_owned(),
@@ -83,8 +86,11 @@ fn before_the_first_question_it_is_said_what_leads_to_a_person() {
 
 #[test]
 fn the_end_says_what_became_of_the_answers() {
-    for (end, says) in [(End::Sent, "were sent"), (End::Withdrawn, "are deleted"), (End::Discarded, "Nothing was sent")]
-    {
+    for (end, says) in [
+        (SurveyEnd::Sent, "were sent"),
+        (SurveyEnd::Withdrawn, "are deleted"),
+        (SurveyEnd::Discarded, "Nothing was sent"),
+    ] {
         let (language, title, action) = ("en".to_owned(), "Survey".to_owned(), "/survey/secret".to_owned());
         let page = EndPage { language, title, end, identity: Identity::Anonymous, action };
         assert!(keep(&format!("survey-end-{end:?}").to_lowercase(), &page).contains(says));
@@ -120,17 +126,17 @@ fn lists_and_the_page_of_a_survey() {
         generated: true,
         created_at: NOW,
     };
-    let page = ListPage { shell: shell(Role::Instructor), asked: vec![], surveys: Some(vec![row]) };
+    let page = SurveysPage { shell: shell(Role::Instructor), asked: vec![], surveys: Some(vec![row]) };
     let html = keep("surveys", &page);
     assert!(html.contains("Generated answers") && !html.contains("<2026>"), "{html}");
-    let asked = AskedRow {
+    let asked = OwnSurveyRow {
         title: "Usability".to_owned(),
         href: "/surveys/1".to_owned(),
         duration_min: 1.5,
         answered: false,
         closes_at: Some(NOW),
     };
-    let page = ListPage { shell: shell(Role::Trainee), asked: vec![asked], surveys: None };
+    let page = SurveysPage { shell: shell(Role::Trainee), asked: vec![asked], surveys: None };
     assert!(keep("surveys-trainee", &page).contains("Answer"));
     let page = ManagePage {
         shell: shell(Role::Instructor),
@@ -152,7 +158,7 @@ fn lists_and_the_page_of_a_survey() {
         assert!(html.contains(words), "{words}: {html}");
     }
     let links = vec![("Dr <A>".to_owned(), "https://x.example/survey/abc".to_owned())];
-    let page = LinksPage {
+    let page = SurveyLinksPage {
         shell: shell(Role::Instructor),
         title: "Validity".to_owned(),
         href: "/surveys/1".to_owned(),
@@ -163,14 +169,14 @@ fn lists_and_the_page_of_a_survey() {
 
 #[test]
 fn a_new_survey_keeps_what_was_typed() {
-    let typed = Typed {
+    let typed = TypedSurvey {
         title: "My \"study\"".to_owned(),
         identity: "named".to_owned(),
         after_attempts: true,
         opens: String::new(),
         closes: "2026-06-01".to_owned(),
     };
-    let page = NewPage {
+    let page = NewSurveyPage {
         shell: shell(Role::Instructor),
         instruments: vec![("sus".to_owned(), "Usability".to_owned(), true)],
         cohorts: vec![("1".to_owned(), "Spring".to_owned(), true)],
@@ -187,7 +193,7 @@ fn instruments_are_listed_shown_and_edited() {
     assert!(
         keep("instruments", &InstrumentsPage { shell: shell(Role::Instructor), instruments: rows }).contains("sus")
     );
-    let preview = Preview::new(&shipped("simulator-validity.toml"));
+    let preview = InstrumentPreview::new(&shipped("simulator-validity.toml"));
     let href = "/surveys/instruments/simulator-validity".to_owned();
     let page = InstrumentPage { shell: shell(Role::Instructor), href, preview: preview.clone(), editable: true };
     assert!(keep("instrument", &page).contains("at least 4 must be answered"));
@@ -234,7 +240,7 @@ fn results_page(instrument: &Instrument, owner: bool) -> ResultsPage {
     let rows: Vec<&Row<'_>> = rows.iter().collect();
     let points: Vec<(f64, f64)> =
         rows.iter().zip(1..).filter_map(|(row, n)| Some((f64::from(n), row.scores[0]?))).collect();
-    let comment = Comment {
+    let comment = SurveyComment {
         response: Uuid::nil().to_string(),
         who: "professional".to_owned(),
         text: "<script>alert(1)</script>".to_owned(),
@@ -249,14 +255,22 @@ fn results_page(instrument: &Instrument, owner: bool) -> ResultsPage {
         owner,
         asked: vec![AskedLine { who: "Professionals, by link", asked: 15, answered: 12 }],
         results: Results::new(instrument, &rows, owner),
-        split: Split {
+        split: SplitScores {
             ways: vec![("month", "month", true), ("device", "device", false)],
-            scores: vec![("Realism".to_owned(), (1.0, 5.0), vec![score_group("2026-05 · trainee", &rows, 0)])],
+            scores: vec![SplitScore {
+                title: "Realism".to_owned(),
+                range: Extent::new(1.0, 5.0),
+                groups: vec![score_group("2026-05 · trainee", &rows, 0)],
+            }],
             hidden: 3,
         },
-        against: Against {
+        against: ScatteredScores {
             metrics: vec![("peak_force_n", "peak force (N)", true)],
-            scores: vec![("Realism".to_owned(), points.clone(), correlation(&points))],
+            scores: vec![ScatteredScore {
+                title: "Realism".to_owned(),
+                points: points.clone(),
+                rho: correlation(&points),
+            }],
         },
         comments: vec![
             CommentBlock {

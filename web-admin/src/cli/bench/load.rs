@@ -9,7 +9,7 @@ use tokio::task::JoinSet;
 use tokio::time::{MissedTickBehavior, interval};
 
 use super::pages::Page;
-use super::visitor::Visitor;
+use super::visitor::BenchVisitor;
 use acts::clock::Clock;
 
 /// From each page to the next one asked for: a prime, so that every page has its turn, and far from its neighbours in the
@@ -18,7 +18,7 @@ const STRIDE: usize = 7919;
 
 /// How fast, and how long.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Pace {
+pub(super) struct RequestPace {
     /// Requests a second.
     pub rate: u32,
     /// Duration, in s.
@@ -37,7 +37,7 @@ pub(super) struct Timing {
 }
 
 /// Asks for all pages in turn, each time by the next of its addresses, whether or not the answers keep up.
-pub(super) async fn ask(visitors: &[Visitor], pages: &[Page], pace: Pace) -> anyhow::Result<Vec<Timing>> {
+pub(super) async fn ask(visitors: &[BenchVisitor], pages: &[Page], pace: RequestPace) -> anyhow::Result<Vec<Timing>> {
     let requests = usize::try_from(u64::from(pace.rate) * u64::from(pace.seconds))?;
     let mut ticks = interval(Duration::from_secs(1) / pace.rate);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Burst);
@@ -60,7 +60,7 @@ pub(super) async fn ask(visitors: &[Visitor], pages: &[Page], pace: Pace) -> any
 }
 
 /// Asks for one address again and again, each time when the answer before is there.
-pub(super) async fn repeat(visitor: &Visitor, path: &str, times: usize) -> anyhow::Result<Vec<Timing>> {
+pub(super) async fn repeat(visitor: &BenchVisitor, path: &str, times: usize) -> anyhow::Result<Vec<Timing>> {
     let clock = Clock::system();
     let mut timings = Vec::new();
     for _ in 0..times {
@@ -73,7 +73,7 @@ pub(super) async fn repeat(visitor: &Visitor, path: &str, times: usize) -> anyho
 }
 
 /// The size of a page that must be there, compressed, in bytes.
-async fn size(visitor: &Visitor, path: &str) -> anyhow::Result<usize> {
+async fn size(visitor: &BenchVisitor, path: &str) -> anyhow::Result<usize> {
     let answer = visitor.ask(path, "gzip").await?;
     anyhow::ensure!(answer.status == StatusCode::OK, "{path}: {}", answer.status);
     Ok(answer.body.len())

@@ -18,12 +18,12 @@ use std::path::PathBuf;
 use anyhow::Context;
 use clap::{Args, value_parser};
 
-use super::{Failure, say};
+use super::{CommandFailure, say};
 use crate::demo::ATTEMPTS_EACH;
-use load::Pace;
+use load::RequestPace;
 use pages::Tour;
-use report::Measured;
-use service::Service;
+use report::MeasuredSchool;
+use service::BenchService;
 
 /// The password of everybody here.
 const PASSWORD: &str = "a password for measurements";
@@ -58,10 +58,10 @@ pub struct BenchArgs {
     seconds: u32,
 }
 
-pub(super) async fn run(args: &BenchArgs) -> Result<(), Failure> {
+pub(super) async fn run(args: &BenchArgs) -> Result<(), CommandFailure> {
     std::fs::create_dir_all(&args.data_dir)?;
     std::fs::create_dir_all(&args.out)?;
-    let pace = Pace { rate: args.rate, seconds: args.seconds };
+    let pace = RequestPace { rate: args.rate, seconds: args.seconds };
     let mut measured = Vec::new();
     for attempts in &args.attempts {
         measured.push(measure(args, *attempts, pace).await?);
@@ -72,14 +72,14 @@ pub(super) async fn run(args: &BenchArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-async fn measure(args: &BenchArgs, attempts: u32, pace: Pace) -> anyhow::Result<Measured> {
+async fn measure(args: &BenchArgs, attempts: u32, pace: RequestPace) -> anyhow::Result<MeasuredSchool> {
     let folder = args.data_dir.join(format!("attempts-{attempts}"));
     let trainees = attempts / ATTEMPTS_EACH;
     say(format_args!("{attempts} attempts: making the school"));
     let school = school::prepare(&folder, trainees).await?;
     // Whatever was generated is on the disk before anybody asks: written meanwhile, it would hold up answers by up to half a second.
     File::open(folder.join("stylet.db"))?.sync_all()?;
-    let service = Service::start(&folder)?;
+    let service = BenchService::start(&folder)?;
     say(format_args!("{attempts} attempts: looking for pages, after a start of {:.1} s", service.started_in_s));
     let visitors = visitor::sign_in(&service.url, trainees, school.doors).await?;
     let tour = Tour::take(&visitors, school.routes, &[&school.survey, ALL_ATTEMPTS]).await?;
@@ -89,7 +89,7 @@ async fn measure(args: &BenchArgs, attempts: u32, pace: Pace) -> anyhow::Result<
     let administrator = visitors.iter().find(|visitor| visitor.role == "administrator").context("an administrator")?;
     let results = load::repeat(administrator, &results, REPEATS).await?;
     let all_attempts = load::repeat(administrator, ALL_ATTEMPTS, 1).await?;
-    Ok(Measured {
+    Ok(MeasuredSchool {
         attempts,
         trainees,
         database_bytes: std::fs::metadata(folder.join("stylet.db"))?.len(),

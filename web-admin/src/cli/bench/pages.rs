@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use axum::http::StatusCode;
 
-use super::visitor::Visitor;
+use super::visitor::BenchVisitor;
 
 /// Addresses that a visitor asks for on one route.
 const EACH: usize = 10;
@@ -30,7 +30,11 @@ pub(super) struct Tour {
 impl Tour {
     /// Follows every link of every visitor from where they begin, but those that begin as one `aside` does. `routes` are all that the service
     /// answers; programs' and files' do not count, nor do those `aside`.
-    pub(super) async fn take(visitors: &[Visitor], mut routes: Vec<String>, aside: &[&str]) -> anyhow::Result<Self> {
+    pub(super) async fn take(
+        visitors: &[BenchVisitor],
+        mut routes: Vec<String>,
+        aside: &[&str],
+    ) -> anyhow::Result<Self> {
         let files = ["/api/", "/assets/", "/recordings/"];
         routes.retain(|route| !files.iter().chain(aside).any(|other| route.starts_with(other)));
         let mut found: BTreeMap<(String, &'static str), Vec<(usize, String)>> = BTreeMap::new();
@@ -52,7 +56,7 @@ impl Tour {
 }
 
 /// Every address that a visitor comes to and is shown, with its route, a few of each.
-async fn walk(visitor: &Visitor, routes: &[String], aside: &[&str]) -> anyhow::Result<Vec<(String, String)>> {
+async fn walk(visitor: &BenchVisitor, routes: &[String], aside: &[&str]) -> anyhow::Result<Vec<(String, String)>> {
     let mut waiting: VecDeque<String> = visitor.begins.iter().cloned().collect();
     let mut known: BTreeSet<String> = waiting.iter().cloned().collect();
     let mut asked: BTreeMap<&str, usize> = BTreeMap::new();
@@ -95,7 +99,7 @@ fn route_of<'a>(path: &str, routes: &'a [String]) -> Option<&'a str> {
 }
 
 /// Whether a route can be looked at; others are only for sending something.
-async fn is_page(visitor: &Visitor, route: &str) -> anyhow::Result<bool> {
+async fn is_page(visitor: &BenchVisitor, route: &str) -> anyhow::Result<bool> {
     let answer = visitor.ask(&route.replace(['{', '}'], ""), "identity").await?;
     Ok(answer.status != StatusCode::METHOD_NOT_ALLOWED)
 }

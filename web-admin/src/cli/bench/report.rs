@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
-use super::load::{Pace, Timing};
+use super::load::{RequestPace, Timing};
 use super::school::{ITEMS, RESPONSES};
 
 /// What was measured on one school.
-pub(super) struct Measured {
+pub(super) struct MeasuredSchool {
     /// Attempts of the crowd.
     pub attempts: u32,
     /// Its trainees.
@@ -30,16 +30,16 @@ pub(super) struct Measured {
 }
 
 /// A figure of a school, in words.
-type Figure = fn(&Measured) -> Option<String>;
+type SchoolFigure = fn(&MeasuredSchool) -> Option<String>;
 
 /// Times of some requests, in ms, and the size of the answers.
-struct Times {
+struct RequestTimes {
     p50: f64,
     p99: f64,
     bytes: usize,
 }
 
-impl Times {
+impl RequestTimes {
     fn of(timings: impl Iterator<Item = Timing>) -> Option<Self> {
         let mut timings: Vec<Timing> = timings.collect();
         timings.sort_by_key(|timing| timing.took);
@@ -50,14 +50,14 @@ impl Times {
     }
 }
 
-impl Measured {
-    fn all(&self) -> Option<Times> {
-        Times::of(self.timings.iter().copied())
+impl MeasuredSchool {
+    fn all(&self) -> Option<RequestTimes> {
+        RequestTimes::of(self.timings.iter().copied())
     }
 
-    fn page(&self, page: &(&'static str, String)) -> Option<Times> {
-        let place = self.pages.iter().position(|own| own == page)?;
-        Times::of(self.timings.iter().filter(|timing| timing.page == place).copied())
+    fn page(&self, role: &str, route: &str) -> Option<RequestTimes> {
+        let place = self.pages.iter().position(|page| page.0 == role && page.1 == route)?;
+        RequestTimes::of(self.timings.iter().filter(|timing| timing.page == place).copied())
     }
 }
 
@@ -65,22 +65,22 @@ impl Measured {
 ///
 /// # Errors
 /// Never: a text takes whatever is written to it.
-pub(super) fn markdown(measured: &[Measured], pace: Pace) -> Result<String, std::fmt::Error> {
+pub(super) fn markdown(measured: &[MeasuredSchool], pace: RequestPace) -> Result<String, std::fmt::Error> {
     let mut text = head(pace);
     let titles: String = measured.iter().map(|school| format!(" {} attempts |", thousands(school.attempts))).collect();
     let lines: String = measured.iter().map(|_| "---|").collect();
     write!(text, "| |{titles} bar |\n|---|{lines}---|\n")?;
     let results = format!("results of {RESPONSES} responses to {ITEMS} items, p50, ms");
-    let figures: [(&str, Figure, &str); 9] = [
+    let figures: [(&str, SchoolFigure, &str); 9] = [
         ("trainees", |school| Some(thousands(school.trainees)), ""),
         ("requests", |school| Some(school.timings.len().to_string()), ""),
         ("all pages, p50, ms", |school| Some(format!("{:.1}", school.all()?.p50)), "≤ 25"),
         ("all pages, p99, ms", |school| Some(format!("{:.1}", school.all()?.p99)), "≤ 150"),
         ("peak memory, MB", |school| Some(format!("{:.0}", school.peak_bytes as f64 / 1e6)), "≤ 300"),
-        (&results, |school| Some(format!("{:.1}", Times::of(school.results.iter().copied())?.p50)), "≤ 300"),
+        (&results, |school| Some(format!("{:.1}", RequestTimes::of(school.results.iter().copied())?.p50)), "≤ 300"),
         (
             "all attempts as a file, s",
-            |school| Some(format!("{:.1}", Times::of(school.all_attempts.iter().copied())?.p50 / 1e3)),
+            |school| Some(format!("{:.1}", RequestTimes::of(school.all_attempts.iter().copied())?.p50 / 1e3)),
             "",
         ),
         ("database, MB", |school| Some(format!("{:.0}", school.database_bytes as f64 / 1e6)), ""),
@@ -102,9 +102,9 @@ fn made_by(profile: &str) -> String {
     format!("Measured by `web-admin bench --data-dir DIR --out DIR` with web-admin {version} ({profile} build) on ")
 }
 
-fn head(pace: Pace) -> String {
+fn head(pace: RequestPace) -> String {
     let (made_by, machine) = (made_by(if cfg!(debug_assertions) { "debug" } else { "release" }), machine());
-    let Pace { rate, seconds } = pace;
+    let RequestPace { rate, seconds } = pace;
     format!(
         "# Pages\n\n\
          {made_by}{machine}: {rate} requests a second \
@@ -119,30 +119,30 @@ fn head(pace: Pace) -> String {
 }
 
 /// Each page on every school, the slowest first.
-fn pages(text: &mut String, measured: &[Measured]) -> std::fmt::Result {
+fn pages(text: &mut String, measured: &[MeasuredSchool]) -> std::fmt::Result {
     let Some(largest) = measured.last() else { return Ok(()) };
     let titles = |what: &str| -> String {
         measured.iter().map(|school| format!(" {what} at {} |", thousands(school.attempts))).collect()
     };
     let lines: String = measured.iter().map(|_| "---|---|").collect();
     write!(text, "\n| page | seen by | kB |{}{}\n|---|---|---|{lines}\n", titles("p50, ms"), titles("p99, ms"))?;
-    let mut rows: Vec<_> = largest.pages.iter().filter_map(|page| Some((page, largest.page(page)?))).collect();
+    let mut rows: Vec<_> =
+        largest.pages.iter().filter_map(|page| Some((page, largest.page(page.0, &page.1)?))).collect();
     rows.sort_by(|(_, a), (_, b)| b.p50.total_cmp(&a.p50));
-    for (page, times) in rows {
-        let figures = |figure: fn(Times) -> f64| -> String {
+    for ((role, route), times) in rows {
+        let figures = |figure: fn(RequestTimes) -> f64| -> String {
             measured
                 .iter()
-                .map(|school| school.page(page).map_or(" |".to_owned(), |t| format!(" {:.1} |", figure(t))))
+                .map(|school| school.page(role, route).map_or(" |".to_owned(), |t| format!(" {:.1} |", figure(t))))
                 .collect()
         };
-        let (role, route) = page;
         let kilobytes = times.bytes as f64 / 1e3;
         writeln!(text, "| `{route}` | {role} | {kilobytes:.1} |{}{}", figures(|t| t.p50), figures(|t| t.p99))?;
     }
     Ok(())
 }
 
-fn unseen(text: &mut String, measured: &[Measured]) -> std::fmt::Result {
+fn unseen(text: &mut String, measured: &[MeasuredSchool]) -> std::fmt::Result {
     let Some(largest) = measured.last().filter(|school| !school.unseen.is_empty()) else { return Ok(()) };
     let routes: Vec<String> = largest.unseen.iter().map(|route| format!("`{route}`")).collect();
     writeln!(text, "\nNot measured, for no link leads there: {}.", routes.join(", "))

@@ -26,7 +26,7 @@ pub(super) const ITEMS: usize = 30;
 pub(super) const TITLE: &str = "Generated answers";
 
 /// A school that is ready to be served.
-pub(super) struct School {
+pub(super) struct BenchSchool {
     /// Every route that the service answers.
     pub routes: Vec<String>,
     /// The page of the survey with many answers.
@@ -36,7 +36,7 @@ pub(super) struct School {
 }
 
 /// Makes the school in a folder, or takes the one that is there.
-pub(super) async fn prepare(folder: &Path, trainees: u32) -> anyhow::Result<School> {
+pub(super) async fn prepare(folder: &Path, trainees: u32) -> anyhow::Result<BenchSchool> {
     if !folder.exists() {
         make(folder, trainees).await?;
     }
@@ -47,7 +47,7 @@ pub(super) async fn prepare(folder: &Path, trainees: u32) -> anyhow::Result<Scho
     let survey = format!("/surveys/{}", survey.id);
     let administrator = administrator.into_current().context("an administrator who can sign in")?;
     let doors = doors::open(&state, &administrator).await?;
-    let school = School { routes: routes::routes(&state).paths(), survey, doors };
+    let school = BenchSchool { routes: routes::routes(&state).paths(), survey, doors };
     state.db.close().await;
     Ok(school)
 }

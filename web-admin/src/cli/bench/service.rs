@@ -9,7 +9,7 @@ use anyhow::{Context, ensure};
 use acts::clock::Clock;
 
 /// A running `web-admin serve`, ended when dropped.
-pub(super) struct Service {
+pub(super) struct BenchService {
     /// Where it listens, with scheme.
     pub url: String,
     /// How long it took to start, in s.
@@ -19,7 +19,7 @@ pub(super) struct Service {
     output: BufReader<ChildStdout>,
 }
 
-impl Service {
+impl BenchService {
     /// Serves a data folder on a free port, and waits until it listens.
     pub(super) fn start(folder: &Path) -> anyhow::Result<Self> {
         let clock = Clock::system();
@@ -53,7 +53,7 @@ impl Service {
     }
 }
 
-impl Drop for Service {
+impl Drop for BenchService {
     fn drop(&mut self) {
         // One that has ended by itself leaves nothing to kill.
         let _ = self.child.kill();

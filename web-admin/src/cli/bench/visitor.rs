@@ -20,7 +20,7 @@ const TRAINEES_OF_AN_INSTRUCTOR: u32 = 120;
 
 /// Somebody who asks.
 #[derive(Clone)]
-pub(super) struct Visitor {
+pub(super) struct BenchVisitor {
     /// Their role, in a word.
     pub role: &'static str,
     /// The addresses that they begin with.
@@ -31,7 +31,7 @@ pub(super) struct Visitor {
 }
 
 /// An answer, read whole.
-pub(super) struct Answer {
+pub(super) struct PageAnswer {
     pub status: StatusCode,
     pub body: Bytes,
 }
@@ -41,7 +41,7 @@ const HOME: [&str; 3] = ["/", "/people?q=instructor", "/people?q=generated+00042
 
 /// Signs in the demonstration's administrator and one of each other role, and some trainees and instructors of the crowd. A stranger is
 /// among them, too.
-pub(super) async fn sign_in(url: &str, trainees: u32, doors: Doors) -> anyhow::Result<Vec<Visitor>> {
+pub(super) async fn sign_in(url: &str, trainees: u32, doors: Doors) -> anyhow::Result<Vec<BenchVisitor>> {
     let instructors = trainees.div_ceil(TRAINEES_OF_AN_INSTRUCTOR);
     let mut people = vec![
         ("administrator", school::email(ADMINISTRATOR)),
@@ -58,11 +58,11 @@ pub(super) async fn sign_in(url: &str, trainees: u32, doors: Doors) -> anyhow::R
             _ if email == generated::instructor_email(0) => doors.instructor.clone(),
             _ => Vec::new(),
         };
-        let mut visitor = Visitor::new(role, url, home.chain(own).collect());
+        let mut visitor = BenchVisitor::new(role, url, home.chain(own).collect());
         visitor.sign_in(&email).await.with_context(|| format!("{email} cannot sign in"))?;
         visitors.push(visitor);
     }
-    visitors.push(Visitor::new("stranger", url, doors.stranger));
+    visitors.push(BenchVisitor::new("stranger", url, doors.stranger));
     Ok(visitors)
 }
 
@@ -72,21 +72,21 @@ fn spread(of: u32) -> impl Iterator<Item = u32> {
     (0..many).map(move |n| n * (of / many))
 }
 
-impl Visitor {
+impl BenchVisitor {
     fn new(role: &'static str, url: &str, begins: Vec<String>) -> Self {
         let client = Client::builder(TokioExecutor::new()).build_http();
         Self { role, begins, url: url.to_owned(), cookie: String::new(), client }
     }
 
     /// Asks for a page in an encoding (`gzip`, or `identity` for none), and reads the answer whole.
-    pub(super) async fn ask(&self, path: &str, encoding: &str) -> anyhow::Result<Answer> {
+    pub(super) async fn ask(&self, path: &str, encoding: &str) -> anyhow::Result<PageAnswer> {
         let request = Request::get(format!("{}{path}", self.url))
             .header(header::COOKIE, &self.cookie)
             .header(header::ACCEPT_ENCODING, encoding)
             .body(Body::empty())?;
         let answer = self.client.request(request).await?;
         let status = answer.status();
-        Ok(Answer { status, body: to_bytes(Body::new(answer.into_body()), usize::MAX).await? })
+        Ok(PageAnswer { status, body: to_bytes(Body::new(answer.into_body()), usize::MAX).await? })
     }
 
     async fn sign_in(&mut self, email: &str) -> anyhow::Result<()> {

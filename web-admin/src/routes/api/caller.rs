@@ -11,7 +11,7 @@ use uuid::Uuid;
 
 use crate::AppState;
 use crate::error::ApiError;
-use crate::refusals::{Known, RequestFacts};
+use crate::refusals::{KnownAsker, RequestFacts};
 use crate::routes::auth::asked_by;
 use crate::routes::auth::person_of;
 use acts::error::Error;
@@ -48,7 +48,7 @@ impl Caller {
     }
 
     /// For the log of refusals.
-    fn asker(&self) -> Known {
+    fn asker(&self) -> KnownAsker {
         match self {
             Self::Person(person) => person.into(),
             Self::Station(station) => station.into(),

@@ -10,9 +10,9 @@ use uuid::Uuid;
 
 use super::caller::Caller;
 use super::sessions::find;
-use super::{Id, Said};
+use super::{ApiId, ApiJson};
 use crate::AppState;
-use crate::error::{ApiError, Problem};
+use crate::error::{ApiError, ProblemDocument};
 use acts::error::Error;
 use model::comment::{Comment, Typed};
 use store::comments::{self, Kept};
@@ -25,11 +25,11 @@ pub(super) struct Comments {
 
 /// What was said about an attempt.
 #[utoipa::path(get, path = "/sessions/{id}/comments", operation_id = "list_comments", params(("id" = Uuid, Path)),
-    responses((status = 200, body = Comments), (status = 404, body = Problem)))]
+    responses((status = 200, body = Comments), (status = 404, body = ProblemDocument)))]
 pub(super) async fn list(
     State(state): State<AppState>,
     caller: Caller,
-    Id(id): Id,
+    ApiId(id): ApiId,
 ) -> Result<Json<Comments>, ApiError> {
     let session = find(&state, &caller, id).await?;
     Ok(Json(Comments { comments: comments::of_session(state.db.reader(), session.key()).await? }))
@@ -56,12 +56,12 @@ pub(super) struct Added {
 
 /// Adds a comment.
 #[utoipa::path(post, path = "/sessions/{id}/comments", operation_id = "add_comment", params(("id" = Uuid, Path)), request_body = NewComment,
-    responses((status = 201, body = Added), (status = 404, body = Problem), (status = 422, body = Problem)))]
+    responses((status = 201, body = Added), (status = 404, body = ProblemDocument), (status = 422, body = ProblemDocument)))]
 pub(super) async fn add(
     State(state): State<AppState>,
     caller: Caller,
-    Id(id): Id,
-    Said(new): Said<NewComment>,
+    ApiId(id): ApiId,
+    ApiJson(new): ApiJson<NewComment>,
 ) -> Result<(StatusCode, Json<Added>), ApiError> {
     let session = find(&state, &caller, id).await?;
     let to_s = new.to_s.map_or_else(String::new, |to_s| to_s.to_string());

@@ -9,7 +9,7 @@ use utoipa::openapi::{OpenApi as Description, Ref, RefOr, Required};
 use utoipa::{Modify, OpenApi};
 
 use super::{comments, documents, ratings, replay, score, sessions, stations, surveys, tus, upload};
-use crate::error::Problem;
+use crate::error::ProblemDocument;
 
 /// How refusals are sent (RFC 9457).
 const PROBLEM: &str = "application/problem+json";
@@ -23,8 +23,8 @@ const PIECE: &str = "application/offset+octet-stream";
     info(title = "Stylet", description = "Recordings in, scores out."),
     servers((url = "/api/v1")),
     security(("token" = [])),
-    modifiers(&Shared),
-    components(schemas(Problem)),
+    modifiers(&SharedDescription),
+    components(schemas(ProblemDocument)),
     paths(
         upload::create,
         sessions::list,
@@ -57,9 +57,9 @@ const PIECE: &str = "application/offset+octet-stream";
 pub(super) struct ApiDescription;
 
 /// What holds for every operation: who has to say who they are, how refusals are sent, and what a status means.
-struct Shared;
+struct SharedDescription;
 
-impl Modify for Shared {
+impl Modify for SharedDescription {
     fn modify(&self, description: &mut Description) {
         let components = description.components.get_or_insert_default();
         components.add_security_scheme("token", SecurityScheme::Http(Http::new(HttpAuthScheme::Bearer)));

@@ -11,7 +11,7 @@ use uuid::Uuid;
 
 use super::caller::Caller;
 use crate::AppState;
-use crate::error::{ApiError, Problem};
+use crate::error::{ApiError, ProblemDocument};
 use acts::assignments as teaching;
 use acts::error::Error;
 use model::Moment;
@@ -120,7 +120,7 @@ fn mastered_before(standing: &assignment::Standing, open: &[Assignment]) -> Opti
 
 /// What the caller may train now: not yet mastered, prerequisites honoured.
 #[utoipa::path(get, path = "/me/assignments", operation_id = "list_assignments",
-    responses((status = 200, body = Assignments), (status = 401, body = Problem)))]
+    responses((status = 200, body = Assignments), (status = 401, body = ProblemDocument)))]
 pub(super) async fn assignments(State(state): State<AppState>, caller: Caller) -> Result<Json<Assignments>, ApiError> {
     let person = caller.person()?;
     Ok(Json(Assignments { assignments: due(&state, person.school_id, person.id).await? }))
@@ -219,7 +219,7 @@ pub(super) struct ListedExercise {
 /// The school's exercises in the revisions that trainees are given: what the caller is to do first comes first. To a
 /// station, which is nobody in particular, nothing is due.
 #[utoipa::path(get, path = "/exercises", operation_id = "list_exercises",
-    responses((status = 200, body = ExerciseList), (status = 401, body = Problem)))]
+    responses((status = 200, body = ExerciseList), (status = 401, body = ProblemDocument)))]
 pub(super) async fn exercises(State(state): State<AppState>, caller: Caller) -> Result<Json<ExerciseList>, ApiError> {
     let person = caller.person().ok().map(|person| person.id);
     Ok(Json(ExerciseList { exercises: listed(&state, caller.school_id(), person).await? }))
@@ -256,7 +256,8 @@ pub(super) async fn listed(state: &AppState, school: Uuid, person: Option<Uuid>)
 
 /// An exercise in the revision that trainees are given.
 #[derive(Debug, Serialize, ToSchema)]
-pub(super) struct ExerciseView {
+#[schema(as = ExerciseView)]
+pub(super) struct ExerciseDocument {
     exercise_id: String,
     title: String,
     /// 1–5.
@@ -277,17 +278,17 @@ pub(super) struct ExerciseView {
 
 /// An exercise in the revision that trainees are given.
 #[utoipa::path(get, path = "/exercises/{id}", operation_id = "show_exercise", params(("id" = String, Path)),
-    responses((status = 200, body = ExerciseView), (status = 404, body = Problem)))]
+    responses((status = 200, body = ExerciseDocument), (status = 404, body = ProblemDocument)))]
 pub(super) async fn exercise(
     State(state): State<AppState>,
     caller: Caller,
     Path(id): Path<String>,
-) -> Result<Json<ExerciseView>, ApiError> {
+) -> Result<Json<ExerciseDocument>, ApiError> {
     let (reader, school) = (state.db.reader(), caller.school_id());
     let revision = exercises::current(reader, school, &id).await?.ok_or(Error::NotFound)?;
     let bytes = exercises::bytes(reader, school, revision.id).await?.ok_or(Error::NotFound)?;
     let RevisionBytes { exercise, scene, meshes } = bytes;
-    Ok(Json(ExerciseView {
+    Ok(Json(ExerciseDocument {
         exercise_id: revision.exercise_id,
         title: revision.title,
         difficulty: revision.difficulty,

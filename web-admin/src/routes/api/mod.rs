@@ -70,9 +70,9 @@ pub fn description() -> Description {
 }
 
 /// The id in a path. What cannot be an id names nothing: 404, as an id of nothing.
-struct Id(Uuid);
+struct ApiId(Uuid);
 
-impl<S: Send + Sync> FromRequestParts<S> for Id {
+impl<S: Send + Sync> FromRequestParts<S> for ApiId {
     type Rejection = ApiError;
 
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Self::Rejection> {
@@ -82,9 +82,9 @@ impl<S: Send + Sync> FromRequestParts<S> for Id {
 }
 
 /// A JSON body, refused as a problem.
-struct Said<T>(T);
+struct ApiJson<T>(T);
 
-impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for Said<T> {
+impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for ApiJson<T> {
     type Rejection = ApiError;
 
     async fn from_request(request: Request, state: &S) -> Result<Self, Self::Rejection> {

@@ -9,11 +9,11 @@ use axum::http::header::{
 use axum::response::Response;
 use uuid::Uuid;
 
-use super::Id;
+use super::ApiId;
 use super::caller::Caller;
 use super::replay::{self, Series, SeriesQuery};
 use crate::AppState;
-use crate::error::{ApiError, Problem};
+use crate::error::{ApiError, ProblemDocument};
 use acts::error::Error;
 use acts::ratings::attempt;
 use model::replay::Stage;
@@ -28,7 +28,7 @@ async fn blindly(
     state: &AppState,
     session: &Session,
     mut request: Request,
-    part: replay::Part,
+    part: replay::SeriesPart,
 ) -> Result<Response, ApiError> {
     for conditional in [IF_MODIFIED_SINCE, IF_UNMODIFIED_SINCE, IF_MATCH, IF_NONE_MATCH, IF_RANGE] {
         request.headers_mut().remove(conditional);
@@ -44,11 +44,11 @@ async fn blindly(
 #[utoipa::path(get, path = "/ratings/{id}/series", operation_id = "show_rated_series",
     params(("id" = Uuid, Path, description = "a rating of the caller"), ("points" = Option<usize>, Query),
            ("from_s" = Option<f64>, Query), ("to_s" = Option<f64>, Query)),
-    responses((status = 200, body = Series), (status = 400, body = Problem), (status = 404, body = Problem)))]
+    responses((status = 200, body = Series), (status = 400, body = ProblemDocument), (status = 404, body = ProblemDocument)))]
 pub(super) async fn series(
     State(state): State<AppState>,
     caller: Caller,
-    Id(id): Id,
+    ApiId(id): ApiId,
     query: Result<Query<SeriesQuery>, QueryRejection>,
 ) -> Result<Json<Series>, ApiError> {
     replay::spans(&state, &find(&state, &caller, id).await?, query).await
@@ -57,11 +57,11 @@ pub(super) async fn series(
 /// What does not move in the replay of an attempt to be rated, as `/sessions/{id}/replay`.
 #[utoipa::path(get, path = "/ratings/{id}/replay", operation_id = "show_rated_replay_stage",
     params(("id" = Uuid, Path, description = "a rating of the caller")),
-    responses((status = 200, body = Stage), (status = 404, body = Problem)))]
+    responses((status = 200, body = Stage), (status = 404, body = ProblemDocument)))]
 pub(super) async fn stage(
     State(state): State<AppState>,
     caller: Caller,
-    Id(id): Id,
+    ApiId(id): ApiId,
     request: Request,
 ) -> Result<Response, ApiError> {
     blindly(&state, &find(&state, &caller, id).await?, request, replay::STAGE).await
@@ -72,11 +72,11 @@ pub(super) async fn stage(
     params(("id" = Uuid, Path, description = "a rating of the caller")),
     responses((status = 200, content_type = "application/octet-stream"),
               (status = 206, content_type = "application/octet-stream"), (status = 416),
-              (status = 404, body = Problem)))]
+              (status = 404, body = ProblemDocument)))]
 pub(super) async fn frames(
     State(state): State<AppState>,
     caller: Caller,
-    Id(id): Id,
+    ApiId(id): ApiId,
     request: Request,
 ) -> Result<Response, ApiError> {
     blindly(&state, &find(&state, &caller, id).await?, request, replay::FRAMES).await

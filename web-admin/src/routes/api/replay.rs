@@ -11,11 +11,11 @@ use tower::ServiceExt;
 use tower_http::services::ServeFile;
 use utoipa::ToSchema;
 
-use super::Id;
+use super::ApiId;
 use super::caller::Caller;
 use super::sessions::find;
 use crate::AppState;
-use crate::error::{ApiError, Problem};
+use crate::error::{ApiError, ProblemDocument};
 use acts::error::Error;
 use acts::replays;
 use model::replay::Stage;
@@ -42,12 +42,12 @@ pub(super) struct Series {
     params(("id" = Uuid, Path), ("points" = Option<usize>, Query, description = "1 to 10000; 1000 by default"),
            ("from_s" = Option<f64>, Query, description = "where the stretch begins, in s; the start by default"),
            ("to_s" = Option<f64>, Query, description = "where it ends, in s; the end by default")),
-    responses((status = 200, body = Series), (status = 400, body = Problem), (status = 404, body = Problem),
-              (status = 410, body = Problem)))]
+    responses((status = 200, body = Series), (status = 400, body = ProblemDocument), (status = 404, body = ProblemDocument),
+              (status = 410, body = ProblemDocument)))]
 pub(super) async fn series(
     State(state): State<AppState>,
     caller: Caller,
-    Id(id): Id,
+    ApiId(id): ApiId,
     query: Result<Query<SeriesQuery>, QueryRejection>,
 ) -> Result<Json<Series>, ApiError> {
     let session = find(&state, &caller, id).await?;
@@ -89,12 +89,12 @@ fn seconds(field: &str, asked: Option<&str>) -> Result<Option<f64>, Error> {
 
 /// What does not move in a replay: layers, needle, structures, events.
 #[utoipa::path(get, path = "/sessions/{id}/replay", operation_id = "show_replay_stage", params(("id" = Uuid, Path)),
-    responses((status = 200, body = Stage), (status = 404, body = Problem),
-              (status = 410, body = Problem)))]
+    responses((status = 200, body = Stage), (status = 404, body = ProblemDocument),
+              (status = 410, body = ProblemDocument)))]
 pub(super) async fn stage(
     State(state): State<AppState>,
     caller: Caller,
-    Id(id): Id,
+    ApiId(id): ApiId,
     request: Request,
 ) -> Result<Response, ApiError> {
     serve(&state, &find(&state, &caller, id).await?, request, STAGE).await
@@ -104,30 +104,30 @@ pub(super) async fn stage(
 #[utoipa::path(get, path = "/sessions/{id}/replay/frames", operation_id = "download_replay_frames", params(("id" = Uuid, Path)),
     responses((status = 200, content_type = "application/octet-stream"),
               (status = 206, content_type = "application/octet-stream"), (status = 416),
-              (status = 404, body = Problem),
-              (status = 410, body = Problem)))]
+              (status = 404, body = ProblemDocument),
+              (status = 410, body = ProblemDocument)))]
 pub(super) async fn frames(
     State(state): State<AppState>,
     caller: Caller,
-    Id(id): Id,
+    ApiId(id): ApiId,
     request: Request,
 ) -> Result<Response, ApiError> {
     serve(&state, &find(&state, &caller, id).await?, request, FRAMES).await
 }
 
 /// A file of a replay and its media type.
-pub(super) type Part = (&'static str, &'static str);
+pub(super) type SeriesPart = (&'static str, &'static str);
 /// What does not move.
-pub(super) const STAGE: Part = (replay_files::STAGE, "application/json");
+pub(super) const STAGE: SeriesPart = (replay_files::STAGE, "application/json");
 /// What moves.
-pub(super) const FRAMES: Part = (replay_files::FRAMES, "application/octet-stream");
+pub(super) const FRAMES: SeriesPart = (replay_files::FRAMES, "application/octet-stream");
 
 /// A part of the replay of a session that somebody may see.
 pub(super) async fn serve(
     state: &AppState,
     session: &Session,
     request: Request,
-    (name, media_type): Part,
+    (name, media_type): SeriesPart,
 ) -> Result<Response, ApiError> {
     let path = replays::file(state, session, name).await?;
     let Ok(found) = ServeFile::new(path).oneshot(request).await;

@@ -8,11 +8,11 @@ use axum::response::{IntoResponse, Response};
 use serde::Serialize;
 use utoipa::ToSchema;
 
-use super::Id;
+use super::ApiId;
 use super::caller::Caller;
 use super::sessions::find;
 use crate::AppState;
-use crate::error::{ApiError, Problem};
+use crate::error::{ApiError, ProblemDocument};
 use acts::error::Error;
 use model::{Moment, Proof, Uncounted};
 use store::grades;
@@ -22,13 +22,15 @@ use store::sessions::SessionState;
 
 /// Where the score stands while there is none.
 #[derive(Debug, Serialize, ToSchema)]
-struct Waiting {
+#[schema(as = Waiting)]
+struct WaitingDocument {
     state: SessionState,
 }
 
 /// A computed score, and what somebody has put in its place.
 #[derive(Serialize, ToSchema)]
-struct Graded {
+#[schema(as = Graded)]
+struct GradedDocument {
     #[serde(flatten)]
     #[schema(value_type = ScoreDocument)]
     computed: Assessment,
@@ -174,15 +176,19 @@ impl OverrideView {
 /// The newest computed score, in the form of `stylet score --json`; where somebody has put another in its place,
 /// `override` holds it. 202 while the recording waits to be scored.
 #[utoipa::path(get, path = "/sessions/{id}/score", operation_id = "show_score", params(("id" = Uuid, Path)),
-    responses((status = 200, body = Graded), (status = 202, body = Waiting),
-              (status = 404, body = Problem, description = "No such attempt, or one that cannot be scored")))]
-pub(super) async fn show(State(state): State<AppState>, caller: Caller, Id(id): Id) -> Result<Response, ApiError> {
+    responses((status = 200, body = GradedDocument), (status = 202, body = WaitingDocument),
+              (status = 404, body = ProblemDocument, description = "No such attempt, or one that cannot be scored")))]
+pub(super) async fn show(
+    State(state): State<AppState>,
+    caller: Caller,
+    ApiId(id): ApiId,
+) -> Result<Response, ApiError> {
     let session = find(&state, &caller, id).await?;
     let key = session.key();
     let Some(score) = scores::newest(state.db.reader(), key).await? else {
         return match session.state {
             SessionState::Refused => Err(Error::Unscored(session.refusal.unwrap_or_default()).into()),
-            waiting => Ok((StatusCode::ACCEPTED, Json(Waiting { state: waiting })).into_response()),
+            waiting => Ok((StatusCode::ACCEPTED, Json(WaitingDocument { state: waiting })).into_response()),
         };
     };
     let metrics = scores::metrics(state.db.reader(), key).await?;
@@ -197,5 +203,5 @@ pub(super) async fn show(State(state): State<AppState>, caller: Caller, Id(id): 
     };
     let overridden = grades::overrides(state.db.reader(), key).await?.pop().and_then(OverrideView::of);
     let (uncounted, proof) = (session.uncounted, proofs::of(state.db.reader(), key).await?);
-    Ok(Json(Graded { computed, overridden, uncounted, proof }).into_response())
+    Ok(Json(GradedDocument { computed, overridden, uncounted, proof }).into_response())
 }

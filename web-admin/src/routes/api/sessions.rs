@@ -13,10 +13,10 @@ use tower_http::services::ServeFile;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
-use super::Id;
+use super::ApiId;
 use super::caller::Caller;
 use crate::AppState;
-use crate::error::{ApiError, Problem};
+use crate::error::{ApiError, ProblemDocument};
 use acts::error::Error;
 use acts::recordings;
 use model::{AttemptPlace, Moment, Uncounted};
@@ -121,12 +121,12 @@ const LONGEST_PAGE: u32 = 100;
 
 /// Which stretch of a list is asked for, as it was typed: each refusal names its field.
 #[derive(Debug, Deserialize)]
-pub(super) struct PageQuery {
+pub(super) struct SessionListQuery {
     after: Option<String>,
     limit: Option<String>,
 }
 
-impl PageQuery {
+impl SessionListQuery {
     fn after(&self) -> Result<AttemptPlace, Error> {
         let Some(after) = &self.after else { return Ok(AttemptPlace::START) };
         after.parse().map_err(|refused| Error::BadRequest(format!("after: \"{after}\"; {refused}")))
@@ -148,11 +148,11 @@ impl PageQuery {
            ("limit" = Option<u32>, Query, minimum = 1, maximum = 100, description = "1 to 100; 100 by default")),
     responses((status = 200, body = SessionList,
                headers(("Link" = String, description = "the address of what comes next, rel=\"next\" (RFC 8288)"))),
-              (status = 400, body = Problem)))]
+              (status = 400, body = ProblemDocument)))]
 pub(super) async fn list(
     State(state): State<AppState>,
     caller: Caller,
-    query: Result<Query<PageQuery>, QueryRejection>,
+    query: Result<Query<SessionListQuery>, QueryRejection>,
 ) -> Result<Response, ApiError> {
     let person = caller.person()?;
     let Query(asked) = query.map_err(|refused| Error::BadRequest(refused.body_text()))?;
@@ -179,11 +179,11 @@ pub(super) async fn find(state: &AppState, caller: &Caller, id: Uuid) -> Result<
 
 /// An attempt.
 #[utoipa::path(get, path = "/sessions/{id}", operation_id = "show_session", params(("id" = Uuid, Path)),
-    responses((status = 200, body = SessionView), (status = 404, body = Problem)))]
+    responses((status = 200, body = SessionView), (status = 404, body = ProblemDocument)))]
 pub(super) async fn show(
     State(state): State<AppState>,
     caller: Caller,
-    Id(id): Id,
+    ApiId(id): ApiId,
 ) -> Result<Json<SessionView>, ApiError> {
     Ok(Json(find(&state, &caller, id).await?.into()))
 }
@@ -206,12 +206,12 @@ pub(super) struct RecordingQuery {
 #[utoipa::path(get, path = "/sessions/{id}/recording", operation_id = "download_recording",
     params(("id" = Uuid, Path), ("with" = Option<String>, Query, description = "comments")),
     responses((status = 200, content_type = "application/octet-stream"),
-              (status = 206, content_type = "application/octet-stream"), (status = 400, body = Problem), (status = 416),
-              (status = 404, body = Problem), (status = 410, body = Problem)))]
+              (status = 206, content_type = "application/octet-stream"), (status = 400, body = ProblemDocument), (status = 416),
+              (status = 404, body = ProblemDocument), (status = 410, body = ProblemDocument)))]
 pub(super) async fn recording(
     State(state): State<AppState>,
     caller: Caller,
-    Id(id): Id,
+    ApiId(id): ApiId,
     query: Result<Query<RecordingQuery>, QueryRejection>,
     request: Request,
 ) -> Result<Response, ApiError> {

@@ -7,12 +7,12 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use uuid::Uuid;
 
-use super::Said;
+use super::ApiJson;
 use super::caller::Caller;
 use super::documents::{self, ListedExercise};
 use super::surveys::{self, StationSurvey};
 use crate::AppState;
-use crate::error::{ApiError, Problem};
+use crate::error::{ApiError, ProblemDocument};
 use crate::routes::auth::ClientAddress;
 use acts::stations;
 use store::schools;
@@ -43,14 +43,14 @@ pub(super) struct PairedView {
 
 /// Joins a station to a school. The code is good once, for ten minutes.
 #[utoipa::path(post, path = "/stations/pair", operation_id = "pair_station", request_body = PairRequest, security(()),
-    responses((status = 201, body = PairedView), (status = 400, body = Problem),
-              (status = 403, body = Problem, description = "The code is unknown, used or expired"),
-              (status = 409, body = Problem, description = "A station of the school has this name"),
-              (status = 422, body = Problem), (status = 429, body = Problem)))]
+    responses((status = 201, body = PairedView), (status = 400, body = ProblemDocument),
+              (status = 403, body = ProblemDocument, description = "The code is unknown, used or expired"),
+              (status = 409, body = ProblemDocument, description = "A station of the school has this name"),
+              (status = 422, body = ProblemDocument), (status = 429, body = ProblemDocument)))]
 pub(super) async fn pair(
     State(state): State<AppState>,
     ClientAddress(address): ClientAddress,
-    Said(asked): Said<PairRequest>,
+    ApiJson(asked): ApiJson<PairRequest>,
 ) -> Result<(StatusCode, Json<PairedView>), ApiError> {
     state.pairings.take(address)?;
     let stations::Paired { station_id, name, school, token } =
@@ -69,7 +69,7 @@ pub(super) struct StationView {
 
 /// The calling station: whether its token is still good, and for which school.
 #[utoipa::path(get, path = "/stations/me", operation_id = "show_station",
-    responses((status = 200, body = StationView), (status = 401, body = Problem), (status = 403, body = Problem)))]
+    responses((status = 200, body = StationView), (status = 401, body = ProblemDocument), (status = 403, body = ProblemDocument)))]
 pub(super) async fn show(State(state): State<AppState>, caller: Caller) -> Result<Json<StationView>, ApiError> {
     let station = caller.station()?;
     let school = schools::name(state.db.reader(), station.school_id).await?;
@@ -99,16 +99,16 @@ pub(super) struct SignedInView {
 
 /// Signs a trainee of the station's school in. After 20 wrong codes in an hour the station is locked for the rest of it.
 #[utoipa::path(post, path = "/stations/sign-in", operation_id = "sign_in_at_station", request_body = SignInRequest,
-    responses((status = 200, body = SignedInView), (status = 401, body = Problem),
-              (status = 403, body = Problem, description = "Nobody's code, or not a station's token"),
-              (status = 429, body = Problem)))]
+    responses((status = 200, body = SignedInView), (status = 401, body = ProblemDocument),
+              (status = 403, body = ProblemDocument, description = "Nobody's code, or not a station's token"),
+              (status = 429, body = ProblemDocument)))]
 pub(super) async fn sign_in(
     State(state): State<AppState>,
     caller: Caller,
-    Said(asked): Said<SignInRequest>,
+    ApiJson(asked): ApiJson<SignInRequest>,
 ) -> Result<Json<SignedInView>, ApiError> {
     let person = stations::sign_in(&state, caller.station()?, &asked.code).await?;
     let exercises = documents::listed(&state, person.school_id, Some(person.id)).await?;
-    let surveys = surveys::at_a_station(&state, (person.school_id, person.id)).await?;
+    let surveys = surveys::at_a_station(&state, person.school_id, person.id).await?;
     Ok(Json(SignedInView { trainee: person.pseudonym, display_name: person.display_name, exercises, surveys }))
 }

@@ -10,9 +10,9 @@ use utoipa::ToSchema;
 use uuid::Uuid;
 
 use super::caller::Caller;
-use super::{Id, Said};
+use super::{ApiId, ApiJson};
 use crate::AppState;
-use crate::error::{ApiError, Problem};
+use crate::error::{ApiError, ProblemDocument};
 use crate::routes::survey::{TermsOf, terms};
 use acts::error::Error;
 use acts::surveys as asking;
@@ -84,10 +84,7 @@ async fn questions(state: &AppState, survey: Survey) -> Result<Questions, Error>
 }
 
 /// What a trainee may be asked at a station after whatever they practise there, though the station lose the service.
-pub(super) async fn at_a_station(
-    state: &AppState,
-    (school, trainee): (Uuid, Uuid),
-) -> Result<Vec<StationSurvey>, Error> {
+pub(super) async fn at_a_station(state: &AppState, school: Uuid, trainee: Uuid) -> Result<Vec<StationSurvey>, Error> {
     let reader = state.db.reader();
     let practised = Practised { school, trainee, exercise: None };
     let open = surveys::after_attempt(reader, practised, state.clock.now()).await?;
@@ -103,11 +100,11 @@ pub(super) async fn at_a_station(
 
 /// What the trainee of an attempt is asked after it, and has not answered. A station may ask, too, for its debriefing.
 #[utoipa::path(get, path = "/sessions/{id}/survey", operation_id = "list_surveys_after", params(("id" = Uuid, Path)),
-    responses((status = 200, body = SurveysAfter), (status = 404, body = Problem)))]
+    responses((status = 200, body = SurveysAfter), (status = 404, body = ProblemDocument)))]
 pub(super) async fn after(
     State(state): State<AppState>,
     caller: Caller,
-    Id(id): Id,
+    ApiId(id): ApiId,
 ) -> Result<Json<SurveysAfter>, ApiError> {
     let session = session(&state, &caller, id).await?;
     let reader = state.db.reader();
@@ -158,16 +155,16 @@ pub(super) struct TakenAnswers {
 /// again with the same secret they are taken once.
 #[utoipa::path(put, path = "/sessions/{id}/survey/{survey}", operation_id = "answer_survey", params(("id" = Uuid, Path), ("survey" = Uuid, Path)),
     request_body = GivenAnswers,
-    responses((status = 200, body = TakenAnswers), (status = 400, body = Problem),
-              (status = 404, body = Problem, description = "No such attempt (yet), or no such survey"),
-              (status = 409, body = Problem, description = "The person has answered elsewhere, or begun to"),
-              (status = 410, body = Problem, description = "The survey is not asked after this attempt"),
-              (status = 422, body = Problem, description = "An answer that is not allowed, or no consent")))]
+    responses((status = 200, body = TakenAnswers), (status = 400, body = ProblemDocument),
+              (status = 404, body = ProblemDocument, description = "No such attempt (yet), or no such survey"),
+              (status = 409, body = ProblemDocument, description = "The person has answered elsewhere, or begun to"),
+              (status = 410, body = ProblemDocument, description = "The survey is not asked after this attempt"),
+              (status = 422, body = ProblemDocument, description = "An answer that is not allowed, or no consent")))]
 pub(super) async fn answer(
     State(state): State<AppState>,
     caller: Caller,
     Path((id, survey)): Path<(String, String)>,
-    Said(given): Said<GivenAnswers>,
+    ApiJson(given): ApiJson<GivenAnswers>,
 ) -> Result<Json<TakenAnswers>, ApiError> {
     let named = |id: String| id.parse::<Uuid>().map_err(|_| Error::NotFound);
     let (session, survey) = (session(&state, &caller, named(id)?).await?, named(survey)?);

@@ -14,9 +14,9 @@ use time::macros::format_description;
 
 use super::caller::{Caller, require_caller};
 use super::upload::{arriving, clock_ahead};
-use super::{Id, cors};
+use super::{ApiId, cors};
 use crate::AppState;
-use crate::error::{ApiError, Problem};
+use crate::error::{ApiError, ProblemDocument};
 use crate::routes::Routes;
 use acts::checksum::Checksum;
 use acts::error::Error;
@@ -94,10 +94,10 @@ pub(super) async fn describe(State(state): State<AppState>) -> impl IntoResponse
            ("Upload-Metadata" = Option<String>, Header),
            ("Stylet-Clock" = Option<String>, Header, description = "The sender's time, RFC 3339: a wrong clock is corrected"),
            ("Upload-Checksum" = Option<String>, Header)),
-    responses((status = 201, description = "Location, Upload-Expires"), (status = 400, body = Problem),
-              (status = 401, body = Problem), (status = 412, body = Problem), (status = 413, body = Problem),
-              (status = 415, body = Problem), (status = 422, body = Problem),
-              (status = 429, body = Problem, description = "Too much was begun and not ended"), (status = 507, body = Problem)))]
+    responses((status = 201, description = "Location, Upload-Expires"), (status = 400, body = ProblemDocument),
+              (status = 401, body = ProblemDocument), (status = 412, body = ProblemDocument), (status = 413, body = ProblemDocument),
+              (status = 415, body = ProblemDocument), (status = 422, body = ProblemDocument),
+              (status = 429, body = ProblemDocument, description = "Too much was begun and not ended"), (status = 507, body = ProblemDocument)))]
 pub(super) async fn create(
     State(state): State<AppState>,
     caller: Caller,
@@ -132,7 +132,11 @@ pub(super) async fn create(
     responses((status = 200, description = "Upload-Offset, Upload-Length, Upload-Metadata, Upload-Expires; \
                                             Stylet-Session once it is an attempt"),
               (status = 404), (status = 410), (status = 412)))]
-pub(super) async fn show(State(state): State<AppState>, caller: Caller, Id(id): Id) -> Result<Response, ApiError> {
+pub(super) async fn show(
+    State(state): State<AppState>,
+    caller: Caller,
+    ApiId(id): ApiId,
+) -> Result<Response, ApiError> {
     let upload = uploads::find(&state, caller.owner(), id).await?;
     let mut response = told(StatusCode::OK, &upload)?;
     put(&mut response, LENGTH, &upload.length.to_string())?;
@@ -148,17 +152,17 @@ pub(super) async fn show(State(state): State<AppState>, caller: Caller, Id(id): 
            ("Upload-Offset" = u64, Header, description = "Where the piece begins, in bytes"),
            ("Upload-Checksum" = Option<String>, Header, description = "sha256 or sha1, a space, the hash in base64")),
     responses((status = 204, description = "Upload-Offset, Upload-Expires; Stylet-Session once it is an attempt"),
-              (status = 400, body = Problem), (status = 404, body = Problem),
-              (status = 409, body = Problem, description = "Another offset, another request has taken over, or another recording of this session"),
-              (status = 410, body = Problem), (status = 412, body = Problem), (status = 413, body = Problem),
-              (status = 415, body = Problem), (status = 422, body = Problem),
-              (status = 423, body = Problem, description = "It is being taken in"),
-              (status = 460, body = Problem, description = "The piece is not what its checksum says"),
-              (status = 503, body = Problem, description = "Not its turn in time, whoever read it has died, or the scanner does not answer; Retry-After")))]
+              (status = 400, body = ProblemDocument), (status = 404, body = ProblemDocument),
+              (status = 409, body = ProblemDocument, description = "Another offset, another request has taken over, or another recording of this session"),
+              (status = 410, body = ProblemDocument), (status = 412, body = ProblemDocument), (status = 413, body = ProblemDocument),
+              (status = 415, body = ProblemDocument), (status = 422, body = ProblemDocument),
+              (status = 423, body = ProblemDocument, description = "It is being taken in"),
+              (status = 460, body = ProblemDocument, description = "The piece is not what its checksum says"),
+              (status = 503, body = ProblemDocument, description = "Not its turn in time, whoever read it has died, or the scanner does not answer; Retry-After")))]
 pub(super) async fn append(
     State(state): State<AppState>,
     caller: Caller,
-    Id(id): Id,
+    ApiId(id): ApiId,
     headers: HeaderMap,
     body: Body,
 ) -> Result<Response, ApiError> {
@@ -169,12 +173,12 @@ pub(super) async fn append(
 
 /// Ends an upload. The attempt that it has become stays.
 #[utoipa::path(delete, path = "/uploads/{id}", operation_id = "end_upload", params(("id" = Uuid, Path), ("Tus-Resumable" = String, Header)),
-    responses((status = 204), (status = 404, body = Problem), (status = 410, body = Problem),
-              (status = 412, body = Problem), (status = 423, body = Problem)))]
+    responses((status = 204), (status = 404, body = ProblemDocument), (status = 410, body = ProblemDocument),
+              (status = 412, body = ProblemDocument), (status = 423, body = ProblemDocument)))]
 pub(super) async fn terminate(
     State(state): State<AppState>,
     caller: Caller,
-    Id(id): Id,
+    ApiId(id): ApiId,
 ) -> Result<StatusCode, ApiError> {
     let upload = uploads::find(&state, caller.owner(), id).await?;
     uploads::terminate(&state, &upload).await?;
@@ -185,7 +189,7 @@ pub(super) async fn terminate(
 async fn overridden(
     state: State<AppState>,
     caller: Caller,
-    id: Id,
+    id: ApiId,
     headers: HeaderMap,
     body: Body,
 ) -> Result<Response, ApiError> {

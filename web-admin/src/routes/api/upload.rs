@@ -12,7 +12,7 @@ use time::format_description::well_known::Rfc3339;
 use super::caller::Caller;
 use super::sessions::SessionView;
 use crate::AppState;
-use crate::error::{ApiError, Problem};
+use crate::error::{ApiError, ProblemDocument};
 use acts::checksum::Checksum;
 use acts::error::Error;
 use acts::intake;
@@ -25,12 +25,12 @@ use model::Moment;
 #[utoipa::path(post, path = "/sessions", operation_id = "upload_recording", request_body(content_type = "application/octet-stream"),
     params(("Content-Digest" = Option<String>, Header, description = "sha-256=:HASH:, the hash in base64 (RFC 9530)"),
            ("Stylet-Clock" = Option<String>, Header, description = "The sender's time, RFC 3339: a wrong clock is corrected")),
-    responses((status = 201, body = SessionView), (status = 200, body = SessionView), (status = 400, body = Problem),
-              (status = 401, body = Problem),
-              (status = 409, body = Problem, description = "Another recording of this session, or somebody else's attempt"),
-              (status = 413, body = Problem), (status = 415, body = Problem),
-              (status = 422, body = Problem, description = "No recording, or one in which a scanner has found malware"),
-              (status = 503, body = Problem, description = "Not its turn in time, whoever read it has died, or the scanner does not answer; Retry-After")))]
+    responses((status = 201, body = SessionView), (status = 200, body = SessionView), (status = 400, body = ProblemDocument),
+              (status = 401, body = ProblemDocument),
+              (status = 409, body = ProblemDocument, description = "Another recording of this session, or somebody else's attempt"),
+              (status = 413, body = ProblemDocument), (status = 415, body = ProblemDocument),
+              (status = 422, body = ProblemDocument, description = "No recording, or one in which a scanner has found malware"),
+              (status = 503, body = ProblemDocument, description = "Not its turn in time, whoever read it has died, or the scanner does not answer; Retry-After")))]
 pub(super) async fn create(
     State(state): State<AppState>,
     caller: Caller,

@@ -55,11 +55,12 @@ impl<S: Send + Sync> FromRequestParts<S> for Csrf {
     type Rejection = PageError;
 
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Self::Rejection> {
-        Ok(Self::of(&session(parts, state).await?, &stranger(parts)).await?)
+        Ok(Self::of(&session_of(parts, state).await?, &stranger(parts)).await?)
     }
 }
 
-async fn session<S: Send + Sync>(parts: &mut Parts, state: &S) -> Result<Session, PageError> {
+/// The browser's session.
+pub(super) async fn session_of<S: Send + Sync>(parts: &mut Parts, state: &S) -> Result<Session, PageError> {
     let missing = |(_, why): (_, &'static str)| PageError(Error::Internal(anyhow::anyhow!(why)));
     Session::from_request_parts(parts, state).await.map_err(missing)
 }
@@ -118,7 +119,7 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for CsrfForm<T> {
 
     async fn from_request(request: Request, state: &S) -> Result<Self, Self::Rejection> {
         let (mut parts, body) = request.into_parts();
-        let session = session(&mut parts, state).await.map_err(IntoResponse::into_response)?;
+        let session = session_of(&mut parts, state).await.map_err(IntoResponse::into_response)?;
         let again = |body| Request::from_parts(parts.clone(), body);
         let RawForm(bytes) = RawForm::from_request(again(body), state).await.map_err(IntoResponse::into_response)?;
         // Before anything is looked for in it.

@@ -12,7 +12,7 @@ use super::address::asked_by;
 use super::csrf;
 use crate::AppState;
 use crate::error::PageError;
-use crate::refusals::Known;
+use crate::refusals::KnownAsker;
 use crate::routes::language;
 use acts::error::Error;
 use acts::web_sessions::{SIGNED_IN_KEY, SignedIn};
@@ -25,7 +25,8 @@ const SIGNED_IN_S: i64 = 12 * 3600;
 /// Makes a session a signed-in one, under a new id: whoever planted the old one gains nothing.
 pub(crate) async fn start_session(
     session: &Session,
-    (person_id, credential_version): (Uuid, i64),
+    person_id: Uuid,
+    credential_version: i64,
     now: Moment,
 ) -> Result<(), Error> {
     session.clear().await;
@@ -37,7 +38,7 @@ pub(crate) async fn start_session(
 
 /// How a browser's session stands.
 #[derive(Debug)]
-pub(crate) enum Standing {
+pub(crate) enum SignInStanding {
     /// Nobody is signed in.
     Stranger,
     /// Somebody who must have a second factor before anything else.
@@ -47,23 +48,23 @@ pub(crate) enum Standing {
 }
 
 /// How a browser's session stands, and with whom.
-pub(crate) async fn standing_of(state: &AppState, session: &Session) -> Result<Standing, Error> {
-    let Some(signed_in) = session.get::<SignedIn>(SIGNED_IN_KEY).await? else { return Ok(Standing::Stranger) };
+pub(crate) async fn standing_of(state: &AppState, session: &Session) -> Result<SignInStanding, Error> {
+    let Some(signed_in) = session.get::<SignedIn>(SIGNED_IN_KEY).await? else { return Ok(SignInStanding::Stranger) };
     if signed_in.until.is_none_or(|until| until <= state.clock.now()) {
-        return Ok(Standing::Stranger);
+        return Ok(SignInStanding::Stranger);
     }
     let person = people::by_id(state.db.reader(), signed_in.person_id).await?;
     let person = person.filter(|p| p.credential_version == signed_in.credential_version);
-    let Some(person) = person.and_then(people::Person::into_current) else { return Ok(Standing::Stranger) };
+    let Some(person) = person.and_then(people::Person::into_current) else { return Ok(SignInStanding::Stranger) };
     let owes = second_factors::is_owed(state.db.reader(), (&person).into()).await?;
-    Ok(if owes { Standing::OwesFactor(person) } else { Standing::SignedIn(person) })
+    Ok(if owes { SignInStanding::OwesFactor(person) } else { SignInStanding::SignedIn(person) })
 }
 
 /// The person of a browser's session, if somebody is signed in, may still be, and owes nothing.
 pub(crate) async fn person_of(state: &AppState, session: &Session) -> Result<Option<CurrentPerson>, Error> {
     Ok(match standing_of(state, session).await? {
-        Standing::SignedIn(person) => Some(person),
-        Standing::Stranger | Standing::OwesFactor(_) => None,
+        SignInStanding::SignedIn(person) => Some(person),
+        SignInStanding::Stranger | SignInStanding::OwesFactor(_) => None,
     })
 }
 
@@ -88,13 +89,13 @@ pub async fn require_person(
     next: Next,
 ) -> Result<Response, PageError> {
     let person = match standing_of(&state, &session).await? {
-        Standing::Stranger => return Ok(to_sign_in(&request)),
-        Standing::OwesFactor(_) if !may_while_owing(request.uri().path()) => {
+        SignInStanding::Stranger => return Ok(to_sign_in(&request)),
+        SignInStanding::OwesFactor(_) if !may_while_owing(request.uri().path()) => {
             return Ok(Redirect::to(ENROLMENT).into_response());
         }
-        Standing::OwesFactor(person) | Standing::SignedIn(person) => person,
+        SignInStanding::OwesFactor(person) | SignInStanding::SignedIn(person) => person,
     };
-    let (chosen, asker, asked) = (person.language, Known::from(&person), asked_by(&state, &request));
+    let (chosen, asker, asked) = (person.language, KnownAsker::from(&person), asked_by(&state, &request));
     request.extensions_mut().insert(person);
     let answer = match chosen {
         Some(language) => language::spoken(language, request, next).await,

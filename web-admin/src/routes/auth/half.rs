@@ -8,11 +8,11 @@ use serde::{Deserialize, Serialize};
 use tower_sessions::Session;
 use uuid::Uuid;
 
-use super::address::ClientAddress;
-use super::csrf::{self, Csrf, CsrfForm};
+use super::browser::Browser;
+use super::csrf::{self, CsrfForm};
 use super::current::start_session;
 use super::login::own_path;
-use super::proving::{Asked, Shown};
+use super::proving::{FactorQuestion, ShownFactor};
 use crate::AppState;
 use crate::error::{PageError, dress, status_of};
 use crate::routes::Routes;
@@ -48,7 +48,7 @@ pub(super) async fn enter(state: &AppState, session: &Session, person: &Person, 
     let key = key_of(person);
     let now = state.clock.now();
     if !second_factors::is_on(state.db.reader(), key).await? {
-        start_session(session, (person.id, person.credential_version), now).await?;
+        start_session(session, person.id, person.credential_version, now).await?;
         second_factor::note_sign_in(state, key, None).await?;
         return Ok(own_path(next).to_owned());
     }
@@ -76,24 +76,19 @@ async fn waiting(state: &AppState, session: &Session) -> Result<Option<(Half, Pe
     Ok(person.map(|person| (half, person)))
 }
 
-async fn show(State(state): State<AppState>, session: Session, csrf: Csrf) -> Result<Response, PageError> {
-    let Some((_, person)) = waiting(&state, &session).await? else {
+async fn show(State(state): State<AppState>, browser: Browser) -> Result<Response, PageError> {
+    let Some((_, person)) = waiting(&state, &browser.session).await? else {
         return Ok(Redirect::to("/login").into_response());
     };
-    Ok(page((&state, &session), &csrf, &person, None).await?.into_response())
+    Ok(page(&state, &browser, &person, None).await?.into_response())
 }
 
 /// The page as it stands now; it asks the passkeys in this session.
-async fn page(
-    (state, session): (&AppState, &Session),
-    csrf: &Csrf,
-    person: &Person,
-    error: Option<String>,
-) -> Result<CodePage, Error> {
+async fn page(state: &AppState, browser: &Browser, person: &Person, error: Option<String>) -> Result<CodePage, Error> {
     let key = key_of(person);
     let app = second_factors::find(state.db.reader(), key).await?.is_some_and(|factor| factor.confirmed_at.is_some());
-    let question = Asked { state, session, key }.question().await?;
-    Ok(CodePage { csrf: csrf.token().to_owned(), app, question, error })
+    let question = FactorQuestion { state, session: &browser.session, key }.question().await?;
+    Ok(CodePage { csrf: browser.csrf.token().to_owned(), app, question, error })
 }
 
 const fn key_of(person: &Person) -> PersonKey {
@@ -103,31 +98,31 @@ const fn key_of(person: &Person) -> PersonKey {
 /// Lets somebody in by a code that was typed, or by the answer of a passkey.
 async fn check(
     State(state): State<AppState>,
-    (session, csrf): (Session, Csrf),
-    ClientAddress(from): ClientAddress,
-    CsrfForm(shown): CsrfForm<Shown>,
+    browser: Browser,
+    CsrfForm(shown): CsrfForm<ShownFactor>,
 ) -> Result<Response, PageError> {
-    let Some((half, person)) = waiting(&state, &session).await? else {
+    let Some((half, person)) = waiting(&state, &browser.session).await? else {
         return Ok(Redirect::to("/login").into_response());
     };
     let key = key_of(&person);
-    let proof = match (Asked { state: &state, session: &session, key }).prove(&shown, from).await {
-        Ok(Ok(proof)) => proof,
-        Ok(Err(refused)) => {
-            let words = match refused {
-                FactorRefused::Code => tr!("This code is wrong, was used before, or is too old.").to_owned(),
-                other => other.said(),
-            };
-            let page = page((&state, &session), &csrf, &person, Some(words)).await?;
-            return Ok((StatusCode::UNAUTHORIZED, page).into_response());
-        }
-        Err(why) => {
-            let words = tr!("Not signed in: {why}.", why = why.said());
-            let page = page((&state, &session), &csrf, &person, Some(words)).await?;
-            return Ok(dress(&why, (status_of(&why), page).into_response()));
-        }
-    };
-    start_session(&session, (person.id, person.credential_version), state.clock.now()).await?;
+    let proof =
+        match (FactorQuestion { state: &state, session: &browser.session, key }).prove(&shown, browser.from).await {
+            Ok(Ok(proof)) => proof,
+            Ok(Err(refused)) => {
+                let words = match refused {
+                    FactorRefused::Code => tr!("This code is wrong, was used before, or is too old.").to_owned(),
+                    other => other.said(),
+                };
+                let page = page(&state, &browser, &person, Some(words)).await?;
+                return Ok((StatusCode::UNAUTHORIZED, page).into_response());
+            }
+            Err(why) => {
+                let words = tr!("Not signed in: {why}.", why = why.said());
+                let page = page(&state, &browser, &person, Some(words)).await?;
+                return Ok(dress(&why, (status_of(&why), page).into_response()));
+            }
+        };
+    start_session(&browser.session, person.id, person.credential_version, state.clock.now()).await?;
     second_factor::note_sign_in(&state, key, Some(proof)).await?;
     Ok(Redirect::to(own_path(&half.next)).into_response())
 }

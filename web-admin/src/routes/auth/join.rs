@@ -28,12 +28,12 @@ pub(super) fn router() -> Routes {
 
 async fn show(State(state): State<AppState>, Path(token): Path<String>, csrf: Csrf) -> Result<Response, PageError> {
     match accounts::link(&state, &token).await? {
-        Some(link) => Ok(page(&csrf, (token, link), None).into_response()),
+        Some(link) => Ok(page(&csrf, token, link, None).into_response()),
         None => Ok(dead_link()),
     }
 }
 
-fn page(csrf: &Csrf, (token, link): (String, Link), refused: Option<PasswordRefused>) -> JoinPage {
+fn page(csrf: &Csrf, token: String, link: Link, refused: Option<PasswordRefused>) -> JoinPage {
     JoinPage {
         csrf: csrf.token().to_owned(),
         token,
@@ -51,7 +51,7 @@ fn dead_link() -> Response {
 }
 
 #[derive(Deserialize)]
-struct PasswordForm {
+struct FirstPasswordForm {
     password: String,
     again: String,
 }
@@ -60,18 +60,19 @@ struct PasswordForm {
 async fn set(
     State(state): State<AppState>,
     Path(token): Path<String>,
-    (session, csrf): (Session, Csrf),
-    CsrfForm(form): CsrfForm<PasswordForm>,
+    session: Session,
+    csrf: Csrf,
+    CsrfForm(form): CsrfForm<FirstPasswordForm>,
 ) -> Result<Response, PageError> {
     let Some(link) = accounts::link(&state, &token).await? else { return Ok(dead_link()) };
     let person = link.person_id;
     let own = [link.name.as_str(), &link.email, &link.school];
     if let Err(refused) = passwords::check_typed(&form.password, &form.again, &own) {
-        let page = page(&csrf, (token, link), Some(refused));
+        let page = page(&csrf, token, link, Some(refused));
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
     }
     if accounts::is_initial_password(&state, &link.email, &form.password).await? {
-        let page = page(&csrf, (token, link), Some(PasswordRefused::Initial));
+        let page = page(&csrf, token, link, Some(PasswordRefused::Initial));
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
     }
     if !accounts::set_password_by_link(&state, &token, &form.password).await? {

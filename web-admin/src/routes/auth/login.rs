@@ -11,7 +11,7 @@ use tower_sessions::Session;
 
 use super::address::ClientAddress;
 use super::csrf::{Csrf, CsrfForm, NoFields};
-use super::current::{Standing, standing_of};
+use super::current::{SignInStanding, standing_of};
 use super::{half, join};
 use crate::AppState;
 use crate::error::{PageError, dress, status_of};
@@ -46,7 +46,7 @@ async fn show(
     csrf: Csrf,
     Query(query): Query<NextQuery>,
 ) -> Result<Response, PageError> {
-    if !matches!(standing_of(&state, &session).await?, Standing::Stranger) {
+    if !matches!(standing_of(&state, &session).await?, SignInStanding::Stranger) {
         return Ok(Redirect::to(own_path(&query.next)).into_response());
     }
     let next = own_path(&query.next).to_owned();

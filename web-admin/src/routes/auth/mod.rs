@@ -1,6 +1,7 @@
 //! Signing in and out, and who is asking.
 
 mod address;
+mod browser;
 mod csrf;
 mod current;
 mod half;
@@ -11,11 +12,12 @@ mod stranger;
 mod upload;
 
 pub(crate) use address::{ClientAddress, asked_by};
+pub(crate) use browser::{Browser, PageHead, Visit};
 pub use csrf::{Csrf, CsrfForm, NoFields};
 pub use current::{Administrator, Teacher, Visitor, require_person};
 pub(crate) use current::{person_of, start_session};
 pub(crate) use login::own_path;
 pub use login::{router, signed_in};
-pub(crate) use proving::{Asked, Shown, held, hold};
+pub(crate) use proving::{FactorQuestion, ShownFactor, held, hold};
 pub use stranger::{StrangerToken, settle_stranger};
 pub use upload::CsrfUpload;

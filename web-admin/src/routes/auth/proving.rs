@@ -22,7 +22,7 @@ const KEY: &str = "passkey";
 
 /// The fields of a form in which a second factor is shown: one of the two is filled in.
 #[derive(Clone, Debug, Default, Deserialize)]
-pub(crate) struct Shown {
+pub(crate) struct ShownFactor {
     #[serde(default)]
     code: String,
     #[serde(default)]
@@ -31,7 +31,7 @@ pub(crate) struct Shown {
 
 /// Who is asked, and where.
 #[derive(Clone, Copy)]
-pub(crate) struct Asked<'a> {
+pub(crate) struct FactorQuestion<'a> {
     /// The service.
     pub state: &'a AppState,
     /// The browser's session.
@@ -40,7 +40,7 @@ pub(crate) struct Asked<'a> {
     pub key: PersonKey,
 }
 
-impl Asked<'_> {
+impl FactorQuestion<'_> {
     /// Asks their passkeys, in place of what this session has asked before. None where there are none.
     ///
     /// # Errors
@@ -57,7 +57,7 @@ impl Asked<'_> {
     ///
     /// # Errors
     /// When there were too many tries, or the database fails.
-    pub(crate) async fn prove(self, shown: &Shown, from: IpAddr) -> Result<Result<Proof, FactorRefused>, Error> {
+    pub(crate) async fn prove(self, shown: &ShownFactor, from: IpAddr) -> Result<Result<Proof, FactorRefused>, Error> {
         let Self { state, session, key } = self;
         if shown.answer.is_empty() {
             let proof = second_factor::check(state, key, Typed { code: &shown.code, from }).await?;

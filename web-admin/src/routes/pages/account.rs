@@ -16,7 +16,7 @@ use acts::passwords;
 use model::CurrentPerson;
 use model::password_refused::PasswordRefused;
 use pages::account::AccountPage;
-use pages::{Place, Shell};
+use pages::{NavPlace, Shell};
 use store::{cohorts, directory, exports, people, schools, second_factors};
 use words::Language;
 
@@ -32,7 +32,7 @@ async fn page(state: &AppState, person: &CurrentPerson, csrf: &Csrf) -> Result<A
     let reader = state.db.reader();
     let known = directory::find(reader, person.school_id, person.id).await?.ok_or(Error::NotFound)?;
     Ok(AccountPage {
-        shell: Shell::new(person, csrf.token(), Place::Account),
+        shell: Shell::new(person, csrf.token(), NavPlace::Account),
         school: schools::name(reader, person.school_id).await?,
         email: known.email,
         pseudonym: known.pseudonym,
@@ -46,7 +46,7 @@ async fn page(state: &AppState, person: &CurrentPerson, csrf: &Csrf) -> Result<A
 }
 
 #[derive(Deserialize)]
-pub(super) struct PasswordForm {
+pub(super) struct OwnPasswordForm {
     old: String,
     password: String,
     again: String,
@@ -58,7 +58,7 @@ pub(super) async fn set_password(
     Visitor(person): Visitor,
     session: Session,
     csrf: Csrf,
-    CsrfForm(form): CsrfForm<PasswordForm>,
+    CsrfForm(form): CsrfForm<OwnPasswordForm>,
 ) -> Result<Response, PageError> {
     state.logins.take_own(person.id)?;
     let shown = page(&state, &person, &csrf).await?;
@@ -68,7 +68,7 @@ pub(super) async fn set_password(
         Err(refused) => refused,
         Ok(()) if accounts::change_own_password(&state, &person, typed).await? => {
             let known = people::by_id(state.db.reader(), person.id).await?.ok_or(Error::NotFound)?;
-            start_session(&session, (known.id, known.credential_version), state.clock.now()).await?;
+            start_session(&session, known.id, known.credential_version, state.clock.now()).await?;
             return Ok(Redirect::to("/account").into_response());
         }
         Ok(()) => PasswordRefused::WrongOld,

@@ -5,7 +5,7 @@ use axum::response::Redirect;
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::{Id, cohorts};
+use super::{PathId, cohorts};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields};
@@ -13,7 +13,7 @@ use acts::error::Error;
 use acts::stations as pairing;
 use model::{CurrentPerson, Moment, Needed};
 use pages::admin::{AdminHomePage, AdminPage, PairingCodePage, Queue, StationRow};
-use pages::{Place, Shell};
+use pages::{NavPlace, Shell};
 use store::reports::{self, Counts};
 use store::stations::{self, Station};
 use store::{cohorts as cohort_storage, retention, schools, second_factors};
@@ -26,7 +26,7 @@ const WEEK_S: i64 = 7 * 24 * 3600;
 /// The administrator's home.
 pub(super) async fn home(state: &AppState, shell: Shell, person: &CurrentPerson) -> Result<AdminHomePage, Error> {
     let counts = counts(state, person.school_id).await?;
-    let (cohorts, more) = cohorts::in_short(state, person, ("", FEW)).await?;
+    let (cohorts, more) = cohorts::in_short(state, person, "", FEW).await?;
     Ok(AdminHomePage {
         shell,
         queue: queue(state, person.school_id, &counts).await?,
@@ -50,7 +50,7 @@ pub(super) async fn show(
     let (reader, school) = (state.db.reader(), person.school_id);
     let counts = counts(&state, school).await?;
     Ok(AdminPage {
-        shell: Shell::new(&person, csrf.token(), Place::Administration),
+        shell: Shell::new(&person, csrf.token(), NavPlace::Administration),
         queue: queue(&state, school, &counts).await?,
         school: counts.school,
         requests: cohort_storage::requests(reader, school, (None, None)).await?,
@@ -70,7 +70,7 @@ pub(super) async fn make_pairing_code(
 ) -> Result<PairingCodePage, PageError> {
     let (code, expires_at) = pairing::make_pairing_code(&state, &person).await?;
     Ok(PairingCodePage {
-        shell: Shell::new(&person, csrf.token(), Place::Administration),
+        shell: Shell::new(&person, csrf.token(), NavPlace::Administration),
         code,
         expires_at: expires_at.to_utc(),
         minutes: pairing::PAIRING_CODE_LIFETIME_S / 60,
@@ -100,7 +100,7 @@ pub(super) async fn set_needed(
 pub(super) async fn revoke_station(
     State(state): State<AppState>,
     Administrator(person): Administrator,
-    Id(station): Id,
+    PathId(station): PathId,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
     match pairing::revoke(&state, &person, station).await? {

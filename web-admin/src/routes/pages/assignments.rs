@@ -6,7 +6,7 @@ use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::Id;
+use super::PathId;
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields, Teacher, Visitor};
@@ -16,9 +16,11 @@ use acts::error::Error;
 use model::assignment::Task;
 use model::due::{self, is_zone, local};
 use model::{CurrentPerson, Role};
-use pages::assignments::{AssignForm, AssignmentPage, ManagedAssignmentsPage, ManagedRow, OwnAssignmentsPage, Row};
-use pages::people::Choice;
-use pages::{Place, Shell};
+use pages::assignments::{
+    AssignForm, AssignmentPage, AssignmentRow, ManagedAssignmentsPage, ManagedRow, OwnAssignmentsPage,
+};
+use pages::people::SelectOption;
+use pages::{NavPlace, Shell};
 use store::assignments::{self, Listed, NewAssignment};
 use store::reports::{self, Named};
 use store::{curricula, exercises, people, schools};
@@ -31,10 +33,10 @@ pub(super) async fn list(
     Visitor(person): Visitor,
     csrf: Csrf,
 ) -> Result<Response, PageError> {
-    let shell = Shell::new(&person, csrf.token(), Place::Assignments);
+    let shell = Shell::new(&person, csrf.token(), NavPlace::Assignments);
     if person.role == Role::Trainee {
         let standings = teaching::standings(&state, person.school_id, person.id).await?;
-        let rows = standings.into_iter().map(Row::own).collect();
+        let rows = standings.into_iter().map(AssignmentRow::own).collect();
         return Ok(OwnAssignmentsPage { shell, rows }.into_response());
     }
     Ok(managed(&state, shell, &person, &TypedAssignment::default()).await?.into_response())
@@ -50,7 +52,7 @@ async fn managed(
     let cohorts = reports::cohorts(state.db.reader(), person).await?;
     let cohort = |c: Named| {
         let value = c.id.to_string();
-        Choice { chosen: value == typed.cohort, value, label: c.name }
+        SelectOption { chosen: value == typed.cohort, value, label: c.name }
     };
     Ok(ManagedAssignmentsPage {
         shell,
@@ -69,9 +71,9 @@ async fn managed(
 }
 
 /// Courses, then exercises, one of them chosen.
-async fn tasks(state: &AppState, school: Uuid, chosen: &str) -> Result<Vec<Choice>, Error> {
+async fn tasks(state: &AppState, school: Uuid, chosen: &str) -> Result<Vec<SelectOption>, Error> {
     let reader = state.db.reader();
-    let choice = |value: String, label: String| Choice { chosen: value == chosen, value, label };
+    let choice = |value: String, label: String| SelectOption { chosen: value == chosen, value, label };
     let courses = curricula::taught(reader, school).await?.into_iter();
     let courses =
         courses.map(|c| choice(format!("course:{}", c.curriculum_id), tr!("Course: {title}", title = c.title)));
@@ -111,7 +113,7 @@ pub(super) async fn make(
 ) -> Result<Response, PageError> {
     let new = match read(&state, &person, &typed).await {
         Err(Error::Unprocessable(why)) => {
-            let shell = Shell::new(&person, csrf.token(), Place::Assignments);
+            let shell = Shell::new(&person, csrf.token(), NavPlace::Assignments);
             let mut page = managed(&state, shell, &person, &typed).await?;
             page.form.refused = Some(why);
             return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
@@ -203,7 +205,7 @@ async fn find(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<List
 pub(super) async fn show(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
 ) -> Result<AssignmentPage, PageError> {
     let listed = find(&state, &person, id).await?;
@@ -211,11 +213,11 @@ pub(super) async fn show(
     let ids: Vec<Uuid> = trainees.iter().map(|trainee| trainee.id).collect();
     let standings = teaching::standings_at(&state, person.school_id, id, &ids).await?;
     let row_of = |(trainee, standing): (Named, _)| {
-        let link = (trainee.name, format!("/trainees/{}", trainee.id));
-        Row::new(standing, link, trainee.id.to_string())
+        let href = format!("/trainees/{}", trainee.id);
+        AssignmentRow::new(standing, trainee.name, href, trainee.id.to_string())
     };
     let rows = trainees.into_iter().zip(standings).map(row_of).collect();
-    let shell = Shell::new(&person, csrf.token(), Place::Assignments);
+    let shell = Shell::new(&person, csrf.token(), NavPlace::Assignments);
     Ok(AssignmentPage { shell, id, assignment: row(listed), rows })
 }
 
@@ -238,7 +240,7 @@ pub(super) struct ExtensionForm {
 pub(super) async fn extend(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    Id(id): Id,
+    PathId(id): PathId,
     CsrfForm(form): CsrfForm<ExtensionForm>,
 ) -> Result<Redirect, PageError> {
     let listed = find(&state, &person, id).await?;
@@ -253,7 +255,7 @@ pub(super) async fn extend(
 pub(super) async fn withdraw(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    Id(id): Id,
+    PathId(id): PathId,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
     find(&state, &person, id).await?;

@@ -7,7 +7,7 @@ use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::Id;
+use super::PathId;
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher, Visitor};
@@ -16,7 +16,7 @@ use acts::error::Error;
 use model::roster::is_name;
 use model::{CurrentPerson, Role};
 use pages::people::CohortPeoplePage;
-use pages::{Place, Shell};
+use pages::{NavPlace, Shell};
 use store::cohorts::{self};
 use store::reports::{self, Named};
 
@@ -52,11 +52,11 @@ async fn find(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Name
 pub(super) async fn show(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
 ) -> Result<CohortPeoplePage, PageError> {
     let cohort = find(&state, &person, id).await?;
-    Ok(page(&state, Shell::new(&person, csrf.token(), Place::Cohorts), person.school_id, cohort).await?)
+    Ok(page(&state, Shell::new(&person, csrf.token(), NavPlace::Cohorts), person.school_id, cohort).await?)
 }
 
 async fn page(state: &AppState, shell: Shell, school: Uuid, cohort: Named) -> Result<CohortPeoplePage, Error> {
@@ -80,13 +80,13 @@ pub(super) struct MemberForm {
 pub(super) async fn add(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<MemberForm>,
 ) -> Result<Response, PageError> {
     let cohort = find(&state, &person, id).await?;
     if !membership::add_member(&state, &person, id, form.email.trim()).await? {
-        let page = page(&state, Shell::new(&person, csrf.token(), Place::Cohorts), person.school_id, cohort).await?;
+        let page = page(&state, Shell::new(&person, csrf.token(), NavPlace::Cohorts), person.school_id, cohort).await?;
         let page = CohortPeoplePage { email: form.email, unknown: true, ..page };
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
     }
@@ -94,11 +94,11 @@ pub(super) async fn add(
 }
 
 #[derive(Deserialize)]
-pub(super) struct AnswerForm {
+pub(super) struct RequestAnswerForm {
     answer: String,
 }
 
-impl AnswerForm {
+impl RequestAnswerForm {
     fn joins(&self) -> Result<bool, Error> {
         match self.answer.as_str() {
             "yes" => Ok(true),
@@ -113,7 +113,7 @@ pub(super) async fn answer(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     path: Result<Path<(Uuid, Uuid)>, PathRejection>,
-    CsrfForm(form): CsrfForm<AnswerForm>,
+    CsrfForm(form): CsrfForm<RequestAnswerForm>,
 ) -> Result<Redirect, PageError> {
     let Path((id, asked)) = path.map_err(|_| Error::NotFound)?;
     find(&state, &person, id).await?;
@@ -129,8 +129,8 @@ pub(super) async fn answer(
 pub(super) async fn answer_for_oneself(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    Id(cohort): Id,
-    CsrfForm(form): CsrfForm<AnswerForm>,
+    PathId(cohort): PathId,
+    CsrfForm(form): CsrfForm<RequestAnswerForm>,
 ) -> Result<Redirect, PageError> {
     // Who teaches would see the trainees of others: that is not theirs to agree to.
     if form.answer == "yes" && person.role != Role::Trainee {

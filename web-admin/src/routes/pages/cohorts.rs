@@ -3,15 +3,16 @@
 use axum::extract::{Query, State};
 use serde::Deserialize;
 
-use super::standing::{self, Taught};
-use super::{Id, in_query};
+use super::standing;
+use super::standing::TaughtCourse;
+use super::{PathId, in_query};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, Teacher, Visitor};
 use acts::error::Error;
 use model::{CurrentPerson, Role};
 use pages::cohort::{CohortLine, CohortPage, CohortsPage, CourseShare};
-use pages::{Place, Shell};
+use pages::{NavPlace, Shell};
 use store::reports::{self, Named};
 
 /// Cohorts on one page.
@@ -26,7 +27,8 @@ pub(super) fn href(cohort: &Named) -> String {
 pub(super) async fn in_short(
     state: &AppState,
     person: &CurrentPerson,
-    (after, most): (&str, usize),
+    after: &str,
+    most: usize,
 ) -> Result<(Vec<CohortLine>, Option<String>), Error> {
     let limit = u32::try_from(most + 1).unwrap_or(u32::MAX);
     let mut found = reports::cohorts_in_short(state.db.reader(), person, (after, limit)).await?;
@@ -37,7 +39,7 @@ pub(super) async fn in_short(
 }
 
 #[derive(Deserialize)]
-pub(super) struct After {
+pub(super) struct AfterQuery {
     #[serde(default)]
     after: String,
 }
@@ -46,11 +48,11 @@ pub(super) async fn list(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     csrf: Csrf,
-    Query(After { after }): Query<After>,
+    Query(AfterQuery { after }): Query<AfterQuery>,
 ) -> Result<CohortsPage, PageError> {
-    let (cohorts, next) = in_short(&state, &person, (&after, PER_PAGE)).await?;
+    let (cohorts, next) = in_short(&state, &person, &after, PER_PAGE).await?;
     Ok(CohortsPage {
-        shell: Shell::new(&person, csrf.token(), Place::Cohorts),
+        shell: Shell::new(&person, csrf.token(), NavPlace::Cohorts),
         cohorts,
         later: !after.is_empty(),
         next: next.map(|last| format!("/cohorts?after={}", in_query(&last))),
@@ -60,7 +62,7 @@ pub(super) async fn list(
 pub(super) async fn show(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
 ) -> Result<CohortPage, PageError> {
     let (reader, school) = (state.db.reader(), person.school_id);
@@ -68,9 +70,9 @@ pub(super) async fn show(
     let courses = standing::courses(&state, school).await?;
     let standing = standing::cohort(&state, school, id, &courses).await?;
     let instructors = reports::members(reader, school, id, Role::Instructor).await?;
-    let share = |(i, taught): (usize, &Taught)| CourseShare::new(&taught.facts(None), &standing.in_course(i));
+    let share = |(i, taught): (usize, &TaughtCourse)| CourseShare::new(&taught.facts(None), &standing.in_course(i));
     Ok(CohortPage {
-        shell: Shell::new(&person, csrf.token(), Place::Cohorts),
+        shell: Shell::new(&person, csrf.token(), NavPlace::Cohorts),
         href: href(&cohort),
         name: cohort.name,
         instructors: instructors.into_iter().map(|i| i.name).collect(),

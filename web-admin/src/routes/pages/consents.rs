@@ -11,16 +11,16 @@ use time::format_description::well_known::Iso8601;
 use time::{Date, Time};
 use uuid::Uuid;
 
-use super::Id;
+use super::PathId;
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
-use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields};
+use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields, Visit};
 use acts::error::Error;
 use model::directory::DirectoryEntry;
 use model::{CurrentPerson, Moment, Role, corridor};
 use pages::consent::{ConsentOfExpertPage, Recorded};
-use pages::{Place, Shell, format};
+use pages::{NavPlace, Shell, format};
 use store::directory;
 use store::experts::{self, NewDeclaration};
 
@@ -37,7 +37,7 @@ pub(super) fn router() -> Routes {
 /// A consent as it was typed.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct Typed {
+pub(super) struct DeclarationForm {
     wording: String,
     how: String,
     given: String,
@@ -58,20 +58,21 @@ async fn find(state: &AppState, visitor: &CurrentPerson, id: Uuid) -> Result<Dir
 pub(super) async fn show(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
 ) -> Result<ConsentOfExpertPage, PageError> {
     let person = find(&state, &visitor, id).await?;
     let today = format::machine_time(state.clock.now().to_utc()).chars().take(10).collect();
-    let typed = Typed { wording: corridor::WORDING.to_owned(), how: String::new(), given: today };
-    Ok(page(&state, (&visitor, &csrf), person, (typed, None)).await?)
+    let typed = DeclarationForm { wording: corridor::WORDING.to_owned(), how: String::new(), given: today };
+    Ok(page(&state, Visit::new(&visitor, &csrf), person, typed, None).await?)
 }
 
 async fn page(
     state: &AppState,
-    (visitor, csrf): (&CurrentPerson, &Csrf),
+    Visit { person: visitor, csrf }: Visit<'_>,
     person: DirectoryEntry,
-    (typed, refused): (Typed, Option<String>),
+    typed: DeclarationForm,
+    refused: Option<String>,
 ) -> Result<ConsentOfExpertPage, Error> {
     let recorded = experts::declarations(state.db.reader(), visitor.school_id, person.id).await?;
     let row = |known: experts::Declaration| Recorded {
@@ -82,7 +83,7 @@ async fn page(
         withdrawn: known.withdrawn_at.map(Moment::to_utc).zip(known.withdrawn_by),
     };
     Ok(ConsentOfExpertPage {
-        shell: Shell::new(visitor, csrf.token(), Place::People),
+        shell: Shell::new(visitor, csrf.token(), NavPlace::People),
         person: person.id,
         name: person.name,
         recorded: recorded.into_iter().map(row).collect(),
@@ -96,15 +97,15 @@ async fn page(
 pub(super) async fn record(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
-    CsrfForm(typed): CsrfForm<Typed>,
+    CsrfForm(typed): CsrfForm<DeclarationForm>,
 ) -> Result<Response, PageError> {
     let person = find(&state, &visitor, id).await?;
     let new = match read(&typed, visitor.id, state.clock.now()) {
         Ok(new) => new,
         Err(why) => {
-            let page = page(&state, (&visitor, &csrf), person, (typed, Some(why))).await?;
+            let page = page(&state, Visit::new(&visitor, &csrf), person, typed, Some(why)).await?;
             return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
         }
     };
@@ -113,7 +114,7 @@ pub(super) async fn record(
 }
 
 /// What was typed, as a consent; or what is wrong with it.
-fn read(typed: &Typed, recorded_by: Uuid, now: Moment) -> Result<NewDeclaration<'_>, String> {
+fn read(typed: &DeclarationForm, recorded_by: Uuid, now: Moment) -> Result<NewDeclaration<'_>, String> {
     let wording = words(tr!("wording"), &typed.wording, MOST_WORDING)?;
     let how = words(tr!("how it was given"), &typed.how, MOST_HOW)?;
     let given_at = Date::parse(typed.given.trim(), &Iso8601::DATE)
@@ -137,7 +138,7 @@ fn words<'a>(field: &str, typed: &'a str, most: usize) -> Result<&'a str, String
 pub(super) async fn withdraw(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    Id(id): Id,
+    PathId(id): PathId,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
     find(&state, &visitor, id).await?;

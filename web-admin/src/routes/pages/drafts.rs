@@ -6,7 +6,7 @@ use axum::http::header::RETRY_AFTER;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 
-use super::{Id, unix_lines};
+use super::{PathId, unix_lines};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher};
@@ -18,7 +18,7 @@ use pages::diff::diff;
 use pages::draft::{
     DraftPage, DraftRow, DraftsPage, VerdictPart, verdict_of_course, verdict_of_refused, verdict_while_waiting,
 };
-use pages::{Place, Shell};
+use pages::{NavPlace, Shell};
 use store::drafts::{self, Draft, DraftKind, Texts};
 use store::exercises;
 
@@ -39,12 +39,12 @@ pub(super) struct DraftForm {
     document: String,
     #[serde(default)]
     scene: String,
-    act: Act,
+    act: DraftAct,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
-enum Act {
+enum DraftAct {
     Save,
     Publish,
     /// Publish what an author should change, too.
@@ -73,7 +73,7 @@ pub(super) async fn list(
     let (reader, school) = (state.db.reader(), person.school_id);
     let exercises = exercises::all_current(reader, school).await?;
     Ok(DraftsPage {
-        shell: Shell::new(&person, csrf.token(), Place::Curricula),
+        shell: Shell::new(&person, csrf.token(), NavPlace::Curricula),
         drafts: drafts::all(reader, school).await?.iter().map(row).collect(),
         exercises: exercises.into_iter().map(|exercise| (exercise.exercise_id, exercise.title)).collect(),
     })
@@ -114,12 +114,12 @@ pub(super) async fn of_course(
 pub(super) async fn show(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
 ) -> Result<Response, PageError> {
     let draft = drafts::find(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
     let checked = drafting::check(&state, person.school_id, &draft).await?;
-    Ok(answered(&checked, page(Shell::new(&person, csrf.token(), Place::Curricula), draft, &checked)))
+    Ok(answered(&checked, page(Shell::new(&person, csrf.token(), NavPlace::Curricula), draft, &checked)))
 }
 
 /// An answer that says when to ask again where nobody knows yet what the draft comes to.
@@ -137,11 +137,11 @@ fn answered(checked: &Checked, body: impl IntoResponse) -> Response {
 pub(super) async fn write(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<DraftForm>,
 ) -> Result<Response, PageError> {
-    let shell = Shell::new(&person, csrf.token(), Place::Curricula);
+    let shell = Shell::new(&person, csrf.token(), NavPlace::Curricula);
     let texts = Texts { document: unix_lines(&form.document), scene: unix_lines(&form.scene) };
     let draft = match drafting::save(&state, &person, (id, form.seen), &texts).await? {
         Saved::Kept(draft) => draft,
@@ -149,11 +149,11 @@ pub(super) async fn write(
     };
     let checked = drafting::check(&state, person.school_id, &draft).await?;
     let is_held = match (form.act, &checked) {
-        (Act::Save, _) => return Ok(answered(&checked, page(shell, draft, &checked))),
+        (DraftAct::Save, _) => return Ok(answered(&checked, page(shell, draft, &checked))),
         (_, Checked::Refused(_) | Checked::Waiting(_)) => true,
         (_, Checked::Exercise(verdict)) if !verdict.problems.is_empty() => true,
-        (Act::Publish, Checked::Exercise(verdict)) => !verdict.advice.is_empty(),
-        (Act::Publish | Act::Insist, _) => false,
+        (DraftAct::Publish, Checked::Exercise(verdict)) => !verdict.advice.is_empty(),
+        (DraftAct::Publish | DraftAct::Insist, _) => false,
     };
     if is_held {
         let refused = DraftPage { refused: true, ..page(shell, draft, &checked) };
@@ -172,7 +172,7 @@ pub(super) async fn write(
 pub(super) async fn preview(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    Id(id): Id,
+    PathId(id): PathId,
     CsrfForm(typed): CsrfForm<TypedForm>,
 ) -> Result<Response, PageError> {
     let draft = drafts::find(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
@@ -185,7 +185,7 @@ pub(super) async fn preview(
 pub(super) async fn discard(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    Id(id): Id,
+    PathId(id): PathId,
     CsrfForm(SeenForm { seen }): CsrfForm<SeenForm>,
 ) -> Result<Redirect, PageError> {
     match drafting::discard(&state, &person, (id, seen)).await? {

@@ -5,29 +5,29 @@ use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 
-use super::Id;
+use super::PathId;
 use super::people::{find, nobody_themselves};
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Administrator, Csrf, CsrfForm};
+use crate::routes::auth::{Administrator, Csrf, CsrfForm, Visit};
 use acts::erasing;
 use acts::erasing::Eraser;
 use acts::error::Error;
 use model::CurrentPerson;
 use model::directory::{AccountState, DirectoryEntry};
 use pages::erasing::ErasePage;
-use pages::{Place, Shell};
+use pages::{NavPlace, Shell};
 use store::texts::{self, Whose};
 use store::{retention, schools};
 
 pub(super) async fn show(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
 ) -> Result<ErasePage, PageError> {
     let person = erasable(&state, &visitor, id).await?;
-    Ok(page(&state, (&visitor, &csrf), person).await?)
+    Ok(page(&state, Visit::new(&visitor, &csrf), person).await?)
 }
 
 /// Somebody of the administrator's school who is not anonymous yet, nor the administrator.
@@ -42,14 +42,14 @@ async fn erasable(state: &AppState, visitor: &CurrentPerson, id: uuid::Uuid) -> 
 
 async fn page(
     state: &AppState,
-    (visitor, csrf): (&CurrentPerson, &Csrf),
+    Visit { person: visitor, csrf }: Visit<'_>,
     person: DirectoryEntry,
 ) -> Result<ErasePage, Error> {
     let (reader, school_id) = (state.db.reader(), visitor.school_id);
     let whose = Whose { school_id, person_id: person.id, until: state.clock.now() };
     let mentions = texts::mentions(reader, whose, &texts::words_of(&person.name)).await?;
     Ok(ErasePage {
-        shell: Shell::new(visitor, csrf.token(), Place::People),
+        shell: Shell::new(visitor, csrf.token(), NavPlace::People),
         texts: texts::count(reader, whose).await?,
         recordings: schools::erases_recordings(reader, school_id).await?,
         mentions: mentions.into_iter().map(|found| (format!("/sessions/{}", found.session_id), found.text)).collect(),
@@ -72,13 +72,13 @@ pub(super) struct EraseForm {
 pub(super) async fn erase(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<EraseForm>,
 ) -> Result<Response, PageError> {
     let person = erasable(&state, &visitor, id).await?;
     if form.confirm.trim().to_lowercase() != person.email {
-        let page = page(&state, (&visitor, &csrf), person).await?;
+        let page = page(&state, Visit::new(&visitor, &csrf), person).await?;
         let page = ErasePage { unconfirmed: true, ..page };
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
     }

@@ -3,7 +3,8 @@
 use axum::extract::{Path, State};
 use documents::ExerciseBundle;
 
-use super::standing::{self, Taught};
+use super::standing;
+use super::standing::TaughtCourse;
 use super::{published, rows};
 use crate::AppState;
 use crate::error::PageError;
@@ -13,13 +14,13 @@ use model::progress::{Progress, Step, StepState};
 use model::{CurrentPerson, Role};
 use pages::addresses::exercise_href;
 use pages::curricula::{CourseCard, CurriculaPage, ExerciseLine};
-use pages::exercise::{Context, ExercisePage, ExerciseView};
+use pages::exercise::{Context, ExerciseFacts, ExercisePage};
 use pages::trainee::{rule_in_words, score_points};
-use pages::{Place, Shell, Status, charts};
+use pages::{NavPlace, Shell, StatusWord, charts};
 use store::{exercises, practice, reports};
 
 /// A course, and the visitor's progress in it where they are a trainee.
-type Visited = (Taught, Option<Progress>);
+type VisitedExercise = (TaughtCourse, Option<Progress>);
 
 pub(super) async fn curricula(
     State(state): State<AppState>,
@@ -27,7 +28,7 @@ pub(super) async fn curricula(
     csrf: Csrf,
 ) -> Result<CurriculaPage, PageError> {
     let courses = visited(&state, &person).await?;
-    let shell = Shell::new(&person, csrf.token(), Place::Curricula);
+    let shell = Shell::new(&person, csrf.token(), NavPlace::Curricula);
     let staff = person.role != Role::Trainee;
     Ok(CurriculaPage { shell, staff, courses: courses.iter().map(course_card).collect() })
 }
@@ -44,30 +45,30 @@ pub(super) async fn show(
     let listed = reports::latest_at(state.db.reader(), &person, &id).await?;
     let own = person.role == Role::Trainee;
     Ok(ExercisePage {
-        shell: Shell::new(&person, csrf.token(), Place::Curricula),
+        shell: Shell::new(&person, csrf.token(), NavPlace::Curricula),
         contexts: courses.iter().filter_map(|visited| context(visited, &id)).collect(),
         attempts: if own { rows::own(listed) } else { rows::mixed(listed) },
         chart: chart(&courses, &bundle),
-        exercise: ExerciseView::new(&bundle),
+        exercise: ExerciseFacts::new(&bundle),
         own,
     })
 }
 
-async fn visited(state: &AppState, person: &CurrentPerson) -> Result<Vec<Visited>, Error> {
+async fn visited(state: &AppState, person: &CurrentPerson) -> Result<Vec<VisitedExercise>, Error> {
     let courses = standing::courses(state, person.school_id).await?;
     if person.role != Role::Trainee {
         return Ok(courses.into_iter().map(|taught| (taught, None)).collect());
     }
     let attempts = practice::of_trainee(state.db.reader(), person.school_id, person.id).await?;
     let now = state.clock.now().to_utc();
-    let judged = |taught: Taught| {
+    let judged = |taught: TaughtCourse| {
         let progress = Progress::of(&taught.course, &attempts, now);
         (taught, Some(progress))
     };
     Ok(courses.into_iter().map(judged).collect())
 }
 
-fn course_card((taught, progress): &Visited) -> CourseCard {
+fn course_card((taught, progress): &VisitedExercise) -> CourseCard {
     let line = |(i, step): (usize, &Step)| ExerciseLine {
         href: exercise_href(&step.exercise),
         title: step.title.clone(),
@@ -85,22 +86,22 @@ fn course_card((taught, progress): &Visited) -> CourseCard {
 }
 
 /// Title and page of the steps that satisfy a condition.
-fn links(taught: &Taught, wanted: impl Fn(&Step) -> bool) -> impl Iterator<Item = (String, String)> {
+fn links(taught: &TaughtCourse, wanted: impl Fn(&Step) -> bool) -> impl Iterator<Item = (String, String)> {
     let steps = taught.course.steps.iter().filter(move |step| wanted(step));
     steps.map(|step| (step.title.clone(), exercise_href(&step.exercise)))
 }
 
-fn status(progress: &Progress, index: usize) -> Status {
+fn status(progress: &Progress, index: usize) -> StatusWord {
     match progress.steps[index].state {
-        StepState::Mastered { .. } => Status::Mastered,
-        StepState::Open { .. } if progress.next == Some(index) => Status::Current,
-        StepState::Open { .. } => Status::Open,
-        StepState::Locked { .. } => Status::Locked,
-        StepState::Regressing { .. } => Status::Regressing,
+        StepState::Mastered { .. } => StatusWord::Mastered,
+        StepState::Open { .. } if progress.next == Some(index) => StatusWord::Current,
+        StepState::Open { .. } => StatusWord::Open,
+        StepState::Locked { .. } => StatusWord::Locked,
+        StepState::Regressing { .. } => StatusWord::Regressing,
     }
 }
 
-fn context((taught, progress): &Visited, id: &str) -> Option<Context> {
+fn context((taught, progress): &VisitedExercise, id: &str) -> Option<Context> {
     let steps = &taught.course.steps;
     let index = steps.iter().position(|step| step.exercise == id)?;
     Some(Context {
@@ -114,12 +115,12 @@ fn context((taught, progress): &Visited, id: &str) -> Option<Context> {
 }
 
 /// The visitor's own scores over time, where they have any.
-fn chart(courses: &[Visited], bundle: &ExerciseBundle) -> Option<String> {
+fn chart(courses: &[VisitedExercise], bundle: &ExerciseBundle) -> Option<String> {
     let exercise = &bundle.exercise;
     let attempts = courses.iter().find_map(|(taught, progress)| {
         let index = taught.course.steps.iter().position(|step| step.exercise == exercise.id)?;
         progress.as_ref().map(|p| &p.steps[index].attempts)
     })?;
-    let drawn = || charts::scores(&score_points(attempts), exercise.pass_mark, ("own", tr!("Score over time")));
+    let drawn = || charts::scores(&score_points(attempts), exercise.pass_mark, "own", tr!("Score over time"));
     (!attempts.is_empty()).then(drawn)
 }

@@ -3,7 +3,7 @@
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Response};
 
-use super::trainees::PageQuery;
+use super::trainees::TraineePageQuery;
 use super::{admin, cohorts, rows, standing, trainees};
 use crate::AppState;
 use crate::error::PageError;
@@ -12,20 +12,20 @@ use acts::error::Error;
 use model::{CurrentPerson, Role};
 use pages::cohort::CohortCard;
 use pages::instructor::InstructorPage;
-use pages::{Place, Shell};
+use pages::{NavPlace, Shell};
 use store::reports::{self, Named};
 
 pub(super) async fn show(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     csrf: Csrf,
-    Query(query): Query<PageQuery>,
+    Query(query): Query<TraineePageQuery>,
 ) -> Result<Response, PageError> {
-    let shell = Shell::new(&person, csrf.token(), Place::Home);
+    let shell = Shell::new(&person, csrf.token(), NavPlace::Home);
     Ok(match person.role {
         Role::Trainee => {
             let own = Named { id: person.id, name: person.display_name.clone() };
-            trainees::page(&state, shell, &person, (own, query)).await?.into_response()
+            trainees::page(&state, shell, &person, own, query).await?.into_response()
         }
         Role::Instructor => instructor(&state, shell, &person).await?.into_response(),
         Role::Administrator => admin::home(&state, shell, &person).await?.into_response(),
@@ -39,7 +39,7 @@ async fn instructor(state: &AppState, shell: Shell, person: &CurrentPerson) -> R
     let mut help = Vec::new();
     for cohort in reports::cohorts(reader, person).await? {
         let standing = standing::cohort(state, person.school_id, cohort.id, &courses).await?;
-        cards.push(CohortCard::new((cohorts::href(&cohort), cohort.name.clone()), standing.main()));
+        cards.push(CohortCard::new(cohorts::href(&cohort), cohort.name.clone(), standing.main()));
         let rows = standing.rows(&courses, |progress| !progress.concerns.is_empty());
         help.extend(rows.into_iter().map(|row| (cohort.name.clone(), row)));
     }

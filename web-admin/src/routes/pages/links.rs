@@ -7,15 +7,15 @@ use axum::response::{IntoResponse, Response};
 use tower::ServiceExt;
 use tower_http::services::ServeFile;
 
-use super::{Id, in_query};
+use super::{PathId, in_query};
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
+use crate::routes::auth::{CsrfForm, NoFields, PageHead, Visitor};
 use acts::error::Error;
 use acts::recordings;
 use acts::secret;
-use pages::links::LinksPage;
-use pages::{Place, Shell};
+use pages::links::RecordingLinksPage;
+use pages::{NavPlace, Shell};
 use store::{links, sessions};
 
 /// How long an address works, in s.
@@ -34,16 +34,16 @@ const VIEWERS: [(&str, &str, &str); 3] = [
 pub(super) async fn make(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    (Id(id), headers): (Id, HeaderMap),
-    csrf: Csrf,
+    PathId(id): PathId,
+    head: PageHead,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
-) -> Result<LinksPage, PageError> {
+) -> Result<RecordingLinksPage, PageError> {
     let session = sessions::visible(state.db.reader(), &person, id).await?.ok_or(Error::NotFound)?;
     let token = recording_links::make_recording_link(&state, &person, &session).await?;
-    let recording = format!("{}/recordings/{token}/{id}.mcap", own_address(&state, &headers));
+    let recording = format!("{}/recordings/{token}/{id}.mcap", own_address(&state, &head.headers));
     let opened = |(name, _, address): (&'static str, _, &str)| (name, format!("{address}{}", in_query(&recording)));
-    Ok(LinksPage {
-        shell: Shell::new(&person, csrf.token(), Place::Elsewhere),
+    Ok(RecordingLinksPage {
+        shell: Shell::new(&person, head.csrf.token(), NavPlace::Elsewhere),
         session: id,
         viewers: VIEWERS.map(opened).to_vec(),
         recording,

@@ -157,9 +157,9 @@ fn unix_lines(text: &str) -> String {
 }
 
 /// The id in an address. What is no id names nothing: 404, as an id that nobody has.
-struct Id(Uuid);
+struct PathId(Uuid);
 
-impl<S: Send + Sync> FromRequestParts<S> for Id {
+impl<S: Send + Sync> FromRequestParts<S> for PathId {
     type Rejection = PageError;
 
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Self::Rejection> {

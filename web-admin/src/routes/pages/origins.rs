@@ -12,7 +12,7 @@ use crate::routes::auth::{Administrator, Csrf, CsrfForm};
 use acts::config;
 use acts::error::Error;
 use pages::origins::OriginsPage;
-use pages::{Place, Shell};
+use pages::{NavPlace, Shell};
 use store::origins;
 
 /// Most origins that a school allows.
@@ -24,7 +24,7 @@ pub(super) async fn show(
     csrf: Csrf,
 ) -> Result<OriginsPage, PageError> {
     let allowed = origins::of_school(state.db.reader(), person.school_id).await.map_err(Error::from)?;
-    let shell = Shell::new(&person, csrf.token(), Place::Administration);
+    let shell = Shell::new(&person, csrf.token(), NavPlace::Administration);
     Ok(OriginsPage {
         shell,
         typed: allowed.join("\n"),
@@ -47,7 +47,7 @@ pub(super) async fn set(
     let allowed = match parse(&form.origins) {
         Ok(allowed) => allowed,
         Err(refused) => {
-            let shell = Shell::new(&person, csrf.token(), Place::Administration);
+            let shell = Shell::new(&person, csrf.token(), NavPlace::Administration);
             let everywhere = state.config.allowed_origins.clone();
             let page = OriginsPage { shell, typed: form.origins, everywhere, refused: Some(refused) };
             return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());

@@ -5,15 +5,14 @@ use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
 use serde::Deserialize;
-use tower_sessions::Session;
 use uuid::Uuid;
 
-use super::Id;
-use super::second_factor::{PAGE, again, allow, enrolled, is_asked, page, proof_asked};
+use super::PathId;
+use super::second_factor::{FactorCredentials, PAGE, again, allow, enrolled, is_asked, page, proof_asked};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
-use crate::routes::auth::{ClientAddress, Csrf, CsrfForm, Shown, Visitor, held, hold};
+use crate::routes::auth::{Browser, CsrfForm, ShownFactor, Visitor, held, hold};
 use acts::error::Error;
 use acts::passkeys;
 use acts::passkeys::Answer;
@@ -21,7 +20,7 @@ use model::CurrentPerson;
 use pages::passkeys::{MakePasskeyPage, PasskeyPage, PasskeyRow};
 use pages::proving::FactorRefused;
 use pages::second_factor::SecondFactorPage;
-use pages::{Place, Shell};
+use pages::{NavPlace, Shell};
 use store::passkeys::{self as stored, KeptPasskey};
 use store::second_factors;
 
@@ -46,57 +45,60 @@ pub(super) fn row(kept: KeptPasskey) -> PasskeyRow {
 }
 
 #[derive(Deserialize)]
-struct NewForm {
+struct NewPasskeyForm {
     name: String,
     password: String,
     #[serde(flatten)]
-    shown: Shown,
+    shown: ShownFactor,
 }
 
 /// Asks for a new passkey. Not by a redirect: what is asked would have to be kept to be shown.
 async fn begin(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    (session, csrf): (Session, Csrf),
-    ClientAddress(from): ClientAddress,
-    CsrfForm(form): CsrfForm<NewForm>,
+    browser: Browser,
+    CsrfForm(form): CsrfForm<NewPasskeyForm>,
 ) -> Result<Response, PageError> {
-    let asked = match allow(&state, (&person, &session), (&form.password, &form.shown), from).await? {
-        Ok(()) => passkeys::ask_to_make(&state, &person, &form.name).await,
-        Err(refused) => return refuse_new(&state, (&person, &session), &csrf, (form.name, refused)).await,
-    };
+    let asked =
+        match allow(&state, &person, &browser, FactorCredentials { password: &form.password, shown: &form.shown })
+            .await?
+        {
+            Ok(()) => passkeys::ask_to_make(&state, &person, &form.name).await,
+            Err(refused) => return refuse_new(&state, &person, &browser, form.name, refused).await,
+        };
     match asked {
         Ok(question) => {
-            hold(&session, &question).await?;
-            let shell = Shell::new(&person, csrf.token(), place(&state, &person).await?);
+            hold(&browser.session, &question).await?;
+            let shell = Shell::new(&person, browser.csrf.token(), place(&state, &person).await?);
             Ok(MakePasskeyPage { shell, question }.into_response())
         }
         Err(Error::Unprocessable(why)) => {
-            refuse_new(&state, (&person, &session), &csrf, (form.name, FactorRefused::Other(why))).await
+            refuse_new(&state, &person, &browser, form.name, FactorRefused::Other(why)).await
         }
         Err(other) => Err(other.into()),
     }
 }
 
 /// Whoever owes a second factor sees nothing else meanwhile.
-async fn place(state: &AppState, person: &CurrentPerson) -> Result<Place, Error> {
+async fn place(state: &AppState, person: &CurrentPerson) -> Result<NavPlace, Error> {
     let owed = second_factors::is_owed(state.db.reader(), person.into()).await?;
-    Ok(if owed { Place::Enrolment } else { Place::Account })
+    Ok(if owed { NavPlace::Enrolment } else { NavPlace::Account })
 }
 
 /// The page once more with the name that was typed, saying why no passkey is asked for.
 async fn refuse_new(
     state: &AppState,
-    who: (&CurrentPerson, &Session),
-    csrf: &Csrf,
-    (name, refused): (String, FactorRefused),
+    person: &CurrentPerson,
+    browser: &Browser,
+    name: String,
+    refused: FactorRefused,
 ) -> Result<Response, PageError> {
-    let page = SecondFactorPage { name, refused: Some(refused), ..page(state, who, csrf).await? };
+    let page = SecondFactorPage { name, refused: Some(refused), ..page(state, person, browser).await? };
     Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
 }
 
 #[derive(Deserialize)]
-struct AnswerForm {
+struct PasskeyAnswerForm {
     #[serde(default)]
     answer: String,
 }
@@ -105,38 +107,32 @@ struct AnswerForm {
 async fn confirm(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    (session, csrf): (Session, Csrf),
-    ClientAddress(from): ClientAddress,
-    CsrfForm(form): CsrfForm<AnswerForm>,
+    browser: Browser,
+    CsrfForm(form): CsrfForm<PasskeyAnswerForm>,
 ) -> Result<Response, PageError> {
-    let answer = Answer { question: held(&session).await?, json: &form.answer, from };
+    let answer = Answer { question: held(&browser.session).await?, json: &form.answer, from: browser.from };
     match passkeys::make(&state, &person, answer).await? {
-        Some(made) => Ok(enrolled(&state, &person, &session, made).await?),
-        None => again(&state, (&person, &session), &csrf, FactorRefused::NotMade).await,
+        Some(made) => Ok(enrolled(&state, &person, &browser.session, made).await?),
+        None => again(&state, &person, &browser, FactorRefused::NotMade).await,
     }
 }
 
 async fn show(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    (session, csrf): (Session, Csrf),
-    Id(id): Id,
+    browser: Browser,
+    PathId(id): PathId,
 ) -> Result<PasskeyPage, PageError> {
-    Ok(one(&state, (&person, &session), &csrf, id).await?)
+    Ok(one(&state, &person, &browser, id).await?)
 }
 
-async fn one(
-    state: &AppState,
-    (person, session): (&CurrentPerson, &Session),
-    csrf: &Csrf,
-    id: Uuid,
-) -> Result<PasskeyPage, Error> {
+async fn one(state: &AppState, person: &CurrentPerson, browser: &Browser, id: Uuid) -> Result<PasskeyPage, Error> {
     let kept = passkeys::find(state, person, id).await?;
     let reader = state.db.reader();
-    let proof = proof_asked(state, (person, session)).await?;
+    let proof = proof_asked(state, person, &browser.session).await?;
     let last = !proof.app && stored::of_person(reader, person.into()).await?.len() == 1;
     Ok(PasskeyPage {
-        shell: Shell::new(person, csrf.token(), Place::Account),
+        shell: Shell::new(person, browser.csrf.token(), NavPlace::Account),
         row: row(kept),
         last,
         asked: is_asked(state, person).await?,
@@ -147,11 +143,12 @@ async fn one(
 
 async fn refuse(
     state: &AppState,
-    who: (&CurrentPerson, &Session),
-    csrf: &Csrf,
-    (id, refused): (Uuid, FactorRefused),
+    person: &CurrentPerson,
+    browser: &Browser,
+    id: Uuid,
+    refused: FactorRefused,
 ) -> Result<Response, PageError> {
-    let page = PasskeyPage { refused: Some(refused), ..one(state, who, csrf, id).await? };
+    let page = PasskeyPage { refused: Some(refused), ..one(state, person, browser, id).await? };
     Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
 }
 
@@ -163,15 +160,13 @@ struct NameForm {
 async fn rename(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    (session, csrf): (Session, Csrf),
-    Id(id): Id,
+    browser: Browser,
+    PathId(id): PathId,
     CsrfForm(form): CsrfForm<NameForm>,
 ) -> Result<Response, PageError> {
     match passkeys::rename(&state, &person, id, &form.name).await {
         Ok(()) => Ok(Redirect::to(PAGE).into_response()),
-        Err(Error::Unprocessable(why)) => {
-            refuse(&state, (&person, &session), &csrf, (id, FactorRefused::Other(why))).await
-        }
+        Err(Error::Unprocessable(why)) => refuse(&state, &person, &browser, id, FactorRefused::Other(why)).await,
         Err(other) => Err(other.into()),
     }
 }
@@ -180,19 +175,21 @@ async fn rename(
 struct RemoveForm {
     password: String,
     #[serde(flatten)]
-    shown: Shown,
+    shown: ShownFactor,
 }
 
 async fn remove(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    (session, csrf): (Session, Csrf),
-    (Id(id), ClientAddress(from)): (Id, ClientAddress),
+    browser: Browser,
+    PathId(id): PathId,
     CsrfForm(form): CsrfForm<RemoveForm>,
 ) -> Result<Response, PageError> {
     passkeys::find(&state, &person, id).await?;
-    if let Err(refused) = allow(&state, (&person, &session), (&form.password, &form.shown), from).await? {
-        return refuse(&state, (&person, &session), &csrf, (id, refused)).await;
+    if let Err(refused) =
+        allow(&state, &person, &browser, FactorCredentials { password: &form.password, shown: &form.shown }).await?
+    {
+        return refuse(&state, &person, &browser, id, refused).await;
     }
     passkeys::remove(&state, &person, id).await?;
     Ok(Redirect::to(PAGE).into_response())

@@ -6,18 +6,18 @@ use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::{Id, in_query};
+use super::{PathId, in_query};
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields};
+use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields, Visit};
 use acts::accounts;
 use acts::accounts::NewAccount;
 use acts::error::Error;
 use model::directory::{AccountState, DirectoryEntry};
 use model::roster::{is_email, is_name};
 use model::{CurrentPerson, Role};
-use pages::people::{Choice, Done, LinkPage, PeoplePage, PersonForm, PersonPage, PersonRefused};
-use pages::{Place, Shell};
+use pages::people::{LinkPage, PeoplePage, PersonChangeDone, PersonForm, PersonPage, PersonRefused, SelectOption};
+use pages::{NavPlace, Shell};
 use store::directory;
 use store::directory::{Details, Filter};
 use store::second_factors::{self, PersonKey};
@@ -80,23 +80,23 @@ pub(super) async fn list(
     csrf: Csrf,
     Query(query): Query<PeopleQuery>,
 ) -> Result<PeoplePage, PageError> {
-    let shell = Shell::new(&person, csrf.token(), Place::People);
-    Ok(page(&state, shell, person.school_id, (query, NewPersonForm::default(), None)).await?)
+    Ok(page(&state, Visit::new(&person, &csrf), query, NewPersonForm::default(), None).await?)
 }
 
 async fn page(
     state: &AppState,
-    shell: Shell,
-    school: Uuid,
-    (query, typed, refused): (PeopleQuery, NewPersonForm, Option<PersonRefused>),
+    Visit { person, csrf }: Visit<'_>,
+    query: PeopleQuery,
+    typed: NewPersonForm,
+    refused: Option<PersonRefused>,
 ) -> Result<PeoplePage, Error> {
-    let filter = query.filter();
+    let (school, filter) = (person.school_id, query.filter());
     let mut rows = directory::list(state.db.reader(), school, &filter, PER_PAGE + 1).await?;
     let more = rows.len() > PER_PAGE as usize;
     rows.truncate(PER_PAGE as usize);
     let cohorts = cohorts::all(state.db.reader(), school).await?;
-    let choices = |chosen: Option<Uuid>| -> Vec<Choice> {
-        let choice = |c: &cohorts::Cohort| Choice {
+    let choices = |chosen: Option<Uuid>| -> Vec<SelectOption> {
+        let choice = |c: &cohorts::Cohort| SelectOption {
             value: c.id.to_string(),
             label: c.name.clone(),
             chosen: chosen == Some(c.id),
@@ -104,9 +104,9 @@ async fn page(
         cohorts.iter().map(choice).collect()
     };
     Ok(PeoplePage {
-        shell,
-        roles: Choice::roles(filter.role),
-        states: Choice::states(filter.state),
+        shell: Shell::new(person, csrf.token(), NavPlace::People),
+        roles: SelectOption::roles(filter.role),
+        states: SelectOption::states(filter.state),
         cohorts: choices(filter.cohort),
         next: rows.last().filter(|_| more).map(|last| query.after(last)),
         later: filter.after.is_some(),
@@ -117,7 +117,7 @@ async fn page(
             || filter.after.is_some(),
         imported: query.added.zip(query.changed),
         form: PersonForm {
-            roles: Choice::roles(Some(typed.role().unwrap_or(Role::Trainee))),
+            roles: SelectOption::roles(Some(typed.role().unwrap_or(Role::Trainee))),
             cohorts: choices(typed.cohort.parse().ok()),
             name: typed.name,
             email: typed.email,
@@ -169,27 +169,26 @@ pub(super) async fn add(
             None => refused = Some(PersonRefused::Taken),
         }
     }
-    let shell = Shell::new(&person, csrf.token(), Place::People);
-    let page = page(&state, shell, person.school_id, (PeopleQuery::default(), form, refused)).await?;
+    let page = page(&state, Visit::new(&person, &csrf), PeopleQuery::default(), form, refused).await?;
     Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
 }
 
 /// What was just done.
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub(super) struct DoneQuery {
-    done: Option<Done>,
+    done: Option<PersonChangeDone>,
 }
 
 pub(super) async fn show(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
     Query(DoneQuery { done }): Query<DoneQuery>,
 ) -> Result<PersonPage, PageError> {
     let person = find(&state, &visitor, id).await?;
     let form = PersonForm { name: person.name.clone(), email: person.email.clone(), ..PersonForm::default() };
-    Ok(PersonPage { done, ..person_page(&state, (&visitor, &csrf), person, form).await? })
+    Ok(PersonPage { done, ..person_page(&state, Visit::new(&visitor, &csrf), person, form).await? })
 }
 
 /// Somebody of the administrator's school.
@@ -199,27 +198,30 @@ pub(super) async fn find(state: &AppState, visitor: &CurrentPerson, id: Uuid) ->
 
 async fn person_page(
     state: &AppState,
-    (visitor, csrf): (&CurrentPerson, &Csrf),
+    Visit { person: visitor, csrf }: Visit<'_>,
     person: DirectoryEntry,
     form: PersonForm,
 ) -> Result<PersonPage, Error> {
     let delivery = mails::latest(state.db.reader(), visitor.school_id, person.id).await?;
     let (role, key) = (person.role, PersonKey { school_id: visitor.school_id, person_id: person.id });
     Ok(PersonPage {
-        shell: Shell::new(visitor, csrf.token(), Place::People),
+        shell: Shell::new(visitor, csrf.token(), NavPlace::People),
         own: visitor.id == person.id,
         done: None,
         second_factor: second_factors::is_on(state.db.reader(), key).await?,
         held: retention::held_at(state.db.reader(), visitor.school_id, person.id).await?.is_some(),
         delivery: delivery.and_then(|delivery| delivery.error),
-        form: PersonForm { roles: if form.roles.is_empty() { Choice::roles(Some(role)) } else { form.roles }, ..form },
+        form: PersonForm {
+            roles: if form.roles.is_empty() { SelectOption::roles(Some(role)) } else { form.roles },
+            ..form
+        },
         person,
     })
 }
 
 /// Who somebody is to be.
 #[derive(Clone, Debug, Deserialize)]
-pub(super) struct ChangeForm {
+pub(super) struct PersonChangeForm {
     name: String,
     email: String,
     role: Role,
@@ -228,9 +230,9 @@ pub(super) struct ChangeForm {
 pub(super) async fn change(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
-    CsrfForm(form): CsrfForm<ChangeForm>,
+    CsrfForm(form): CsrfForm<PersonChangeForm>,
 ) -> Result<Response, PageError> {
     let person = find(&state, &visitor, id).await?;
     if person.state == AccountState::Erased {
@@ -247,13 +249,13 @@ pub(super) async fn change(
         refused = Some(PersonRefused::Taken);
     }
     let typed = PersonForm {
-        roles: Choice::roles(Some(form.role)),
+        roles: SelectOption::roles(Some(form.role)),
         name: form.name,
         email: form.email,
         refused,
         ..PersonForm::default()
     };
-    let page = person_page(&state, (&visitor, &csrf), person, typed).await?;
+    let page = person_page(&state, Visit::new(&visitor, &csrf), person, typed).await?;
     Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
 }
 
@@ -264,7 +266,7 @@ fn done(id: Uuid, what: &str) -> Response {
 pub(super) async fn mail_link(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    Id(id): Id,
+    PathId(id): PathId,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
     let person = find(&state, &visitor, id).await?;
@@ -276,20 +278,20 @@ pub(super) async fn mail_link(
 pub(super) async fn link(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<LinkPage, PageError> {
     let person = find(&state, &visitor, id).await?;
     let (link, lifetime_s) = accounts::hand_over_link(&state, &visitor, &person).await?;
-    let shell = Shell::new(&visitor, csrf.token(), Place::People);
+    let shell = Shell::new(&visitor, csrf.token(), NavPlace::People);
     Ok(LinkPage { shell, person, link, days: lifetime_s / DAY_S })
 }
 
 pub(super) async fn disable(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    Id(id): Id,
+    PathId(id): PathId,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
     find(&state, &visitor, id).await?;
@@ -308,7 +310,7 @@ pub(super) fn nobody_themselves(visitor: &CurrentPerson, id: Uuid) -> Result<(),
 pub(super) async fn enable(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    Id(id): Id,
+    PathId(id): PathId,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
     find(&state, &visitor, id).await?;

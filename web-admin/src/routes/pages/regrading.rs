@@ -7,19 +7,20 @@ use axum::routing::{get, post};
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::Id;
+use super::PathId;
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
-use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher};
+use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher, Visit};
 use acts::error::Error;
 use acts::regrading::exercise as regrading;
 use model::regrading::RegradingState as Standing;
-use model::{CurrentPerson, Role};
+use model::Role;
 use pages::addresses::exercise_href;
-use pages::people::Choice;
-use pages::regrading::{self as views, ChooseRubricPage, Earlier, RegradingPage, Shown};
-use pages::{Place, Shell, format};
+use pages::people::SelectOption;
+use pages::regrading as views;
+use pages::regrading::{ChooseRubricPage, EarlierRegrading, RegradingFilter, RegradingPage};
+use pages::{NavPlace, Shell, format};
 use store::exercises;
 use store::regradings;
 use store::regradings::Regrading;
@@ -45,7 +46,7 @@ async fn choose(
     let revisions = exercises::revisions(reader, person.school_id, &id).await?.into_iter();
     let earlier = regradings::of_exercise(reader, &person, &id).await?.into_iter();
     Ok(ChooseRubricPage {
-        shell: Shell::new(&person, csrf.token(), Place::Curricula),
+        shell: Shell::new(&person, csrf.token(), NavPlace::Curricula),
         revisions: revisions.map(|revision| choice(&revision, current.id)).collect(),
         exercise: (current.title, exercise_href(&id)),
         earlier: earlier.map(row).collect(),
@@ -53,7 +54,7 @@ async fn choose(
     })
 }
 
-fn choice(revision: &exercises::Revision, current: Uuid) -> Choice {
+fn choice(revision: &exercises::Revision, current: Uuid) -> SelectOption {
     let (date, hash) =
         (format::date_time(revision.published_at.to_utc()), format::short_hash(&revision.exercise_sha256));
     let chosen = revision.id == current;
@@ -61,11 +62,11 @@ fn choice(revision: &exercises::Revision, current: Uuid) -> Choice {
         true => tr!("{date}, {hash}, given to trainees now", date = date, hash = hash),
         false => format!("{date}, {hash}"),
     };
-    Choice { value: revision.id.to_string(), label, chosen }
+    SelectOption { value: revision.id.to_string(), label, chosen }
 }
 
-fn row(regrading: Regrading) -> Earlier {
-    Earlier {
+fn row(regrading: Regrading) -> EarlierRegrading {
+    EarlierRegrading {
         href: href(regrading.id),
         at: regrading.made_at.to_utc(),
         by: regrading.by,
@@ -98,26 +99,26 @@ async fn look(
 /// Which attempts are listed, and after which.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(default)]
-struct LinesQuery {
-    show: Shown,
+struct RegradingLinesQuery {
+    show: RegradingFilter,
     after: Option<Uuid>,
 }
 
 async fn show(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
-    Query(query): Query<LinesQuery>,
+    Query(query): Query<RegradingLinesQuery>,
 ) -> Result<RegradingPage, PageError> {
-    Ok(page(&state, (&person, &csrf), id, query).await?)
+    Ok(page(&state, Visit::new(&person, &csrf), id, query).await?)
 }
 
 async fn page(
     state: &AppState,
-    (person, csrf): (&CurrentPerson, &Csrf),
+    Visit { person, csrf }: Visit<'_>,
     id: Uuid,
-    query: LinesQuery,
+    query: RegradingLinesQuery,
 ) -> Result<RegradingPage, Error> {
     let reader = state.db.reader();
     let regrading = regrading::find(state, person, id).await?;
@@ -129,7 +130,7 @@ async fn page(
     lines.truncate(PER_PAGE as usize);
     let hash = format::short_hash(&regrading.exercise_sha256).to_owned();
     Ok(RegradingPage {
-        shell: Shell::new(person, csrf.token(), Place::Curricula),
+        shell: Shell::new(person, csrf.token(), NavPlace::Curricula),
         id,
         exercise: (exercise.title, exercise_href(&regrading.exercise_id)),
         revision: (regrading.published_at.to_utc(), hash),
@@ -165,7 +166,7 @@ async fn progress(state: &AppState, regrading: &Regrading) -> Result<(i64, i64),
 
 /// What is confirmed, and why.
 #[derive(Deserialize)]
-struct ConfirmForm {
+struct ConfirmRegradingForm {
     #[serde(default)]
     digest: String,
     #[serde(default)]
@@ -175,11 +176,11 @@ struct ConfirmForm {
 async fn confirm(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
-    CsrfForm(form): CsrfForm<ConfirmForm>,
+    CsrfForm(form): CsrfForm<ConfirmRegradingForm>,
 ) -> Result<Response, PageError> {
-    let again = async || page(&state, (&person, &csrf), id, LinesQuery::default()).await;
+    let again = async || page(&state, Visit::new(&person, &csrf), id, RegradingLinesQuery::default()).await;
     match regrading::confirm(&state, &person, id, (&form.digest, &form.reason)).await {
         Ok(true) => Ok(Redirect::to(&href(id)).into_response()),
         Ok(false) => Ok((StatusCode::CONFLICT, RegradingPage { stale: true, ..again().await? }).into_response()),
@@ -194,7 +195,7 @@ async fn confirm(
 async fn forget(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    Id(id): Id,
+    PathId(id): PathId,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
     let exercise = regrading::forget(&state, &person, id).await?;

@@ -8,17 +8,17 @@ use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::{Id, sessions as attempts};
+use super::{PathId, sessions as attempts};
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
+use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visit, Visitor};
 use acts::error::Error;
 use attempt::AttemptCurve;
 use model::comment::{self, Comment, Typed};
 use model::{CurrentPerson, Moment, Role, corridor};
-use pages::replay::{CommentForm, CommentView, Other, ReplayPage, Said};
+use pages::replay::{CommentForm, CommentView, OtherAttempt, ReplayPage, Utterance};
 use pages::session::Drawing;
-use pages::{Place, Shell, charts, format};
+use pages::{NavPlace, Shell, charts, format};
 use store::comments::{self, Kept};
 use store::experts::{self};
 use store::reports;
@@ -36,12 +36,12 @@ pub(super) struct ReplayQuery {
 pub(super) async fn show(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
     Query(query): Query<ReplayQuery>,
 ) -> Result<ReplayPage, PageError> {
     let session = find(&state, &person, id).await?;
-    Ok(page(&state, (&person, &csrf), &session, (CommentForm::default(), query)).await?)
+    Ok(page(&state, Visit::new(&person, &csrf), &session, CommentForm::default(), query).await?)
 }
 
 /// An attempt that a person may see.
@@ -51,16 +51,17 @@ async fn find(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Sess
 
 async fn page(
     state: &AppState,
-    (person, csrf): (&CurrentPerson, &Csrf),
+    Visit { person, csrf }: Visit<'_>,
     session: &Session,
-    (form, query): (CommentForm, ReplayQuery),
+    form: CommentForm,
+    query: ReplayQuery,
 ) -> Result<ReplayPage, Error> {
     let reader = state.db.reader();
     let key = session.key();
     let curve = scores::curve(reader, key).await?;
     let said = comments::of_session(reader, key).await?;
     Ok(ReplayPage {
-        shell: Shell::new(person, csrf.token(), Place::Elsewhere),
+        shell: Shell::new(person, csrf.token(), NavPlace::Elsewhere),
         session: session.id,
         exercise: attempts::title(state, session).await?,
         trainee: attempts::trainee(state, person, session).await?,
@@ -120,19 +121,19 @@ async fn others(
     person: &CurrentPerson,
     session: &Session,
     chosen: Option<Uuid>,
-) -> Result<Vec<Other>, Error> {
+) -> Result<Vec<OtherAttempt>, Error> {
     let listed = reports::latest_at(state.db.reader(), person, &session.exercise_id).await?;
     let scored = listed.into_iter().filter(|other| other.id != session.id && other.score.is_some());
     let label = |other: &reports::ListedAttempt| {
         let score = other.score.map_or_else(String::new, format::points);
         format!("{}, {}, {score}", other.trainee, format::date_time(other.started_at.to_utc()))
     };
-    Ok(scored.map(|o| Other { session: o.id, label: label(&o), chosen: Some(o.id) == chosen }).collect())
+    Ok(scored.map(|o| OtherAttempt { session: o.id, label: label(&o), chosen: Some(o.id) == chosen }).collect())
 }
 
 /// Comments with their answers.
 fn views(kept: &[Kept], visitor: &CurrentPerson) -> Vec<CommentView> {
-    let said = |kept: &Kept| Said {
+    let said = |kept: &Kept| Utterance {
         body: kept.body.clone(),
         author: kept.author.clone(),
         at: kept.made_at.to_utc(),
@@ -150,7 +151,7 @@ fn views(kept: &[Kept], visitor: &CurrentPerson) -> Vec<CommentView> {
 pub(super) async fn comment(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<Typed>,
 ) -> Result<Response, PageError> {
@@ -162,13 +163,13 @@ pub(super) async fn comment(
         }
         Err(refused) => {
             let form = CommentForm { typed, error: Some(refused.to_string()), answers: None };
-            again(&state, (&person, &csrf), &session, form).await
+            again(&state, Visit::new(&person, &csrf), &session, form).await
         }
     }
 }
 
 #[derive(Debug, Deserialize)]
-pub(super) struct AnswerForm {
+pub(super) struct CommentAnswerForm {
     #[serde(default)]
     body: String,
 }
@@ -179,7 +180,7 @@ pub(super) async fn answer(
     Visitor(person): Visitor,
     path: Result<Path<(Uuid, Uuid)>, axum::extract::rejection::PathRejection>,
     csrf: Csrf,
-    CsrfForm(typed): CsrfForm<AnswerForm>,
+    CsrfForm(typed): CsrfForm<CommentAnswerForm>,
 ) -> Result<Response, PageError> {
     let Path((id, comment)) = path.map_err(|_| Error::NotFound)?;
     let session = find(&state, &person, id).await?;
@@ -188,7 +189,7 @@ pub(super) async fn answer(
         Err(refused) => {
             let typed = Typed { body: typed.body, ..Typed::default() };
             let form = CommentForm { typed, error: Some(refused.to_string()), answers: Some(comment) };
-            return again(&state, (&person, &csrf), &session, form).await;
+            return again(&state, Visit::new(&person, &csrf), &session, form).await;
         }
     };
     let made = said::answer_comment(&state, &person, &session, comment, &body).await?;
@@ -214,10 +215,10 @@ fn back(session: Uuid, comment: Uuid) -> Response {
 
 async fn again(
     state: &AppState,
-    visitor: (&CurrentPerson, &Csrf),
+    visit: Visit<'_>,
     session: &Session,
     form: CommentForm,
 ) -> Result<Response, PageError> {
-    let page = page(state, visitor, session, (form, ReplayQuery::default())).await?;
+    let page = page(state, visit, session, form, ReplayQuery::default()).await?;
     Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
 }

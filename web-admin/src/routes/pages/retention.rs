@@ -6,16 +6,16 @@ use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 
-use super::Id;
+use super::PathId;
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Administrator, Csrf, CsrfForm};
+use crate::routes::auth::{Administrator, Csrf, CsrfForm, Visit};
 use acts::error::Error;
 use acts::retention as retaining;
 use acts::retention::Planned;
-use model::{CurrentPerson, Moment};
+use model::Moment;
 use pages::retention::{IdleRow, RetentionForm, RetentionPage};
-use pages::{Place, Shell};
+use pages::{NavPlace, Shell};
 use store::directory;
 use store::retention::{self, Settings};
 
@@ -38,19 +38,19 @@ pub(super) async fn show(
     csrf: Csrf,
     Query(SavedQuery { saved }): Query<SavedQuery>,
 ) -> Result<RetentionPage, PageError> {
-    let page = page(&state, (&person, &csrf), None).await?;
+    let page = page(&state, Visit::new(&person, &csrf), None).await?;
     Ok(RetentionPage { saved, ..page })
 }
 
 async fn page(
     state: &AppState,
-    (person, csrf): (&CurrentPerson, &Csrf),
+    Visit { person, csrf }: Visit<'_>,
     typed: Option<RetentionForm>,
 ) -> Result<RetentionPage, Error> {
     let (settings, planned) = retaining::plan(state, person.school_id).await?;
     let held = retention::held(state.db.reader(), person.school_id).await?;
     Ok(RetentionPage {
-        shell: Shell::new(person, csrf.token(), Place::Administration),
+        shell: Shell::new(person, csrf.token(), NavPlace::Administration),
         form: typed.unwrap_or_else(|| form_of(settings)),
         saved: false,
         more: planned.len().saturating_sub(LISTED),
@@ -84,14 +84,14 @@ fn row(Planned { idle, step }: Planned) -> IdleRow {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(default)]
 #[derive(Default)]
-pub(super) struct RuleForm {
+pub(super) struct RetentionRuleForm {
     months: String,
     warn_days: String,
     texts: String,
     recordings: String,
 }
 
-impl RuleForm {
+impl RetentionRuleForm {
     /// The settings that are typed, or what is wrong with them.
     fn settings(&self) -> Result<Settings, String> {
         let number = |text: &str, allowed: std::ops::RangeInclusive<u32>| {
@@ -115,7 +115,7 @@ pub(super) async fn set(
     State(state): State<AppState>,
     Administrator(person): Administrator,
     csrf: Csrf,
-    CsrfForm(form): CsrfForm<RuleForm>,
+    CsrfForm(form): CsrfForm<RetentionRuleForm>,
 ) -> Result<Response, PageError> {
     let settings = match form.settings() {
         Ok(settings) => settings,
@@ -128,7 +128,7 @@ pub(super) async fn set(
                 recordings,
                 refused: Some(refused),
             };
-            let page = page(&state, (&person, &csrf), Some(typed)).await?;
+            let page = page(&state, Visit::new(&person, &csrf), Some(typed)).await?;
             return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
         }
     };
@@ -145,7 +145,7 @@ pub(super) struct HoldForm {
 pub(super) async fn hold(
     State(state): State<AppState>,
     Administrator(person): Administrator,
-    Id(id): Id,
+    PathId(id): PathId,
     CsrfForm(form): CsrfForm<HoldForm>,
 ) -> Result<Redirect, PageError> {
     directory::find(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;

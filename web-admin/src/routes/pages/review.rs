@@ -8,10 +8,10 @@ use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::{Id, sessions as attempts};
+use super::{PathId, sessions as attempts};
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visitor};
+use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visit, Visitor};
 use acts::error::Error;
 use acts::regrading;
 use acts::regrading::{By, Rubric};
@@ -19,8 +19,9 @@ use acts::surveys;
 use model::CurrentPerson;
 use model::judgement::{self, Override, TypedOverride};
 use model::rating::mean;
-use pages::review::{self as views, Act, GradePage, Judged, RatedMean, RegradePage, ReviewPage, WaitingRow};
-use pages::{Place, Shell, Status, format};
+use pages::review as views;
+use pages::review::{GradeAct, GradePage, JudgedAttempt, RatedMean, RegradePage, ReviewPage, WaitingRow};
+use pages::{NavPlace, Shell, StatusWord, format};
 use store::audit::Actor;
 use store::grades::{self, NewOverride};
 use store::ratings;
@@ -38,7 +39,7 @@ pub(super) async fn queue(
     let mut waiting = reviews::queue(state.db.reader(), &person).await?;
     let more = waiting.len() > reviews::LISTED as usize;
     waiting.truncate(reviews::LISTED as usize);
-    let shell = Shell::new(&person, csrf.token(), Place::Review);
+    let shell = Shell::new(&person, csrf.token(), NavPlace::Review);
     let to_rate = ratings::count_open(state.db.reader(), &person).await?;
     Ok(ReviewPage { shell, waiting: waiting.into_iter().map(row).collect(), more, to_rate })
 }
@@ -50,7 +51,7 @@ fn row(waiting: Waiting) -> WaitingRow {
         trainee: waiting.trainee,
         exercise: waiting.exercise,
         score: waiting.score,
-        status: if waiting.passed { Status::Passed } else { Status::Failed },
+        status: if waiting.passed { StatusWord::Passed } else { StatusWord::Failed },
         flagged: waiting.flagged,
         questions: waiting.questions,
     }
@@ -73,18 +74,19 @@ pub(super) async fn find_scored(state: &AppState, person: &CurrentPerson, id: Uu
 pub(super) async fn grade(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
 ) -> Result<GradePage, PageError> {
     let session = find(&state, &person, id).await?;
-    Ok(grade_page(&state, (&person, &csrf), &session, (TypedOverride::default(), None)).await?)
+    Ok(grade_page(&state, Visit::new(&person, &csrf), &session, TypedOverride::default(), None).await?)
 }
 
 async fn grade_page(
     state: &AppState,
-    (person, csrf): (&CurrentPerson, &Csrf),
+    Visit { person, csrf }: Visit<'_>,
     session: &Session,
-    form: (TypedOverride, Option<String>),
+    typed: TypedOverride,
+    refused: Option<String>,
 ) -> Result<GradePage, Error> {
     let (reader, key) = (state.db.reader(), session.key());
     let computed = scores::all(reader, key).await?;
@@ -93,7 +95,7 @@ async fn grade_page(
     let supervised = supervisions::of(reader, key).await?;
     let regraded = regradings::of_session(reader, key).await?;
     Ok(GradePage {
-        shell: Shell::new(person, csrf.token(), Place::Elsewhere),
+        shell: Shell::new(person, csrf.token(), NavPlace::Elsewhere),
         attempt: judged(state, person, session).await?,
         counts: grade.map(|grade| (grade.score, grade.passed)),
         computed: computed.last().map(|score| score.score),
@@ -103,7 +105,7 @@ async fn grade_page(
         supervised: supervised.map(|known| (known.by, known.confirmed_at.to_utc())),
         ratings: rated(state, person, session).await?,
         judge: person.role.teaches(),
-        form,
+        form: (typed, refused),
     })
 }
 
@@ -130,8 +132,8 @@ async fn rated(state: &AppState, person: &CurrentPerson, session: &Session) -> R
     Ok(means)
 }
 
-async fn judged(state: &AppState, person: &CurrentPerson, session: &Session) -> Result<Judged, Error> {
-    Ok(Judged {
+async fn judged(state: &AppState, person: &CurrentPerson, session: &Session) -> Result<JudgedAttempt, Error> {
+    Ok(JudgedAttempt {
         id: session.id,
         exercise: attempts::title(state, session).await?,
         trainee: attempts::trainee(state, person, session).await?,
@@ -139,22 +141,27 @@ async fn judged(state: &AppState, person: &CurrentPerson, session: &Session) -> 
     })
 }
 
-fn history(computed: &[Score], regraded: &[regradings::Act], overrides: Vec<grades::Override>) -> Vec<views::Entry> {
+fn history(
+    computed: &[Score],
+    regraded: &[regradings::Act],
+    overrides: Vec<grades::Override>,
+) -> Vec<views::GradeHistoryEntry> {
     let computed = computed.iter().enumerate().map(|(i, score)| {
         let rubric = format::short_hash(&score.rubric_sha256).to_owned();
         let why = regraded.iter().find(|act| act.score_id == score.id);
         let by = |act: &regradings::Act| act.by.clone().unwrap_or_else(|| tr!("At the command line").to_owned());
         let why = why.map(|act| (by(act), act.reason.clone()));
-        let act = if i == 0 { Act::Computed(rubric) } else { Act::Regraded { rubric, why } };
-        views::Entry { at: score.computed_at.to_utc(), act, grade: Some((score.score, score.passed)) }
+        let act = if i == 0 { GradeAct::Computed(rubric) } else { GradeAct::Regraded { rubric, why } };
+        views::GradeHistoryEntry { at: score.computed_at.to_utc(), act, grade: Some((score.score, score.passed)) }
     });
     let overrides = overrides.into_iter().map(|made| {
         let (by, reason) = (made.by, made.reason);
         let grade = made.score.zip(made.passed);
-        let act = if grade.is_some() { Act::Overridden { by, reason } } else { Act::Withdrawn { by, reason } };
-        views::Entry { at: made.made_at.to_utc(), act, grade }
+        let act =
+            if grade.is_some() { GradeAct::Overridden { by, reason } } else { GradeAct::Withdrawn { by, reason } };
+        views::GradeHistoryEntry { at: made.made_at.to_utc(), act, grade }
     });
-    let mut history: Vec<views::Entry> = computed.chain(overrides).collect();
+    let mut history: Vec<views::GradeHistoryEntry> = computed.chain(overrides).collect();
     history.sort_by_key(|entry| entry.at);
     history
 }
@@ -163,7 +170,7 @@ fn history(computed: &[Score], regraded: &[regradings::Act], overrides: Vec<grad
 pub(super) async fn put_override(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<TypedOverride>,
 ) -> Result<Response, PageError> {
@@ -174,7 +181,7 @@ pub(super) async fn put_override(
             reviewing::override_grade(&state, &person, &session, &new).await?;
             Ok(to_grade(id))
         }
-        Err(refused) => again(&state, (&person, &csrf), &session, (typed, refused.to_string())).await,
+        Err(refused) => again(&state, Visit::new(&person, &csrf), &session, typed, refused.to_string()).await,
     }
 }
 
@@ -188,7 +195,7 @@ pub(super) struct ReasonForm {
 pub(super) async fn withdraw_override(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<ReasonForm>,
 ) -> Result<Response, PageError> {
@@ -200,7 +207,7 @@ pub(super) async fn withdraw_override(
             Ok(to_grade(id))
         }
         Err(refused) => {
-            again(&state, (&person, &csrf), &session, (TypedOverride::default(), refused.to_string())).await
+            again(&state, Visit::new(&person, &csrf), &session, TypedOverride::default(), refused.to_string()).await
         }
     }
 }
@@ -215,7 +222,7 @@ pub(super) struct MarkForm {
 pub(super) async fn mark(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    Id(id): Id,
+    PathId(id): PathId,
     CsrfForm(form): CsrfForm<MarkForm>,
 ) -> Result<Response, PageError> {
     let session = find_scored(&state, &person, id).await?;
@@ -235,23 +242,23 @@ pub(super) async fn mark(
 pub(super) async fn preview(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
 ) -> Result<RegradePage, PageError> {
     let session = find_scored(&state, &person, id).await?;
     let after = by_today(&state, &session).await?;
-    Ok(regrade_page(&state, (&person, &csrf), &session, after).await?)
+    Ok(regrade_page(&state, Visit::new(&person, &csrf), &session, after).await?)
 }
 
 async fn regrade_page(
     state: &AppState,
-    (person, csrf): (&CurrentPerson, &Csrf),
+    Visit { person, csrf }: Visit<'_>,
     session: &Session,
     after: Assessment,
 ) -> Result<RegradePage, Error> {
     let before = scores::newest(state.db.reader(), session.key()).await?.ok_or(Error::NotFound)?;
     Ok(RegradePage {
-        shell: Shell::new(person, csrf.token(), Place::Elsewhere),
+        shell: Shell::new(person, csrf.token(), NavPlace::Elsewhere),
         attempt: judged(state, person, session).await?,
         before: (before.score, before.passed),
         after: (after.score, after.passed),
@@ -273,7 +280,7 @@ async fn by_today(state: &AppState, session: &Session) -> Result<Assessment, Err
 pub(super) async fn regrade(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<ReasonForm>,
 ) -> Result<Response, PageError> {
@@ -286,7 +293,7 @@ pub(super) async fn regrade(
             Ok(to_grade(id))
         }
         Err(refused) => {
-            let page = regrade_page(&state, (&person, &csrf), &session, after).await?;
+            let page = regrade_page(&state, Visit::new(&person, &csrf), &session, after).await?;
             let page = RegradePage { typed: (typed.reason, Some(refused.to_string())), ..page };
             Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
         }
@@ -299,10 +306,11 @@ fn to_grade(session: Uuid) -> Response {
 
 async fn again(
     state: &AppState,
-    visitor: (&CurrentPerson, &Csrf),
+    visit: Visit<'_>,
     session: &Session,
-    (typed, why): (TypedOverride, String),
+    typed: TypedOverride,
+    why: String,
 ) -> Result<Response, PageError> {
-    let page = grade_page(state, visitor, session, (typed, Some(why))).await?;
+    let page = grade_page(state, visit, session, typed, Some(why)).await?;
     Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
 }

@@ -11,17 +11,17 @@ use acts::error::Error;
 use pages::addresses::exercise_href;
 use pages::diff::{DiffLine, diff};
 use pages::draft::{RevisionRow, RevisionsPage};
-use pages::{Place, Shell, format};
+use pages::{NavPlace, Shell, format};
 use store::{curricula, exercises};
 
 /// Which two are compared; the two newest where nothing is said.
 #[derive(Debug, Deserialize)]
-pub(super) struct Compared {
+pub(super) struct ComparedQuery {
     from: Option<Uuid>,
     to: Option<Uuid>,
 }
 
-impl Compared {
+impl ComparedQuery {
     /// The two, of those that there are.
     fn among(&self, rows: &[RevisionRow]) -> Result<(Uuid, Uuid), Error> {
         let pick = |asked: Option<Uuid>, otherwise: usize| match asked {
@@ -36,7 +36,8 @@ impl Compared {
 pub(super) async fn of_exercise(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    (Path(id), Query(compared)): (Path<String>, Query<Compared>),
+    Path(id): Path<String>,
+    Query(compared): Query<ComparedQuery>,
     csrf: Csrf,
 ) -> Result<RevisionsPage, PageError> {
     let (reader, school) = (state.db.reader(), person.school_id);
@@ -52,7 +53,7 @@ pub(super) async fn of_exercise(
     let (from, to) = compared.among(&revisions)?;
     let older = exercises::bytes(reader, school, from).await?.ok_or(Error::NotFound)?;
     let newer = exercises::bytes(reader, school, to).await?.ok_or(Error::NotFound)?;
-    let shell = Shell::new(&person, csrf.token(), Place::Curricula);
+    let shell = Shell::new(&person, csrf.token(), NavPlace::Curricula);
     let parts = vec![
         (tr!("Exercise"), lines(&older.exercise, &newer.exercise)),
         (tr!("Scene"), lines(&older.scene, &newer.scene)),
@@ -63,7 +64,8 @@ pub(super) async fn of_exercise(
 pub(super) async fn of_course(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    (Path(id), Query(compared)): (Path<String>, Query<Compared>),
+    Path(id): Path<String>,
+    Query(compared): Query<ComparedQuery>,
     csrf: Csrf,
 ) -> Result<RevisionsPage, PageError> {
     let (reader, school) = (state.db.reader(), person.school_id);
@@ -80,7 +82,7 @@ pub(super) async fn of_course(
     let (from, to) = compared.among(&revisions)?;
     let older = curricula::bytes(reader, school, from).await?.ok_or(Error::NotFound)?;
     let newer = curricula::bytes(reader, school, to).await?.ok_or(Error::NotFound)?;
-    let shell = Shell::new(&person, csrf.token(), Place::Curricula);
+    let shell = Shell::new(&person, csrf.token(), NavPlace::Curricula);
     let parts = vec![(tr!("Course"), lines(&older, &newer))];
     Ok(RevisionsPage { shell, title: current.title, href: "/curricula".to_owned(), revisions, from, to, parts })
 }

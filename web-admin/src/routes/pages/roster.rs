@@ -6,17 +6,16 @@ use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::Id;
+use super::PathId;
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Administrator, Csrf, CsrfForm, CsrfUpload};
+use crate::routes::auth::{Administrator, Csrf, CsrfForm, CsrfUpload, Visit};
 use acts::error::Error;
 use acts::roster_import;
 use acts::roster_import::Preview;
-use model::CurrentPerson;
 use model::roster::{Wanted, is_name};
-use pages::roster::{RosterPage, RosterPreviewPage, Shown};
-use pages::{Place, Shell};
+use pages::roster::{RosterFilter, RosterPage, RosterPreviewPage};
+use pages::{NavPlace, Shell};
 use store::cohorts;
 
 /// Largest file taken, in bytes.
@@ -27,13 +26,13 @@ pub(super) async fn new(
     Administrator(person): Administrator,
     csrf: Csrf,
 ) -> Result<RosterPage, PageError> {
-    Ok(form(&state, (&person, &csrf), &Wanted::default()).await?)
+    Ok(form(&state, Visit::new(&person, &csrf), &Wanted::default()).await?)
 }
 
-async fn form(state: &AppState, (person, csrf): (&CurrentPerson, &Csrf), wanted: &Wanted) -> Result<RosterPage, Error> {
+async fn form(state: &AppState, Visit { person, csrf }: Visit<'_>, wanted: &Wanted) -> Result<RosterPage, Error> {
     let cohorts = cohorts::all(state.db.reader(), person.school_id).await?;
     Ok(RosterPage {
-        shell: Shell::new(person, csrf.token(), Place::People),
+        shell: Shell::new(person, csrf.token(), NavPlace::People),
         refused: None,
         cohort: wanted.cohort.clone().unwrap_or_default(),
         cohorts: cohorts.into_iter().map(|cohort| cohort.name).collect(),
@@ -58,7 +57,7 @@ pub(super) async fn send(
             Err(other) => return Err(other.into()),
         },
     };
-    let page = form(&state, (&person, &csrf), &wanted).await?;
+    let page = form(&state, Visit::new(&person, &csrf), &wanted).await?;
     Ok((StatusCode::UNPROCESSABLE_ENTITY, RosterPage { refused: Some(refused), ..page }).into_response())
 }
 
@@ -71,27 +70,28 @@ fn short(name: &str) -> &str {
 /// Which lines are looked at.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct LinesQuery {
-    show: Shown,
+pub(super) struct RosterLinesQuery {
+    show: RosterFilter,
     page: usize,
 }
 
 pub(super) async fn show(
     State(state): State<AppState>,
     Administrator(person): Administrator,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
-    Query(query): Query<LinesQuery>,
+    Query(query): Query<RosterLinesQuery>,
 ) -> Result<RosterPreviewPage, PageError> {
-    let shell = Shell::new(&person, csrf.token(), Place::People);
-    Ok(preview(&state, shell, (person.school_id, id), query).await?)
+    let shell = Shell::new(&person, csrf.token(), NavPlace::People);
+    Ok(preview(&state, shell, person.school_id, id, query).await?)
 }
 
 async fn preview(
     state: &AppState,
     shell: Shell,
-    (school, id): (Uuid, Uuid),
-    query: LinesQuery,
+    school: Uuid,
+    id: Uuid,
+    query: RosterLinesQuery,
 ) -> Result<RosterPreviewPage, Error> {
     let Preview { file_name, ignored, difference, digest } = roster_import::preview(state, school, id).await?;
     let (lines, pages) = RosterPreviewPage::lines(&difference, query.show, query.page);
@@ -113,7 +113,7 @@ async fn preview(
 
 /// What is confirmed.
 #[derive(Clone, Debug, Deserialize)]
-pub(super) struct ConfirmForm {
+pub(super) struct ConfirmRosterForm {
     digest: String,
     #[serde(default)]
     invite: String,
@@ -122,9 +122,9 @@ pub(super) struct ConfirmForm {
 pub(super) async fn confirm(
     State(state): State<AppState>,
     Administrator(person): Administrator,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
-    CsrfForm(form): CsrfForm<ConfirmForm>,
+    CsrfForm(form): CsrfForm<ConfirmRosterForm>,
 ) -> Result<Response, PageError> {
     match roster_import::confirm(&state, &person, id, (&form.digest, form.invite == "yes")).await? {
         Some(difference) => {
@@ -132,8 +132,8 @@ pub(super) async fn confirm(
             Ok(Redirect::to(&format!("/people?added={added}&changed={changed}")).into_response())
         }
         None => {
-            let shell = Shell::new(&person, csrf.token(), Place::People);
-            let page = preview(&state, shell, (person.school_id, id), LinesQuery::default()).await?;
+            let shell = Shell::new(&person, csrf.token(), NavPlace::People);
+            let page = preview(&state, shell, person.school_id, id, RosterLinesQuery::default()).await?;
             Ok((StatusCode::CONFLICT, RosterPreviewPage { stale: true, ..page }).into_response())
         }
     }

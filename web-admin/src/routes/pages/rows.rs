@@ -1,29 +1,29 @@
 //! From stored attempts to rows of a list.
 
-use pages::Status;
+use pages::StatusWord;
 use pages::metric;
-use pages::trainee::AttemptRow;
+use pages::trainee::OwnAttemptRow;
 use store::reports::ListedAttempt;
 use store::sessions::SessionState;
 
 /// Rows for a list of one trainee's attempts.
-pub(super) fn own(attempts: Vec<ListedAttempt>) -> Vec<AttemptRow> {
-    attempts.into_iter().map(|attempt| AttemptRow { trainee: None, ..row(attempt) }).collect()
+pub(super) fn own(attempts: Vec<ListedAttempt>) -> Vec<OwnAttemptRow> {
+    attempts.into_iter().map(|attempt| OwnAttemptRow { trainee: None, ..row(attempt) }).collect()
 }
 
 /// Rows for a list that mixes trainees.
-pub(super) fn mixed(attempts: Vec<ListedAttempt>) -> Vec<AttemptRow> {
+pub(super) fn mixed(attempts: Vec<ListedAttempt>) -> Vec<OwnAttemptRow> {
     attempts.into_iter().map(row).collect()
 }
 
-fn row(attempt: ListedAttempt) -> AttemptRow {
+fn row(attempt: ListedAttempt) -> OwnAttemptRow {
     let status = match (attempt.state, attempt.passed) {
-        (SessionState::Pending, _) => Status::Waiting,
-        (SessionState::Refused, _) => Status::Refused,
-        (SessionState::Scored, Some(true)) => Status::Passed,
-        (SessionState::Scored, _) => Status::Failed,
+        (SessionState::Pending, _) => StatusWord::Waiting,
+        (SessionState::Refused, _) => StatusWord::Refused,
+        (SessionState::Scored, Some(true)) => StatusWord::Passed,
+        (SessionState::Scored, _) => StatusWord::Failed,
     };
-    AttemptRow {
+    OwnAttemptRow {
         href: format!("/sessions/{}", attempt.id),
         at: attempt.started_at.to_utc(),
         status,

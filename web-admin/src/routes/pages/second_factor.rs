@@ -1,8 +1,6 @@
 //! `/account/second-factor`: one's own second factor. An administrator resets a colleague's, and says of whom the school asks
 //! for one.
 
-use std::net::IpAddr;
-
 use axum::extract::State;
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Redirect, Response};
@@ -10,12 +8,12 @@ use axum::routing::{get, post};
 use serde::Deserialize;
 use tower_sessions::Session;
 
-use super::{Id, passkeys};
+use super::{PathId, passkeys};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
 use crate::routes::auth::{
-    Administrator, Asked, ClientAddress, Csrf, CsrfForm, NoFields, Shown, Visitor, start_session,
+    Administrator, Browser, Csrf, CsrfForm, FactorQuestion, NoFields, ShownFactor, Visitor, start_session,
 };
 use acts::accounts;
 use acts::error::Error;
@@ -26,7 +24,7 @@ use pages::proving::FactorRefused;
 use pages::proving::ProofAsked;
 use pages::qr;
 use pages::second_factor::{FactorState, RecoveryCodesPage, SecondFactorPage};
-use pages::{Place, Shell};
+use pages::{NavPlace, Shell};
 use store::audit::Actor;
 use store::passkeys as stored;
 use store::second_factors::{self, PersonKey};
@@ -50,16 +48,16 @@ pub(super) fn router() -> Routes {
 async fn show(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    (session, csrf): (Session, Csrf),
+    browser: Browser,
 ) -> Result<SecondFactorPage, PageError> {
-    Ok(page(&state, (&person, &session), &csrf).await?)
+    Ok(page(&state, &person, &browser).await?)
 }
 
 /// The page as it stands now; it asks the passkeys in this session.
 pub(super) async fn page(
     state: &AppState,
-    (person, session): (&CurrentPerson, &Session),
-    csrf: &Csrf,
+    person: &CurrentPerson,
+    browser: &Browser,
 ) -> Result<SecondFactorPage, Error> {
     let (reader, key) = (state.db.reader(), PersonKey::from(person));
     let factor = match second_factors::find(reader, key).await? {
@@ -69,13 +67,13 @@ pub(super) async fn page(
             None => offered(state, person).await?,
         },
     };
-    let proof = proof_asked(state, (person, session)).await?;
+    let proof = proof_asked(state, person, &browser.session).await?;
     let codes_left = if proof.on { Some(second_factors::recovery_codes_left(reader, key).await?) } else { None };
     let asked = is_asked(state, person).await?;
     let owed = asked && !proof.on;
-    let place = if owed { Place::Enrolment } else { Place::Account };
+    let place = if owed { NavPlace::Enrolment } else { NavPlace::Account };
     Ok(SecondFactorPage {
-        shell: Shell::new(person, csrf.token(), place),
+        shell: Shell::new(person, browser.csrf.token(), place),
         factor,
         passkeys: stored::of_person(reader, key).await?.into_iter().map(passkeys::row).collect(),
         codes_left,
@@ -97,31 +95,42 @@ pub(super) async fn is_asked(state: &AppState, person: &CurrentPerson) -> Result
 /// What somebody is asked for before they change a second factor; their passkeys are asked in this session.
 pub(super) async fn proof_asked(
     state: &AppState,
-    (person, session): (&CurrentPerson, &Session),
+    person: &CurrentPerson,
+    session: &Session,
 ) -> Result<ProofAsked, Error> {
     let (reader, key) = (state.db.reader(), PersonKey::from(person));
     let app = second_factors::find(reader, key).await?.is_some_and(|factor| factor.confirmed_at.is_some());
-    let question = Asked { state, session, key }.question().await?;
+    let question = FactorQuestion { state, session, key }.question().await?;
     Ok(ProofAsked { on: second_factors::is_on(reader, key).await?, app, question })
+}
+
+/// What somebody proves by that they may change a second factor.
+#[derive(Clone, Copy)]
+pub(super) struct FactorCredentials<'a> {
+    /// The password that was typed.
+    pub password: &'a str,
+    /// The second factor that was shown.
+    pub shown: &'a ShownFactor,
 }
 
 /// Whether somebody may change a second factor: who knows the password, and has one of those that are on. Not whoever finds an
 /// open browser.
 pub(super) async fn allow(
     state: &AppState,
-    (person, session): (&CurrentPerson, &Session),
-    (password, shown): (&str, &Shown),
-    from: IpAddr,
+    person: &CurrentPerson,
+    browser: &Browser,
+    credentials: FactorCredentials<'_>,
 ) -> Result<Result<(), FactorRefused>, Error> {
     state.logins.take_own(person.id)?;
-    if !accounts::is_own_password(state, person, password).await? {
+    if !accounts::is_own_password(state, person, credentials.password).await? {
         return Ok(Err(FactorRefused::Password));
     }
     let key = PersonKey::from(person);
     if !second_factors::is_on(state.db.reader(), key).await? {
         return Ok(Ok(()));
     }
-    Ok(Asked { state, session, key }.prove(shown, from).await?.map(drop))
+    let asked = FactorQuestion { state, session: &browser.session, key };
+    Ok(asked.prove(credentials.shown, browser.from).await?.map(drop))
 }
 
 /// What is offered; nothing where its seal does not open any more.
@@ -143,31 +152,36 @@ async fn address(state: &AppState, person: &CurrentPerson) -> Result<Option<Stri
 /// The page once more, saying why nothing was changed.
 pub(super) async fn again(
     state: &AppState,
-    who: (&CurrentPerson, &Session),
-    csrf: &Csrf,
+    person: &CurrentPerson,
+    browser: &Browser,
     why: FactorRefused,
 ) -> Result<Response, PageError> {
-    let page = SecondFactorPage { refused: Some(why), ..page(state, who, csrf).await? };
+    let page = SecondFactorPage { refused: Some(why), ..page(state, person, browser).await? };
     Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
 }
 
 #[derive(Deserialize)]
-struct ChangeForm {
+struct FactorChangeForm {
     password: String,
     #[serde(flatten)]
-    shown: Shown,
+    shown: ShownFactor,
+}
+
+impl FactorChangeForm {
+    fn credentials(&self) -> FactorCredentials<'_> {
+        FactorCredentials { password: &self.password, shown: &self.shown }
+    }
 }
 
 /// Offers a secret to whoever may change a second factor.
 async fn begin(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    (session, csrf): (Session, Csrf),
-    ClientAddress(from): ClientAddress,
-    CsrfForm(form): CsrfForm<ChangeForm>,
+    browser: Browser,
+    CsrfForm(form): CsrfForm<FactorChangeForm>,
 ) -> Result<Response, PageError> {
-    if let Err(refused) = allow(&state, (&person, &session), (&form.password, &form.shown), from).await? {
-        return again(&state, (&person, &session), &csrf, refused).await;
+    if let Err(refused) = allow(&state, &person, &browser, form.credentials()).await? {
+        return again(&state, &person, &browser, refused).await;
     }
     second_factor::offer(&state, &person).await?;
     Ok(Redirect::to(PAGE).into_response())
@@ -188,14 +202,13 @@ struct CodeForm {
 async fn confirm(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    (session, csrf): (Session, Csrf),
-    ClientAddress(from): ClientAddress,
+    browser: Browser,
     CsrfForm(form): CsrfForm<CodeForm>,
 ) -> Result<Response, PageError> {
-    let typed = Typed { code: &form.code, from };
+    let typed = Typed { code: &form.code, from: browser.from };
     match second_factor::confirm(&state, &person, typed).await? {
-        Some(made) => Ok(enrolled(&state, &person, &session, made).await?),
-        None => again(&state, (&person, &session), &csrf, FactorRefused::Code).await,
+        Some(made) => Ok(enrolled(&state, &person, &browser.session, made).await?),
+        None => again(&state, &person, &browser, FactorRefused::Code).await,
     }
 }
 
@@ -208,10 +221,10 @@ pub(super) async fn enrolled(
     made: Enrolled,
 ) -> Result<Response, Error> {
     let known = people::by_id(state.db.reader(), person.id).await?.ok_or(Error::NotFound)?;
-    start_session(session, (known.id, known.credential_version), state.clock.now()).await?;
+    start_session(session, known.id, known.credential_version, state.clock.now()).await?;
     let Enrolled::First(codes) = made else { return Ok(Redirect::to(PAGE).into_response()) };
     let csrf = Csrf::of_session(session).await?;
-    let shell = Shell::new(person, csrf.token(), Place::Account);
+    let shell = Shell::new(person, csrf.token(), NavPlace::Account);
     Ok(RecoveryCodesPage { shell, codes, first: true }.into_response())
 }
 
@@ -225,17 +238,16 @@ async fn with_factor(state: &AppState, person: &CurrentPerson) -> Result<PersonK
 async fn remake_codes(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    (session, csrf): (Session, Csrf),
-    ClientAddress(from): ClientAddress,
-    CsrfForm(shown): CsrfForm<Shown>,
+    browser: Browser,
+    CsrfForm(shown): CsrfForm<ShownFactor>,
 ) -> Result<Response, PageError> {
     let key = with_factor(&state, &person).await?;
-    let proved = Asked { state: &state, session: &session, key }.prove(&shown, from).await?;
+    let proved = FactorQuestion { state: &state, session: &browser.session, key }.prove(&shown, browser.from).await?;
     if let Err(refused) = proved {
-        return again(&state, (&person, &session), &csrf, refused).await;
+        return again(&state, &person, &browser, refused).await;
     }
     let codes = second_factor::remake_codes(&state, &person).await?;
-    let shell = Shell::new(&person, csrf.token(), Place::Account);
+    let shell = Shell::new(&person, browser.csrf.token(), NavPlace::Account);
     Ok(RecoveryCodesPage { shell, codes, first: false }.into_response())
 }
 
@@ -243,13 +255,12 @@ async fn remake_codes(
 async fn turn_off(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    (session, csrf): (Session, Csrf),
-    ClientAddress(from): ClientAddress,
-    CsrfForm(form): CsrfForm<ChangeForm>,
+    browser: Browser,
+    CsrfForm(form): CsrfForm<FactorChangeForm>,
 ) -> Result<Response, PageError> {
     with_factor(&state, &person).await?;
-    if let Err(refused) = allow(&state, (&person, &session), (&form.password, &form.shown), from).await? {
-        return again(&state, (&person, &session), &csrf, refused).await;
+    if let Err(refused) = allow(&state, &person, &browser, form.credentials()).await? {
+        return again(&state, &person, &browser, refused).await;
     }
     if !second_factor::turn_off(&state, &person).await? {
         return Err(second_factor::nothing_on().into());
@@ -261,7 +272,7 @@ async fn turn_off(
 async fn reset(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    Id(id): Id,
+    PathId(id): PathId,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
     let person = directory::find(state.db.reader(), visitor.school_id, id).await?.ok_or(Error::NotFound)?;
@@ -277,7 +288,7 @@ async fn reset(
 }
 
 #[derive(Deserialize)]
-struct RuleForm {
+struct FactorRuleForm {
     rule: String,
 }
 
@@ -285,7 +296,7 @@ struct RuleForm {
 async fn set_rule(
     State(state): State<AppState>,
     Administrator(person): Administrator,
-    CsrfForm(form): CsrfForm<RuleForm>,
+    CsrfForm(form): CsrfForm<FactorRuleForm>,
 ) -> Result<Redirect, PageError> {
     let rule = FactorRule::of_word(&form.rule).ok_or_else(|| {
         let allowed = FactorRule::ALL.map(FactorRule::word).join(", ");

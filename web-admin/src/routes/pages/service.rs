@@ -8,7 +8,7 @@ use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Administrator, Csrf};
 use pages::service::{ActRow, ServicePage};
-use pages::{Place, Shell};
+use pages::{NavPlace, Shell};
 use store::service::{self, Act};
 use store::{reports, stations};
 
@@ -17,7 +17,7 @@ const PER_PAGE: u32 = 50;
 
 /// Where to go on.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
-pub(super) struct Before {
+pub(super) struct BeforeQuery {
     /// Acts before this place in the log.
     before: Option<i64>,
 }
@@ -26,7 +26,7 @@ pub(super) async fn show(
     State(state): State<AppState>,
     Administrator(person): Administrator,
     csrf: Csrf,
-    Query(query): Query<Before>,
+    Query(query): Query<BeforeQuery>,
 ) -> Result<ServicePage, PageError> {
     let reader = state.db.reader();
     let counts = admin::counts(&state, person.school_id).await?;
@@ -37,7 +37,7 @@ pub(super) async fn show(
     let full = acts.len() >= usize::try_from(PER_PAGE).unwrap_or(usize::MAX);
     let last = acts.last().filter(|_| full).map(|act| act.seq);
     Ok(ServicePage {
-        shell: Shell::new(&person, csrf.token(), Place::Administration),
+        shell: Shell::new(&person, csrf.token(), NavPlace::Administration),
         version: env!("CARGO_PKG_VERSION"),
         database_bytes: service::database_bytes(reader).await?,
         counts: vec![

@@ -3,16 +3,16 @@
 use axum::extract::State;
 use documents::ExerciseBundle;
 
-use super::{Id, published, surveys};
+use super::{PathId, published, surveys};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, Visitor};
 use acts::error::Error;
 use model::{CurrentPerson, Uncounted};
 use pages::addresses::exercise_href;
-use pages::judgement::{Graded, Judgement};
-use pages::session::{Drawing, Outcome, Ruling, SessionPage, Verification};
-use pages::{Place, Shell, format};
+use pages::judgement::{GradedAttempt, JudgementView};
+use pages::session::{Drawing, Ruling, SessionOutcome, SessionPage, VerificationResult};
+use pages::{NavPlace, Shell, format};
 use store::scores::{self, SessionKey};
 use store::sessions::{self, Session, SessionState};
 use store::{exercises, grades, reports, stations, supervisions};
@@ -20,7 +20,7 @@ use store::{exercises, grades, reports, stations, supervisions};
 pub(super) async fn show(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
 ) -> Result<SessionPage, PageError> {
     let reader = state.db.reader();
@@ -34,7 +34,7 @@ pub(super) async fn show(
     let title = bundle.as_ref().map(|b| b.exercise.title.clone()).or(taught.as_ref().map(|t| t.title.clone()));
     let curve = scores::curve(reader, key).await?;
     Ok(SessionPage {
-        shell: Shell::new(&person, csrf.token(), Place::Elsewhere),
+        shell: Shell::new(&person, csrf.token(), NavPlace::Elsewhere),
         exercise: title.unwrap_or_else(|| session.exercise_id.clone()),
         exercise_href: taught.map(|t| exercise_href(&t.exercise_id)),
         trainee: trainee(&state, &person, &session).await?,
@@ -72,17 +72,21 @@ pub(super) async fn trainee(
     Ok(trainee.map(|t| (t.name, format!("/trainees/{}", t.id))))
 }
 
-async fn outcome(state: &AppState, session: &Session, bundle: Option<&ExerciseBundle>) -> Result<Outcome, Error> {
+async fn outcome(
+    state: &AppState,
+    session: &Session,
+    bundle: Option<&ExerciseBundle>,
+) -> Result<SessionOutcome, Error> {
     let reader = state.db.reader();
     let key = SessionKey { school_id: session.school_id, id: session.id };
     let Some(score) = scores::newest(reader, key).await? else {
         return Ok(match session.state {
-            SessionState::Refused => Outcome::Refused(session.refusal.clone().unwrap_or_default()),
-            SessionState::Pending | SessionState::Scored => Outcome::Waiting,
+            SessionState::Refused => SessionOutcome::Refused(session.refusal.clone().unwrap_or_default()),
+            SessionState::Pending | SessionState::Scored => SessionOutcome::Waiting,
         });
     };
     let metrics = scores::metrics(reader, key).await?;
-    let graded = Graded {
+    let graded = GradedAttempt {
         score: score.score,
         passed: score.passed,
         deductions: &score.deductions,
@@ -90,7 +94,7 @@ async fn outcome(state: &AppState, session: &Session, bundle: Option<&ExerciseBu
         metrics: &metrics,
         exercise: bundle.map(|b| &b.exercise),
     };
-    Ok(Outcome::Scored(Box::new(Judgement::new(&graded))))
+    Ok(SessionOutcome::Scored(Box::new(JudgementView::new(&graded))))
 }
 
 /// The override that counts, if one does.
@@ -124,11 +128,11 @@ async fn signed_by(state: &AppState, session: &Session) -> Result<Option<String>
     }
 }
 
-fn verification(session: &Session) -> Verification {
+fn verification(session: &Session) -> VerificationResult {
     match (session.verify_flagged, session.verify_deviation_n) {
-        (None, _) => Verification::Waiting,
-        (Some(false), _) => Verification::Same,
-        (Some(true), deviation) => Verification::Differs {
+        (None, _) => VerificationResult::Waiting,
+        (Some(false), _) => VerificationResult::Same,
+        (Some(true), deviation) => VerificationResult::Differs {
             deviation_n: deviation.unwrap_or(f64::INFINITY),
             events: session.verify_event_differences.unwrap_or(0),
         },

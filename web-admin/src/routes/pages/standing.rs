@@ -13,7 +13,7 @@ use store::reports::{self, ExerciseInShort, Named};
 use store::{practice, proofs, schools};
 
 /// A course with what its pages tell.
-pub(super) struct Taught {
+pub(super) struct TaughtCourse {
     /// Id in its document.
     pub id: String,
     /// Title.
@@ -28,7 +28,7 @@ pub(super) struct Taught {
     pub difficulties: Vec<u8>,
 }
 
-impl Taught {
+impl TaughtCourse {
     /// What the views need; with the trainee's page where they are for one trainee.
     pub fn facts<'a>(&'a self, trainee: Option<&'a str>) -> CourseFacts<'a> {
         CourseFacts { trainee, id: &self.id, title: &self.title, course: &self.course, pass_marks: &self.pass_marks }
@@ -36,7 +36,7 @@ impl Taught {
 }
 
 /// The courses of a school.
-pub(super) async fn courses(state: &AppState, school: Uuid) -> Result<Vec<Taught>, Error> {
+pub(super) async fn courses(state: &AppState, school: Uuid) -> Result<Vec<TaughtCourse>, Error> {
     let reader = state.db.reader();
     let exercises = reports::exercises(reader, school).await?;
     let mut courses = Vec::new();
@@ -47,17 +47,17 @@ pub(super) async fn courses(state: &AppState, school: Uuid) -> Result<Vec<Taught
     Ok(courses)
 }
 
-fn taught(curriculum: Curriculum, course: Course, exercises: &[ExerciseInShort]) -> Taught {
+fn taught(curriculum: Curriculum, course: Course, exercises: &[ExerciseInShort]) -> TaughtCourse {
     let Curriculum { curriculum_id: id, title, description, .. } = curriculum;
     let known = |id: &str| exercises.iter().find(|e| e.exercise_id == id);
     let of_each = || course.steps.iter().map(|step| known(&step.exercise));
     let pass_marks = of_each().map(|e| e.map_or(0.0, |e| e.pass_mark)).collect();
     let difficulties = of_each().map(|e| e.map_or(1, |e| e.difficulty)).collect();
-    Taught { id, title, description, course, pass_marks, difficulties }
+    TaughtCourse { id, title, description, course, pass_marks, difficulties }
 }
 
 /// A trainee's progress in every course, the one tried last first, each with the course's index.
-pub(super) fn progress(courses: &[Taught], attempts: &[Attempt], state: &AppState) -> Vec<(usize, Progress)> {
+pub(super) fn progress(courses: &[TaughtCourse], attempts: &[Attempt], state: &AppState) -> Vec<(usize, Progress)> {
     let now = state.clock.now().to_utc();
     let mut progress: Vec<(usize, Progress)> =
         courses.iter().enumerate().map(|(i, taught)| (i, Progress::of(&taught.course, attempts, now))).collect();
@@ -69,7 +69,8 @@ pub(super) fn progress(courses: &[Taught], attempts: &[Attempt], state: &AppStat
 pub(super) async fn proved(
     state: &AppState,
     school: Uuid,
-    (trainee, attempts): (Uuid, &[Attempt]),
+    trainee: Uuid,
+    attempts: &[Attempt],
 ) -> Result<(Needed, Vec<Attempt>), Error> {
     let needed = schools::certificate_needs(state.db.reader(), school).await?;
     let enough = proofs::enough(state.db.reader(), school, (trainee, needed)).await?;
@@ -92,11 +93,11 @@ impl CohortStanding {
     }
 
     /// The rows of those whose progress in the course that they are on is wanted.
-    pub fn rows(&self, courses: &[Taught], wanted: impl Fn(&Progress) -> bool) -> Vec<TraineeRow> {
+    pub fn rows(&self, courses: &[TaughtCourse], wanted: impl Fn(&Progress) -> bool) -> Vec<TraineeRow> {
         let row = |(trainee, progress): &(Named, Vec<(usize, Progress)>)| {
             let (course, main) = progress.first().filter(|(_, main)| wanted(main))?;
-            let link = (format!("/trainees/{}", trainee.id), trainee.name.clone());
-            Some(TraineeRow::new(link, &courses[*course].facts(None), main))
+            let href = format!("/trainees/{}", trainee.id);
+            Some(TraineeRow::new(href, trainee.name.clone(), &courses[*course].facts(None), main))
         };
         self.0.iter().filter_map(row).collect()
     }
@@ -107,7 +108,7 @@ pub(super) async fn cohort(
     state: &AppState,
     school: Uuid,
     cohort: Uuid,
-    courses: &[Taught],
+    courses: &[TaughtCourse],
 ) -> Result<CohortStanding, Error> {
     let reader = state.db.reader();
     let trainees = reports::members(reader, school, cohort, Role::Trainee).await?;

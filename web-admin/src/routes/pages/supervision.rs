@@ -6,7 +6,7 @@ use axum::response::Redirect;
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::Id;
+use super::PathId;
 use super::review::find_scored;
 use crate::AppState;
 use crate::error::PageError;
@@ -25,7 +25,7 @@ pub(super) struct SupervisionForm {
 pub(super) async fn confirm(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    Id(id): Id,
+    PathId(id): PathId,
     CsrfForm(form): CsrfForm<SupervisionForm>,
 ) -> Result<Redirect, PageError> {
     let session = find_scored(&state, &person, id).await?;

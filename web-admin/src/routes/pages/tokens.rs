@@ -6,7 +6,7 @@ use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
 use serde::Deserialize;
 
-use super::Id;
+use super::PathId;
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
@@ -17,7 +17,7 @@ use acts::tokens;
 use acts::tokens::Wanted;
 use model::CurrentPerson;
 use pages::tokens::{MadeTokenPage, TokenRow, TokensPage};
-use pages::{Place, Shell};
+use pages::{NavPlace, Shell};
 use store::tokens as stored;
 
 /// What is chosen until something else is, in days.
@@ -43,7 +43,7 @@ async fn page(state: &AppState, person: &CurrentPerson, csrf: &Csrf) -> Result<T
     };
     let tokens = stored::of_person(state.db.reader(), person.into()).await?;
     Ok(TokensPage {
-        shell: Shell::new(person, csrf.token(), Place::Account),
+        shell: Shell::new(person, csrf.token(), NavPlace::Account),
         rows: tokens.into_iter().map(row).collect(),
         name: String::new(),
         days: DEFAULT_DAYS,
@@ -73,7 +73,7 @@ async fn make(
     };
     match made {
         Ok(made) => {
-            let shell = Shell::new(&person, csrf.token(), Place::Account);
+            let shell = Shell::new(&person, csrf.token(), NavPlace::Account);
             let expires = made.expires_at.to_utc();
             Ok(MadeTokenPage { shell, name: made.name, token: made.token, expires }.into_response())
         }
@@ -89,7 +89,7 @@ async fn make(
 async fn revoke(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    Id(id): Id,
+    PathId(id): PathId,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
     match tokens::revoke(&state, &person, id).await? {

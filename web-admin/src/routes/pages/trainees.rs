@@ -4,8 +4,9 @@ use assessment::Deduction;
 use axum::extract::{Query, State};
 use serde::Deserialize;
 
-use super::standing::{self, Taught};
-use super::{Id, rows};
+use super::standing;
+use super::standing::TaughtCourse;
+use super::{PathId, rows};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
@@ -15,10 +16,10 @@ use acts::stations;
 use model::assignment::Standing;
 use model::progress::{Habits, Progress};
 use model::{CurrentPerson, Moment, Role};
-use pages::assignments::Row;
+use pages::assignments::AssignmentRow;
 use pages::progress::HabitsView;
-use pages::trainee::{CourseView, Pages, SignInCodePage, TraineePage, needed_in_words};
-use pages::{Place, Shell};
+use pages::trainee::{CourseView, PageNumbers, SignInCodePage, TraineePage, needed_in_words};
+use pages::{NavPlace, Shell};
 use store::reports::{self, ListedAttempt, Named, Stretch};
 use store::{cohorts, practice, sign_in_codes};
 
@@ -31,7 +32,7 @@ const PER_PAGE: u32 = 25;
 
 /// Which page of the list.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
-pub(super) struct PageQuery {
+pub(super) struct TraineePageQuery {
     /// From 1.
     page: Option<u32>,
 }
@@ -39,13 +40,13 @@ pub(super) struct PageQuery {
 pub(super) async fn show(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
-    Query(query): Query<PageQuery>,
+    Query(query): Query<TraineePageQuery>,
 ) -> Result<TraineePage, PageError> {
     let trainee = reports::trainee(state.db.reader(), &person, id).await?.ok_or(Error::NotFound)?;
-    let shell = Shell::new(&person, csrf.token(), Place::Elsewhere);
-    Ok(page(&state, shell, &person, (trainee, query)).await?)
+    let shell = Shell::new(&person, csrf.token(), NavPlace::Elsewhere);
+    Ok(page(&state, shell, &person, trainee, query).await?)
 }
 
 /// The page of a trainee whom the visitor may see.
@@ -53,17 +54,18 @@ pub(super) async fn page(
     state: &AppState,
     shell: Shell,
     visitor: &CurrentPerson,
-    (trainee, query): (Named, PageQuery),
+    trainee: Named,
+    query: TraineePageQuery,
 ) -> Result<TraineePage, Error> {
     let (reader, school) = (state.db.reader(), visitor.school_id);
     let courses = standing::courses(state, school).await?;
     let attempts = practice::of_trainee(reader, school, trainee.id).await?;
     let progress = standing::progress(&courses, &attempts, state);
     let href = format!("/trainees/{}", trainee.id);
-    let (needed, proved) = standing::proved(state, school, (trainee.id, &attempts)).await?;
+    let (needed, proved) = standing::proved(state, school, trainee.id, &attempts).await?;
     let now = state.clock.now().to_utc();
     let view = |(i, progress)| {
-        let taught: &Taught = &courses[i];
+        let taught: &TaughtCourse = &courses[i];
         let view = CourseView::new(&taught.facts(Some(&href)), &progress, i);
         match view.complete && !Progress::of(&taught.course, &proved, now).complete() {
             true => CourseView { certificate: None, unproved: Some(needed_in_words(needed)), ..view },
@@ -83,7 +85,7 @@ pub(super) async fn page(
     let due = if own { teaching::standings(state, school, visitor.id).await? } else { Vec::new() };
     Ok(TraineePage {
         shell,
-        due: due.into_iter().filter(Standing::is_open).take(SHOWN_DUE).map(Row::own).collect(),
+        due: due.into_iter().filter(Standing::is_open).take(SHOWN_DUE).map(AssignmentRow::own).collect(),
         requests,
         habits: habits(&latest),
         name: trainee.name,
@@ -113,13 +115,13 @@ pub(super) async fn make_sign_in_code(
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<SignInCodePage, PageError> {
     let code = stations::make_sign_in_code(&state, &person).await?;
-    Ok(SignInCodePage { shell: Shell::new(&person, csrf.token(), Place::Home), code })
+    Ok(SignInCodePage { shell: Shell::new(&person, csrf.token(), NavPlace::Home), code })
 }
 
 /// A page beyond the last is the last.
-fn pages(entries: u32, query: PageQuery) -> Pages {
+fn pages(entries: u32, query: TraineePageQuery) -> PageNumbers {
     let last = entries.div_ceil(PER_PAGE).max(1);
-    Pages { page: query.page.unwrap_or(1).clamp(1, last), last, entries }
+    PageNumbers { page: query.page.unwrap_or(1).clamp(1, last), last, entries }
 }
 
 #[cfg(test)]
@@ -128,9 +130,9 @@ mod tests {
 
     #[test]
     fn a_page_lies_between_the_first_and_the_last() {
-        let page = |entries, page| pages(entries, PageQuery { page }).page;
+        let page = |entries, page| pages(entries, TraineePageQuery { page }).page;
         assert_eq!([page(60, None), page(60, Some(0)), page(60, Some(2)), page(60, Some(99))], [1, 1, 2, 3]);
-        assert_eq!(pages(0, PageQuery::default()), Pages { page: 1, last: 1, entries: 0 });
-        assert_eq!(pages(25, PageQuery::default()).last, 1);
+        assert_eq!(pages(0, TraineePageQuery::default()), PageNumbers { page: 1, last: 1, entries: 0 });
+        assert_eq!(pages(25, TraineePageQuery::default()).last, 1);
     }
 }

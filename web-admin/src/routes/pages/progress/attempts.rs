@@ -11,7 +11,8 @@ use uuid::Uuid;
 
 use crate::AppState;
 use crate::error::PageError;
-use crate::export::{self, Cell};
+use crate::export;
+use crate::export::CsvCell;
 use acts::error::Error;
 use model::AttemptPlace;
 use pages::format;
@@ -72,7 +73,7 @@ async fn some(
     state: &AppState,
     school: Uuid,
     after: Option<AttemptPlace>,
-) -> anyhow::Result<Option<(Vec<Vec<Cell>>, Option<AttemptPlace>)>> {
+) -> anyhow::Result<Option<(Vec<Vec<CsvCell>>, Option<AttemptPlace>)>> {
     let Some(after) = after else { return Ok(None) };
     let found = reports::records_after(state.db.reader(), school, after, AT_ONCE).await?;
     let last = found.last().filter(|_| found.len() == AT_ONCE as usize);
@@ -80,36 +81,35 @@ async fn some(
     Ok(Some((found.into_iter().map(cells).collect(), next)))
 }
 
-fn cells(record: AttemptRecord) -> Vec<Cell> {
+fn cells(record: AttemptRecord) -> Vec<CsvCell> {
     let listed = &record.listed;
     vec![
-        Cell::from(listed.id.to_string()),
-        Cell::from(format::machine_time(listed.started_at.to_utc())),
-        Cell::from(format::machine_time(record.received_at.to_utc())),
-        Cell::from(listed.trainee.as_str()),
-        Cell::from(record.trainee_id.to_string()),
-        Cell::from(record.pseudonym),
-        Cell::from(listed.exercise.as_str()),
-        Cell::from(record.exercise_id),
-        Cell::from(record.exercise_sha256),
-        Cell::from(listed.state.word()),
-        listed.refusal.as_deref().map_or(Cell::Empty, Cell::from),
-        Cell::from(listed.flagged),
-        Cell::from(listed.score),
-        listed.passed.map_or(Cell::Empty, Cell::from),
-        Cell::from(listed.computed.or(listed.score)),
-        listed
-            .hard_fails
-            .as_ref()
-            .map_or(Cell::Empty, |fails| Cell::from(fails.iter().map(failure_in_words).collect::<Vec<_>>().join("; "))),
-        Cell::Number(record.duration_s),
-        Cell::from(record.complete),
-        Cell::from(record.device),
-        Cell::from(record.simulator_version),
-        listed.uncounted.map_or(Cell::Empty, |why| Cell::from(why.word())),
-        record.claimed_started_at.map_or(Cell::Empty, |at| Cell::from(format::machine_time(at.to_utc()))),
-        Cell::from(record.proof.signed),
-        Cell::from(record.proof.resimulated),
-        Cell::from(record.proof.supervised),
+        CsvCell::from(listed.id.to_string()),
+        CsvCell::from(format::machine_time(listed.started_at.to_utc())),
+        CsvCell::from(format::machine_time(record.received_at.to_utc())),
+        CsvCell::from(listed.trainee.as_str()),
+        CsvCell::from(record.trainee_id.to_string()),
+        CsvCell::from(record.pseudonym),
+        CsvCell::from(listed.exercise.as_str()),
+        CsvCell::from(record.exercise_id),
+        CsvCell::from(record.exercise_sha256),
+        CsvCell::from(listed.state.word()),
+        listed.refusal.as_deref().map_or(CsvCell::Empty, CsvCell::from),
+        CsvCell::from(listed.flagged),
+        CsvCell::from(listed.score),
+        listed.passed.map_or(CsvCell::Empty, CsvCell::from),
+        CsvCell::from(listed.computed.or(listed.score)),
+        listed.hard_fails.as_ref().map_or(CsvCell::Empty, |fails| {
+            CsvCell::from(fails.iter().map(failure_in_words).collect::<Vec<_>>().join("; "))
+        }),
+        CsvCell::Number(record.duration_s),
+        CsvCell::from(record.complete),
+        CsvCell::from(record.device),
+        CsvCell::from(record.simulator_version),
+        listed.uncounted.map_or(CsvCell::Empty, |why| CsvCell::from(why.word())),
+        record.claimed_started_at.map_or(CsvCell::Empty, |at| CsvCell::from(format::machine_time(at.to_utc()))),
+        CsvCell::from(record.proof.signed),
+        CsvCell::from(record.proof.resimulated),
+        CsvCell::from(record.proof.supervised),
     ]
 }

@@ -38,7 +38,7 @@ pub(super) async fn issue(
     let trainee = reports::trainee(state.db.reader(), &person, id).await?.ok_or(Error::NotFound)?;
     let taught = curricula::taught(state.db.reader(), person.school_id).await?;
     let curriculum = taught.into_iter().find(|c| c.curriculum_id == course).ok_or(Error::NotFound)?;
-    let earned = earned(&state, &person, (&trainee, &curriculum)).await?;
+    let earned = earned(&state, &person, &trainee, &curriculum).await?;
     let certificate = sign_statement(&certificates::signing_key(&state.config.data_dir)?, &earned.statement)?;
     let theirs = people::language(state.db.reader(), (person.school_id, trainee.id)).await?;
     let language = theirs.unwrap_or_else(words::current);
@@ -79,12 +79,13 @@ impl Earned {
 async fn earned(
     state: &AppState,
     person: &CurrentPerson,
-    (trainee, curriculum): (&Named, &Curriculum),
+    trainee: &Named,
+    curriculum: &Curriculum,
 ) -> Result<Earned, Error> {
     let (reader, school) = (state.db.reader(), person.school_id);
     let course = curricula::course(reader, school, curriculum).await?;
     let attempts = practice::of_trainee(reader, school, trainee.id).await?;
-    let (needed, proved) = standing::proved(state, school, (trainee.id, &attempts)).await?;
+    let (needed, proved) = standing::proved(state, school, trainee.id, &attempts).await?;
     let now = state.clock.now();
     let progress = Progress::of(&course, &proved, now.to_utc());
     if !progress.complete() {

@@ -14,15 +14,17 @@ use super::metrics::scored_row;
 use super::trainee_cells;
 use crate::AppState;
 use crate::error::PageError;
-use crate::export::{self, Cell};
+use crate::export;
+use crate::export::CsvCell;
 use crate::routes::auth::{Csrf, Visitor};
-use crate::routes::pages::standing::{self, Taught};
-use crate::routes::pages::{Id, cohorts};
+use crate::routes::pages::standing;
+use crate::routes::pages::standing::TaughtCourse;
+use crate::routes::pages::{PathId, cohorts};
 use acts::error::Error;
 use model::progress::{Attempt, Progress};
 use model::{CurrentPerson, Role};
 use pages::progress::{CohortProgressPage, CourseHeat, Hardness, HeatRow, ScoredRow, Worry, heat_cell};
-use pages::{Place, Shell};
+use pages::{NavPlace, Shell};
 use store::practice;
 use store::reports::{self, Named};
 
@@ -32,14 +34,14 @@ const DAYS: i64 = 28;
 const LEAST_ATTEMPTS: usize = 5;
 
 /// What both the page and its file are made of.
-struct Found {
+struct CohortProgress {
     cohort: Named,
-    courses: Vec<Taught>,
+    courses: Vec<TaughtCourse>,
     trainees: Vec<(Named, Vec<Attempt>)>,
 }
 
 /// A cohort that the visitor may see, with everything its trainees have practised.
-async fn find(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Found, Error> {
+async fn find(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<CohortProgress, Error> {
     let (reader, school) = (state.db.reader(), person.school_id);
     let cohort = reports::cohort(reader, person, id).await?.ok_or(Error::NotFound)?;
     let mut practised = practice::of_cohort(reader, school, id).await?;
@@ -49,20 +51,20 @@ async fn find(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Foun
         (trainee, attempts)
     };
     let trainees = members.into_iter().map(with_attempts).collect();
-    Ok(Found { cohort, courses: standing::courses(state, school).await?, trainees })
+    Ok(CohortProgress { cohort, courses: standing::courses(state, school).await?, trainees })
 }
 
 /// A trainee's progress in one course.
-type Judged<'a> = (&'a Named, Progress);
+type JudgedTrainee<'a> = (&'a Named, Progress);
 
-impl Found {
-    fn judged(&self, state: &AppState, taught: &Taught) -> Vec<Judged<'_>> {
+impl CohortProgress {
+    fn judged(&self, state: &AppState, taught: &TaughtCourse) -> Vec<JudgedTrainee<'_>> {
         let now = state.clock.now().to_utc();
         self.trainees.iter().map(|(trainee, attempts)| (trainee, Progress::of(&taught.course, attempts, now))).collect()
     }
 
     /// Courses that somebody has begun.
-    fn begun(&self, state: &AppState) -> Vec<(&Taught, Vec<Judged<'_>>)> {
+    fn begun(&self, state: &AppState) -> Vec<(&TaughtCourse, Vec<JudgedTrainee<'_>>)> {
         let judged = self.courses.iter().map(|taught| (taught, self.judged(state, taught)));
         judged.filter(|(_, judged)| judged.iter().any(|(_, p)| p.attempts() > 0)).collect()
     }
@@ -75,7 +77,7 @@ fn curve_href(trainee: &Named, exercise: &str) -> String {
 pub(super) async fn show(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
     Query(query): Query<DayQuery>,
 ) -> Result<CohortProgressPage, PageError> {
@@ -84,7 +86,7 @@ pub(super) async fn show(
     let begun = found.begun(&state);
     let today = state.clock.now().to_utc().date();
     Ok(CohortProgressPage {
-        shell: Shell::new(&person, csrf.token(), Place::Cohorts),
+        shell: Shell::new(&person, csrf.token(), NavPlace::Cohorts),
         cohort: (found.cohort.name.clone(), cohorts::href(&found.cohort)),
         courses: begun.iter().map(|(taught, judged)| heat(&found.cohort, taught, judged)).collect(),
         worries: begun.iter().flat_map(|(taught, judged)| worries(taught, judged)).collect(),
@@ -101,7 +103,7 @@ pub(super) struct DayQuery {
 }
 
 /// The attempts of a day in order of time.
-fn attempts_on(found: &Found, date: Date) -> Vec<ScoredRow> {
+fn attempts_on(found: &CohortProgress, date: Date) -> Vec<ScoredRow> {
     let steps = || found.courses.iter().flat_map(|taught| &taught.course.steps);
     let title = |id: &str| steps().find(|step| step.exercise == id).map_or_else(|| id.to_owned(), |s| s.title.clone());
     let all = found.trainees.iter().flat_map(|(trainee, attempts)| attempts.iter().map(move |a| (trainee, a)));
@@ -111,8 +113,8 @@ fn attempts_on(found: &Found, date: Date) -> Vec<ScoredRow> {
     rows
 }
 
-fn heat(cohort: &Named, taught: &Taught, judged: &[Judged<'_>]) -> CourseHeat {
-    let row = |(trainee, progress): &Judged<'_>| {
+fn heat(cohort: &Named, taught: &TaughtCourse, judged: &[JudgedTrainee<'_>]) -> CourseHeat {
+    let row = |(trainee, progress): &JudgedTrainee<'_>| {
         let cells = taught.course.steps.iter().zip(&progress.steps).zip(&taught.pass_marks);
         HeatRow {
             name: trainee.name.clone(),
@@ -131,7 +133,7 @@ fn heat(cohort: &Named, taught: &Taught, judged: &[Judged<'_>]) -> CourseHeat {
     CourseHeat { title: taught.title.clone(), exercises, rows: judged.iter().map(row).collect() }
 }
 
-fn hardness(cohort: &Named, taught: &Taught, judged: &[Judged<'_>], index: usize) -> Hardness {
+fn hardness(cohort: &Named, taught: &TaughtCourse, judged: &[JudgedTrainee<'_>], index: usize) -> Hardness {
     let of = &taught.course.steps[index];
     let steps = || judged.iter().map(|(_, progress)| &progress.steps[index]);
     let (passes, attempts) = steps().fold((0, 0), |(p, a), step| (p + step.passes(), a + step.attempts.len()));
@@ -146,7 +148,7 @@ fn hardness(cohort: &Named, taught: &Taught, judged: &[Judged<'_>], index: usize
 }
 
 /// What calls for a look, each with the page it is made of.
-fn worries(taught: &Taught, judged: &[Judged<'_>]) -> Vec<Worry> {
+fn worries(taught: &TaughtCourse, judged: &[JudgedTrainee<'_>]) -> Vec<Worry> {
     let mut worries = Vec::new();
     for (trainee, progress) in judged {
         for concern in &progress.concerns {
@@ -163,7 +165,7 @@ fn worries(taught: &Taught, judged: &[Judged<'_>]) -> Vec<Worry> {
 }
 
 /// Attempts passed and failed on each of the last days.
-fn days(found: &Found, today: Date) -> Vec<(Date, usize, usize)> {
+fn days(found: &CohortProgress, today: Date) -> Vec<(Date, usize, usize)> {
     let mut counts: BTreeMap<Date, (usize, usize)> = BTreeMap::new();
     for attempt in found.trainees.iter().flat_map(|(_, attempts)| attempts) {
         let count = counts.entry(attempt.at.date()).or_default();
@@ -180,7 +182,7 @@ fn days(found: &Found, today: Date) -> Vec<(Date, usize, usize)> {
 pub(super) async fn export(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    Id(id): Id,
+    PathId(id): PathId,
 ) -> Result<Response, PageError> {
     let found = find(&state, &person, id).await?;
     let pseudonyms = reports::pseudonyms(state.db.reader(), person.school_id, id).await?;
@@ -189,7 +191,7 @@ pub(super) async fn export(
         for (trainee, progress) in &judged {
             let identity = trainee_cells(trainee.id, &pseudonyms);
             let steps = 0..progress.steps.len();
-            rows.extend(steps.map(|index| [cells(taught, (trainee, progress), index), identity.clone()].concat()));
+            rows.extend(steps.map(|index| [cells(taught, trainee, progress, index), identity.clone()].concat()));
         }
     }
     let names = [
@@ -208,19 +210,19 @@ pub(super) async fn export(
     Ok(export::download(&format!("progress-{}", found.cohort.name), &names, &rows)?)
 }
 
-fn cells(taught: &Taught, (trainee, progress): (&Named, &Progress), index: usize) -> Vec<Cell> {
+fn cells(taught: &TaughtCourse, trainee: &Named, progress: &Progress, index: usize) -> Vec<CsvCell> {
     let (of, step) = (&taught.course.steps[index], &progress.steps[index]);
     let cell = heat_cell(String::new(), step, taught.pass_marks.get(index).copied().unwrap_or(0.0));
     let last_at = step.attempts.last().map(|a| pages::format::machine_time(a.at));
     vec![
-        Cell::from(trainee.name.clone()),
-        Cell::from(taught.title.clone()),
-        Cell::from(of.title.clone()),
-        Cell::from(super::trainee::status(&step.state).word()),
-        Cell::Number(cell.attempts as f64),
-        Cell::Number(cell.passes as f64),
-        Cell::from(cell.best),
-        Cell::from(cell.mean),
-        last_at.map_or(Cell::Empty, Cell::Text),
+        CsvCell::from(trainee.name.clone()),
+        CsvCell::from(taught.title.clone()),
+        CsvCell::from(of.title.clone()),
+        CsvCell::from(super::trainee::status(&step.state).word()),
+        CsvCell::Number(cell.attempts as f64),
+        CsvCell::Number(cell.passes as f64),
+        CsvCell::from(cell.best),
+        CsvCell::from(cell.mean),
+        last_at.map_or(CsvCell::Empty, CsvCell::Text),
     ]
 }

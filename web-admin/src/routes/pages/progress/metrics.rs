@@ -9,21 +9,22 @@ use uuid::Uuid;
 use super::trainee_cells;
 use crate::AppState;
 use crate::error::PageError;
-use crate::export::{self, Cell};
+use crate::export;
+use crate::export::CsvCell;
 use crate::routes::auth::{Csrf, Visitor};
 use crate::routes::pages::{cohorts, standing};
 use acts::error::Error;
 use model::progress::Attempt;
 use model::{CurrentPerson, Role};
 use pages::addresses::exercise_href;
-use pages::progress::{MetricRow, MetricsPage, ScoredRow};
-use pages::{Place, Shell, format, metric};
+use pages::progress::{MetricSpreadRow, MetricsPage, ScoredRow};
+use pages::{NavPlace, Shell, format, metric};
 use store::practice;
 use store::reports::{self, Named};
 use store::scores::{self, FoundMetric, MetricOfMany};
 
 /// What both the page and its file are made of.
-struct Found {
+struct CohortMetrics {
     cohort: Named,
     /// Title of the exercise.
     title: String,
@@ -32,7 +33,7 @@ struct Found {
     metrics: Vec<MetricOfMany>,
 }
 
-async fn find(state: &AppState, person: &CurrentPerson, (id, exercise): (&str, &str)) -> Result<Found, Error> {
+async fn find(state: &AppState, person: &CurrentPerson, id: &str, exercise: &str) -> Result<CohortMetrics, Error> {
     let id: Uuid = id.parse().map_err(|_| Error::NotFound)?;
     let (reader, school) = (state.db.reader(), person.school_id);
     let cohort = reports::cohort(reader, person, id).await?.ok_or(Error::NotFound)?;
@@ -45,7 +46,7 @@ async fn find(state: &AppState, person: &CurrentPerson, (id, exercise): (&str, &
     let latest: Vec<_> = members.into_iter().filter_map(last).map(|(attempt, trainee)| (trainee, attempt)).collect();
     let sessions: Vec<Uuid> = latest.iter().map(|(_, attempt)| attempt.session).collect();
     let metrics = scores::metrics_of_many(reader, school, &sessions).await?;
-    Ok(Found { cohort, title, latest, metrics })
+    Ok(CohortMetrics { cohort, title, latest, metrics })
 }
 
 pub(super) async fn show(
@@ -54,10 +55,10 @@ pub(super) async fn show(
     Path((id, exercise)): Path<(String, String)>,
     csrf: Csrf,
 ) -> Result<MetricsPage, PageError> {
-    let Found { cohort, title, latest, metrics } = find(&state, &person, (&id, &exercise)).await?;
+    let CohortMetrics { cohort, title, latest, metrics } = find(&state, &person, &id, &exercise).await?;
     let scores: Vec<f64> = latest.iter().map(|(_, attempt)| attempt.score).collect();
     Ok(MetricsPage {
-        shell: Shell::new(&person, csrf.token(), Place::Cohorts),
+        shell: Shell::new(&person, csrf.token(), NavPlace::Cohorts),
         cohort: (cohort.name.clone(), cohorts::href(&cohort)),
         scores: summary(&scores).ok(),
         metrics: metrics.iter().filter(|metric| is_newest(metric, &metrics)).filter_map(distribution).collect(),
@@ -72,10 +73,10 @@ fn is_newest(metric: &MetricOfMany, all: &[MetricOfMany]) -> bool {
 }
 
 /// A metric that applies to somebody.
-fn distribution(metric: &MetricOfMany) -> Option<MetricRow> {
+fn distribution(metric: &MetricOfMany) -> Option<MetricSpreadRow> {
     let values: Vec<f64> = metric.found.iter().filter_map(FoundMetric::value).collect();
     let five = summary(&values).ok()?;
-    Some(MetricRow { label: metric::label_of(&metric.id, &metric.label), unit: metric.unit.clone(), five })
+    Some(MetricSpreadRow { label: metric::label_of(&metric.id, &metric.label), unit: metric.unit.clone(), five })
 }
 
 pub(super) fn scored_row(trainee: &Named, attempt: &Attempt, exercise: &str) -> ScoredRow {
@@ -110,29 +111,29 @@ pub(super) async fn export(
     Visitor(person): Visitor,
     Path((id, exercise)): Path<(String, String)>,
 ) -> Result<Response, PageError> {
-    let Found { cohort, latest, metrics, .. } = find(&state, &person, (&id, &exercise)).await?;
+    let CohortMetrics { cohort, latest, metrics, .. } = find(&state, &person, &id, &exercise).await?;
     let pseudonyms = reports::pseudonyms(state.db.reader(), person.school_id, cohort.id).await?;
-    let rows = latest.into_iter().enumerate().map(move |(place, of)| {
+    let rows = latest.into_iter().enumerate().map(move |(place, (trainee, attempt))| {
         let own = |metric: &MetricOfMany| {
             let found = metric.found.iter().find(|found| found.0 == place)?;
-            Some([cells(&of, metric, found), trainee_cells(of.0.id, &pseudonyms)].concat())
+            Some([cells(&trainee, &attempt, metric, found), trainee_cells(trainee.id, &pseudonyms)].concat())
         };
         Ok(metrics.iter().filter_map(own).collect())
     });
     Ok(export::stream(&format!("metrics-{exercise}"), &NAMES, stream::iter(rows))?)
 }
 
-fn cells((trainee, attempt): &(Named, Attempt), metric: &MetricOfMany, found: &FoundMetric) -> Vec<Cell> {
+fn cells(trainee: &Named, attempt: &Attempt, metric: &MetricOfMany, found: &FoundMetric) -> Vec<CsvCell> {
     vec![
-        Cell::from(trainee.name.clone()),
-        Cell::from(attempt.session.to_string()),
-        Cell::from(format::machine_time(attempt.at)),
-        Cell::Number(attempt.score),
-        Cell::from(attempt.passed),
-        Cell::from(metric.id.clone()),
-        Cell::Number(f64::from(metric.version)),
-        Cell::from(found.value()),
-        Cell::from(metric.unit.clone()),
-        found.absent().map_or(Cell::Empty, |absent| Cell::from(absent.words())),
+        CsvCell::from(trainee.name.clone()),
+        CsvCell::from(attempt.session.to_string()),
+        CsvCell::from(format::machine_time(attempt.at)),
+        CsvCell::Number(attempt.score),
+        CsvCell::from(attempt.passed),
+        CsvCell::from(metric.id.clone()),
+        CsvCell::Number(f64::from(metric.version)),
+        CsvCell::from(found.value()),
+        CsvCell::from(metric.unit.clone()),
+        found.absent().map_or(CsvCell::Empty, |absent| CsvCell::from(absent.words())),
     ]
 }

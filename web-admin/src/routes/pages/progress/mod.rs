@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use axum::routing::{get, post};
 use uuid::Uuid;
 
-use crate::export::Cell;
+use crate::export::CsvCell;
 use crate::routes::Routes;
 
 /// Their addresses.
@@ -31,7 +31,7 @@ pub(super) fn router() -> Routes {
 }
 
 /// The columns `trainee_id` and `pseudonym`: two people may have one name.
-pub(super) fn trainee_cells(id: Uuid, pseudonyms: &BTreeMap<Uuid, String>) -> Vec<Cell> {
-    let pseudonym = pseudonyms.get(&id).map_or(Cell::Empty, |known| Cell::from(known.as_str()));
-    vec![Cell::from(id.to_string()), pseudonym]
+pub(super) fn trainee_cells(id: Uuid, pseudonyms: &BTreeMap<Uuid, String>) -> Vec<CsvCell> {
+    let pseudonym = pseudonyms.get(&id).map_or(CsvCell::Empty, |known| CsvCell::from(known.as_str()));
+    vec![CsvCell::from(id.to_string()), pseudonym]
 }

@@ -7,11 +7,12 @@ use serde::Deserialize;
 
 use crate::AppState;
 use crate::error::PageError;
-use crate::export::{self, Cell};
+use crate::export;
+use crate::export::CsvCell;
 use crate::routes::auth::{Administrator, Csrf};
 use crate::routes::pages::in_query;
 use pages::progress::{MonthRow, SchoolProgressPage, YearRow};
-use pages::{Place, Shell, charts};
+use pages::{NavPlace, Shell, charts};
 use store::tallies::{self, Sums, YearOfCohort};
 
 /// Cohorts on one page.
@@ -63,13 +64,13 @@ pub(super) async fn show(
     cohorts.truncate(PER_PAGE as usize);
     let next = cohorts.last().filter(|_| more);
     Ok(SchoolProgressPage {
-        shell: Shell::new(&person, csrf.token(), Place::Administration),
+        shell: Shell::new(&person, csrf.token(), NavPlace::Administration),
         year,
         years,
         later: !query.after.is_empty(),
         next: next.map(|last| format!("/progress?year={year}&after={}", in_query(&last.cohort))),
         cohorts: cohorts.into_iter().map(year_row).collect(),
-        months: months.into_iter().rev().map(month_row).collect(),
+        months: months.into_iter().rev().map(|(month, sums)| month_row(month, sums)).collect(),
     })
 }
 
@@ -83,7 +84,7 @@ fn year_row(year: YearOfCohort) -> YearRow {
     }
 }
 
-fn month_row((month, sums): (i64, Sums)) -> MonthRow {
+fn month_row(month: i64, sums: Sums) -> MonthRow {
     let passed = passed(&sums);
     MonthRow {
         month: format!("{:04}-{:02}", month.div_euclid(12), month.rem_euclid(12) + 1),
@@ -102,19 +103,19 @@ pub(super) async fn export(
     let (reader, school) = (state.db.reader(), person.school_id);
     let year = query.chosen(&years(&tallies::by_month(reader, school).await?));
     let cohorts = tallies::in_year(reader, school, year, ("", u32::MAX)).await?;
-    let rows: Vec<Vec<Cell>> = cohorts.into_iter().map(year_row).map(|row| cells(year, row)).collect();
+    let rows: Vec<Vec<CsvCell>> = cohorts.into_iter().map(year_row).map(|row| cells(year, row)).collect();
     let names = ["year", "cohort", "attempts", "share_passed", "share_low_95", "share_high_95", "mean_score"];
     Ok(export::download(&format!("progress-{year}"), &names, &rows)?)
 }
 
-fn cells(year: i64, row: YearRow) -> Vec<Cell> {
+fn cells(year: i64, row: YearRow) -> Vec<CsvCell> {
     vec![
-        Cell::Number(year as f64),
-        Cell::from(row.cohort),
-        Cell::Number(row.attempts as f64),
-        Cell::from(row.passed.map(|p| p.value)),
-        Cell::from(row.passed.map(|p| p.low)),
-        Cell::from(row.passed.map(|p| p.high)),
-        Cell::from(row.mean),
+        CsvCell::Number(year as f64),
+        CsvCell::from(row.cohort),
+        CsvCell::Number(row.attempts as f64),
+        CsvCell::from(row.passed.map(|p| p.value)),
+        CsvCell::from(row.passed.map(|p| p.low)),
+        CsvCell::from(row.passed.map(|p| p.high)),
+        CsvCell::from(row.mean),
     ]
 }

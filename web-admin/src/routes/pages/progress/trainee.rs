@@ -7,9 +7,11 @@ use uuid::Uuid;
 
 use crate::AppState;
 use crate::error::PageError;
-use crate::export::{self, Cell};
+use crate::export;
+use crate::export::CsvCell;
 use crate::routes::auth::{Csrf, Visitor};
-use crate::routes::pages::standing::{self, Taught};
+use crate::routes::pages::standing;
+use crate::routes::pages::standing::TaughtCourse;
 use crate::routes::pages::trainees;
 use acts::error::Error;
 use model::progress::{Attempt, CurveRule, Mastery, Progress, StepProgress, StepState};
@@ -17,7 +19,7 @@ use model::{CurrentPerson, Role};
 use pages::addresses::exercise_href;
 use pages::progress::{Comparison, CurveFacts, CurveRow, LearningPage};
 use pages::trainee::{rule_in_words, score_points};
-use pages::{Place, Shell, Status, charts};
+use pages::{NavPlace, Shell, StatusWord, charts};
 use store::reports::{self, Named, Stretch};
 use store::{cohorts, practice};
 
@@ -27,31 +29,31 @@ const RECENT: Stretch = Stretch { limit: 20, offset: 0 };
 const MORE_OTHERS_THAN: usize = 5;
 
 /// What both the page and its file are made of.
-struct Found {
+struct TraineeStep {
     trainee: Named,
-    taught: Taught,
+    taught: TaughtCourse,
     index: usize,
     /// With the curve of the course's rule, or else of an example.
     step: StepProgress,
 }
 
-async fn find(state: &AppState, person: &CurrentPerson, (id, exercise): (&str, &str)) -> Result<Found, Error> {
+async fn find(state: &AppState, person: &CurrentPerson, id: &str, exercise: &str) -> Result<TraineeStep, Error> {
     let id: Uuid = id.parse().map_err(|_| Error::NotFound)?;
     let (reader, school) = (state.db.reader(), person.school_id);
     let trainee = reports::trainee(reader, person, id).await?.ok_or(Error::NotFound)?;
     let courses = standing::courses(state, school).await?;
-    let place = |taught: &Taught| taught.course.steps.iter().position(|step| step.exercise == exercise);
+    let place = |taught: &TaughtCourse| taught.course.steps.iter().position(|step| step.exercise == exercise);
     let found = courses.into_iter().find_map(|taught| place(&taught).map(|index| (taught, index)));
     let (taught, index) = found.ok_or(Error::NotFound)?;
     let attempts = practice::of_trainee(reader, school, id).await?;
     let mut progress = Progress::of(&taught.course, &attempts, state.clock.now().to_utc());
     let mut step = progress.steps.swap_remove(index);
     step.curve = step.curve.take().or_else(|| CurveRule::example().map(|rule| rule.over(&step.passed())));
-    Ok(Found { trainee, taught, index, step })
+    Ok(TraineeStep { trainee, taught, index, step })
 }
 
 /// The learning curve that an exercise is drawn by, and whether it decides.
-fn curve_rule(taught: &Taught) -> Option<(CurveRule, bool)> {
+fn curve_rule(taught: &TaughtCourse) -> Option<(CurveRule, bool)> {
     match taught.course.rule {
         Mastery::Curve(rule) => Some((rule, true)),
         Mastery::Passes { .. } => CurveRule::example().map(|rule| (rule, false)),
@@ -64,14 +66,14 @@ pub(super) async fn show(
     Path((id, exercise)): Path<(String, String)>,
     csrf: Csrf,
 ) -> Result<LearningPage, PageError> {
-    let found = find(&state, &person, (&id, &exercise)).await?;
+    let found = find(&state, &person, &id, &exercise).await?;
     let (school, trainee) = (person.school_id, found.trainee.id);
     let latest = reports::attempts_at(state.db.reader(), school, (trainee, &exercise), RECENT).await?;
     let comparison = comparison(&state, school, &found).await?;
-    let Found { trainee, taught, index, step } = found;
+    let TraineeStep { trainee, taught, index, step } = found;
     let step_of = &taught.course.steps[index];
     Ok(LearningPage {
-        shell: Shell::new(&person, csrf.token(), Place::Elsewhere),
+        shell: Shell::new(&person, csrf.token(), NavPlace::Elsewhere),
         own: person.id == trainee.id,
         trainee: (trainee.name, format!("/trainees/{}", trainee.id)),
         exercise: (step_of.title.clone(), exercise_href(&step_of.exercise)),
@@ -80,9 +82,10 @@ pub(super) async fn show(
         scores: charts::scores(
             &score_points(&step.attempts),
             taught.pass_marks.get(index).copied().unwrap_or(0.0),
-            ("own", &step_of.title),
+            "own",
+            &step_of.title,
         ),
-        curve: curve_rule(&taught).and_then(|rule| CurveFacts::new(&step, rule, &step_of.title)),
+        curve: curve_rule(&taught).and_then(|(rule, decides)| CurveFacts::new(&step, rule, decides, &step_of.title)),
         mixed: step.mixes_revisions(),
         passed: wilson(step.passes(), step.attempts.len()).ok(),
         habits: trainees::habits(&latest),
@@ -92,17 +95,17 @@ pub(super) async fn show(
 }
 
 /// How a step stands, whatever has to come before it.
-pub(super) fn status(state: &StepState) -> Status {
+pub(super) fn status(state: &StepState) -> StatusWord {
     match state {
-        StepState::Mastered { .. } => Status::Mastered,
-        StepState::Regressing { .. } => Status::Regressing,
-        StepState::Open { .. } => Status::Open,
-        StepState::Locked { .. } => Status::Locked,
+        StepState::Mastered { .. } => StatusWord::Mastered,
+        StepState::Regressing { .. } => StatusWord::Regressing,
+        StepState::Open { .. } => StatusWord::Open,
+        StepState::Locked { .. } => StatusWord::Locked,
     }
 }
 
 /// The best scores of the others in the trainee's first cohort.
-async fn comparison(state: &AppState, school: Uuid, found: &Found) -> Result<Option<Comparison>, Error> {
+async fn comparison(state: &AppState, school: Uuid, found: &TraineeStep) -> Result<Option<Comparison>, Error> {
     let reader = state.db.reader();
     let Some(own) = found.step.best() else { return Ok(None) };
     let joined = cohorts::of_person(reader, school, found.trainee.id, Role::Trainee).await?;
@@ -122,13 +125,13 @@ pub(super) async fn export(
     Visitor(person): Visitor,
     Path((id, exercise)): Path<(String, String)>,
 ) -> Result<Response, PageError> {
-    let found = find(&state, &person, (&id, &exercise)).await?;
-    let rows: Vec<Vec<Cell>> = CurveRow::all(&found.step).into_iter().rev().map(|row| cells(&found, &row)).collect();
+    let found = find(&state, &person, &id, &exercise).await?;
+    let rows: Vec<Vec<CsvCell>> = CurveRow::all(&found.step).into_iter().rev().map(|row| cells(&found, &row)).collect();
     let names = ["number", "session", "started_at", "exercise", "score", "passed", "curve", "curve_sum", "standing"];
     Ok(export::download(&format!("attempts-{exercise}"), &names, &rows)?)
 }
 
-fn cells(found: &Found, row: &CurveRow) -> Vec<Cell> {
+fn cells(found: &TraineeStep, row: &CurveRow) -> Vec<CsvCell> {
     let at = row.number - 1;
     let attempt = &found.step.attempts[at];
     let point = found.step.curve.as_ref().and_then(|curve| curve.points.get(at));
@@ -138,14 +141,14 @@ fn cells(found: &Found, row: &CurveRow) -> Vec<Cell> {
         assessment::learning::Standing::Regressing => "regressing",
     });
     vec![
-        Cell::Number(row.number as f64),
-        Cell::from(attempt.session.to_string()),
-        Cell::from(pages::format::machine_time(row.at)),
-        Cell::from(&*attempt.exercise),
-        Cell::Number(row.score),
-        Cell::from(row.passed),
-        Cell::from(point.map_or("", |p| if p.learning { "lc-cusum" } else { "cusum" })),
-        Cell::from(row.value),
-        Cell::from(standing.unwrap_or_default()),
+        CsvCell::Number(row.number as f64),
+        CsvCell::from(attempt.session.to_string()),
+        CsvCell::from(pages::format::machine_time(row.at)),
+        CsvCell::from(&*attempt.exercise),
+        CsvCell::Number(row.score),
+        CsvCell::from(row.passed),
+        CsvCell::from(point.map_or("", |p| if p.learning { "lc-cusum" } else { "cusum" })),
+        CsvCell::from(row.value),
+        CsvCell::from(standing.unwrap_or_default()),
     ]
 }

@@ -8,14 +8,14 @@ use uuid::Uuid;
 
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, Teacher};
+use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visit};
 use acts::error::Error;
 use acts::ratings;
 use acts::surveys;
 use model::{CurrentPerson, line};
-use pages::people::Choice;
+use pages::people::SelectOption;
 use pages::rating::{AttemptChoice, NewRoundPage};
-use pages::{Place, Shell};
+use pages::{NavPlace, Shell};
 use store::ratings::{self as stored, Candidate, NewRound, Rater};
 use store::{assignments, grades, instruments, reviews, sessions};
 
@@ -24,7 +24,7 @@ const MOST_RATERS: usize = 20;
 const MOST_ATTEMPTS: usize = 100;
 
 #[derive(Deserialize)]
-pub(super) struct NewQuery {
+pub(super) struct NewRoundQuery {
     /// The assignment whose attempts are offered; empty for the review queue.
     #[serde(default)]
     assignment: String,
@@ -34,10 +34,10 @@ pub(super) async fn show(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     csrf: Csrf,
-    Query(from): Query<NewQuery>,
+    Query(from): Query<NewRoundQuery>,
 ) -> Result<NewRoundPage, PageError> {
-    let form = NewForm(vec![("assignment".to_owned(), from.assignment)]);
-    let mut page = page(&state, (&person, &csrf), (&form, None)).await?;
+    let form = NewRoundForm(vec![("assignment".to_owned(), from.assignment)]);
+    let mut page = page(&state, Visit::new(&person, &csrf), &form, None).await?;
     // What was assigned is rated whole, unless somebody takes an attempt away.
     for attempt in &mut page.attempts {
         attempt.chosen = !page.assignment.is_empty();
@@ -48,9 +48,9 @@ pub(super) async fn show(
 /// The form as it was sent; raters and attempts come several times.
 #[derive(Deserialize)]
 #[serde(transparent)]
-pub(super) struct NewForm(Vec<(String, String)>);
+pub(super) struct NewRoundForm(Vec<(String, String)>);
 
-impl NewForm {
+impl NewRoundForm {
     fn field(&self, name: &str) -> &str {
         self.0.iter().find(|(key, _)| key == name).map_or("", |(_, value)| value.trim())
     }
@@ -65,7 +65,7 @@ impl NewForm {
 }
 
 /// The attempts that are offered: those at an assignment that the visitor manages, or those of their review queue.
-async fn offered(state: &AppState, person: &CurrentPerson, form: &NewForm) -> Result<Vec<Candidate>, Error> {
+async fn offered(state: &AppState, person: &CurrentPerson, form: &NewRoundForm) -> Result<Vec<Candidate>, Error> {
     let reader = state.db.reader();
     if form.field("assignment").is_empty() {
         let waiting = reviews::queue(reader, person).await?;
@@ -87,15 +87,16 @@ async fn offered(state: &AppState, person: &CurrentPerson, form: &NewForm) -> Re
 
 async fn page(
     state: &AppState,
-    (person, csrf): (&CurrentPerson, &Csrf),
-    (form, refused): (&NewForm, Option<String>),
+    Visit { person, csrf }: Visit<'_>,
+    form: &NewRoundForm,
+    refused: Option<String>,
 ) -> Result<NewRoundPage, Error> {
     let reader = state.db.reader();
     let is = |name: &str, value: &str| form.chosen(name).contains(&value);
     let raters = stored::raters(reader, person.school_id).await?;
     let rater = |rater: Rater| {
         let value = rater.id.to_string();
-        Choice { chosen: is("rater", &value), value, label: rater.name }
+        SelectOption { chosen: is("rater", &value), value, label: rater.name }
     };
     let attempt = |attempt: Candidate| AttemptChoice {
         chosen: is("attempt", &attempt.id.to_string()),
@@ -105,7 +106,7 @@ async fn page(
         started_at: attempt.started_at.to_utc(),
     };
     Ok(NewRoundPage {
-        shell: Shell::new(person, csrf.token(), Place::Review),
+        shell: Shell::new(person, csrf.token(), NavPlace::Review),
         title: form.field("title").to_owned(),
         instruments: scored_instruments(state, person.school_id, form).await?,
         raters: raters.into_iter().map(rater).collect(),
@@ -116,7 +117,7 @@ async fn page(
 }
 
 /// Instruments that have a score: of the others there is no agreement. The global rating is proposed.
-async fn scored_instruments(state: &AppState, school: Uuid, form: &NewForm) -> Result<Vec<Choice>, Error> {
+async fn scored_instruments(state: &AppState, school: Uuid, form: &NewRoundForm) -> Result<Vec<SelectOption>, Error> {
     const PROPOSED: &str = "global-rating-puncture";
     let wanted = match form.field("instrument") {
         "" => PROPOSED,
@@ -126,7 +127,7 @@ async fn scored_instruments(state: &AppState, school: Uuid, form: &NewForm) -> R
     for known in instruments::all_current(state.db.reader(), school).await? {
         if !surveys::read(&known.bytes)?.scores.is_empty() {
             let chosen = known.instrument_id == wanted;
-            choices.push(Choice { value: known.instrument_id, label: known.title, chosen });
+            choices.push(SelectOption { value: known.instrument_id, label: known.title, chosen });
         }
     }
     Ok(choices)
@@ -136,7 +137,7 @@ pub(super) async fn make(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     csrf: Csrf,
-    CsrfForm(form): CsrfForm<NewForm>,
+    CsrfForm(form): CsrfForm<NewRoundForm>,
 ) -> Result<Response, PageError> {
     match wanted(&state, &person, &form).await {
         Ok(new) => {
@@ -144,7 +145,7 @@ pub(super) async fn make(
             Ok(Redirect::to(&super::href(id)).into_response())
         }
         Err(Error::Unprocessable(why)) => {
-            let page = page(&state, (&person, &csrf), (&form, Some(why))).await?;
+            let page = page(&state, Visit::new(&person, &csrf), &form, Some(why)).await?;
             Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
         }
         Err(other) => Err(other.into()),
@@ -152,7 +153,7 @@ pub(super) async fn make(
 }
 
 /// What the form asks for. An attempt or a rater that the visitor may not see is none.
-async fn wanted(state: &AppState, person: &CurrentPerson, form: &NewForm) -> Result<NewRound, Error> {
+async fn wanted(state: &AppState, person: &CurrentPerson, form: &NewRoundForm) -> Result<NewRound, Error> {
     let refused = |why: String| Err(Error::Unprocessable(why));
     let title = line::title(form.field("title")).map_err(Error::Unprocessable)?.to_owned();
     let asked = form.field("instrument");
@@ -164,7 +165,7 @@ async fn wanted(state: &AppState, person: &CurrentPerson, form: &NewForm) -> Res
     Ok(NewRound { revision_id: instrument.id, title, generated: false, sessions, raters })
 }
 
-async fn raters(state: &AppState, person: &CurrentPerson, form: &NewForm) -> Result<Vec<Uuid>, Error> {
+async fn raters(state: &AppState, person: &CurrentPerson, form: &NewRoundForm) -> Result<Vec<Uuid>, Error> {
     let known = stored::raters(state.db.reader(), person.school_id).await?;
     let chosen = form.chosen("rater");
     if !(2..=MOST_RATERS).contains(&chosen.len()) {
@@ -183,7 +184,7 @@ async fn raters(state: &AppState, person: &CurrentPerson, form: &NewForm) -> Res
 async fn attempts(
     state: &AppState,
     person: &CurrentPerson,
-    form: &NewForm,
+    form: &NewRoundForm,
     raters: &[Uuid],
 ) -> Result<Vec<Uuid>, Error> {
     let chosen = form.chosen("attempt");

@@ -7,10 +7,11 @@ use axum::routing::{get, post};
 use documents::Instrument;
 use uuid::Uuid;
 
-use super::Id;
+use super::PathId;
 use crate::AppState;
 use crate::error::PageError;
-use crate::export::{self, Cell as Column};
+use crate::export;
+use crate::export::CsvCell as Column;
 use crate::routes::Routes;
 use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher};
 use acts::error::Error;
@@ -18,8 +19,8 @@ use acts::ratings;
 use acts::surveys;
 use model::rating::{Given, tables};
 use model::{CurrentPerson, Moment, Role};
-use pages::rating::{AttemptRow, OwnRating, RaterRow, RatingsPage, RoundPage, RoundRow, ScoreView};
-use pages::{Place, Shell, format};
+use pages::rating::{OwnRating, RatedAttemptRow, RaterRow, RatingsPage, RoundPage, RoundRow, ScoreView};
+use pages::{NavPlace, Shell, format};
 use store::ratings::{self as stored, Cell, Rating, Round};
 
 mod make;
@@ -47,7 +48,7 @@ async fn list(State(state): State<AppState>, Teacher(person): Teacher, csrf: Csr
         by: round.by,
         generated: round.generated,
     };
-    let shell = Shell::new(&person, csrf.token(), Place::Review);
+    let shell = Shell::new(&person, csrf.token(), NavPlace::Review);
     Ok(RatingsPage { shell, rounds: rounds.into_iter().map(row).collect() })
 }
 
@@ -77,13 +78,13 @@ fn own_ratings(ratings: &[Rating], current: Option<Uuid>) -> Vec<OwnRating> {
 async fn show(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
 ) -> Result<RoundPage, PageError> {
     let round = find(&state, &person, id).await?;
     let owner = owns(&person, &round);
     let cells = stored::cells(state.db.reader(), &person, &round).await?;
-    let table = Table::of(&cells);
+    let table = RatingsTable::of(&cells);
     // Nobody who has yet to rate learns what the others gave; how far they are is for whoever asked.
     let found = if round.own_open == 0 {
         let instrument = instrument(&state, &round).await?;
@@ -94,7 +95,7 @@ async fn show(
     };
     let own = stored::own(state.db.reader(), &person, id).await?;
     Ok(RoundPage {
-        shell: Shell::new(&person, csrf.token(), Place::Review),
+        shell: Shell::new(&person, csrf.token(), NavPlace::Review),
         href: href(id),
         instrument: round.instrument,
         title: round.title,
@@ -113,13 +114,13 @@ async fn instrument(state: &AppState, round: &Round) -> Result<Instrument, Error
 }
 
 /// Ratings by attempt and rater, in the order of the query.
-struct Table<'a> {
+struct RatingsTable<'a> {
     attempts: Vec<Uuid>,
     raters: Vec<Uuid>,
     given: Vec<Given<'a>>,
 }
 
-impl<'a> Table<'a> {
+impl<'a> RatingsTable<'a> {
     fn of(cells: &'a [Cell]) -> Self {
         let mut table = Self { attempts: Vec::new(), raters: Vec::new(), given: Vec::new() };
         for cell in cells {
@@ -148,11 +149,11 @@ impl<'a> Table<'a> {
         self.raters.iter().map(row).collect()
     }
 
-    fn rows(&self, cells: &[Cell], owner: bool) -> Vec<AttemptRow> {
+    fn rows(&self, cells: &[Cell], owner: bool) -> Vec<RatedAttemptRow> {
         let row = |attempt: &Uuid| {
             let cell = cells.iter().find(|cell| cell.session_id == *attempt)?;
             let link = |name: &String| (name.clone(), format!("/sessions/{attempt}/grade"));
-            Some(AttemptRow {
+            Some(RatedAttemptRow {
                 trainee: cell.trainee.as_ref().map(link),
                 exercise: cell.exercise.clone(),
                 started_at: known(owner, cell).then(|| cell.started_at.to_utc()),
@@ -168,7 +169,11 @@ fn known(owner: bool, cell: &Cell) -> bool {
 }
 
 /// A row for each rating, with every answer and score.
-async fn csv(State(state): State<AppState>, Teacher(person): Teacher, Id(id): Id) -> Result<Response, PageError> {
+async fn csv(
+    State(state): State<AppState>,
+    Teacher(person): Teacher,
+    PathId(id): PathId,
+) -> Result<Response, PageError> {
     let round = find(&state, &person, id).await?;
     if round.own_open > 0 {
         let why = tr!("your own ratings come first: what the others gave is shown when you have finished yours");
@@ -184,7 +189,7 @@ async fn csv(State(state): State<AppState>, Teacher(person): Teacher, Id(id): Id
         .chain(scores)
         .chain(["trainee_id", "pseudonym", "rater_id", "may_know"])
         .collect();
-    let (table, owner) = (Table::of(&cells), owns(&person, &round));
+    let (table, owner) = (RatingsTable::of(&cells), owns(&person, &round));
     let place = |cell: &Cell| table.attempts.iter().position(|attempt| *attempt == cell.session_id).unwrap_or(0) + 1;
     let shown = |cell: &Cell| known(owner, cell).then_some(cell.started_at).ok_or_else(|| place(cell));
     let rows: Vec<Vec<Column>> = cells.iter().map(|cell| line(&instrument, cell, shown(cell))).collect();
@@ -222,7 +227,7 @@ fn line(instrument: &Instrument, cell: &Cell, shown: Result<Moment, usize>) -> V
 async fn withdraw(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    Id(id): Id,
+    PathId(id): PathId,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
     let round = find(&state, &person, id).await?;

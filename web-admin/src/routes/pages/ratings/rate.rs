@@ -10,31 +10,31 @@ use serde::Deserialize;
 use super::{href, own_ratings};
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, Teacher};
-use crate::routes::pages::{Id, sessions as attempts};
+use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visit};
+use crate::routes::pages::{PathId, sessions as attempts};
 use acts::error::Error;
 use acts::ratings;
 use acts::ratings::Rated;
 use model::CurrentPerson;
 use pages::rating::RatePage;
 use pages::session::Drawing;
-use pages::survey::form::{Given, Question, Refusals};
-use pages::{Place, Shell};
+use pages::survey::form::{FormQuestion, GivenField, Refusals};
+use pages::{NavPlace, Shell};
 use store::{ratings as stored, scores};
 
 pub(super) async fn show(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
 ) -> Result<RatePage, PageError> {
     let rated = ratings::open(&state, &person, id).await?;
-    Ok(page(&state, (&person, &csrf), &rated, &Refusals::default()).await?)
+    Ok(page(&state, Visit::new(&person, &csrf), &rated, &Refusals::default()).await?)
 }
 
 async fn page(
     state: &AppState,
-    (person, csrf): (&CurrentPerson, &Csrf),
+    Visit { person, csrf }: Visit<'_>,
     rated: &Rated,
     refusals: &Refusals,
 ) -> Result<RatePage, Error> {
@@ -43,7 +43,7 @@ async fn page(
     let own = stored::own(state.db.reader(), person, rated.round.id).await?;
     let finished = rated.rating.finished_at.is_some();
     Ok(RatePage {
-        shell: Shell::new(person, csrf.token(), Place::Review),
+        shell: Shell::new(person, csrf.token(), NavPlace::Review),
         rating: rated.rating.id,
         round: (rated.round.title.clone(), href(rated.round.id)),
         exercise: attempts::title(state, &session).await?,
@@ -54,10 +54,10 @@ async fn page(
     })
 }
 
-fn questions(rated: &Rated, refusals: &Refusals) -> Vec<Question> {
+fn questions(rated: &Rated, refusals: &Refusals) -> Vec<FormQuestion> {
     let question = |(at, item): (usize, &Item)| {
-        let given = Given { answer: rated.rating.answers.0[at].as_ref(), refused: refusals.at(at) };
-        Question::new(&rated.instrument, item, rated.instrument.language_for(words::current().code()), &given)
+        let given = GivenField { answer: rated.rating.answers.0[at].as_ref(), refused: refusals.at(at) };
+        FormQuestion::new(&rated.instrument, item, rated.instrument.language_for(words::current().code()), &given)
     };
     rated.instrument.items.iter().enumerate().map(question).collect()
 }
@@ -76,7 +76,7 @@ impl RateForm {
 pub(super) async fn act(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<RateForm>,
 ) -> Result<Response, PageError> {
@@ -84,7 +84,7 @@ pub(super) async fn act(
     let refused = rated.read(&form.0);
     if !refused.is_empty() {
         let refusals = Refusals::new(&rated.instrument, &form.0, &refused);
-        let page = page(&state, (&person, &csrf), &rated, &refusals).await?;
+        let page = page(&state, Visit::new(&person, &csrf), &rated, &refusals).await?;
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
     }
     match form.field("do") {

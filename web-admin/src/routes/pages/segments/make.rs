@@ -8,13 +8,13 @@ use uuid::Uuid;
 
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, Teacher};
+use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visit};
 use acts::error::Error;
 use acts::segments;
 use model::{CurrentPerson, Moment, due, line};
-use pages::people::Choice;
+use pages::people::SelectOption;
 use pages::segments::{NewTaskPage, attempt_label};
-use pages::{Place, Shell};
+use pages::{NavPlace, Shell};
 use store::reports::{self, ListedAttempt};
 use store::segments::NewTask;
 use store::{schools, scores, sessions};
@@ -23,7 +23,7 @@ use store::{schools, scores, sessions};
 const MOST_TRACES: usize = 20;
 
 #[derive(Deserialize)]
-pub(super) struct NewQuery {
+pub(super) struct NewTaskQuery {
     /// An attempt to begin with.
     session: Option<String>,
 }
@@ -32,18 +32,18 @@ pub(super) async fn show(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     csrf: Csrf,
-    Query(from): Query<NewQuery>,
+    Query(from): Query<NewTaskQuery>,
 ) -> Result<NewTaskPage, PageError> {
-    let form = NewForm(from.session.map(|id| ("attempt".to_owned(), id)).into_iter().collect());
-    Ok(page(&state, (&person, &csrf), (&form, None)).await?)
+    let form = NewTaskForm(from.session.map(|id| ("attempt".to_owned(), id)).into_iter().collect());
+    Ok(page(&state, Visit::new(&person, &csrf), &form, None).await?)
 }
 
 /// The form as it was sent; attempts come several times.
 #[derive(Deserialize)]
 #[serde(transparent)]
-pub(super) struct NewForm(Vec<(String, String)>);
+pub(super) struct NewTaskForm(Vec<(String, String)>);
 
-impl NewForm {
+impl NewTaskForm {
     fn field(&self, name: &str) -> &str {
         self.0.iter().find(|(key, _)| key == name).map_or("", |(_, value)| value.trim())
     }
@@ -61,17 +61,18 @@ impl NewForm {
 
 async fn page(
     state: &AppState,
-    (person, csrf): (&CurrentPerson, &Csrf),
-    (form, refused): (&NewForm, Option<String>),
+    Visit { person, csrf }: Visit<'_>,
+    form: &NewTaskForm,
+    refused: Option<String>,
 ) -> Result<NewTaskPage, Error> {
     let reader = state.db.reader();
     let cohorts = reports::cohorts(reader, person).await?;
     let cohort = |cohort: reports::Named| {
         let value = cohort.id.to_string();
-        Choice { chosen: value == form.field("cohort"), value, label: cohort.name }
+        SelectOption { chosen: value == form.field("cohort"), value, label: cohort.name }
     };
     Ok(NewTaskPage {
-        shell: Shell::new(person, csrf.token(), Place::Assignments),
+        shell: Shell::new(person, csrf.token(), NavPlace::Assignments),
         title: form.field("title").to_owned(),
         due: form.field("due").to_owned(),
         time_zone: schools::time_zone(reader, person.school_id).await?,
@@ -82,16 +83,16 @@ async fn page(
 }
 
 /// The attempt that was asked for, then the latest that the visitor may see and that were scored.
-async fn offered(state: &AppState, person: &CurrentPerson, form: &NewForm) -> Result<Vec<Choice>, Error> {
+async fn offered(state: &AppState, person: &CurrentPerson, form: &NewTaskForm) -> Result<Vec<SelectOption>, Error> {
     let chosen = form.attempts();
     let choice = |listed: ListedAttempt| {
         let value = listed.id.to_string();
         let label = attempt_label(&listed.trainee, &listed.exercise, listed.started_at.to_utc());
-        Choice { chosen: chosen.contains(&value.as_str()), value, label }
+        SelectOption { chosen: chosen.contains(&value.as_str()), value, label }
     };
     let latest = reports::latest_taught(state.db.reader(), person).await?;
     let scored = latest.into_iter().filter(|listed| listed.score.is_some());
-    let mut choices: Vec<Choice> = scored.map(choice).collect();
+    let mut choices: Vec<SelectOption> = scored.map(choice).collect();
     for id in chosen.iter().filter(|id| !choices.iter().any(|choice| choice.value == **id)).copied().collect::<Vec<_>>()
     {
         let Ok(session) = id.parse() else { continue };
@@ -99,7 +100,7 @@ async fn offered(state: &AppState, person: &CurrentPerson, form: &NewForm) -> Re
             let trainee = reports::trainee(state.db.reader(), person, session.trainee_id).await?;
             let name = trainee.map_or_else(String::new, |trainee| trainee.name);
             let label = attempt_label(&name, &session.exercise_id, session.started_at.to_utc());
-            choices.insert(0, Choice { value: id.to_owned(), label, chosen: true });
+            choices.insert(0, SelectOption { value: id.to_owned(), label, chosen: true });
         }
     }
     Ok(choices)
@@ -109,7 +110,7 @@ pub(super) async fn make(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     csrf: Csrf,
-    CsrfForm(form): CsrfForm<NewForm>,
+    CsrfForm(form): CsrfForm<NewTaskForm>,
 ) -> Result<Response, PageError> {
     match wanted(&state, &person, &form).await {
         Ok(new) => {
@@ -117,7 +118,7 @@ pub(super) async fn make(
             Ok(Redirect::to(&format!("/segments/{id}")).into_response())
         }
         Err(Error::Unprocessable(why)) => {
-            let page = page(&state, (&person, &csrf), (&form, Some(why))).await?;
+            let page = page(&state, Visit::new(&person, &csrf), &form, Some(why)).await?;
             Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
         }
         Err(other) => Err(other.into()),
@@ -125,7 +126,7 @@ pub(super) async fn make(
 }
 
 /// What the form asks for. A cohort or an attempt that the visitor may not see is none: 404.
-async fn wanted(state: &AppState, person: &CurrentPerson, form: &NewForm) -> Result<NewTask, Error> {
+async fn wanted(state: &AppState, person: &CurrentPerson, form: &NewTaskForm) -> Result<NewTask, Error> {
     let reader = state.db.reader();
     let title = line::title(form.field("title")).map_err(Error::Unprocessable)?.to_owned();
     let time_zone = schools::time_zone(reader, person.school_id).await?;
@@ -147,7 +148,7 @@ fn due_date(said: &str, time_zone: &str, now: Moment) -> Result<Option<(String, 
     Ok(Some((due.local, due.at)))
 }
 
-async fn attempts(state: &AppState, person: &CurrentPerson, form: &NewForm) -> Result<Vec<Uuid>, Error> {
+async fn attempts(state: &AppState, person: &CurrentPerson, form: &NewTaskForm) -> Result<Vec<Uuid>, Error> {
     let chosen = form.attempts();
     if !(1..=MOST_TRACES).contains(&chosen.len()) {
         return Err(Error::Unprocessable(tr!(

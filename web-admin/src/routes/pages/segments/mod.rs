@@ -5,12 +5,13 @@ use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
 use uuid::Uuid;
 
-use super::Id;
+use super::PathId;
 use super::assignments::ExtensionForm;
 use super::progress::trainee_cells;
 use crate::AppState;
 use crate::error::PageError;
-use crate::export::{self, Cell};
+use crate::export;
+use crate::export::CsvCell;
 use crate::routes::Routes;
 use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher, Visitor};
 use acts::deadlines;
@@ -20,7 +21,7 @@ use model::due::local;
 use model::segments::TraceOutcome;
 use model::{CurrentPerson, Role};
 use pages::segments::{OwnTaskPage, ResultRow, SegmentsPage, TaskPage, TaskRow};
-use pages::{Place, Shell};
+use pages::{NavPlace, Shell};
 use store::reports::{self, Named};
 use store::segments::{self as stored, Task, Trace};
 
@@ -45,7 +46,7 @@ async fn list(State(state): State<AppState>, Visitor(person): Visitor, csrf: Csr
         true => stored::managed(reader, &person, None).await?,
         false => stored::of_trainee(reader, person.school_id, person.id).await?,
     };
-    let shell = Shell::new(&person, csrf.token(), Place::Assignments);
+    let shell = Shell::new(&person, csrf.token(), NavPlace::Assignments);
     Ok(SegmentsPage { shell, tasks: tasks.iter().map(|task| row(&state, task)).collect(), teaches })
 }
 
@@ -87,11 +88,11 @@ async fn own_traces(state: &AppState, person: &CurrentPerson, task: Uuid) -> Res
 async fn show(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
 ) -> Result<Response, PageError> {
     let task = segments::task(&state, &person, id).await?;
-    let shell = Shell::new(&person, csrf.token(), Place::Assignments);
+    let shell = Shell::new(&person, csrf.token(), NavPlace::Assignments);
     if person.role == Role::Trainee {
         let outcomes = segments::outcomes(&state, person.school_id, &task, &[person.id]).await?;
         let traces = own_traces(&state, &person, id).await?;
@@ -127,14 +128,18 @@ async fn results(state: &AppState, person: &CurrentPerson, task: &Task) -> Resul
     Ok(named.map(row).collect())
 }
 
-async fn csv(State(state): State<AppState>, Teacher(person): Teacher, Id(id): Id) -> Result<Response, PageError> {
+async fn csv(
+    State(state): State<AppState>,
+    Teacher(person): Teacher,
+    PathId(id): PathId,
+) -> Result<Response, PageError> {
     let task = segments::task(&state, &person, id).await?;
     let pseudonyms = reports::pseudonyms(state.db.reader(), person.school_id, task.cohort_id).await?;
     let row = |row: ResultRow| {
         let identity = trainee_cells(row.id, &pseudonyms);
         [line(row), identity].concat()
     };
-    let rows: Vec<Vec<Cell>> = results(&state, &person, &task).await?.into_iter().map(row).collect();
+    let rows: Vec<Vec<CsvCell>> = results(&state, &person, &task).await?.into_iter().map(row).collect();
     Ok(export::download(&task.title, &COLUMNS, &rows).map_err(Error::from)?)
 }
 
@@ -154,29 +159,29 @@ const COLUMNS: [&str; 12] = [
     "pseudonym",
 ];
 
-fn line(row: ResultRow) -> Vec<Cell> {
+fn line(row: ResultRow) -> Vec<CsvCell> {
     let ResultRow { name, outcome, .. } = row;
-    let count = |n: usize| Cell::Number(n as f64);
-    let counted = |n: usize| if outcome.sent > 0 { count(n) } else { Cell::Empty };
+    let count = |n: usize| CsvCell::Number(n as f64);
+    let counted = |n: usize| if outcome.sent > 0 { count(n) } else { CsvCell::Empty };
     let verdict = &outcome.verdict;
     vec![
-        Cell::from(name),
+        CsvCell::from(name),
         count(outcome.traces),
         count(outcome.sent),
-        Cell::from(outcome.late),
+        CsvCell::from(outcome.late),
         counted(verdict.pops()),
         counted(verdict.hits.len()),
         counted(verdict.missed.len()),
         counted(verdict.false_marks.len()),
-        Cell::from(verdict.mean_error_ms()),
-        Cell::from(verdict.largest_error_ms()),
+        CsvCell::from(verdict.mean_error_ms()),
+        CsvCell::from(verdict.largest_error_ms()),
     ]
 }
 
 async fn extend(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    Id(id): Id,
+    PathId(id): PathId,
     CsrfForm(form): CsrfForm<ExtensionForm>,
 ) -> Result<Redirect, PageError> {
     let task = segments::task(&state, &person, id).await?;
@@ -190,7 +195,7 @@ async fn extend(
 async fn withdraw(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    Id(id): Id,
+    PathId(id): PathId,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
     segments::task(&state, &person, id).await?;

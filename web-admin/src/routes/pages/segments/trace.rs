@@ -9,16 +9,16 @@ use uuid::Uuid;
 use super::{own_traces, row, trace_href};
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, Visitor};
-use crate::routes::pages::Id;
+use crate::routes::auth::{Csrf, CsrfForm, Visit, Visitor};
+use crate::routes::pages::PathId;
 use acts::error::Error;
 use acts::replays;
 use acts::segments;
 use model::segments::{Verdict, read, strips};
 use model::series::{Span, Stretch};
 use model::{CurrentPerson, Role};
-use pages::segments::{Found, StripView, TracePage};
-use pages::{Place, Shell};
+use pages::segments::{StripView, TracePage, TraceTruth};
+use pages::{NavPlace, Shell};
 use store::segments::{self as stored, Task, Trace};
 use store::sessions::{self, Session};
 
@@ -26,62 +26,63 @@ use store::sessions::{self, Session};
 const SPANS: usize = 500;
 
 /// A trace that the visitor may see, and its attempt.
-struct Open {
+struct OpenTrace {
     task: Task,
     trace: Trace,
     session: Session,
 }
 
-async fn open(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Open, Error> {
+async fn open(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<OpenTrace, Error> {
     let (task, trace) = segments::trace(state, person, id).await?;
     let session = sessions::find(state.db.reader(), person.school_id, trace.session_id).await?;
-    Ok(Open { task, trace, session: session.ok_or(Error::NotFound)? })
+    Ok(OpenTrace { task, trace, session: session.ok_or(Error::NotFound)? })
 }
 
 pub(super) async fn show(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
 ) -> Result<TracePage, PageError> {
     let open = open(&state, &person, id).await?;
     let marks = stored::marks_of(state.db.reader(), id, person.id).await?;
     let sent = marks.as_ref().is_some_and(|marks| marks.sent_at.is_some());
     let marks = marks.map(|marks| marks.marks.0).unwrap_or_default();
-    let found = found(&state, &person, &open, (&marks, sent)).await?;
+    let found = found(&state, &person, &open, &marks, sent).await?;
     let typed = marks.iter().map(f64::to_string).collect();
-    Ok(page(&state, (&person, &csrf), &open, Shown { marks, typed, refused: None, found }).await?)
+    Ok(page(&state, Visit::new(&person, &csrf), &open, ShownTrace { marks, typed, refused: None, found }).await?)
 }
 
 /// The truth: for a trainee once they have sent their marks, for whoever teaches always.
 async fn found(
     state: &AppState,
     person: &CurrentPerson,
-    open: &Open,
-    (marks, sent): (&[f64], bool),
-) -> Result<Option<Found>, Error> {
+    open: &OpenTrace,
+    marks: &[f64],
+    sent: bool,
+) -> Result<Option<TraceTruth>, Error> {
     let teaches = person.role != Role::Trainee;
     if !sent && !teaches {
         return Ok(None);
     }
     let pops = segments::truth(state, person.school_id, &open.trace).await?;
     let verdict = (!teaches).then(|| Verdict::of(&pops, marks));
-    Ok(Some(Found { verdict, pops }))
+    Ok(Some(TraceTruth { verdict, pops }))
 }
 
 /// What the page shows beside the force.
-struct Shown {
+struct ShownTrace {
     marks: Vec<f64>,
     typed: Vec<String>,
     refused: Option<String>,
-    found: Option<Found>,
+    found: Option<TraceTruth>,
 }
 
 async fn page(
     state: &AppState,
-    (person, csrf): (&CurrentPerson, &Csrf),
-    open: &Open,
-    shown: Shown,
+    Visit { person, csrf }: Visit<'_>,
+    open: &OpenTrace,
+    shown: ShownTrace,
 ) -> Result<TracePage, Error> {
     let strips = strips(open.session.duration_s);
     let spans = spans(state, &open.session, &strips).await?;
@@ -89,12 +90,12 @@ async fn page(
     let own = own_traces(state, person, open.task.id).await?;
     let place = own.iter().position(|(trace, _)| trace.id == open.trace.id).map_or(1, |at| at + 1);
     Ok(TracePage {
-        shell: Shell::new(person, csrf.token(), Place::Assignments),
+        shell: Shell::new(person, csrf.token(), NavPlace::Assignments),
         task: row(state, &open.task),
         trace: open.trace.id,
         place: (place, own.len()),
         duration_s: open.session.duration_s,
-        strips: StripView::all(&spans, &strips, (&shown.marks, pops)),
+        strips: StripView::all(&spans, &strips, &shown.marks, pops),
         next: own.iter().find(|(_, sent)| !sent).map(|(trace, _)| trace_href(trace)),
         typed: shown.typed,
         refused: shown.refused,
@@ -122,7 +123,7 @@ impl MarksForm {
 pub(super) async fn mark(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<MarksForm>,
 ) -> Result<Response, PageError> {
@@ -146,13 +147,13 @@ pub(super) async fn mark(
             if kept.as_ref().is_some_and(|kept| kept.sent_at.is_some()) {
                 return Err(Error::Conflict(tr!("these marks were sent already").to_owned()).into());
             }
-            let shown = Shown {
+            let shown = ShownTrace {
                 marks: kept.map(|kept| kept.marks.0).unwrap_or_default(),
                 typed: typed.into_iter().map(str::to_owned).collect(),
                 refused: Some(refused.to_string()),
                 found: None,
             };
-            let page = page(&state, (&person, &csrf), &open, shown).await?;
+            let page = page(&state, Visit::new(&person, &csrf), &open, shown).await?;
             Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
         }
     }

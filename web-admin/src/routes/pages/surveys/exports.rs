@@ -15,7 +15,8 @@ use super::results::rows;
 use super::{of_school, owns};
 use crate::AppState;
 use crate::error::PageError;
-use crate::export::{self, Cell, csv};
+use crate::export;
+use crate::export::{CsvCell, csv};
 use acts::error::Error;
 use acts::surveys::instrument_of;
 use model::survey::Survey;
@@ -46,7 +47,7 @@ const LONG: [&str; 11] = [
 ];
 
 /// What an export is made of.
-struct Study<'a> {
+struct SurveyExport<'a> {
     survey: &'a Survey,
     instrument: &'a Instrument,
     rows: &'a [Row<'a>],
@@ -73,7 +74,7 @@ pub(super) async fn serve(
         _ => {}
     }
     let rows = rows(&instrument, &submitted);
-    let study = Study { survey: &survey, instrument: &instrument, rows: &rows };
+    let study = SurveyExport { survey: &survey, instrument: &instrument, rows: &rows };
     let (media_type, body) = match file.as_str() {
         "codebook.csv" => ("text/csv; charset=utf-8", study.codebook()?),
         "results.json" => ("application/json", study.results(owner)?),
@@ -83,17 +84,17 @@ pub(super) async fn serve(
     Ok(([(CONTENT_TYPE, media_type), (CONTENT_DISPOSITION, &disposition)], body).into_response())
 }
 
-fn written(answer: Option<&Answer>) -> Cell {
+fn written(answer: Option<&Answer>) -> CsvCell {
     match answer {
-        None => Cell::Empty,
-        Some(Answer::Number(number)) => Cell::Number(*number),
+        None => CsvCell::Empty,
+        Some(Answer::Number(number)) => CsvCell::Number(*number),
         Some(Answer::Text(text)) => text.as_str().into(),
         Some(Answer::Several(ids)) => ids.join(";").into(),
     }
 }
 
-fn facts(given: &Submitted) -> Vec<Cell> {
-    let known = |text: &Option<String>| text.as_deref().map_or(Cell::Empty, Cell::from);
+fn facts(given: &Submitted) -> Vec<CsvCell> {
+    let known = |text: &Option<String>| text.as_deref().map_or(CsvCell::Empty, CsvCell::from);
     vec![
         given.id.to_string().into(),
         given.role.as_str().into(),
@@ -108,7 +109,7 @@ fn facts(given: &Submitted) -> Vec<Cell> {
 }
 
 /// A row for each answer, response by response: they are written as they are taken, for there may be millions.
-fn long(instrument: Instrument, submitted: Vec<Submitted>) -> impl Iterator<Item = anyhow::Result<Vec<Vec<Cell>>>> {
+fn long(instrument: Instrument, submitted: Vec<Submitted>) -> impl Iterator<Item = anyhow::Result<Vec<Vec<CsvCell>>>> {
     submitted.into_iter().map(move |given| {
         let row = |(item, answer): (&Item, &Option<Answer>)| {
             facts(&given).into_iter().chain([item.id.as_str().into(), written(answer.as_ref())]).collect()
@@ -124,9 +125,9 @@ fn wide(file: &str, instrument: Instrument, submitted: Vec<Submitted>) -> anyhow
     let names: Vec<String> = FACTS.map(str::to_owned).into_iter().chain(items).chain(scores).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let count = instrument.items.len();
-    let row = move |(given, row): (&Submitted, Row<'_>)| -> Vec<Cell> {
+    let row = move |(given, row): (&Submitted, Row<'_>)| -> Vec<CsvCell> {
         let answers = (0..count).map(|at| given.answers.0.get(at).and_then(Option::as_ref));
-        let scores = row.scores.iter().map(|score| Cell::from(*score));
+        let scores = row.scores.iter().map(|score| CsvCell::from(*score));
         facts(given).into_iter().chain(answers.map(written)).chain(scores).collect()
     };
     let starts = (0..submitted.len()).step_by(AT_ONCE);
@@ -137,11 +138,11 @@ fn wide(file: &str, instrument: Instrument, submitted: Vec<Submitted>) -> anyhow
     export::stream(file, &names, stream::iter(some))
 }
 
-impl Study<'_> {
+impl SurveyExport<'_> {
     /// What every column of the wide table means: name, type and measure as R and SPSS know them, label, values.
     fn codebook(&self) -> anyhow::Result<String> {
-        let row = |cells: [&str; 5]| cells.into_iter().chain(["empty"]).map(Cell::from).collect::<Vec<_>>();
-        let mut rows: Vec<Vec<Cell>> = FACTS.iter().map(|fact| row([fact, "string", "nominal", fact, ""])).collect();
+        let row = |cells: [&str; 5]| cells.into_iter().chain(["empty"]).map(CsvCell::from).collect::<Vec<_>>();
+        let mut rows: Vec<Vec<CsvCell>> = FACTS.iter().map(|fact| row([fact, "string", "nominal", fact, ""])).collect();
         for item in &self.instrument.items {
             let (kind, measure) = match self.instrument.scale(item) {
                 Some(ScaleKind::Likert { .. }) => ("numeric", "ordinal"),

@@ -15,8 +15,8 @@ use acts::error::Error;
 use acts::surveys;
 use model::CurrentPerson;
 use pages::draft::problem;
-use pages::survey::instrument::{EditPage, InstrumentPage, InstrumentsPage, Preview};
-use pages::{Place, Shell};
+use pages::survey::instrument::{EditPage, InstrumentPage, InstrumentPreview, InstrumentsPage};
+use pages::{NavPlace, Shell};
 use store::instruments::{self, InstrumentRevision};
 
 /// Where somebody who writes a new one may begin.
@@ -58,7 +58,7 @@ pub(super) async fn list(
     let all = instruments::all_current(state.db.reader(), person.school_id).await?;
     let row = |i: InstrumentRevision| (i.title, href(&i.instrument_id), i.instrument_id, i.published_at.to_utc());
     Ok(InstrumentsPage {
-        shell: Shell::new(&person, csrf.token(), Place::Surveys),
+        shell: Shell::new(&person, csrf.token(), NavPlace::Surveys),
         instruments: all.into_iter().map(row).collect(),
     })
 }
@@ -76,9 +76,9 @@ pub(super) async fn show(
     let found = current(&state, &person, &id).await?;
     let parsed = surveys::revision(&state, person.school_id, found.id).await?.ok_or(Error::NotFound)?;
     Ok(InstrumentPage {
-        shell: Shell::new(&person, csrf.token(), Place::Surveys),
+        shell: Shell::new(&person, csrf.token(), NavPlace::Surveys),
         href: href(&id),
-        preview: Preview::new(&parsed),
+        preview: InstrumentPreview::new(&parsed),
         editable: true,
     })
 }
@@ -103,7 +103,7 @@ pub(super) async fn document(
 }
 
 pub(super) async fn new(Teacher(person): Teacher, csrf: Csrf) -> Result<EditPage, PageError> {
-    Ok(editor(&person, &csrf, (None, BLANK.to_owned())))
+    Ok(editor(&person, &csrf, None, BLANK.to_owned()))
 }
 
 pub(super) async fn edit(
@@ -114,12 +114,12 @@ pub(super) async fn edit(
 ) -> Result<EditPage, PageError> {
     let found = current(&state, &person, &id).await?;
     let text = String::from_utf8_lossy(&found.bytes).into_owned();
-    Ok(editor(&person, &csrf, (Some(&id), text)))
+    Ok(editor(&person, &csrf, Some(&id), text))
 }
 
-fn editor(person: &CurrentPerson, csrf: &Csrf, (id, text): (Option<&str>, String)) -> EditPage {
+fn editor(person: &CurrentPerson, csrf: &Csrf, id: Option<&str>, text: String) -> EditPage {
     EditPage {
-        shell: Shell::new(person, csrf.token(), Place::Surveys),
+        shell: Shell::new(person, csrf.token(), NavPlace::Surveys),
         heading: if id.is_some() { tr!("Edit an instrument") } else { tr!("New instrument") },
         action: id.map_or_else(|| "/surveys/instruments/new".to_owned(), |id| format!("{}/edit", href(id))),
         text,
@@ -141,7 +141,7 @@ pub(super) async fn add(
     csrf: Csrf,
     CsrfForm(form): CsrfForm<DocumentForm>,
 ) -> Result<Response, PageError> {
-    store(&state, &person, &csrf, (None, form)).await
+    store(&state, &person, &csrf, None, form).await
 }
 
 pub(super) async fn change(
@@ -152,7 +152,7 @@ pub(super) async fn change(
     CsrfForm(form): CsrfForm<DocumentForm>,
 ) -> Result<Response, PageError> {
     current(&state, &person, &id).await?;
-    store(&state, &person, &csrf, (Some(&id), form)).await
+    store(&state, &person, &csrf, Some(&id), form).await
 }
 
 /// Reads the text, and publishes it where that is wanted and nothing is wrong.
@@ -160,10 +160,11 @@ async fn store(
     state: &AppState,
     person: &CurrentPerson,
     csrf: &Csrf,
-    (id, form): (Option<&str>, DocumentForm),
+    id: Option<&str>,
+    form: DocumentForm,
 ) -> Result<Response, PageError> {
     let text = unix_lines(&form.text);
-    let page = editor(person, csrf, (id, text.clone()));
+    let page = editor(person, csrf, id, text.clone());
     let (instrument, bytes) = match read(&text, id) {
         Ok(read) => read,
         Err(issues) => {
@@ -171,7 +172,7 @@ async fn store(
         }
     };
     if form.step != "publish" {
-        return Ok(EditPage { preview: Some(Preview::new(&instrument)), ..page }.into_response());
+        return Ok(EditPage { preview: Some(InstrumentPreview::new(&instrument)), ..page }.into_response());
     }
     if !surveys::publish_written(state, person, (&instrument, &bytes), id.is_none()).await? {
         let issues = vec![tr!("id: “{id}”; there is an instrument of that id: edit it", id = instrument.id)];

@@ -1,8 +1,8 @@
 //! Making a survey, its links, and closing it.
 
 use axum::extract::State;
+use axum::http::StatusCode;
 use axum::http::header::HOST;
-use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 use time::format_description::well_known::Iso8601;
@@ -12,8 +12,8 @@ use uuid::Uuid;
 use super::{of_school, owns};
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visitor};
-use crate::routes::pages::Id;
+use crate::routes::auth::{Csrf, CsrfForm, PageHead, Teacher, Visitor};
+use crate::routes::pages::PathId;
 use acts::error::Error;
 use acts::surveys;
 use acts::surveys::Wanted;
@@ -21,8 +21,8 @@ use model::roster::{is_email, is_name};
 use model::survey::Identity;
 use model::survey::Survey;
 use model::{CurrentPerson, Moment, line};
-use pages::survey::manage::{LinksPage, ManagePage, NewPage, Typed};
-use pages::{Place, Shell, format};
+use pages::survey::manage::{ManagePage, NewSurveyPage, SurveyLinksPage, TypedSurvey};
+use pages::{NavPlace, Shell, format};
 use store::reports::{self, Named};
 use store::surveys as stored;
 use store::surveys::letters;
@@ -37,11 +37,12 @@ pub(super) async fn manage(
     state: &AppState,
     person: &CurrentPerson,
     csrf: &Csrf,
-    (survey, refusal): (Survey, Option<(String, String)>),
+    survey: Survey,
+    refusal: Option<(String, String)>,
 ) -> Result<ManagePage, Error> {
     let instrument = surveys::instrument_of(state, &survey).await?;
     Ok(ManagePage {
-        shell: Shell::new(person, csrf.token(), Place::Surveys),
+        shell: Shell::new(person, csrf.token(), NavPlace::Surveys),
         href: format!("/surveys/{}", survey.id),
         instrument: (survey.instrument.clone(), format!("/surveys/instruments/{}", instrument.id)),
         facts: facts(state, &survey).await?,
@@ -93,15 +94,15 @@ async fn facts(state: &AppState, survey: &Survey) -> Result<Vec<(&'static str, S
 /// The form as it was sent; a box that is ticked comes once, several cohorts several times.
 #[derive(Deserialize)]
 #[serde(transparent)]
-pub(super) struct NewForm(Vec<(String, String)>);
+pub(super) struct NewSurveyForm(Vec<(String, String)>);
 
-impl NewForm {
+impl NewSurveyForm {
     fn field(&self, name: &str) -> &str {
         self.0.iter().find(|(key, _)| key == name).map_or("", |(_, value)| value.trim())
     }
 
-    fn typed(&self) -> Typed {
-        Typed {
+    fn typed(&self) -> TypedSurvey {
+        TypedSurvey {
             title: self.field("title").to_owned(),
             identity: self.field("identity").to_owned(),
             after_attempts: self.field("after_attempts") == "true",
@@ -123,14 +124,15 @@ async fn page(
     state: &AppState,
     person: &CurrentPerson,
     csrf: &Csrf,
-    (form, refusal): (&NewForm, Option<String>),
-) -> Result<NewPage, Error> {
+    form: &NewSurveyForm,
+    refusal: Option<String>,
+) -> Result<NewSurveyPage, Error> {
     let reader = state.db.reader();
     let known = instruments::all_current(reader, person.school_id).await?;
     let cohorts = reports::cohorts(reader, person).await?;
     let chosen = |key: &str, id: &str| form.0.iter().any(|(name, value)| name == key && value == id);
-    Ok(NewPage {
-        shell: Shell::new(person, csrf.token(), Place::Surveys),
+    Ok(NewSurveyPage {
+        shell: Shell::new(person, csrf.token(), NavPlace::Surveys),
         instruments: known
             .into_iter()
             .map(|i| (i.instrument_id.clone(), i.title, chosen("instrument", &i.instrument_id)))
@@ -145,16 +147,16 @@ pub(super) async fn show(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     csrf: Csrf,
-) -> Result<NewPage, PageError> {
-    let blank = NewForm(vec![("identity".to_owned(), "pseudonymous".to_owned())]);
-    Ok(page(&state, &person, &csrf, (&blank, None)).await?)
+) -> Result<NewSurveyPage, PageError> {
+    let blank = NewSurveyForm(vec![("identity".to_owned(), "pseudonymous".to_owned())]);
+    Ok(page(&state, &person, &csrf, &blank, None).await?)
 }
 
 pub(super) async fn make(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     csrf: Csrf,
-    CsrfForm(form): CsrfForm<NewForm>,
+    CsrfForm(form): CsrfForm<NewSurveyForm>,
 ) -> Result<Response, PageError> {
     match wanted(&state, &person, &form).await? {
         Ok(wanted) => {
@@ -162,14 +164,18 @@ pub(super) async fn make(
             Ok(Redirect::to(&format!("/surveys/{id}")).into_response())
         }
         Err(why) => {
-            let page = page(&state, &person, &csrf, (&form, Some(why))).await?;
+            let page = page(&state, &person, &csrf, &form, Some(why)).await?;
             Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
         }
     }
 }
 
 /// What the form asks for, or what is wrong with it.
-async fn wanted(state: &AppState, person: &CurrentPerson, form: &NewForm) -> Result<Result<Wanted, String>, Error> {
+async fn wanted(
+    state: &AppState,
+    person: &CurrentPerson,
+    form: &NewSurveyForm,
+) -> Result<Result<Wanted, String>, Error> {
     let reader = state.db.reader();
     let instrument = instruments::current(reader, person.school_id, form.field("instrument")).await?;
     let cohorts = form.cohorts(&reports::cohorts(reader, person).await?);
@@ -177,12 +183,12 @@ async fn wanted(state: &AppState, person: &CurrentPerson, form: &NewForm) -> Res
 }
 
 fn check(
-    form: &NewForm,
+    form: &NewSurveyForm,
     revision: Option<Uuid>,
     cohorts: Result<Vec<Uuid>, String>,
     now: Moment,
 ) -> Result<Wanted, String> {
-    let Typed { title, identity, after_attempts, opens, closes } = form.typed();
+    let TypedSurvey { title, identity, after_attempts, opens, closes } = form.typed();
     let revision_id =
         revision.ok_or_else(|| tr!("instrument: “{id}”; there is none of that id", id = form.field("instrument")))?;
     let title = line::title(&title)?.to_owned();
@@ -231,8 +237,8 @@ pub(super) struct LinksForm {
 pub(super) async fn links(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    Id(id): Id,
-    (csrf, headers): (Csrf, HeaderMap),
+    PathId(id): PathId,
+    head: PageHead,
     CsrfForm(form): CsrfForm<LinksForm>,
 ) -> Result<Response, PageError> {
     let survey = of_school(&state, &person, id).await?;
@@ -255,11 +261,11 @@ pub(super) async fn links(
             Err(why) => why,
         },
         (None, false) => {
-            return Ok(shown(&state, &person, (survey, &labels), (&csrf, &headers)).await?.into_response());
+            return Ok(shown(&state, &person, survey, &labels, &head).await?.into_response());
         }
         (Some(why), _) => why,
     };
-    let page = manage(&state, &person, &csrf, (survey, Some((why, form.labels)))).await?;
+    let page = manage(&state, &person, &head.csrf, survey, Some((why, form.labels))).await?;
     Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
 }
 
@@ -267,14 +273,15 @@ pub(super) async fn links(
 async fn shown(
     state: &AppState,
     person: &CurrentPerson,
-    (survey, labels): (Survey, &[String]),
-    (csrf, headers): (&Csrf, &HeaderMap),
-) -> Result<LinksPage, Error> {
+    survey: Survey,
+    labels: &[String],
+    head: &PageHead,
+) -> Result<SurveyLinksPage, Error> {
     let links = surveys::make_links(state, person, &survey, labels).await?;
-    let host = headers.get(HOST).and_then(|host| host.to_str().ok()).unwrap_or("localhost");
+    let host = head.headers.get(HOST).and_then(|host| host.to_str().ok()).unwrap_or("localhost");
     let scheme = if state.config.behind_tls { "https" } else { "http" };
-    Ok(LinksPage {
-        shell: Shell::new(person, csrf.token(), Place::Surveys),
+    Ok(SurveyLinksPage {
+        shell: Shell::new(person, head.csrf.token(), NavPlace::Surveys),
         href: format!("/surveys/{}", survey.id),
         title: survey.title,
         links: links.into_iter().map(|l| (l.label, format!("{scheme}://{host}/survey/{}", l.token))).collect(),
@@ -316,7 +323,7 @@ pub(super) struct CloseForm {
 pub(super) async fn close(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    Id(id): Id,
+    PathId(id): PathId,
     CsrfForm(form): CsrfForm<CloseForm>,
 ) -> Result<Redirect, PageError> {
     let survey = of_school(&state, &person, id).await?;

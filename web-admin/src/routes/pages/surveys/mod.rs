@@ -6,17 +6,17 @@ mod make;
 mod results;
 
 use axum::extract::{Query, State};
-use axum::http::{HeaderMap, StatusCode};
+use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::Id;
+use super::PathId;
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
-use crate::routes::auth::{Csrf, CsrfForm, Visitor};
+use crate::routes::auth::{Csrf, CsrfForm, PageHead, Visitor};
 use crate::routes::survey::{TermsOf, preferred, terms};
 use acts::error::Error;
 use acts::surveys::answering;
@@ -25,8 +25,8 @@ use acts::surveys::instrument_of;
 use model::survey::Survey;
 use model::{CurrentPerson, Moment, Role};
 use pages::survey::form::{ConsentPage, shown};
-use pages::survey::manage::{AskedRow, ListPage, ManagePage, SurveyRow};
-use pages::{Place, Shell};
+use pages::survey::manage::{ManagePage, OwnSurveyRow, SurveyRow, SurveysPage};
+use pages::{NavPlace, Shell};
 use store::sessions;
 use store::surveys;
 use store::surveys::Practised;
@@ -64,10 +64,10 @@ fn owns(person: &CurrentPerson, survey: &Survey) -> bool {
     survey.owner_id.map_or(person.role == Role::Administrator, |owner| owner == person.id)
 }
 
-async fn list(State(state): State<AppState>, Visitor(person): Visitor, csrf: Csrf) -> Result<ListPage, PageError> {
-    let shell = Shell::new(&person, csrf.token(), Place::Surveys);
+async fn list(State(state): State<AppState>, Visitor(person): Visitor, csrf: Csrf) -> Result<SurveysPage, PageError> {
+    let shell = Shell::new(&person, csrf.token(), NavPlace::Surveys);
     if person.role == Role::Trainee {
-        return Ok(ListPage { shell, asked: asked(&state, &person).await?, surveys: None });
+        return Ok(SurveysPage { shell, asked: asked(&state, &person).await?, surveys: None });
     }
     let now = state.clock.now();
     let row = |survey: Survey| SurveyRow {
@@ -79,14 +79,14 @@ async fn list(State(state): State<AppState>, Visitor(person): Visitor, csrf: Csr
         created_at: survey.created_at.to_utc(),
     };
     let all = surveys::all(state.db.reader(), person.school_id).await?;
-    Ok(ListPage { shell, asked: Vec::new(), surveys: Some(all.into_iter().map(row).collect()) })
+    Ok(SurveysPage { shell, asked: Vec::new(), surveys: Some(all.into_iter().map(row).collect()) })
 }
 
-async fn asked(state: &AppState, person: &CurrentPerson) -> Result<Vec<AskedRow>, Error> {
+async fn asked(state: &AppState, person: &CurrentPerson) -> Result<Vec<OwnSurveyRow>, Error> {
     let reader = state.db.reader();
     let mut rows = Vec::new();
     for survey in surveys::of_person(reader, person.school_id, person.id, state.clock.now()).await? {
-        rows.push(AskedRow {
+        rows.push(OwnSurveyRow {
             href: format!("/surveys/{}", survey.id),
             duration_min: instrument_of(state, &survey).await?.duration_min,
             answered: surveys::answered(reader, &survey, person.id, None).await?,
@@ -98,7 +98,7 @@ async fn asked(state: &AppState, person: &CurrentPerson) -> Result<Vec<AskedRow>
 }
 
 #[derive(Deserialize)]
-struct Wanted {
+struct SurveyQuery {
     session: Option<Uuid>,
     lang: Option<String>,
     mailed: Option<usize>,
@@ -108,13 +108,13 @@ struct Wanted {
 async fn show(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    Id(id): Id,
-    (csrf, headers): (Csrf, HeaderMap),
-    Query(query): Query<Wanted>,
+    PathId(id): PathId,
+    head: PageHead,
+    Query(query): Query<SurveyQuery>,
 ) -> Result<Response, PageError> {
     if person.role != Role::Trainee {
         let survey = of_school(&state, &person, id).await?;
-        let page = make::manage(&state, &person, &csrf, (survey, None)).await?;
+        let page = make::manage(&state, &person, &head.csrf, survey, None).await?;
         return Ok(ManagePage { mailed: query.mailed.zip(query.before), ..page }.into_response());
     }
     let survey = asked_of(&state, &person, id, query.session).await?;
@@ -125,8 +125,8 @@ async fn show(
         ))
         .into());
     }
-    let wanted = query.lang.unwrap_or_else(|| preferred(&headers));
-    let page = consent(&state, (&survey, &query.session), &csrf, (&wanted, false)).await?;
+    let wanted = query.lang.unwrap_or_else(|| preferred(&head.headers));
+    let page = consent(&state, &survey, query.session, &head.csrf, &wanted).await?;
     let page = ConsentPage { begun: begun.is_some(), ..page };
     Ok(shown(&page.terms.language.clone(), page))
 }
@@ -134,9 +134,10 @@ async fn show(
 /// What somebody is told before they begin.
 async fn consent(
     state: &AppState,
-    (survey, session): (&Survey, &Option<Uuid>),
+    survey: &Survey,
+    session: Option<Uuid>,
     csrf: &Csrf,
-    (wanted, refused): (&str, bool),
+    wanted: &str,
 ) -> Result<ConsentPage, Error> {
     let instrument = instrument_of(state, survey).await?;
     let of = TermsOf { survey, instrument: &instrument, after_attempt: session.is_some() };
@@ -150,7 +151,7 @@ async fn consent(
         action: format!("/surveys/{}/answer", survey.id),
         hidden,
         languages: instrument.languages.iter().map(href).collect(),
-        refused,
+        refused: false,
         begun: false,
     })
 }
@@ -170,7 +171,7 @@ async fn asked_of(state: &AppState, person: &CurrentPerson, id: Uuid, session: O
 }
 
 #[derive(Deserialize)]
-struct AnswerForm {
+struct ConsentAnswerForm {
     session: Option<Uuid>,
     #[serde(default)]
     lang: String,
@@ -181,16 +182,17 @@ struct AnswerForm {
 async fn answer(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
-    CsrfForm(form): CsrfForm<AnswerForm>,
+    CsrfForm(form): CsrfForm<ConsentAnswerForm>,
 ) -> Result<Response, PageError> {
     if person.role != Role::Trainee {
         return Err(Error::NotFound.into());
     }
     let survey = asked_of(&state, &person, id, form.session).await?;
     if form.consent != "yes" {
-        let page = consent(&state, (&survey, &form.session), &csrf, (&form.lang, true)).await?;
+        let page = consent(&state, &survey, form.session, &csrf, &form.lang).await?;
+        let page = ConsentPage { refused: true, ..page };
         let page = shown(&page.terms.language.clone(), page);
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
     }

@@ -18,15 +18,18 @@ use super::{of_school, owns};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, Visitor};
-use crate::routes::pages::Id;
+use crate::routes::pages::PathId;
 use acts::error::Error;
 use acts::surveys::instrument_of;
 use model::line;
 use model::survey::Survey;
 use model::survey::groups::{Groups, LEAST};
 use model::survey::results::{Results, Row, correlation, score_group};
-use pages::survey::results::{Against, AskedLine, Comment, CommentBlock, ResultsPage, Split};
-use pages::{Place, Shell};
+use pages::charts::Extent;
+use pages::survey::results::{
+    AskedLine, CommentBlock, ResultsPage, ScatteredScore, ScatteredScores, SplitScore, SplitScores, SurveyComment,
+};
+use pages::{NavPlace, Shell};
 use store::surveys as stored;
 use store::surveys::{Submitted, Tag};
 
@@ -51,7 +54,7 @@ const WAYS: [(&str, &str); 4] = [
 const MOST_COMMENTS: usize = 500;
 
 #[derive(Deserialize)]
-pub(super) struct Choice {
+pub(super) struct ResultsQuery {
     #[serde(default)]
     by: String,
     #[serde(default)]
@@ -79,9 +82,9 @@ fn month(at: OffsetDateTime) -> String {
 pub(super) async fn show(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
-    Query(choice): Query<Choice>,
+    Query(choice): Query<ResultsQuery>,
 ) -> Result<ResultsPage, PageError> {
     let survey = of_school(&state, &person, id).await?;
     let reader = state.db.reader();
@@ -95,12 +98,12 @@ pub(super) async fn show(
     let metric = METRICS.iter().find(|(word, _)| *word == choice.metric).unwrap_or(&METRICS[0]).0;
     let figures = stored::attempts(reader, &survey, metric).await?;
     Ok(ResultsPage {
-        shell: Shell::new(&person, csrf.token(), Place::Surveys),
+        shell: Shell::new(&person, csrf.token(), NavPlace::Surveys),
         asked: asked(&state, &survey).await?,
         results: Results::new(&instrument, &all, owner),
         split: split(&instrument, &visible, &choice.by, owner),
         against: against(&instrument, &visible, metric, &figures),
-        comments: comments(&instrument, (&submitted, &visible), &tags, owner),
+        comments: comments(&instrument, &submitted, &visible, &tags, owner),
         tags: if owner { themes(&tags) } else { Vec::new() },
         survey: (survey.title.clone(), format!("/surveys/{id}")),
         instrument: survey.instrument.clone(),
@@ -136,7 +139,7 @@ async fn asked(state: &AppState, survey: &Survey) -> Result<Vec<AskedLine>, Erro
     Ok(lines)
 }
 
-fn split(instrument: &Instrument, rows: &[&Row<'_>], by: &str, owner: bool) -> Split {
+fn split(instrument: &Instrument, rows: &[&Row<'_>], by: &str, owner: bool) -> SplitScores {
     let chosen = WAYS.iter().find(|(word, _)| *word == by).unwrap_or(&WAYS[0]).0;
     let name = |row: &Row<'_>| match chosen {
         "exercise" => row.attempt[0].map(str::to_owned),
@@ -147,37 +150,40 @@ fn split(instrument: &Instrument, rows: &[&Row<'_>], by: &str, owner: bool) -> S
     // Roles are never pooled, so each group is one of a role.
     let groups = Groups::new(rows, |row| name(row).map(|name| format!("{name} · {}", words::known(row.role))), owner);
     let score = |(at, key): (usize, &documents::instrument::ScoreKey)| {
-        let found = groups.shown.iter().map(|(name, rows)| score_group(name, rows, at)).collect();
-        (
-            key.title.in_language(words::current().code()).to_owned(),
-            assessment::questionnaire::range(instrument, key),
-            found,
-        )
+        let (least, greatest) = assessment::questionnaire::range(instrument, key);
+        SplitScore {
+            title: key.title.in_language(words::current().code()).to_owned(),
+            range: Extent::new(least, greatest),
+            groups: groups.shown.iter().map(|(name, rows)| score_group(name, rows, at)).collect(),
+        }
     };
-    Split {
+    SplitScores {
         ways: WAYS.iter().map(|(word, title)| (*word, words::say(title), *word == chosen)).collect(),
         scores: instrument.scores.iter().enumerate().map(score).collect(),
         hidden: groups.hidden,
     }
 }
 
-fn against(instrument: &Instrument, rows: &[&Row<'_>], metric: &str, figures: &[stored::Attempt]) -> Against {
+fn against(instrument: &Instrument, rows: &[&Row<'_>], metric: &str, figures: &[stored::Attempt]) -> ScatteredScores {
     let by_response: BTreeMap<Uuid, f64> = figures.iter().map(|figure| (figure.response_id, figure.value)).collect();
     let score = |(at, key): (usize, &documents::instrument::ScoreKey)| {
         let pair = |row: &&Row<'_>| Some((*by_response.get(&row.id)?, row.scores[at]?));
         let points: Vec<(f64, f64)> = rows.iter().filter_map(pair).collect();
-        let found = correlation(&points);
-        let shown = if points.len() >= LEAST { points } else { Vec::new() };
-        (key.title.in_language(words::current().code()).to_owned(), shown, found)
+        ScatteredScore {
+            title: key.title.in_language(words::current().code()).to_owned(),
+            rho: correlation(&points),
+            points: if points.len() >= LEAST { points } else { Vec::new() },
+        }
     };
     let scores =
         if figures.is_empty() { Vec::new() } else { instrument.scores.iter().enumerate().map(score).collect() };
-    Against { metrics: METRICS.iter().map(|(word, title)| (*word, *title, *word == metric)).collect(), scores }
+    ScatteredScores { metrics: METRICS.iter().map(|(word, title)| (*word, *title, *word == metric)).collect(), scores }
 }
 
 fn comments(
     instrument: &Instrument,
-    (submitted, visible): (&[Submitted], &[&Row<'_>]),
+    submitted: &[Submitted],
+    visible: &[&Row<'_>],
     tags: &[Tag],
     owner: bool,
 ) -> Vec<CommentBlock> {
@@ -187,10 +193,10 @@ fn comments(
     let block = |(at, item): (usize, &documents::instrument::Item)| {
         let given = submitted.iter().filter(|given| seen.contains_key(&given.id));
         let comment = |given: &Submitted| match given.answers.0.get(at) {
-            Some(Some(Answer::Text(text))) => Some(said(given, &item.id, (text, tags), owner)),
+            Some(Some(Answer::Text(text))) => Some(said(given, &item.id, text, tags, owner)),
             _ => None,
         };
-        let found: Vec<Comment> = given.filter_map(comment).take(MOST_COMMENTS).collect();
+        let found: Vec<SurveyComment> = given.filter_map(comment).take(MOST_COMMENTS).collect();
         CommentBlock {
             item: item.id.clone(),
             text: item.text.in_language(words::current().code()).to_owned(),
@@ -200,10 +206,10 @@ fn comments(
     texts.map(block).collect()
 }
 
-fn said(given: &Submitted, item: &str, (text, tags): (&str, &[Tag]), owner: bool) -> Comment {
+fn said(given: &Submitted, item: &str, text: &str, tags: &[Tag], owner: bool) -> SurveyComment {
     let own = tags.iter().filter(|tag| tag.response_id == given.id && tag.item_id == item);
     let who = given.who.as_ref().filter(|_| owner).map_or_else(String::new, |who| format!(" · {who}"));
-    Comment {
+    SurveyComment {
         response: given.id.to_string(),
         who: format!("{}{who}", given.role),
         text: text.to_owned(),
@@ -232,7 +238,7 @@ pub(super) struct TagForm {
 pub(super) async fn tag(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    Id(id): Id,
+    PathId(id): PathId,
     CsrfForm(form): CsrfForm<TagForm>,
 ) -> Result<Response, PageError> {
     let survey = of_school(&state, &person, id).await?;
