@@ -298,7 +298,8 @@ fn reached<'a>(from: &'a str, uses: &'a BTreeMap<String, BTreeSet<String>>) -> B
 fn no_modules_lean_on_each_other_in_a_circle() {
     let mut circles = Vec::new();
     for (package, uses) in top_level_uses() {
-        let within: BTreeSet<_> = uses.keys().filter(|module| reached(module, &uses).contains(module.as_str())).collect();
+        let within: BTreeSet<_> =
+            uses.keys().filter(|module| reached(module, &uses).contains(module.as_str())).collect();
         if !within.is_empty() {
             let edges: Vec<_> = within
                 .iter()

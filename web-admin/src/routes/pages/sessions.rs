@@ -8,12 +8,12 @@ use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, Visitor};
 use acts::error::Error;
-use model::{CurrentPerson, Uncounted};
+use model::{CurrentPerson, SessionKey, Uncounted};
 use pages::addresses::exercise_href;
 use pages::judgement::{Graded, Judgement};
 use pages::session::{Drawing, Outcome, Ruling, SessionPage, Verification};
 use pages::{Place, Shell, format};
-use store::scores::{self, SessionKey};
+use store::scores;
 use store::sessions::{self, Session, SessionState};
 use store::{exercises, grades, reports, stations, supervisions};
 
