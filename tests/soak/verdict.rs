@@ -1,5 +1,6 @@
 //! What is left of what was made.
 
+use model::SessionKey;
 use std::fmt::Write;
 use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
 use std::time::Duration;
@@ -8,7 +9,7 @@ use acts::clock;
 use acts::config::Config;
 use acts::recording_files::hash_file;
 use anyhow::{Context, bail};
-use store::scores::{self, SessionKey};
+use store::scores;
 use store::{Database, jobs, schools, sessions};
 
 use crate::Harm;

@@ -1,6 +1,7 @@
 //! Scores what was uploaded, from the durable queue: as many recordings at a time as there are judges, in turns of the schools, and again
 //! after a crash; what is fatal twice is set aside.
 
+use model::SessionKey;
 use std::time::Duration;
 
 use tokio::task::{JoinError, JoinSet};
@@ -12,7 +13,6 @@ use acts::regrading;
 use acts::scoring;
 use acts::shares::{Bench, Shares};
 use store::jobs::{self, Due, Job};
-use store::scores::SessionKey;
 use store::{schools, tries};
 
 /// Longest sleep between two looks at the queue: the clock may be set.

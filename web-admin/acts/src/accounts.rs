@@ -3,7 +3,6 @@
 use model::limits::{INVITATION_LIFETIME_S, RESET_LIFETIME_S};
 use serde_json::json;
 use sqlx::SqliteConnection;
-use store::second_factors::PersonKey;
 use uuid::Uuid;
 use words::Language;
 
@@ -12,7 +11,7 @@ use crate::secret;
 use crate::service::Service;
 use model::directory::{AccountState, DirectoryEntry};
 use model::mail::MailKind;
-use model::{CurrentPerson, Role};
+use model::{CurrentPerson, PersonKey, Role};
 use store::account_links::{self, Link, NewLink, Purpose};
 use store::audit::{Actor, Entry};
 use store::cohorts::{self, Deed, Membership};
@@ -67,7 +66,7 @@ pub async fn add(state: &Service, by: &CurrentPerson, new: &NewAccount<'_>) -> R
             .append(&mut tx, state.clock.now())
             .await?;
     }
-    queue_link(&mut tx, state, (school_id, person.id), Purpose::Invitation).await?;
+    queue_link(&mut tx, state, PersonKey { school_id, person_id: person.id }, Purpose::Invitation).await?;
     tx.commit().await?;
     state.mails.notify_one();
     Ok(Some(person.id))
@@ -81,7 +80,8 @@ pub async fn change(
     state: &Service,
     by: &CurrentPerson,
     person: &DirectoryEntry,
-    (details, role): (Details<'_>, Role),
+    details: Details<'_>,
+    role: Role,
 ) -> Result<bool, Error> {
     let mut tx = state.db.write().await?;
     if people::by_email(&mut *tx, details.email).await?.is_some_and(|known| known.id != person.id) {
@@ -105,7 +105,7 @@ pub async fn change(
 pub async fn mail_link(state: &Service, by: &CurrentPerson, person: &DirectoryEntry) -> Result<(), Error> {
     let purpose = purpose(person)?;
     let mut tx = state.db.write().await?;
-    queue_link(&mut tx, state, (by.school_id, person.id), purpose).await?;
+    queue_link(&mut tx, state, PersonKey { school_id: by.school_id, person_id: person.id }, purpose).await?;
     Entry::by(by, "person.link_mailed", person.id).append(&mut tx, state.clock.now()).await?;
     tx.commit().await?;
     state.mails.notify_one();
@@ -214,7 +214,7 @@ pub async fn is_initial_password(state: &Service, email: &str, typed: &str) -> R
 pub async fn queue_link(
     tx: &mut SqliteConnection,
     state: &Service,
-    (school_id, person_id): (Uuid, Uuid),
+    PersonKey { school_id, person_id }: PersonKey,
     purpose: Purpose,
 ) -> Result<(), Error> {
     let kind = match purpose {
@@ -258,10 +258,10 @@ async fn answer(tx: &mut SqliteConnection, state: &Service, person: &Person) -> 
     let Some(listed) = directory::find(&mut *tx, person.school_id, person.id).await? else { return Ok(()) };
     let Ok(purpose) = purpose(&listed) else { return Ok(()) };
     let made_lately = state.clock.now().plus_s(lifetime_s(purpose) - ASKED_AGAIN_S);
-    if account_links::lasts(&mut *tx, (person.id, purpose), made_lately).await? {
+    if account_links::lasts(&mut *tx, person.id, purpose, made_lately).await? {
         return Ok(());
     }
-    queue_link(tx, state, (person.school_id, person.id), purpose).await?;
+    queue_link(tx, state, PersonKey { school_id: person.school_id, person_id: person.id }, purpose).await?;
     let asked = Entry::new(person.school_id, Actor::Person(person.id), "person.link_asked_for", person.id);
     Ok(asked.append(tx, state.clock.now()).await?)
 }
@@ -284,7 +284,7 @@ pub async fn set_password_by_link(state: &Service, token: &str, password: &str) 
     let mut tx = state.db.write().await?;
     let known = account_links::valid(&mut *tx, &secret::token_sha256(token), state.clock.now()).await?;
     let Some(link) = known else { return Ok(false) };
-    set_password(&mut tx, state, (link.school_id, link.person_id), &hash).await?;
+    set_password(&mut tx, state, PersonKey { school_id: link.school_id, person_id: link.person_id }, &hash).await?;
     tx.commit().await?;
     Ok(true)
 }
@@ -311,17 +311,13 @@ pub async fn is_own_password(state: &Service, person: &CurrentPerson, typed: &st
 ///
 /// # Errors
 /// When the database fails.
-pub async fn change_own_password(
-    state: &Service,
-    person: &CurrentPerson,
-    (old, new): (&str, &str),
-) -> Result<bool, Error> {
+pub async fn change_own_password(state: &Service, person: &CurrentPerson, old: &str, new: &str) -> Result<bool, Error> {
     if !is_own_password(state, person, old).await? {
         return Ok(false);
     }
     let hash = hash(state, new).await?;
     let mut tx = state.db.write().await?;
-    set_password(&mut tx, state, (person.school_id, person.id), &hash).await?;
+    set_password(&mut tx, state, PersonKey { school_id: person.school_id, person_id: person.id }, &hash).await?;
     tx.commit().await?;
     Ok(true)
 }
@@ -334,7 +330,7 @@ async fn hash(state: &Service, password: &str) -> Result<String, Error> {
 async fn set_password(
     tx: &mut SqliteConnection,
     state: &Service,
-    (school_id, person): (Uuid, Uuid),
+    PersonKey { school_id, person_id: person }: PersonKey,
     hash: &str,
 ) -> Result<(), Error> {
     people::set_password(tx, person, hash).await?;
@@ -391,7 +387,7 @@ pub async fn enable(state: &Service, by: &CurrentPerson, person: Uuid) -> Result
 /// When the database fails.
 pub async fn set_language(state: &Service, person: &CurrentPerson, chosen: Option<Language>) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
-    people::set_language(&mut tx, (person.school_id, person.id), chosen).await?;
+    people::set_language(&mut tx, PersonKey { school_id: person.school_id, person_id: person.id }, chosen).await?;
     let told = json!({ "language": chosen.map(Language::code) });
     Entry::by(person, "person.language_set", person.id).with(told).append(&mut tx, state.clock.now()).await?;
     Ok(tx.commit().await?)

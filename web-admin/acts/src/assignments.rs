@@ -13,7 +13,7 @@ use model::assignment::{Assigned, Standing, Taught, Tried, sort};
 use store::assignments::{self, Listed, NewAssignment};
 use store::audit::Entry;
 use store::curricula;
-use store::deadlines::{self, Kind};
+use store::deadlines::{self, DeadlineKey, Kind};
 use store::{practice, supervisions};
 
 /// Makes an assignment.
@@ -99,7 +99,7 @@ pub async fn standings_at(state: &Service, school: Uuid, id: Uuid, people: &[Uui
     let assigned = assignments::find(reader, school, id).await?.ok_or(Error::NotFound)?;
     let taught = taught(state, school).await?;
     let practised = practice::of_assignment(reader, school, id).await?;
-    let longer = deadlines::extensions(reader, (school, Kind::Assignment), id).await?;
+    let longer = deadlines::extensions(reader, DeadlineKey { school_id: school, kind: Kind::Assignment, id }).await?;
     let supervised = match assigned.supervised {
         true => supervisions::of_assignment(reader, school, id).await?.into_iter().collect(),
         false => BTreeSet::new(),

@@ -3,7 +3,7 @@
 use model::{CurrentPerson, Role};
 use serde_json::json;
 use store::audit::Entry;
-use store::cohorts::{self, Cohort, Deed, Membership};
+use store::cohorts::{self, Cohort, Deed, Membership, MembershipKey};
 use store::people;
 use uuid::Uuid;
 
@@ -52,7 +52,11 @@ pub async fn add_member(service: &Service, by: &CurrentPerson, cohort: Uuid, ema
             cohorts::join(&mut tx, membership, deed).await?;
             (true, "cohort.joined")
         }
-        _ => (cohorts::ask(&mut tx, (school_id, cohort, known.id), (by.id, deed.at)).await?, "cohort.asked"),
+        _ => (
+            cohorts::ask(&mut tx, MembershipKey { school_id, cohort_id: cohort, person_id: known.id }, by.id, deed.at)
+                .await?,
+            "cohort.asked",
+        ),
     };
     if done {
         Entry::by(by, action, known.id).with(json!({ "cohort": cohort })).append(&mut tx, deed.at).await?;
@@ -82,13 +86,13 @@ pub async fn answer_request(
 ) -> Result<(), Error> {
     let (school_id, deed) = (by.school_id, deed(service, by));
     let mut tx = service.db.write().await?;
-    let asked = cohorts::requests(&mut *tx, school_id, (Some(cohort_id), Some(person_id))).await?;
+    let asked = cohorts::requests(&mut *tx, school_id, Some(cohort_id), Some(person_id)).await?;
     let role = asked.first().ok_or(Error::NotFound)?.role;
     let action = if joins {
         cohorts::join(&mut tx, Membership { school_id, cohort_id, person_id, role }, deed).await?;
         "cohort.joined"
     } else {
-        cohorts::decline(&mut tx, (school_id, cohort_id, person_id), deed).await?;
+        cohorts::decline(&mut tx, MembershipKey { school_id, cohort_id, person_id }, deed).await?;
         "cohort.declined"
     };
     Entry::by(by, action, person_id).with(json!({ "cohort": cohort_id })).append(&mut tx, deed.at).await?;
@@ -101,7 +105,13 @@ pub async fn answer_request(
 /// [`Error::NotFound`] when they are not in it; else when the database fails.
 pub async fn remove_member(service: &Service, by: &CurrentPerson, cohort: Uuid, member: Uuid) -> Result<(), Error> {
     let mut tx = service.db.write().await?;
-    if !cohorts::leave(&mut tx, (by.school_id, cohort, member), deed(service, by)).await? {
+    if !cohorts::leave(
+        &mut tx,
+        MembershipKey { school_id: by.school_id, cohort_id: cohort, person_id: member },
+        deed(service, by),
+    )
+    .await?
+    {
         return Err(Error::NotFound);
     }
     Entry::by(by, "cohort.left", member).with(json!({ "cohort": cohort })).append(&mut tx, service.clock.now()).await?;

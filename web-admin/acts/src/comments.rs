@@ -5,6 +5,7 @@ use model::comment::Comment;
 use serde_json::json;
 use store::audit::Entry;
 use store::comments;
+use store::comments::CommentAnswer;
 use store::sessions::Session;
 use uuid::Uuid;
 
@@ -22,7 +23,7 @@ pub async fn add_comment(
     comment: &Comment,
 ) -> Result<Uuid, Error> {
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
-    let made = comments::add(&mut tx, (session.key(), by.id), comment, now).await?;
+    let made = comments::add(&mut tx, session.key(), by.id, comment, now).await?;
     Entry::by(by, "comment.added", session.id).with(json!({ "comment": made })).append(&mut tx, now).await?;
     tx.commit().await?;
     Ok(made)
@@ -40,7 +41,8 @@ pub async fn answer_comment(
     body: &str,
 ) -> Result<Uuid, Error> {
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
-    let made = comments::answer(&mut tx, (session.key(), by.id), (comment, body), now).await?;
+    let made =
+        comments::answer(&mut tx, session.key(), by.id, CommentAnswer { comment_id: comment, body }, now).await?;
     let made = made.ok_or(Error::NotFound)?;
     Entry::by(by, "comment.answered", session.id).with(json!({ "comment": made })).append(&mut tx, now).await?;
     tx.commit().await?;
@@ -58,7 +60,7 @@ pub async fn withdraw_comment(
     comment: Uuid,
 ) -> Result<(), Error> {
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
-    if !comments::withdraw(&mut tx, (session.key(), by.id), comment, now).await? {
+    if !comments::withdraw(&mut tx, session.key(), by.id, comment, now).await? {
         return Err(Error::NotFound);
     }
     Entry::by(by, "comment.withdrawn", session.id).with(json!({ "comment": comment })).append(&mut tx, now).await?;

@@ -10,7 +10,7 @@ use crate::service::Service;
 use model::mail::MailKind;
 use model::{CurrentPerson, due};
 use store::audit::Entry;
-use store::deadlines::{self, Kind};
+use store::deadlines::{self, DeadlineKey, Kind};
 use store::mails;
 use store::mails::NewMail;
 
@@ -42,7 +42,8 @@ pub async fn extend(
     state: &Service,
     by: &CurrentPerson,
     dated: Dated<'_>,
-    (person, days): (Uuid, i64),
+    person: Uuid,
+    days: i64,
 ) -> Result<(), Error> {
     if !(0..=MAX_DAYS).contains(&days) {
         return Err(Error::Unprocessable(tr!("days: {days}; 0 to {most} are allowed", days = days, most = MAX_DAYS)));
@@ -58,7 +59,8 @@ pub async fn extend(
         Kind::Segments => "segments.extended",
     };
     let mut tx = state.db.write().await?;
-    deadlines::extend(&mut tx, (by.school_id, dated.kind), (dated.id, person), longer).await?;
+    let deadline = DeadlineKey { school_id: by.school_id, kind: dated.kind, id: dated.id };
+    deadlines::extend(&mut tx, deadline, person, longer).await?;
     let told = json!({ "person": person, "days": days });
     Entry::by(by, action, dated.id).with(told).append(&mut tx, state.clock.now()).await?;
     Ok(tx.commit().await?)
@@ -80,9 +82,9 @@ pub async fn run(state: Service) {
 /// When the database fails.
 pub async fn remind(state: &Service) -> Result<(), Error> {
     let now = state.clock.now();
-    let soon = (now, now.plus_s(REMIND_S));
-    let mut due = deadlines::to_remind(state.db.reader(), Kind::Assignment, soon).await?;
-    due.extend(deadlines::to_remind(state.db.reader(), Kind::Segments, soon).await?);
+    let soon = now.plus_s(REMIND_S);
+    let mut due = deadlines::to_remind(state.db.reader(), Kind::Assignment, now, soon).await?;
+    due.extend(deadlines::to_remind(state.db.reader(), Kind::Segments, now, soon).await?);
     if due.is_empty() {
         return Ok(());
     }

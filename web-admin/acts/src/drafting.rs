@@ -134,16 +134,11 @@ fn renamed(document: &str, id: &str) -> String {
 ///
 /// # Errors
 /// When there is no such draft, or the database fails.
-pub async fn save(
-    state: &Service,
-    person: &CurrentPerson,
-    (id, seen): (Uuid, i64),
-    texts: &Texts,
-) -> Result<Saved, Error> {
+pub async fn save(state: &Service, person: &CurrentPerson, id: Uuid, seen: i64, texts: &Texts) -> Result<Saved, Error> {
     refuse_trainees(person)?;
     let by = by(state, person);
     let mut tx = state.db.write().await?;
-    let kept = drafts::save(&mut tx, by, (id, seen), texts).await?;
+    let kept = drafts::save(&mut tx, by, id, seen, texts).await?;
     let draft = drafts::find(&mut *tx, by.school, id).await?.ok_or(Error::NotFound)?;
     tx.commit().await?;
     Ok(if kept { Saved::Kept(draft) } else { Saved::Elsewhere(draft) })
@@ -162,14 +157,13 @@ pub async fn publish(state: &Service, person: &CurrentPerson, draft: &Draft, che
         _ => None,
     };
     let mut tx = state.db.write().await?;
-    if !drafts::remove(&mut tx, by.school, (draft.id, draft.version)).await? {
+    if !drafts::remove(&mut tx, by.school, draft.id, draft.version).await? {
         return Ok(false);
     }
     match (checked, exercise) {
         (Checked::Exercise(_), Some(exercise)) => drop(publishing::exercise(&mut tx, &publisher, &exercise).await?),
         (Checked::Course(course, _), _) => {
-            let published =
-                publishing::curriculum(&mut tx, &publisher, (course, draft.texts.document.as_bytes())).await;
+            let published = publishing::curriculum(&mut tx, &publisher, course, draft.texts.document.as_bytes()).await;
             published.map_err(|refused| match refused {
                 Refused::Document(why) => Error::Unprocessable(why),
                 Refused::Work(error) => Error::Internal(error),
@@ -185,12 +179,12 @@ pub async fn publish(state: &Service, person: &CurrentPerson, draft: &Draft, che
 ///
 /// # Errors
 /// When the database fails.
-pub async fn discard(state: &Service, person: &CurrentPerson, (id, seen): (Uuid, i64)) -> Result<bool, Error> {
+pub async fn discard(state: &Service, person: &CurrentPerson, id: Uuid, seen: i64) -> Result<bool, Error> {
     refuse_trainees(person)?;
     let by = by(state, person);
     let mut tx = state.db.write().await?;
     let draft = drafts::find(&mut *tx, by.school, id).await?.ok_or(Error::NotFound)?;
-    let removed = drafts::remove(&mut tx, by.school, (id, seen)).await?;
+    let removed = drafts::remove(&mut tx, by.school, id, seen).await?;
     if removed {
         Entry::new(by.school, Actor::Person(by.person), "draft.discarded", &draft.document_id)
             .append(&mut tx, by.now)

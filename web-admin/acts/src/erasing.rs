@@ -11,12 +11,12 @@ use crate::config::Config;
 use crate::erasures::{Erasure, ErasureList, Wish};
 use crate::error::Error;
 use crate::service::Service;
-use model::CurrentPerson;
 use model::directory::{AccountState, DirectoryEntry};
+use model::{CurrentPerson, PersonKey};
 use store::audit::{Actor, Entry};
 use store::directory;
 use store::retention;
-use store::second_factors::{self, PersonKey};
+use store::second_factors;
 use store::texts::{self, ErasedRecording, Side, Whose};
 use store::{schools, tokens};
 
@@ -41,9 +41,9 @@ impl Eraser {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn wish_of_school(state: &Service, school: uuid::Uuid, texts: (bool, bool)) -> Result<Wish, Error> {
+pub async fn wish_of_school(state: &Service, school: uuid::Uuid, written: bool, about: bool) -> Result<Wish, Error> {
     let recordings = schools::erases_recordings(state.db.reader(), school).await?;
-    Ok(Wish { written: texts.0, about: texts.1, recordings })
+    Ok(Wish { written, about, recordings })
 }
 
 /// Takes away everything that tells who somebody is, for good. Attempts and scores stay, under the pseudonym.
@@ -55,7 +55,8 @@ pub async fn erase(
     state: &Service,
     by: Eraser,
     person: &DirectoryEntry,
-    (school_id, wish): (uuid::Uuid, Wish),
+    school_id: uuid::Uuid,
+    wish: Wish,
 ) -> Result<(), Error> {
     let erasure =
         Erasure { at: state.clock.now(), school_id, person_id: person.id, pseudonym: person.pseudonym.clone(), wish };

@@ -1,5 +1,6 @@
 //! Schools that nobody goes to: the demonstration's people, a crowd to measure pages on, answers to a survey that nobody gave.
 
+use crate::publishing::Publisher;
 use std::ops::Range;
 
 use anyhow::Context;
@@ -133,8 +134,8 @@ pub async fn ask_nobody(service: &Service, survey: GeneratedSurvey<'_>) -> anyho
     let GeneratedSurvey { owner, title, document, responses } = survey;
     let (now, school_id, mut tx) = (service.clock.now(), owner.school_id, service.db.write().await?);
     let instrument = Instrument::from_bytes("generated", document.as_bytes())?;
-    let published = (&instrument, document.as_bytes());
-    surveys::publish_text(&mut tx, school_id, published, (Actor::CommandLine, now)).await?;
+    let publisher = Publisher { school: school_id, by: Actor::CommandLine, now };
+    surveys::publish_text(&mut tx, &publisher, &instrument, document.as_bytes()).await?;
     let revision = instruments::current(&mut *tx, school_id, &instrument.id).await?;
     let new = NewSurvey {
         school_id,

@@ -1,10 +1,10 @@
 //! The queue of letters: what becomes of one, and the links that it carries. What it says is pages' to say, and whoever sends it
 //! notes here how that went.
 
+use model::PersonKey;
 use model::mail::{Mail, RetentionLetter, SurveyLetter};
 use model::survey::{Identity, PROFESSIONAL, Survey};
 use store::account_links::Purpose;
-use store::second_factors::PersonKey;
 use store::surveys::{NewResponse, letters};
 use store::{mails, retention, surveys};
 
@@ -71,7 +71,7 @@ pub async fn claim_survey_letter(state: &Service, letter: &SurveyLetter, survey:
     let mut tx = state.db.write().await?;
     let response = match letter.response_id {
         Some(response) => {
-            surveys::set_token(&mut tx, (survey.school_id, response), &token_sha256).await?;
+            surveys::set_token(&mut tx, survey.school_id, response, &token_sha256).await?;
             response
         }
         None => {
@@ -134,6 +134,6 @@ pub async fn note_retention_letter(state: &Service, letter: &RetentionLetter, se
     }
     let mut tx = state.db.write().await?;
     let error = sent.as_ref().err().map(String::as_str);
-    retention::note_letter(&mut tx, letter.id, (error, again), state.clock.now()).await?;
+    retention::note_letter(&mut tx, letter.id, error, again, state.clock.now()).await?;
     Ok(tx.commit().await?)
 }

@@ -3,13 +3,13 @@
 
 use crate::asking;
 use anyhow::Context;
+use model::SessionKey;
 use serde_json::json;
 use sqlx::SqliteConnection;
 
 use crate::judging::{Answer, Question, Told};
 use crate::service::Service;
 use store::audit::{Actor, Entry};
-use store::scores::SessionKey;
 use store::sessions::{self, Session, SessionState};
 use store::{motions, practice};
 
@@ -22,7 +22,7 @@ pub async fn step(state: &Service) -> anyhow::Result<bool> {
     let motion = read(state, &session).await?;
     let mut tx = state.db.write().await?;
     if let Some(motion) = motion {
-        compare(state, &mut tx, (&session, &motion)).await?;
+        compare(state, &mut tx, &session, &motion).await?;
     }
     motions::done(&mut tx, session.key()).await?;
     tx.commit().await?;
@@ -42,11 +42,7 @@ async fn read(state: &Service, session: &Session) -> anyhow::Result<Option<Strin
 }
 
 /// Sets an attempt's hash. Where another that counts has it, the one that came later repeats the other.
-async fn compare(
-    state: &Service,
-    tx: &mut SqliteConnection,
-    (session, motion): (&Session, &str),
-) -> anyhow::Result<()> {
+async fn compare(state: &Service, tx: &mut SqliteConnection, session: &Session, motion: &str) -> anyhow::Result<()> {
     let own = session.key();
     let same = match session.uncounted {
         Some(_) => None,
@@ -56,16 +52,12 @@ async fn compare(
         let other = sessions::find(&mut *tx, own.school_id, same).await?.context("an attempt that is gone")?;
         let is_first = motions::came_before(&mut *tx, own, other.key()).await?;
         let (first, later) = if is_first { (session, &other) } else { (&other, session) };
-        repeat(state, tx, (first.key(), later)).await?;
+        repeat(state, tx, first.key(), later).await?;
     }
     Ok(motions::set(tx, own, motion).await?)
 }
 
-async fn repeat(
-    state: &Service,
-    tx: &mut SqliteConnection,
-    (first, later): (SessionKey, &Session),
-) -> anyhow::Result<()> {
+async fn repeat(state: &Service, tx: &mut SqliteConnection, first: SessionKey, later: &Session) -> anyhow::Result<()> {
     motions::mark_repeated(tx, later.key(), first).await?;
     if later.state == SessionState::Scored {
         practice::refresh(tx, later.key()).await?;

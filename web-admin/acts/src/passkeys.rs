@@ -13,11 +13,11 @@ use crate::error::Error;
 use crate::second_factor::{self, Enrolled, Proof};
 use crate::service::Service;
 use crate::tokens::checked_name;
-use model::CurrentPerson;
+use model::{CurrentPerson, PersonKey};
 use store::audit::Entry;
 use store::passkeys::{self, KeptPasskey, NewPasskey, Signature};
 use store::people;
-use store::second_factors::{self, PersonKey};
+use store::second_factors;
 
 /// Most passkeys that somebody has.
 pub const MOST: usize = 20;
@@ -76,7 +76,7 @@ pub async fn check(state: &Service, key: PersonKey, answer: Answer<'_>) -> Resul
     second_factor::take_try(state, key, answer.from).await?;
     let site = state.passkeys.site().ok_or_else(no_site)?;
     let signed = match take(state, key, answer.question) {
-        Some(Asked::ToSign(asked)) => signed(state, (key, site), &asked, answer.json).await?,
+        Some(Asked::ToSign(asked)) => signed(state, key, site, &asked, answer.json).await?,
         _ => Signed::Late,
     };
     match signed {
@@ -100,7 +100,8 @@ fn take(state: &Service, key: PersonKey, question: Option<Uuid>) -> Option<Asked
 
 async fn signed(
     state: &Service,
-    (key, site): (PersonKey, &Site),
+    key: PersonKey,
+    site: &Site,
     asked: &PasskeyAuthentication,
     json: &str,
 ) -> Result<Signed, Error> {

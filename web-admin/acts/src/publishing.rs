@@ -76,7 +76,7 @@ pub struct Publisher {
 }
 
 impl Publisher {
-    fn did<'a>(&self, action: &'a str, object: &str) -> Entry<'a> {
+    pub(crate) fn did<'a>(&self, action: &'a str, object: &str) -> Entry<'a> {
         Entry::new(self.school, self.by.clone(), action, object)
     }
 }
@@ -114,7 +114,7 @@ pub async fn course(
     for bundle in &bundles {
         published.push(exercise(writer, &publisher, bundle).await?);
     }
-    published.push(curriculum(writer, &publisher, (&course, &bytes)).await?);
+    published.push(curriculum(writer, &publisher, &course, &bytes).await?);
     Ok(published)
 }
 
@@ -163,7 +163,8 @@ pub async fn exercise(
 pub async fn curriculum(
     writer: &mut SqliteConnection,
     publisher: &Publisher,
-    (course, bytes): (&Curriculum, &[u8]),
+    course: &Curriculum,
+    bytes: &[u8],
 ) -> Result<Published, Refused> {
     let Publisher { school, now, .. } = *publisher;
     let mastery = Mastery::from_rule(&course.mastery)

@@ -4,6 +4,7 @@ use model::CurrentPerson;
 use serde_json::json;
 use store::audit::Entry;
 use store::links;
+use store::links::NewRecordingLink;
 use store::sessions::Session;
 
 use crate::error::Error;
@@ -21,7 +22,9 @@ pub async fn make_recording_link(service: &Service, by: &CurrentPerson, session:
     let (now, token) = (service.clock.now(), secret::random_hex()?);
     let until = now.plus_s(LINK_LIFETIME_S);
     let mut tx = service.db.write().await?;
-    links::add(&mut tx, (session.key(), by.id), &secret::token_sha256(&token), (now, until)).await?;
+    let hash = secret::token_sha256(&token);
+    let link = NewRecordingLink { session: session.key(), made_by: by.id, token_sha256: &hash, expires_at: until };
+    links::add(&mut tx, link, now).await?;
     Entry::by(by, "recording.linked", session.id).with(json!({ "until": until })).append(&mut tx, now).await?;
     tx.commit().await?;
     Ok(token)

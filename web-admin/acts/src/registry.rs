@@ -1,13 +1,12 @@
 //! What whoever has the machine does to schools and people on its command line.
 
-use model::{Moment, Role};
+use model::{Moment, PersonKey, Role};
 use serde_json::json;
 use sqlx::SqliteConnection;
 use store::audit::{Actor, Entry};
 use store::cohorts::{self, Deed, Membership};
 use store::people::{self, NewPerson, Person};
 use store::schools::{self, School};
-use store::second_factors::PersonKey;
 use store::tokens::{self, NewToken, TokenHolder};
 
 use crate::accounts::INITIAL_PASSWORD_S;

@@ -3,7 +3,7 @@
 //!
 //! No clock erases anybody: the days between the letter and the end are also counted by how long the service has run.
 
-use model::CurrentPerson;
+use model::{CurrentPerson, PersonKey};
 use std::time::Duration;
 
 use serde_json::json;
@@ -57,7 +57,7 @@ pub async fn plan(state: &Service, school: Uuid) -> Result<(Settings, Vec<Planne
     let (now, rule) = (Now { at: state.clock.now(), observed_s }, settings.rule());
     let since = rule.map_or(Moment::from_micros(0), |rule| rule.warned_since(now.at));
     let planned = retention::idle(reader, school, since).await?.into_iter().filter_map(|idle| {
-        let step = step(rule, (idle.active_at, idle.held_at.is_some()), idle.warned(), now)?;
+        let step = step(rule, idle.active_at, idle.held_at.is_some(), idle.warned(), now)?;
         Some(Planned { idle, step })
     });
     Ok((settings, planned.collect()))
@@ -90,13 +90,13 @@ pub async fn act(state: &Service, school: Uuid) -> Result<Done, Error> {
     }
     tx.commit().await?;
     state.mails.notify_one();
-    let wish = erasing::wish_of_school(state, school, (settings.texts, settings.texts)).await?;
+    let wish = erasing::wish_of_school(state, school, settings.texts, settings.texts).await?;
     for Planned { idle, .. } in planned.iter().filter(|planned| planned.step == Step::Erase) {
         let person = directory::find(state.db.reader(), school, idle.id).await?;
         let Some(person) = person.filter(|person| person.state != AccountState::Erased) else { continue };
         let why = json!({ "active_at": idle.active_at, "told_at": idle.told_at, "months": settings.months });
         let by = Eraser { actor: Actor::Worker, why: Some(why) };
-        erasing::erase(state, by, &person, (school, wish)).await?;
+        erasing::erase(state, by, &person, school, wish).await?;
         done.erased += 1;
     }
     Ok(done)
@@ -155,7 +155,7 @@ pub async fn tick(state: &Service, elapsed: Duration) -> Result<(), Error> {
 pub async fn set_held(state: &Service, by: &CurrentPerson, person: Uuid, held: bool) -> Result<(), Error> {
     let (now, mut tx) = (state.clock.now(), state.db.write().await?);
     let (since, action) = if held { (Some(now), "person.held") } else { (None, "person.released") };
-    if retention::hold(&mut tx, (by.school_id, person), since).await? {
+    if retention::hold(&mut tx, PersonKey { school_id: by.school_id, person_id: person }, since).await? {
         Entry::by(by, action, person).append(&mut tx, now).await?;
     }
     Ok(tx.commit().await?)

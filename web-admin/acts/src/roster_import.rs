@@ -11,10 +11,10 @@ use crate::accounts;
 use crate::error::Error;
 use crate::service::Service;
 use model::roster::{self, Change, Difference, Entry, Line, Outcome, Roster, Wanted};
-use model::{CurrentPerson, Role};
+use model::{CurrentPerson, PersonKey, Role};
 use store::account_links::Purpose;
 use store::audit;
-use store::cohorts::{self, Deed, Membership};
+use store::cohorts::{self, Deed, Membership, MembershipKey};
 use store::directory::{self, Details};
 use store::rosters::{self, About, Draft, NewDraft};
 
@@ -41,7 +41,8 @@ pub struct Preview {
 pub async fn keep(
     state: &Service,
     by: &CurrentPerson,
-    (file_name, body): (&str, &[u8]),
+    file_name: &str,
+    body: &[u8],
     wanted: &Wanted,
 ) -> Result<Uuid, Error> {
     parse(body).await?;
@@ -99,7 +100,8 @@ pub async fn confirm(
     state: &Service,
     by: &CurrentPerson,
     id: Uuid,
-    (digest, invite): (&str, bool),
+    digest: &str,
+    invite: bool,
 ) -> Result<Option<Difference>, Error> {
     let mut tx = state.db.write().await?;
     let draft = rosters::find(&mut *tx, by.school_id, id).await?.ok_or(Error::NotFound)?;
@@ -115,7 +117,12 @@ pub async fn confirm(
     for leaving in &difference.leaving {
         let cohort = import.cohort(&leaving.cohort).await?;
         let deed = import.deed();
-        cohorts::leave(import.tx, (by.school_id, cohort, leaving.person), deed).await?;
+        cohorts::leave(
+            import.tx,
+            MembershipKey { school_id: by.school_id, cohort_id: cohort, person_id: leaving.person },
+            deed,
+        )
+        .await?;
     }
     let Import { added, changed, .. } = import;
     let left: Vec<Uuid> = difference.leaving.iter().map(|leaving| leaving.person).collect();
@@ -157,7 +164,13 @@ impl Import<'_> {
         if entry.standing == Some(roster::Standing::Gone) {
             accounts::disable_in(self.tx, self.state, self.by, person).await?;
         } else if invite {
-            accounts::queue_link(self.tx, self.state, (school, person), Purpose::Invitation).await?;
+            accounts::queue_link(
+                self.tx,
+                self.state,
+                PersonKey { school_id: school, person_id: person },
+                Purpose::Invitation,
+            )
+            .await?;
         }
         self.added.push(person);
         Ok(())

@@ -11,12 +11,12 @@ use crate::sealing;
 use crate::secret;
 use crate::service::Service;
 use model::mail::MailKind;
-use model::{CurrentPerson, Moment, TotpSecret};
+use model::{CurrentPerson, Moment, PersonKey, TotpSecret};
 use store::audit::{Actor, Entry};
 use store::mails;
 use store::mails::NewMail;
 use store::people;
-use store::second_factors::{self, PersonKey};
+use store::second_factors;
 
 /// Recovery codes that are made at once.
 const RECOVERY_CODES: usize = 10;

@@ -65,14 +65,14 @@ pub fn plain_code(typed: &str) -> String {
 /// When the cost is out of argon2's range.
 pub fn code_hash(code: &str, realm: &[u8; 16], cost: PasswordCost) -> anyhow::Result<[u8; 32]> {
     let mut hash = [0; 32];
-    hash_into(&argon2(cost)?, (code.as_bytes(), realm), &mut hash).map_err(|e| anyhow::anyhow!("argon2: {e}"))?;
+    hash_into(&argon2(cost)?, code.as_bytes(), realm, &mut hash).map_err(|e| anyhow::anyhow!("argon2: {e}"))?;
     Ok(hash)
 }
 
 /// Memory of hashes, used again. Freed, it would stay with the allocator, as much for every thread that ever hashed.
 static MEMORY: Mutex<Vec<Vec<Block>>> = Mutex::new(Vec::new());
 
-fn hash_into(argon2: &Argon2<'_>, (secret, salt): (&[u8], &[u8]), hash: &mut [u8]) -> argon2::Result<()> {
+fn hash_into(argon2: &Argon2<'_>, secret: &[u8], salt: &[u8], hash: &mut [u8]) -> argon2::Result<()> {
     let memory = || MEMORY.lock().unwrap_or_else(PoisonError::into_inner);
     let mut blocks = memory().pop().unwrap_or_default();
     blocks.resize(argon2.params().block_count().max(blocks.len()), Block::default());
@@ -106,7 +106,7 @@ pub fn same(a: &str, b: &str) -> bool {
 pub fn hash_password(password: &str, cost: PasswordCost) -> anyhow::Result<String> {
     let (argon2, salt) = (argon2(cost)?, random_16()?);
     let mut hash = [0; Params::DEFAULT_OUTPUT_LEN];
-    hash_into(&argon2, (password.as_bytes(), &salt), &mut hash).map_err(|e| anyhow::anyhow!("argon2: {e}"))?;
+    hash_into(&argon2, password.as_bytes(), &salt, &mut hash).map_err(|e| anyhow::anyhow!("argon2: {e}"))?;
     let told = |e: argon2::password_hash::phc::Error| anyhow::anyhow!("argon2: {e}");
     let phc = PasswordHash {
         algorithm: Algorithm::Argon2id.ident(),
@@ -132,7 +132,7 @@ fn hash_of(password: &str, like: &PasswordHash) -> Option<Output> {
     let argon2 = Argon2::new(algorithm, version, Params::try_from(like).ok()?);
     let (salt, mut hash) = (like.salt?, [0; Output::MAX_LENGTH]);
     let hash = hash.get_mut(..like.hash?.len())?;
-    hash_into(&argon2, (password.as_bytes(), &salt), hash).ok()?;
+    hash_into(&argon2, password.as_bytes(), &salt, hash).ok()?;
     Output::new(hash).ok()
 }
 

@@ -9,10 +9,10 @@ use crate::deadlines::Dated;
 use crate::error::Error;
 use crate::service::Service;
 use model::segments::{Verdict, pops};
-use model::{CurrentPerson, Role};
+use model::{CurrentPerson, Role, SessionKey};
 use store::audit::Entry;
-use store::deadlines::{self, Kind};
-use store::scores::{self, SessionKey};
+use store::deadlines::{self, DeadlineKey, Kind};
+use store::scores;
 use store::segments::{self, Marks, NewTask, Task, Trace};
 
 /// Makes a task.
@@ -79,7 +79,8 @@ pub async fn mark(
     state: &Service,
     person: &CurrentPerson,
     trace: &Trace,
-    (marks, sent): (Vec<f64>, bool),
+    marks: Vec<f64>,
+    sent: bool,
 ) -> Result<(), Error> {
     let now = state.clock.now();
     let new = Marks { person_id: person.id, trace_id: trace.id, marks: Json(marks), sent_at: sent.then_some(now) };
@@ -116,7 +117,8 @@ pub async fn outcomes(state: &Service, school: Uuid, task: &Task, people: &[Uuid
         traces.push((trace, pops));
     }
     let marks = segments::marks(reader, school, task.id).await?;
-    let longer = deadlines::extensions(reader, (school, Kind::Segments), task.id).await?;
+    let longer =
+        deadlines::extensions(reader, DeadlineKey { school_id: school, kind: Kind::Segments, id: task.id }).await?;
     let of = |person: &Uuid| {
         let longer = longer.iter().find(|extension| extension.person_id == *person);
         let due_at = longer.map_or(task.due_at, |extension| Some(extension.due_at));
@@ -125,12 +127,12 @@ pub async fn outcomes(state: &Service, school: Uuid, task: &Task, people: &[Uuid
             extended_days: longer.map_or(0, |extension| extension.days),
             ..TraceOutcome::default()
         };
-        outcome(begun, &traces, (&marks, *person))
+        outcome(begun, &traces, &marks, *person)
     };
     Ok(people.iter().map(of).collect())
 }
 
-fn outcome(mut outcome: TraceOutcome, traces: &[(Trace, Vec<f64>)], (marks, person): (&[Marks], Uuid)) -> TraceOutcome {
+fn outcome(mut outcome: TraceOutcome, traces: &[(Trace, Vec<f64>)], marks: &[Marks], person: Uuid) -> TraceOutcome {
     for (trace, pops) in traces.iter().filter(|(trace, _)| trace.trainee_id != person) {
         outcome.traces += 1;
         let own = marks.iter().find(|marks| marks.person_id == person && marks.trace_id == trace.id);

@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::keys;
 use crate::secret;
 use crate::service::Service;
-use model::{CurrentPerson, Moment, Role, line};
+use model::{CurrentPerson, Moment, PersonKey, Role, line};
 use store::audit::{Actor, Entry};
 use store::people::Person;
 use store::stations::{self, PairingCode, WrongCodes};
@@ -146,7 +146,9 @@ pub async fn make_sign_in_code(state: &Service, person: &CurrentPerson) -> Resul
         let now = state.clock.now();
         let mut tx = state.db.write().await?;
         // One in a million that somebody has it already: then it is another.
-        if sign_in_codes::put(&mut tx, (person.school_id, person.id), &hash, now).await? {
+        if sign_in_codes::put(&mut tx, PersonKey { school_id: person.school_id, person_id: person.id }, &hash, now)
+            .await?
+        {
             Entry::by(person, "sign_in_code.made", person.id).append(&mut tx, now).await?;
             tx.commit().await?;
             return Ok(in_groups(&code));

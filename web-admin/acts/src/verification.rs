@@ -70,7 +70,7 @@ pub async fn strayed_from(
             "audit log: row {rows} has not the hash {head} that was stated at {made_at}: the log was cut or made anew since"
         )
     };
-    Ok((*rows > 0 && !audit::holds_at(db.reader(), (*rows, head)).await?).then(finding))
+    Ok((*rows > 0 && !audit::holds_at(db.reader(), *rows, head).await?).then(finding))
 }
 
 /// People who were erased and are here all the same: a database that was put in its place without `web-admin restore` brings them back.

@@ -83,16 +83,16 @@ impl Comment {
         let kind = kind.ok_or_else(|| {
             Refused(format!("kind: \"{}\"; allowed are praise, error, question and teaching", typed.kind))
         })?;
-        let from_s = moment("from", &typed.from_s, (0.0, duration_s))?;
+        let from_s = moment("from", &typed.from_s, 0.0, duration_s)?;
         let to_s = match typed.to_s.trim() {
             "" => None,
-            to_s => Some(moment("to", to_s, (from_s, duration_s))?),
+            to_s => Some(moment("to", to_s, from_s, duration_s)?),
         };
         Ok(Self { kind, from_s, to_s, body: words(&typed.body)? })
     }
 }
 
-fn moment(field: &str, typed: &str, (least_s, most_s): (f64, f64)) -> Result<f64, Refused> {
+fn moment(field: &str, typed: &str, least_s: f64, most_s: f64) -> Result<f64, Refused> {
     let typed = typed.trim();
     let seconds = typed.replace(',', ".").parse::<f64>().ok().filter(|s| (least_s..=most_s).contains(s));
     seconds.ok_or_else(|| {

@@ -78,14 +78,14 @@ pub fn read(said: &str, zone_name: &str) -> Result<Due, DueRefused> {
         let (Ok(early), Ok(late)) = (after.to_timestamp(local), before.to_timestamp(local)) else {
             return Err(DueRefused::NoDate(said.to_owned()));
         };
-        return Err(skipped(local, &zone, zone_name, (early, late)));
+        return Err(skipped(local, &zone, zone_name, early, late));
     }
     let at = ambiguous.later().map_err(|_| DueRefused::NoDate(said.to_owned()))?;
     Ok(Due { local: local.to_string(), at: moment(at) })
 }
 
 /// The times around a gap: one minute before the clocks jump, and where they land.
-fn skipped(local: DateTime, zone: &TimeZone, zone_name: &str, (early, late): (Timestamp, Timestamp)) -> DueRefused {
+fn skipped(local: DateTime, zone: &TimeZone, zone_name: &str, early: Timestamp, late: Timestamp) -> DueRefused {
     let jump = zone.following(early).next().map_or(late, |transition| transition.timestamp());
     let minute = |at: Timestamp| at.to_zoned(zone.clone()).strftime("%H:%M").to_string();
     DueRefused::Skipped {
@@ -123,7 +123,7 @@ pub fn local(at: Moment, zone_name: &str) -> Local {
 
 /// A date and a time as people say them.
 fn said(at: &Zoned) -> String {
-    let date = dates::date((at.year().into(), at.month().unsigned_abs(), at.day().unsigned_abs()));
+    let date = dates::date(at.year().into(), at.month().unsigned_abs(), at.day().unsigned_abs());
     tr!("{date}, {time}", date = date, time = at.strftime("%H:%M"))
 }
 

@@ -4,6 +4,7 @@
 extern crate words;
 
 pub mod assignment;
+pub mod attempt_key;
 pub mod attempt_place;
 pub mod began;
 pub mod certificate;
@@ -35,9 +36,10 @@ pub mod series;
 pub mod survey;
 pub mod texts;
 
+pub use attempt_key::SessionKey;
 pub use attempt_place::AttemptPlace;
 pub use moment::{Moment, new_id};
-pub use person::{CurrentPerson, Role};
+pub use person::{CurrentPerson, PersonKey, Role};
 pub use proof::{Needed, Proof, Uncounted};
 pub use replay::Replay;
 pub use second_factor::{FactorRule, TotpSecret};

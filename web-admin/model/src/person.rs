@@ -89,3 +89,18 @@ pub struct CurrentPerson {
     /// The language that they have chosen, if any.
     pub language: Option<Language>,
 }
+
+/// A person within their school.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PersonKey {
+    /// School.
+    pub school_id: Uuid,
+    /// Person.
+    pub person_id: Uuid,
+}
+
+impl From<&CurrentPerson> for PersonKey {
+    fn from(person: &CurrentPerson) -> Self {
+        Self { school_id: person.school_id, person_id: person.id }
+    }
+}

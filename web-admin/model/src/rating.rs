@@ -43,7 +43,7 @@ impl ScoreTable {
 
 /// The scores of an instrument, a table each; attempts and raters in the order of the slices.
 #[must_use]
-pub fn tables(instrument: &Instrument, (attempts, raters): (&[Uuid], &[Uuid]), given: &[Given<'_>]) -> Vec<ScoreTable> {
+pub fn tables(instrument: &Instrument, attempts: &[Uuid], raters: &[Uuid], given: &[Given<'_>]) -> Vec<ScoreTable> {
     let finished: BTreeMap<(Uuid, Uuid), &[Option<Answer>]> =
         given.iter().filter_map(|given| Some(((given.session, given.rater), given.answers?))).collect();
     let score = |key: &ScoreKey| {
@@ -97,14 +97,14 @@ mod tests {
             given(2, 0, Some(&said[4])),
             given(2, 1, None),
         ];
-        let table = &tables(&instrument, (&attempts, &raters), &list)[0];
+        let table = &tables(&instrument, &attempts, &raters, &list)[0];
         assert_eq!(table.rows, [vec![Some(7.0), Some(14.0)], vec![Some(28.0), Some(35.0)], vec![Some(21.0), None]]);
         assert_eq!(table.complete_and_missing(), (2, 1));
         let agreement = table.agreement.expect("two attempts, two raters");
         assert_eq!((agreement.n, agreement.raters, agreement.missing), (2, 2, 1));
         assert_eq!(mean(&table.rows[2]), Some((21.0, 1)));
         assert_eq!(mean(&[None]), None);
-        let lonely = &tables(&instrument, (&attempts, &raters[..1]), &list)[0];
+        let lonely = &tables(&instrument, &attempts, &raters[..1], &list)[0];
         assert_eq!(lonely.agreement, Err(NotComputable::TooFewItems { found: 1, needed: 2 }));
     }
 }

@@ -58,7 +58,7 @@ impl Rule {
 /// What is to be done about somebody who last did anything at `active_at`, if anything. Whoever is erased was told before, for the days of
 /// the rule, by the clock and by the time that the service has run: no clock that is set brings that day nearer.
 #[must_use]
-pub fn step(rule: Option<Rule>, (active_at, held): (Moment, bool), warned: Option<Warned>, now: Now) -> Option<Step> {
+pub fn step(rule: Option<Rule>, active_at: Moment, held: bool, warned: Option<Warned>, now: Now) -> Option<Step> {
     let Some(rule) = rule.filter(|rule| !held && active_at < rule.warned_since(now.at)) else {
         return warned.map(|_| Step::CallOff);
     };
@@ -86,7 +86,7 @@ mod tests {
 
     /// What is done about somebody who did something on day 0 only.
     fn done(warned: Option<Warned>, now: Now) -> Option<Step> {
-        step(Some(RULE), (Moment::from_micros(0), false), warned, now)
+        step(Some(RULE), Moment::from_micros(0), false, warned, now)
     }
 
     fn told(day: i64, run_day: i64) -> Option<Warned> {
@@ -119,9 +119,9 @@ mod tests {
     fn what_does_not_hold_any_more_is_called_off() {
         let late = now(400, 400);
         for (rule, active_day, held) in [(None, 0, false), (Some(RULE), 399, false), (Some(RULE), 0, true)] {
-            let active = (Moment::from_micros(0).plus_s(active_day * DAY_S), held);
-            assert_eq!(step(rule, active, told(336, 336), late), Some(Step::CallOff));
-            assert_eq!(step(rule, active, None, late), None);
+            let active_at = Moment::from_micros(0).plus_s(active_day * DAY_S);
+            assert_eq!(step(rule, active_at, held, told(336, 336), late), Some(Step::CallOff));
+            assert_eq!(step(rule, active_at, held, None, late), None);
         }
     }
 }

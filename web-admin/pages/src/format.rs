@@ -70,7 +70,7 @@ pub fn line_points(points: impl Borrow<f64>) -> String {
 #[must_use]
 pub fn date(at: impl Borrow<OffsetDateTime>) -> String {
     let day = at.borrow().date();
-    words::dates::date((day.year(), u8::from(day.month()), day.day()))
+    words::dates::date(day.year(), u8::from(day.month()), day.day())
 }
 
 /// 2 Mar 2026, 09:05. Times are UTC, as the foot of each page says.
@@ -84,7 +84,7 @@ pub fn date_time(at: impl Borrow<OffsetDateTime>) -> String {
 #[must_use]
 pub fn short_date(day: impl Borrow<Date>) -> String {
     let day = day.borrow();
-    words::dates::day((u8::from(day.month()), day.day()))
+    words::dates::day(u8::from(day.month()), day.day())
 }
 
 /// For the `datetime` attribute of `<time>`, which has milliseconds at most.

@@ -7,11 +7,10 @@ use clap::{Args, Subcommand};
 use model::line::on_one_line;
 use model::password_refused::PasswordRefused;
 use model::roster::is_name;
-use model::{Moment, Role};
+use model::{Moment, PersonKey, Role};
 use store::audit::Actor;
 use store::people::{self, Person};
 use store::schools;
-use store::second_factors::PersonKey;
 
 use super::{CommandFailure, StorageArgs, say};
 use crate::AppState;

@@ -37,7 +37,7 @@ pub async fn assign(state: &AppState, now: Moment) -> anyhow::Result<()> {
         LEARNERS.iter().find(|learner| learner.cohort == 0 && learner.absent_weeks > 0).context("an absent one")?;
     let absent = person(state, absent.name).await?.id;
     let listed = listed.first().context("what was just assigned")?;
-    Ok(deadlines::extend(state, &instructor, assignments::dated(listed), (absent, 7)).await?)
+    Ok(deadlines::extend(state, &instructor, assignments::dated(listed), absent, 7).await?)
 }
 
 /// Writes to whoever has something due by tomorrow: the letters are files in the mail folder.

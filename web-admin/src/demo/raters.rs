@@ -105,12 +105,12 @@ pub(super) async fn mark_pops(state: &AppState, now: Moment) -> anyhow::Result<(
         for (n, trace) in (0_u64..).zip(&traces) {
             let pops = segments::truth(state, asking.school_id, trace).await?;
             let marked = invent_marks(&pops, place * 10 + n);
-            segments::mark(state, &trainee, trace, (marked, true)).await?;
+            segments::mark(state, &trainee, trace, marked, true).await?;
         }
     }
     let last = LEARNERS.iter().rfind(|learner| learner.cohort == 0).context("somebody who has not")?;
     let (last, task) = (person(state, last.name).await?, segments::task(state, &asking, task).await?);
-    Ok(deadlines::extend(state, &asking, segments::dated(&task), (last.id, 3)).await?)
+    Ok(deadlines::extend(state, &asking, segments::dated(&task), last.id, 3).await?)
 }
 
 /// Marks near the pops, as steady as a hand on a trace is; now and then one is overlooked.

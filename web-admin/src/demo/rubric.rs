@@ -10,8 +10,7 @@ use crate::worker;
 use acts::drafting;
 use acts::drafting::Saved;
 use acts::regrading::exercise as regrading;
-use model::CurrentPerson;
-use store::scores::SessionKey;
+use model::{CurrentPerson, SessionKey};
 use store::{drafts, exercises, regradings, scores};
 
 /// By how much a pass mark is changed, in points; by more where nobody is so close to it.
@@ -42,11 +41,11 @@ pub(super) async fn change(state: &AppState) -> anyhow::Result<()> {
     let exercise = change.exercise.as_str();
     let current = exercises::current(state.db.reader(), instructor.school_id, exercise).await?;
     let current = current.context("the exercise that was just published")?;
-    let id = regrading::look(state, &instructor, (exercise, current.id)).await?;
+    let id = regrading::look(state, &instructor, exercise, current.id).await?;
     worker::work_off(state).await?;
     let shown =
         regrading::find(state, &instructor, id).await?.shown_sha256.context("a re-grading that was looked at")?;
-    ensure!(regrading::confirm(state, &instructor, id, (&shown, change.reason)).await?, "nobody else grades meanwhile");
+    ensure!(regrading::confirm(state, &instructor, id, &shown, change.reason).await?, "nobody else grades meanwhile");
     worker::work_off(state).await
 }
 
@@ -117,7 +116,7 @@ async fn publish(state: &AppState, instructor: &CurrentPerson, change: &RubricCh
     let draft = drafts::find(state.db.reader(), instructor.school_id, id).await?.context("the draft just begun")?;
     let mut texts = draft.texts;
     texts.document = change.written(&texts.document);
-    let saved = drafting::save(state, instructor, (id, draft.version), &texts).await?;
+    let saved = drafting::save(state, instructor, id, draft.version, &texts).await?;
     let Saved::Kept(draft) = saved else { bail!("nobody else writes in the draft") };
     let checked = drafting::check(state, instructor.school_id, &draft).await?;
     ensure!(drafting::publish(state, instructor, &draft, &checked).await?, "the changed rubric was refused");

@@ -15,11 +15,11 @@ use acts::surveys;
 use acts::surveys::Wanted;
 use acts::surveys::answering;
 use acts::surveys::answering::Asked;
-use model::CurrentPerson;
 use model::survey::Identity;
 use model::survey::Survey;
+use model::{CurrentPerson, SessionKey};
 use store::people::{self, Person};
-use store::scores::{self, SessionKey};
+use store::scores;
 use store::surveys as stored;
 use store::{instruments, practice, reports};
 

@@ -73,11 +73,7 @@ pub async fn add(writer: &mut SqliteConnection, link: NewLink, token_sha256: &[u
 ///
 /// # Errors
 /// When the database fails.
-pub async fn lasts(
-    executor: impl SqliteExecutor<'_>,
-    (person, purpose): (Uuid, Purpose),
-    until: Moment,
-) -> Result<bool> {
+pub async fn lasts(executor: impl SqliteExecutor<'_>, person: Uuid, purpose: Purpose, until: Moment) -> Result<bool> {
     sqlx::query_scalar(
         "SELECT EXISTS (SELECT 1 FROM account_links WHERE person_id = $1 AND purpose = $2 AND expires_at > $3)",
     )

@@ -214,7 +214,7 @@ pub async fn head(executor: impl SqliteExecutor<'_>) -> Result<(i64, String)> {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn holds_at(executor: impl SqliteExecutor<'_>, (row, hash): (i64, &str)) -> Result<bool> {
+pub async fn holds_at(executor: impl SqliteExecutor<'_>, row: i64, hash: &str) -> Result<bool> {
     sqlx::query_scalar("SELECT count(*) > 0 FROM audit_log WHERE seq = $1 AND hash = $2")
         .bind(row)
         .bind(hex::decode(hash).unwrap_or_default())

@@ -56,6 +56,17 @@ pub async fn all(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<
         .await
 }
 
+/// A person and a cohort that they are in, or are asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MembershipKey {
+    /// School.
+    pub school_id: Uuid,
+    /// Cohort.
+    pub cohort_id: Uuid,
+    /// Person.
+    pub person_id: Uuid,
+}
+
 /// Who joins which cohort.
 #[derive(Clone, Copy, Debug)]
 pub struct Membership {
@@ -94,29 +105,25 @@ pub async fn join(writer: &mut SqliteConnection, membership: Membership, deed: D
     .bind(role)
     .execute(&mut *writer)
     .await?;
-    forget_request(writer, (school_id, cohort_id, person_id)).await?;
-    note(writer, (school_id, cohort_id, person_id), (MembershipAct::Joined, deed)).await
+    forget_request(writer, MembershipKey { school_id, cohort_id, person_id }).await?;
+    note(writer, MembershipKey { school_id, cohort_id, person_id }, MembershipAct::Joined, deed).await
 }
 
 /// Takes a person out of a cohort. False when they were not in it.
 ///
 /// # Errors
 /// When the database fails.
-pub async fn leave(
-    writer: &mut SqliteConnection,
-    (school, cohort, person): (Uuid, Uuid, Uuid),
-    deed: Deed,
-) -> Result<bool> {
+pub async fn leave(writer: &mut SqliteConnection, key: MembershipKey, deed: Deed) -> Result<bool> {
     let left = sqlx::query("DELETE FROM cohort_members WHERE school_id = $1 AND cohort_id = $2 AND person_id = $3")
-        .bind(school)
-        .bind(cohort)
-        .bind(person)
+        .bind(key.school_id)
+        .bind(key.cohort_id)
+        .bind(key.person_id)
         .execute(&mut *writer)
         .await?;
     if left.rows_affected() == 0 {
         return Ok(false);
     }
-    note(writer, (school, cohort, person), (MembershipAct::Left, deed)).await?;
+    note(writer, key, MembershipAct::Left, deed).await?;
     Ok(true)
 }
 
@@ -124,20 +131,16 @@ pub async fn leave(
 ///
 /// # Errors
 /// When somebody is of another school, or the database fails.
-pub async fn ask(
-    writer: &mut SqliteConnection,
-    (school, cohort, person): (Uuid, Uuid, Uuid),
-    (by, at): (Uuid, Moment),
-) -> Result<bool> {
+pub async fn ask(writer: &mut SqliteConnection, key: MembershipKey, by: Uuid, at: Moment) -> Result<bool> {
     let asked = sqlx::query(
         "INSERT INTO cohort_requests (school_id, cohort_id, person_id, asked_by, asked_at)
          SELECT $1, $2, $3, $4, $5 WHERE NOT EXISTS (
            SELECT 1 FROM cohort_members WHERE cohort_id = $2 AND person_id = $3)
          ON CONFLICT (cohort_id, person_id) DO NOTHING",
     )
-    .bind(school)
-    .bind(cohort)
-    .bind(person)
+    .bind(key.school_id)
+    .bind(key.cohort_id)
+    .bind(key.person_id)
     .bind(by)
     .bind(at)
     .execute(&mut *writer)
@@ -145,7 +148,7 @@ pub async fn ask(
     if asked.rows_affected() == 0 {
         return Ok(false);
     }
-    note(writer, (school, cohort, person), (MembershipAct::Asked, Deed { by: Some(by), at })).await?;
+    note(writer, key, MembershipAct::Asked, Deed { by: Some(by), at }).await?;
     Ok(true)
 }
 
@@ -153,41 +156,33 @@ pub async fn ask(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn decline(
-    writer: &mut SqliteConnection,
-    (school, cohort, person): (Uuid, Uuid, Uuid),
-    deed: Deed,
-) -> Result<bool> {
-    if !forget_request(writer, (school, cohort, person)).await? {
+pub async fn decline(writer: &mut SqliteConnection, key: MembershipKey, deed: Deed) -> Result<bool> {
+    if !forget_request(writer, key).await? {
         return Ok(false);
     }
-    note(writer, (school, cohort, person), (MembershipAct::Declined, deed)).await?;
+    note(writer, key, MembershipAct::Declined, deed).await?;
     Ok(true)
 }
 
-async fn forget_request(writer: &mut SqliteConnection, (school, cohort, person): (Uuid, Uuid, Uuid)) -> Result<bool> {
+async fn forget_request(writer: &mut SqliteConnection, key: MembershipKey) -> Result<bool> {
     sqlx::query("DELETE FROM cohort_requests WHERE school_id = $1 AND cohort_id = $2 AND person_id = $3")
-        .bind(school)
-        .bind(cohort)
-        .bind(person)
+        .bind(key.school_id)
+        .bind(key.cohort_id)
+        .bind(key.person_id)
         .execute(writer)
         .await
         .map(|done| done.rows_affected() == 1)
 }
 
-async fn note(
-    writer: &mut SqliteConnection,
-    (school, cohort, person): (Uuid, Uuid, Uuid),
-    (act, deed): (MembershipAct, Deed),
-) -> Result<()> {
+async fn note(writer: &mut SqliteConnection, key: MembershipKey, act: MembershipAct, deed: Deed) -> Result<()> {
     sqlx::query(
         "INSERT INTO cohort_acts (id, school_id, cohort_id, person_id, act, done_by, done_at)
          VALUES ($1, $2, $3, $4, $5, $6, $7)",
     )
     .bind(new_id(deed.at))
-    .bind(school)
-    .bind(cohort)
-    .bind(person)
+    .bind(key.school_id)
+    .bind(key.cohort_id)
+    .bind(key.person_id)
     .bind(act)
     .bind(deed.by)
     .bind(deed.at)
@@ -203,7 +198,8 @@ async fn note(
 pub async fn requests(
     executor: impl SqliteExecutor<'_>,
     school: Uuid,
-    (cohort, person): (Option<Uuid>, Option<Uuid>),
+    cohort: Option<Uuid>,
+    person: Option<Uuid>,
 ) -> Result<Vec<MembershipRequest>> {
     sqlx::query_as(
         "SELECT q.cohort_id, c.name AS cohort, q.person_id, p.display_name AS person, p.role,

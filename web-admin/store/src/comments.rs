@@ -6,9 +6,8 @@ use utoipa::ToSchema;
 use uuid::Uuid;
 
 use super::Result;
-use super::scores::SessionKey;
 use model::comment::{Comment, CommentKind};
-use model::{Moment, Role, new_id};
+use model::{Moment, Role, SessionKey, new_id};
 
 /// A comment or an answer as it is kept.
 #[derive(Clone, Debug, PartialEq, FromRow, Serialize, ToSchema)]
@@ -42,7 +41,8 @@ pub struct Kept {
 /// When attempt or author are of another school, or the database fails.
 pub async fn add(
     writer: &mut SqliteConnection,
-    (session, author): (SessionKey, Uuid),
+    session: SessionKey,
+    author: Uuid,
     comment: &Comment,
     now: Moment,
 ) -> Result<Uuid> {
@@ -65,14 +65,24 @@ pub async fn add(
     Ok(id)
 }
 
+/// What somebody answers to a comment.
+#[derive(Clone, Copy, Debug)]
+pub struct CommentAnswer<'a> {
+    /// The comment.
+    pub comment_id: Uuid,
+    /// What is said to it.
+    pub body: &'a str,
+}
+
 /// Answers a comment of the same attempt that is neither an answer nor taken back. None where there is no such one.
 ///
 /// # Errors
 /// When the author is of another school, or the database fails.
 pub async fn answer(
     writer: &mut SqliteConnection,
-    (session, author): (SessionKey, Uuid),
-    (comment, body): (Uuid, &str),
+    session: SessionKey,
+    author: Uuid,
+    answer: CommentAnswer<'_>,
     now: Moment,
 ) -> Result<Option<Uuid>> {
     let id = new_id(now);
@@ -85,8 +95,8 @@ pub async fn answer(
     .bind(session.school_id)
     .bind(session.id)
     .bind(author)
-    .bind(comment)
-    .bind(body)
+    .bind(answer.comment_id)
+    .bind(answer.body)
     .bind(now)
     .execute(writer)
     .await?;
@@ -99,7 +109,8 @@ pub async fn answer(
 /// When the database fails.
 pub async fn withdraw(
     writer: &mut SqliteConnection,
-    (session, author): (SessionKey, Uuid),
+    session: SessionKey,
+    author: Uuid,
     comment: Uuid,
     now: Moment,
 ) -> Result<bool> {

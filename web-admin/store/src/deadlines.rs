@@ -83,38 +83,46 @@ macro_rules! to_remind {
     };
 }
 
+/// What has a due date: an assignment or a task.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DeadlineKey {
+    /// School.
+    pub school_id: Uuid,
+    /// What it is.
+    pub kind: Kind,
+    /// Assignment or task.
+    pub id: Uuid,
+}
+
 /// Lets one trainee have longer, or, with `None`, as long as everybody.
 ///
 /// # Errors
 /// When the database fails.
 pub async fn extend(
     writer: &mut SqliteConnection,
-    (school, kind): (Uuid, Kind),
-    (id, person): (Uuid, Uuid),
+    deadline: DeadlineKey,
+    person: Uuid,
     longer: Option<(i64, Moment)>,
 ) -> Result<()> {
+    let DeadlineKey { school_id, kind, id } = deadline;
     let shorten = match kind {
         Kind::Assignment => shorten!("assignment_extensions", "assignment_id"),
         Kind::Segments => shorten!("segment_extensions", "task_id"),
     };
-    sqlx::query(shorten).bind(school).bind(id).bind(person).execute(&mut *writer).await?;
+    sqlx::query(shorten).bind(school_id).bind(id).bind(person).execute(&mut *writer).await?;
     let Some((days, due_at)) = longer else { return Ok(()) };
     let lengthen = match kind {
         Kind::Assignment => lengthen!("assignment_extensions", "assignment_id"),
         Kind::Segments => lengthen!("segment_extensions", "task_id"),
     };
-    sqlx::query(lengthen).bind(school).bind(id).bind(person).bind(days).bind(due_at).execute(writer).await.map(drop)
+    sqlx::query(lengthen).bind(school_id).bind(id).bind(person).bind(days).bind(due_at).execute(writer).await.map(drop)
 }
 
 /// Whoever has something of a kind due between two moments and was not reminded of it.
 ///
 /// # Errors
 /// When the database fails.
-pub async fn to_remind(
-    executor: impl SqliteExecutor<'_>,
-    kind: Kind,
-    (from, to): (Moment, Moment),
-) -> Result<Vec<Due>> {
+pub async fn to_remind(executor: impl SqliteExecutor<'_>, kind: Kind, from: Moment, to: Moment) -> Result<Vec<Due>> {
     let due = match kind {
         Kind::Assignment => to_remind!(
             "assignments",
@@ -135,11 +143,8 @@ pub async fn to_remind(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn extensions(
-    executor: impl SqliteExecutor<'_>,
-    (school, kind): (Uuid, Kind),
-    id: Uuid,
-) -> Result<Vec<Extension>> {
+pub async fn extensions(executor: impl SqliteExecutor<'_>, deadline: DeadlineKey) -> Result<Vec<Extension>> {
+    let DeadlineKey { school_id, kind, id } = deadline;
     let longer = match kind {
         Kind::Assignment => {
             "SELECT person_id, days, due_at FROM assignment_extensions WHERE school_id = $1 AND assignment_id = $2"
@@ -148,5 +153,5 @@ pub async fn extensions(
             "SELECT person_id, days, due_at FROM segment_extensions WHERE school_id = $1 AND task_id = $2"
         }
     };
-    sqlx::query_as(longer).bind(school).bind(id).fetch_all(executor).await
+    sqlx::query_as(longer).bind(school_id).bind(id).fetch_all(executor).await
 }

@@ -148,7 +148,7 @@ pub async fn all(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<
 ///
 /// # Errors
 /// When the database fails.
-pub async fn save(writer: &mut SqliteConnection, by: By, (id, seen): (Uuid, i64), texts: &Texts) -> Result<bool> {
+pub async fn save(writer: &mut SqliteConnection, by: By, id: Uuid, seen: i64, texts: &Texts) -> Result<bool> {
     let saved = sqlx::query(
         "UPDATE drafts SET document = $1, scene = $2, version = version + 1, saved_by = $3, saved_at = $4
          WHERE school_id = $5 AND id = $6 AND version = $7",
@@ -170,7 +170,7 @@ pub async fn save(writer: &mut SqliteConnection, by: By, (id, seen): (Uuid, i64)
 ///
 /// # Errors
 /// When the database fails.
-pub async fn remove(writer: &mut SqliteConnection, school: Uuid, (id, seen): (Uuid, i64)) -> Result<bool> {
+pub async fn remove(writer: &mut SqliteConnection, school: Uuid, id: Uuid, seen: i64) -> Result<bool> {
     let removed = sqlx::query("DELETE FROM drafts WHERE school_id = $1 AND id = $2 AND version = $3")
         .bind(school)
         .bind(id)

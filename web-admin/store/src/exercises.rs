@@ -131,15 +131,21 @@ pub async fn publish(
     .execute(&mut *writer)
     .await?;
     for (position, (name, bytes)) in (0_i64..).zip(revision.meshes) {
-        insert_mesh(writer, (id, position), name, bytes).await?;
+        insert_mesh(writer, id, position, name, bytes).await?;
     }
     Ok(id)
 }
 
-async fn insert_mesh(writer: &mut SqliteConnection, at: (Uuid, i64), name: &str, bytes: &[u8]) -> Result<()> {
+async fn insert_mesh(
+    writer: &mut SqliteConnection,
+    revision_id: Uuid,
+    position: i64,
+    name: &str,
+    bytes: &[u8],
+) -> Result<()> {
     sqlx::query("INSERT INTO exercise_meshes (revision_id, position, name, bytes) VALUES ($1, $2, $3, $4)")
-        .bind(at.0)
-        .bind(at.1)
+        .bind(revision_id)
+        .bind(position)
         .bind(name)
         .bind(bytes)
         .execute(writer)

@@ -6,7 +6,7 @@ use uuid::Uuid;
 
 use super::Result;
 use attempt::AttemptCurve;
-use model::{Moment, new_id};
+use model::{Moment, PersonKey, new_id};
 
 /// Most experts whose attempts are taken together.
 const MOST: u32 = 50;
@@ -47,7 +47,7 @@ pub struct Declaration {
 /// When somebody is of another school, or the database fails.
 pub async fn consent(
     writer: &mut SqliteConnection,
-    (school, person): (Uuid, Uuid),
+    PersonKey { school_id: school, person_id: person }: PersonKey,
     new: NewDeclaration<'_>,
     now: Moment,
 ) -> Result<bool> {
@@ -73,7 +73,7 @@ pub async fn consent(
 /// When the database fails.
 pub async fn withdraw(
     writer: &mut SqliteConnection,
-    (school, person): (Uuid, Uuid),
+    PersonKey { school_id: school, person_id: person }: PersonKey,
     by: Uuid,
     now: Moment,
 ) -> Result<bool> {

@@ -5,8 +5,7 @@ use uuid::Uuid;
 
 use super::Result;
 use super::practice;
-use super::scores::SessionKey;
-use model::{Moment, new_id};
+use model::{Moment, SessionKey, new_id};
 
 /// The grade that counts.
 #[derive(Clone, Copy, Debug, PartialEq, FromRow)]

@@ -4,9 +4,8 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
-use super::scores::SessionKey;
 use super::tries::MOST_DEATHS;
-use model::Moment;
+use model::{Moment, SessionKey};
 
 /// A recording that waits to be scored.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]

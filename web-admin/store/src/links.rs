@@ -4,30 +4,37 @@ use sqlx::{SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
-use super::scores::SessionKey;
 use super::sessions::Session;
-use model::Moment;
+use model::{Moment, SessionKey};
+
+/// A link to a recording, about to be kept.
+#[derive(Clone, Copy, Debug)]
+pub struct NewRecordingLink<'a> {
+    /// The attempt.
+    pub session: SessionKey,
+    /// Whoever made the link.
+    pub made_by: Uuid,
+    /// The hash of the secret in it.
+    pub token_sha256: &'a [u8; 32],
+    /// When it ends.
+    pub expires_at: Moment,
+}
 
 /// Keeps a link by its hash, and throws away those that have expired.
 ///
 /// # Errors
 /// When attempt or person are of another school, or the database fails.
-pub async fn add(
-    writer: &mut SqliteConnection,
-    (session, made_by): (SessionKey, Uuid),
-    token_sha256: &[u8; 32],
-    (now, expires_at): (Moment, Moment),
-) -> Result<()> {
+pub async fn add(writer: &mut SqliteConnection, link: NewRecordingLink<'_>, now: Moment) -> Result<()> {
     sqlx::query("DELETE FROM recording_links WHERE expires_at <= $1").bind(now).execute(&mut *writer).await?;
     sqlx::query(
         "INSERT INTO recording_links (token_sha256, school_id, session_id, made_by, expires_at)
          VALUES ($1, $2, $3, $4, $5)",
     )
-    .bind(token_sha256.as_slice())
-    .bind(session.school_id)
-    .bind(session.id)
-    .bind(made_by)
-    .bind(expires_at)
+    .bind(link.token_sha256.as_slice())
+    .bind(link.session.school_id)
+    .bind(link.session.id)
+    .bind(link.made_by)
+    .bind(link.expires_at)
     .execute(writer)
     .await
     .map(drop)

@@ -3,9 +3,8 @@
 use sqlx::{SqliteConnection, SqliteExecutor};
 
 use super::Result;
-use super::scores::SessionKey;
 use super::sessions::Session;
-use model::Uncounted;
+use model::{SessionKey, Uncounted};
 
 /// The next attempt whose motion has no hash yet, in the order in which they came.
 ///

@@ -6,8 +6,7 @@ use uuid::Uuid;
 use webauthn_rs::prelude::Passkey;
 
 use super::Result;
-use super::second_factors::PersonKey;
-use model::Moment;
+use model::{Moment, PersonKey};
 
 /// A passkey as it is kept.
 #[derive(Clone, Debug, FromRow)]

@@ -6,7 +6,7 @@ use uuid::Uuid;
 use super::Result;
 use super::account_links;
 use super::directory::search;
-use model::{CurrentPerson, Moment, Role, new_id};
+use model::{CurrentPerson, Moment, PersonKey, Role, new_id};
 use words::Language;
 
 /// A person, without what they sign in with.
@@ -202,7 +202,10 @@ pub async fn make_initial(writer: &mut SqliteConnection, person: Uuid, until: Mo
 ///
 /// # Errors
 /// When the database fails.
-pub async fn language(executor: impl SqliteExecutor<'_>, (school, person): (Uuid, Uuid)) -> Result<Option<Language>> {
+pub async fn language(
+    executor: impl SqliteExecutor<'_>,
+    PersonKey { school_id: school, person_id: person }: PersonKey,
+) -> Result<Option<Language>> {
     let chosen: Option<Option<String>> =
         sqlx::query_scalar("SELECT language FROM people WHERE school_id = $1 AND id = $2")
             .bind(school)
@@ -218,7 +221,7 @@ pub async fn language(executor: impl SqliteExecutor<'_>, (school, person): (Uuid
 /// When the database fails.
 pub async fn set_language(
     writer: &mut SqliteConnection,
-    (school, person): (Uuid, Uuid),
+    PersonKey { school_id: school, person_id: person }: PersonKey,
     language: Option<Language>,
 ) -> Result<bool> {
     sqlx::query("UPDATE people SET language = $3 WHERE school_id = $1 AND id = $2")

@@ -11,10 +11,9 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
-use super::scores::SessionKey;
 use super::tallies::{self, Sums};
-use model::Moment;
 use model::progress::Attempt;
+use model::{Moment, PersonKey, SessionKey};
 
 /// An attempt in a history: session, start in µs, score, passed, revision.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -100,13 +99,19 @@ pub async fn refresh(writer: &mut SqliteConnection, session: SessionKey) -> Resu
         passes: history.iter().map(|past| i64::from(past.3)).sum(),
         points: history.iter().map(|past| past.2).sum(),
     };
-    put(writer, session.school_id, &changed, (after, &history)).await?;
+    put(writer, session.school_id, &changed, after, &history).await?;
     let difference = Sums {
         attempts: after.attempts - before.attempts,
         passes: after.passes - before.passes,
         points: after.points - before.points,
     };
-    tallies::add(writer, (session.school_id, changed.trainee_id), changed.started_at, difference).await
+    tallies::add(
+        writer,
+        PersonKey { school_id: session.school_id, person_id: changed.trainee_id },
+        changed.started_at,
+        difference,
+    )
+    .await
 }
 
 async fn sums(executor: impl SqliteExecutor<'_>, school: Uuid, changed: &Changed) -> Result<Sums> {
@@ -142,7 +147,8 @@ async fn put(
     writer: &mut SqliteConnection,
     school: Uuid,
     changed: &Changed,
-    (sums, history): (Sums, &[Past]),
+    sums: Sums,
+    history: &[Past],
 ) -> Result<()> {
     sqlx::query(
         "INSERT INTO practice (school_id, trainee_id, exercise_id, attempts, passes, points, history)
@@ -197,7 +203,8 @@ pub async fn of_cohort(executor: impl SqliteExecutor<'_>, school: Uuid, cohort: 
 pub async fn of_cohort_at(
     executor: impl SqliteExecutor<'_>,
     school: Uuid,
-    (cohort, exercise): (Uuid, &str),
+    cohort: Uuid,
+    exercise: &str,
 ) -> Result<ByTrainee> {
     let rows = sqlx::query_as(practised!(
         "SELECT person_id FROM cohort_members WHERE school_id = $1 AND cohort_id = $2 AND role = 'trainee'",

@@ -6,8 +6,7 @@ use sqlx::{FromRow, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
-use super::scores::SessionKey;
-use model::{Needed, Proof};
+use model::{Needed, Proof, SessionKey};
 
 /// What is proved of an attempt.
 ///
@@ -35,7 +34,8 @@ struct Proved {
 pub async fn enough(
     executor: impl SqliteExecutor<'_>,
     school: Uuid,
-    (trainee, needed): (Uuid, Needed),
+    trainee: Uuid,
+    needed: Needed,
 ) -> Result<BTreeSet<Uuid>> {
     let proved: Vec<Proved> = sqlx::query_as(
         "SELECT session_id, signed, resimulated, supervised FROM proofs WHERE school_id = $1 AND trainee_id = $2",

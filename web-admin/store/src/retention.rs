@@ -6,7 +6,7 @@ use uuid::Uuid;
 
 use super::Result;
 use model::retention::{Rule, Warned};
-use model::{Moment, Role, new_id};
+use model::{Moment, PersonKey, Role, new_id};
 
 /// The rule of a school; none where everybody is kept for ever.
 ///
@@ -173,7 +173,8 @@ pub async fn due_letters(executor: impl SqliteExecutor<'_>, now: Moment, limit: 
 pub async fn note_letter(
     writer: &mut SqliteConnection,
     letter: Uuid,
-    (error, again): (Option<&str>, Option<Moment>),
+    error: Option<&str>,
+    again: Option<Moment>,
     now: Moment,
 ) -> Result<()> {
     sqlx::query(
@@ -247,7 +248,7 @@ pub async fn held_at(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uu
 /// When the database fails.
 pub async fn hold(
     writer: &mut SqliteConnection,
-    (school, person): (Uuid, Uuid),
+    PersonKey { school_id: school, person_id: person }: PersonKey,
     since: Option<Moment>,
 ) -> Result<bool> {
     sqlx::query(

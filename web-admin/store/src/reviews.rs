@@ -4,8 +4,7 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
-use super::scores::SessionKey;
-use model::{CurrentPerson, Moment, Role};
+use model::{CurrentPerson, Moment, Role, SessionKey};
 
 /// Most attempts of the queue that are listed at once.
 pub const LISTED: u32 = 50;

@@ -10,7 +10,7 @@ use uuid::Uuid;
 
 use super::{ExactNumber, Result};
 use attempt::AttemptCurve;
-use model::{Moment, new_id};
+use model::{Moment, SessionKey, new_id};
 
 /// A grading of an attempt.
 #[derive(Clone, Debug, PartialEq, FromRow)]
@@ -66,15 +66,6 @@ const fn direction_word(direction: Direction) -> &'static str {
         Direction::Higher => "higher",
         Direction::Range => "range",
     }
-}
-
-/// The attempt that something belongs to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SessionKey {
-    /// School.
-    pub school_id: Uuid,
-    /// Session.
-    pub id: Uuid,
 }
 
 /// Adds a grading; earlier ones stay. Its id.

@@ -4,22 +4,7 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
-use model::{CurrentPerson, FactorRule, Moment};
-
-/// A person within their school.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PersonKey {
-    /// School.
-    pub school_id: Uuid,
-    /// Person.
-    pub person_id: Uuid,
-}
-
-impl From<&CurrentPerson> for PersonKey {
-    fn from(person: &CurrentPerson) -> Self {
-        Self { school_id: person.school_id, person_id: person.id }
-    }
-}
+use model::{FactorRule, Moment, PersonKey};
 
 /// A secret that an app makes codes of.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]

@@ -5,8 +5,7 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
-use super::scores::SessionKey;
-use model::{AttemptPlace, CurrentPerson, Moment, Role, Uncounted};
+use model::{AttemptPlace, CurrentPerson, Moment, Role, SessionKey, Uncounted};
 
 /// What became of an uploaded recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, sqlx::Type, utoipa::ToSchema)]

@@ -5,7 +5,7 @@ use uuid::Uuid;
 
 use super::Result;
 use super::people::Person;
-use model::Moment;
+use model::{Moment, PersonKey};
 
 /// Gives a person a code, in place of the one they had. False when somebody of the school has the same.
 ///
@@ -13,7 +13,7 @@ use model::Moment;
 /// When the database fails.
 pub async fn put(
     writer: &mut SqliteConnection,
-    (school, person): (Uuid, Uuid),
+    PersonKey { school_id: school, person_id: person }: PersonKey,
     code_hash: &[u8; 32],
     now: Moment,
 ) -> Result<bool> {

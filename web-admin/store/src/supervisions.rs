@@ -4,9 +4,8 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
-use super::scores::SessionKey;
 use crate::sessions::Session;
-use model::Moment;
+use model::{Moment, SessionKey};
 
 /// Somebody was there.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]

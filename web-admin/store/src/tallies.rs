@@ -4,7 +4,7 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
-use model::Moment;
+use model::{Moment, PersonKey};
 
 /// The cohort in `tallies` that stands for the whole school.
 const WHOLE_SCHOOL: Uuid = Uuid::nil();
@@ -23,7 +23,7 @@ pub struct Sums {
 /// Adds a difference to the school's month and to that of each cohort the trainee is in.
 pub(super) async fn add(
     writer: &mut SqliteConnection,
-    (school, trainee): (Uuid, Uuid),
+    PersonKey { school_id: school, person_id: trainee }: PersonKey,
     at: Moment,
     by: Sums,
 ) -> Result<()> {
@@ -75,7 +75,8 @@ pub async fn in_year(
     executor: impl SqliteExecutor<'_>,
     school: Uuid,
     year: i64,
-    (after, limit): (&str, u32),
+    after: &str,
+    limit: u32,
 ) -> Result<Vec<YearOfCohort>> {
     sqlx::query_as(
         "SELECT c.id AS cohort_id, c.name AS cohort, sum(t.attempts) AS attempts, sum(t.passes) AS passes,

@@ -49,8 +49,8 @@ macro_rules! plain {
 pub async fn count(reader: &SqlitePool, whose: Whose) -> Result<TextCounts> {
     let mut texts = TextCounts::default();
     for (side, found) in [(Side::Written, &mut texts.written), (Side::About, &mut texts.about)] {
-        *found = plain_texts(reader, (whose, side)).await?;
-        let answers = answers_of(&mut *reader.acquire().await?, (whose, side)).await?;
+        *found = plain_texts(reader, whose, side).await?;
+        let answers = answers_of(&mut *reader.acquire().await?, whose, side).await?;
         *found += i64::try_from(answers.len()).unwrap_or(i64::MAX);
     }
     texts.sealed = sqlx::query_scalar(
@@ -66,7 +66,7 @@ pub async fn count(reader: &SqlitePool, whose: Whose) -> Result<TextCounts> {
     Ok(texts)
 }
 
-async fn plain_texts(reader: &SqlitePool, (whose, side): (Whose, Side)) -> Result<i64> {
+async fn plain_texts(reader: &SqlitePool, whose: Whose, side: Side) -> Result<i64> {
     let statement = match side {
         Side::Written => {
             "SELECT (SELECT count(*) FROM comments WHERE school_id = $1 AND author_id = $2 AND made_at <= $3 AND body <> '[erased]')
@@ -150,7 +150,7 @@ pub async fn redact(writer: &mut SqliteConnection, whose: Whose, side: Side) -> 
         let done = sqlx::query(statement).bind(whose.school_id).bind(whose.person_id).bind(whose.until);
         redacted += done.execute(&mut *writer).await?.rows_affected();
     }
-    for given in answers_of(writer, (whose, side)).await? {
+    for given in answers_of(writer, whose, side).await? {
         let statement = match given.kind {
             Kind::Response => "UPDATE survey_responses SET answers = $3 WHERE school_id = $1 AND id = $2",
             Kind::Rating => "UPDATE ratings SET answers = $3 WHERE school_id = $1 AND id = $2",
@@ -182,7 +182,7 @@ struct Row {
 }
 
 /// Answers to surveys and ratings in which a free text stands.
-async fn answers_of(connection: &mut SqliteConnection, (whose, side): (Whose, Side)) -> Result<Vec<Given>> {
+async fn answers_of(connection: &mut SqliteConnection, whose: Whose, side: Side) -> Result<Vec<Given>> {
     let mut found = Vec::new();
     let kinds: &[Kind] = if side == Side::Written { &[Kind::Response, Kind::Rating] } else { &[Kind::Rating] };
     for kind in kinds {

@@ -4,8 +4,7 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
-use super::second_factors::PersonKey;
-use model::{Moment, new_id};
+use model::{Moment, PersonKey, new_id};
 
 /// Whom a token stands for.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]

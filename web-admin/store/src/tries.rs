@@ -5,8 +5,7 @@ use sqlx::{FromRow, SqliteConnection};
 use uuid::Uuid;
 
 use super::Result;
-use super::scores::SessionKey;
-use model::{Moment, new_id};
+use model::{Moment, SessionKey, new_id};
 
 /// Deaths after which something is tried no more.
 pub const MOST_DEATHS: i64 = 2;

@@ -3,8 +3,8 @@
 
 use acts::certificates;
 use acts::publishing;
-use model::Role;
 use model::certificate::check_certificate;
+use model::{PersonKey, Role};
 use store::people;
 use web_admin::worker;
 use words::Language;
@@ -44,7 +44,12 @@ async fn school() -> (App, Member) {
 async fn who_has_mastered_a_course_saves_a_page_that_anybody_can_check() {
     let (app, ada) = school().await;
     let german = Language::named("de");
-    app.write(async |tx| people::set_language(tx, (ada.person.school_id, ada.person.id), german).await.unwrap()).await;
+    app.write(async |tx| {
+        people::set_language(tx, PersonKey { school_id: ada.person.school_id, person_id: ada.person.id }, german)
+            .await
+            .unwrap()
+    })
+    .await;
     let mut browser = app.signed_in("ada@example.org").await;
     let csrf = csrf_in(&browser.get("/account").await.text());
     let address = format!("/trainees/{}/certificates/one-step", ada.person.id);

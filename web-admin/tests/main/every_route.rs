@@ -21,6 +21,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+use store::cohorts::MembershipKey;
 
 use acts::assignments;
 use acts::clock::Clock;
@@ -32,15 +33,14 @@ use acts::uploads;
 use acts::uploads::Announced;
 use axum::body::Body;
 use axum::http::{Method, Request, header};
-use model::Role;
 use model::assignment::Task;
 use model::comment::{Comment, CommentKind};
 use model::roster::Wanted;
 use model::survey::Identity;
+use model::{Role, SessionKey};
 use sqlx::pool::PoolConnection;
 use sqlx::{Sqlite, SqliteConnection};
 use store::assignments::NewAssignment;
-use store::scores::SessionKey;
 use store::surveys as stored;
 use store::uploads::Owner;
 use store::{cohorts, comments, exercises, instruments, people, ratings, reports, segments, stations};
@@ -264,7 +264,7 @@ async fn task(app: &App, teacher: &Member, cohort_id: Uuid, session: Uuid) -> [(
 async fn regraded(app: &App, teacher: &Member) -> [(&'static str, String); 2] {
     let by = teacher.person.clone().into_current().unwrap();
     let revision = exercises::current(app.state.db.reader(), by.school_id, "feel-the-layers").await.unwrap().unwrap();
-    let look = regrading::look(&app.state, &by, ("feel-the-layers", revision.id)).await.unwrap();
+    let look = regrading::look(&app.state, &by, "feel-the-layers", revision.id).await.unwrap();
     worker::work_off(&app.state).await.unwrap();
     [("regrading", look.to_string()), ("revision", revision.id.to_string())]
 }
@@ -278,8 +278,8 @@ async fn objects(
     let (north, now) = (own.person.school_id, app.state.clock.now());
     let reader = app.state.db.reader();
     let known = reports::cohorts(reader, &admin.person.clone().into_current().unwrap()).await.unwrap();
-    let asked = (north, known[0].id, other.person.id);
-    app.write(async |tx| cohorts::ask(tx, asked, (teacher.person.id, now)).await.unwrap()).await;
+    let asked = MembershipKey { school_id: north, cohort_id: known[0].id, person_id: other.person.id };
+    app.write(async |tx| cohorts::ask(tx, asked, teacher.person.id, now).await.unwrap()).await;
     let owner = Owner { school_id: north, person_id: Some(own.person.id), station_id: None };
     let announced = Announced { length: 10, metadata: String::new(), ahead_us: None };
     let upload = uploads::begin(&app.state, owner, announced).await.unwrap();
@@ -287,10 +287,10 @@ async fn objects(
     let draft = drafting::exercise(&app.state, &writer, "stop-in-the-fat", None).await.unwrap();
     let said = Comment { kind: CommentKind::Question, from_s: 0.1, to_s: None, body: "Why?".to_owned() };
     let key = SessionKey { school_id: north, id: session };
-    let comment = app.write(async |tx| comments::add(tx, (key, own.person.id), &said, now).await.unwrap()).await;
-    let file = ("roster.csv", "email,name\nnew@north.example,New\n".as_bytes());
+    let comment = app.write(async |tx| comments::add(tx, key, own.person.id, &said, now).await.unwrap()).await;
+    let file = "email,name\nnew@north.example,New\n".as_bytes();
     let by = admin.person.clone().into_current().unwrap();
-    let roster = roster_import::keep(&app.state, &by, file, &Wanted::default()).await.unwrap();
+    let roster = roster_import::keep(&app.state, &by, "roster.csv", file, &Wanted::default()).await.unwrap();
     let new = NewAssignment {
         task: Task::Exercise("feel-the-layers".to_owned()),
         cohort_id: Some(known[0].id),

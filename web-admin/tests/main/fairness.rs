@@ -7,8 +7,7 @@ use std::time::Duration;
 
 use acts::clock::Clock;
 use acts::helper::Helper;
-use model::Role;
-use store::scores::SessionKey;
+use model::{Role, SessionKey};
 use store::sessions::{self, SessionState};
 use uuid::Uuid;
 use web_admin::worker;

@@ -16,10 +16,9 @@ use acts::killpoints::KillPoint;
 use acts::uploads;
 use axum::body::Body;
 use axum::http::Request;
-use model::{Moment, Role};
+use model::{Moment, Role, SessionKey};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
-use store::scores::SessionKey;
 use store::{jobs, tries, uploads as rows};
 
 use super::support::App;

@@ -3,10 +3,9 @@
 
 use acts::clock::Clock;
 use ed25519_dalek::SigningKey;
-use model::{Moment, Role};
+use model::{Moment, Role, SessionKey};
 use serde_json::json;
 use sqlx::{Connection, SqliteConnection};
-use store::scores::SessionKey;
 use store::{practice, proofs, sessions, tallies};
 use time::OffsetDateTime;
 use time::macros::datetime;

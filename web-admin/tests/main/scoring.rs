@@ -4,9 +4,9 @@
 use std::fs;
 
 use acts::clock::Clock;
-use model::{Moment, Role};
+use model::{Moment, Role, SessionKey};
 use serde_json::Value;
-use store::scores::{self, SessionKey};
+use store::scores;
 use store::{grades, jobs, sessions};
 use web_admin::worker::work_off;
 

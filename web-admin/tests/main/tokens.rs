@@ -5,8 +5,7 @@ use std::process::Command;
 
 use acts::clock::Clock;
 use acts::secret;
-use model::{Moment, Role};
-use store::second_factors::PersonKey;
+use model::{Moment, PersonKey, Role};
 use store::tokens::{self, NewToken};
 
 use super::support::client::{Answer, Client, csrf_in};

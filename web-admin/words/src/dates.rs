@@ -2,13 +2,13 @@
 
 /// 2 Mar 2026, from year, month from 1 and day.
 #[must_use]
-pub fn date((year, month, day): (i32, u8, u8)) -> String {
+pub fn date(year: i32, month: u8, day: u8) -> String {
     tr!("{day} {month} {year}", day = day, month = month_name(month), year = year)
 }
 
 /// 2 Mar, from month from 1 and day.
 #[must_use]
-pub fn day((month, day): (u8, u8)) -> String {
+pub fn day(month: u8, day: u8) -> String {
     tr!("{day} {month}", day = day, month = month_name(month))
 }
 

@@ -60,7 +60,7 @@ pub fn same_id(found: &str, id: &str) -> Result<(), DocumentError> {
         true => Ok(()),
         false => {
             let allowed = phrase!("allowed: \"{id}\", whose draft this is", id = id);
-            Err(issue(("document", "id"), Phrase::quoted(found), allowed).into())
+            Err(issue("document", "id", Phrase::quoted(found), allowed).into())
         }
     }
 }
@@ -69,7 +69,7 @@ pub fn same_id(found: &str, id: &str) -> Result<(), DocumentError> {
 fn advice(bundle: &ExerciseBundle) -> Result<Vec<Issue>, DocumentError> {
     let allowed = || phrase!("allowed: an exercise that can be simulated");
     let remarks = assessment::appraise(bundle);
-    let remarks = remarks.map_err(|error| issue(("document", "scene"), Phrase::data(error), allowed()))?;
+    let remarks = remarks.map_err(|error| issue("document", "scene", Phrase::data(error), allowed()))?;
     bundle.place("document", &remarks)
 }
 
@@ -78,10 +78,10 @@ fn plan(bundle: &ExerciseBundle) -> Result<Option<FieldPlan>, DocumentError> {
     let tissue = bundle.scene.tissue_spec(&Patient::nominal(&bundle.scene), bundle.exercise.angle_deg);
     let allowed = || phrase!("allowed: a tissue that a model can be made of");
     let plan = tissue.map(|tissue| Field::new(&tissue).map(|field| field.plan().clone())).transpose();
-    plan.map_err(|error| issue(("attached scene", "tissue"), error.in_words(), allowed()).into())
+    plan.map_err(|error| issue("attached scene", "tissue", error.in_words(), allowed()).into())
 }
 
-fn issue((file, field): (&str, &str), found: Phrase, allowed: Phrase) -> Issue {
+fn issue(file: &str, field: &str, found: Phrase, allowed: Phrase) -> Issue {
     let [file, field] = [file, field].map(str::to_owned);
     Issue { file, line: 1, column: 1, field, found, allowed }
 }

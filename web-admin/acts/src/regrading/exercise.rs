@@ -7,16 +7,16 @@ use serde_json::json;
 use sha2::{Digest, Sha256};
 use uuid::Uuid;
 
-use super::{By, Rubric, add};
+use super::{By, Rubric, ScoreChange, add};
 use crate::error::{Error, refuse_trainees};
 use crate::service::Service;
 use model::regrading::{RegradingOutcome, RegradingState, count_attempts};
-use model::{CurrentPerson, judgement};
+use model::{CurrentPerson, SessionKey, judgement};
 use store::Write;
 use store::audit::{Actor, Entry};
 use store::regradings;
 use store::regradings::{Found, Regrading, Stood};
-use store::scores::{self, SessionKey};
+use store::scores;
 use store::{exercises, grades, sessions};
 
 /// How long a preview waits to be confirmed, in s.
@@ -32,14 +32,14 @@ const EQUAL: f64 = 1e-9;
 ///
 /// # Errors
 /// When they may not judge, there is no such revision of the exercise, or no attempt.
-pub async fn look(state: &Service, by: &CurrentPerson, (exercise, revision): (&str, Uuid)) -> Result<Uuid, Error> {
+pub async fn look(state: &Service, by: &CurrentPerson, exercise: &str, revision: Uuid) -> Result<Uuid, Error> {
     refuse_trainees(by)?;
     let revisions = exercises::revisions(state.db.reader(), by.school_id, exercise).await?;
     if !revisions.iter().any(|known| known.id == revision) {
         return Err(Error::NotFound);
     }
     let mut tx = state.db.write().await?;
-    let begun = regradings::begin(&mut tx, by, (exercise, revision), state.clock.now()).await?;
+    let begun = regradings::begin(&mut tx, by, exercise, revision, state.clock.now()).await?;
     let nothing = || Error::Conflict(tr!("nobody whom you teach has a scored attempt at this exercise").to_owned());
     let id = begun.ok_or_else(nothing)?;
     tx.commit().await?;
@@ -66,12 +66,7 @@ fn digest(regrading: &Regrading, attempts: &[Stood]) -> Result<String, Error> {
 ///
 /// # Errors
 /// When it does not wait to be confirmed, somebody else has looked, there is no reason, or the database fails.
-pub async fn confirm(
-    state: &Service,
-    by: &CurrentPerson,
-    id: Uuid,
-    (seen, reason): (&str, &str),
-) -> Result<bool, Error> {
+pub async fn confirm(state: &Service, by: &CurrentPerson, id: Uuid, seen: &str, reason: &str) -> Result<bool, Error> {
     let mut tx = state.db.write().await?;
     let regrading = own(&mut tx, by, id).await?;
     if regrading.state != RegradingState::Shown {
@@ -139,20 +134,20 @@ pub async fn step(state: &Service) -> anyhow::Result<bool> {
 async fn look_at_some(state: &Service, regrading: &Regrading) -> Result<(), Error> {
     let next = regradings::to_look(state.db.reader(), regrading.id, LOOKED_AT_ONCE).await?;
     let rubric = Rubric::of_revision(state, regrading.school_id, regrading.revision_id).await?;
-    let found = join_all(next.iter().map(|session| judge(state, (regrading, &rubric), *session))).await;
+    let found = join_all(next.iter().map(|session| judge(state, regrading, &rubric, *session))).await;
     let mut tx = state.db.write().await?;
     if next.is_empty() {
         let shown = digest(regrading, &regradings::stood(&mut *tx, regrading).await?)?;
         regradings::show(&mut tx, regrading, &shown).await?;
     }
     for (session, found) in next.iter().zip(found) {
-        regradings::found(&mut tx, regrading, (*session, &found?)).await?;
+        regradings::found(&mut tx, regrading, *session, &found?).await?;
     }
     Ok(tx.commit().await?)
 }
 
 /// What becomes of an attempt.
-async fn judge(state: &Service, (regrading, rubric): (&Regrading, &Rubric), id: Uuid) -> Result<Found, Error> {
+async fn judge(state: &Service, regrading: &Regrading, rubric: &Rubric, id: Uuid) -> Result<Found, Error> {
     let (reader, school) = (state.db.reader(), regrading.school_id);
     let session = sessions::find(reader, school, id).await?.context("an attempt that is gone")?;
     let before = scores::newest(reader, session.key()).await?.context("a scored attempt")?;
@@ -188,14 +183,14 @@ async fn grade_some(state: &Service, regrading: &Regrading) -> Result<(), Error>
         let key = SessionKey { school_id: regrading.school_id, id: line.session_id };
         let score = match line.current {
             true => {
-                let judged = (line.before, &line.assessment.0);
+                let change = ScoreChange { before: line.before, again: &line.assessment.0 };
                 // The reason stands in the re-grading, once for all of its attempts.
                 let by = By { actor: Actor::Person(regrading.made_by), reason: None };
-                Some(add(&mut tx, (key, by), judged, now).await?)
+                Some(add(&mut tx, key, by, change, now).await?)
             }
             false => None,
         };
-        regradings::graded(&mut tx, regrading, (line.session_id, score)).await?;
+        regradings::graded(&mut tx, regrading, line.session_id, score).await?;
     }
     Ok(tx.commit().await?)
 }

@@ -17,10 +17,9 @@ use crate::error::Error;
 use crate::recordings;
 use crate::secret;
 use crate::service::Service;
-use model::Moment;
+use model::{Moment, SessionKey};
 use store::audit::{Actor, Entry};
 use store::regradings::{self, NewReason};
-use store::scores::SessionKey;
 use store::sessions::Session;
 use store::{exercises, practice, scores};
 
@@ -105,17 +104,29 @@ pub struct By<'a> {
 pub async fn apply(state: &Service, by: By<'_>, session: &Session, again: &Assessment) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     let before = scores::newest(&mut *tx, session.key()).await?.context("a scored attempt")?;
-    add(&mut tx, (session.key(), by), (before.score, again), state.clock.now()).await?;
+    let change = ScoreChange { before: before.score, again };
+    add(&mut tx, session.key(), by, change, state.clock.now()).await?;
     Ok(tx.commit().await?)
+}
+
+/// What a re-grading makes of an attempt.
+#[derive(Clone, Copy)]
+struct ScoreChange<'a> {
+    /// The score that stood.
+    before: f64,
+    /// What is assessed now.
+    again: &'a Assessment,
 }
 
 /// Adds a score to an attempt, with the audit entry that tells of it. The score's id.
 async fn add(
     tx: &mut SqliteConnection,
-    (session, by): (SessionKey, By<'_>),
-    (before, again): (f64, &Assessment),
+    session: SessionKey,
+    by: By<'_>,
+    change: ScoreChange<'_>,
     now: Moment,
 ) -> Result<Uuid, Error> {
+    let ScoreChange { before, again } = change;
     let score = scores::add(tx, session, again, now).await?;
     practice::refresh(tx, session).await?;
     let mut told = json!({ "from": before, "to": again.score, "rubric_sha256": again.rubric.sha256, "score": score });

@@ -197,9 +197,8 @@ pub async fn begin(state: &Service, person: &CurrentPerson, asked: Asked<'_>) ->
     let token = secret::random_hex()?;
     let token_sha256 = secret::token_sha256(&token);
     let mut tx = state.db.write().await?;
-    let place = (survey.school_id, survey.id);
-    if let Some(begun) = surveys::draft_of(&mut *tx, place, person.id, session).await? {
-        surveys::set_token(&mut tx, (begun.school_id, begun.id), &token_sha256).await?;
+    if let Some(begun) = surveys::draft_of(&mut *tx, survey.school_id, survey.id, person.id, session).await? {
+        surveys::set_token(&mut tx, begun.school_id, begun.id, &token_sha256).await?;
         tx.commit().await?;
         return Ok(token);
     }

@@ -1,6 +1,7 @@
 //! Instruments: from documents to published revisions, and between TOML and JSON.
 
 use crate::error::Error;
+use crate::publishing::Publisher;
 use crate::service::Service;
 use model::CurrentPerson;
 use std::fmt::Display;
@@ -51,7 +52,7 @@ pub async fn publish(
 ) -> Result<Published, Refused> {
     let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
     let instrument = Instrument::from_bytes(&path.display().to_string(), &bytes)?;
-    Ok(publish_text(writer, school, (&instrument, &bytes), (Actor::CommandLine, now)).await?)
+    Ok(publish_text(writer, &Publisher { school, by: Actor::CommandLine, now }, &instrument, &bytes).await?)
 }
 
 /// Publishes an instrument that was read already, with the bytes it was read from.
@@ -60,10 +61,11 @@ pub async fn publish(
 /// When the database fails.
 pub async fn publish_text(
     writer: &mut SqliteConnection,
-    school: Uuid,
-    (instrument, bytes): (&Instrument, &[u8]),
-    (actor, now): (Actor, Moment),
+    publisher: &Publisher,
+    instrument: &Instrument,
+    bytes: &[u8],
 ) -> anyhow::Result<Published> {
+    let Publisher { school, now, .. } = *publisher;
     let known = stored::by_sha256(&mut *writer, school, &instrument.sha256).await?;
     let first = instrument.languages.first().map_or("en", String::as_str);
     let new = NewInstrument {
@@ -81,7 +83,7 @@ pub async fn publish_text(
     if before != Some(revision) {
         stored::make_current(writer, school, &instrument.id, revision).await?;
         let details = json!({ "revision": revision, "sha256": instrument.sha256, "before": before });
-        Entry::new(school, actor, "instrument.published", &instrument.id).with(details).append(writer, now).await?;
+        publisher.did("instrument.published", &instrument.id).with(details).append(writer, now).await?;
     }
     Ok(Published { kind: "instrument", id: instrument.id.clone(), new: known.is_none() })
 }
@@ -103,7 +105,7 @@ pub async fn course_surveys(writer: &mut SqliteConnection, school: Uuid, now: Mo
         let known = open.iter().find(|survey| survey.revision_id == *revision_id).map(|survey| survey.id);
         let id = match known {
             Some(id) => id,
-            None => make_for_course(writer, school, (*revision_id, title), now).await?,
+            None => make_for_course(writer, school, *revision_id, title, now).await?,
         };
         for (.., exercise) in same {
             surveys::add_exercise(writer, school, id, exercise).await?;
@@ -115,7 +117,8 @@ pub async fn course_surveys(writer: &mut SqliteConnection, school: Uuid, now: Mo
 async fn make_for_course(
     writer: &mut SqliteConnection,
     school_id: Uuid,
-    (revision_id, title): (Uuid, &str),
+    revision_id: Uuid,
+    title: &str,
     now: Moment,
 ) -> anyhow::Result<Uuid> {
     let new = NewSurvey {
@@ -153,11 +156,11 @@ pub fn to_json(bytes: &[u8]) -> anyhow::Result<String> {
 /// When it is no JSON, in words with its place.
 pub fn from_json(text: &str) -> Result<String, DocumentError> {
     let table: toml::Table =
-        serde_json::from_str(text).map_err(|error| no_document((error.line(), error.column()), error))?;
-    toml::to_string_pretty(&table).map_err(|error| no_document((1, 1), error))
+        serde_json::from_str(text).map_err(|error| no_document(error.line(), error.column(), error))?;
+    toml::to_string_pretty(&table).map_err(|error| no_document(1, 1, error))
 }
 
-fn no_document((line, column): (usize, usize), error: impl Display) -> DocumentError {
+fn no_document(line: usize, column: usize, error: impl Display) -> DocumentError {
     let [file, field] = ["document", "JSON"].map(str::to_owned);
     Issue { file, line, column, field, found: Phrase::data(error), allowed: phrase!("not well-formed") }.into()
 }
@@ -169,14 +172,15 @@ fn no_document((line, column): (usize, usize), error: impl Display) -> DocumentE
 pub async fn publish_written(
     state: &Service,
     by: &CurrentPerson,
-    (instrument, bytes): (&Instrument, &[u8]),
+    instrument: &Instrument,
+    bytes: &[u8],
     new: bool,
 ) -> Result<bool, Error> {
     let (now, school, mut tx) = (state.clock.now(), by.school_id, state.db.write().await?);
     if new && stored::current(&mut *tx, school, &instrument.id).await?.is_some() {
         return Ok(false);
     }
-    publish_text(&mut tx, school, (instrument, bytes), (Actor::Person(by.id), now)).await?;
+    publish_text(&mut tx, &Publisher { school, by: Actor::Person(by.id), now }, instrument, bytes).await?;
     course_surveys(&mut tx, school, now).await?;
     tx.commit().await?;
     Ok(true)

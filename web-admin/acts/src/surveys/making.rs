@@ -115,7 +115,7 @@ pub async fn mail_links(
         )));
     }
     for (name, email) in addresses {
-        queued += usize::from(letters::queue(&mut tx, survey, (name, email), now).await?);
+        queued += usize::from(letters::queue(&mut tx, survey, name, email, now).await?);
     }
     let details = json!({ "letters": queued });
     Entry::by(person, "survey.letters_queued", survey.id).with(details).append(&mut tx, now).await?;

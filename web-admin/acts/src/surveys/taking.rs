@@ -57,7 +57,7 @@ pub async fn take(state: &Service, sheet: &Sheet<'_>) -> Result<ResponseState, E
     let language = instrument.language_for(sheet.language).to_owned();
     let answers = Json(read(&instrument, sheet.answers)?);
     let mut tx = state.db.write().await?;
-    let response = response(&mut tx, sheet, (&survey, now)).await?;
+    let response = response(&mut tx, sheet, &survey, now).await?;
     if matches!(response.state, ResponseState::Submitted | ResponseState::Withdrawn) {
         return Ok(response.state);
     }
@@ -101,15 +101,16 @@ fn read(instrument: &Instrument, given: &BTreeMap<String, Vec<String>>) -> Resul
 async fn response(
     writer: &mut SqliteConnection,
     sheet: &Sheet<'_>,
-    (survey, now): (&Survey, Moment),
+    survey: &Survey,
+    now: Moment,
 ) -> Result<Response, Error> {
     let (session, token_sha256) = (sheet.session, secret::token_sha256(sheet.secret));
     if let Some(known) = surveys::by_token(&mut *writer, &token_sha256).await? {
         let own = known.survey_id == survey.id && known.session_id.is_none_or(|id| id == session.id);
         return if own { Ok(known) } else { Err(Error::Conflict("secret: it is another response's".to_owned())) };
     }
-    let (place, attempt) = ((survey.school_id, survey.id), Some(session.id));
-    let begun = surveys::draft_of(&mut *writer, place, session.trainee_id, attempt).await?;
+    let attempt = Some(session.id);
+    let begun = surveys::draft_of(&mut *writer, survey.school_id, survey.id, session.trainee_id, attempt).await?;
     if begun.is_some() || surveys::answered(&mut *writer, survey, session.trainee_id, attempt).await? {
         return Err(Error::Conflict(ANSWERED.to_owned()));
     }

@@ -34,9 +34,9 @@ pub async fn set_theme(
 ) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     let (done, action) = if is_on {
-        (surveys::add_tag(&mut tx, survey, (response, item), tag).await?, "survey.tagged")
+        (surveys::add_tag(&mut tx, survey, response, item, tag).await?, "survey.tagged")
     } else {
-        (surveys::remove_tag(&mut tx, survey, (response, item), tag).await?, "survey.tag_removed")
+        (surveys::remove_tag(&mut tx, survey, response, item, tag).await?, "survey.tag_removed")
     };
     if !done {
         return Err(Error::NotFound);

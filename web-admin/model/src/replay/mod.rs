@@ -30,7 +30,7 @@ impl Replay {
         let frames = Frames::of(recording, bundle);
         let curve = AttemptCurve::draw(recording, bundle);
         Self {
-            stage: Stage::of(recording, bundle, (curve, frames.columns())),
+            stage: Stage::of(recording, bundle, curve, frames.columns()),
             pyramid: Pyramid::of(&recording.samples),
             frames,
         }

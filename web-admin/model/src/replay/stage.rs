@@ -96,7 +96,7 @@ pub struct Happening {
 impl Stage {
     /// The stage of a recording, from its curve and its frames' columns.
     #[must_use]
-    pub fn of(recording: &Recording, bundle: &ExerciseBundle, (curve, columns): (AttemptCurve, Vec<String>)) -> Self {
+    pub fn of(recording: &Recording, bundle: &ExerciseBundle, curve: AttemptCurve, columns: Vec<String>) -> Self {
         let needle = &bundle.scene.needle;
         let (entry, target) = (bundle.exercise.entry_m(), bundle.exercise.target_m());
         Self {

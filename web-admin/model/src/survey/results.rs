@@ -237,12 +237,7 @@ impl Results {
             groups: groups.shown.iter().map(|(name, rows)| (name.clone(), rows.len())).collect(),
             hidden: groups.hidden,
             scale_content_validity: scale_content_validity(instrument, &groups.all()),
-            scores: instrument
-                .scores
-                .iter()
-                .enumerate()
-                .map(|(at, key)| score(instrument, (at, key), &groups))
-                .collect(),
+            scores: instrument.scores.iter().enumerate().map(|(at, key)| score(instrument, at, key, &groups)).collect(),
             items,
         }
     }
@@ -354,7 +349,7 @@ fn scale_content_validity(instrument: &Instrument, rows: &[&Row<'_>]) -> Option<
     Some(Figure::of(found, |found| Interval { value: found.value, low: found.value, high: found.value, n: found.n }))
 }
 
-fn score(instrument: &Instrument, (at, key): (usize, &ScoreKey), groups: &Groups<'_, Row<'_>>) -> ScoreResult {
+fn score(instrument: &Instrument, at: usize, key: &ScoreKey, groups: &Groups<'_, Row<'_>>) -> ScoreResult {
     let (all, scorer) = (groups.all(), Scorer::new(instrument, key));
     let mut alpha: Vec<(String, Figure<Alpha>)> =
         groups.shown.iter().map(|(name, rows)| (name.clone(), alpha_of(&scorer, rows))).collect();
@@ -367,7 +362,7 @@ fn score(instrument: &Instrument, (at, key): (usize, &ScoreKey), groups: &Groups
         range: questionnaire::range(instrument, key),
         groups: groups.shown.iter().map(|(name, rows)| score_group(name, rows, at)).collect(),
         alpha,
-        agreement: agreement((&scorer, key.items.len()), &all),
+        agreement: agreement(&scorer, key.items.len(), &all),
     }
 }
 
@@ -394,7 +389,7 @@ fn alpha_of(scorer: &Scorer<'_>, rows: &[&Row<'_>]) -> Figure<Alpha> {
     })
 }
 
-fn agreement((scorer, items): (&Scorer<'_>, usize), rows: &[&Row<'_>]) -> Figure<Agreement> {
+fn agreement(scorer: &Scorer<'_>, items: usize, rows: &[&Row<'_>]) -> Figure<Agreement> {
     let given = rows.iter().map(|row| scorer.item_counts(row.answers));
     let complete: Vec<Vec<Option<f64>>> = given.filter(|counts| counts.iter().all(Option::is_some)).collect();
     let by_item: Vec<Vec<Option<f64>>> =

@@ -44,9 +44,9 @@ pub(super) async fn open(state: &AppState, administrator: &CurrentPerson) -> any
     let draft = drafting::exercise(state, administrator, &exercise.exercise_id, None).await?;
     let roster = roster();
     let wanted = Wanted { cohort: None, remove_missing: true };
-    let roster = roster_import::keep(state, administrator, ("roster.csv", roster.as_bytes()), &wanted).await?;
+    let roster = roster_import::keep(state, administrator, "roster.csv", roster.as_bytes(), &wanted).await?;
     doors.administrator = vec![format!("/drafts/{draft}"), format!("/people/rosters/{roster}")];
-    let regrading = regrading::exercise::look(state, &instructor, (&exercise.exercise_id, exercise.id)).await?;
+    let regrading = regrading::exercise::look(state, &instructor, &exercise.exercise_id, exercise.id).await?;
     worker::work_off(state).await?;
     let round = rate(state, &instructor).await?;
     doors.instructor = vec![format!("/drafts/{draft}"), format!("/regradings/{regrading}"), round];

@@ -18,11 +18,11 @@ use crate::error::{PageError, dress, status_of};
 use crate::routes::Routes;
 use acts::error::Error;
 use acts::second_factor;
-use model::Moment;
+use model::{Moment, PersonKey};
 use pages::login::CodePage;
 use pages::proving::FactorRefused;
 use store::people::{self, Person};
-use store::second_factors::{self, PersonKey};
+use store::second_factors;
 
 const KEY: &str = "half";
 /// How long the second factor is waited for, in s.

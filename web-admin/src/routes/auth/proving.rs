@@ -1,6 +1,7 @@
 //! A second factor shown in a form: a code that was typed, or the answer of a passkey to what the page has asked. What is waited for
 //! stays in the session, by its id alone.
 
+use model::PersonKey;
 use std::net::IpAddr;
 
 use serde::Deserialize;
@@ -16,7 +17,6 @@ use acts::second_factor;
 use acts::second_factor::{Proof, Typed};
 use model::passkey::PasskeyQuestion;
 use pages::proving::FactorRefused;
-use store::second_factors::PersonKey;
 
 const KEY: &str = "passkey";
 

@@ -37,7 +37,7 @@ async fn page(state: &AppState, person: &CurrentPerson, csrf: &Csrf) -> Result<A
         email: known.email,
         pseudonym: known.pseudonym,
         cohorts: known.cohorts,
-        requests: cohorts::requests(reader, person.school_id, (None, Some(person.id))).await?,
+        requests: cohorts::requests(reader, person.school_id, None, Some(person.id)).await?,
         acts: cohorts::acts(reader, person.school_id, person.id).await?,
         language: person.language,
         second_factor: second_factors::is_on(reader, person.into()).await?,
@@ -63,10 +63,9 @@ pub(super) async fn set_password(
     state.logins.take_own(person.id)?;
     let shown = page(&state, &person, &csrf).await?;
     let own = [person.display_name.as_str(), &shown.email, &shown.school];
-    let typed = (form.old.as_str(), form.password.as_str());
     let refused = match passwords::check_typed(&form.password, &form.again, &own) {
         Err(refused) => refused,
-        Ok(()) if accounts::change_own_password(&state, &person, typed).await? => {
+        Ok(()) if accounts::change_own_password(&state, &person, &form.old, &form.password).await? => {
             let known = people::by_id(state.db.reader(), person.id).await?.ok_or(Error::NotFound)?;
             start_session(&session, known.id, known.credential_version, state.clock.now()).await?;
             return Ok(Redirect::to("/account").into_response());

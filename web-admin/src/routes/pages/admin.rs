@@ -53,7 +53,7 @@ pub(super) async fn show(
         shell: Shell::new(&person, csrf.token(), NavPlace::Administration),
         queue: queue(&state, school, &counts).await?,
         school: counts.school,
-        requests: cohort_storage::requests(reader, school, (None, None)).await?,
+        requests: cohort_storage::requests(reader, school, None, None).await?,
         stations: stations::all(reader, school).await?.into_iter().map(station_row).collect(),
         needed: schools::certificate_needs(reader, school).await?,
         factor_rule: second_factors::rule(reader, school).await?,

@@ -248,7 +248,7 @@ pub(super) async fn extend(
     if !trainees.iter().any(|trainee| trainee.id == form.person) {
         return Err(Error::NotFound.into());
     }
-    deadlines::extend(&state, &person, teaching::dated(&listed), (form.person, form.days)).await?;
+    deadlines::extend(&state, &person, teaching::dated(&listed), form.person, form.days).await?;
     Ok(Redirect::to(&format!("/assignments/{id}")))
 }
 

@@ -31,7 +31,7 @@ pub(super) async fn in_short(
     most: usize,
 ) -> Result<(Vec<CohortLine>, Option<String>), Error> {
     let limit = u32::try_from(most + 1).unwrap_or(u32::MAX);
-    let mut found = reports::cohorts_in_short(state.db.reader(), person, (after, limit)).await?;
+    let mut found = reports::cohorts_in_short(state.db.reader(), person, after, limit).await?;
     let more = found.len() > most;
     found.truncate(most);
     let next = found.last().filter(|_| more).map(|last| last.name.clone());

@@ -143,7 +143,7 @@ pub(super) async fn write(
 ) -> Result<Response, PageError> {
     let shell = Shell::new(&person, csrf.token(), NavPlace::Curricula);
     let texts = Texts { document: unix_lines(&form.document), scene: unix_lines(&form.scene) };
-    let draft = match drafting::save(&state, &person, (id, form.seen), &texts).await? {
+    let draft = match drafting::save(&state, &person, id, form.seen, &texts).await? {
         Saved::Kept(draft) => draft,
         Saved::Elsewhere(theirs) => return Ok((StatusCode::CONFLICT, conflict(shell, theirs, texts)).into_response()),
     };
@@ -188,7 +188,7 @@ pub(super) async fn discard(
     PathId(id): PathId,
     CsrfForm(SeenForm { seen }): CsrfForm<SeenForm>,
 ) -> Result<Redirect, PageError> {
-    match drafting::discard(&state, &person, (id, seen)).await? {
+    match drafting::discard(&state, &person, id, seen).await? {
         true => Ok(Redirect::to("/drafts")),
         false => {
             let why = tr!("somebody has saved this draft since you opened it; look at it before you throw it away");

@@ -82,8 +82,8 @@ pub(super) async fn erase(
         let page = ErasePage { unconfirmed: true, ..page };
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
     }
-    let texts = (form.written == "yes", form.about == "yes");
-    let wish = erasing::wish_of_school(&state, visitor.school_id, texts).await?;
-    erasing::erase(&state, Eraser::person(&visitor), &person, (visitor.school_id, wish)).await?;
+    let (written, about) = (form.written == "yes", form.about == "yes");
+    let wish = erasing::wish_of_school(&state, visitor.school_id, written, about).await?;
+    erasing::erase(&state, Eraser::person(&visitor), &person, visitor.school_id, wish).await?;
     Ok(Redirect::to(&format!("/people/{id}?done=erased")).into_response())
 }

@@ -15,12 +15,12 @@ use acts::accounts::NewAccount;
 use acts::error::Error;
 use model::directory::{AccountState, DirectoryEntry};
 use model::roster::{is_email, is_name};
-use model::{CurrentPerson, Role};
+use model::{CurrentPerson, PersonKey, Role};
 use pages::people::{LinkPage, PeoplePage, PersonChangeDone, PersonForm, PersonPage, PersonRefused, SelectOption};
 use pages::{NavPlace, Shell};
 use store::directory;
 use store::directory::{Details, Filter};
-use store::second_factors::{self, PersonKey};
+use store::second_factors;
 use store::{cohorts, mails, retention};
 
 /// People on one page.
@@ -243,7 +243,7 @@ pub(super) async fn change(
     let mut refused = refusal(name, email).or(own_role.then_some(PersonRefused::OwnRole));
     if refused.is_none() {
         let details = Details { name, email, registrar_id: None };
-        if accounts::change(&state, &visitor, &person, (details, form.role)).await? {
+        if accounts::change(&state, &visitor, &person, details, form.role).await? {
             return Ok(done(id, "changed"));
         }
         refused = Some(PersonRefused::Taken);

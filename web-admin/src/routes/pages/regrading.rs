@@ -92,7 +92,7 @@ async fn look(
     CsrfForm(form): CsrfForm<LookForm>,
 ) -> Result<Redirect, PageError> {
     let revision = form.revision.parse().map_err(|_| Error::NotFound)?;
-    let id = regrading::look(&state, &person, (&id, revision)).await?;
+    let id = regrading::look(&state, &person, &id, revision).await?;
     Ok(Redirect::to(&href(id)))
 }
 
@@ -124,8 +124,8 @@ async fn page(
     let regrading = regrading::find(state, person, id).await?;
     let exercise =
         exercises::current(reader, person.school_id, &regrading.exercise_id).await?.ok_or(Error::NotFound)?;
-    let from = (query.after.unwrap_or_default(), PER_PAGE + 1);
-    let mut lines = regradings::lines(reader, &regrading, query.show.outcomes(), from).await?;
+    let after = query.after.unwrap_or_default();
+    let mut lines = regradings::lines(reader, &regrading, query.show.outcomes(), after, PER_PAGE + 1).await?;
     let more = lines.len() > PER_PAGE as usize;
     lines.truncate(PER_PAGE as usize);
     let hash = format::short_hash(&regrading.exercise_sha256).to_owned();
@@ -181,7 +181,7 @@ async fn confirm(
     CsrfForm(form): CsrfForm<ConfirmRegradingForm>,
 ) -> Result<Response, PageError> {
     let again = async || page(&state, Visit::new(&person, &csrf), id, RegradingLinesQuery::default()).await;
-    match regrading::confirm(&state, &person, id, (&form.digest, &form.reason)).await {
+    match regrading::confirm(&state, &person, id, &form.digest, &form.reason).await {
         Ok(true) => Ok(Redirect::to(&href(id)).into_response()),
         Ok(false) => Ok((StatusCode::CONFLICT, RegradingPage { stale: true, ..again().await? }).into_response()),
         Err(Error::Unprocessable(why)) => {

@@ -51,7 +51,7 @@ pub(super) async fn send(
     let (name, body) = &upload.file;
     let refused = match &wanted.cohort {
         Some(cohort) if !is_name(cohort) => tr!("“{cohort}” cannot be the name of a cohort", cohort = cohort),
-        _ => match roster_import::keep(&state, &person, (short(name), body), &wanted).await {
+        _ => match roster_import::keep(&state, &person, short(name), body, &wanted).await {
             Ok(id) => return Ok(Redirect::to(&format!("/people/rosters/{id}")).into_response()),
             Err(Error::Unprocessable(why)) => why,
             Err(other) => return Err(other.into()),
@@ -126,7 +126,7 @@ pub(super) async fn confirm(
     csrf: Csrf,
     CsrfForm(form): CsrfForm<ConfirmRosterForm>,
 ) -> Result<Response, PageError> {
-    match roster_import::confirm(&state, &person, id, (&form.digest, form.invite == "yes")).await? {
+    match roster_import::confirm(&state, &person, id, &form.digest, form.invite == "yes").await? {
         Some(difference) => {
             let [added, changed, ..] = difference.counts();
             Ok(Redirect::to(&format!("/people?added={added}&changed={changed}")).into_response())

@@ -19,7 +19,7 @@ use acts::accounts;
 use acts::error::Error;
 use acts::second_factor;
 use acts::second_factor::{Enrolled, Typed};
-use model::{CurrentPerson, FactorRule};
+use model::{CurrentPerson, FactorRule, PersonKey};
 use pages::proving::FactorRefused;
 use pages::proving::ProofAsked;
 use pages::qr;
@@ -27,7 +27,7 @@ use pages::second_factor::{FactorState, RecoveryCodesPage, SecondFactorPage};
 use pages::{NavPlace, Shell};
 use store::audit::Actor;
 use store::passkeys as stored;
-use store::second_factors::{self, PersonKey};
+use store::second_factors;
 use store::{directory, people, schools};
 
 /// One's own.

@@ -8,12 +8,12 @@ use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, Visitor};
 use acts::error::Error;
-use model::{CurrentPerson, Uncounted};
+use model::{CurrentPerson, SessionKey, Uncounted};
 use pages::addresses::exercise_href;
 use pages::judgement::{GradedAttempt, JudgementView};
 use pages::session::{Drawing, Ruling, SessionOutcome, SessionPage, VerificationResult};
 use pages::{NavPlace, Shell, format};
-use store::scores::{self, SessionKey};
+use store::scores;
 use store::sessions::{self, Session, SessionState};
 use store::{exercises, grades, reports, stations, supervisions};
 

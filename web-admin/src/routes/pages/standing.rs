@@ -73,7 +73,7 @@ pub(super) async fn proved(
     attempts: &[Attempt],
 ) -> Result<(Needed, Vec<Attempt>), Error> {
     let needed = schools::certificate_needs(state.db.reader(), school).await?;
-    let enough = proofs::enough(state.db.reader(), school, (trainee, needed)).await?;
+    let enough = proofs::enough(state.db.reader(), school, trainee, needed).await?;
     Ok((needed, attempts.iter().filter(|attempt| enough.contains(&attempt.session)).cloned().collect()))
 }
 

@@ -81,7 +81,7 @@ pub(super) async fn page(
         false => None,
     };
     let latest = reports::attempts_of(reader, school, trainee.id, RECENT).await?;
-    let requests = if own { cohorts::requests(reader, school, (None, Some(visitor.id))).await? } else { Vec::new() };
+    let requests = if own { cohorts::requests(reader, school, None, Some(visitor.id)).await? } else { Vec::new() };
     let due = if own { teaching::standings(state, school, visitor.id).await? } else { Vec::new() };
     Ok(TraineePage {
         shell,

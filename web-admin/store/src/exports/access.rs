@@ -5,8 +5,8 @@ use sqlx::{FromRow, SqlitePool};
 
 use super::Result;
 use crate::passkeys::{self, KeptPasskey};
-use crate::second_factors::{self, PersonKey};
-use model::Moment;
+use crate::second_factors;
+use model::{Moment, PersonKey};
 
 /// What lets somebody in besides their password.
 #[derive(Clone, Debug, Serialize)]

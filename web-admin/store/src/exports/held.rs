@@ -212,12 +212,12 @@ fn object(row: &SqliteRow) -> Result<Value> {
     let mut object = serde_json::Map::new();
     for (at, column) in row.columns().iter().enumerate() {
         let name = column.name();
-        object.insert(name.strip_suffix("_json").unwrap_or(name).to_owned(), value(row, (at, name))?);
+        object.insert(name.strip_suffix("_json").unwrap_or(name).to_owned(), value(row, at, name)?);
     }
     Ok(Value::Object(object))
 }
 
-fn value(row: &SqliteRow, (at, name): (usize, &str)) -> Result<Value> {
+fn value(row: &SqliteRow, at: usize, name: &str) -> Result<Value> {
     let raw = row.try_get_raw(at)?;
     if raw.is_null() {
         return Ok(Value::Null);

@@ -15,9 +15,8 @@ use sqlx::types::Json;
 use sqlx::{FromRow, SqlitePool};
 use uuid::Uuid;
 
-use super::second_factors::PersonKey;
 use super::{ExactNumber, Result};
-use model::{Moment, Role};
+use model::{Moment, PersonKey, Role};
 
 /// Everything held about a person.
 #[derive(Clone, Debug, Serialize)]
@@ -165,7 +164,7 @@ pub async fn of_person(reader: &SqlitePool, school: Uuid, person: Uuid) -> Resul
         survey_answers: said::survey_answers(reader, school, person).await?,
         access: access::of(reader, PersonKey { school_id: school, person_id: person }).await?,
         held: held::of_person(reader, school, person).await?,
-        log: log(reader, (school, person)).await?,
+        log: log(reader, PersonKey { school_id: school, person_id: person }).await?,
         person: facts,
     }))
 }
@@ -192,7 +191,10 @@ async fn metrics(reader: &SqlitePool, school: Uuid, person: Uuid) -> Result<Vec<
 }
 
 /// What they did, and what was done with their account, their attempts and their tokens; and whatever else names them by their id.
-async fn log(reader: &SqlitePool, (school, person): (Uuid, Uuid)) -> Result<Vec<LogFacts>> {
+async fn log(
+    reader: &SqlitePool,
+    PersonKey { school_id: school, person_id: person }: PersonKey,
+) -> Result<Vec<LogFacts>> {
     sqlx::query_as(
         "WITH ids (id) AS (SELECT $2 UNION ALL SELECT id FROM sessions WHERE school_id = $1 AND trainee_id = $2
              UNION ALL SELECT id FROM api_tokens WHERE school_id = $1 AND person_id = $2

@@ -42,7 +42,7 @@ pub(super) async fn add(writer: &mut SqliteConnection, crowd: &Crowd<'_>, traine
 
 /// Scores at random, four of five passed; the model's metrics, scattered, for a trainee's latest attempt at each exercise
 /// and one in ten of the others; and the model's curve for one in fifty.
-pub(super) async fn score(writer: &mut SqliteConnection, crowd: &Crowd<'_>, (from, to): (Uuid, Uuid)) -> Result<()> {
+pub(super) async fn score(writer: &mut SqliteConnection, crowd: &Crowd<'_>, from: Uuid, to: Uuid) -> Result<()> {
     for statement in [
         "INSERT INTO scores (id, school_id, session_id, score, passed, rubric_id, rubric_sha256, deductions, hard_fails,
            simulator_version, computed_at)
@@ -74,7 +74,7 @@ pub(super) async fn score(writer: &mut SqliteConnection, crowd: &Crowd<'_>, (fro
 }
 
 /// A row of practice for each trainee and exercise.
-pub(super) async fn sum_up(writer: &mut SqliteConnection, crowd: &Crowd<'_>, (from, to): (Uuid, Uuid)) -> Result<()> {
+pub(super) async fn sum_up(writer: &mut SqliteConnection, crowd: &Crowd<'_>, from: Uuid, to: Uuid) -> Result<()> {
     sqlx::query(
         "INSERT INTO practice (school_id, trainee_id, exercise_id, attempts, passes, points, history)
          SELECT s.school_id, s.trainee_id, s.exercise_id, count(*), sum(g.passed), sum(g.score),

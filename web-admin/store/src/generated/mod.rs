@@ -102,10 +102,10 @@ pub async fn found(writer: &mut SqliteConnection, crowd: &Crowd<'_>) -> Result<(
 pub async fn practise(writer: &mut SqliteConnection, crowd: &Crowd<'_>, trainees: Range<u32>) -> Result<()> {
     attempts::add(writer, crowd, &trainees).await?;
     let (from, to) = crowd.attempts_of(&trainees);
-    attempts::score(writer, crowd, (from, to)).await?;
-    attempts::sum_up(writer, crowd, (from, to)).await?;
-    said::comments(writer, crowd, (from, to)).await?;
-    said::reviews(writer, crowd, (from, to)).await
+    attempts::score(writer, crowd, from, to).await?;
+    attempts::sum_up(writer, crowd, from, to).await?;
+    said::comments(writer, crowd, from, to).await?;
+    said::reviews(writer, crowd, from, to).await
 }
 
 /// Sums the school up. The planner is told nothing of its size: no service that grows by itself is.

@@ -97,7 +97,7 @@ pub async fn add(writer: &mut SqliteConnection, by: &CurrentPerson, new: &NewRou
     .await?;
     for session in &new.sessions {
         for rater in &new.raters {
-            add_rating(writer, by.school_id, round, (*session, *rater)).await?;
+            add_rating(writer, by.school_id, round, *session, *rater).await?;
         }
     }
     Ok(round)
@@ -107,7 +107,8 @@ async fn add_rating(
     writer: &mut SqliteConnection,
     school: Uuid,
     round: Uuid,
-    (session, rater): (Uuid, Uuid),
+    session: Uuid,
+    rater: Uuid,
 ) -> Result<()> {
     // A sorted id would tell which rating of another rater is of the same attempt.
     let id = Uuid::new_v4();

@@ -7,8 +7,7 @@ use uuid::Uuid;
 
 use crate::Result;
 use crate::ratings::Round;
-use crate::scores::SessionKey;
-use model::{CurrentPerson, Moment, Role};
+use model::{CurrentPerson, Moment, Role, SessionKey};
 
 /// A rating as whoever asked for it sees it.
 #[derive(Clone, Debug, PartialEq, FromRow)]

@@ -66,11 +66,7 @@ pub async fn to_look(executor: impl SqliteExecutor<'_>, regrading: Uuid, most: u
 ///
 /// # Errors
 /// When the database fails.
-pub async fn found(
-    writer: &mut SqliteConnection,
-    regrading: &Regrading,
-    (session, found): (Uuid, &Found),
-) -> Result<()> {
+pub async fn found(writer: &mut SqliteConnection, regrading: &Regrading, session: Uuid, found: &Found) -> Result<()> {
     let key = regrading.key(session);
     sqlx::query(
         "UPDATE regrading_lines SET outcome = $4, after = $5, passed_after = $6, assessment = $7, why = $8
@@ -112,7 +108,8 @@ pub async fn to_grade(executor: impl SqliteExecutor<'_>, regrading: Uuid, most: 
 pub async fn graded(
     writer: &mut SqliteConnection,
     regrading: &Regrading,
-    (session, score): (Uuid, Option<Uuid>),
+    session: Uuid,
+    score: Option<Uuid>,
 ) -> Result<()> {
     let key = regrading.key(session);
     sqlx::query(
@@ -174,7 +171,8 @@ pub async fn lines(
     executor: impl SqliteExecutor<'_>,
     regrading: &Regrading,
     outcomes: &[RegradingOutcome],
-    (after, most): (Uuid, u32),
+    after: Uuid,
+    most: u32,
 ) -> Result<Vec<RegradingLine>> {
     // A page of each outcome is put in order: however many attempts there are, no more are read. Cross joins keep this order.
     sqlx::query_as(

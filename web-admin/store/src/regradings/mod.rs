@@ -7,8 +7,7 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
-use super::scores::SessionKey;
-use model::{CurrentPerson, Moment, Role, new_id};
+use model::{CurrentPerson, Moment, Role, SessionKey, new_id};
 
 mod lines;
 
@@ -93,7 +92,8 @@ macro_rules! regrading {
 pub async fn begin(
     writer: &mut SqliteConnection,
     by: &CurrentPerson,
-    (exercise, revision): (&str, Uuid),
+    exercise: &str,
+    revision: Uuid,
     now: Moment,
 ) -> Result<Option<Uuid>> {
     let id = new_id(now);

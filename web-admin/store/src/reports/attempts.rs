@@ -126,7 +126,8 @@ pub async fn attempts_of(
 pub async fn attempts_at(
     executor: impl SqliteExecutor<'_>,
     school: Uuid,
-    (trainee, exercise): (Uuid, &str),
+    trainee: Uuid,
+    exercise: &str,
     stretch: Stretch,
 ) -> Result<Vec<ListedAttempt>> {
     sqlx::query_as(listed!("", "sessions s", "WHERE s.school_id = $1 AND s.trainee_id = $2 AND s.exercise_id = $5"))

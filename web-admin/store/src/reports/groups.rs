@@ -63,7 +63,8 @@ pub async fn cohort(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson, i
 pub async fn cohorts_in_short(
     executor: impl SqliteExecutor<'_>,
     viewer: &CurrentPerson,
-    (after, limit): (&str, u32),
+    after: &str,
+    limit: u32,
 ) -> Result<Vec<CohortSummary>> {
     sqlx::query_as(
         "SELECT c.id, c.name,

@@ -15,7 +15,8 @@ use model::{Moment, new_id};
 pub async fn queue(
     writer: &mut SqliteConnection,
     survey: &Survey,
-    (name, email): (&str, &str),
+    name: &str,
+    email: &str,
     now: Moment,
 ) -> Result<bool> {
     sqlx::query(

@@ -213,7 +213,8 @@ pub async fn answered(
 pub async fn add_tag(
     writer: &mut SqliteConnection,
     survey: &Survey,
-    (response, item): (Uuid, &str),
+    response: Uuid,
+    item: &str,
     tag: &str,
 ) -> Result<bool> {
     sqlx::query(
@@ -239,7 +240,8 @@ pub async fn add_tag(
 pub async fn remove_tag(
     writer: &mut SqliteConnection,
     survey: &Survey,
-    (response, item): (Uuid, &str),
+    response: Uuid,
+    item: &str,
     tag: &str,
 ) -> Result<bool> {
     sqlx::query(

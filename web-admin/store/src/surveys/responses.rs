@@ -109,7 +109,8 @@ pub async fn by_token(executor: impl SqliteExecutor<'_>, token_sha256: &[u8; 32]
 /// When the database fails.
 pub async fn draft_of(
     executor: impl SqliteExecutor<'_>,
-    (school, survey): (Uuid, Uuid),
+    school: Uuid,
+    survey: Uuid,
     person: Uuid,
     session: Option<Uuid>,
 ) -> Result<Option<Response>> {
@@ -132,7 +133,8 @@ pub async fn draft_of(
 /// When the database fails.
 pub async fn set_token(
     writer: &mut SqliteConnection,
-    (school, response): (Uuid, Uuid),
+    school: Uuid,
+    response: Uuid,
     token_sha256: &[u8; 32],
 ) -> Result<()> {
     sqlx::query("UPDATE survey_responses SET token_sha256 = $3 WHERE school_id = $1 AND id = $2")

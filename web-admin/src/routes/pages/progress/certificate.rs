@@ -15,7 +15,7 @@ use acts::certificates;
 use acts::error::Error;
 use model::certificate::{Certificate, Statement, sign_statement};
 use model::progress::{Course, Mastery, Progress, StepState};
-use model::{CurrentPerson, Needed};
+use model::{CurrentPerson, Needed, PersonKey};
 use pages::certificate::CertificatePage;
 use pages::format;
 use pages::trainee::{needed_in_words, rule_in_words};
@@ -40,7 +40,8 @@ pub(super) async fn issue(
     let curriculum = taught.into_iter().find(|c| c.curriculum_id == course).ok_or(Error::NotFound)?;
     let earned = earned(&state, &person, &trainee, &curriculum).await?;
     let certificate = sign_statement(&certificates::signing_key(&state.config.data_dir)?, &earned.statement)?;
-    let theirs = people::language(state.db.reader(), (person.school_id, trainee.id)).await?;
+    let theirs =
+        people::language(state.db.reader(), PersonKey { school_id: person.school_id, person_id: trainee.id }).await?;
     let language = theirs.unwrap_or_else(words::current);
     let file = format!("certificate-{}.html", curriculum.curriculum_id);
     let page = words::within(language, || earned.page(&certificate, &file))?;

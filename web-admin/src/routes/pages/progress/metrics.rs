@@ -40,7 +40,7 @@ async fn find(state: &AppState, person: &CurrentPerson, id: &str, exercise: &str
     let courses = standing::courses(state, school).await?;
     let mut steps = courses.iter().flat_map(|taught| &taught.course.steps);
     let title = steps.find(|step| step.exercise == exercise).map(|step| step.title.clone()).ok_or(Error::NotFound)?;
-    let mut practised = practice::of_cohort_at(reader, school, (id, exercise)).await?;
+    let mut practised = practice::of_cohort_at(reader, school, id, exercise).await?;
     let last = |trainee: Named| Some((practised.remove(&trainee.id)?.pop()?, trainee));
     let members = reports::members(reader, school, id, Role::Trainee).await?;
     let latest: Vec<_> = members.into_iter().filter_map(last).map(|(attempt, trainee)| (trainee, attempt)).collect();

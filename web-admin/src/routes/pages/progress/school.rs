@@ -59,7 +59,7 @@ pub(super) async fn show(
     let months = tallies::by_month(reader, school).await?;
     let years = years(&months);
     let year = query.chosen(&years);
-    let mut cohorts = tallies::in_year(reader, school, year, (&query.after, PER_PAGE + 1)).await?;
+    let mut cohorts = tallies::in_year(reader, school, year, &query.after, PER_PAGE + 1).await?;
     let more = cohorts.len() > PER_PAGE as usize;
     cohorts.truncate(PER_PAGE as usize);
     let next = cohorts.last().filter(|_| more);
@@ -102,7 +102,7 @@ pub(super) async fn export(
 ) -> Result<Response, PageError> {
     let (reader, school) = (state.db.reader(), person.school_id);
     let year = query.chosen(&years(&tallies::by_month(reader, school).await?));
-    let cohorts = tallies::in_year(reader, school, year, ("", u32::MAX)).await?;
+    let cohorts = tallies::in_year(reader, school, year, "", u32::MAX).await?;
     let rows: Vec<Vec<CsvCell>> = cohorts.into_iter().map(year_row).map(|row| cells(year, row)).collect();
     let names = ["year", "cohort", "attempts", "share_passed", "share_low_95", "share_high_95", "mean_score"];
     Ok(export::download(&format!("progress-{year}"), &names, &rows)?)

@@ -68,7 +68,7 @@ pub(super) async fn show(
 ) -> Result<LearningPage, PageError> {
     let found = find(&state, &person, &id, &exercise).await?;
     let (school, trainee) = (person.school_id, found.trainee.id);
-    let latest = reports::attempts_at(state.db.reader(), school, (trainee, &exercise), RECENT).await?;
+    let latest = reports::attempts_at(state.db.reader(), school, trainee, &exercise, RECENT).await?;
     let comparison = comparison(&state, school, &found).await?;
     let TraineeStep { trainee, taught, index, step } = found;
     let step_of = &taught.course.steps[index];
@@ -111,7 +111,7 @@ async fn comparison(state: &AppState, school: Uuid, found: &TraineeStep) -> Resu
     let joined = cohorts::of_person(reader, school, found.trainee.id, Role::Trainee).await?;
     let Some(cohort) = joined.into_iter().next() else { return Ok(None) };
     let exercise = &found.taught.course.steps[found.index].exercise;
-    let mut practised = practice::of_cohort_at(reader, school, (cohort.id, exercise)).await?;
+    let mut practised = practice::of_cohort_at(reader, school, cohort.id, exercise).await?;
     practised.remove(&found.trainee.id);
     let best = |attempts: &Vec<Attempt>| attempts.iter().map(|a| a.score).fold(0.0, f64::max);
     let bests: Vec<f64> = practised.values().map(best).collect();

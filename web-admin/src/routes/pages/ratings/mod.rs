@@ -88,7 +88,7 @@ async fn show(
     // Nobody who has yet to rate learns what the others gave; how far they are is for whoever asked.
     let found = if round.own_open == 0 {
         let instrument = instrument(&state, &round).await?;
-        let scores = tables(&instrument, (&table.attempts, &table.raters), &table.given);
+        let scores = tables(&instrument, &table.attempts, &table.raters, &table.given);
         Some((table.rows(&cells, owner), scores.into_iter().map(ScoreView::new).collect()))
     } else {
         None

@@ -188,7 +188,7 @@ async fn extend(
     if !trainees(&state, &person, &task).await?.iter().any(|trainee| trainee.id == form.person) {
         return Err(Error::NotFound.into());
     }
-    deadlines::extend(&state, &person, segments::dated(&task), (form.person, form.days)).await?;
+    deadlines::extend(&state, &person, segments::dated(&task), form.person, form.days).await?;
     Ok(Redirect::to(&format!("/segments/{id}")))
 }
 

@@ -139,7 +139,7 @@ pub(super) async fn mark(
     let typed = form.all("mark");
     match read(&typed, open.session.duration_s) {
         Ok(marks) => {
-            segments::mark(&state, &person, &open.trace, (marks, sent)).await?;
+            segments::mark(&state, &person, &open.trace, marks, sent).await?;
             Ok(Redirect::to(&trace_href(&open.trace)).into_response())
         }
         Err(refused) => {

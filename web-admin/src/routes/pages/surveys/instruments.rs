@@ -174,7 +174,7 @@ async fn store(
     if form.step != "publish" {
         return Ok(EditPage { preview: Some(InstrumentPreview::new(&instrument)), ..page }.into_response());
     }
-    if !surveys::publish_written(state, person, (&instrument, &bytes), id.is_none()).await? {
+    if !surveys::publish_written(state, person, &instrument, &bytes, id.is_none()).await? {
         let issues = vec![tr!("id: “{id}”; there is an instrument of that id: edit it", id = instrument.id)];
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, EditPage { issues, ..page }).into_response());
     }

@@ -118,7 +118,7 @@ async fn show(
         return Ok(ManagePage { mailed: query.mailed.zip(query.before), ..page }.into_response());
     }
     let survey = asked_of(&state, &person, id, query.session).await?;
-    let begun = surveys::draft_of(state.db.reader(), (survey.school_id, id), person.id, query.session).await?;
+    let begun = surveys::draft_of(state.db.reader(), survey.school_id, id, person.id, query.session).await?;
     if begun.is_none() && surveys::answered(state.db.reader(), &survey, person.id, query.session).await? {
         return Err(Error::Gone(tr!(
             "you have answered this survey; only the address of its last page leads to your answers"
