@@ -43,7 +43,7 @@ pub fn status_of(error: &Error) -> StatusCode {
 }
 
 /// Finishes an answer: what only its headers can say, that somebody was refused, and the one log line of an internal error.
-pub(crate) fn dress(error: &Error, mut response: Response) -> Response {
+pub(crate) fn finish_answer(error: &Error, mut response: Response) -> Response {
     let retry_after_s = match error {
         Error::TooMany { retry_after_s } | Error::Busy { retry_after_s } => Some(*retry_after_s),
         Error::Deadly(_) => Some(AFTER_DEATH_S),
@@ -100,7 +100,7 @@ impl IntoResponse for ApiError {
         if status == StatusCode::UNAUTHORIZED {
             response.headers_mut().insert("www-authenticate", HeaderValue::from_static("Bearer"));
         }
-        dress(&self.0, response)
+        finish_answer(&self.0, response)
     }
 }
 
@@ -118,6 +118,6 @@ impl IntoResponse for PageError {
     fn into_response(self) -> Response {
         let status = status_of(&self.0);
         let page = ErrorPage { status: status.as_u16(), message: self.0.said() };
-        dress(&self.0, (status, page).into_response())
+        finish_answer(&self.0, (status, page).into_response())
     }
 }

@@ -52,7 +52,7 @@ impl From<bool> for CsvCell {
 impl CsvCell {
     fn print(&self) -> String {
         match self {
-            Self::Text(text) => neutral(text),
+            Self::Text(text) => neutralise_cell(text),
             Self::Number(number) => number.to_string(),
             Self::Empty => String::new(),
         }
@@ -62,7 +62,7 @@ impl CsvCell {
 /// A text that no spreadsheet takes for a formula: one that begins like a formula gets an apostrophe before it, which
 /// spreadsheets take for "this is text".
 #[must_use]
-pub fn neutral(text: &str) -> String {
+pub fn neutralise_cell(text: &str) -> String {
     let formula = text.trim_start_matches(' ').starts_with(['=', '+', '-', '@', '\t', '\r', '\n']);
     if formula { format!("'{text}") } else { text.to_owned() }
 }
@@ -71,19 +71,19 @@ pub fn neutral(text: &str) -> String {
 ///
 /// # Errors
 /// When a row has not as many cells as there are names.
-pub fn csv(names: &[&str], rows: &[Vec<CsvCell>]) -> anyhow::Result<String> {
-    let heading = lines([names.iter().map(|name| (*name).to_owned())])?;
-    Ok(heading + &body(names.len(), rows)?)
+pub fn write_csv(names: &[&str], rows: &[Vec<CsvCell>]) -> anyhow::Result<String> {
+    let heading = write_lines([names.iter().map(|name| (*name).to_owned())])?;
+    Ok(heading + &stream_lines(names.len(), rows)?)
 }
 
 /// The rows of a table as lines, each of so many cells.
-fn body(width: usize, rows: &[Vec<CsvCell>]) -> anyhow::Result<String> {
+fn stream_lines(width: usize, rows: &[Vec<CsvCell>]) -> anyhow::Result<String> {
     let crooked = rows.iter().find(|row| row.len() != width);
     ensure!(crooked.is_none(), "a row of {} cells under {width} names", crooked.map_or(0, Vec::len));
-    lines(rows.iter().map(|row| row.iter().map(CsvCell::print)))
+    write_lines(rows.iter().map(|row| row.iter().map(CsvCell::print)))
 }
 
-fn lines(rows: impl IntoIterator<Item = impl Iterator<Item = String>>) -> anyhow::Result<String> {
+fn write_lines(rows: impl IntoIterator<Item = impl Iterator<Item = String>>) -> anyhow::Result<String> {
     let mut writer = csv::WriterBuilder::new().terminator(csv::Terminator::CRLF).from_writer(Vec::new());
     for row in rows {
         writer.write_record(row)?;
@@ -95,28 +95,28 @@ fn lines(rows: impl IntoIterator<Item = impl Iterator<Item = String>>) -> anyhow
 ///
 /// # Errors
 /// When a row has not as many cells as there are names.
-pub fn download(file: &str, names: &[&str], rows: &[Vec<CsvCell>]) -> anyhow::Result<Response> {
-    Ok((headers(file), csv(names, rows)?).into_response())
+pub fn download_csv(file: &str, names: &[&str], rows: &[Vec<CsvCell>]) -> anyhow::Result<Response> {
+    Ok((csv_headers(file), write_csv(names, rows)?).into_response())
 }
 
 /// A table of any length as a file to be saved under a name: its rows are written as they come, some at a time.
 ///
 /// # Errors
 /// Never, but for those of writing a line of names. What fails later breaks the answer off, so that no client takes it for whole.
-pub fn stream(
+pub fn stream_csv(
     file: &str,
     names: &[&str],
     rows: impl TryStream<Ok = Vec<Vec<CsvCell>>, Error = anyhow::Error> + Send + 'static,
 ) -> anyhow::Result<Response> {
-    let (heading, width) = (csv(names, &[])?, names.len());
-    let bodies = rows.and_then(move |rows| ready(body(width, &rows))).inspect_err(|cause| {
+    let (heading, width) = (write_csv(names, &[])?, names.len());
+    let bodies = rows.and_then(move |rows| ready(stream_lines(width, &rows))).inspect_err(|cause| {
         tracing::error!(cause = format!("{cause:#}"), "an export broke off");
     });
     let body = Body::from_stream(futures::stream::once(async { Ok(heading) }).chain(bodies.into_stream()));
-    Ok((headers(file), body).into_response())
+    Ok((csv_headers(file), body).into_response())
 }
 
-fn headers(file: &str) -> [(HeaderName, String); 2] {
+fn csv_headers(file: &str) -> [(HeaderName, String); 2] {
     let safe: String = file.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '-' }).collect();
     let disposition = format!("attachment; filename=\"{safe}.csv\"");
     [(CONTENT_TYPE, "text/csv; charset=utf-8".to_owned()), (CONTENT_DISPOSITION, disposition)]
@@ -137,12 +137,12 @@ mod tests {
             CsvCell::from(-1.5),
             CsvCell::from(None),
         ];
-        let text = csv(&["a", "b", "c", "d", "e"], &[row]).expect("five cells under five names");
+        let text = write_csv(&["a", "b", "c", "d", "e"], &[row]).expect("five cells under five names");
         assert_eq!(text, "a,b,c,d,e\r\n\"'=HYPERLINK(\"\"http://x\"\")\",'  @SUM(1),\"Müller, \"\"Ana\"\"\",-1.5,\r\n");
     }
 
     #[test]
     fn a_crooked_table_is_refused() {
-        assert!(csv(&["a", "b"], &[vec![CsvCell::from("only one")]]).is_err());
+        assert!(write_csv(&["a", "b"], &[vec![CsvCell::from("only one")]]).is_err());
     }
 }

@@ -47,8 +47,8 @@ impl Counters {
             ("_sum".to_owned(), seconds(now(&self.total_us))),
             ("_count".to_owned(), answered),
         ];
-        family("stylet_http_requests_total", "counter", "Requests answered.", &statuses)
-            + &family(
+        write_metric_family("stylet_http_requests_total", "counter", "Requests answered.", &statuses)
+            + &write_metric_family(
                 "stylet_http_request_seconds",
                 "histogram",
                 "Time to answer a request, in s.",
@@ -85,7 +85,7 @@ impl Pulse {
 }
 
 /// A family of figures as Prometheus reads it: what it is, then each figure with its labels.
-pub(crate) fn family(name: &str, kind: &str, help: &str, figures: &[(String, f64)]) -> String {
+pub(crate) fn write_metric_family(name: &str, kind: &str, help: &str, figures: &[(String, f64)]) -> String {
     let lines: String = figures.iter().map(|(labels, value)| format!("{name}{labels} {value}\n")).collect();
     format!("# HELP {name} {help}\n# TYPE {name} {kind}\n{lines}")
 }

@@ -101,7 +101,12 @@ impl Drop for Guest {
 }
 
 /// Serves until `stop` is done, and then for as long as what has begun may go on.
-pub async fn serve(listener: TcpListener, app: Router, limits: ConnectionLimits, stop: impl Future<Output = ()>) {
+pub async fn serve_connections(
+    listener: TcpListener,
+    app: Router,
+    limits: ConnectionLimits,
+    stop: impl Future<Output = ()>,
+) {
     let (places, guests) = (Arc::new(Semaphore::new(limits.whole)), Guests::default());
     let graceful = GracefulShutdown::new();
     let mut builder = Builder::new(TokioExecutor::new()).http1_only();
@@ -110,13 +115,13 @@ pub async fn serve(listener: TcpListener, app: Router, limits: ConnectionLimits,
     let mut stop = std::pin::pin!(stop);
     loop {
         let arrived = tokio::select! {
-            arrived = arrive(&listener, &places) => arrived,
+            arrived = count_arrival(&listener, &places) => arrived,
             () = &mut stop => break,
         };
         let Some((stream, address, place)) = arrived else { continue };
         let Some(guest) = guests.admit(address.ip(), limits.by_address, place) else { continue };
         // Both only help: a connection without them is served all the same.
-        let _ = (stream.set_nodelay(true), sockopt::set_tcp_user_timeout(&stream, millis(limits.unread)));
+        let _ = (stream.set_nodelay(true), sockopt::set_tcp_user_timeout(&stream, as_millis(limits.unread)));
         let Ok(service) = Service::<SocketAddr>::call(&mut services, address).await;
         let service = service.map_request(|request: Request<_>| request.map(Body::new));
         let connection = builder.serve_connection(TokioIo::new(stream), TowerToHyperService::new(service));
@@ -133,7 +138,7 @@ pub async fn serve(listener: TcpListener, app: Router, limits: ConnectionLimits,
 }
 
 /// The next connection, once there is a place for it.
-async fn arrive(
+async fn count_arrival(
     listener: &TcpListener,
     places: &Arc<Semaphore>,
 ) -> Option<(TcpStream, SocketAddr, OwnedSemaphorePermit)> {
@@ -148,7 +153,7 @@ async fn arrive(
     }
 }
 
-fn millis(time: Duration) -> u32 {
+fn as_millis(time: Duration) -> u32 {
     u32::try_from(time.as_millis()).unwrap_or(u32::MAX)
 }
 
@@ -174,7 +179,7 @@ mod tests {
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
         let address = listener.local_addr().unwrap();
         let app = Router::new().route("/", get(async || "here"));
-        tokio::spawn(serve(listener, app, LIMITS, std::future::pending()));
+        tokio::spawn(serve_connections(listener, app, LIMITS, std::future::pending()));
         address
     }
 

@@ -19,12 +19,12 @@ use store::{schools, tries};
 const LONGEST_SLEEP: Duration = Duration::from_secs(60);
 
 /// Works until it is dropped. That may happen at any time: what is not stored yet is done again.
-pub async fn run(state: AppState) {
+pub async fn run_worker(state: AppState) {
     let mut desk = WorkerDesk::default();
     loop {
         let pause = match desk.go_on(&state).await {
-            Ok(()) => until_next(&state).await,
-            Err(error) => stalled(&error),
+            Ok(()) => wait_for_next(&state).await,
+            Err(error) => is_stalled(&error),
         };
         let ended = tokio::select! {
             Some(ended) = desk.running.join_next() => desk.settle(ended),
@@ -33,19 +33,19 @@ pub async fn run(state: AppState) {
         };
         if let Err(error) = ended {
             // It is still in the queue, and would fail again at once.
-            tokio::time::sleep(stalled(&error)).await;
+            tokio::time::sleep(is_stalled(&error)).await;
         }
     }
 }
 
 /// Notes why nothing goes on; how long to wait.
-fn stalled(error: &anyhow::Error) -> Duration {
+fn is_stalled(error: &anyhow::Error) -> Duration {
     tracing::error!(cause = format!("{error:#}"), "the queue cannot be worked off");
     LONGEST_SLEEP
 }
 
 /// How long until a job is due.
-async fn until_next(state: &AppState) -> Duration {
+async fn wait_for_next(state: &AppState) -> Duration {
     let now = state.clock.now();
     let Ok(Some(next)) = jobs::next_at(state.db.reader(), now).await else { return LONGEST_SLEEP };
     let wait_us = next.micros().saturating_sub(now.micros());
@@ -56,7 +56,7 @@ async fn until_next(state: &AppState) -> Duration {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn work_off(state: &AppState) -> anyhow::Result<()> {
+pub async fn work_off_jobs(state: &AppState) -> anyhow::Result<()> {
     let mut desk = WorkerDesk::default();
     loop {
         desk.go_on(state).await?;
@@ -90,7 +90,7 @@ impl WorkerDesk {
                 let Some(job) = self.next(state).await? else { break };
                 self.begin(state, job);
             }
-            if self.running.len() >= state.config.judges || !go_on_with_old(state).await? {
+            if self.running.len() >= state.config.judges || !resume_old_jobs(state).await? {
                 return Ok(());
             }
             while let Some(ended) = self.running.try_join_next() {
@@ -136,6 +136,6 @@ impl WorkerDesk {
 }
 
 /// A piece of what is done with attempts that were judged long ago. False where nothing is left.
-async fn go_on_with_old(state: &AppState) -> anyhow::Result<bool> {
+async fn resume_old_jobs(state: &AppState) -> anyhow::Result<bool> {
     Ok(regrading::exercise::step(state).await? || motions::step(state).await?)
 }

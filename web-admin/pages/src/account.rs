@@ -112,7 +112,7 @@ mod tests {
             second_factor: false,
             refused: Some(PasswordRefused::WrongOld),
         };
-        let html = samples::keep("account", &page);
+        let html = samples::keep_page("account", &page);
         assert!(html.contains("/account/cohorts/") && html.contains("asked to have you in Spring"), "{html}");
         assert!(html.contains("/account/export") && html.contains("not your password"), "{html}");
         let page = JoinPage {
@@ -124,10 +124,11 @@ mod tests {
             first: true,
             refused: Some(PasswordRefused::Different),
         };
-        assert!(samples::keep("join", &page).contains("Welcome"));
-        assert!(samples::keep("dead-link", &DeadLinkPage).contains("not good"));
+        assert!(samples::keep_page("join", &page).contains("Welcome"));
+        assert!(samples::keep_page("dead-link", &DeadLinkPage).contains("not good"));
         assert!(
-            samples::keep("forgotten", &ForgottenPage { csrf: "c".to_owned(), asked: true }).contains("on its way")
+            samples::keep_page("forgotten", &ForgottenPage { csrf: "c".to_owned(), asked: true })
+                .contains("on its way")
         );
     }
 }

@@ -164,7 +164,7 @@ mod tests {
             cohorts: vec![],
             more: false,
         };
-        let html = samples::keep("admin-home", &page);
+        let html = samples::keep_page("admin-home", &page);
         assert!(
             html.contains("1034") && html.contains("4 recordings wait") && html.contains("No cohorts yet"),
             "{html}"
@@ -198,7 +198,7 @@ mod tests {
             factor_rule: FactorRule::Teachers,
             warned: 2,
         };
-        let html = samples::keep("admin", &page);
+        let html = samples::keep_page("admin", &page);
         assert!(
             html.contains("disk full &#60;no&#62;")
                 && html.contains("href=\"/people\"")
@@ -216,7 +216,7 @@ mod tests {
             expires_at: samples::NOW,
             minutes: 10,
         };
-        let html = samples::keep("pairing-code", &page);
+        let html = samples::keep_page("pairing-code", &page);
         assert!(html.contains("stylet pair") && html.contains("ABCD-EFGH") && html.contains("10 minutes"), "{html}");
     }
 }

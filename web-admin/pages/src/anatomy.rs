@@ -26,16 +26,16 @@ const NAMES: [&str; 12] = [
 
 /// A name in the reader's language.
 #[must_use]
-pub fn said(name: &str) -> String {
+pub fn say_structure(name: &str) -> String {
     if NAMES.contains(&name) { words::known(name) } else { name.to_owned() }
 }
 
 /// A curve whose layers, events and structures are named in the reader's language.
 #[must_use]
-pub fn curve(curve: &AttemptCurve) -> AttemptCurve {
+pub fn name_layers_of_curve(curve: &AttemptCurve) -> AttemptCurve {
     let mut curve = curve.clone();
-    curve.bands.iter_mut().for_each(|band| band.name = said(&band.name));
-    curve.marks.iter_mut().for_each(|mark| mark.name = said(&mark.name));
+    curve.bands.iter_mut().for_each(|band| band.name = say_structure(&band.name));
+    curve.marks.iter_mut().for_each(|mark| mark.name = say_structure(&mark.name));
     curve
 }
 
@@ -68,9 +68,9 @@ mod tests {
     #[test]
     fn known_names_are_said_and_others_left() {
         let german = Language::named("de").expect("German");
-        let names = words::within(german, || [said("skin"), said("my own layer")]);
+        let names = words::within(german, || [say_structure("skin"), say_structure("my own layer")]);
         assert_eq!(names, ["Haut", "my own layer"]);
-        assert_eq!(said("skin"), "skin");
+        assert_eq!(say_structure("skin"), "skin");
         assert!(words::within(german, names_for_scripts).contains("\"fat\":\"Fett\""));
         assert_eq!(names_for_scripts(), "{}");
     }

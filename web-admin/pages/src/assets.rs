@@ -10,7 +10,7 @@ struct Assets;
 
 /// An asset with its hash.
 #[must_use]
-pub fn find(name: &str) -> Option<(EmbeddedFile, String)> {
+pub fn find_asset(name: &str) -> Option<(EmbeddedFile, String)> {
     let file = Assets::get(name)?;
     let hash = hex::encode(&file.metadata.sha256_hash()[..8]);
     Some((file, hash))
@@ -18,15 +18,15 @@ pub fn find(name: &str) -> Option<(EmbeddedFile, String)> {
 
 /// The address of an asset. It changes with the asset, so that a browser may keep it for a year.
 #[must_use]
-pub fn address(name: &str) -> String {
-    let hash = find(name).map_or_else(String::new, |(_, hash)| hash);
+pub fn asset_address(name: &str) -> String {
+    let hash = find_asset(name).map_or_else(String::new, |(_, hash)| hash);
     format!("/assets/{name}?v={hash}")
 }
 
 /// The address of the style sheet.
 #[must_use]
 pub fn style_sheet() -> &'static str {
-    static ADDRESS: LazyLock<String> = LazyLock::new(|| address("style.css"));
+    static ADDRESS: LazyLock<String> = LazyLock::new(|| asset_address("style.css"));
     &ADDRESS
 }
 
@@ -38,9 +38,9 @@ mod tests {
 
     #[test]
     fn the_style_sheet_is_carried_and_its_address_holds_its_hash() {
-        let (file, hash) = find("style.css").expect("a style sheet");
+        let (file, hash) = find_asset("style.css").expect("a style sheet");
         assert!(!file.data.is_empty());
         assert_eq!(style_sheet(), format!("/assets/style.css?v={hash}"));
-        assert!(find("../Cargo.toml").is_none());
+        assert!(find_asset("../Cargo.toml").is_none());
     }
 }

@@ -197,7 +197,7 @@ mod tests {
     #[test]
     fn a_trainee_sees_what_is_due_on_the_schools_clock() {
         let page = OwnAssignmentsPage { shell: samples::shell(Role::Trainee), rows: rows() };
-        let html = samples::keep("assignments-own", &page);
+        let html = samples::keep_page("assignments-own", &page);
         for words in
             ["Late", "2 attempts left", "Feel the layers", "No attempts left", "Done late", "11:30", "UTC+02:00"]
         {
@@ -206,7 +206,7 @@ mod tests {
         assert!(html.contains("1 attempt waits for your instructor"), "{html}");
         assert!(html.contains("3 days longer") && html.contains("&#60;fat&#62;"), "{html}");
         let empty = OwnAssignmentsPage { shell: samples::shell(Role::Trainee), rows: vec![] };
-        assert!(samples::keep("assignments-none", &empty).contains("Nothing is assigned"));
+        assert!(samples::keep_page("assignments-none", &empty).contains("Nothing is assigned"));
     }
 
     #[test]
@@ -227,10 +227,10 @@ mod tests {
         };
         let shell = samples::shell(Role::Instructor);
         let page = ManagedAssignmentsPage { shell: shell.clone(), rows: vec![managed.clone()], form };
-        let html = samples::keep("assignments-managed", &page);
+        let html = samples::keep_page("assignments-managed", &page);
         assert!(html.contains("value=\"2026-03-29T02:30\"") && html.contains("The due date: skipped"), "{html}");
         let page = AssignmentPage { shell, id: Uuid::nil(), assignment: managed, rows: rows() };
-        let html = samples::keep("assignment", &page);
+        let html = samples::keep_page("assignment", &page);
         assert!(
             html.contains("/sessions/00000000-0000-0000-0000-000000000001/supervision") && html.contains("I was there"),
             "{html}"

@@ -68,7 +68,7 @@ mod tests {
             key: certificate.public_key.clone(),
             json: certificate.in_page().expect("JSON"),
         };
-        forgotten::check("certificate", &page);
+        forgotten::check_page("certificate", &page);
         let html = page.render().expect("the page renders");
         assert_eq!(html.matches("<script").count(), 1, "a name begins no script");
         assert!(html.contains("Feel the &#60;layers&#62;") && html.contains("&#60;/script&#62;"), "{html}");

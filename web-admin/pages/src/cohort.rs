@@ -4,7 +4,7 @@ use askama::Template;
 use askama_web::WebTemplate;
 use time::OffsetDateTime;
 
-use super::concern::concern;
+use super::concern::say_concern;
 use super::trainee::{CourseFacts, score_points};
 use super::{Shell, StatusWord, charts, format};
 use crate::addresses::exercise_href;
@@ -73,7 +73,8 @@ impl CohortLine {
     /// The share that passed, as a bar and in words.
     #[must_use]
     pub fn passed(&self) -> Option<(String, String)> {
-        self.passed.map(|share| (charts::share_bar(share), format!("{}\u{a0}%", format::fixed(share * 100.0, 0))))
+        self.passed
+            .map(|share| (charts::draw_share_bar(share), format!("{}\u{a0}%", format::format_fixed(share * 100.0, 0))))
     }
 }
 
@@ -182,20 +183,20 @@ impl TraineeRow {
             href,
             name,
             mastered: (progress.mastered(), progress.steps.len()),
-            strip: charts::mastery_strip(&strip.collect::<Vec<_>>()),
+            strip: charts::draw_mastery_strip(&strip.collect::<Vec<_>>()),
             doing: doing.map(|step| (step.title.clone(), exercise_href(&step.exercise))),
             attempts: progress.attempts(),
             last_at: progress.last_at,
             spark: current
                 .filter(|s| !s.attempts.is_empty())
-                .map(|s| charts::sparkline(&score_points(&s.attempts), mark)),
-            status: standing(progress),
-            concerns: progress.concerns.iter().map(|c| concern(c)).collect(),
+                .map(|s| charts::draw_sparkline(&score_points(&s.attempts), mark)),
+            status: standing_in_course(progress),
+            concerns: progress.concerns.iter().map(|c| say_concern(c)).collect(),
         }
     }
 }
 
-fn standing(progress: &Progress) -> StatusWord {
+fn standing_in_course(progress: &Progress) -> StatusWord {
     if !progress.concerns.is_empty() {
         StatusWord::Help
     } else if progress.complete() {
@@ -223,7 +224,7 @@ fn exercise_share(facts: &CourseFacts<'_>, trainees: &[(&str, &Progress)], index
         href: exercise_href(&step.exercise),
         title: step.title.clone(),
         mastered,
-        bar: charts::share_bar(mastered as f64 / trainees.len().max(1) as f64),
+        bar: charts::draw_share_bar(mastered as f64 / trainees.len().max(1) as f64),
         here,
         attempts: done().map(|s| s.attempts.len()).sum(),
         passes: done().map(StepProgress::passes).sum(),
@@ -239,7 +240,7 @@ impl CohortCard {
         for progress in trainees {
             (mastered, all) = (mastered + progress.mastered(), all + progress.steps.len());
             card.trainees += 1;
-            card.complete += usize::from(standing(progress) == StatusWord::Complete);
+            card.complete += usize::from(standing_in_course(progress) == StatusWord::Complete);
             card.help += usize::from(!progress.concerns.is_empty());
         }
         card.mastered = mastered as f64 / all.max(1) as f64;
@@ -249,7 +250,7 @@ impl CohortCard {
     /// The share as a bar.
     #[must_use]
     pub fn bar(&self) -> String {
-        charts::share_bar(self.mastered)
+        charts::draw_share_bar(self.mastered)
     }
 
     /// How many may need help, in words.
@@ -261,7 +262,7 @@ impl CohortCard {
     /// The share in words.
     #[must_use]
     pub fn percent(&self) -> String {
-        format!("{}\u{a0}%", format::fixed(self.mastered * 100.0, 0))
+        format!("{}\u{a0}%", format::format_fixed(self.mastered * 100.0, 0))
     }
 }
 
@@ -275,7 +276,7 @@ mod tests {
     #[test]
     fn tells_who_is_where_and_who_needs_help() {
         let page = samples::cohort_page();
-        let html = samples::keep("cohort", &page);
+        let html = samples::keep_page("cohort", &page);
         assert!(!page.help().is_empty());
         for row in page.help() {
             assert!(html.contains(&row.concerns[0].1), "the reason of {}", row.name);
@@ -286,7 +287,7 @@ mod tests {
     #[test]
     fn a_cohort_without_trainees_says_what_to_do() {
         let page = CohortPage { trainees: vec![], courses: vec![], ..samples::cohort_page() };
-        assert!(samples::keep("cohort-empty", &page).contains("Nobody is in this cohort yet"));
+        assert!(samples::keep_page("cohort-empty", &page).contains("Nobody is in this cohort yet"));
     }
 
     #[test]
@@ -301,12 +302,12 @@ mod tests {
             later: true,
             next: Some("/cohorts?after=Summer".to_owned()),
         };
-        let html = samples::keep("cohorts", &page);
+        let html = samples::keep_page("cohorts", &page);
         assert!(
             html.contains(r#"href="/cohorts/0000"#) && html.contains("50\u{a0}%") && html.contains("More"),
             "{html}"
         );
         let empty = CohortsPage { cohorts: vec![], later: false, next: None, ..page };
-        assert!(samples::keep("cohorts-empty", &empty).contains("No cohorts yet"));
+        assert!(samples::keep_page("cohorts-empty", &empty).contains("No cohorts yet"));
     }
 }

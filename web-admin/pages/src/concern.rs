@@ -5,11 +5,11 @@ use model::progress::{Concern, DECLINE_RUN};
 
 /// The kind of a concern in a word or two, and the reason.
 #[must_use]
-pub fn concern(concern: &Concern) -> (&'static str, String) {
-    (kind(concern), reason(concern))
+pub fn say_concern(concern: &Concern) -> (&'static str, String) {
+    (name_concern(concern), say_concern_reason(concern))
 }
 
-fn kind(concern: &Concern) -> &'static str {
+fn name_concern(concern: &Concern) -> &'static str {
     match concern {
         Concern::Stuck { .. } => tr!("Stuck"),
         Concern::Declining { .. } => tr!("Declining"),
@@ -19,25 +19,25 @@ fn kind(concern: &Concern) -> &'static str {
     }
 }
 
-fn reason(concern: &Concern) -> String {
+fn say_concern_reason(concern: &Concern) -> String {
     match concern {
         Concern::Stuck { title, fails, last_score } => tr!(
             "{fails} fails in a row on “{title}”, the last with {score} points",
             fails = fails,
             title = title,
-            score = format::fixed(last_score, 0)
+            score = format::format_fixed(last_score, 0)
         ),
         Concern::Declining { title, from, to } => tr!(
             "on “{title}” the mean of the last {run} attempts is {to}, of the {run} before {from}",
             title = title,
             run = DECLINE_RUN,
-            to = format::fixed(to, 0),
-            from = format::fixed(from, 0)
+            to = format::format_fixed(to, 0),
+            from = format::format_fixed(from, 0)
         ),
         Concern::Regressing { title, since } => tr!(
             "“{title}” was mastered, and is lost again with the attempt of {date}",
             title = title,
-            date = format::date(since)
+            date = format::format_date(since)
         ),
         Concern::Inactive { days } => trn!("no attempt for {n} day", "no attempt for {n} days", *days),
         Concern::NotStarted => tr!("no scored attempt yet").to_owned(),
@@ -51,7 +51,7 @@ mod tests {
     #[test]
     fn a_concern_names_the_exercise_and_its_figures() {
         let stuck = Concern::Stuck { title: "B".to_owned(), fails: 3, last_score: 41.0 };
-        let (kind, reason) = concern(&stuck);
+        let (kind, reason) = say_concern(&stuck);
         assert_eq!((kind, reason.as_str()), ("Stuck", "3 fails in a row on “B”, the last with 41 points"));
     }
 }

@@ -77,7 +77,7 @@ mod tests {
             given: String::new(),
             refused: None,
         };
-        let html = samples::keep("expert-consent", &page);
+        let html = samples::keep_page("expert-consent", &page);
         assert!(html.contains("&#60;shown&#62;") && html.contains("/consent/withdraw"), "{html}");
         let page = ConsentOfExpertPage {
             recorded: vec![],
@@ -85,7 +85,7 @@ mod tests {
             refused: Some("wording: 0 characters".to_owned()),
             ..page
         };
-        let html = samples::keep("expert-consent-refused", &page);
+        let html = samples::keep_page("expert-consent-refused", &page);
         assert!(
             html.contains("a &#34;b&#34;") && html.contains("role=\"alert\"") && !html.contains("/withdraw"),
             "{html}"

@@ -80,12 +80,12 @@ mod tests {
 
     #[test]
     fn lists_exercises_with_what_comes_before_them() {
-        let html = samples::keep("curricula", &page());
+        let html = samples::keep_page("curricula", &page());
         assert!(
             html.contains("after Feel the layers") && html.contains(r#"href="/exercises/stop-in-the-fat""#),
             "{html}"
         );
         let empty = CurriculaPage { shell: samples::shell(Role::Administrator), staff: true, courses: vec![] };
-        assert!(samples::keep("curricula-empty", &empty).contains("No curricula yet"));
+        assert!(samples::keep_page("curricula-empty", &empty).contains("No curricula yet"));
     }
 }

@@ -53,7 +53,7 @@ impl DiffMark {
 
 /// The changed lines and a few around them, in groups; empty where the texts are the same.
 #[must_use]
-pub fn diff(older: &str, newer: &str) -> Vec<Vec<DiffLine>> {
+pub fn compare_lines(older: &str, newer: &str) -> Vec<Vec<DiffLine>> {
     let diff = TextDiff::from_lines(older, newer);
     let line = |change: similar::Change<&str>| DiffLine {
         change: match change.tag() {
@@ -81,7 +81,7 @@ mod tests {
     fn only_what_changed_is_shown_with_its_numbers() {
         let older: String = (1..=20).map(|i| format!("line {i}\n")).collect();
         let newer = older.replace("line 10\n", "line ten\n").replace("line 20\n", "line 20\nline 21\n");
-        let groups = diff(&older, &newer);
+        let groups = compare_lines(&older, &newer);
         assert_eq!(groups.len(), 2);
         let changed: Vec<_> = groups.concat().into_iter().filter(|line| line.change != DiffMark::Kept).collect();
         let seen: Vec<_> = changed.iter().map(|l| (l.change.sign(), l.before, l.after, l.text.as_str())).collect();
@@ -89,6 +89,6 @@ mod tests {
             seen,
             [("−", Some(10), None, "line 10"), ("+", None, Some(10), "line ten"), ("+", None, Some(21), "line 21")]
         );
-        assert!(diff(&older, &older).is_empty());
+        assert!(compare_lines(&older, &older).is_empty());
     }
 }

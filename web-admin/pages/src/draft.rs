@@ -68,7 +68,7 @@ impl DraftPage {
     /// The address of the script that keeps the verdict up with what is typed.
     #[must_use]
     pub fn script(&self) -> String {
-        assets::address("draft.js")
+        assets::asset_address("draft.js")
     }
 }
 
@@ -86,9 +86,9 @@ pub fn verdict_of_exercise(exercise: &Publishable) -> Verdict {
     let Publishable { bundle, plan, advice } = exercise;
     let view = ExerciseFacts::new(bundle);
     let mut facts = view.facts;
-    facts.extend(tissue(bundle, plan.as_ref()));
-    let facts = named(facts);
-    let advice = advice.iter().map(problem).collect();
+    facts.extend(describe_tissue(bundle, plan.as_ref()));
+    let facts = name_document(facts);
+    let advice = advice.iter().map(say_issue).collect();
     Verdict { advice, drawing: Some(view.drawing), facts, ..Verdict::default() }
 }
 
@@ -100,7 +100,10 @@ pub fn verdict_of_course(course: &Curriculum, mastery: &Mastery) -> Verdict {
         first => tr!("{exercise}, after {missing}", exercise = entry.exercise, missing = first.join(", ")),
     };
     Verdict {
-        facts: named(vec![(tr!("Title"), course.title.clone()), (tr!("An exercise is"), rule_in_words(mastery))]),
+        facts: name_document(vec![
+            (tr!("Title"), course.title.clone()),
+            (tr!("An exercise is"), rule_in_words(mastery)),
+        ]),
         exercises: course.entries.iter().map(line).collect(),
         ..Verdict::default()
     }
@@ -109,7 +112,7 @@ pub fn verdict_of_course(course: &Curriculum, mastery: &Mastery) -> Verdict {
 /// The verdict on a draft that is refused.
 #[must_use]
 pub fn verdict_of_refused(issues: &[Issue]) -> Verdict {
-    Verdict { problems: issues.iter().map(problem).collect(), ..Verdict::default() }
+    Verdict { problems: issues.iter().map(say_issue).collect(), ..Verdict::default() }
 }
 
 /// The verdict on a draft that nobody has looked at yet; when to ask again, in s.
@@ -120,13 +123,13 @@ pub fn verdict_while_waiting(retry_after_s: u64) -> Verdict {
 }
 
 /// Facts under their names.
-fn named(facts: Vec<(&'static str, String)>) -> Vec<(String, String)> {
+fn name_document(facts: Vec<(&'static str, String)>) -> Vec<(String, String)> {
     facts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
 }
 
 /// What is wrong in a document: where, and what.
 #[must_use]
-pub fn problem(issue: &Issue) -> (String, String) {
+pub fn say_issue(issue: &Issue) -> (String, String) {
     let Issue { file, line, column, field, found, allowed } = issue;
     let place = if file == "attached scene" {
         tr!("Scene, line {line}, column {column}", line = line, column = column)
@@ -137,19 +140,19 @@ pub fn problem(issue: &Issue) -> (String, String) {
 }
 
 /// The planner's verdict.
-fn tissue(bundle: &ExerciseBundle, plan: Option<&FieldPlan>) -> Vec<(&'static str, String)> {
+fn describe_tissue(bundle: &ExerciseBundle, plan: Option<&FieldPlan>) -> Vec<(&'static str, String)> {
     let Some(plan) = plan else {
         return vec![(tr!("Tissue"), tr!("the force law alone: the scene names no model").to_owned())];
     };
     let error = tr!(
         "{expected} % expected, {allowed} % allowed",
-        expected = format::fixed(100.0 * plan.expected_relative_error, 1),
-        allowed = format::fixed(100.0 * bundle.scene.tissue.tolerance, 1)
+        expected = format::format_fixed(100.0 * plan.expected_relative_error, 1),
+        allowed = format::format_fixed(100.0 * bundle.scene.tissue.tolerance, 1)
     );
     let size = tr!(
         "{unknowns} unknowns, {size} MB",
         unknowns = plan.unknowns,
-        size = format::fixed(plan.bytes as f64 * 1e-6, 2)
+        size = format::format_fixed(plan.bytes as f64 * 1e-6, 2)
     );
     vec![
         (tr!("Tissue"), format!("{}: {}", plan.model.name(), words::phrase(&plan.reason))),
@@ -200,7 +203,7 @@ mod tests {
     use phrase::{Phrase, phrase};
 
     use super::*;
-    use crate::diff::diff;
+    use crate::diff::compare_lines;
     use crate::samples;
     use model::Role;
 
@@ -230,7 +233,7 @@ mod tests {
     #[test]
     fn what_is_written_can_be_seen_and_what_is_wrong_has_a_place() {
         let exercise = Publishable { bundle: samples::bundle(), plan: None, advice: Vec::new() };
-        let html = samples::keep("draft", &page(verdict_of_exercise(&exercise)));
+        let html = samples::keep_page("draft", &page(verdict_of_exercise(&exercise)));
         for wanted in ["id = &#34;", "<svg", "the force law alone", "name=\"seen\" value=\"3\"", "Publish"] {
             assert!(html.contains(wanted), "{wanted} is missing");
         }
@@ -243,7 +246,7 @@ mod tests {
             allowed: phrase!("allowed: a number from {min} to {most}", min = 0.0, most = "200 mm"),
         };
         let refused = DraftPage { refused: true, ..page(verdict_of_refused(&[issue])) };
-        let html = samples::keep("draft-refused", &refused);
+        let html = samples::keep_page("draft-refused", &refused);
         assert!(html.contains("Scene, line 7, column 2") && html.contains("not published"), "{html}");
     }
 
@@ -258,18 +261,18 @@ mod tests {
             allowed: phrase!("of {metric} less is better: full must be below zero", metric = "overshoot_mm"),
         };
         let exercise = Publishable { bundle: samples::bundle(), plan: None, advice: vec![issue] };
-        let html = samples::keep("draft-advice", &page(verdict_of_exercise(&exercise)));
+        let html = samples::keep_page("draft-advice", &page(verdict_of_exercise(&exercise)));
         assert!(html.contains("Document, line 40, column 1") && html.contains("<svg"), "{html}");
         assert!(!html.contains("not published") && !html.contains("value=\"insist\""), "{html}");
         let held = DraftPage { refused: true, ..page(verdict_of_exercise(&exercise)) };
-        let html = samples::keep("draft-held", &held);
+        let html = samples::keep_page("draft-held", &held);
         assert!(html.contains("not published") && html.contains("value=\"insist\""), "{html}");
     }
 
     #[test]
     fn a_conflict_shows_both_texts() {
-        let conflict = Some(diff("pass_mark = 70\n", "pass_mark = 75\n"));
-        let html = samples::keep("draft-conflict", &DraftPage { conflict, ..page(Verdict::default()) });
+        let conflict = Some(compare_lines("pass_mark = 70\n", "pass_mark = 75\n"));
+        let html = samples::keep_page("draft-conflict", &DraftPage { conflict, ..page(Verdict::default()) });
         assert!(
             html.contains("pass_mark = 70") && html.contains("pass_mark = 75") && html.contains("not saved"),
             "{html}"
@@ -281,9 +284,9 @@ mod tests {
         let exercises = vec![("stop-in-the-fat".to_owned(), "Stop in the fat".to_owned())];
         let empty =
             DraftsPage { shell: samples::shell(Role::Instructor), drafts: vec![], exercises: exercises.clone() };
-        assert!(samples::keep("drafts-empty", &empty).contains("No drafts"));
+        assert!(samples::keep_page("drafts-empty", &empty).contains("No drafts"));
         let full = DraftsPage { shell: samples::shell(Role::Instructor), drafts: vec![row()], exercises };
-        assert!(samples::keep("drafts", &full).contains("href=\"/drafts/1\""));
+        assert!(samples::keep_page("drafts", &full).contains("href=\"/drafts/1\""));
     }
 
     #[test]
@@ -303,9 +306,9 @@ mod tests {
             revisions: vec![revision(newer, true), revision(older, false)],
             from: older,
             to: newer,
-            parts: vec![("Exercise", diff("pass_mark = 70\n", "pass_mark = 75\n")), ("Scene", vec![])],
+            parts: vec![("Exercise", compare_lines("pass_mark = 70\n", "pass_mark = 75\n")), ("Scene", vec![])],
         };
-        let html = samples::keep("revisions", &page);
+        let html = samples::keep_page("revisions", &page);
         assert!(html.contains("pass_mark = 75") && html.contains("No difference"), "{html}");
     }
 }

@@ -84,13 +84,13 @@ mod tests {
     #[test]
     fn it_is_said_what_goes_and_what_stays() {
         let mentions = vec![("/sessions/1".to_owned(), "Do as Ana <does>".to_owned())];
-        let html = samples::keep("erase", &page(false, mentions));
+        let html = samples::keep_page("erase", &page(false, mentions));
         assert!(html.contains("3 texts of theirs") && html.contains("1 text of others"), "{html}");
         assert!(
             html.contains("Ana &#60;does&#62;") && html.contains("Recordings stay") && html.contains("2 reasons stay")
         );
         assert!(html.contains("not this person’s email address"), "{html}");
-        let held = samples::keep("erase-held", &page(true, vec![]));
+        let held = samples::keep_page("erase-held", &page(true, vec![]));
         assert!(held.contains("legal hold") && !held.contains("name=\"confirm\""), "{held}");
     }
 }

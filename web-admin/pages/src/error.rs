@@ -31,7 +31,7 @@ impl ErrorPage {
     /// What is wrong with this request, as a sentence; empty where the heading has said it.
     #[must_use]
     pub fn explanation(&self) -> String {
-        if self.status == 404 { String::new() } else { format::sentence(self.message.trim_end_matches('.')) + "." }
+        if self.status == 404 { String::new() } else { format::as_sentence(self.message.trim_end_matches('.')) + "." }
     }
 
     /// What to do now.
@@ -60,7 +60,7 @@ mod tests {
     fn every_error_says_what_happened_and_what_to_do() {
         for status in [403, 404, 429, 500] {
             let page = ErrorPage { status, message: "the <cause>".to_owned() };
-            let html = samples::keep(&format!("error-{status}"), &page);
+            let html = samples::keep_page(&format!("error-{status}"), &page);
             assert!(
                 html.contains(page.heading()) && html.contains(page.advice().split('\'').next().unwrap_or_default())
             );

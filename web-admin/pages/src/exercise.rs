@@ -93,29 +93,34 @@ impl ExerciseFacts {
     pub fn new(bundle: &ExerciseBundle) -> Self {
         let exercise = &bundle.exercise;
         let weights: f64 = exercise.rubric.iter().map(|l| l.weight).sum();
-        let section = section(bundle);
+        let section = section_of_bundle(bundle);
         Self {
             id: exercise.id.clone(),
             title: exercise.title.clone(),
-            briefing: paragraphs(&exercise.briefing),
-            drawing: charts::both(|size| charts::cross_section(&section, size)),
-            layers: bundle.scene.layers.iter().map(|l| (anatomy::said(&l.name), l.thickness_mm)).collect(),
-            structures: bundle.scene.structures.iter().map(|s| (anatomy::said(&s.spec.name), kind(s.kind()))).collect(),
-            facts: facts(bundle),
+            briefing: split_paragraphs(&exercise.briefing),
+            drawing: charts::draw_both_widths(|size| charts::draw_cross_section(&section, size)),
+            layers: bundle.scene.layers.iter().map(|l| (anatomy::say_structure(&l.name), l.thickness_mm)).collect(),
+            structures: bundle
+                .scene
+                .structures
+                .iter()
+                .map(|s| (anatomy::say_structure(&s.spec.name), class_of_structure(s.kind())))
+                .collect(),
+            facts: list_exercise_facts(bundle),
             rubric: exercise.rubric.iter().map(|l| rubric_line(l, weights)).collect(),
-            hard_fails: exercise.hard_fails.iter().map(hard_fail).collect(),
-            required: exercise.required.as_ref().map(required).unwrap_or_default(),
+            hard_fails: exercise.hard_fails.iter().map(say_hard_fail).collect(),
+            required: exercise.required.as_ref().map(say_requirements).unwrap_or_default(),
             pass_mark: exercise.pass_mark,
         }
     }
 }
 
 /// An empty line ends a paragraph.
-fn paragraphs(text: &str) -> Vec<String> {
+fn split_paragraphs(text: &str) -> Vec<String> {
     text.split("\n\n").map(|p| p.trim().replace('\n', " ")).filter(|p| !p.is_empty()).collect()
 }
 
-fn facts(bundle: &ExerciseBundle) -> Vec<(&'static str, String)> {
+fn list_exercise_facts(bundle: &ExerciseBundle) -> Vec<(&'static str, String)> {
     let Exercise { difficulty, pass_mark, time_limit_s, target_depth_mm, angle_deg, sha256, .. } = &bundle.exercise;
     let needle = &bundle.scene.needle;
     vec![
@@ -124,17 +129,17 @@ fn facts(bundle: &ExerciseBundle) -> Vec<(&'static str, String)> {
             tr!("Needle"),
             tr!(
                 "{diameter} {kind}, {tip} tip",
-                diameter = format::stated(needle.diameter_mm, "mm"),
+                diameter = format::format_stated(needle.diameter_mm, "mm"),
                 kind = words::known(&needle.kind),
                 tip = words::known(&needle.tip)
             ),
         ),
-        (tr!("Target"), tr!("{depth} along the needle", depth = format::stated(target_depth_mm, "mm"))),
-        (tr!("Angle to the surface normal"), format::stated(angle_deg, "°")),
-        (tr!("Time limit"), format::span(*time_limit_s)),
-        (tr!("Pass mark"), tr!("{score} of 100", score = format::points(*pass_mark))),
+        (tr!("Target"), tr!("{depth} along the needle", depth = format::format_stated(target_depth_mm, "mm"))),
+        (tr!("Angle to the surface normal"), format::format_stated(angle_deg, "°")),
+        (tr!("Time limit"), format::format_span(*time_limit_s)),
+        (tr!("Pass mark"), tr!("{score} of 100", score = format::format_points(*pass_mark))),
         (tr!("Difficulty"), tr!("{difficulty} of 5", difficulty = difficulty)),
-        (tr!("Revision"), format::short_hash(sha256).to_owned()),
+        (tr!("Revision"), format::shorten_hash(sha256).to_owned()),
     ]
 }
 
@@ -143,59 +148,59 @@ fn rubric_line(line: &documents::RubricLine, weights: f64) -> RubricLineView {
     RubricLineView {
         label,
         definition,
-        full: format::stated(line.full, unit),
-        zero: format::stated(line.zero, unit),
+        full: format::format_stated(line.full, unit),
+        zero: format::format_stated(line.zero, unit),
         points: if weights > 0.0 { line.weight / weights * 100.0 } else { 0.0 },
     }
 }
 
 /// What must have happened before anything is earned, in words.
-fn required(required: &documents::Required) -> Vec<String> {
+fn say_requirements(required: &documents::Required) -> Vec<String> {
     let reached =
-        required.reached.as_ref().map(|layer| tr!("the tip has opened {layer}", layer = anatomy::said(layer)));
-    let within = required
-        .within_mm
-        .map(|mm| tr!("the position is within {distance} of the target depth", distance = format::stated(mm, "mm")));
+        required.reached.as_ref().map(|layer| tr!("the tip has opened {layer}", layer = anatomy::say_structure(layer)));
+    let within = required.within_mm.map(|mm| {
+        tr!("the position is within {distance} of the target depth", distance = format::format_stated(mm, "mm"))
+    });
     let confirmed = required.confirmed.then(|| tr!("the position was confirmed in the body").to_owned());
     let withdrawn = required.withdrawn.then(|| tr!("the needle was withdrawn").to_owned());
     [reached, within, confirmed, withdrawn].into_iter().flatten().collect()
 }
 
-fn hard_fail(limit: &documents::HardFail) -> (String, String) {
+fn say_hard_fail(limit: &documents::HardFail) -> (String, String) {
     let (label, _, unit) = metric_words(&limit.metric, limit.version);
-    (tr!("{label} above {limit}", label = label, limit = format::stated(limit.above, unit)), limit.why.clone())
+    (tr!("{label} above {limit}", label = label, limit = format::format_stated(limit.above, unit)), limit.why.clone())
 }
 
 /// Label, definition and unit of a version of a metric, plain or split.
 fn metric_words(id: &str, version: u32) -> (String, String, &'static str) {
     let unit = assessment::catalogue::definition(id, version).map_or("", |definition| definition.unit);
-    (metric::label(id), metric::definition(id, version), unit)
+    (metric::metric_label(id), metric::metric_definition(id, version), unit)
 }
 
 /// The plane through the planned needle, seen from the side.
-fn section(bundle: &ExerciseBundle) -> CrossSection {
+fn section_of_bundle(bundle: &ExerciseBundle) -> CrossSection {
     let exercise = &bundle.exercise;
     let layers = bundle.scene.layers.iter();
     CrossSection {
-        layers: layers.map(|l| (anatomy::said(&l.name), l.texture.clone(), l.thickness_mm)).collect(),
+        layers: layers.map(|l| (anatomy::say_structure(&l.name), l.texture.clone(), l.thickness_mm)).collect(),
         angle_deg: exercise.angle_deg,
         target_depth_mm: exercise.target_depth_mm,
-        structures: bundle.scene.structures.iter().map(|s| structure(s, exercise)).collect(),
+        structures: bundle.scene.structures.iter().map(|s| structure_in_section(s, exercise)).collect(),
     }
 }
 
-fn structure(structure: &SceneStructure, exercise: &Exercise) -> SectionStructure {
+fn structure_in_section(structure: &SceneStructure, exercise: &Exercise) -> SectionStructure {
     let spec = &structure.spec;
     let at = [spec.position_m.x, spec.position_m.y, spec.position_m.z];
     SectionStructure {
-        name: anatomy::said(&spec.name),
-        kind: kind(spec.kind),
-        outline: outline(&spec.shape, at, exercise),
+        name: anatomy::say_structure(&spec.name),
+        kind: class_of_structure(spec.kind),
+        outline: outline_of_shape(&spec.shape, at, exercise),
     }
 }
 
-fn outline(shape: &Shape, at: [f64; 3], exercise: &Exercise) -> StructureOutline {
-    let seen = |offset: [f64; 3]| in_plane([at[0] + offset[0], at[1] + offset[1], at[2] + offset[2]], exercise);
+fn outline_of_shape(shape: &Shape, at: [f64; 3], exercise: &Exercise) -> StructureOutline {
+    let seen = |offset: [f64; 3]| point_in_plane([at[0] + offset[0], at[1] + offset[1], at[2] + offset[2]], exercise);
     match shape {
         Shape::Sphere { radius_m } => StructureOutline::Circle { centre: seen([0.0; 3]), radius_mm: radius_m * 1e3 },
         Shape::Capsule { half_axis_m: h, radius_m } => StructureOutline::Capsule {
@@ -205,20 +210,20 @@ fn outline(shape: &Shape, at: [f64; 3], exercise: &Exercise) -> StructureOutline
         },
         Shape::Box { half_extents_m: h } => {
             let signs = (0..8_u8).map(|c| [0, 1, 2].map(|axis| if c >> axis & 1 == 0 { -1.0 } else { 1.0 }));
-            bounds(signs.map(|s: [f64; 3]| seen([s[0] * h.x, s[1] * h.y, s[2] * h.z])))
+            outline_of_bounds(signs.map(|s: [f64; 3]| seen([s[0] * h.x, s[1] * h.y, s[2] * h.z])))
         }
-        Shape::Mesh { vertices_m, .. } => bounds(vertices_m.iter().map(|v| seen([v.x, v.y, v.z]))),
+        Shape::Mesh { vertices_m, .. } => outline_of_bounds(vertices_m.iter().map(|v| seen([v.x, v.y, v.z]))),
     }
 }
 
 /// A point in m of the patient frame, in the plane.
-fn in_plane([x, y, z]: [f64; 3], exercise: &Exercise) -> SectionPoint {
+fn point_in_plane([x, y, z]: [f64; 3], exercise: &Exercise) -> SectionPoint {
     let azimuth = exercise.azimuth_deg.to_radians();
     let (dx, dy) = (x * 1e3 - exercise.entry_mm[0], y * 1e3 - exercise.entry_mm[1]);
     SectionPoint::new(dx * libm::cos(azimuth) + dy * libm::sin(azimuth), -z * 1e3)
 }
 
-fn bounds(points: impl Iterator<Item = SectionPoint>) -> StructureOutline {
+fn outline_of_bounds(points: impl Iterator<Item = SectionPoint>) -> StructureOutline {
     let mut from = SectionPoint::new(f64::INFINITY, f64::INFINITY);
     let mut to = SectionPoint::new(f64::NEG_INFINITY, f64::NEG_INFINITY);
     for SectionPoint { across_mm, depth_mm } in points {
@@ -228,7 +233,7 @@ fn bounds(points: impl Iterator<Item = SectionPoint>) -> StructureOutline {
     StructureOutline::Rect { from, to }
 }
 
-fn kind(kind: StructureKind) -> &'static str {
+fn class_of_structure(kind: StructureKind) -> &'static str {
     match kind {
         StructureKind::Target => "target",
         StructureKind::Vessel => "vessel",
@@ -247,7 +252,7 @@ mod tests {
 
     #[test]
     fn shows_briefing_drawing_and_rubric() {
-        let html = samples::keep("exercise", &samples::exercise_page());
+        let html = samples::keep_page("exercise", &samples::exercise_page());
         for wanted in
             ["Stop in the fat", "<svg", "Depth error", "0.5\u{a0}mm", "lumbar vessel", "out of 100", "example"]
         {
@@ -258,7 +263,7 @@ mod tests {
     #[test]
     fn without_attempts_it_says_how_to_begin() {
         let page = ExercisePage { attempts: vec![], chart: None, ..samples::exercise_page() };
-        assert!(samples::keep("exercise-untried", &page).contains("No attempts yet"));
+        assert!(samples::keep_page("exercise-untried", &page).contains("No attempts yet"));
     }
 
     #[test]
@@ -266,7 +271,7 @@ mod tests {
         let mut exercise = samples::bundle().exercise;
         exercise.entry_mm = [10.0, 0.0];
         exercise.azimuth_deg = 90.0;
-        let SectionPoint { across_mm, depth_mm } = in_plane([0.010, 0.007, -0.018], &exercise);
+        let SectionPoint { across_mm, depth_mm } = point_in_plane([0.010, 0.007, -0.018], &exercise);
         assert!((across_mm - 7.0).abs() < 1e-9 && (depth_mm - 18.0).abs() < 1e-9, "{across_mm}, {depth_mm}");
     }
 
@@ -274,7 +279,7 @@ mod tests {
     fn a_box_is_seen_by_its_bounds() {
         let exercise = samples::bundle().exercise;
         let shape = Shape::Box { half_extents_m: nalgebra::Vector3::new(0.002, 0.003, 0.004) };
-        let StructureOutline::Rect { from, to } = outline(&shape, [0.0, 0.0, -0.010], &exercise) else {
+        let StructureOutline::Rect { from, to } = outline_of_shape(&shape, [0.0, 0.0, -0.010], &exercise) else {
             panic!("a box")
         };
         let corners = [(from.across_mm, -2.0), (to.across_mm, 2.0), (from.depth_mm, 6.0), (to.depth_mm, 14.0)];
@@ -285,6 +290,6 @@ mod tests {
 
     #[test]
     fn paragraphs_are_split_at_empty_lines() {
-        assert_eq!(paragraphs("One\nline.\n\nTwo.\n\n"), ["One line.", "Two."]);
+        assert_eq!(split_paragraphs("One\nline.\n\nTwo.\n\n"), ["One line.", "Two."]);
     }
 }

@@ -37,7 +37,7 @@ const NAMES: [&str; 22] = [
 const READ: [&str; 6] = ["title", "aria-label", "placeholder", "alt", "data-label", "data-failed"];
 
 /// Checks a page.
-pub(super) fn check(name: &str, page: &(impl askama::Template + Debug)) {
+pub(super) fn check_page(name: &str, page: &(impl askama::Template + Debug)) {
     let html = within(Language::PSEUDO, || page.render()).expect("the page renders");
     all_is_said(name, &html, page);
 }

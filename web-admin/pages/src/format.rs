@@ -10,19 +10,19 @@ use words::decimal;
 
 /// A number with the decimals a reader can use, and a true minus sign.
 #[must_use]
-pub fn number(value: impl Borrow<f64>) -> String {
+pub fn format_number(value: impl Borrow<f64>) -> String {
     let value = *value.borrow();
     let decimals = match value.abs() {
         size if size >= 100.0 => 0,
         size if size >= 10.0 => 1,
         _ => 2,
     };
-    fixed(value, decimals)
+    format_fixed(value, decimals)
 }
 
 /// A number with so many decimals, and a true minus sign.
 #[must_use]
-pub fn fixed(value: impl Borrow<f64>, decimals: usize) -> String {
+pub fn format_fixed(value: impl Borrow<f64>, decimals: usize) -> String {
     let value = value.borrow();
     let text = format!("{value:.decimals$}");
     let is_zero = text.bytes().all(|b| matches!(b, b'-' | b'0' | b'.'));
@@ -31,19 +31,19 @@ pub fn fixed(value: impl Borrow<f64>, decimals: usize) -> String {
 
 /// A value with its unit, kept on one line. A count and a pure number have none.
 #[must_use]
-pub fn quantity(value: impl Borrow<f64>, unit: &str) -> String {
+pub fn format_quantity(value: impl Borrow<f64>, unit: &str) -> String {
     let value = *value.borrow();
     match unit {
-        "count" => fixed(value, 0),
-        "1" | "" => number(value),
-        "°" | "deg" => format!("{}°", number(value)),
-        unit => format!("{}\u{a0}{unit}", number(value)),
+        "count" => format_fixed(value, 0),
+        "1" | "" => format_number(value),
+        "°" | "deg" => format!("{}°", format_number(value)),
+        unit => format!("{}\u{a0}{unit}", format_number(value)),
     }
 }
 
 /// A value as somebody stated it in a document, with its unit: no digit more than they wrote.
 #[must_use]
-pub fn stated(value: impl Borrow<f64>, unit: &str) -> String {
+pub fn format_stated(value: impl Borrow<f64>, unit: &str) -> String {
     let number = decimal(&value.borrow().to_string());
     match unit {
         "count" | "1" | "" => number,
@@ -54,8 +54,8 @@ pub fn stated(value: impl Borrow<f64>, unit: &str) -> String {
 
 /// A score or mark, 0–100, rounded down: 69.6 must not read as the 70 that passes.
 #[must_use]
-pub fn points(score: impl Borrow<f64>) -> String {
-    fixed((score.borrow() + 1e-9).floor(), 0)
+pub fn format_points(score: impl Borrow<f64>) -> String {
+    format_fixed((score.borrow() + 1e-9).floor(), 0)
 }
 
 /// Points won or lost on a line, with one decimal where it matters.
@@ -63,33 +63,33 @@ pub fn points(score: impl Borrow<f64>) -> String {
 pub fn line_points(points: impl Borrow<f64>) -> String {
     let points = *points.borrow();
     let whole = (points - points.round()).abs() < 0.05;
-    fixed(points, usize::from(!whole))
+    format_fixed(points, usize::from(!whole))
 }
 
 /// 2 March 2026.
 #[must_use]
-pub fn date(at: impl Borrow<OffsetDateTime>) -> String {
+pub fn format_date(at: impl Borrow<OffsetDateTime>) -> String {
     let day = at.borrow().date();
     words::dates::date(day.year(), u8::from(day.month()), day.day())
 }
 
 /// 2 Mar 2026, 09:05. Times are UTC, as the foot of each page says.
 #[must_use]
-pub fn date_time(at: impl Borrow<OffsetDateTime>) -> String {
+pub fn format_date_time(at: impl Borrow<OffsetDateTime>) -> String {
     let at = at.borrow();
-    tr!("{date}, {time}", date = date(at), time = format!("{:02}:{:02}", at.hour(), at.minute()))
+    tr!("{date}, {time}", date = format_date(at), time = format!("{:02}:{:02}", at.hour(), at.minute()))
 }
 
 /// 2 Mar.
 #[must_use]
-pub fn short_date(day: impl Borrow<Date>) -> String {
+pub fn format_short_date(day: impl Borrow<Date>) -> String {
     let day = day.borrow();
     words::dates::day(u8::from(day.month()), day.day())
 }
 
 /// For the `datetime` attribute of `<time>`, which has milliseconds at most.
 #[must_use]
-pub fn machine_time(at: impl Borrow<OffsetDateTime>) -> String {
+pub fn format_machine_time(at: impl Borrow<OffsetDateTime>) -> String {
     let at = *at.borrow();
     let whole_ms = at.replace_millisecond(at.millisecond()).unwrap_or(at);
     whole_ms.format(&time::format_description::well_known::Rfc3339).unwrap_or_default()
@@ -97,11 +97,11 @@ pub fn machine_time(at: impl Borrow<OffsetDateTime>) -> String {
 
 /// How long ago, in whole days where it is more than one.
 #[must_use]
-pub fn ago(at: impl Borrow<OffsetDateTime>, now: impl Borrow<OffsetDateTime>) -> String {
+pub fn format_age(at: impl Borrow<OffsetDateTime>, now: impl Borrow<OffsetDateTime>) -> String {
     let (at, now) = (*at.borrow(), *now.borrow());
     let past = now - at;
     match past.whole_days() {
-        ..=-1 => date(at),
+        ..=-1 => format_date(at),
         0 if past < Duration::hours(1) => tr!("within the hour").to_owned(),
         0 => trn!("{n} hour ago", "{n} hours ago", past.whole_hours()),
         days => trn!("{n} day ago", "{n} days ago", days),
@@ -110,13 +110,13 @@ pub fn ago(at: impl Borrow<OffsetDateTime>, now: impl Borrow<OffsetDateTime>) ->
 
 /// 42 s, or 2 min 5 s.
 #[must_use]
-pub fn span(seconds: f64) -> String {
+pub fn format_span(seconds: f64) -> String {
     if !seconds.is_finite() || seconds < 0.0 {
         return tr!("unknown").to_owned();
     }
     let minutes = (seconds / 60.0).floor();
     match (minutes, (seconds % 60.0).floor()) {
-        (..1.0, _) => format!("{}\u{a0}s", fixed(seconds, 1)),
+        (..1.0, _) => format!("{}\u{a0}s", format_fixed(seconds, 1)),
         (_, ..1.0) => format!("{minutes:.0}\u{a0}min"),
         (_, rest) => format!("{minutes:.0} min {rest:.0}\u{a0}s"),
     }
@@ -124,32 +124,32 @@ pub fn span(seconds: f64) -> String {
 
 /// 1.4 MB.
 #[must_use]
-pub fn size(bytes: i64) -> String {
+pub fn format_size(bytes: i64) -> String {
     let bytes = bytes.max(0) as f64;
     if bytes < 1e6 {
         format!("{:.0}\u{a0}kB", (bytes / 1e3).ceil())
     } else {
-        format!("{}\u{a0}MB", fixed(bytes / 1e6, 1))
+        format!("{}\u{a0}MB", format_fixed(bytes / 1e6, 1))
     }
 }
 
 /// A share with its 95 % interval: 90 % (70–97 %).
 #[must_use]
-pub fn share(share: impl Borrow<Estimate>) -> String {
+pub fn format_share(share: impl Borrow<Estimate>) -> String {
     let Estimate { value, low, high, .. } = share.borrow();
-    let percent = |share: &f64| fixed(share * 100.0, 0);
+    let percent = |share: &f64| format_fixed(share * 100.0, 0);
     format!("{} % ({}–{} %)", percent(value), percent(low), percent(high))
 }
 
 /// The beginning of a hash: enough to compare by eye.
 #[must_use]
-pub fn short_hash(hash: &str) -> &str {
+pub fn shorten_hash(hash: &str) -> &str {
     hash.get(..12).unwrap_or(hash)
 }
 
 /// With a capital first letter.
 #[must_use]
-pub fn sentence(text: &str) -> String {
+pub fn as_sentence(text: &str) -> String {
     let mut rest = text.chars();
     rest.next().map_or_else(String::new, |first| first.to_uppercase().chain(rest).collect())
 }
@@ -164,16 +164,22 @@ mod tests {
 
     #[test]
     fn figures_carry_unit_and_sensible_decimals() {
-        assert_eq!(quantity(1.934, "mm"), "1.93\u{a0}mm");
-        assert_eq!(quantity(-12.34, "N"), "−12.3\u{a0}N");
-        assert_eq!(quantity(-0.001, "mm"), "0.00\u{a0}mm");
-        assert_eq!([stated(2.0, "mm"), stated(0.5, "°"), stated(-1.25, "1")], ["2\u{a0}mm", "0.5°", "−1.25"]);
-        assert_eq!([quantity(3.0, "count"), quantity(4.0, "°"), quantity(0.5, "1")], ["3", "4.00°", "0.50"]);
+        assert_eq!(format_quantity(1.934, "mm"), "1.93\u{a0}mm");
+        assert_eq!(format_quantity(-12.34, "N"), "−12.3\u{a0}N");
+        assert_eq!(format_quantity(-0.001, "mm"), "0.00\u{a0}mm");
+        assert_eq!(
+            [format_stated(2.0, "mm"), format_stated(0.5, "°"), format_stated(-1.25, "1")],
+            ["2\u{a0}mm", "0.5°", "−1.25"]
+        );
+        assert_eq!(
+            [format_quantity(3.0, "count"), format_quantity(4.0, "°"), format_quantity(0.5, "1")],
+            ["3", "4.00°", "0.50"]
+        );
     }
 
     #[test]
     fn a_fail_is_not_rounded_up_to_a_pass() {
-        assert_eq!([points(69.99), points(70.0), points(100.0 - 1e-12)], ["69", "70", "100"]);
+        assert_eq!([format_points(69.99), format_points(70.0), format_points(100.0 - 1e-12)], ["69", "70", "100"]);
     }
 
     #[test]
@@ -184,28 +190,34 @@ mod tests {
     #[test]
     fn times_read_as_people_say_them() {
         let now = datetime!(2026-03-02 09:05 UTC);
-        assert_eq!(date_time(now), "2 Mar 2026, 09:05");
-        assert_eq!(ago(datetime!(2026-03-02 06:00 UTC), now), "3 hours ago");
-        assert_eq!(ago(datetime!(2026-03-01 06:00 UTC), now), "1 day ago");
-        assert_eq!([span(42.04), span(125.0), span(300.0)], ["42.0\u{a0}s", "2 min 5\u{a0}s", "5\u{a0}min"]);
-        assert_eq!(span(f64::NAN), "unknown");
+        assert_eq!(format_date_time(now), "2 Mar 2026, 09:05");
+        assert_eq!(format_age(datetime!(2026-03-02 06:00 UTC), now), "3 hours ago");
+        assert_eq!(format_age(datetime!(2026-03-01 06:00 UTC), now), "1 day ago");
+        assert_eq!(
+            [format_span(42.04), format_span(125.0), format_span(300.0)],
+            ["42.0\u{a0}s", "2 min 5\u{a0}s", "5\u{a0}min"]
+        );
+        assert_eq!(format_span(f64::NAN), "unknown");
     }
 
     #[test]
     fn a_machine_reads_milliseconds_at_most() {
-        let times = [datetime!(2026-03-02 09:05:01.987654 UTC), datetime!(2026-03-02 09:05 UTC)].map(machine_time);
+        let times =
+            [datetime!(2026-03-02 09:05:01.987654 UTC), datetime!(2026-03-02 09:05 UTC)].map(format_machine_time);
         assert_eq!(times, ["2026-03-02T09:05:01.987Z", "2026-03-02T09:05:00Z"]);
     }
 
     #[test]
     fn a_sentence_begins_with_a_capital() {
-        assert_eq!(sentence("épaule"), "Épaule");
+        assert_eq!(as_sentence("épaule"), "Épaule");
     }
 
     #[test]
     fn german_writes_numbers_and_dates_its_own_way() {
         let german = Language::named("de").expect("German");
-        let said = words::within(german, || [quantity(-1.934, "mm"), date_time(datetime!(2026-03-02 09:05 UTC))]);
+        let said = words::within(german, || {
+            [format_quantity(-1.934, "mm"), format_date_time(datetime!(2026-03-02 09:05 UTC))]
+        });
         assert_eq!(said, ["−1,93\u{a0}mm", "2. März 2026, 09:05"]);
     }
 }

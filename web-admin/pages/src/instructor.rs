@@ -39,9 +39,9 @@ mod tests {
         let shell = samples::shell(Role::Instructor);
         let recent = samples::attempts();
         let page = InstructorPage { shell: shell.clone(), cohorts: vec![card], help, recent, now: samples::NOW };
-        let html = samples::keep("instructor-home", &page);
+        let html = samples::keep_page("instructor-home", &page);
         assert!(html.find("Who needs help") < html.find("Your cohorts"));
         let empty = InstructorPage { shell, cohorts: vec![], help: vec![], recent: vec![], now: samples::NOW };
-        assert!(samples::keep("instructor-empty", &empty).contains("You teach no cohort yet"));
+        assert!(samples::keep_page("instructor-empty", &empty).contains("You teach no cohort yet"));
     }
 }

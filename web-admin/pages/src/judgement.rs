@@ -125,56 +125,60 @@ impl JudgementView {
     /// Takes a score apart.
     #[must_use]
     pub fn new(graded: &GradedAttempt<'_>) -> Self {
-        let mut lost: Vec<(String, f64)> =
-            graded.deductions.iter().filter(|d| d.points > 0.0).map(|d| (metric::reason(d), d.points)).collect();
+        let mut lost: Vec<(String, f64)> = graded
+            .deductions
+            .iter()
+            .filter(|d| d.points > 0.0)
+            .map(|d| (metric::deduction_reason(d), d.points))
+            .collect();
         lost.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let damage = damage(graded.metrics);
+        let damage = damage_of_layers(graded.metrics);
         let pass_mark = graded.exercise.map(|e| e.pass_mark);
         Self {
             score: graded.score,
             passed: graded.passed,
             pass_mark,
-            bar: charts::score_bar(graded.score, pass_mark),
-            hard_fails: graded.hard_fails.iter().map(metric::failure).collect(),
+            bar: charts::draw_score_bar(graded.score, pass_mark),
+            hard_fails: graded.hard_fails.iter().map(metric::say_failure).collect(),
             lost,
-            rubric: graded.deductions.iter().map(|d| rubric_row(graded, d)).collect(),
-            groups: groups(graded),
-            damage_chart: charts::both(|size| charts::damage(&damage, size)),
+            rubric: graded.deductions.iter().map(|d| make_rubric_row(graded, d)).collect(),
+            groups: group_metrics(graded),
+            damage_chart: charts::draw_both_widths(|size| charts::draw_damage(&damage, size)),
             damage,
             damage_facts: damage_facts(graded.metrics),
         }
     }
 }
 
-fn rubric_row(graded: &GradedAttempt<'_>, deduction: &Deduction) -> RubricRow {
+fn make_rubric_row(graded: &GradedAttempt<'_>, deduction: &Deduction) -> RubricRow {
     let measured = graded.metrics.iter().find(|m| m.id == deduction.metric && m.version == deduction.version);
     let unit = measured.map_or("", |m| m.unit.as_str());
     let line = graded.exercise.and_then(|e| e.rubric.iter().find(|l| l.metric == deduction.metric));
     let weights: f64 = graded.exercise.map_or(0.0, |e| e.rubric.iter().map(|l| l.weight).sum());
     let available = line.filter(|_| weights > 0.0).map(|l| l.weight / weights * 100.0);
     RubricRow {
-        label: measured.map_or_else(|| metric::label(&deduction.metric), |m| metric::label_of(&m.id, &m.label)),
-        definition: metric::definition(&deduction.metric, deduction.version),
-        value: measured.map_or_else(|| tr!("not measured").to_owned(), value),
-        full: line.map_or_else(String::new, |l| format::stated(l.full, unit)),
-        zero: line.map_or_else(String::new, |l| format::stated(l.zero, unit)),
+        label: measured.map_or_else(|| metric::metric_label(&deduction.metric), |m| metric::label_of(&m.id, &m.label)),
+        definition: metric::metric_definition(&deduction.metric, deduction.version),
+        value: measured.map_or_else(|| tr!("not measured").to_owned(), measured_value),
+        full: line.map_or_else(String::new, |l| format::format_stated(l.full, unit)),
+        zero: line.map_or_else(String::new, |l| format::format_stated(l.zero, unit)),
         earned: available.map(|a| (a - deduction.points).max(0.0)),
         available,
         lost: deduction.points,
-        why: metric::reason(deduction),
+        why: metric::deduction_reason(deduction),
     }
 }
 
-fn value(metric: &Metric) -> String {
+fn measured_value(metric: &Metric) -> String {
     match metric.value {
-        Some(value) if metric.applies => format::quantity(value, &metric.unit),
+        Some(value) if metric.applies => format::format_quantity(value, &metric.unit),
         _ => tr!("not applicable").to_owned(),
     }
 }
 
 /// The metrics that the rubric does not judge, by the newest definition that they were measured by, each below the first heading that
 /// claims it.
-fn groups(graded: &GradedAttempt<'_>) -> Vec<MetricGroup> {
+fn group_metrics(graded: &GradedAttempt<'_>) -> Vec<MetricGroup> {
     let mut groups =
         GROUPS.map(|(title, _)| MetricGroup { title: words::say(title), rows: Vec::new(), absent: Vec::new() });
     let is_newest = |m: &Metric| graded.metrics.iter().all(|other| other.id != m.id || other.version <= m.version);
@@ -182,7 +186,7 @@ fn groups(graded: &GradedAttempt<'_>) -> Vec<MetricGroup> {
     for metric in graded.metrics.iter().filter(unjudged) {
         let claims = |(_, starts): &(&str, &[&str])| starts.iter().any(|start| metric.id.starts_with(start));
         if let Some(index) = GROUPS.iter().position(claims) {
-            let row = metric_row(metric);
+            let row = make_metric_row(metric);
             if metric.applies && metric.value.is_some() {
                 groups[index].rows.push(row);
             } else {
@@ -193,11 +197,11 @@ fn groups(graded: &GradedAttempt<'_>) -> Vec<MetricGroup> {
     groups.into_iter().filter(|g| !g.rows.is_empty() || !g.absent.is_empty()).collect()
 }
 
-fn metric_row(measured: &Metric) -> MeasuredRow {
+fn make_metric_row(measured: &Metric) -> MeasuredRow {
     MeasuredRow {
         label: metric::label_of(&measured.id, &measured.label),
-        definition: metric::definition(&measured.id, measured.version),
-        value: value(measured),
+        definition: metric::metric_definition(&measured.id, measured.version),
+        value: measured_value(measured),
         better: match measured.direction {
             assessment::Direction::Lower => tr!("lower"),
             assessment::Direction::Higher => tr!("higher"),
@@ -207,9 +211,9 @@ fn metric_row(measured: &Metric) -> MeasuredRow {
 }
 
 /// The energy metrics by layer, in the order of the layers.
-fn damage(metrics: &[Metric]) -> Vec<LayerDamage> {
+fn damage_of_layers(metrics: &[Metric]) -> Vec<LayerDamage> {
     let mut layers: Vec<LayerDamage> = Vec::new();
-    for (part, layer, value) in metrics.iter().filter_map(by_layer) {
+    for (part, layer, value) in metrics.iter().filter_map(values_by_layer) {
         let index = layers.iter().position(|l| l.name == layer).unwrap_or_else(|| {
             layers.push(LayerDamage { name: layer.to_owned(), ..LayerDamage::default() });
             layers.len() - 1
@@ -224,7 +228,7 @@ fn damage(metrics: &[Metric]) -> Vec<LayerDamage> {
     layers
 }
 
-fn by_layer(metric: &Metric) -> Option<(&str, &str, f64)> {
+fn values_by_layer(metric: &Metric) -> Option<(&str, &str, f64)> {
     let (part, layer) = metric.id.split_once('.')?;
     let energies = ["rupture_energy_mj", "cutting_energy_mj", "friction_energy_mj", "lateral_work_mj"];
     energies.contains(&part).then_some((part, layer, metric.value?))
@@ -233,7 +237,7 @@ fn by_layer(metric: &Metric) -> Option<(&str, &str, f64)> {
 fn damage_facts(metrics: &[Metric]) -> Vec<(String, String)> {
     let wanted = ["sweep_area_mm2", "skin_entries", "structure_hits"];
     let found = wanted.iter().filter_map(|id| metrics.iter().find(|m| m.id == *id));
-    found.map(|m| (metric::label_of(&m.id, &m.label), value(m))).collect()
+    found.map(|m| (metric::label_of(&m.id, &m.label), measured_value(m))).collect()
 }
 
 #[cfg(test)]

@@ -66,9 +66,9 @@ pub struct Reminded<'a> {
 
 /// Subject and text of a reminder.
 #[must_use]
-pub fn reminder(mail: &Mail, of: Reminded<'_>, link: &str) -> (String, String) {
+pub fn write_reminder(mail: &Mail, of: Reminded<'_>, link: &str) -> (String, String) {
     let due = &local(of.due_at, of.time_zone);
-    parts(&Reminder { name: &mail.name, title: &on_one_line(of.title), due, stage: of.stage, link })
+    subject_and_body(&Reminder { name: &mail.name, title: &on_one_line(of.title), due, stage: of.stage, link })
 }
 
 #[derive(Template)]
@@ -83,32 +83,38 @@ struct SurveyInvitation<'a> {
 
 /// Subject and text of a letter with a survey's link: how long it takes, in min, and until when the link is good.
 #[must_use]
-pub fn survey(letter: &SurveyLetter, survey: &Survey, link: &str, minutes: f64, until: Moment) -> (String, String) {
-    parts(&SurveyInvitation {
+pub fn write_survey_letter(
+    letter: &SurveyLetter,
+    survey: &Survey,
+    link: &str,
+    minutes: f64,
+    until: Moment,
+) -> (String, String) {
+    subject_and_body(&SurveyInvitation {
         letter,
         title: on_one_line(&survey.title),
         link,
         minutes,
-        until: format::date(until.to_utc()),
+        until: format::format_date(until.to_utc()),
     })
 }
 
 /// Subject and text of an invitation.
 #[must_use]
-pub fn invitation(mail: &Mail, link: &str) -> (String, String) {
-    parts(&Invitation { name: &mail.name, school: &mail.school, link, days: INVITATION_LIFETIME_S / DAY_S })
+pub fn write_invitation(mail: &Mail, link: &str) -> (String, String) {
+    subject_and_body(&Invitation { name: &mail.name, school: &mail.school, link, days: INVITATION_LIFETIME_S / DAY_S })
 }
 
 /// Subject and text of a mail with a link to another password.
 #[must_use]
-pub fn reset(mail: &Mail, link: &str) -> (String, String) {
-    parts(&Reset { name: &mail.name, school: &mail.school, link, days: RESET_LIFETIME_S / DAY_S })
+pub fn write_reset_letter(mail: &Mail, link: &str) -> (String, String) {
+    subject_and_body(&Reset { name: &mail.name, school: &mail.school, link, days: RESET_LIFETIME_S / DAY_S })
 }
 
 /// Subject and text of a mail that tells that a second factor was turned off; `link` leads to where one is made.
 #[must_use]
-pub fn second_factor_off(mail: &Mail, link: &str) -> (String, String) {
-    parts(&SecondFactorOff { name: &mail.name, school: &mail.school, link })
+pub fn write_factor_off_letter(mail: &Mail, link: &str) -> (String, String) {
+    subject_and_body(&SecondFactorOff { name: &mail.name, school: &mail.school, link })
 }
 
 #[derive(Template)]
@@ -121,11 +127,11 @@ struct Retention<'a> {
 
 /// Subject and text of a letter to somebody who is to be erased, for they have done nothing for so many months.
 #[must_use]
-pub fn retention(letter: &RetentionLetter, months: u32, link: &str) -> (String, String) {
-    parts(&Retention { letter, months, link })
+pub fn write_retention_letter(letter: &RetentionLetter, months: u32, link: &str) -> (String, String) {
+    subject_and_body(&Retention { letter, months, link })
 }
 
-fn parts(letter: &impl Template) -> (String, String) {
+fn subject_and_body(letter: &impl Template) -> (String, String) {
     // Rendering into a String fails for no data we can hold.
     let text = letter.render().unwrap_or_default();
     let (subject, body) = text.split_once("\n\n").unwrap_or((&text, ""));
@@ -154,7 +160,9 @@ mod tests {
             enabled: true,
         };
         let link = "https://a.example/join/1";
-        for (subject, body) in [invitation(&mail, link), reset(&mail, link), second_factor_off(&mail, link)] {
+        for (subject, body) in
+            [write_invitation(&mail, link), write_reset_letter(&mail, link), write_factor_off_letter(&mail, link)]
+        {
             assert!(subject.ends_with("at North & South") && !subject.contains('\n'), "{subject}");
             assert!(body.starts_with("Dear Ana <Ek>,") && body.contains("\nhttps://a.example/join/1\n"), "{body}");
         }

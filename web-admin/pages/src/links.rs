@@ -37,7 +37,7 @@ mod tests {
             recording: "https://school.example/recordings/a/b.mcap".to_owned(),
             minutes: 15,
         };
-        let html = samples::keep("links", &page);
+        let html = samples::keep_page("links", &page);
         assert!(html.contains("15 minutes") && html.contains("Foxglove") && html.contains("x=1&#38;y=2"), "{html}");
     }
 }

@@ -49,7 +49,7 @@ impl CodePage {
     }
 
     fn script(&self) -> String {
-        passkeys::script()
+        passkeys::passkey_script()
     }
 }
 
@@ -67,7 +67,7 @@ mod tests {
             csrf: "token".to_owned(),
             next: "/sessions/1".to_owned(),
         };
-        let html = samples::keep("login", &page);
+        let html = samples::keep_page("login", &page);
         assert!(html.contains(r#"name="csrf" value="token""#) && html.contains(r#"role="alert""#));
         assert!(!html.contains("<script>"), "what was typed is escaped");
     }
@@ -78,7 +78,7 @@ mod tests {
 
     #[test]
     fn a_code_is_asked_for_and_a_recovery_code_does_too() {
-        let html = samples::keep("code", &page(true, None));
+        let html = samples::keep_page("code", &page(true, None));
         assert_eq!(html.matches("action=\"/login/code\"").count(), 2, "{html}");
         assert!(html.contains("one-time-code") && html.contains("role=\"alert\"") && !html.contains("<script"));
     }
@@ -86,13 +86,13 @@ mod tests {
     #[test]
     fn a_passkey_is_asked_for_at_once_and_codes_do_too() {
         let first = CodePage { error: None, ..page(true, Some(question())) };
-        let html = samples::keep("code-passkey", &first);
+        let html = samples::keep_page("code-passkey", &first);
         assert_eq!(html.matches("action=\"/login/code\"").count(), 3, "{html}");
         assert!(html.contains(" data-at-once") && html.contains("passkey.js"), "{html}");
-        let again = samples::keep("code-passkey-again", &page(false, Some(question())));
+        let again = samples::keep_page("code-passkey-again", &page(false, Some(question())));
         assert!(!again.contains(" data-at-once"), "whoever was refused presses the button: {again}");
         assert_eq!(again.matches("action=\"/login/code\"").count(), 2, "{again}");
-        let nowhere = samples::keep("code-nowhere", &page(false, None));
+        let nowhere = samples::keep_page("code-nowhere", &page(false, None));
         assert!(nowhere.contains("recovery code") && !nowhere.contains("<script"), "{nowhere}");
     }
 }

@@ -2,17 +2,17 @@
 //! times in a form that HTML knows. Every sample of a page is checked.
 
 /// Checks a page.
-pub(super) fn check(name: &str, html: &str) {
-    let levels = headings(html);
+pub(super) fn check_markup(name: &str, html: &str) {
+    let levels = heading_levels(html);
     let skips = levels.windows(2).any(|pair| pair[1] > pair[0] + 1);
     assert!(!skips, "{name} skips a level of headings: {levels:?}");
-    for time in values(html, "datetime") {
-        assert!(is_time(time), "{name}: datetime=\"{time}\"");
+    for time in attribute_values(html, "datetime") {
+        assert!(is_machine_time(time), "{name}: datetime=\"{time}\"");
     }
 }
 
 /// The levels of the headings, in order; a whole page begins with one of level 1.
-fn headings(html: &str) -> Vec<u32> {
+fn heading_levels(html: &str) -> Vec<u32> {
     let levels = html.split("<h").skip(1).filter_map(|rest| {
         let mut start = rest.chars();
         let level = start.next()?.to_digit(10)?;
@@ -23,13 +23,13 @@ fn headings(html: &str) -> Vec<u32> {
 }
 
 /// The values of an attribute.
-fn values<'a>(html: &'a str, name: &str) -> Vec<&'a str> {
+fn attribute_values<'a>(html: &'a str, name: &str) -> Vec<&'a str> {
     let opening = format!(" {name}=\"");
     html.split(opening.as_str()).skip(1).filter_map(|rest| rest.split('"').next()).collect()
 }
 
 /// A date and a time with an offset, a second in three decimals at most: "a valid global date and time string" of HTML.
-fn is_time(text: &str) -> bool {
+fn is_machine_time(text: &str) -> bool {
     let Some((date, rest)) = text.split_once('T') else { return false };
     let (time, offset) = rest.split_at(rest.find(['Z', '+', '-']).unwrap_or(rest.len()));
     let (whole, fraction) = time.split_once('.').unwrap_or((time, "0"));
@@ -53,15 +53,15 @@ mod tests {
 
     #[test]
     fn a_skipped_level_and_a_time_too_fine_are_found() {
-        assert_eq!(headings("<!doctype html><header><h1>A</h1><h3 class=\"b\">B</h3><hr>"), [0, 1, 3]);
-        assert_eq!(headings("<h2>B</h2><html><h2>C</h2>"), [2, 2]);
+        assert_eq!(heading_levels("<!doctype html><header><h1>A</h1><h3 class=\"b\">B</h3><hr>"), [0, 1, 3]);
+        assert_eq!(heading_levels("<h2>B</h2><html><h2>C</h2>"), [2, 2]);
         for fine in ["2026-03-02T09:05:01Z", "2026-03-02T09:05:01.987Z", "2026-11-30T18:00:00+01:00"] {
-            assert!(is_time(fine), "{fine}");
+            assert!(is_machine_time(fine), "{fine}");
         }
         for wrong in
             ["2026-03-02T09:05:01.987654Z", "2026-03-02 09:05Z", "2026-03-02T09:05:01", "2026-03-02T09:05:01.Z"]
         {
-            assert!(!is_time(wrong), "{wrong}");
+            assert!(!is_machine_time(wrong), "{wrong}");
         }
     }
 }

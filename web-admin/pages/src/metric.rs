@@ -11,22 +11,22 @@ use super::{anatomy, format};
 
 /// Name of a metric by its id, with a capital.
 #[must_use]
-pub fn label(id: &str) -> String {
-    format::sentence(&words_of(id))
+pub fn metric_label(id: &str) -> String {
+    format::as_sentence(&words_of(id))
 }
 
 /// Name of a metric that was measured, with a capital; its own where the catalogue has it no more.
 #[must_use]
 pub fn label_of(id: &str, label: &str) -> String {
     if catalogue::newest(id).is_none() && !label.is_empty() {
-        return format::sentence(label);
+        return format::as_sentence(label);
     }
-    self::label(id)
+    metric_label(id)
 }
 
 /// How a version of a metric is defined; empty for one that the catalogue has not. A later version than the first says so.
 #[must_use]
-pub fn definition(id: &str, version: u32) -> String {
+pub fn metric_definition(id: &str, version: u32) -> String {
     let definition = catalogue::definition(id, version).map_or_else(String::new, |d| words::known(d.definition));
     match version {
         0 | 1 => definition,
@@ -42,32 +42,34 @@ fn words_of(id: &str) -> String {
     match (definition.split, part.rsplit_once('.')) {
         (Some(Split::Boundary), Some((layer, contactor))) => {
             let contactor = if contactor == "rim" { Contactor::Rim } else { Contactor::Tip };
-            let pop = words::phrase(&contactor.into_layer(&anatomy::said(layer)));
+            let pop = words::phrase(&contactor.into_layer(&anatomy::say_structure(layer)));
             tr!("{metric}, {pop}", metric = metric, pop = pop)
         }
-        (Some(Split::Layer), _) => tr!("{metric} in {layer}", metric = metric, layer = anatomy::said(part)),
-        (Some(Split::Structure), _) => tr!("{metric} to {structure}", metric = metric, structure = anatomy::said(part)),
+        (Some(Split::Layer), _) => tr!("{metric} in {layer}", metric = metric, layer = anatomy::say_structure(part)),
+        (Some(Split::Structure), _) => {
+            tr!("{metric} to {structure}", metric = metric, structure = anatomy::say_structure(part))
+        }
         _ => format!("{metric}: {}", words::known(part)),
     }
 }
 
 /// Why points were lost, with what earns full marks and advice.
 #[must_use]
-pub fn reason(deduction: &Deduction) -> String {
-    format::sentence(&in_words(deduction, deduction.points > 0.0))
+pub fn deduction_reason(deduction: &Deduction) -> String {
+    format::as_sentence(&value_in_words(deduction, deduction.points > 0.0))
 }
 
 /// Why points were lost, for a list of attempts.
 #[must_use]
-pub fn short_reason(deduction: &Deduction) -> String {
-    format::sentence(&in_words(deduction, false))
+pub fn short_deduction_reason(deduction: &Deduction) -> String {
+    format::as_sentence(&value_in_words(deduction, false))
 }
 
-fn in_words(deduction: &Deduction, advised: bool) -> String {
+fn value_in_words(deduction: &Deduction, advised: bool) -> String {
     let metric = || words_of(&deduction.metric);
     match &deduction.cause {
         DeductionCause::Measured { value, full, zero } => {
-            measured(deduction, *value, advised.then_some((*full, full > zero)))
+            say_measured(deduction, *value, advised.then_some((*full, full > zero)))
         }
         DeductionCause::Absent { reason } => format!("{}: {}", metric(), words::known(reason.words())),
         DeductionCause::Required { unmet } => format!("{}: {}", metric(), words::known(unmet.words())),
@@ -77,20 +79,20 @@ fn in_words(deduction: &Deduction, advised: bool) -> String {
 }
 
 /// A value; where it cost something, also what earns full marks, whether more than that does, and advice.
-fn measured(deduction: &Deduction, value: f64, full: Option<(f64, bool)>) -> String {
+fn say_measured(deduction: &Deduction, value: f64, full: Option<(f64, bool)>) -> String {
     let definition = catalogue::definition(&deduction.metric, deduction.version);
     let unit = definition.map_or("", |definition| definition.unit);
     if definition.is_some_and(|definition| definition.direction == Direction::Range) {
-        let found = figure(value.abs(), unit);
+        let found = say_figure(value.abs(), unit);
         return if value >= 0.0 {
             tr!("{found} too deep", found = found)
         } else {
             tr!("{found} too shallow", found = found)
         };
     }
-    let found = format!("{} {}", words_of(&deduction.metric), figure(value, unit));
+    let found = format!("{} {}", words_of(&deduction.metric), say_figure(value, unit));
     let Some((full, more)) = full else { return found };
-    let (full, advice) = (figure(full, unit), words::known(definition.map_or("", |definition| definition.advice)));
+    let (full, advice) = (say_figure(full, unit), words::known(definition.map_or("", |definition| definition.advice)));
     if more {
         tr!("{found}, full marks for {full} or more – {advice}", found = found, full = full, advice = advice)
     } else {
@@ -99,19 +101,19 @@ fn measured(deduction: &Deduction, value: f64, full: Option<(f64, bool)>) -> Str
 }
 
 /// A value with its unit, in the reader's language.
-fn figure(value: f64, unit: &str) -> String {
+fn say_figure(value: f64, unit: &str) -> String {
     words::decimal(&assessment::words::figure(value, unit))
 }
 
 /// Why an attempt failed whatever its points: the author's words, and the figures in the reader's language.
 #[must_use]
-pub fn failure(failure: &HardFailure) -> String {
+pub fn say_failure(failure: &HardFailure) -> String {
     match &failure.cause {
         FailureCause::Required { unmet } => words::known(unmet.failure_words()),
         FailureCause::Limit { words, metric, version, value, limit } => {
             let unit = catalogue::definition(metric, *version).map_or("", |definition| definition.unit);
-            let found = format!("{} {}", words_of(metric), figure(*value, unit));
-            tr!("{why} ({found}, limit {limit})", why = words, found = found, limit = figure(*limit, unit))
+            let found = format!("{} {}", words_of(metric), say_figure(*value, unit));
+            tr!("{why} ({found}, limit {limit})", why = words, found = found, limit = say_figure(*limit, unit))
         }
         FailureCause::Worded { words } => words::known(words),
     }
@@ -162,7 +164,7 @@ mod tests {
             deductions.push(measured(metric, points, value));
         }
         for deduction in &deductions {
-            let page = in_words(deduction, deduction.points > 0.0);
+            let page = value_in_words(deduction, deduction.points > 0.0);
             let elsewhere = deduction_in_words(deduction);
             let (why, _cost) = elsewhere.rsplit_once(": ").expect("a cost");
             assert_eq!(page, why);
@@ -170,23 +172,23 @@ mod tests {
         let mut failures = vec![limit()];
         failures.extend(UnmetRequirement::ALL.map(|unmet| HardFailure { cause: FailureCause::Required { unmet } }));
         for told in &failures {
-            assert_eq!(failure(told), failure_in_words(told));
+            assert_eq!(say_failure(told), failure_in_words(told));
         }
     }
 
     #[test]
     fn another_language_says_the_same_with_the_same_figures() {
-        let said = german(|| reason(&measured("overshoot_mm", 6.0, 1.9)));
+        let said = german(|| deduction_reason(&measured("overshoot_mm", 6.0, 1.9)));
         assert!(said.contains("1,9 mm") && said.contains("0,5 mm") && !said.contains("full marks"), "{said}");
-        assert!(german(|| reason(&measured("depth_error_mm", 6.0, 2.4))).starts_with("2,4 mm zu tief"));
-        let split = german(|| reason(&measured("peak_force_layer_n.deep fat", 0.0, 2.1)));
+        assert!(german(|| deduction_reason(&measured("depth_error_mm", 6.0, 2.4))).starts_with("2,4 mm zu tief"));
+        let split = german(|| deduction_reason(&measured("peak_force_layer_n.deep fat", 0.0, 2.1)));
         assert!(split.ends_with("deep fat 2,1 N") && !split.contains("force"), "{split}");
-        let pop = german(|| short_reason(&measured("over_insertion_mm.fat.rim", 6.0, 2.1)));
+        let pop = german(|| short_deduction_reason(&measured("over_insertion_mm.fat.rim", 6.0, 2.1)));
         assert!(pop.ends_with("Rand in Fett 2,1 mm"), "{pop}");
-        assert_eq!(german(|| failure(&limit())), "The force went above 10 N (Spitzenkraft 12,3 N, Grenze 10 N)");
+        assert_eq!(german(|| say_failure(&limit())), "The force went above 10 N (Spitzenkraft 12,3 N, Grenze 10 N)");
         for unmet in UnmetRequirement::ALL {
             let cause = FailureCause::Required { unmet };
-            assert_ne!(german(|| failure(&HardFailure { cause })), unmet.failure_words());
+            assert_ne!(german(|| say_failure(&HardFailure { cause })), unmet.failure_words());
         }
     }
 
@@ -194,15 +196,15 @@ mod tests {
     fn what_was_kept_in_words_is_shown_as_it_was_kept() {
         let words = "overshoot 1.9 mm".to_owned();
         let kept = deduction("overshoot_mm", 6.0, DeductionCause::Worded { words });
-        assert_eq!(german(|| reason(&kept)), "Overshoot 1.9 mm");
+        assert_eq!(german(|| deduction_reason(&kept)), "Overshoot 1.9 mm");
         let kept = HardFailure { cause: FailureCause::Worded { words: "worded (by hand)".to_owned() } };
-        assert_eq!(german(|| failure(&kept)), "worded (by hand)");
+        assert_eq!(german(|| say_failure(&kept)), "worded (by hand)");
     }
 
     #[test]
     fn a_later_version_of_a_definition_says_so() {
-        let [first, second] = [1, 2].map(|version| definition("stop_time_s.skin.rim", version));
+        let [first, second] = [1, 2].map(|version| metric_definition("stop_time_s.skin.rim", version));
         assert!(!first.is_empty() && !first.contains('(') && second.ends_with("(Version 2)"), "{first} {second}");
-        assert_eq!(definition("stop_time_s", 9) + &definition("charm", 2), "");
+        assert_eq!(metric_definition("stop_time_s", 9) + &metric_definition("charm", 2), "");
     }
 }

@@ -13,8 +13,8 @@ use model::passkey::PasskeyQuestion;
 
 /// The address of the script that asks passkeys.
 #[must_use]
-pub fn script() -> String {
-    assets::address("passkey.js")
+pub fn passkey_script() -> String {
+    assets::asset_address("passkey.js")
 }
 
 /// A passkey of a list.
@@ -34,9 +34,9 @@ impl PasskeyRow {
     /// When it was added and last used.
     #[must_use]
     pub fn said(&self) -> String {
-        let made = format::date(self.made);
+        let made = format::format_date(self.made);
         match self.used {
-            Some(used) => tr!("added {made}, last used {used}", made = made, used = format::date_time(used)),
+            Some(used) => tr!("added {made}, last used {used}", made = made, used = format::format_date_time(used)),
             None => tr!("added {made}, not used since", made = made),
         }
     }
@@ -62,7 +62,7 @@ pub struct PasskeyPage {
 
 impl PasskeyPage {
     fn script(&self) -> String {
-        script()
+        passkey_script()
     }
 }
 
@@ -82,7 +82,7 @@ impl MakePasskeyPage {
     }
 
     fn script(&self) -> String {
-        script()
+        passkey_script()
     }
 }
 
@@ -112,7 +112,7 @@ mod tests {
 
     use super::samples::{question, row};
     use super::*;
-    use crate::samples::{keep, shell};
+    use crate::samples::{keep_page, shell};
     use model::Role;
 
     fn page(last: bool, asked: bool) -> PasskeyPage {
@@ -122,7 +122,7 @@ mod tests {
 
     #[test]
     fn a_new_one_is_asked_for_at_once() {
-        let html = keep("passkey-new", &MakePasskeyPage { shell: shell(Role::Trainee), question: question() });
+        let html = keep_page("passkey-new", &MakePasskeyPage { shell: shell(Role::Trainee), question: question() });
         assert!(html.contains("&#34;challenge&#34;") && html.contains(" data-at-once"), "{html}");
         for words in ["absent", "elsewhere", "waiting", "cancelled", "known", "failed"] {
             assert!(html.contains(&format!(" data-{words}=\"")), "{words} in {html}");
@@ -131,9 +131,9 @@ mod tests {
 
     #[test]
     fn removing_the_last_one_says_what_follows() {
-        let html = keep("passkey", &page(false, false));
+        let html = keep_page("passkey", &page(false, false));
         assert!(html.contains("signs you in no more") && !html.contains(" data-at-once"), "{html}");
-        assert!(keep("passkey-last", &page(true, false)).contains("password alone"));
-        assert!(keep("passkey-asked", &page(true, true)).contains("make another before anything else"));
+        assert!(keep_page("passkey-last", &page(true, false)).contains("password alone"));
+        assert!(keep_page("passkey-asked", &page(true, true)).contains("make another before anything else"));
     }
 }

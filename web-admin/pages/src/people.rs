@@ -162,7 +162,7 @@ impl SelectOption {
     pub fn roles(chosen: Option<Role>) -> Vec<Self> {
         let choice = |role: Role| Self {
             value: role.to_string(),
-            label: format::sentence(role.said()),
+            label: format::as_sentence(role.said()),
             chosen: chosen == Some(role),
         };
         ROLES.into_iter().map(choice).collect()
@@ -265,14 +265,14 @@ mod tests {
     #[test]
     fn the_list_shows_states_and_keeps_what_was_typed() {
         let states = [AccountState::Active, AccountState::Invited, AccountState::Disabled, AccountState::Erased];
-        let html = samples::keep("people", &list(states.map(|state| listed("Ana", state)).to_vec(), true));
+        let html = samples::keep_page("people", &list(states.map(|state| listed("Ana", state)).to_vec(), true));
         assert!(
             html.contains("value=\"&#60;ana\"") && html.contains("Invited") && html.contains("Anonymous"),
             "{html}"
         );
         assert!(html.contains("3 people added, 1 changed") && html.contains("cannot be used"), "{html}");
-        assert!(samples::keep("people-none", &list(vec![], true)).contains("Nobody is found"));
-        assert!(samples::keep("people-empty", &list(vec![], false)).contains("Import a roster"));
+        assert!(samples::keep_page("people-none", &list(vec![], true)).contains("Nobody is found"));
+        assert!(samples::keep_page("people-empty", &list(vec![], false)).contains("Import a roster"));
     }
 
     #[test]
@@ -287,14 +287,14 @@ mod tests {
             second_factor: true,
             form: PersonForm { name: "Ana".to_owned(), roles: SelectOption::roles(None), ..PersonForm::default() },
         };
-        let invited = samples::keep("person-invited", &page(AccountState::Invited, false));
+        let invited = samples::keep_page("person-invited", &page(AccountState::Invited, false));
         assert!(invited.contains("Send the invitation again") && invited.contains("refused it"), "{invited}");
-        let disabled = samples::keep("person-disabled", &page(AccountState::Disabled, false));
+        let disabled = samples::keep_page("person-disabled", &page(AccountState::Disabled, false));
         assert!(disabled.contains("/enable\"") && !disabled.contains("/disable\""), "{disabled}");
-        let own = samples::keep("person-own", &page(AccountState::Active, true));
+        let own = samples::keep_page("person-own", &page(AccountState::Active, true));
         assert!(disabled.contains("second-factor/reset") && !own.contains("second-factor/reset"), "{own}");
         assert!(!own.contains("/disable\"") && !own.contains("/erase\""), "nobody locks themselves out: {own}");
-        let erased = samples::keep("person-erased", &page(AccountState::Erased, false));
+        let erased = samples::keep_page("person-erased", &page(AccountState::Erased, false));
         assert!(!erased.contains("/change\""), "{erased}");
     }
 
@@ -303,12 +303,12 @@ mod tests {
         let shell = samples::shell(Role::Administrator);
         let person = listed("Ana", AccountState::Invited);
         let link = LinkPage { shell: shell.clone(), person, link: "https://x/join/1".to_owned(), days: 14 };
-        assert!(samples::keep("person-link", &link).contains("https://x/join/1"));
+        assert!(samples::keep_page("person-link", &link).contains("https://x/join/1"));
         let members = vec![("1".to_owned(), "Ana <b>".to_owned(), Role::Trainee)];
         let (href, name) = ("/cohorts/1".to_owned(), "Spring".to_owned());
         let requests = vec![samples::request()];
         let page = CohortPeoplePage { shell, href, name, members, requests, email: "x@y.z".to_owned(), unknown: true };
-        let html = samples::keep("cohort-people", &page);
+        let html = samples::keep_page("cohort-people", &page);
         assert!(html.contains("Ana &#60;b&#62;") && html.contains("value=\"x@y.z\""), "{html}");
     }
 }

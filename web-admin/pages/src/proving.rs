@@ -62,7 +62,7 @@ impl FactorRefused {
                 )
             }
             Self::NotMade => tr!("No passkey was added: the answer was too late, or does not fit what was asked."),
-            Self::Other(why) => return format::sentence(why),
+            Self::Other(why) => return format::as_sentence(why),
         };
         fixed.to_owned()
     }

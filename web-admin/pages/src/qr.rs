@@ -9,7 +9,7 @@ const MARGIN: i32 = 4;
 
 /// A QR code in SVG, dark on light whatever the page around it prefers; none where the text is too long for one.
 #[must_use]
-pub fn svg(text: &str) -> Option<String> {
+pub fn draw_qr_code(text: &str) -> Option<String> {
     let code = QrCode::encode_text(text, QrCodeEcc::Medium).ok()?;
     let (size, side) = (code.size(), code.size() + 2 * MARGIN);
     let mut path = String::new();
@@ -31,11 +31,11 @@ mod tests {
 
     #[test]
     fn a_text_is_dark_modules_on_a_light_ground_with_a_margin() {
-        let picture = svg("otpauth://totp/x").expect("a picture");
+        let picture = draw_qr_code("otpauth://totp/x").expect("a picture");
         // Version 2 has 25 modules a side; its first row begins with a finder's seven.
         assert!(picture.contains("viewBox=\"0 0 33 33\"") && picture.contains("M0 0h33v33H0z"), "{picture}");
         let row = (4..=10).map(|x| format!("M{x} 4h1v1h-1z")).collect::<String>();
         assert!(picture.contains(&row) && !picture.contains("M11 4h"), "{picture}");
-        assert_eq!(svg(&"x".repeat(4000)), None);
+        assert_eq!(draw_qr_code(&"x".repeat(4000)), None);
     }
 }

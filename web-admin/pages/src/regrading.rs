@@ -170,7 +170,7 @@ pub struct RegradingPage {
 
 /// Attempts that get a score by the rubric.
 #[must_use]
-pub fn graded(counts: &[OutcomeCount]) -> i64 {
+pub fn count_graded(counts: &[OutcomeCount]) -> i64 {
     count_attempts(counts, RegradingFilter::Changes.outcomes()) + count_attempts(counts, &[RegradingOutcome::Equal])
 }
 
@@ -184,7 +184,7 @@ impl RegradingPage {
     }
 
     fn graded(&self) -> i64 {
-        graded(&self.counts)
+        count_graded(&self.counts)
     }
 
     /// Mean of the computed scores before and after, 0–100.
@@ -195,11 +195,11 @@ impl RegradingPage {
     }
 
     fn before(&self) -> String {
-        format::fixed(self.means().0, 1)
+        format::format_fixed(self.means().0, 1)
     }
 
     fn after(&self) -> String {
-        format::fixed(self.means().1, 1)
+        format::format_fixed(self.means().1, 1)
     }
 
     /// It was not confirmed yet, and whoever has looked looks again.
@@ -211,7 +211,7 @@ impl RegradingPage {
     fn change(&self) -> String {
         let (before, after) = self.means();
         let sign = if after - before >= 0.05 { "+" } else { "" };
-        format!("{sign}{}", format::fixed(after - before, 1))
+        format!("{sign}{}", format::format_fixed(after - before, 1))
     }
 
     /// What is counted; of the rarer outcomes only those that there are.
@@ -229,18 +229,18 @@ impl RegradingPage {
 
 /// A result as a badge.
 #[must_use]
-pub fn result(passed: impl Borrow<bool>) -> String {
+pub fn say_result(passed: impl Borrow<bool>) -> String {
     if *passed.borrow() { StatusWord::Passed.badge() } else { StatusWord::Failed.badge() }
 }
 
 /// Score and result of an attempt by the rubric.
-fn after(line: &RegradingLine) -> Option<(f64, bool)> {
+fn score_after(line: &RegradingLine) -> Option<(f64, bool)> {
     line.after.zip(line.passed_after)
 }
 
 /// How far a re-grading is, as a badge.
 #[must_use]
-pub fn badge(state: impl Borrow<RegradingState>) -> String {
+pub fn outcome_badge(state: impl Borrow<RegradingState>) -> String {
     match state.borrow() {
         RegradingState::Looking => StatusWord::Waiting.badge_saying(tr!("Being looked at")),
         RegradingState::Shown => StatusWord::Open.badge_saying(tr!("Waits to be confirmed")),
@@ -313,7 +313,7 @@ mod tests {
 
     #[test]
     fn what_would_change_is_read_before_it_is_confirmed() {
-        let html = samples::keep("regrading", &page());
+        let html = samples::keep_page("regrading", &page());
         for wanted in
             ["Pass, and did not before", "No longer pass", "d1gest", "Ana &#60;Lindqvist&#62;", "+1.9", "abc123"]
         {
@@ -322,35 +322,35 @@ mod tests {
         assert!(html.contains("an override goes on counting") && html.contains("Grade 4 attempts again"), "{html}");
         assert!(html.contains("?show=changes&amp;after=") && html.contains("nothing to score"));
         let other = RegradingPage { own: false, ..page() };
-        assert!(!samples::keep("regrading-other", &other).contains("d1gest"), "only whoever has looked confirms");
+        assert!(!samples::keep_page("regrading-other", &other).contains("d1gest"), "only whoever has looked confirms");
     }
 
     #[test]
     fn a_refusal_keeps_what_was_typed() {
         let typed = ("x < y".to_owned(), Some("reason: empty".to_owned()));
-        let html = samples::keep("regrading-refused", &RegradingPage { typed, ..page() });
+        let html = samples::keep_page("regrading-refused", &RegradingPage { typed, ..page() });
         assert!(html.contains("x &#60; y") && html.contains("reason: empty"));
-        let html = samples::keep("regrading-stale", &RegradingPage { stale: true, ..page() });
+        let html = samples::keep_page("regrading-stale", &RegradingPage { stale: true, ..page() });
         assert!(html.contains("role=\"alert\"") && !html.contains("d1gest"), "{html}");
     }
 
     #[test]
     fn work_under_way_says_how_far_it_is() {
         let looking = RegradingPage { state: RegradingState::Looking, progress: (10, 20), counts: vec![], ..page() };
-        let html = samples::keep("regrading-looking", &looking);
+        let html = samples::keep_page("regrading-looking", &looking);
         assert!(html.contains("10 of 20") && !html.contains("d1gest"), "{html}");
         let reason = || Some("Milder <now>".to_owned());
-        let html = samples::keep(
+        let html = samples::keep_page(
             "regrading-grading",
             &RegradingPage { state: RegradingState::Grading, progress: (3, 4), reason: reason(), ..page() },
         );
         assert!(html.contains("3 of 4") && html.contains("Milder &#60;now&#62;"), "{html}");
         let done =
             RegradingPage { state: RegradingState::Done, reason: reason(), ended_at: Some(samples::NOW), ..page() };
-        assert!(samples::keep("regrading-done", &done).contains("4 attempts were graded again"));
+        assert!(samples::keep_page("regrading-done", &done).contains("4 attempts were graded again"));
         let counts = vec![count(RegradingOutcome::Same, 5, 350.0, 350.0)];
         let same = RegradingPage { counts, lines: vec![], next: None, ..page() };
-        assert!(samples::keep("regrading-same", &same).contains("by this rubric already"));
+        assert!(samples::keep_page("regrading-same", &same).contains("by this rubric already"));
     }
 
     #[test]
@@ -368,7 +368,7 @@ mod tests {
             }],
             whole_school: true,
         };
-        let html = samples::keep("regrading-choose", &page);
+        let html = samples::keep_page("regrading-choose", &page);
         assert!(html.contains("/regradings/1") && html.contains("Milder") && html.contains("20 May 2026, abc"));
     }
 }

@@ -110,7 +110,7 @@ impl ReplayPage {
     }
 
     fn script(&self) -> String {
-        assets::address("replay.js")
+        assets::asset_address("replay.js")
     }
 
     fn other(&self) -> Option<&OtherAttempt> {
@@ -171,7 +171,7 @@ mod tests {
 
     #[test]
     fn everything_is_there_without_scripts() {
-        let html = samples::keep("replay", &page());
+        let html = samples::keep_page("replay", &page());
         for wanted in [
             "<svg",
             "Ruptures and other events",
@@ -195,7 +195,7 @@ mod tests {
         };
         let error = Some("from: \"99\"; allowed is 0 to 26 s".to_owned());
         let page = ReplayPage { form: CommentForm { typed, error, answers: None }, comments: vec![], ..page() };
-        let html = samples::keep("replay-refused", &page);
+        let html = samples::keep_page("replay-refused", &page);
         for wanted in ["value=\"99\"", "Too &#34;deep&#34;", "allowed is 0 to 26 s", "Nothing has been said"] {
             assert!(html.contains(wanted), "{wanted} is missing in {html}");
         }

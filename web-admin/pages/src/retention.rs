@@ -106,10 +106,10 @@ mod tests {
             more: 3,
             held: vec![("/people/2".to_owned(), "Bo".to_owned())],
         };
-        let html = samples::keep("retention", &page);
+        let html = samples::keep_page("retention", &page);
         assert!(html.contains("12 days at the earliest") && html.contains("And 3 more"), "{html}");
         assert!(html.contains("/people/2") && html.contains("Ana &#60;Ek&#62;"), "{html}");
         (page.rows, page.more, page.held, page.saved) = (vec![], 0, vec![], false);
-        assert!(samples::keep("retention-none", &page).contains("Nobody"), "an empty list says so");
+        assert!(samples::keep_page("retention-none", &page).contains("Nobody"), "an empty list says so");
     }
 }

@@ -172,15 +172,15 @@ pub struct RegradePage {
 
 /// What costs points in an assessment: reason and points, dearest first.
 #[must_use]
-pub fn lost(assessment: &Assessment) -> Vec<(String, f64)> {
+pub fn list_deductions(assessment: &Assessment) -> Vec<(String, f64)> {
     let dear = assessment.deductions.iter().filter(|d| d.points > 0.0);
-    dear.map(|d| (metric::short_reason(d), d.points)).collect()
+    dear.map(|d| (metric::short_deduction_reason(d), d.points)).collect()
 }
 
 /// Why an assessment fails whatever its points.
 #[must_use]
-pub fn failures(assessment: &Assessment) -> Vec<String> {
-    assessment.hard_fails.iter().map(metric::failure).collect()
+pub fn list_failures(assessment: &Assessment) -> Vec<String> {
+    assessment.hard_fails.iter().map(metric::say_failure).collect()
 }
 
 #[cfg(test)]
@@ -234,7 +234,7 @@ mod tests {
 
     #[test]
     fn the_history_of_a_grade_is_whole() {
-        let html = samples::keep("grade", &grade_page());
+        let html = samples::keep_page("grade", &grade_page());
         for wanted in [
             "72",
             "64",
@@ -248,7 +248,7 @@ mod tests {
             assert!(html.contains(wanted), "{wanted} is missing");
         }
         let trainee = GradePage { judge: false, shell: samples::shell(Role::Trainee), ..grade_page() };
-        let html = samples::keep("grade-trainee", &trainee);
+        let html = samples::keep_page("grade-trainee", &trainee);
         assert!(html.contains("24.3") || html.contains("24.2"), "the mean of the raters: {html}");
         assert!(!html.contains("/ratings/1"), "a trainee does not see who gave what");
         assert!(!html.contains("/override") && html.contains("slipped"), "a trainee reads, and does not judge");
@@ -258,7 +258,7 @@ mod tests {
     fn a_refused_override_keeps_what_was_typed() {
         let typed = TypedOverride { score: "720".to_owned(), result: "failed".to_owned(), reason: "x < y".to_owned() };
         let page = GradePage { form: (typed, Some("score: \"720\"".to_owned())), ..grade_page() };
-        let html = samples::keep("grade-refused", &page);
+        let html = samples::keep_page("grade-refused", &page);
         assert!(html.contains("value=\"720\"") && html.contains("x &#60; y") && html.contains("score: &#34;720&#34;"));
     }
 
@@ -276,7 +276,7 @@ mod tests {
         };
         let shell = samples::shell(Role::Instructor);
         let page = ReviewPage { shell: shell.clone(), waiting: vec![row], more: true, to_rate: 3 };
-        let html = samples::keep("review", &page);
+        let html = samples::keep_page("review", &page);
         assert!(
             html.contains("2 questions")
                 && html.contains("Rate 3 attempts")
@@ -284,7 +284,7 @@ mod tests {
                 && html.contains("Re-simulation differs")
         );
         let empty = ReviewPage { shell, waiting: vec![], more: false, to_rate: 0 };
-        assert!(samples::keep("review-empty", &empty).contains("Nothing waits"));
+        assert!(samples::keep_page("review-empty", &empty).contains("Nothing waits"));
     }
 
     #[test]
@@ -299,9 +299,9 @@ mod tests {
             failures: vec![],
             typed: ("the mark was < 60".to_owned(), Some("reason: empty".to_owned())),
         };
-        let html = samples::keep("regrade", &page);
+        let html = samples::keep_page("regrade", &page);
         assert!(html.contains("61") && html.contains("74") && html.contains("1.9 mm too deep"));
         let same = RegradePage { same: true, ..page };
-        assert!(samples::keep("regrade-same", &same).contains("has not changed"));
+        assert!(samples::keep_page("regrade-same", &same).contains("has not changed"));
     }
 }

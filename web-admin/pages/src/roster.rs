@@ -127,7 +127,7 @@ impl RosterPreviewPage {
 
 /// The badge of what comes of a line.
 #[must_use]
-pub fn badge(outcome: &Outcome) -> String {
+pub fn line_badge(outcome: &Outcome) -> String {
     match outcome {
         Outcome::New => StatusWord::Passed.badge_saying(tr!("New")),
         Outcome::Changed { .. } => StatusWord::Current.badge_saying(tr!("Changed")),
@@ -183,7 +183,7 @@ mod tests {
 
     #[test]
     fn every_line_says_what_comes_of_it_and_why() {
-        let html = samples::keep("roster-preview", &page(RosterFilter::Changes));
+        let html = samples::keep_page("roster-preview", &page(RosterFilter::Changes));
         for words in [
             "name was “Ana Ek”",
             "no longer sign in",
@@ -212,7 +212,7 @@ mod tests {
             cohorts: vec!["Autumn".to_owned()],
             remove_missing: true,
         };
-        let html = samples::keep("roster", &page);
+        let html = samples::keep_page("roster", &page);
         assert!(html.contains("&#60;email&#62;") && html.contains("value=\"Spring\"") && html.contains("checked"));
     }
 

@@ -24,10 +24,10 @@ mod tissue;
 pub(super) const NOW: OffsetDateTime = datetime!(2026-05-20 09:30 UTC);
 
 /// Renders a page, and keeps it in `target/pages` when `STYLET_KEEP_PAGES` is set, to be looked at in a browser.
-pub(super) fn keep(name: &str, page: &(impl askama::Template + std::fmt::Debug)) -> String {
-    super::forgotten::check(name, page);
+pub(super) fn keep_page(name: &str, page: &(impl askama::Template + std::fmt::Debug)) -> String {
+    super::forgotten::check_page(name, page);
     let html = page.render().expect("the page renders");
-    super::markup::check(name, &html);
+    super::markup::check_markup(name, &html);
     let scripts = html.replace("<script src=\"/assets/", "").replace("<script type=\"module\" src=\"/assets/", "");
     let inline = html.contains("style=") || html.contains("<style") || scripts.contains("<script");
     assert!(!inline, "the policy forbids it");

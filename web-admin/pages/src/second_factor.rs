@@ -68,7 +68,7 @@ impl SecondFactorPage {
 
     /// The script that asks passkeys.
     fn script(&self) -> String {
-        passkeys::script()
+        passkeys::passkey_script()
     }
 }
 
@@ -112,17 +112,17 @@ mod tests {
 
     #[test]
     fn each_state_says_what_to_do() {
-        let off = samples::keep("second-factor-off", &page(FactorState::Off, true));
+        let off = samples::keep_page("second-factor-off", &page(FactorState::Off, true));
         assert!(off.contains("before you go on") && !off.contains("href=\"/cohorts\""), "{off}");
         assert!(off.contains("name=\"name\"") && !off.contains("name=\"code\""), "{off}");
         let secret = "ABCD-EFGH".to_owned();
         let offered = FactorState::Offered { secret, address: "otpauth://totp/x?secret=ABCDEFGH".to_owned() };
-        let offered = samples::keep("second-factor-offered", &page(offered, true));
+        let offered = samples::keep_page("second-factor-offered", &page(offered, true));
         assert!(offered.contains("ABCD-EFGH") && offered.contains("/account/second-factor/qr.svg"), "{offered}");
         let on = FactorState::On { since: samples::NOW };
         let proof = ProofAsked { on: true, app: true, question: None };
         let on = SecondFactorPage { codes_left: Some(2), proof, can_add: false, ..page(on, false) };
-        let on = samples::keep("second-factor-on", &on);
+        let on = samples::keep_page("second-factor-on", &on);
         assert!(on.contains("2 recovery codes left") && on.contains("/account/second-factor/off"), "{on}");
         assert!(on.contains("href=\"/cohorts\"") && !on.contains("qr.svg"), "{on}");
         assert!(on.contains("no passkeys here") && !on.contains("data-options"), "{on}");
@@ -138,7 +138,7 @@ mod tests {
             refused: None,
             ..page(FactorState::Off, false)
         };
-        let html = samples::keep("second-factor-passkeys", &page);
+        let html = samples::keep_page("second-factor-passkeys", &page);
         assert!(html.contains("Phone") && html.contains("Key in the drawer"), "{html}");
         assert_eq!(html.matches("data-options").count(), 3, "add, app and recovery codes: {html}");
         assert_eq!(html.matches("name=\"code\"").count(), 3, "each does without JavaScript: {html}");
@@ -156,7 +156,7 @@ mod tests {
     fn recovery_codes_are_listed_once() {
         let codes = vec!["ABCD-EFGH-JKLM".to_owned(), "NPQR-STUV-WXYZ".to_owned()];
         let page = RecoveryCodesPage { shell: samples::shell(Role::Trainee), codes, first: true };
-        let html = samples::keep("recovery-codes", &page);
+        let html = samples::keep_page("recovery-codes", &page);
         assert!(html.contains("NPQR-STUV-WXYZ") && html.contains("not shown again"), "{html}");
     }
 }

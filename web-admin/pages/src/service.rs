@@ -67,7 +67,7 @@ mod tests {
             }],
             older: Some("/admin/service?before=7".to_owned()),
         };
-        let html = samples::keep("service", &page);
+        let html = samples::keep_page("service", &page);
         assert!(html.contains("4.2\u{a0}MB") && html.contains("&#60;b&#62;") && html.contains("before=7"), "{html}");
     }
 }

@@ -157,28 +157,28 @@ impl Drawing {
     /// Draws a curve.
     #[must_use]
     pub fn new(curve: &AttemptCurve) -> Self {
-        let curve = &anatomy::curve(curve);
+        let curve = &anatomy::name_layers_of_curve(curve);
         let rows = keep_extremes(&curve.points, TABLE_ROWS, |point| point.force_n).into_iter();
         Self {
-            force_depth: charts::both(|size| charts::force_depth(curve, size)),
-            force_time: charts::both(|size| charts::force_and_depth(curve, size)),
-            marks: charts::numbered(curve)
+            force_depth: charts::draw_both_widths(|size| charts::draw_force_over_depth(curve, size)),
+            force_time: charts::draw_both_widths(|size| charts::draw_force_and_depth(curve, size)),
+            marks: charts::number_marks(curve)
                 .map(|(number, mark)| MarkRow {
                     number,
-                    what: what_happened(mark.kind, &mark.name),
+                    what: say_event(mark.kind, &mark.name),
                     t_s: mark.t_s,
                     advance_mm: mark.advance_mm,
                     force_n: mark.axial_n,
                 })
                 .collect(),
-            stages: stage_rows(curve),
+            stages: make_stage_rows(curve),
             layers: curve.bands.iter().map(|b| (b.name.clone(), b.top_mm, b.bottom_mm)).collect(),
             points: rows.map(|p| (p.t_s, p.advance_mm, p.force_n)).collect(),
         }
     }
 }
 
-fn stage_rows(curve: &AttemptCurve) -> Vec<StageRow> {
+fn make_stage_rows(curve: &AttemptCurve) -> Vec<StageRow> {
     let row = |span: &StageSpan| StageRow {
         boundary: curve.bands.get(span.boundary).map_or_else(String::new, |b| b.name.clone()),
         stage: span.stage,
@@ -188,7 +188,7 @@ fn stage_rows(curve: &AttemptCurve) -> Vec<StageRow> {
     curve.stages.iter().map(row).collect()
 }
 
-fn what_happened(kind: MarkKind, name: &str) -> String {
+fn say_event(kind: MarkKind, name: &str) -> String {
     match kind {
         MarkKind::TipRupture => words::phrase(&Contactor::Tip.into_layer(name)),
         MarkKind::RimRupture => words::phrase(&Contactor::Rim.into_layer(name)),
@@ -208,7 +208,7 @@ mod tests {
 
     #[test]
     fn a_scored_attempt_shows_its_arithmetic() {
-        let html = samples::keep("session", &samples::session_page());
+        let html = samples::keep_page("session", &samples::session_page());
         for wanted in
             ["out of 100", "Passed", "1.9 mm too deep", "−4.8", "Rim into fat", "full marks", "mJ", "identical"]
         {
@@ -225,14 +225,14 @@ mod tests {
             verification: VerificationResult::Waiting,
             ..samples::session_page()
         };
-        assert!(samples::keep("session-waiting", &page).contains("is being scored"));
+        assert!(samples::keep_page("session-waiting", &page).contains("is being scored"));
     }
 
     #[test]
     fn a_refused_attempt_gives_the_reason() {
         let outcome = SessionOutcome::Refused("the recording holds no samples".to_owned());
         let page = SessionPage { outcome, drawing: None, ..samples::session_page() };
-        assert!(samples::keep("session-refused", &page).contains("the recording holds no samples"));
+        assert!(samples::keep_page("session-refused", &page).contains("the recording holds no samples"));
     }
 
     #[test]
@@ -241,7 +241,7 @@ mod tests {
             verification: VerificationResult::Differs { deviation_n: 0.25, events: 2 },
             ..samples::session_page()
         };
-        let html = samples::keep("session-differs", &page);
+        let html = samples::keep_page("session-differs", &page);
         assert!(html.contains("differs from the recording") && html.contains("0.25"));
     }
 }

@@ -93,7 +93,7 @@ mod tests {
         ];
         let shell = samples::shell(Role::Instructor);
         let page = TokensPage { shell, rows, name: "x".to_owned(), days: 90, refused: Some("no".to_owned()) };
-        let html = samples::keep("tokens", &page);
+        let html = samples::keep_page("tokens", &page);
         assert!(
             html.contains("Analysis &#60;b&#62;") && html.contains("no expiry") && html.contains("never"),
             "{html}"
@@ -101,14 +101,14 @@ mod tests {
         assert_eq!((html.matches("Expired").count(), html.matches("/revoke\"").count()), (1, 3), "{html}");
         let shell = samples::shell(Role::Instructor);
         let none = TokensPage { shell, rows: vec![], name: String::new(), days: 90, refused: None };
-        assert!(samples::keep("tokens-none", &none).contains("no tokens"));
+        assert!(samples::keep_page("tokens-none", &none).contains("no tokens"));
     }
 
     #[test]
     fn a_token_is_shown_with_what_to_do_with_it() {
         let (shell, name) = (samples::shell(Role::Trainee), "Analysis".to_owned());
         let page = MadeTokenPage { shell, name, token: "abc".repeat(21), expires: samples::NOW };
-        let html = samples::keep("token", &page);
+        let html = samples::keep_page("token", &page);
         assert!(html.contains(&"abc".repeat(21)) && html.contains("not shown again"), "{html}");
     }
 }

@@ -6,7 +6,7 @@ use askama_web::WebTemplate;
 use time::OffsetDateTime;
 
 use super::charts::{self, ScorePoint};
-use super::concern::concern;
+use super::concern::say_concern;
 use super::progress::HabitsView;
 use super::session::uncounted_in_short;
 use super::{Shell, StatusWord, format};
@@ -183,9 +183,10 @@ impl CourseView {
     /// Puts progress into words and drawings. `key` keeps the drawings' ids apart between courses.
     #[must_use]
     pub fn new(facts: &CourseFacts<'_>, progress: &Progress, key: usize) -> Self {
-        let steps = (0..progress.steps.len()).map(|i| step_row(facts, progress, i)).collect();
+        let steps = (0..progress.steps.len()).map(|i| make_step_row(facts, progress, i)).collect();
         let tried = |i: &usize| !progress.steps[*i].attempts.is_empty();
-        let charts = (0..progress.steps.len()).filter(tried).map(|i| chart(facts, progress, key, i)).collect();
+        let charts =
+            (0..progress.steps.len()).filter(tried).map(|i| draw_step_scores(facts, progress, key, i)).collect();
         Self {
             title: facts.title.to_owned(),
             certificate: facts
@@ -194,10 +195,10 @@ impl CourseView {
                 .map(|trainee| format!("{trainee}/certificates/{}", facts.id)),
             unproved: None,
             rule: rule_in_words(&facts.course.rule),
-            next: progress.next.map(|i| next_step(facts.course, progress, i)),
+            next: progress.next.map(|i| make_next_step(facts.course, progress, i)),
             mastered: progress.mastered(),
             complete: progress.complete(),
-            concerns: progress.concerns.iter().map(|c| concern(c)).collect(),
+            concerns: progress.concerns.iter().map(|c| say_concern(c)).collect(),
             steps,
             charts,
         }
@@ -230,7 +231,7 @@ pub fn rule_in_words(rule: &Mastery) -> String {
 }
 
 fn curve_in_words(CurveRule { params, within, .. }: &CurveRule) -> String {
-    let percent = |share: f64| format::fixed(share * 100.0, 0);
+    let percent = |share: f64| format::format_fixed(share * 100.0, 0);
     let kind = if within.is_some() { "LC-CUSUM" } else { "CUSUM" };
     tr!(
         "mastered when its learning curve ({kind}) shows at most {acceptable} % failures rather than {unacceptable} %",
@@ -240,7 +241,7 @@ fn curve_in_words(CurveRule { params, within, .. }: &CurveRule) -> String {
     )
 }
 
-fn next_step(course: &Course, progress: &Progress, index: usize) -> NextStep {
+fn make_next_step(course: &Course, progress: &Progress, index: usize) -> NextStep {
     let step = &course.steps[index];
     let done = &progress.steps[index];
     let why = match (&done.state, &course.rule, &done.curve) {
@@ -277,15 +278,15 @@ pub fn score_points(attempts: &[Attempt]) -> Vec<ScorePoint> {
     attempts.iter().map(|a| ScorePoint { at: a.at, score: a.score, passed: a.passed }).collect()
 }
 
-fn step_row(facts: &CourseFacts<'_>, progress: &Progress, index: usize) -> CourseStepRow {
+fn make_step_row(facts: &CourseFacts<'_>, progress: &Progress, index: usize) -> CourseStepRow {
     let (step, done) = (&facts.course.steps[index], &progress.steps[index]);
     let (status, detail) = match &done.state {
-        StepState::Mastered { on } => (StatusWord::Mastered, tr!("on {date}", date = format::date(*on))),
+        StepState::Mastered { on } => (StatusWord::Mastered, tr!("on {date}", date = format::format_date(*on))),
         StepState::Open { .. } if progress.next == Some(index) => (StatusWord::Current, still_needed(done)),
         StepState::Open { .. } => (StatusWord::Open, still_needed(done)),
         StepState::Locked { missing } => (StatusWord::Locked, tr!("after {missing}", missing = missing.join(", "))),
         StepState::Regressing { since, .. } => {
-            (StatusWord::Regressing, tr!("since {date}", date = format::date(*since)))
+            (StatusWord::Regressing, tr!("since {date}", date = format::format_date(*since)))
         }
     };
     let curve = facts.trainee.filter(|_| !done.attempts.is_empty());
@@ -298,7 +299,7 @@ fn step_row(facts: &CourseFacts<'_>, progress: &Progress, index: usize) -> Cours
         attempts: done.attempts.len(),
         passes: done.passes(),
         best: done.best(),
-        spark: charts::sparkline(&score_points(&done.attempts), pass_mark(facts, index)),
+        spark: charts::draw_sparkline(&score_points(&done.attempts), pass_mark_of_step(facts, index)),
     }
 }
 
@@ -309,14 +310,14 @@ fn still_needed(done: &StepProgress) -> String {
     })
 }
 
-fn pass_mark(facts: &CourseFacts<'_>, index: usize) -> f64 {
+fn pass_mark_of_step(facts: &CourseFacts<'_>, index: usize) -> f64 {
     facts.pass_marks.get(index).copied().unwrap_or(0.0)
 }
 
-fn chart(facts: &CourseFacts<'_>, progress: &Progress, key: usize, index: usize) -> (String, String) {
+fn draw_step_scores(facts: &CourseFacts<'_>, progress: &Progress, key: usize, index: usize) -> (String, String) {
     let points = score_points(&progress.steps[index].attempts);
     let title = facts.course.steps[index].title.clone();
-    let drawing = charts::scores(&points, pass_mark(facts, index), &format!("{key}-{index}"), &title);
+    let drawing = charts::draw_scores(&points, pass_mark_of_step(facts, index), &format!("{key}-{index}"), &title);
     (title, drawing)
 }
 
@@ -329,32 +330,32 @@ mod tests {
 
     #[test]
     fn the_own_home_says_what_is_next() {
-        let html = samples::keep("trainee-home", &samples::trainee_page(true));
+        let html = samples::keep_page("trainee-home", &samples::trainee_page(true));
         assert!(html.contains("Do next") && html.contains("2 of the last 5 attempts passed; 3 are needed."), "{html}");
         assert!(html.contains("<caption"));
     }
 
     #[test]
     fn an_instructor_sees_the_reasons_for_help() {
-        let html = samples::keep("trainee-for-instructor", &samples::trainee_page(false));
+        let html = samples::keep_page("trainee-for-instructor", &samples::trainee_page(false));
         assert!(html.contains("Ana Lindqvist") && html.contains("no attempt for"), "{html}");
     }
 
     #[test]
     fn a_newcomer_is_told_how_to_start() {
-        let html = samples::keep("trainee-newcomer", &samples::newcomer_page());
+        let html = samples::keep_page("trainee-newcomer", &samples::newcomer_page());
         assert!(html.contains("Not tried yet.") && html.contains("No attempts yet"), "{html}");
     }
 
     #[test]
     fn a_sign_in_code_is_offered_to_its_owner_alone() {
         let own = |made| TraineePage { sign_in_code: Some(made), ..samples::trainee_page(true) };
-        assert!(samples::keep("trainee-without-code", &own(None)).contains("Make a sign-in code"));
-        assert!(samples::keep("trainee-with-code", &own(Some(samples::NOW))).contains("Replace the code"));
-        let seen = samples::keep("trainee-for-instructor", &samples::trainee_page(false));
+        assert!(samples::keep_page("trainee-without-code", &own(None)).contains("Make a sign-in code"));
+        assert!(samples::keep_page("trainee-with-code", &own(Some(samples::NOW))).contains("Replace the code"));
+        let seen = samples::keep_page("trainee-for-instructor", &samples::trainee_page(false));
         assert!(!seen.contains("sign-in-code"), "{seen}");
         let page = SignInCodePage { shell: samples::shell(Role::Trainee), code: "ABC-DEF".to_owned() };
-        assert!(samples::keep("sign-in-code", &page).contains("ABC-DEF"));
+        assert!(samples::keep_page("sign-in-code", &page).contains("ABC-DEF"));
     }
 
     #[test]

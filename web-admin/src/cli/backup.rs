@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::{CommandFailure, StorageArgs, say};
+use super::{CommandFailure, StorageArgs, say_line};
 use acts::backup;
 use acts::backup::{KEYS, KeyFile};
 use acts::clock::Clock;
@@ -22,7 +22,7 @@ pub struct BackupArgs {
     storage: StorageArgs,
 }
 
-pub(super) async fn run(args: &BackupArgs) -> Result<(), CommandFailure> {
+pub(super) async fn run_backup(args: &BackupArgs) -> Result<(), CommandFailure> {
     if args.to.exists() {
         return Err(CommandFailure::Usage(format!(
             "--to: \"{}\" exists; a backup is never overwritten: name another file",
@@ -30,9 +30,9 @@ pub(super) async fn run(args: &BackupArgs) -> Result<(), CommandFailure> {
         )));
     }
     let config = args.storage.config()?;
-    let passphrase = args.passphrase_file.as_deref().map(passphrase_in).transpose()?;
+    let passphrase = args.passphrase_file.as_deref().map(read_passphrase).transpose()?;
     let made = backup::make(&config, &args.to, passphrase.as_deref(), Clock::system().now()).await?;
-    say(format_args!(
+    say_line(format_args!(
         "{}: {} recordings and the database with {} audit rows, read back and checked; the audit log ends in {}",
         args.to.display(),
         made.recordings,
@@ -42,10 +42,11 @@ pub(super) async fn run(args: &BackupArgs) -> Result<(), CommandFailure> {
     for KeyFile { name, does, .. } in KEYS {
         let key = config.data_dir.join(name);
         match (key.exists(), passphrase.is_some()) {
-            (true, true) => {
-                say(format_args!("sealed in it: {}, which {does}; without the passphrase it is lost", key.display()))
-            }
-            (true, false) => say(format_args!(
+            (true, true) => say_line(format_args!(
+                "sealed in it: {}, which {does}; without the passphrase it is lost",
+                key.display()
+            )),
+            (true, false) => say_line(format_args!(
                 "not in it: {}, which {does}; --passphrase-file puts it in, or keep a copy of its own, where only you read it",
                 key.display()
             )),
@@ -56,7 +57,7 @@ pub(super) async fn run(args: &BackupArgs) -> Result<(), CommandFailure> {
 }
 
 /// The passphrase in a file.
-pub(super) fn passphrase_in(file: &Path) -> Result<String, CommandFailure> {
+pub(super) fn read_passphrase(file: &Path) -> Result<String, CommandFailure> {
     let refused =
         |why: &dyn std::fmt::Display| CommandFailure::Usage(format!("--passphrase-file: {}: {why}", file.display()));
     let text = std::fs::read_to_string(file).map_err(|error| refused(&error))?;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use super::{CommandFailure, StorageArgs, say};
+use super::{CommandFailure, StorageArgs, say_line};
 use acts::certificates;
 use model::certificate::{Statement, check_certificate};
 
@@ -28,32 +28,32 @@ pub struct CertificateArgs {
     key: String,
 }
 
-pub(super) fn run(command: &CertificateCommand) -> Result<(), CommandFailure> {
+pub(super) fn run_certificate(command: &CertificateCommand) -> Result<(), CommandFailure> {
     match command {
         CertificateCommand::Key(storage) => {
-            say(certificates::public_key(&storage.config()?.data_dir)?);
+            say_line(certificates::public_key(&storage.config()?.data_dir)?);
             Ok(())
         }
-        CertificateCommand::Verify(args) => verify(args),
+        CertificateCommand::Verify(args) => verify_certificate(args),
     }
 }
 
-fn verify(CertificateArgs { file, key }: &CertificateArgs) -> Result<(), CommandFailure> {
+fn verify_certificate(CertificateArgs { file, key }: &CertificateArgs) -> Result<(), CommandFailure> {
     let bytes = std::fs::read(file).map_err(|error| CommandFailure::Usage(format!("{}: {error}", file.display())))?;
     match check_certificate(&bytes, key) {
         Ok(statement) => {
-            lines(&statement).iter().for_each(say);
+            lines_of_certificate(&statement).iter().for_each(say_line);
             Ok(())
         }
         Err(why) => {
-            say(format_args!("not genuine: {}: {why:#}", file.display()));
+            say_line(format_args!("not genuine: {}: {why:#}", file.display()));
             Err(CommandFailure::Found)
         }
     }
 }
 
 /// All that is signed, a line each.
-fn lines(statement: &Statement) -> Vec<String> {
+fn lines_of_certificate(statement: &Statement) -> Vec<String> {
     // In full, so that what is added to the statement is added here.
     let Statement {
         format: _,
@@ -100,7 +100,7 @@ mod tests {
         let exercises = vec![("Feel\nthe layers".to_owned(), "2026-05-01T09:00:00Z".to_owned())];
         let trainee = "Ada\ngenuine: Bob\u{1b}[2J".to_owned();
         let statement = Statement { trainee, exercises, ..sample() };
-        let lines = lines(&statement);
+        let lines = lines_of_certificate(&statement);
         assert!(lines.iter().all(|line| !line.contains(char::is_control)), "{lines:?}");
         assert_eq!(lines.iter().filter(|line| line.starts_with("genuine")).count(), 1);
         let all = lines.join("\n");

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use super::{CommandFailure, StorageArgs, say};
+use super::{CommandFailure, StorageArgs, say_line};
 use acts::importing;
 use acts::publishing;
 use acts::surveys;
@@ -29,7 +29,7 @@ pub struct ImportArgs {
     school: Option<String>,
 }
 
-pub(super) async fn run(command: &CurriculaCommand) -> Result<(), CommandFailure> {
+pub(super) async fn run_curricula(command: &CurriculaCommand) -> Result<(), CommandFailure> {
     let CurriculaCommand::Import(args) = command;
     let courses = publishing::courses_in(&args.folder)
         .map_err(|error| CommandFailure::Usage(format!("{}: {error}", args.folder.display())))?;
@@ -44,10 +44,10 @@ pub(super) async fn run(command: &CurriculaCommand) -> Result<(), CommandFailure
     let state = args.storage.open().await?;
     let school = args.school.as_deref();
     if !instruments.is_empty() {
-        importing::import_instruments(&state, school, &instruments).await?.iter().for_each(say);
+        importing::import_instruments(&state, school, &instruments).await?.iter().for_each(say_line);
     }
     for course in courses {
-        importing::import_course(&state, school, &course).await?.iter().for_each(say);
+        importing::import_course(&state, school, &course).await?.iter().for_each(say_line);
     }
     state.db.close().await;
     Ok(())

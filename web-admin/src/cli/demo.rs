@@ -2,7 +2,7 @@
 
 use clap::{Args, value_parser};
 
-use super::{CommandFailure, StorageArgs, say};
+use super::{CommandFailure, StorageArgs, say_line};
 use crate::demo;
 use crate::demo::{DemoAccount, Demonstration};
 use acts::secret;
@@ -27,19 +27,21 @@ pub struct DemoArgs {
     seed: u64,
 }
 
-pub(super) async fn run(args: &DemoArgs) -> Result<(), CommandFailure> {
+pub(super) async fn run_demo(args: &DemoArgs) -> Result<(), CommandFailure> {
     let password = args.password.clone().map_or_else(secret::random_password, Ok)?;
     let state = args.storage.open().await?;
     let wanted = Demonstration { weeks: args.weeks, password, seed: args.seed, crowd: args.crowd };
-    let accounts = demo::make(&state, &wanted).await?;
+    let accounts = demo::make_demonstration(&state, &wanted).await?;
     state.db.close().await;
-    say("The demonstration school. Its people are invented, its attempts simulated; the password of every account is");
-    say(format_args!("    {}", wanted.password));
-    accounts.iter().for_each(|account| say(line(account)));
+    say_line(
+        "The demonstration school. Its people are invented, its attempts simulated; the password of every account is",
+    );
+    say_line(format_args!("    {}", wanted.password));
+    accounts.iter().for_each(|account| say_line(line_of_account(account)));
     Ok(())
 }
 
-fn line(DemoAccount { role, name, email }: &DemoAccount) -> String {
+fn line_of_account(DemoAccount { role, name, email }: &DemoAccount) -> String {
     let role = match role {
         Role::Administrator => "administrator",
         Role::Instructor => "instructor",

@@ -25,7 +25,7 @@ pub struct JudgeArgs {
 }
 
 /// Works without the runtime, whose threads would count against the limits.
-pub(super) fn run(args: &JudgeArgs) -> anyhow::Result<()> {
+pub(super) fn run_judge(args: &JudgeArgs) -> anyhow::Result<()> {
     // Standard error is the service's log.
     tracing_subscriber::fmt().with_ansi(false).with_writer(std::io::stderr).init();
     let limit = |most: u64| Rlimit { current: Some(most), maximum: Some(most) };

@@ -169,7 +169,7 @@ impl CommandFailure {
 }
 
 /// Prints a line of a command's result. A reader that has gone away is no failure of ours.
-fn say(line: impl std::fmt::Display) {
+fn say_line(line: impl std::fmt::Display) {
     let _ = writeln!(std::io::stdout(), "{line}");
 }
 
@@ -181,7 +181,7 @@ pub fn main() -> ExitCode {
         Err(refused) => refused.exit(),
     };
     if let WebAdminCommand::Judge(args) = &command {
-        return match judge::run(args) {
+        return match judge::run_judge(args) {
             Ok(()) => ExitCode::SUCCESS,
             Err(error) => CommandFailure::Work(error).report(),
         };
@@ -190,41 +190,43 @@ pub fn main() -> ExitCode {
         Ok(runtime) => runtime,
         Err(error) => return CommandFailure::from(error).report(),
     };
-    match runtime.block_on(run(command)) {
+    match runtime.block_on(run_command(command)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.report(),
     }
 }
 
-async fn run(command: WebAdminCommand) -> Result<(), CommandFailure> {
+async fn run_command(command: WebAdminCommand) -> Result<(), CommandFailure> {
     match command {
-        WebAdminCommand::Serve(args) => serve::run(&args).await,
+        WebAdminCommand::Serve(args) => serve::run_serve(&args).await,
         WebAdminCommand::Migrate(storage) => {
             storage.open().await?.db.close().await;
-            say("the database is up to date");
+            say_line("the database is up to date");
             Ok(())
         }
-        WebAdminCommand::User(command) => user::run(&command).await,
-        WebAdminCommand::Curricula(command) => curricula::run(&command).await,
-        WebAdminCommand::Demo(args) => demo::run(&args).await,
-        WebAdminCommand::Rescore(args) => rescore::run(&args).await,
+        WebAdminCommand::User(command) => user::run_user(&command).await,
+        WebAdminCommand::Curricula(command) => curricula::run_curricula(&command).await,
+        WebAdminCommand::Demo(args) => demo::run_demo(&args).await,
+        WebAdminCommand::Rescore(args) => rescore::run_rescore(&args).await,
         WebAdminCommand::Retry(storage) => {
             let state = storage.open().await?;
             let forgiven = upkeep::forgive_deaths(&state).await.map_err(anyhow::Error::from)?;
             state.db.close().await;
-            say(format_args!("{forgiven} recordings and uploads are tried again by the service, within ten minutes"));
+            say_line(format_args!(
+                "{forgiven} recordings and uploads are tried again by the service, within ten minutes"
+            ));
             Ok(())
         }
-        WebAdminCommand::Judge(args) => Ok(judge::run(&args)?),
-        WebAdminCommand::Verify(args) => verify::run(&args).await,
-        WebAdminCommand::Backup(args) => backup::run(&args).await,
-        WebAdminCommand::Restore(args) => restore::run(&args).await,
-        WebAdminCommand::Retain(args) => retain::run(&args).await,
-        WebAdminCommand::Certificate(command) => certificate::run(&command),
-        WebAdminCommand::Bench(args) => bench::run(&args).await,
+        WebAdminCommand::Judge(args) => Ok(judge::run_judge(&args)?),
+        WebAdminCommand::Verify(args) => verify::run_verify(&args).await,
+        WebAdminCommand::Backup(args) => backup::run_backup(&args).await,
+        WebAdminCommand::Restore(args) => restore::run_restore(&args).await,
+        WebAdminCommand::Retain(args) => retain::run_retain(&args).await,
+        WebAdminCommand::Certificate(command) => certificate::run_certificate(&command),
+        WebAdminCommand::Bench(args) => bench::run_bench(&args).await,
         WebAdminCommand::Openapi => {
             let description = crate::routes::api::description();
-            say(serde_json::to_string_pretty(&description).map_err(anyhow::Error::from)?);
+            say_line(serde_json::to_string_pretty(&description).map_err(anyhow::Error::from)?);
             Ok(())
         }
     }

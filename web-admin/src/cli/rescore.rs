@@ -3,7 +3,7 @@
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::{CommandFailure, StorageArgs, say};
+use super::{CommandFailure, StorageArgs, say_line};
 use crate::AppState;
 use acts::registry;
 use acts::regrading;
@@ -32,7 +32,7 @@ pub struct RescoreArgs {
     reason: Option<String>,
 }
 
-pub(super) async fn run(args: &RescoreArgs) -> Result<(), CommandFailure> {
+pub(super) async fn run_rescore(args: &RescoreArgs) -> Result<(), CommandFailure> {
     let reason = args.reason.as_deref().map(judgement::reason).transpose();
     let reason = reason.map_err(|refused| CommandFailure::Usage(refused.to_string()))?;
     let state = args.storage.open().await?;
@@ -44,26 +44,26 @@ pub(super) async fn run(args: &RescoreArgs) -> Result<(), CommandFailure> {
     let rubric = Rubric::of_today(&state, school.id, &args.exercise).await.map_err(anyhow::Error::from)?;
     let rubric = rubric
         .ok_or_else(|| CommandFailure::Usage(format!("{}: no longer taught, so there is no rubric", args.exercise)))?;
-    let bar = bar(attempts.len());
+    let bar = grading_progress_bar(attempts.len());
     let mut changed = 0;
     for attempt in &attempts {
-        changed += usize::from(regrade(&state, attempt, &rubric, reason.as_deref(), &bar).await?);
+        changed += usize::from(regrade_attempt(&state, attempt, &rubric, reason.as_deref(), &bar).await?);
         bar.inc(1);
     }
     bar.finish_and_clear();
     let done = if reason.is_some() { "graded again" } else { "would be graded anew; --apply --reason TEXT does it" };
-    say(format_args!("{changed} of {} attempts {done}", attempts.len()));
+    say_line(format_args!("{changed} of {} attempts {done}", attempts.len()));
     state.db.close().await;
     Ok(())
 }
 
-fn bar(attempts: usize) -> ProgressBar {
+fn grading_progress_bar(attempts: usize) -> ProgressBar {
     let style = ProgressStyle::with_template("grading {pos}/{len} attempts {wide_bar} {eta}");
     ProgressBar::new(attempts as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
 /// Judges one attempt, tells what changes and, with a reason, grades it again. True where the rubric is another than the last one.
-async fn regrade(
+async fn regrade_attempt(
     state: &AppState,
     attempt: &Session,
     rubric: &Rubric,
@@ -75,7 +75,7 @@ async fn regrade(
     let again = rubric.judge(state, attempt).await.map_err(anyhow::Error::from)?;
     bar.suspend(|| {
         let word = |passed| if passed { "passed" } else { "not passed" };
-        say(format_args!(
+        say_line(format_args!(
             "{}  {:.1} {} -> {:.1} {}",
             attempt.id,
             before.score,

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::{CommandFailure, StorageArgs, say};
+use super::{CommandFailure, StorageArgs, say_line};
 use acts::backup;
 use acts::backup::{KeysRestored, Refused, Restored, Wanted};
 use acts::clock::Clock;
@@ -28,11 +28,11 @@ pub struct RestoreArgs {
     storage: StorageArgs,
 }
 
-pub(super) async fn run(args: &RestoreArgs) -> Result<(), CommandFailure> {
+pub(super) async fn run_restore(args: &RestoreArgs) -> Result<(), CommandFailure> {
     let config = args.storage.config()?;
     let _lock = DataLock::take(&config, "web-admin restore", Clock::system().now())?;
     let erasures = args.erasures.as_deref().map(erasures_in).transpose()?.unwrap_or_default();
-    let passphrase = args.passphrase_file.as_deref().map(super::backup::passphrase_in).transpose()?;
+    let passphrase = args.passphrase_file.as_deref().map(super::backup::read_passphrase).transpose()?;
     let wanted = Wanted { erasures, passphrase };
     let restored = backup::restore(&config, &args.from, &wanted).await.map_err(|refused| match refused {
         Refused::Input(words) => CommandFailure::Usage(words),
@@ -40,16 +40,16 @@ pub(super) async fn run(args: &RestoreArgs) -> Result<(), CommandFailure> {
     })?;
     let Restored { report: restored, erased_again, keys } = restored;
     if erased_again > 0 {
-        say(format_args!("people erased again, for they were erased since the backup was made: {erased_again}"));
+        say_line(format_args!("people erased again, for they were erased since the backup was made: {erased_again}"));
     }
-    say(format_args!(
+    say_line(format_args!(
         "restored {} recordings and the database with {} audit rows; the audit log ends in {}",
         restored.recordings, restored.audit_rows, restored.audit_head
     ));
     match keys {
-        KeysRestored::Restored => say("the keys are restored"),
+        KeysRestored::Restored => say_line("the keys are restored"),
         KeysRestored::StaySealed => {
-            say("the keys are in the backup, and were not restored: --passphrase-file opens them");
+            say_line("the keys are in the backup, and were not restored: --passphrase-file opens them");
         }
         KeysRestored::NotInIt => {}
     }

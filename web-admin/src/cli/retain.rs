@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use super::{CommandFailure, StorageArgs, say};
+use super::{CommandFailure, StorageArgs, say_line};
 use acts::retention;
 use acts::retention::Planned;
 use model::retention::Step;
@@ -22,7 +22,7 @@ pub struct RetainArgs {
     school: Option<String>,
 }
 
-pub(super) async fn run(args: &RetainArgs) -> Result<(), CommandFailure> {
+pub(super) async fn run_retain(args: &RetainArgs) -> Result<(), CommandFailure> {
     let state = args.storage.open().await?;
     let all = schools::all(state.db.reader()).await?;
     let wanted: Vec<_> =
@@ -33,18 +33,21 @@ pub(super) async fn run(args: &RetainArgs) -> Result<(), CommandFailure> {
     }
     for school in wanted {
         let (settings, planned) = retention::plan(&state, school.id).await.map_err(anyhow::Error::new)?;
-        say(rule(&school.name, settings));
-        planned.iter().map(line).for_each(say);
+        say_line(say_retention_rule(&school.name, settings));
+        planned.iter().map(line_of_planned).for_each(say_line);
         if !args.dry_run {
             let done = retention::act(&state, school.id).await.map_err(anyhow::Error::new)?;
-            say(format_args!("  done: warned {}, called off {}, erased {}", done.warned, done.called_off, done.erased));
+            say_line(format_args!(
+                "  done: warned {}, called off {}, erased {}",
+                done.warned, done.called_off, done.erased
+            ));
         }
     }
     state.db.close().await;
     Ok(())
 }
 
-fn rule(school: &str, settings: Settings) -> String {
+fn say_retention_rule(school: &str, settings: Settings) -> String {
     match settings.months {
         None => format!("{school}: keeps everybody"),
         Some(months) => {
@@ -54,7 +57,7 @@ fn rule(school: &str, settings: Settings) -> String {
 }
 
 /// Who, what, and why.
-fn line(planned: &Planned) -> String {
+fn line_of_planned(planned: &Planned) -> String {
     let Planned { idle, step } = planned;
     let what = match step {
         Step::Warn => "warn".to_owned(),

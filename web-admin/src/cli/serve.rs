@@ -13,7 +13,7 @@ use tokio::signal::unix::{Signal, SignalKind, signal};
 use tower_sessions::ExpiredDeletion;
 use tracing_subscriber::EnvFilter;
 
-use super::{CommandFailure, StorageArgs, say};
+use super::{CommandFailure, StorageArgs, say_line};
 use crate::AppState;
 use crate::serving::{self, ConnectionLimits};
 use crate::{outbox, routes, worker};
@@ -104,7 +104,7 @@ pub struct ServeArgs {
     preview_s: u64,
 }
 
-pub(super) async fn run(args: &ServeArgs) -> Result<(), CommandFailure> {
+pub(super) async fn run_serve(args: &ServeArgs) -> Result<(), CommandFailure> {
     start_log(args.log_format);
     let mut config = args.storage.config()?;
     config.listen = args.listen;
@@ -140,8 +140,8 @@ pub(super) async fn run(args: &ServeArgs) -> Result<(), CommandFailure> {
         tracing::warn!(people = erased, "erased again: they had been erased, and were in the database");
     }
     tell_deaths(&state).await?;
-    greet(&state).await?;
-    serve(&state).await?;
+    print_greeting(&state).await?;
+    serve_until_signal(&state).await?;
     upkeep::take_back_begun(&state).await.map_err(anyhow::Error::from)?;
     state.db.close().await;
     Ok(())
@@ -181,9 +181,9 @@ fn start_log(format: LogFormat) {
 }
 
 /// An empty service tells how to get in.
-async fn greet(state: &AppState) -> Result<(), CommandFailure> {
+async fn print_greeting(state: &AppState) -> Result<(), CommandFailure> {
     if people::count(state.db.reader()).await? == 0 {
-        say(format_args!(
+        say_line(format_args!(
             "Nobody can sign in yet. Add the first person with: web-admin user add --data-dir {} \
              --role administrator --name NAME --email ADDRESS",
             state.config.data_dir.display()
@@ -192,23 +192,23 @@ async fn greet(state: &AppState) -> Result<(), CommandFailure> {
     Ok(())
 }
 
-async fn serve(state: &AppState) -> anyhow::Result<()> {
+async fn serve_until_signal(state: &AppState) -> anyhow::Result<()> {
     let listen = state.config.listen;
     let listener = TcpListener::bind(listen).await.with_context(|| format!("cannot listen on {listen}"))?;
     // Before anybody is told that we are up: whoever then stops us must find the handler in place.
     let signals = Signals::listen()?;
-    say(format_args!("Listening on http://{}", listener.local_addr()?));
+    say_line(format_args!("Listening on http://{}", listener.local_addr()?));
     let background = [
-        tokio::spawn(worker::run(state.clone())),
-        tokio::spawn(outbox::run(state.clone())),
+        tokio::spawn(worker::run_worker(state.clone())),
+        tokio::spawn(outbox::run_outbox(state.clone())),
         tokio::spawn(deadlines::run(state.service.clone())),
         tokio::spawn(retention::run(state.service.clone())),
         tokio::spawn(anchoring::run(state.service.clone())),
-        tokio::spawn(tidy(state.clone())),
+        tokio::spawn(tidy_up(state.clone())),
     ];
     let limits = ConnectionLimits::of_process(state.config.behind_tls);
     tracing::info!(connections = limits.whole, by_address = limits.by_address, "serving");
-    serving::serve(listener, routes::router(state.clone()), limits, signals.wait()).await;
+    serving::serve_connections(listener, routes::router(state.clone()), limits, signals.wait()).await;
     background.iter().for_each(tokio::task::JoinHandle::abort);
     tracing::info!("stopped");
     Ok(())
@@ -235,7 +235,7 @@ impl Signals {
 }
 
 /// Throws away what has expired, now and then.
-async fn tidy(state: AppState) {
+async fn tidy_up(state: AppState) {
     let sessions = WebSessions::new(state.db.clone(), state.clock.clone());
     loop {
         if let Err(error) = sessions.delete_expired().await {

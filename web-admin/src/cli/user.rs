@@ -12,7 +12,7 @@ use store::audit::Actor;
 use store::people::{self, Person};
 use store::schools;
 
-use super::{CommandFailure, StorageArgs, say};
+use super::{CommandFailure, StorageArgs, say_line};
 use crate::AppState;
 
 /// `web-admin user …`
@@ -100,17 +100,17 @@ pub struct TokenArgs {
 /// What a token is called that nobody has named.
 const COMMAND_LINE: &str = "command line";
 
-pub(super) async fn run(command: &UserCommand) -> Result<(), CommandFailure> {
+pub(super) async fn run_user(command: &UserCommand) -> Result<(), CommandFailure> {
     match command {
-        UserCommand::Add(args) => add(args).await,
-        UserCommand::ResetPassword(args) => reset_password(args).await,
-        UserCommand::Disable(args) => disable(args).await,
+        UserCommand::Add(args) => add_person(args).await,
+        UserCommand::ResetPassword(args) => reset_person_password(args).await,
+        UserCommand::Disable(args) => disable_person(args).await,
         UserCommand::ResetSecondFactor(args) => reset_second_factor(args).await,
-        UserCommand::Token(args) => token(args).await,
+        UserCommand::Token(args) => make_person_token(args).await,
     }
 }
 
-async fn add(args: &AddArgs) -> Result<(), CommandFailure> {
+async fn add_person(args: &AddArgs) -> Result<(), CommandFailure> {
     check_email(&args.who.email)?;
     for (option, name) in
         [("--name", Some(&args.name)), ("--school", args.school.as_ref()), ("--cohort", args.cohort.as_ref())]
@@ -118,7 +118,7 @@ async fn add(args: &AddArgs) -> Result<(), CommandFailure> {
         check_name(option, name.map(String::as_str))?;
     }
     let own = [args.name.as_str(), &args.who.email, args.school.as_deref().unwrap_or_default()];
-    let (password, told) = password(args.password.as_deref(), &own)?;
+    let (password, told) = read_password(args.password.as_deref(), &own)?;
     let state = args.who.storage.open().await?;
     let new = NewAccount {
         email: &args.who.email,
@@ -130,22 +130,22 @@ async fn add(args: &AddArgs) -> Result<(), CommandFailure> {
         token: args.token.then_some(Wanted { name: COMMAND_LINE, days: LONGEST_DAYS }),
     };
     let AddedAccount { person, school, until, token } = registry::add_person(&state, new).await?;
-    say(format_args!("{} {} added to {school}; pseudonym {}", person.role, person.email, person.pseudonym));
-    told.into_iter().for_each(say);
-    say(good_until(until));
-    token.into_iter().for_each(|token| say(format_args!("token: {token}")));
+    say_line(format_args!("{} {} added to {school}; pseudonym {}", person.role, person.email, person.pseudonym));
+    told.into_iter().for_each(say_line);
+    say_line(good_until(until));
+    token.into_iter().for_each(|token| say_line(format_args!("token: {token}")));
     Ok(())
 }
 
-async fn reset_password(args: &ResetArgs) -> Result<(), CommandFailure> {
+async fn reset_person_password(args: &ResetArgs) -> Result<(), CommandFailure> {
     let state = args.who.storage.open().await?;
-    let person = find(&state, &args.who.email).await?;
+    let person = find_account(&state, &args.who.email).await?;
     let school = schools::name(state.db.reader(), person.school_id).await?;
-    let (password, told) = password(args.password.as_deref(), &[&person.display_name, &person.email, &school])?;
+    let (password, told) = read_password(args.password.as_deref(), &[&person.display_name, &person.email, &school])?;
     let until = registry::reset_password(&state, &person, &password).await?;
-    say(format_args!("{} has a new password and is signed out everywhere", person.email));
-    told.into_iter().for_each(say);
-    say(good_until(until));
+    say_line(format_args!("{} has a new password and is signed out everywhere", person.email));
+    told.into_iter().for_each(say_line);
+    say_line(good_until(until));
     Ok(())
 }
 
@@ -154,31 +154,31 @@ fn good_until(until: Moment) -> String {
     format!("signing in with it once, until {until}, asks them to choose their own")
 }
 
-async fn disable(args: &WhoArgs) -> Result<(), CommandFailure> {
+async fn disable_person(args: &WhoArgs) -> Result<(), CommandFailure> {
     let state = args.storage.open().await?;
-    let person = find(&state, &args.email).await?;
+    let person = find_account(&state, &args.email).await?;
     match registry::disable_person(&state, &person).await? {
-        Some(revoked) => say(format_args!("{} is disabled; {revoked} tokens revoked", person.email)),
-        None => say(format_args!("{} was disabled before", person.email)),
+        Some(revoked) => say_line(format_args!("{} is disabled; {revoked} tokens revoked", person.email)),
+        None => say_line(format_args!("{} was disabled before", person.email)),
     }
     Ok(())
 }
 
 async fn reset_second_factor(args: &WhoArgs) -> Result<(), CommandFailure> {
     let state = args.storage.open().await?;
-    let person = find(&state, &args.email).await?;
+    let person = find_account(&state, &args.email).await?;
     let key = PersonKey { school_id: person.school_id, person_id: person.id };
     let had_one = second_factor::reset(&state, key, Actor::CommandLine).await.map_err(anyhow::Error::from)?;
     let told = if had_one { "has no second factor any more; a mail tells them" } else { "had no second factor" };
-    say(format_args!("{} {told}", person.email));
+    say_line(format_args!("{} {told}", person.email));
     Ok(())
 }
 
-async fn token(args: &TokenArgs) -> Result<(), CommandFailure> {
+async fn make_person_token(args: &TokenArgs) -> Result<(), CommandFailure> {
     let state = args.storage.open().await?;
     let token = match (&args.email, &args.station) {
         (Some(email), _) => {
-            let person = find(&state, email).await?;
+            let person = find_account(&state, email).await?;
             registry::give_token(&state, &person, Wanted { name: &args.name, days: args.days }).await?
         }
         (None, station) => {
@@ -188,17 +188,17 @@ async fn token(args: &TokenArgs) -> Result<(), CommandFailure> {
         }
     };
     // Nothing else: `> token` makes a file that `stylet upload --token-file` reads.
-    say(token);
+    say_line(token);
     Ok(())
 }
 
-async fn find(state: &AppState, email: &str) -> Result<Person, CommandFailure> {
+async fn find_account(state: &AppState, email: &str) -> Result<Person, CommandFailure> {
     let found = people::by_email(state.db.reader(), email).await?;
     found.ok_or_else(|| CommandFailure::Usage(format!("--email: \"{email}\"; nobody has this address")))
 }
 
 /// The password to set, and a line that tells it where it was made here. `own` is who it is for.
-fn password(given: Option<&str>, own: &[&str]) -> Result<(String, Option<String>), CommandFailure> {
+fn read_password(given: Option<&str>, own: &[&str]) -> Result<(String, Option<String>), CommandFailure> {
     let password = match given {
         None => {
             let made = secret::random_password()?;

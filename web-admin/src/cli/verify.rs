@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::Args;
 
-use super::{CommandFailure, StorageArgs, say};
+use super::{CommandFailure, StorageArgs, say_line};
 use acts::anchoring;
 use acts::certificates;
 use acts::certificates::KEY_FILE;
@@ -21,23 +21,23 @@ pub struct VerifyArgs {
     #[command(flatten)]
     storage: StorageArgs,
     /// Hash by which the audit log once ended, as a backup or this command has told it: one that was cut since is found
-    #[arg(long, value_name = "HASH", value_parser = head)]
+    #[arg(long, value_name = "HASH", value_parser = parse_audit_head)]
     expect_head: Option<String>,
     /// A signed statement of how the audit log ended, from the data folder's statements/ or a letter of `serve --anchor-mail`; may be given
     /// several times
     #[arg(long, value_name = "FILE")]
     statement: Vec<PathBuf>,
     /// The key that has signed it, as the school has published it [default: the data folder's own]
-    #[arg(long, value_name = "HEX", requires = "statement", value_parser = head)]
+    #[arg(long, value_name = "HEX", requires = "statement", value_parser = parse_audit_head)]
     statement_key: Option<String>,
 }
 
-fn head(given: &str) -> Result<String, &'static str> {
+fn parse_audit_head(given: &str) -> Result<String, &'static str> {
     let digits = given.len() == 64 && given.bytes().all(|digit| digit.is_ascii_hexdigit());
     if digits { Ok(given.to_ascii_lowercase()) } else { Err("allowed are 64 hexadecimal digits") }
 }
 
-pub(super) async fn run(args: &VerifyArgs) -> Result<(), CommandFailure> {
+pub(super) async fn run_verify(args: &VerifyArgs) -> Result<(), CommandFailure> {
     let config = args.storage.config()?;
     let db = Database::open_existing(&config.database_url).await.context("cannot open the database")?;
     let mut report = verification::everything(&db, &config.recordings_dir).await?;
@@ -45,19 +45,19 @@ pub(super) async fn run(args: &VerifyArgs) -> Result<(), CommandFailure> {
         report.findings.extend(verification::cut_tail(&db, head).await?);
     }
     for file in &args.statement {
-        report.findings.extend(against(&db, &config, file, args.statement_key.as_deref()).await?);
+        report.findings.extend(compare_with_statement(&db, &config, file, args.statement_key.as_deref()).await?);
     }
     report.findings.extend(verification::unerased(&db, &ErasureList::of(&config)).await?);
     db.close().await;
     let Report { recordings, audit_rows, audit_head, findings } = report;
-    findings.iter().for_each(say);
+    findings.iter().for_each(say_line);
     let counts = format!("{recordings} recordings and {audit_rows} audit rows checked");
-    say(format_args!("{counts}, {} findings; the audit log ends in {audit_head}", findings.len()));
+    say_line(format_args!("{counts}, {} findings; the audit log ends in {audit_head}", findings.len()));
     if findings.is_empty() { Ok(()) } else { Err(CommandFailure::Found) }
 }
 
 /// What is wrong with the log by a statement, or with the statement.
-async fn against(
+async fn compare_with_statement(
     db: &Database,
     config: &Config,
     file: &Path,

@@ -24,18 +24,19 @@ const TIME_ZONE: &str = "Europe/Berlin";
 ///
 /// # Errors
 /// When the people are missing, or the database fails.
-pub async fn assign(state: &AppState, now: Moment) -> anyhow::Result<()> {
-    let administrator = person(state, ADMINISTRATOR).await?.into_current().context("an administrator")?;
+pub async fn assign_demo_tasks(state: &AppState, now: Moment) -> anyhow::Result<()> {
+    let administrator = find_demo_person(state, ADMINISTRATOR).await?.into_current().context("an administrator")?;
     schools::set_time_zone(state, &administrator, TIME_ZONE).await?;
-    let instructor = person(state, COHORTS[0].instructor).await?.into_current().context("an instructor")?;
+    let instructor = find_demo_person(state, COHORTS[0].instructor).await?.into_current().context("an instructor")?;
     let course = Task::Course(super::COURSE.to_owned());
-    make(state, &instructor, course, now, now.plus_s(DAY_S)).await?;
+    make_demo_assignment(state, &instructor, course, now, now.plus_s(DAY_S)).await?;
     let exercise = Task::Exercise("reach-the-muscle".to_owned());
-    let late = make(state, &instructor, exercise, now.plus_s(-14 * DAY_S), now.plus_s(-2 * DAY_S)).await?;
+    let late =
+        make_demo_assignment(state, &instructor, exercise, now.plus_s(-14 * DAY_S), now.plus_s(-2 * DAY_S)).await?;
     let listed = stored::managed(state.db.reader(), &instructor, Some(late), 1).await?;
     let absent =
         LEARNERS.iter().find(|learner| learner.cohort == 0 && learner.absent_weeks > 0).context("an absent one")?;
-    let absent = person(state, absent.name).await?.id;
+    let absent = find_demo_person(state, absent.name).await?.id;
     let listed = listed.first().context("what was just assigned")?;
     Ok(deadlines::extend(state, &instructor, assignments::dated(listed), absent, 7).await?)
 }
@@ -44,18 +45,26 @@ pub async fn assign(state: &AppState, now: Moment) -> anyhow::Result<()> {
 ///
 /// # Errors
 /// When the database fails, or a letter cannot be written.
-pub async fn remind(state: &AppState, now: Moment) -> anyhow::Result<()> {
+pub async fn remind_demo_people(state: &AppState, now: Moment) -> anyhow::Result<()> {
     let now = state.at(now);
     deadlines::remind(&now).await?;
-    Ok(outbox::work_off(&now).await?)
+    Ok(outbox::work_off_letters(&now).await?)
 }
 
-async fn person(state: &AppState, name: &str) -> anyhow::Result<people::Person> {
-    people::by_email(state.db.reader(), &school::email(name)).await?.context("somebody of the demonstration is missing")
+async fn find_demo_person(state: &AppState, name: &str) -> anyhow::Result<people::Person> {
+    people::by_email(state.db.reader(), &school::email_of(name))
+        .await?
+        .context("somebody of the demonstration is missing")
 }
 
 /// Assigns a task to the first cohort at one moment, due at six in the evening of another's day.
-async fn make(state: &AppState, by: &CurrentPerson, task: Task, made: Moment, due_at: Moment) -> anyhow::Result<Uuid> {
+async fn make_demo_assignment(
+    state: &AppState,
+    by: &CurrentPerson,
+    task: Task,
+    made: Moment,
+    due_at: Moment,
+) -> anyhow::Result<Uuid> {
     let day = due::local(due_at, TIME_ZONE).machine;
     let due = due::read(&format!("{}T18:00", day.get(..10).context("a date")?), TIME_ZONE)?;
     let cohorts = cohorts::all(state.db.reader(), by.school_id).await?;

@@ -39,13 +39,13 @@ pub struct AttemptTask {
 ///
 /// # Errors
 /// When the exercise is refused by the mechanics, or the disk refuses.
-pub fn perform(task: &AttemptTask, path: &Path) -> anyhow::Result<f64> {
+pub fn perform_demo_attempt(task: &AttemptTask, path: &Path) -> anyhow::Result<f64> {
     let ExerciseBundle { exercise, scene, .. } = &task.bundle;
     let patient = Patient::draw(scene, task.seed);
     let spec = task.bundle.specimen_spec(&patient);
     let drawing = SceneDrawing::from_spec(&spec.puncture, scene.needle.diameter_mm * 0.5e-3);
     let params = Specimen::new(spec)?;
-    let session = session(task, patient);
+    let session = make_demo_session(task, patient);
     let mut operator = Operator::on(&task.skill, &task.bundle.plan(), &task.occasion);
     let clock = Clock { tick_hz: TICK_HZ, time_limit_s: exercise.time_limit_s };
     let file = BufWriter::new(File::create_new(path)?);
@@ -55,7 +55,7 @@ pub fn perform(task: &AttemptTask, path: &Path) -> anyhow::Result<f64> {
     Ok(simulated.duration_s)
 }
 
-fn session(task: &AttemptTask, patient: Patient) -> Session {
+fn make_demo_session(task: &AttemptTask, patient: Patient) -> Session {
     Session {
         session_id: new_id(task.at),
         exercise_id: task.bundle.exercise.id.clone(),

@@ -23,7 +23,7 @@ const BLOCK: u32 = 250;
 ///
 /// # Errors
 /// When that trainee has made none, or the database fails.
-pub(super) async fn gather(state: &AppState, trainee: &Trainee, wanted: &Demonstration) -> anyhow::Result<()> {
+pub(super) async fn gather_crowd(state: &AppState, trainee: &Trainee, wanted: &Demonstration) -> anyhow::Result<()> {
     let password_hash = secret::hash_password(&wanted.password, state.config.password_cost)?;
     let crowd = Crowd {
         school_id: trainee.school_id,
@@ -33,7 +33,7 @@ pub(super) async fn gather(state: &AppState, trainee: &Trainee, wanted: &Demonst
         password_hash: &password_hash,
         from_us: state.clock.now().plus_s(-DAY_S * DAYS).micros(),
         every_us: DAY_S * DAYS * 1_000_000 / i64::from(ATTEMPTS_EACH),
-        model: latest(state, trainee).await?,
+        model: latest_of_trainee(state, trainee).await?,
     };
     generating::found_crowd(state, &crowd).await?;
     let progress = ProgressBar::new(u64::from(wanted.crowd));
@@ -46,7 +46,7 @@ pub(super) async fn gather(state: &AppState, trainee: &Trainee, wanted: &Demonst
     generating::conclude_crowd(state, &crowd).await
 }
 
-async fn latest(state: &AppState, trainee: &Trainee) -> anyhow::Result<Uuid> {
+async fn latest_of_trainee(state: &AppState, trainee: &Trainee) -> anyhow::Result<Uuid> {
     let attempts = practice::of_trainee(state.db.reader(), trainee.school_id, trainee.id).await?;
     Ok(attempts.last().context("nobody has made an attempt that the generated ones could be like")?.session)
 }

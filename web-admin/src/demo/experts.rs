@@ -41,19 +41,19 @@ struct OpenStep {
 /// # Errors
 /// When the people or the course are missing, or a part of the work fails.
 pub(super) async fn demonstrate(state: &AppState, school: Uuid, seed: u64) -> anyhow::Result<()> {
-    let administrator = find(state, ADMINISTRATOR).await?.into_current().context("the administrator")?;
+    let administrator = find_expert(state, ADMINISTRATOR).await?.into_current().context("the administrator")?;
     let mut experts = Vec::new();
     for name in COHORTS.iter().map(|cohort| cohort.instructor).chain(EXPERTS) {
-        experts.push(find(state, name).await?);
+        experts.push(find_expert(state, name).await?);
     }
     let taught = curricula::taught(state.db.reader(), school).await?;
     let taught = taught.iter().find(|taught| taught.curriculum_id == COURSE).context("the course is not taught")?;
     let course = curricula::course(state.db.reader(), school, taught).await?;
     let begun = state.clock.now().plus_s(OPENING_S);
     for again in 0..TRIES {
-        let open = open(state, &course, &experts).await?;
+        let open = list_open_steps(state, &course, &experts).await?;
         let at = Moment::max(begun, state.clock.now());
-        for made in show(state, &course, &open, at, seed ^ (again << 48)).await? {
+        for made in demonstrate_open_steps(state, &course, &open, at, seed ^ (again << 48)).await? {
             take_in(state, school, made).await?;
         }
     }
@@ -66,11 +66,13 @@ pub(super) async fn demonstrate(state: &AppState, school: Uuid, seed: u64) -> an
     Ok(())
 }
 
-pub(super) async fn find(state: &AppState, name: &str) -> anyhow::Result<Person> {
-    people::by_email(state.db.reader(), &school::email(name)).await?.context("somebody of the demonstration is missing")
+pub(super) async fn find_expert(state: &AppState, name: &str) -> anyhow::Result<Person> {
+    people::by_email(state.db.reader(), &school::email_of(name))
+        .await?
+        .context("somebody of the demonstration is missing")
 }
 
-async fn open(state: &AppState, course: &Course, experts: &[Person]) -> anyhow::Result<Vec<OpenStep>> {
+async fn list_open_steps(state: &AppState, course: &Course, experts: &[Person]) -> anyhow::Result<Vec<OpenStep>> {
     let mut open = Vec::new();
     for (expert, person) in experts.iter().zip(0..) {
         let attempts = practice::of_trainee(state.db.reader(), expert.school_id, expert.id).await?;
@@ -82,7 +84,7 @@ async fn open(state: &AppState, course: &Course, experts: &[Person]) -> anyhow::
 }
 
 /// All of it at once, in order of time.
-async fn show(
+async fn demonstrate_open_steps(
     state: &AppState,
     course: &Course,
     open: &[OpenStep],
@@ -102,7 +104,7 @@ async fn show(
         let path = state.config.uploads_dir().join(format!("expert-{seed}-{n}.part"));
         let trainee_id = expert.id;
         stations.spawn_blocking(move || {
-            let duration_s = attempt::perform(&task, &path)?;
+            let duration_s = attempt::perform_demo_attempt(&task, &path)?;
             let ends = task.at.plus_s(duration_s.ceil() as i64);
             anyhow::Ok(MadeAttempt { trainee_id, path, ends })
         });

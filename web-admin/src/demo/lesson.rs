@@ -24,10 +24,10 @@ const LATER_S: i64 = 3600;
 ///
 /// # Errors
 /// When the database fails.
-pub async fn teach(state: &AppState) -> anyhow::Result<()> {
+pub async fn teach_lesson(state: &AppState) -> anyhow::Result<()> {
     state.clock.advance(LATER_S);
     let reader = state.db.reader();
-    let instructor = people::by_email(reader, &school::email(COHORTS[0].instructor)).await?;
+    let instructor = people::by_email(reader, &school::email_of(COHORTS[0].instructor)).await?;
     let instructor = instructor.and_then(Person::into_current).context("the first instructor")?;
     loop {
         let waiting = reviews::queue(reader, &instructor).await?;
@@ -35,17 +35,17 @@ pub async fn teach(state: &AppState) -> anyhow::Result<()> {
             break;
         }
         for old in &waiting[..waiting.len() - LEFT] {
-            let session = attempt(state, &instructor, old.id).await?;
+            let session = pick_attempt(state, &instructor, old.id).await?;
             reviewing::set_reviewed(state, &instructor, &session, true).await?;
         }
     }
     let latest = reports::latest_taught(reader, &instructor).await?;
     let mut scored = latest.iter().filter(|listed| listed.score.is_some());
     if let Some(first) = scored.next() {
-        comment_on(state, &instructor, &attempt(state, &instructor, first.id).await?).await?;
+        comment_on(state, &instructor, &pick_attempt(state, &instructor, first.id).await?).await?;
     }
     if let Some(second) = scored.find(|listed| listed.passed == Some(false)) {
-        let session = attempt(state, &instructor, second.id).await?;
+        let session = pick_attempt(state, &instructor, second.id).await?;
         let reason = "Held still for a question of mine: the time does not count. Seen at the station.";
         let new = NewOverride { grade: Some((75.0, true)), reason, made_by: instructor.id };
         reviewing::override_grade(state, &instructor, &session, &new).await?;
@@ -53,7 +53,7 @@ pub async fn teach(state: &AppState) -> anyhow::Result<()> {
     Ok(())
 }
 
-async fn attempt(state: &AppState, viewer: &CurrentPerson, id: Uuid) -> anyhow::Result<Session> {
+async fn pick_attempt(state: &AppState, viewer: &CurrentPerson, id: Uuid) -> anyhow::Result<Session> {
     sessions::visible(state.db.reader(), viewer, id).await?.context("a taught attempt")
 }
 
@@ -62,7 +62,7 @@ async fn comment_on(state: &AppState, instructor: &CurrentPerson, session: &Sess
     let Some(curve) = scores::curve(state.db.reader(), session.key()).await? else { return Ok(()) };
     let trainee = people::by_id(state.db.reader(), session.trainee_id).await?.and_then(Person::into_current);
     let trainee = trainee.filter(|person| person.role == Role::Trainee).context("who tried")?;
-    let at = |kind| moment(&curve, kind);
+    let at = |kind| moment_in_attempt(&curve, kind);
     let said = [
         (instructor, CommentKind::Praise, at(MarkKind::Contact), "Straight on to the skin, and no pause before it."),
         (instructor, CommentKind::Teaching, at(MarkKind::TipRupture), "The first pop: only the stylet is through yet."),
@@ -83,6 +83,6 @@ async fn comment_on(state: &AppState, instructor: &CurrentPerson, session: &Sess
 }
 
 /// The first moment of a kind, in s.
-fn moment(curve: &AttemptCurve, kind: MarkKind) -> Option<f64> {
+fn moment_in_attempt(curve: &AttemptCurve, kind: MarkKind) -> Option<f64> {
     curve.marks.iter().find(|mark| mark.kind == kind).map(|mark| mark.t_s)
 }

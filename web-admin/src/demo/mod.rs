@@ -33,7 +33,7 @@ use acts::surveys;
 use attempt::AttemptTask;
 use model::Moment;
 use model::progress::{Course, Progress};
-use people::{Trainee, found};
+use people::{Trainee, found_school};
 use school::LEARNERS;
 use store::audit::Actor;
 use store::{curricula, exercises, practice};
@@ -84,54 +84,54 @@ struct MadeAttempt {
 ///
 /// # Errors
 /// When somebody is in the database already, or a part of the work fails.
-pub async fn make(state: &AppState, wanted: &Demonstration) -> anyhow::Result<Vec<DemoAccount>> {
+pub async fn make_demonstration(state: &AppState, wanted: &Demonstration) -> anyhow::Result<Vec<DemoAccount>> {
     let now = state.clock.now();
     let monday = last_monday(now).plus_s(-7 * DAY_S * i64::from(wanted.weeks));
     let past = state.at(monday);
-    let (school, trainees, accounts) = found(&past, &wanted.password).await?;
-    publish(&past).await?;
+    let (school, trainees, accounts) = found_school(&past, &wanted.password).await?;
+    publish_curricula(&past).await?;
     experts::demonstrate(&past, school, wanted.seed).await?;
-    let slots = schedule(monday, wanted.weeks);
+    let slots = schedule_attempts(monday, wanted.weeks);
     let mut tried = vec![0; trainees.len()];
-    let progress = bar(slots.len());
-    for day in slots.chunk_by(|a, b| day_of(a.at) == day_of(b.at)) {
-        let made = practise(&past, wanted.seed, &trainees, day, &mut tried).await?;
+    let progress = simulation_progress_bar(slots.len());
+    for day in slots.chunk_by(|a, b| day_number(a.at) == day_number(b.at)) {
+        let made = practise_for_day(&past, wanted.seed, &trainees, day, &mut tried).await?;
         for attempt in made {
             take_in(&past, school, attempt).await?;
             progress.inc(1);
         }
     }
     progress.finish_and_clear();
-    lesson::teach(&past).await?;
-    rubric::change(&past).await?;
-    raters::rate(&past).await?;
-    study::hold(&past, school, &trainees).await?;
-    assignments::assign(&past, now).await?;
+    lesson::teach_lesson(&past).await?;
+    rubric::change_rubric(&past).await?;
+    raters::hold_rating_round(&past).await?;
+    study::hold_study(&past, school, &trainees).await?;
+    assignments::assign_demo_tasks(&past, now).await?;
     raters::mark_pops(&past, now).await?;
-    assignments::remind(&past, now).await?;
+    assignments::remind_demo_people(&past, now).await?;
     if wanted.crowd > 0 {
-        crowd::gather(state, &trainees[0], wanted).await?;
+        crowd::gather_crowd(state, &trainees[0], wanted).await?;
     }
     Ok(accounts)
 }
 
-fn bar(attempts: usize) -> ProgressBar {
+fn simulation_progress_bar(attempts: usize) -> ProgressBar {
     let style = ProgressStyle::with_template("simulating and scoring {pos}/{len} attempts {wide_bar} {eta}");
     ProgressBar::new(attempts as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
-fn day_of(at: Moment) -> i64 {
+fn day_number(at: Moment) -> i64 {
     at.micros().div_euclid(DAY_S * 1_000_000)
 }
 
 /// Midnight, UTC, of the last Monday that is over. The epoch was a Thursday.
 fn last_monday(now: Moment) -> Moment {
-    let day = day_of(now);
+    let day = day_number(now);
     Moment::from_micros((day - (day + 3).rem_euclid(7)) * DAY_S * 1_000_000)
 }
 
 /// Every attempt, in order of time.
-fn schedule(monday: Moment, weeks: u32) -> Vec<Slot> {
+fn schedule_attempts(monday: Moment, weeks: u32) -> Vec<Slot> {
     let mut slots = Vec::new();
     for (week, weekday) in (0..weeks).flat_map(|week| (0..7_u8).map(move |weekday| (week, weekday))) {
         let weeks_left = weeks - 1 - week;
@@ -147,7 +147,7 @@ fn schedule(monday: Moment, weeks: u32) -> Vec<Slot> {
 }
 
 /// Lets everybody who comes on a day make an attempt, all at once, and returns them in order of time.
-async fn practise(
+async fn practise_for_day(
     state: &AppState,
     seed: u64,
     trainees: &[Trainee],
@@ -165,7 +165,7 @@ async fn practise(
             seed: seed.wrapping_mul(1_000_003) ^ ((slot.learner as u64) << 32) ^ u64::from(n),
             occasion: Occasion {
                 person: seed.wrapping_mul(1_000_003) ^ slot.learner as u64,
-                day: day_of(slot.at).unsigned_abs(),
+                day: day_number(slot.at).unsigned_abs(),
                 attempt: u64::from(n),
             },
             trainee: trainee.pseudonym.clone(),
@@ -174,7 +174,7 @@ async fn practise(
         let path = state.config.uploads_dir().join(format!("demonstration-{}-{n}.part", slot.learner));
         let trainee_id = trainee.id;
         stations.spawn_blocking(move || {
-            let duration_s = attempt::perform(&task, &path)?;
+            let duration_s = attempt::perform_demo_attempt(&task, &path)?;
             let ends = task.at.plus_s(duration_s.ceil() as i64);
             anyhow::Ok(MadeAttempt { trainee_id, path, ends })
         });
@@ -218,11 +218,11 @@ async fn take_in(state: &AppState, school_id: Uuid, made: MadeAttempt) -> anyhow
     let bearer = Bearer { school_id, trainee_id, actor, ahead_us: None };
     let received = tokio::task::spawn_blocking(move || Received::adopt(made.path)).await??;
     intake::take_in(state, &bearer, received).await.context("an attempt was not taken in")?;
-    worker::work_off(state).await
+    worker::work_off_jobs(state).await
 }
 
 /// Publishes the shipped curricula.
-async fn publish(state: &AppState) -> anyhow::Result<()> {
+async fn publish_curricula(state: &AppState) -> anyhow::Result<()> {
     let folder = state.config.data_dir.join("curricula");
     for name in Curricula::iter() {
         let file = Curricula::get(&name).context("an embedded document")?;
@@ -251,7 +251,7 @@ mod tests {
         let saturday = Moment::from_micros(1_795_269_600_000_000); // 2026-11-21 14:00 UTC
         let monday = last_monday(saturday);
         assert_eq!(monday.to_string(), "2026-11-16T00:00:00Z");
-        let slots = schedule(monday.plus_s(-14 * DAY_S), 2);
+        let slots = schedule_attempts(monday.plus_s(-14 * DAY_S), 2);
         assert!(slots.iter().all(|slot| slot.at < monday));
         assert!(slots.is_sorted_by_key(|slot| slot.at));
         let comes = |name: &str| slots.iter().any(|slot| LEARNERS[slot.learner].name == name);

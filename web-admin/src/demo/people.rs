@@ -36,14 +36,14 @@ pub struct DemoAccount {
 ///
 /// # Errors
 /// When there are people already, or the database fails.
-pub async fn found(state: &AppState, password: &str) -> anyhow::Result<(Uuid, Vec<Trainee>, Vec<DemoAccount>)> {
+pub async fn found_school(state: &AppState, password: &str) -> anyhow::Result<(Uuid, Vec<Trainee>, Vec<DemoAccount>)> {
     let anybody = people::count(state.db.reader()).await?;
     ensure!(
         anybody == 0,
         "{}: people are here already; a demonstration needs an empty folder",
         state.config.data_dir.display()
     );
-    let people = everybody();
+    let people = list_everybody();
     let founded = generating::found_school(state, school::SCHOOL, &people, password).await?;
     let school_id = founded.first().context("somebody")?.school_id;
     let trainees = founded.into_iter().filter(|person| person.role == Role::Trainee);
@@ -53,8 +53,8 @@ pub async fn found(state: &AppState, password: &str) -> anyhow::Result<(Uuid, Ve
 }
 
 /// Everybody, in the order in which they are added.
-fn everybody() -> Vec<GeneratedPerson> {
-    let person = |name, role, cohort| GeneratedPerson { name, email: school::email(name), role, cohort };
+fn list_everybody() -> Vec<GeneratedPerson> {
+    let person = |name, role, cohort| GeneratedPerson { name, email: school::email_of(name), role, cohort };
     let mut people = vec![person(ADMINISTRATOR, Role::Administrator, None)];
     people.extend(COHORTS.iter().map(|cohort| person(cohort.instructor, Role::Instructor, Some(cohort.name))));
     people.extend(EXPERTS.map(|expert| person(expert, Role::Instructor, None)));

@@ -3,7 +3,7 @@
 
 use anyhow::{Context, bail, ensure};
 
-use super::experts::find;
+use super::experts::find_expert;
 use super::school::COHORTS;
 use crate::AppState;
 use crate::worker;
@@ -33,28 +33,28 @@ struct RubricChange {
 ///
 /// # Errors
 /// When the instructor is missing, nobody has tried anything, or a part of the work fails.
-pub(super) async fn change(state: &AppState) -> anyhow::Result<()> {
+pub(super) async fn change_rubric(state: &AppState) -> anyhow::Result<()> {
     state.clock.advance(LATER_S);
-    let instructor = find(state, COHORTS[0].instructor).await?.into_current().context("the first instructor")?;
-    let change = choose(state, &instructor).await?.context("an attempt whose result a pass mark decides")?;
-    publish(state, &instructor, &change).await?;
+    let instructor = find_expert(state, COHORTS[0].instructor).await?.into_current().context("the first instructor")?;
+    let change = choose_rubric(state, &instructor).await?.context("an attempt whose result a pass mark decides")?;
+    publish_rubric(state, &instructor, &change).await?;
     let exercise = change.exercise.as_str();
     let current = exercises::current(state.db.reader(), instructor.school_id, exercise).await?;
     let current = current.context("the exercise that was just published")?;
     let id = regrading::look(state, &instructor, exercise, current.id).await?;
-    worker::work_off(state).await?;
+    worker::work_off_jobs(state).await?;
     let shown =
         regrading::find(state, &instructor, id).await?.shown_sha256.context("a re-grading that was looked at")?;
     ensure!(regrading::confirm(state, &instructor, id, &shown, change.reason).await?, "nobody else grades meanwhile");
-    worker::work_off(state).await
+    worker::work_off_jobs(state).await
 }
 
 /// A milder mark, where somebody has failed; else, in the first weeks, a stricter one. Of all exercises the one whose mark need
 /// be changed least, and of equals the one where that changes most.
-async fn choose(state: &AppState, instructor: &CurrentPerson) -> anyhow::Result<Option<RubricChange>> {
+async fn choose_rubric(state: &AppState, instructor: &CurrentPerson) -> anyhow::Result<Option<RubricChange>> {
     let (mut milder, mut stricter) = (Vec::new(), Vec::new());
     for taught in exercises::all_current(state.db.reader(), instructor.school_id).await? {
-        let scores = decided(state, instructor, &taught.exercise_id).await?;
+        let scores = wait_for_regrading(state, instructor, &taught.exercise_id).await?;
         milder.extend(RubricChange::milder(&taught.exercise_id, taught.pass_mark, &scores));
         stricter.extend(RubricChange::stricter(&taught.exercise_id, taught.pass_mark, &scores));
     }
@@ -63,7 +63,7 @@ async fn choose(state: &AppState, instructor: &CurrentPerson) -> anyhow::Result<
 }
 
 /// The scores of the attempts whose result the pass mark alone decides.
-async fn decided(state: &AppState, instructor: &CurrentPerson, exercise: &str) -> anyhow::Result<Vec<f64>> {
+async fn wait_for_regrading(state: &AppState, instructor: &CurrentPerson, exercise: &str) -> anyhow::Result<Vec<f64>> {
     let reader = state.db.reader();
     let mut decided = Vec::new();
     for stood in regradings::standing(reader, instructor, exercise).await? {
@@ -111,7 +111,7 @@ impl RubricChange {
     }
 }
 
-async fn publish(state: &AppState, instructor: &CurrentPerson, change: &RubricChange) -> anyhow::Result<()> {
+async fn publish_rubric(state: &AppState, instructor: &CurrentPerson, change: &RubricChange) -> anyhow::Result<()> {
     let id = drafting::exercise(state, instructor, &change.exercise, None).await?;
     let draft = drafts::find(state.db.reader(), instructor.school_id, id).await?.context("the draft just begun")?;
     let mut texts = draft.texts;

@@ -45,27 +45,27 @@ pub struct Learner {
     pub slump_weeks: u32,
 }
 
-const fn steady(name: &'static str, cohort: usize, start: f64, gain: f64) -> Learner {
+const fn steady_hand(name: &'static str, cohort: usize, start: f64, gain: f64) -> Learner {
     Learner { name, cohort, start, gain, days: &[0, 2, 4], absent_weeks: 0, slump_weeks: 0 }
 }
 
 /// The trainees.
 pub const LEARNERS: [Learner; 14] = [
-    steady("Ada Okafor", 0, 0.20, 0.10),
-    Learner { days: &[0, 3], ..steady("Bruno Keller", 0, 0.00, 0.06) },
-    steady("Chidi Mbeki", 0, 0.30, 0.08),
-    Learner { days: &[1, 3], absent_weeks: 3, ..steady("Daria Novak", 0, 0.05, 0.06) },
-    Learner { days: &[1, 4], ..steady("Emil Sørensen", 0, 0.00, 0.003) },
-    steady("Fatima Haddad", 0, 0.10, 0.07),
-    Learner { days: &[0, 2], ..steady("George Whitlock", 0, 0.00, 0.05) },
+    steady_hand("Ada Okafor", 0, 0.20, 0.10),
+    Learner { days: &[0, 3], ..steady_hand("Bruno Keller", 0, 0.00, 0.06) },
+    steady_hand("Chidi Mbeki", 0, 0.30, 0.08),
+    Learner { days: &[1, 3], absent_weeks: 3, ..steady_hand("Daria Novak", 0, 0.05, 0.06) },
+    Learner { days: &[1, 4], ..steady_hand("Emil Sørensen", 0, 0.00, 0.003) },
+    steady_hand("Fatima Haddad", 0, 0.10, 0.07),
+    Learner { days: &[0, 2], ..steady_hand("George Whitlock", 0, 0.00, 0.05) },
     // Comes often enough to master the whole course in six weeks, and has a certificate.
-    Learner { days: &[0, 2, 3, 4], ..steady("Hana Suzuki", 1, 0.40, 0.15) },
-    Learner { days: &[0, 1, 3], slump_weeks: 2, ..steady("Ivan Petrov", 1, 0.10, 0.10) },
-    Learner { days: &[2, 4], ..steady("Julia Lindqvist", 1, 0.05, 0.06) },
-    steady("Kofi Asante", 1, 0.15, 0.09),
-    Learner { days: &[1], ..steady("Leila Rahimi", 1, 0.30, 0.10) },
-    Learner { days: &[0, 3], ..steady("Mateo Vargas", 1, 0.00, 0.03) },
-    Learner { days: &[], ..steady("Nina Castellano", 1, 0.30, 0.10) },
+    Learner { days: &[0, 2, 3, 4], ..steady_hand("Hana Suzuki", 1, 0.40, 0.15) },
+    Learner { days: &[0, 1, 3], slump_weeks: 2, ..steady_hand("Ivan Petrov", 1, 0.10, 0.10) },
+    Learner { days: &[2, 4], ..steady_hand("Julia Lindqvist", 1, 0.05, 0.06) },
+    steady_hand("Kofi Asante", 1, 0.15, 0.09),
+    Learner { days: &[1], ..steady_hand("Leila Rahimi", 1, 0.30, 0.10) },
+    Learner { days: &[0, 3], ..steady_hand("Mateo Vargas", 1, 0.00, 0.03) },
+    Learner { days: &[], ..steady_hand("Nina Castellano", 1, 0.30, 0.10) },
 ];
 
 impl Learner {
@@ -87,7 +87,7 @@ impl Learner {
 
 /// The address that a name signs in with.
 #[must_use]
-pub fn email(name: &str) -> String {
+pub fn email_of(name: &str) -> String {
     let plain = name.to_lowercase().replace(' ', ".");
     let ascii = plain.chars().map(|c| match c {
         'á' => 'a',
@@ -108,7 +108,7 @@ mod tests {
         let instructors = COHORTS.iter().map(|cohort| cohort.instructor);
         let names =
             LEARNERS.iter().map(|learner| learner.name).chain(instructors).chain(EXPERTS).chain([ADMINISTRATOR]);
-        let mut addresses: Vec<_> = names.map(email).collect();
+        let mut addresses: Vec<_> = names.map(email_of).collect();
         assert!(addresses.iter().all(|address| address.is_ascii()), "{addresses:?}");
         addresses.sort();
         addresses.dedup();

@@ -90,10 +90,10 @@ const SURVEYS: [PlannedSurvey; 2] = [
 ///
 /// # Errors
 /// When the instruments are missing, or the database fails.
-pub(super) async fn hold(state: &AppState, school: Uuid, trainees: &[Trainee]) -> anyhow::Result<()> {
+pub(super) async fn hold_study(state: &AppState, school: Uuid, trainees: &[Trainee]) -> anyhow::Result<()> {
     let mut bases = Vec::new();
     for trainee in trainees {
-        if let Some(basis) = latest(state, trainee).await? {
+        if let Some(basis) = latest_basis(state, trainee).await? {
             bases.push((trainee, basis));
         }
     }
@@ -105,8 +105,8 @@ pub(super) async fn hold(state: &AppState, school: Uuid, trainees: &[Trainee]) -
         return Ok(());
     }
     for plan in &SURVEYS {
-        let owner = owner(state).await?;
-        let survey = make(state, &owner, school, plan).await?;
+        let owner = find_study_owner(state).await?;
+        let survey = make_study_survey(state, &owner, school, plan).await?;
         let asked = surveys::instrument_of(state, &survey).await?;
         let study = SurveyStudy { state, survey: &survey, instrument: &asked };
         for (place, (trainee, basis)) in bases.iter().enumerate() {
@@ -119,13 +119,13 @@ pub(super) async fn hold(state: &AppState, school: Uuid, trainees: &[Trainee]) -
     Ok(())
 }
 
-async fn owner(state: &AppState) -> anyhow::Result<CurrentPerson> {
-    let instructor = people::by_email(state.db.reader(), &school::email(COHORTS[0].instructor)).await?;
+async fn find_study_owner(state: &AppState) -> anyhow::Result<CurrentPerson> {
+    let instructor = people::by_email(state.db.reader(), &school::email_of(COHORTS[0].instructor)).await?;
     instructor.and_then(Person::into_current).context("the demonstration has an instructor")
 }
 
 /// A trainee's latest scored attempt.
-async fn latest(state: &AppState, trainee: &Trainee) -> anyhow::Result<Option<AnswerBasis>> {
+async fn latest_basis(state: &AppState, trainee: &Trainee) -> anyhow::Result<Option<AnswerBasis>> {
     let reader = state.db.reader();
     let attempts = practice::of_trainee(reader, trainee.school_id, trainee.id).await?;
     let Some(attempt) = attempts.iter().max_by_key(|attempt| attempt.at) else { return Ok(None) };
@@ -136,10 +136,15 @@ async fn latest(state: &AppState, trainee: &Trainee) -> anyhow::Result<Option<An
     Ok(Some(AnswerBasis { session, score: attempt.score / 100.0, force }))
 }
 
-async fn make(state: &AppState, owner: &CurrentPerson, school: Uuid, plan: &PlannedSurvey) -> anyhow::Result<Survey> {
+async fn make_study_survey(
+    state: &AppState,
+    owner: &CurrentPerson,
+    school: Uuid,
+    plan: &PlannedSurvey,
+) -> anyhow::Result<Survey> {
     let reader = state.db.reader();
     let current = instruments::current(reader, school, plan.instrument).await?.context("the instrument is shipped")?;
-    let administrator = people::by_email(reader, &school::email(school::ADMINISTRATOR)).await?;
+    let administrator = people::by_email(reader, &school::email_of(school::ADMINISTRATOR)).await?;
     let administrator =
         administrator.and_then(Person::into_current).context("the demonstration has an administrator")?;
     let cohorts = reports::cohorts(reader, &administrator).await?;
@@ -187,7 +192,7 @@ impl SurveyStudy<'_> {
     async fn invite(&self, owner: &CurrentPerson) -> anyhow::Result<()> {
         let invited = INVITED.map(|(name, email)| (name.to_owned(), email.to_owned()));
         surveys::mail_links(self.state, owner, self.survey, &invited).await?;
-        Ok(outbox::work_off(self.state).await?)
+        Ok(outbox::work_off_letters(self.state).await?)
     }
 
     async fn answer(&self, token: &str, participant: Participant) -> anyhow::Result<()> {
@@ -200,12 +205,15 @@ impl SurveyStudy<'_> {
     /// An answer that follows from the attempt, with the scatter that people have; one in forty is left out.
     fn invent(&self, item: &Item, at: usize, participant: Participant) -> Option<Answer> {
         let seed = (participant.place * 131 + at * 17 + usize::from(participant.professional) * 7) as u64;
-        if scatter(seed ^ 0x5eed) > 0.95 {
+        if scatter_of_seed(seed ^ 0x5eed) > 0.95 {
             return None;
         }
         // Some people rate higher than others throughout: without that, no scale would hang together.
-        let person = scatter(participant.place as u64 * 2 + u64::from(participant.professional));
-        let lean = lean(&item.id, participant) + 0.18 * person + 0.14 * (scatter(seed) + scatter(seed + 1000)) - 0.05;
+        let person = scatter_of_seed(participant.place as u64 * 2 + u64::from(participant.professional));
+        let lean = lean_of_item(&item.id, participant)
+            + 0.18 * person
+            + 0.14 * (scatter_of_seed(seed) + scatter_of_seed(seed + 1000))
+            - 0.05;
         match self.instrument.scale(item)? {
             ScaleKind::Likert { points, .. } => {
                 let last = f64::from(*points) - 1.0;
@@ -233,7 +241,7 @@ impl SurveyStudy<'_> {
 }
 
 /// Where an answer lies between the ends, 0–1, before people scatter.
-fn lean(item: &str, Participant { professional, basis, .. }: Participant) -> f64 {
+fn lean_of_item(item: &str, Participant { professional, basis, .. }: Participant) -> f64 {
     let failed = 1.0 - basis.score;
     let ease = if professional { 0.15 } else { 0.0 };
     match item {
@@ -263,7 +271,7 @@ fn lean(item: &str, Participant { professional, basis, .. }: Participant) -> f64
 }
 
 /// A number from −1 to 1 that looks random and is the same every time (the finaliser of splitmix64).
-pub(super) fn scatter(seed: u64) -> f64 {
+pub(super) fn scatter_of_seed(seed: u64) -> f64 {
     let mut z = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

@@ -24,9 +24,9 @@ const EVERY: Duration = Duration::from_secs(60);
 /// Mails of one look.
 pub(super) const BATCH: u32 = 50;
 /// Sends what is due, now and then and when rung.
-pub async fn run(state: AppState) {
+pub async fn run_outbox(state: AppState) {
     loop {
-        if let Err(error) = work_off(&state).await {
+        if let Err(error) = work_off_letters(&state).await {
             tracing::warn!(cause = %error, "mails could not be sent");
         }
         tokio::select! {
@@ -40,40 +40,42 @@ pub async fn run(state: AppState) {
 ///
 /// # Errors
 /// When the database fails; a mail that cannot be sent waits for its next try.
-pub async fn work_off(state: &AppState) -> Result<(), Error> {
+pub async fn work_off_letters(state: &AppState) -> Result<(), Error> {
     accounts::answer_asked(state).await?;
     loop {
         let due = mails::due(state.db.reader(), state.clock.now(), BATCH).await?;
         if due.is_empty() {
-            surveys::work_off(state).await?;
-            return retention::work_off(state).await;
+            surveys::work_off_survey_letters(state).await?;
+            return retention::work_off_retention_letters(state).await;
         }
         for mail in due {
-            deliver(state, &mail).await?;
+            deliver_letter(state, &mail).await?;
         }
     }
 }
 
-async fn deliver(state: &AppState, mail: &Mail) -> Result<(), Error> {
+async fn deliver_letter(state: &AppState, mail: &Mail) -> Result<(), Error> {
     let language = mail.language.as_deref().and_then(Language::named).unwrap_or(Language::ENGLISH);
-    let letter = words::speaking(language, compose(state, mail)).await?;
+    let letter = words::speaking(language, compose_letter(state, mail)).await?;
     let Some(letter) = letter else { return mailing::withdraw_mail(state, mail).await };
     let sent = state.mailer.send(letter, state.clock.now()).await;
     mailing::note_mail(state, mail, sent.map_err(|error| format!("{error:#}"))).await
 }
 
 /// The letter of a mail; none where it is not wanted any more.
-async fn compose(state: &AppState, mail: &Mail) -> Result<Option<Letter>, Error> {
+async fn compose_letter(state: &AppState, mail: &Mail) -> Result<Option<Letter>, Error> {
     if !mail.enabled {
         return Ok(None);
     }
     let (subject, body) = match mail.kind {
-        MailKind::Invitation => letters::invitation(mail, &mailing::make_link(state, mail, Purpose::Invitation).await?),
-        MailKind::Reset => letters::reset(mail, &mailing::make_link(state, mail, Purpose::Reset).await?),
-        MailKind::SecondFactorOff => {
-            letters::second_factor_off(mail, &format!("{}/account/second-factor", state.config.address()))
+        MailKind::Invitation => {
+            letters::write_invitation(mail, &mailing::make_link(state, mail, Purpose::Invitation).await?)
         }
-        MailKind::Reminder => match reminder(state, mail).await? {
+        MailKind::Reset => letters::write_reset_letter(mail, &mailing::make_link(state, mail, Purpose::Reset).await?),
+        MailKind::SecondFactorOff => {
+            letters::write_factor_off_letter(mail, &format!("{}/account/second-factor", state.config.address()))
+        }
+        MailKind::Reminder => match compose_reminder(state, mail).await? {
             Some(parts) => parts,
             None => return Ok(None),
         },
@@ -82,13 +84,13 @@ async fn compose(state: &AppState, mail: &Mail) -> Result<Option<Letter>, Error>
 }
 
 /// A reminder of what is still to be done: an assignment, or a task to mark pops.
-async fn reminder(state: &AppState, mail: &Mail) -> Result<Option<(String, String)>, Error> {
+async fn compose_reminder(state: &AppState, mail: &Mail) -> Result<Option<(String, String)>, Error> {
     let (is_meant, address) = (|id| Some(id) == mail.assignment_id, &state.config.address());
     let standings = assignments::standings(state, mail.school_id, mail.person_id).await?;
     if let Some(Standing { assigned, stage, .. }) = standings.iter().find(|s| is_meant(s.assigned.id) && s.is_open()) {
         let remind = |due_at| {
             let of = Reminded { title: &assigned.title, due_at, time_zone: &assigned.time_zone, stage };
-            letters::reminder(mail, of, &format!("{address}/assignments"))
+            letters::write_reminder(mail, of, &format!("{address}/assignments"))
         };
         return Ok(assigned.due_at.map(remind));
     }
@@ -97,7 +99,7 @@ async fn reminder(state: &AppState, mail: &Mail) -> Result<Option<(String, Strin
     let remind = |(task, due_at): (&segments::Task, _)| {
         let stage = &Stage::Open { left: None };
         let of = Reminded { title: &task.title, due_at, time_zone: &task.time_zone, stage };
-        letters::reminder(mail, of, &format!("{address}/segments/{}", task.id))
+        letters::write_reminder(mail, of, &format!("{address}/segments/{}", task.id))
     };
     Ok(still.and_then(|task| Some((task, task.due_at?))).map(remind))
 }

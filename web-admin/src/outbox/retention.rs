@@ -14,29 +14,30 @@ use words::Language;
 ///
 /// # Errors
 /// When the database fails; a letter that cannot be sent waits for its next try.
-pub(super) async fn work_off(state: &AppState) -> Result<(), Error> {
+pub(super) async fn work_off_retention_letters(state: &AppState) -> Result<(), Error> {
     loop {
         let due = retention::due_letters(state.db.reader(), state.clock.now(), BATCH).await?;
         if due.is_empty() {
             return Ok(());
         }
         for letter in due {
-            deliver(state, &letter).await?;
+            deliver_retention_letter(state, &letter).await?;
         }
     }
 }
 
-async fn deliver(state: &AppState, letter: &RetentionLetter) -> Result<(), Error> {
-    let sent = send(state, letter).await.map_err(|error| format!("{error:#}"));
+async fn deliver_retention_letter(state: &AppState, letter: &RetentionLetter) -> Result<(), Error> {
+    let sent = send_retention_letter(state, letter).await.map_err(|error| format!("{error:#}"));
     mailing::note_retention_letter(state, letter, sent).await
 }
 
-async fn send(state: &AppState, letter: &RetentionLetter) -> anyhow::Result<()> {
+async fn send_retention_letter(state: &AppState, letter: &RetentionLetter) -> anyhow::Result<()> {
     // Whoever set the rule has taken it back: the next look calls the warning off.
     let Some(months) = letter.months else { return Ok(()) };
     let language = letter.language.as_deref().and_then(Language::named).unwrap_or(Language::ENGLISH);
     let link = format!("{}/login", state.config.address());
-    let (subject, body) = words::speaking(language, async { letters::retention(letter, months, &link) }).await;
+    let (subject, body) =
+        words::speaking(language, async { letters::write_retention_letter(letter, months, &link) }).await;
     let (name, email) = (letter.name.clone(), letter.email.clone());
     state.mailer.send(Letter { id: letter.id, name, email, subject, body }, state.clock.now()).await
 }

@@ -15,19 +15,19 @@ use crate::AppState;
 ///
 /// # Errors
 /// When the database fails; a letter that cannot be sent waits for its next try.
-pub(super) async fn work_off(state: &AppState) -> Result<(), Error> {
+pub(super) async fn work_off_survey_letters(state: &AppState) -> Result<(), Error> {
     loop {
         let due = surveys::letters::due(state.db.reader(), state.clock.now(), BATCH).await?;
         if due.is_empty() {
             return Ok(());
         }
         for letter in due {
-            deliver(state, &letter).await?;
+            deliver_survey_letter(state, &letter).await?;
         }
     }
 }
 
-async fn deliver(state: &AppState, letter: &SurveyLetter) -> Result<(), Error> {
+async fn deliver_survey_letter(state: &AppState, letter: &SurveyLetter) -> Result<(), Error> {
     let now = state.clock.now();
     let survey = surveys::find(state.db.reader(), letter.school_id, letter.survey_id).await?.ok_or(Error::NotFound)?;
     if !survey.is_open(now) {
@@ -36,7 +36,7 @@ async fn deliver(state: &AppState, letter: &SurveyLetter) -> Result<(), Error> {
     let token = mailing::claim_survey_letter(state, letter, &survey).await?;
     let link = format!("{}/survey/{token}", state.config.address());
     let minutes = instrument_of(state, &survey).await?.duration_min;
-    let (subject, body) = letters::survey(letter, &survey, &link, minutes, link_expiry(&survey, now));
+    let (subject, body) = letters::write_survey_letter(letter, &survey, &link, minutes, link_expiry(&survey, now));
     let (name, email) = (letter.name.clone(), letter.email.clone());
     let sent = state.mailer.send(Letter { id: letter.id, name, email, subject, body }, now).await;
     mailing::note_survey_letter(state, letter, sent.map_err(|error| format!("{error:#}"))).await

@@ -1,6 +1,6 @@
 //! For whoever keeps the service running: is it up, is it ready, how much is there to do.
 
-use crate::monitoring::family;
+use crate::monitoring::write_metric_family;
 
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, StatusCode, header};
@@ -11,20 +11,23 @@ use axum::routing::get;
 use crate::AppState;
 use crate::error::ApiError;
 use crate::routes::Routes;
-use crate::routes::api::bearer;
+use crate::routes::api::bearer_token;
 use acts::error::Error;
 use acts::secret;
 use store::service::{self, Totals};
 
 /// A figure without labels.
-fn gauge(name: &str, help: &str, value: f64) -> String {
-    family(name, "gauge", help, &[(String::new(), value)])
+fn write_gauge(name: &str, help: &str, value: f64) -> String {
+    write_metric_family(name, "gauge", help, &[(String::new(), value)])
 }
 
 /// `/healthz`, `/readyz` and `/metrics`.
 #[must_use]
-pub fn router() -> Routes {
-    Routes::new().route("/healthz", get(async || "ok\n")).route("/readyz", get(ready)).route("/metrics", get(metrics))
+pub fn health_routes() -> Routes {
+    Routes::new()
+        .route("/healthz", get(async || "ok\n"))
+        .route("/readyz", get(answer_readiness))
+        .route("/metrics", get(show_metrics))
 }
 
 /// Counts an answer by its status and its time.
@@ -36,7 +39,7 @@ pub async fn count_requests(State(state): State<AppState>, request: Request, nex
     response
 }
 
-async fn ready(State(state): State<AppState>) -> Response {
+async fn answer_readiness(State(state): State<AppState>) -> Response {
     match state.pulse.is_beating(&state).await {
         true => "ready\n".into_response(),
         false => (StatusCode::SERVICE_UNAVAILABLE, "the database does not answer, or takes nothing\n").into_response(),
@@ -44,9 +47,9 @@ async fn ready(State(state): State<AppState>) -> Response {
 }
 
 /// Figures for whoever keeps the service running: by the token that was set for them; where none was, not to the world.
-async fn metrics(State(state): State<AppState>, headers: HeaderMap) -> Result<Response, ApiError> {
+async fn show_metrics(State(state): State<AppState>, headers: HeaderMap) -> Result<Response, ApiError> {
     match &state.config.metrics_token {
-        Some(token) if !bearer(&headers).is_some_and(|given| secret::same(given, token)) => {
+        Some(token) if !bearer_token(&headers).is_some_and(|given| secret::same(given, token)) => {
             return Err(Error::Unauthorized.into());
         }
         None if state.config.behind_tls => return Err(Error::NotFound.into()),
@@ -55,30 +58,30 @@ async fn metrics(State(state): State<AppState>, headers: HeaderMap) -> Result<Re
     let reader = state.db.reader();
     let totals = service::totals(reader).await?;
     let waited_us = totals.due_at.map_or(0, |due| state.clock.now().micros().saturating_sub(due.micros()).max(0));
-    let text = gauges(&totals, waited_us as f64 / 1e6) + &state.counters.lines();
+    let text = write_gauges(&totals, waited_us as f64 / 1e6) + &state.counters.lines();
     Ok(([(header::CONTENT_TYPE, "text/plain; version=0.0.4")], text).into_response())
 }
 
-fn gauges(totals: &Totals, waited_s: f64) -> String {
+fn write_gauges(totals: &Totals, waited_s: f64) -> String {
     let version = format!("{{version=\"{}\"}}", env!("CARGO_PKG_VERSION"));
     let roles =
         [("trainee", totals.trainees), ("instructor", totals.instructors), ("administrator", totals.administrators)];
     let people = roles.map(|(role, n)| (format!("{{role=\"{role}\"}}"), n as f64));
     let states = [("pending", totals.pending), ("scored", totals.scored), ("refused", totals.refused)];
     let sessions = states.map(|(state, n)| (format!("{{state=\"{state}\"}}"), n as f64));
-    family("stylet_build_info", "gauge", "The program that runs.", &[(version, 1.0)])
-        + &family("stylet_people", "gauge", "People who may sign in.", &people)
-        + &gauge("stylet_stations", "Stations whose token is valid.", totals.stations as f64)
-        + &gauge("stylet_uploads_unfinished", "Uploads in pieces that are not whole.", totals.uploads as f64)
-        + &gauge("stylet_jobs_waiting", "Recordings that wait to be scored.", totals.waiting as f64)
-        + &gauge("stylet_jobs_failing", "Of them, those that failed at least once.", totals.failing as f64)
-        + &gauge(
+    write_metric_family("stylet_build_info", "gauge", "The program that runs.", &[(version, 1.0)])
+        + &write_metric_family("stylet_people", "gauge", "People who may sign in.", &people)
+        + &write_gauge("stylet_stations", "Stations whose token is valid.", totals.stations as f64)
+        + &write_gauge("stylet_uploads_unfinished", "Uploads in pieces that are not whole.", totals.uploads as f64)
+        + &write_gauge("stylet_jobs_waiting", "Recordings that wait to be scored.", totals.waiting as f64)
+        + &write_gauge("stylet_jobs_failing", "Of them, those that failed at least once.", totals.failing as f64)
+        + &write_gauge(
             "stylet_set_aside",
             "Recordings and uploads that were fatal twice and are tried no more.",
             totals.set_aside as f64,
         )
-        + &gauge("stylet_jobs_overdue_seconds", "How long the first of the queue is overdue, in s.", waited_s)
-        + &gauge("stylet_audit_rows", "Rows of the audit log.", totals.audit_rows as f64)
-        + &family("stylet_sessions", "gauge", "Attempts by state.", &sessions)
-        + &gauge("stylet_database_bytes", "Size of the database, in bytes.", totals.database_bytes as f64)
+        + &write_gauge("stylet_jobs_overdue_seconds", "How long the first of the queue is overdue, in s.", waited_s)
+        + &write_gauge("stylet_audit_rows", "Rows of the audit log.", totals.audit_rows as f64)
+        + &write_metric_family("stylet_sessions", "gauge", "Attempts by state.", &sessions)
+        + &write_gauge("stylet_database_bytes", "Size of the database, in bytes.", totals.database_bytes as f64)
 }

@@ -23,20 +23,20 @@ const KEPT: time::Duration = time::Duration::days(365);
 
 /// The choice of somebody who is not signed in.
 #[must_use]
-pub fn router() -> Routes {
-    Routes::new().route("/language", post(choose))
+pub fn language_routes() -> Routes {
+    Routes::new().route("/language", post(choose_language))
 }
 
 /// Speaks the language of the cookie, or else the browser's.
-pub async fn settle(request: Request, next: Next) -> Response {
-    let language = wanted(request.headers());
-    let mut response = spoken(language, request, next).await;
+pub async fn settle_language(request: Request, next: Next) -> Response {
+    let language = wanted_language(request.headers());
+    let mut response = answer_in_language(language, request, next).await;
     response.headers_mut().append(VARY, HeaderValue::from_static("accept-language, cookie"));
     response
 }
 
 /// Speaks a language for a request, and says so of the page.
-pub async fn spoken(language: Language, request: Request, next: Next) -> Response {
+pub async fn answer_in_language(language: Language, request: Request, next: Next) -> Response {
     let mut response = words::speaking(language, next.run(request)).await;
     let headers = response.headers_mut();
     let is_page = headers.get(CONTENT_TYPE).is_some_and(|kind| kind.as_bytes().starts_with(b"text/html"));
@@ -46,12 +46,12 @@ pub async fn spoken(language: Language, request: Request, next: Next) -> Respons
     response
 }
 
-fn wanted(headers: &HeaderMap) -> Language {
+fn wanted_language(headers: &HeaderMap) -> Language {
     let accepted = || Language::preferred(headers.get(ACCEPT_LANGUAGE)?.to_str().ok()?);
-    cookie(headers).or_else(accepted).unwrap_or(Language::ENGLISH)
+    language_cookie(headers).or_else(accepted).unwrap_or(Language::ENGLISH)
 }
 
-fn cookie(headers: &HeaderMap) -> Option<Language> {
+fn language_cookie(headers: &HeaderMap) -> Option<Language> {
     let all = headers.get_all(COOKIE).iter().filter_map(|header| header.to_str().ok());
     let mut cookies = all.flat_map(Cookie::split_parse).flatten();
     cookies.find(|cookie| cookie.name() == NAME).and_then(|cookie| Language::named(cookie.value()))
@@ -64,11 +64,11 @@ struct LanguageChoice {
     next: String,
 }
 
-async fn choose(
+async fn choose_language(
     State(state): State<AppState>,
     CsrfForm(choice): CsrfForm<LanguageChoice>,
 ) -> Result<Response, PageError> {
-    let language: Language = choice.language.parse().map_err(|_| unknown(&choice.language))?;
+    let language: Language = choice.language.parse().map_err(|_| refuse_language(&choice.language))?;
     let cookie = Cookie::build((NAME, language.code()))
         .path("/")
         .http_only(true)
@@ -80,7 +80,7 @@ async fn choose(
 }
 
 /// What is said of a language that there is none of.
-pub(super) fn unknown(code: &str) -> Error {
+pub(super) fn refuse_language(code: &str) -> Error {
     let all: Vec<&str> = Language::all().map(Language::code).collect();
     Error::BadRequest(tr!("language: “{code}”; allowed are {all}", code = code, all = all.join(", ")))
 }

@@ -48,31 +48,31 @@ const UPLOAD_TIMEOUT: Duration = Duration::from_secs(3600);
 
 /// The whole service.
 pub fn router(state: AppState) -> Router {
-    headers(routes(&state).into_router(), &state).with_state(state)
+    with_headers(all_routes(&state).into_router(), &state).with_state(state)
 }
 
 /// Every address the service answers.
 #[must_use]
-pub fn routes(state: &AppState) -> Routes {
+pub fn all_routes(state: &AppState) -> Routes {
     // Layers also wrap the fallback: a stranger is asked to sign in at every address, whether it exists or not.
-    let signed_in = pages::router()
-        .merge(auth::signed_in())
+    let signed_in = pages::page_routes()
+        .merge(auth::signed_in_routes())
         .around(|pages| pages.fallback(nothing_here).layer(from_fn_with_state(state.clone(), auth::require_person)));
     // A recording is compressed already, and a range of it must stay a range of its bytes.
     let packable = DefaultPredicate::new().and(NotForContentType::new("application/octet-stream"));
     signed_in
-        .merge(auth::router())
-        .merge(language::router())
-        .merge(survey::router())
-        .merge(pages::assets())
-        .merge(pages::linked())
-        .around(|all| all.layer(from_fn(language::settle)))
+        .merge(auth::sign_in_routes())
+        .merge(language::language_routes())
+        .merge(survey::survey_link_routes())
+        .merge(pages::asset_routes())
+        .merge(pages::linked_routes())
+        .around(|all| all.layer(from_fn(language::settle_language)))
         .around(|all| all.layer(from_fn_with_state(state.clone(), auth::settle_stranger)))
         .around(|all| all.layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, PAGE_TIMEOUT)))
-        .nest("/api/v1", api::router(state).around(|api| api.layer(from_fn(limit_call))))
-        .around(|all| all.layer(cookies(state)))
-        .merge(health::router())
-        .merge(well_known::router())
+        .nest("/api/v1", api::api_routes(state).around(|api| api.layer(from_fn(limit_call))))
+        .around(|all| all.layer(with_cookies(state)))
+        .merge(health::health_routes())
+        .merge(well_known::well_known_routes())
         .around(|all| {
             all.layer(from_fn_with_state(state.clone(), health::count_requests))
                 // The last tenth of size would cost several times the time.
@@ -95,7 +95,7 @@ async fn nothing_here(_: Request) -> PageError {
     PageError(Error::NotFound)
 }
 
-fn cookies(state: &AppState) -> SessionManagerLayer<WebSessions> {
+fn with_cookies(state: &AppState) -> SessionManagerLayer<WebSessions> {
     SessionManagerLayer::new(WebSessions::new(state.db.clone(), state.clock.clone()))
         // Of this very host, behind TLS: no neighbouring name can plant it.
         .with_name(if state.config.behind_tls { "__Host-stylet_session" } else { "stylet_session" })
@@ -106,7 +106,7 @@ fn cookies(state: &AppState) -> SessionManagerLayer<WebSessions> {
         .with_expiry(Expiry::OnSessionEnd)
 }
 
-fn headers(app: Router<AppState>, state: &AppState) -> Router<AppState> {
+fn with_headers(app: Router<AppState>, state: &AppState) -> Router<AppState> {
     let always = |name: HeaderName, value: &'static str| {
         SetResponseHeaderLayer::if_not_present(name, HeaderValue::from_static(value))
     };

@@ -18,14 +18,15 @@ use acts::surveys::answering;
 use acts::surveys::answering::Answering;
 use model::survey::ResponseState;
 use pages::survey::form::{
-    ConsentPage, EndPage, FormPage, FormQuestion, GivenField, Refusals, SurveyEnd, Terms, shown, spoken,
+    ConsentPage, EndPage, FormPage, FormQuestion, GivenField, Refusals, SurveyEnd, Terms, respond_in_language,
+    speak_language,
 };
 use words::Language;
 
 /// For anybody who has an address.
 #[must_use]
-pub fn router() -> Routes {
-    Routes::new().route("/survey/{token}", get(show).post(act))
+pub fn survey_link_routes() -> Routes {
+    Routes::new().route("/survey/{token}", get(show_survey_page).post(act_on_form))
 }
 
 #[derive(Deserialize)]
@@ -34,24 +35,24 @@ struct SurveyPageQuery {
     lang: Option<String>,
 }
 
-async fn show(
+async fn show_survey_page(
     State(state): State<AppState>,
     Path(token): Path<String>,
     Query(query): Query<SurveyPageQuery>,
     headers: HeaderMap,
 ) -> Result<Response, PageError> {
     let answering = answering::open(&state, &token).await?;
-    let wanted = query.lang.unwrap_or_else(|| preferred(&headers));
+    let wanted = query.lang.unwrap_or_else(|| preferred_languages(&headers));
     Ok(match answering.response.state {
-        ResponseState::Invited => consent(&answering, &token, &wanted, false),
-        ResponseState::Begun => form(&answering, &token, query.page, &Refusals::default()),
-        ResponseState::Submitted => end(&answering, &token, SurveyEnd::Sent),
-        ResponseState::Withdrawn => end(&answering, &token, SurveyEnd::Withdrawn),
+        ResponseState::Invited => show_consent(&answering, &token, &wanted, false),
+        ResponseState::Begun => show_form(&answering, &token, query.page, &Refusals::default()),
+        ResponseState::Submitted => show_end(&answering, &token, SurveyEnd::Sent),
+        ResponseState::Withdrawn => show_end(&answering, &token, SurveyEnd::Withdrawn),
     })
 }
 
 /// The languages that somebody would like: what a browser asks for, and first what they have chosen here.
-pub(super) fn preferred(headers: &HeaderMap) -> String {
+pub(super) fn preferred_languages(headers: &HeaderMap) -> String {
     let asked = headers.get(ACCEPT_LANGUAGE).and_then(|value| value.to_str().ok()).unwrap_or_default();
     // Without a choice, English is spoken where there are no pages in any language asked for; an instrument may know it.
     match words::current() {
@@ -61,7 +62,7 @@ pub(super) fn preferred(headers: &HeaderMap) -> String {
 }
 
 /// What somebody is told before the first question.
-pub(super) fn terms(answering: &TermsOf<'_>, wanted: &str) -> Terms {
+pub(super) fn terms_of_survey(answering: &TermsOf<'_>, wanted: &str) -> Terms {
     let language = answering.instrument.language_for(wanted).to_owned();
     Terms {
         title: answering.survey.title.clone(),
@@ -84,21 +85,21 @@ pub(super) struct TermsOf<'a> {
     pub after_attempt: bool,
 }
 
-fn consent(answering: &Answering, token: &str, wanted: &str, refused: bool) -> Response {
+fn show_consent(answering: &Answering, token: &str, wanted: &str, refused: bool) -> Response {
     let of = TermsOf { survey: &answering.survey, instrument: &answering.instrument, after_attempt: false };
     let href = |code: &String| (code.clone(), format!("/survey/{token}?lang={code}"));
     let page = ConsentPage {
-        terms: terms(&of, wanted),
+        terms: terms_of_survey(&of, wanted),
         action: format!("/survey/{token}"),
         hidden: Vec::new(),
         languages: answering.instrument.languages.iter().map(href).collect(),
         refused,
         begun: false,
     };
-    shown(&page.terms.language.clone(), page)
+    respond_in_language(&page.terms.language.clone(), page)
 }
 
-fn end(answering: &Answering, token: &str, end: SurveyEnd) -> Response {
+fn show_end(answering: &Answering, token: &str, end: SurveyEnd) -> Response {
     let page = EndPage {
         language: answering.response.language.clone(),
         title: answering.survey.title.clone(),
@@ -106,10 +107,10 @@ fn end(answering: &Answering, token: &str, end: SurveyEnd) -> Response {
         identity: answering.survey.identity,
         action: format!("/survey/{token}"),
     };
-    shown(&answering.response.language, page)
+    respond_in_language(&answering.response.language, page)
 }
 
-fn form(answering: &Answering, token: &str, page: Option<usize>, refusals: &Refusals) -> Response {
+fn show_form(answering: &Answering, token: &str, page: Option<usize>, refusals: &Refusals) -> Response {
     let pages = answering.instrument.pages();
     let asked = answering.asked_pages();
     let step = page.and_then(|page| asked.iter().position(|at| *at == page)).unwrap_or(0);
@@ -121,24 +122,24 @@ fn form(answering: &Answering, token: &str, page: Option<usize>, refusals: &Refu
         (section.title.in_language(&language).to_owned(), text.to_owned())
     });
     let questions = items.into_iter().filter(|item| answering.asks(*item));
-    let page = spoken(&language, || FormPage {
+    let page = speak_language(&language, || FormPage {
         title: answering.survey.title.clone(),
         heading,
         step: (step + 1, asked.len().max(1)),
         page: at,
-        questions: questions.map(|item| question(answering, item, &language, refusals)).collect(),
+        questions: questions.map(|item| make_question(answering, item, &language, refusals)).collect(),
         action: format!("/survey/{token}"),
         language: language.clone(),
     });
-    shown(&language, page)
+    respond_in_language(&language, page)
 }
 
-fn question(answering: &Answering, item: usize, language: &str, refusals: &Refusals) -> FormQuestion {
+fn make_question(answering: &Answering, item: usize, language: &str, refusals: &Refusals) -> FormQuestion {
     let given = GivenField { answer: answering.response.answers.0[item].as_ref(), refused: refusals.at(item) };
     FormQuestion::new(&answering.instrument, &answering.instrument.items[item], language, &given)
 }
 
-async fn act(
+async fn act_on_form(
     State(state): State<AppState>,
     Path(token): Path<String>,
     Form(fields): Form<Vec<(String, String)>>,
@@ -146,10 +147,10 @@ async fn act(
     let mut answering = answering::open(&state, &token).await?;
     let field = |name: &str| fields.iter().find(|(key, _)| key == name).map_or("", |(_, value)| value.as_str());
     match field("do") {
-        "begin" => begin(&state, answering, &token, field("consent") == "yes", field("lang")).await,
+        "begin" => begin_answers(&state, answering, &token, field("consent") == "yes", field("lang")).await,
         "discard" => {
             answering.discard(&state).await?;
-            Ok(end(&answering, &token, SurveyEnd::Discarded))
+            Ok(show_end(&answering, &token, SurveyEnd::Discarded))
         }
         "withdraw" => {
             answering.withdraw(&state).await?;
@@ -165,11 +166,11 @@ async fn act(
             let refused = answering.read_page(page, &fields);
             if !refused.is_empty() {
                 let language = &answering.response.language;
-                let refusals = spoken(language, || Refusals::new(&answering.instrument, &fields, &refused));
-                let page = form(&answering, &token, Some(page), &refusals);
+                let refusals = speak_language(language, || Refusals::new(&answering.instrument, &fields, &refused));
+                let page = show_form(&answering, &token, Some(page), &refusals);
                 return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
             }
-            go(&state, answering, &token, step, page).await
+            go_to_page(&state, answering, &token, step, page).await
         }
         other => Err(Error::BadRequest(format!(
             "do: \"{other}\"; allowed: begin, save, next, back, send, discard, withdraw"
@@ -178,7 +179,7 @@ async fn act(
     }
 }
 
-async fn begin(
+async fn begin_answers(
     state: &AppState,
     mut answering: Answering,
     token: &str,
@@ -186,7 +187,7 @@ async fn begin(
     language: &str,
 ) -> Result<Response, PageError> {
     if !agreed {
-        let page = consent(&answering, token, language, true);
+        let page = show_consent(&answering, token, language, true);
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
     }
     answering.response.language = answering.instrument.language_for(language).to_owned();
@@ -195,7 +196,7 @@ async fn begin(
 }
 
 /// Saves, and goes where the button leads.
-async fn go(
+async fn go_to_page(
     state: &AppState,
     mut answering: Answering,
     token: &str,

@@ -12,12 +12,12 @@ use acts::certificates;
 
 /// Their addresses.
 #[must_use]
-pub fn router() -> Routes {
-    Routes::new().route("/.well-known/stylet-certificate-key", get(certificate_key))
+pub fn well_known_routes() -> Routes {
+    Routes::new().route("/.well-known/stylet-certificate-key", get(serve_certificate_key))
 }
 
 /// The public key that certificates are signed with, in hexadecimal: `docs/certificates.md`.
-async fn certificate_key(State(state): State<AppState>) -> Result<impl IntoResponse, ApiError> {
+async fn serve_certificate_key(State(state): State<AppState>) -> Result<impl IntoResponse, ApiError> {
     let key = certificates::public_key(&state.config.data_dir)?;
     Ok(([(CONTENT_TYPE, "text/plain; charset=utf-8")], format!("{key}\n")))
 }

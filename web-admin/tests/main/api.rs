@@ -6,7 +6,7 @@ use acts::config::Config;
 use axum::body::Body;
 use axum::http::{Request, header};
 use model::{Moment, Role};
-use web_admin::worker::work_off;
+use web_admin::worker::work_off_jobs;
 
 use super::support::App;
 use super::support::client::Client;
@@ -106,7 +106,7 @@ async fn what_comes_next_waits_for_what_comes_first() {
     for seed in 0..3 {
         let attempt = Attempt { seed, ..Attempt::default() };
         assert_eq!(ada.upload(&record(&attempt)).await.status, 201);
-        work_off(&app.state).await.unwrap();
+        work_off_jobs(&app.state).await.unwrap();
         let score = ada.get(&format!("/api/v1/sessions/{}/score", attempt.session_id)).await.json();
         assert_eq!(score["passed"], true, "the straight hand passes the first exercise: {score}");
     }

@@ -67,7 +67,7 @@ impl World {
 
     async fn mails(&self) -> Vec<String> {
         deadlines::remind(&self.app.state).await.unwrap();
-        outbox::work_off(&self.app.state).await.unwrap();
+        outbox::work_off_letters(&self.app.state).await.unwrap();
         let MailTo::Folder(folder) = &self.app.state.config.mail else { panic!("mail goes to a folder") };
         let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
         entries.map(|entry| std::fs::read_to_string(entry.unwrap().path()).unwrap()).collect()
@@ -145,7 +145,7 @@ async fn a_pass_does_it_and_a_limit_ends_it() {
     let backdated = Attempt { started_at: datetime!(2026-03-02 9:00 UTC), ..Attempt::default() };
     // Backdated into the time before the due date: what was late stays late.
     assert_eq!(world.app.with_token(&world.ada.token).upload(&record(&backdated)).await.status, 201);
-    worker::work_off(&world.app.state).await.unwrap();
+    worker::work_off_jobs(&world.app.state).await.unwrap();
     let own = world.adas_page().await;
     assert!(!own.contains(">Done<"), "{own}");
     assert!(own.contains("Done late") || own.contains("No attempts left"), "the one attempt counts: {own}");
@@ -189,7 +189,7 @@ async fn a_supervised_attempt_counts_once_somebody_was_there() {
     world.pass_days(4).await;
     let attempt = Attempt { session_id: Uuid::new_v4(), ..Attempt::default() };
     assert_eq!(world.app.with_token(&world.ada.token).upload(&record(&attempt)).await.status, 201);
-    worker::work_off(&world.app.state).await.unwrap();
+    worker::work_off_jobs(&world.app.state).await.unwrap();
     let before = world.adas_page().await;
     assert!(before.contains("1 attempt waits for your instructor") && before.contains("1 attempt left"), "{before}");
     let path = format!("/sessions/{}/supervision", attempt.session_id);

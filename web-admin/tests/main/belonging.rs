@@ -35,7 +35,7 @@ impl World {
         app.member(school, Role::Administrator, "head@example.org").await;
         let attempt = Attempt::default();
         assert_eq!(app.with_token(&ada.token).upload(&record(&attempt)).await.status, 201);
-        worker::work_off(&app.state).await.unwrap();
+        worker::work_off_jobs(&app.state).await.unwrap();
         let mut eve = app.signed_in("eve@example.org").await;
         let made = press(&mut eve, "/cohorts", &[("name", "Mine")]).await;
         let cohort = made.header("location").split('/').nth(2).unwrap().parse().unwrap();

@@ -58,7 +58,7 @@ async fn who_has_mastered_a_course_saves_a_page_that_anybody_can_check() {
 
     let attempt = Attempt { bundle: &FORGED, ..Attempt::default() };
     app.with_token(&ada.token).upload(&record(&attempt)).await;
-    worker::work_off(&app.state).await.unwrap();
+    worker::work_off_jobs(&app.state).await.unwrap();
     let unproved = browser.form(&address, &[("csrf", &csrf)]).await;
     assert_eq!(unproved.status, 409, "mastered, and neither signed nor supervised: {}", unproved.text());
     assert!(!browser.get("/").await.text().contains(&address));

@@ -88,7 +88,7 @@ async fn grading_again_is_shown_first_and_done_for_a_reason() {
     let mut ada = app.with_token(&app.member(school, Role::Trainee, "ada@example.org").await.token);
     let attempt = Attempt::default();
     assert_eq!(ada.upload(&record(&attempt)).await.status, 201);
-    worker::work_off(&app.state).await.unwrap();
+    worker::work_off_jobs(&app.state).await.unwrap();
     app.publish_with_pass_mark(school, 100).await;
     let data = app.folder.path();
     let rescore = |rest: &[&str]| done(data, &[&["rescore", "feel-the-layers"], rest].concat());

@@ -25,7 +25,7 @@ async fn crowded() -> App {
     let trainee = app.member(school_id, Role::Trainee, "trainee@north.example").await;
     let model = Attempt::default();
     assert_eq!(app.with_token(&trainee.token).upload(&record(&model)).await.status, 201);
-    worker::work_off(&app.state).await.unwrap();
+    worker::work_off_jobs(&app.state).await.unwrap();
     let password_hash = acts::secret::hash_password(super::support::PASSWORD, app.state.config.password_cost).unwrap();
     let crowd = Crowd {
         school_id,

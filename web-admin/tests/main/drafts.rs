@@ -98,7 +98,7 @@ async fn a_draft_is_nobodys_until_it_is_published_and_attempts_keep_their_revisi
     let attempt = Attempt::default();
     let mut trainee = school.app.with_token(&school.trainee.token);
     assert_eq!(trainee.upload(&record(&attempt)).await.status, 201);
-    worker::work_off(&school.app.state).await.unwrap();
+    worker::work_off_jobs(&school.app.state).await.unwrap();
     let score = format!("/api/v1/sessions/{}/score", attempt.session_id);
     let (given, graded) =
         (trainee.get(&format!("/api/v1/exercises/{EXERCISE}")).await.json(), trainee.get(&score).await.json());

@@ -50,7 +50,7 @@ async fn begun_before_the_other(judges: usize, deadline: Duration) -> usize {
         assert_eq!(app.with_token(&ada).upload(&record(&Attempt::default())).await.status, 201);
     }
     let log = || std::fs::read_to_string(place.path().join("log")).unwrap_or_default();
-    let worker = tokio::spawn(worker::run(app.state.clone()));
+    let worker = tokio::spawn(worker::run_worker(app.state.clone()));
     while log().is_empty() {
         tokio::time::sleep(Duration::from_millis(10)).await;
     }

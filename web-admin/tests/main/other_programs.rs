@@ -21,7 +21,7 @@ async fn practised(app: &App) -> (Client, Attempt) {
     let mut ada = app.with_token(&app.member(school, Role::Trainee, "ada@example.org").await.token);
     let attempt = Attempt::default();
     assert_eq!(ada.upload(&record(&attempt)).await.status, 201);
-    worker::work_off(&app.state).await.unwrap();
+    worker::work_off_jobs(&app.state).await.unwrap();
     (ada, attempt)
 }
 
@@ -214,7 +214,7 @@ async fn namesakes_stay_two_people_in_every_file() {
     for member in &people {
         assert_eq!(app.with_token(&member.token).upload(&record(&Attempt::default())).await.status, 201);
     }
-    worker::work_off(&app.state).await.unwrap();
+    worker::work_off_jobs(&app.state).await.unwrap();
     app.member(school, Role::Administrator, "head@x.org").await;
     let mut head = app.signed_in("head@x.org").await;
     let cohort = head.get("/cohorts").await.link("/cohorts/");

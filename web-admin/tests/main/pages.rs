@@ -29,7 +29,7 @@ impl School {
         app.member(south, Role::Administrator, "head@south.example").await;
         app.cohort(north, "Spring", &[&trainee.person, &teacher.person]).await;
         let attempt = upload(&app, &trainee, record).await;
-        worker::work_off(&app.state).await.unwrap();
+        worker::work_off_jobs(&app.state).await.unwrap();
         Self { app, trainee, attempt }
     }
 
@@ -170,7 +170,7 @@ async fn an_attempt_says_what_became_of_it() {
     assert!(page.contains("is being scored"), "{page}");
     let forged = upload(&school.app, &school.trainee, tampered).await;
     let empty = upload(&school.app, &school.trainee, without_samples).await;
-    worker::work_off(&school.app.state).await.unwrap();
+    worker::work_off_jobs(&school.app.state).await.unwrap();
     let page = school.page("ada@example.org", &format!("/sessions/{forged}")).await;
     assert!(page.contains("differs from the recording"), "{page}");
     let page = school.page("ada@example.org", &format!("/sessions/{empty}")).await;

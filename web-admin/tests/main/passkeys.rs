@@ -278,7 +278,7 @@ async fn several_are_named_renamed_and_removed_by_password_and_factor() {
     assert_eq!(send(&mut client, &last, &format!("{last}/remove"), &by_code).await.status, 303);
     assert_eq!(count(&app, "recovery_codes").await, 0);
     assert_eq!(app.stranger().sign_in(ADA, PASSWORD).await.header("location"), "/");
-    outbox::work_off(&app.state).await.unwrap();
+    outbox::work_off_letters(&app.state).await.unwrap();
     assert_eq!(std::fs::read_dir(app.folder.path().join("mail")).unwrap().count(), 1, "a mail says so");
     let log = log_of(&app, &ada).await;
     for action in ["passkey.added", "passkey.renamed", "passkey.removed", "second_factor.off"] {

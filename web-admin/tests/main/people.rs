@@ -74,7 +74,7 @@ async fn post(client: &mut Client, page: &str, path: &str, fields: &[(&str, &str
 
 /// The mails that have gone out, as text.
 async fn mails(app: &App) -> Vec<String> {
-    outbox::work_off(&app.state).await.unwrap();
+    outbox::work_off_letters(&app.state).await.unwrap();
     let MailTo::Folder(folder) = &app.state.config.mail else { panic!("mail goes to a folder") };
     let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
     let mut paths: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
@@ -380,12 +380,12 @@ async fn mail_goes_out_by_smtp_and_waits_where_it_cannot() {
     let fields = [("name", "Ana Ek"), ("email", "ana@example.org"), ("role", "trainee")];
     assert_eq!(post(&mut head, "/people", "/people", &fields).await.status, 303);
     let server = tokio::spawn(refuse_then_take(listener));
-    outbox::work_off(&app.state).await.unwrap();
+    outbox::work_off_letters(&app.state).await.unwrap();
     app.state.clock.advance(61);
-    outbox::work_off(&app.state).await.unwrap();
+    outbox::work_off_letters(&app.state).await.unwrap();
     let taken = server.await.unwrap();
     assert!(taken.contains("To: \"Ana Ek\" <ana@example.org>") && taken.contains("/join/"), "{taken}");
-    outbox::work_off(&app.state).await.unwrap();
+    outbox::work_off_letters(&app.state).await.unwrap();
 }
 
 /// A mail server that is busy the first time, and takes the second mail.

@@ -135,7 +135,7 @@ async fn a_connection_that_is_closed_ends_the_work() {
     let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
     let address: SocketAddr = listener.local_addr().unwrap();
     let limits = ConnectionLimits::of_process(false);
-    tokio::spawn(serving::serve(listener, app.router.clone(), limits, std::future::pending()));
+    tokio::spawn(serving::serve_connections(listener, app.router.clone(), limits, std::future::pending()));
     let body = encoded(&writer.fields()[..3]);
     let head = format!(
         "POST {}/preview HTTP/1.1\r\nHost: localhost\r\nCookie: {}\r\nContent-Type: application/x-www-form-urlencoded\r\n\

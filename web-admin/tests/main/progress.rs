@@ -25,7 +25,7 @@ async fn practised() -> (App, Uuid, Member, Vec<Attempt>) {
     for attempt in &attempts {
         assert_eq!(app.with_token(&ada.token).upload(&record(attempt)).await.status, 201);
     }
-    worker::work_off(&app.state).await.unwrap();
+    worker::work_off_jobs(&app.state).await.unwrap();
     (app, school, ada, attempts)
 }
 

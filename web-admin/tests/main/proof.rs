@@ -39,7 +39,7 @@ impl World {
     }
 
     async fn counted(&self, member: &Member) -> usize {
-        worker::work_off(&self.app.state).await.unwrap();
+        worker::work_off_jobs(&self.app.state).await.unwrap();
         practice::of_trainee(self.app.state.db.reader(), self.school, member.person.id).await.unwrap().len()
     }
 
@@ -184,7 +184,7 @@ async fn a_signature_counts_while_its_station_is_paired_and_only_for_what_it_was
     let station = world.pair().await;
     let reader = world.app.state.db.reader();
     let proof = async |attempt: &Attempt| {
-        worker::work_off(&world.app.state).await.unwrap();
+        worker::work_off_jobs(&world.app.state).await.unwrap();
         proofs::of(reader, SessionKey { school_id: world.school, id: attempt.session_id }).await.unwrap()
     };
     let signed = |started_at| Attempt { station: Some(station.clone()), ..attempt_at(started_at) };
@@ -280,7 +280,7 @@ async fn motions_of_before_are_compared_when_nothing_else_waits() {
         assert_eq!(world.counted(&eve).await, 1, "as it was counted before");
         sqlx::raw_sql(sqlx::AssertSqlSafe(fill)).execute(&mut connection).await.unwrap();
 
-        worker::work_off(&world.app.state).await.unwrap();
+        worker::work_off_jobs(&world.app.state).await.unwrap();
         assert_eq!((world.counted(&world.ada).await, world.counted(&eve).await), (2, 0), "{of_before}");
         let told = world.app.with_token(&eve.token).get("/api/v1/sessions").await.json()["sessions"][0].clone();
         assert_eq!(told["uncounted"], "duplicate");

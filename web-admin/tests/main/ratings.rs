@@ -43,7 +43,7 @@ impl School {
             assert_eq!(app.with_token(&ada.token).upload(&record(&attempt)).await.status, 201);
             attempts.push(attempt.session_id);
         }
-        worker::work_off(&app.state).await.unwrap();
+        worker::work_off_jobs(&app.state).await.unwrap();
         Self { app, ada, raters: [near, far], attempts }
     }
 

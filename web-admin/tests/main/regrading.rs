@@ -28,7 +28,7 @@ struct School {
 async fn try_it(app: &App, trainee: &Member) -> Uuid {
     let attempt = Attempt { bundle: &FORGED, ..Attempt::default() };
     assert_eq!(app.with_token(&trainee.token).upload(&record(&attempt)).await.status, 201);
-    worker::work_off(&app.state).await.unwrap();
+    worker::work_off_jobs(&app.state).await.unwrap();
     attempt.session_id
 }
 
@@ -63,7 +63,7 @@ impl School {
         assert_eq!(begun.status, 303, "{}", begun.text());
         let page = begun.header("location").to_owned();
         assert!(browser.get(&page).await.text().contains("0 of "), "nothing was looked at yet");
-        worker::work_off(&self.app.state).await.unwrap();
+        worker::work_off_jobs(&self.app.state).await.unwrap();
         page
     }
 
@@ -135,7 +135,7 @@ async fn what_was_shown_is_done_to_those_whom_one_teaches_and_to_nobody_else() {
 
     assert_eq!(school.confirm(&mut teacher, &page, REASON).await.status, 303);
     assert!(teacher.get(&page).await.text().contains("0 of 1"), "its scores wait for the worker");
-    worker::work_off(&school.app.state).await.unwrap();
+    worker::work_off_jobs(&school.app.state).await.unwrap();
     assert!(teacher.get(&page).await.text().contains("1 attempt was graded again"));
     assert_eq!([school.scores(adas).await, school.scores(bens).await], [2, 1]);
     assert_eq!([school.passes(adas).await, school.passes(bens).await], [false, true]);
@@ -160,7 +160,7 @@ async fn an_earlier_rubric_is_chosen_and_an_override_goes_on_counting() {
     let page = school.look(&mut admin, school.strict).await;
     assert_eq!(tile(&admin.get(&page).await.text(), "fails"), 2, "an administrator grades the whole school's");
     assert_eq!(school.confirm(&mut admin, &page, REASON).await.status, 303);
-    worker::work_off(&school.app.state).await.unwrap();
+    worker::work_off_jobs(&school.app.state).await.unwrap();
     school.override_ada(&mut admin).await;
     let page = school.look(&mut admin, school.lenient).await;
     let shown = admin.get(&page).await.text();
@@ -168,7 +168,7 @@ async fn an_earlier_rubric_is_chosen_and_an_override_goes_on_counting() {
     let listed = admin.get(&format!("{page}?show=overridden")).await.text();
     assert!(listed.contains("97 goes on counting") && !listed.contains(&bens.to_string()), "{listed}");
     assert_eq!(school.confirm(&mut admin, &page, REASON).await.status, 303);
-    worker::work_off(&school.app.state).await.unwrap();
+    worker::work_off_jobs(&school.app.state).await.unwrap();
     assert_eq!([school.scores(adas).await, school.scores(bens).await], [3, 3]);
     let counts: f64 = sqlx::query_scalar("SELECT score FROM grades WHERE session_id = $1")
         .bind(adas)
@@ -191,7 +191,7 @@ async fn attempts_that_have_changed_since_are_not_graded_unseen() {
     assert_eq!(tile(&teacher.get(&page).await.text(), "fails"), 2);
     school.override_ada(&mut teacher).await;
     assert_eq!(school.confirm(&mut teacher, &page, REASON).await.status, 409, "an override was put in place since");
-    worker::work_off(&school.app.state).await.unwrap();
+    worker::work_off_jobs(&school.app.state).await.unwrap();
     assert_eq!(school.scores(school.attempts[0]).await, 1);
     assert!(school.acts("feel-the-layers").await.iter().all(|(act, _)| act != "exercise.regraded"));
     let page = school.look(&mut teacher, school.strict).await;
@@ -214,7 +214,7 @@ async fn an_attempt_that_somebody_grades_in_between_or_that_cannot_be_read_is_le
     assert!(shown.contains("stays as it is"), "{shown}");
     assert_eq!(school.confirm(&mut teacher, &page, REASON).await.status, 303);
     assert_eq!(school.send(&mut teacher, &format!("/sessions/{adas}/regrade"), &[REASON]).await.status, 303);
-    worker::work_off(&school.app.state).await.unwrap();
+    worker::work_off_jobs(&school.app.state).await.unwrap();
     assert_eq!([school.scores(adas).await, school.scores(lost).await], [2, 1], "not a third time");
     let shown = teacher.get(&format!("{page}?show=left")).await.text();
     assert!(shown.contains("somebody has graded it since") && tile(&shown, "left") == 2, "{shown}");

@@ -34,7 +34,7 @@ impl Lesson {
         app.cohort(north, "Spring", &[&ada.person, &teacher.person]).await;
         let attempt = Attempt { session_id: Uuid::new_v4(), ..Attempt::default() };
         assert_eq!(app.with_token(&ada.token).upload(&record(&attempt)).await.status, 201);
-        worker::work_off(&app.state).await.unwrap();
+        worker::work_off_jobs(&app.state).await.unwrap();
         Self { app, ada, attempt: attempt.session_id }
     }
 

@@ -68,7 +68,7 @@ impl School {
         self.app.state.clock.advance(clock_days * DAY_S);
         let run_s = u64::try_from(run_days * DAY_S).unwrap();
         retention::tick(&self.app.state, Duration::from_secs(run_s)).await.unwrap();
-        outbox::work_off(&self.app.state).await.unwrap();
+        outbox::work_off_letters(&self.app.state).await.unwrap();
     }
 
     async fn known(&self) -> Vec<&'static str> {

@@ -18,7 +18,7 @@ struct School {
 async fn upload(app: &App, ada: &Member, recorded: fn(&Attempt) -> Vec<u8>) -> Uuid {
     let attempt = Attempt { session_id: Uuid::new_v4(), ..Attempt::default() };
     assert_eq!(app.with_token(&ada.token).upload(&recorded(&attempt)).await.status, 201);
-    worker::work_off(&app.state).await.unwrap();
+    worker::work_off_jobs(&app.state).await.unwrap();
     attempt.session_id
 }
 

@@ -8,7 +8,7 @@ use model::{Moment, Role, SessionKey};
 use serde_json::Value;
 use store::scores;
 use store::{grades, jobs, sessions};
-use web_admin::worker::work_off;
+use web_admin::worker::work_off_jobs;
 
 use super::support::App;
 use super::support::client::Client;
@@ -31,7 +31,7 @@ async fn scored(app: &App, client: &mut Client, (id, bytes): (uuid::Uuid, Vec<u8
     assert_eq!(answer.status, 201, "{}", answer.text());
     let waiting = client.get(&format!("/api/v1/sessions/{id}/score")).await;
     assert_eq!((waiting.status.as_u16(), &waiting.json()["state"]), (202, &"pending".into()));
-    work_off(&app.state).await.unwrap();
+    work_off_jobs(&app.state).await.unwrap();
     assert_eq!(jobs::count(app.state.db.reader()).await.unwrap(), 0);
     let session = client.get(&format!("/api/v1/sessions/{id}")).await.json();
     (session, client.get(&format!("/api/v1/sessions/{id}/score")).await.json())
@@ -101,7 +101,7 @@ async fn wherever_a_recording_was_cut_it_is_scored_or_refused_with_the_reason() 
         }
         assert_eq!(answer.status, 201, "{}", answer.text());
         taken += 1;
-        work_off(&app.state).await.unwrap();
+        work_off_jobs(&app.state).await.unwrap();
         let session = ada.get(&format!("/api/v1/sessions/{}", attempt.session_id)).await.json();
         assert_eq!(session["complete"], false, "{session}");
         let told = session["state"] == "scored" || session["refusal"].is_string();
@@ -141,13 +141,13 @@ async fn a_failure_that_may_pass_is_tried_again_later_and_given_up_in_the_end() 
     let path = app.state.config.recordings_dir.join(format!("{}/{}.mcap", key.school_id, key.id));
     let away = path.with_extension("away");
     fs::rename(&path, &away).unwrap();
-    work_off(&app.state).await.unwrap();
+    work_off_jobs(&app.state).await.unwrap();
     assert_eq!(jobs::count(app.state.db.reader()).await.unwrap(), 1, "it is put off");
     fs::rename(&away, &path).unwrap();
-    work_off(&app.state).await.unwrap();
+    work_off_jobs(&app.state).await.unwrap();
     assert_eq!(jobs::count(app.state.db.reader()).await.unwrap(), 1, "and not due yet");
     app.state.clock.advance(11);
-    work_off(&app.state).await.unwrap();
+    work_off_jobs(&app.state).await.unwrap();
     let found = sessions::find(app.state.db.reader(), key.school_id, key.id).await.unwrap().unwrap();
     assert_eq!(found.state, sessions::SessionState::Scored);
 }
@@ -158,7 +158,7 @@ async fn what_keeps_failing_is_refused() {
     assert_eq!(ada.upload(&record(&Attempt { session_id: key.id, ..Attempt::default() })).await.status, 201);
     fs::remove_file(app.state.config.recordings_dir.join(format!("{}/{}.mcap", key.school_id, key.id))).unwrap();
     for _ in 0..6 {
-        work_off(&app.state).await.unwrap();
+        work_off_jobs(&app.state).await.unwrap();
         app.state.clock.advance(3600);
     }
     assert_eq!(jobs::next_at(app.state.db.reader(), app.state.clock.now()).await.unwrap(), None);

@@ -103,7 +103,7 @@ async fn log_of(app: &App, person: &Member) -> Vec<String> {
 
 /// Everything that was mailed.
 async fn letters(app: &App) -> String {
-    outbox::work_off(&app.state).await.unwrap();
+    outbox::work_off_letters(&app.state).await.unwrap();
     let folder = app.folder.path().join("mail");
     let files = std::fs::read_dir(folder).map(|files| files.map(|file| file.unwrap().path()).collect::<Vec<_>>());
     files.unwrap_or_default().iter().map(|file| std::fs::read_to_string(file).unwrap()).collect()

@@ -49,7 +49,7 @@ impl School {
         let named = sqlx::query("UPDATE people SET display_name = $1 WHERE id = $2").bind(NAME).bind(ben.person.id);
         app.write(async |tx| named.execute(tx).await.unwrap()).await;
         let attempts = [upload(&app, &ben).await, upload(&app, &ada).await];
-        worker::work_off(&app.state).await.unwrap();
+        worker::work_off_jobs(&app.state).await.unwrap();
         Self { app, id: north, attempts, ada: ada.person.id }
     }
 
@@ -90,7 +90,7 @@ impl School {
     /// Whom letters were written to.
     async fn reminded(&self) -> Vec<String> {
         deadlines::remind(&self.app.state).await.unwrap();
-        outbox::work_off(&self.app.state).await.unwrap();
+        outbox::work_off_letters(&self.app.state).await.unwrap();
         let MailTo::Folder(folder) = &self.app.state.config.mail else { panic!("mail goes to a folder") };
         let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
         let letters = entries.map(|entry| std::fs::read_to_string(entry.unwrap().path()).unwrap());

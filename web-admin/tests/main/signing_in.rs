@@ -247,7 +247,7 @@ async fn a_forgotten_password_costs_the_same_whoever_asks() {
     };
     assert_eq!((count("asked_links").await, count("mails").await), (3, 0), "nobody was looked up");
     assert_eq!(log(&app).await, before);
-    web_admin::outbox::work_off(&app.state).await.unwrap();
+    web_admin::outbox::work_off_letters(&app.state).await.unwrap();
     assert_eq!((count("asked_links").await, count("mails").await), (0, 1));
     assert!(log(&app).await.last().unwrap().starts_with("person.link_asked_for"));
 }
@@ -261,7 +261,7 @@ async fn nobody_fills_the_box_of_somebody_by_asking_for_their_link() {
         let mut stranger = app.stranger();
         let csrf = csrf_in(&stranger.get("/forgotten").await.text());
         assert_eq!(stranger.form("/forgotten", &[("csrf", &csrf), ("email", "ada@example.org")]).await.status, 200);
-        web_admin::outbox::work_off(&app.state).await.unwrap();
+        web_admin::outbox::work_off_letters(&app.state).await.unwrap();
         log(&app).await.iter().filter(|line| line.starts_with("person.link_asked_for")).count()
     };
     assert_eq!([ask().await, ask().await, ask().await], [1, 1, 1]);

@@ -18,7 +18,7 @@ fn folder(school: &School) -> PathBuf {
 
 /// Sends what is due; every letter that has gone out so far.
 async fn letters_out(school: &School) -> Vec<String> {
-    outbox::work_off(&school.app.state).await.unwrap();
+    outbox::work_off_letters(&school.app.state).await.unwrap();
     let Ok(entries) = std::fs::read_dir(folder(school)) else { return Vec::new() };
     let mut read: Vec<String> = entries.map(|entry| std::fs::read_to_string(entry.unwrap().path()).unwrap()).collect();
     read.sort();
@@ -122,7 +122,7 @@ async fn a_letter_that_cannot_go_out_says_why_and_goes_later() {
     let blocked = folder(&school);
     std::fs::write(&blocked, "in the way").unwrap();
     ask(&mut teacher, &survey, "Dr Ek <ek@example.org>").await;
-    outbox::work_off(&school.app.state).await.unwrap();
+    outbox::work_off_letters(&school.app.state).await.unwrap();
     let page = teacher.get(&survey).await.text();
     assert!(page.contains("the mail folder cannot be made") && page.contains("; next try"), "{page}");
     std::fs::remove_file(&blocked).unwrap();

@@ -86,7 +86,7 @@ impl School {
         let attempt = Attempt { session_id: Uuid::new_v4(), ..Attempt::default() };
         let answer = self.app.with_token(&self.ada.token).upload(&record(&attempt)).await;
         assert_eq!(answer.status, 201, "{}", answer.text());
-        worker::work_off(&self.app.state).await.unwrap();
+        worker::work_off_jobs(&self.app.state).await.unwrap();
         attempt.session_id
     }
 }

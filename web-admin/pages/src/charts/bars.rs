@@ -4,18 +4,18 @@ use time::Date;
 
 use super::scale::{AxisScale, Extent};
 use super::svg::{Area, Caption, PaperPoint, Svg};
-use super::{DrawingSize, both};
+use super::{DrawingSize, draw_both_widths};
 use crate::format;
 
 const HEIGHT: f64 = 150.0;
 
 /// Passed and failed attempts by day, the days without any included.
 #[must_use]
-pub fn by_day(days: &[(Date, usize, usize)]) -> String {
-    both(|size| draw_days(days, size))
+pub fn draw_attempts_by_day(days: &[(Date, usize, usize)]) -> String {
+    draw_both_widths(|size| draw_bars_of_days(days, size))
 }
 
-fn draw_days(days: &[(Date, usize, usize)], size: DrawingSize) -> String {
+fn draw_bars_of_days(days: &[(Date, usize, usize)], size: DrawingSize) -> String {
     let id = format!("days-{}", size.name());
     let total: usize = days.iter().map(|(_, passed, failed)| passed + failed).sum();
     let most = days.iter().map(|(_, passed, failed)| passed + failed).max().unwrap_or(0);
@@ -51,7 +51,7 @@ fn draw_days(days: &[(Date, usize, usize)], size: DrawingSize) -> String {
             svg.text(
                 &format!("tick{anchor}"),
                 PaperPoint::new(place, area.bottom() + 16.0),
-                &format::short_date(*date),
+                &format::format_short_date(*date),
             );
         }
     }
@@ -60,7 +60,7 @@ fn draw_days(days: &[(Date, usize, usize)], size: DrawingSize) -> String {
 
 /// Minimum, quartiles and maximum as a small box on a scale that others share. The numbers stand beside it.
 #[must_use]
-pub fn spread(five: &assessment::statistics::Summary, domain: Extent) -> String {
+pub fn draw_spread(five: &assessment::statistics::Summary, domain: Extent) -> String {
     let mut svg = Svg::ornament(150.0, 16.0, "spread");
     let x = AxisScale::new(domain, Extent::new(3.0, 147.0));
     svg.line("axis", PaperPoint::new(x.at(five.min), 8.0), PaperPoint::new(x.at(five.max), 8.0));
@@ -73,13 +73,13 @@ pub fn spread(five: &assessment::statistics::Summary, domain: Extent) -> String 
 /// A score among those of others, 0–100: the least to the most, the middle half, the median, and one's own as a dot. The numbers
 /// stand beside it.
 #[must_use]
-pub fn among(own: f64, others: &assessment::statistics::Summary) -> String {
+pub fn draw_score_among_others(own: f64, others: &assessment::statistics::Summary) -> String {
     const MIDDLE: f64 = 16.0;
     let mut svg = Svg::ornament(260.0, 54.0, "chart");
     let x = AxisScale::new(Extent::new(0.0, 100.0), Extent::new(12.0, 248.0));
     for tick in [0.0, 50.0, 100.0] {
         svg.line("grid", PaperPoint::new(x.at(tick), 2.0), PaperPoint::new(x.at(tick), 34.0));
-        svg.text("tick middle", PaperPoint::new(x.at(tick), 50.0), &format::points(tick));
+        svg.text("tick middle", PaperPoint::new(x.at(tick), 50.0), &format::format_points(tick));
     }
     svg.line("axis", PaperPoint::new(x.at(0.0), 34.0), PaperPoint::new(x.at(100.0), 34.0));
     svg.line("interval", PaperPoint::new(x.at(others.min), MIDDLE), PaperPoint::new(x.at(others.max), MIDDLE));
@@ -103,14 +103,17 @@ mod tests {
 
     #[test]
     fn days_are_stacked_and_empty_ones_keep_their_place() {
-        let drawn =
-            by_day(&[(date!(2026 - 05 - 01), 2, 1), (date!(2026 - 05 - 02), 0, 0), (date!(2026 - 05 - 03), 0, 4)]);
+        let drawn = draw_attempts_by_day(&[
+            (date!(2026 - 05 - 01), 2, 1),
+            (date!(2026 - 05 - 02), 0, 0),
+            (date!(2026 - 05 - 03), 0, 4),
+        ]);
         assert_eq!(
             (drawn.matches("bar passed").count(), drawn.matches("bar failed").count()),
             (2, 4),
             "wide and narrow"
         );
         assert!(drawn.contains("7 attempts in 3 days, at most 4 on one day."));
-        assert!(!by_day(&[]).contains("NaN"));
+        assert!(!draw_attempts_by_day(&[]).contains("NaN"));
     }
 }

@@ -22,9 +22,9 @@ const FOOT: f64 = 38.0;
 
 /// Boxes on an axis over `range`. `key` makes the ids unique on the page.
 #[must_use]
-pub fn boxes(rows: &[BoxRow], range: Extent, key: &str, title: &str, size: DrawingSize) -> String {
+pub fn draw_boxes(rows: &[BoxRow], range: Extent, key: &str, title: &str, size: DrawingSize) -> String {
     let id = format!("{key}-{}", size.name());
-    let description = rows.iter().map(describe).collect::<Vec<_>>().join(" ");
+    let description = rows.iter().map(describe_box_row).collect::<Vec<_>>().join(" ");
     let caption = Caption { id: &id, class: size.name(), title, description: &description };
     let height = ROW * rows.len() as f64;
     let area = Area { x: 10.0, y: 0.0, width: size.width() - 24.0, height };
@@ -32,13 +32,13 @@ pub fn boxes(rows: &[BoxRow], range: Extent, key: &str, title: &str, size: Drawi
     let mut svg = Svg::new(size.width(), height + FOOT, &caption);
     plot.draw_x_axis(&mut svg, size.ticks(), "");
     for (row, top) in rows.iter().zip((0..).map(|row| ROW * f64::from(row))) {
-        draw(&mut svg, &plot, row, top);
+        draw_box_row(&mut svg, &plot, row, top);
     }
     svg.finish()
 }
 
-fn draw(svg: &mut Svg, plot: &Plot, row: &BoxRow, top: f64) {
-    svg.text("bar-name", PaperPoint::new(plot.area.x, top + 14.0), &labels::shorten(&row.label, plot.area.width));
+fn draw_box_row(svg: &mut Svg, plot: &Plot, row: &BoxRow, top: f64) {
+    svg.text("bar-name", PaperPoint::new(plot.area.x, top + 14.0), &labels::shorten_name(&row.label, plot.area.width));
     let middle = top + 27.0;
     if let Some((lower, median, upper)) = row.quartiles {
         let (left, right) = (plot.x.at(lower), plot.x.at(upper));
@@ -52,15 +52,15 @@ fn draw(svg: &mut Svg, plot: &Plot, row: &BoxRow, top: f64) {
     }
 }
 
-fn describe(row: &BoxRow) -> String {
+fn describe_box_row(row: &BoxRow) -> String {
     match row.quartiles {
         Some((lower, median, upper)) => {
             tr!(
                 "{label}: median {median}, quartiles {lower} and {upper}.",
                 label = row.label,
-                median = format::fixed(median, 1),
-                lower = format::fixed(lower, 1),
-                upper = format::fixed(upper, 1)
+                median = format::format_fixed(median, 1),
+                lower = format::format_fixed(lower, 1),
+                upper = format::format_fixed(upper, 1)
             )
         }
         None => tr!("{label}: nothing to show.", label = row.label),

@@ -4,19 +4,19 @@ use attempt::AttemptCurve;
 use model::corridor::Corridor;
 
 use super::DrawingSize;
-use super::plot::{Plot, extent};
+use super::plot::{Plot, extent_with_zero};
 use super::scale::Extent;
 use super::svg::{Area, Caption, Svg};
 
 /// Draws an attempt's way in over the corridor.
 #[must_use]
-pub fn corridor(curve: &AttemptCurve, corridor: &Corridor, size: DrawingSize) -> String {
+pub fn draw_corridor(curve: &AttemptCurve, corridor: &Corridor, size: DrawingSize) -> String {
     let id = format!("corridor-{}", size.name());
     let title = tr!("Force against depth on the way in, and the experts' corridor");
-    let caption = Caption { id: &id, class: size.name(), title, description: &describe(corridor) };
+    let caption = Caption { id: &id, class: size.name(), title, description: &describe_corridor(corridor) };
     let deepest = corridor.places.iter().map(|place| place.advance_mm).fold(1.0, f64::max) * 1.05;
     let forces = curve.points.iter().map(|p| p.force_n).chain(corridor.places.iter().map(|p| p.high_n));
-    let force = extent(forces).unwrap_or(Extent::new(0.0, 1.0));
+    let force = extent_with_zero(forces).unwrap_or(Extent::new(0.0, 1.0));
     let area = Area { x: 46.0, y: 12.0, width: size.width() - 58.0, height: 230.0 };
     let plot =
         Plot::rising(area, Extent::new(0.0, deepest), Extent::new(force.from * 1.05, (force.to * 1.05).max(0.1)));
@@ -35,7 +35,7 @@ pub fn corridor(curve: &AttemptCurve, corridor: &Corridor, size: DrawingSize) ->
     svg.finish()
 }
 
-fn describe(corridor: &Corridor) -> String {
+fn describe_corridor(corridor: &Corridor) -> String {
     tr!(
         "The solid line is this attempt. The band holds eight in ten of {n} experts, the dashed line is their median; both \
          are aligned by the crossing of each layer.",
@@ -53,7 +53,7 @@ mod tests {
     fn draws_band_median_and_attempt() {
         let curve = samples::curve();
         let made = of(&curve, &vec![curve.clone(); 5]).expect("five are enough");
-        let markup = corridor(&curve, &made, DrawingSize::Wide);
+        let markup = draw_corridor(&curve, &made, DrawingSize::Wide);
         assert!(markup.contains("class=\"corridor\"") && markup.matches("<polyline").count() == 2, "{markup}");
     }
 }

@@ -90,18 +90,18 @@ impl StructureOutline {
     /// Points around it.
     fn points(&self) -> Vec<SectionPoint> {
         match *self {
-            Self::Circle { centre, radius_mm } => rod(centre, centre, radius_mm),
+            Self::Circle { centre, radius_mm } => outline_rod(centre, centre, radius_mm),
             Self::Rect { from, to } => {
                 let corner = SectionPoint::new;
                 vec![from, corner(to.across_mm, from.depth_mm), to, corner(from.across_mm, to.depth_mm)]
             }
-            Self::Capsule { from, to, radius_mm } => rod(from, to, radius_mm),
+            Self::Capsule { from, to, radius_mm } => outline_rod(from, to, radius_mm),
         }
     }
 }
 
 /// Half a circle about each end, turned along the rod.
-fn rod(from: SectionPoint, to: SectionPoint, radius: f64) -> Vec<SectionPoint> {
+fn outline_rod(from: SectionPoint, to: SectionPoint, radius: f64) -> Vec<SectionPoint> {
     let turn = libm::atan2(to.depth_mm - from.depth_mm, to.across_mm - from.across_mm);
     let half = |centre: SectionPoint, start: f64| {
         (0..=18_u32).map(move |i| {
@@ -120,13 +120,13 @@ const LEFT: f64 = 46.0;
 
 /// Draws the section at one scale in both directions.
 #[must_use]
-pub fn cross_section(section: &CrossSection, size: DrawingSize) -> String {
+pub fn draw_cross_section(section: &CrossSection, size: DrawingSize) -> String {
     let id = format!("section-{}", size.name());
     let title = tr!("Cross-section along the needle");
-    let caption = Caption { id: &id, class: size.name(), title, description: &describe(section) };
+    let caption = Caption { id: &id, class: size.name(), title, description: &describe_section(section) };
     let height = if size == DrawingSize::Wide { 360.0 } else { 320.0 };
     let area = Area { x: LEFT, y: 8.0, width: size.width() - LEFT - 8.0, height };
-    let plot = plot(section, area);
+    let plot = plot_of_section(section, area);
     let mut svg = Svg::new(size.width(), area.bottom() + 14.0, &caption);
     draw_layers(&mut svg, &plot, section);
     draw_depths(&mut svg, &plot);
@@ -136,9 +136,9 @@ pub fn cross_section(section: &CrossSection, size: DrawingSize) -> String {
     svg.finish()
 }
 
-fn describe(section: &CrossSection) -> String {
+fn describe_section(section: &CrossSection) -> String {
     let layers: Vec<String> =
-        section.layers.iter().map(|(name, _, mm)| format!("{name} {} mm", format::fixed(*mm, 1))).collect();
+        section.layers.iter().map(|(name, _, mm)| format!("{name} {} mm", format::format_fixed(*mm, 1))).collect();
     let structures: Vec<&str> = section.structures.iter().map(|s| s.name.as_str()).collect();
     let besides =
         if structures.is_empty() { String::new() } else { tr!("Structures: {names}.", names = structures.join(", ")) };
@@ -146,19 +146,19 @@ fn describe(section: &CrossSection) -> String {
         "Layers from the skin down: {layers}. The needle goes in at {angle} to the surface normal, {depth} to the target.",
         layers = layers.join(", "),
         angle = format!("{:.0}°", section.angle_deg),
-        depth = format::stated(section.target_depth_mm, "mm")
+        depth = format::format_stated(section.target_depth_mm, "mm")
     );
     format!("{needle} {besides}").trim_end().to_owned()
 }
 
 /// A point on the needle's line.
-fn on_needle(section: &CrossSection, along_mm: f64) -> SectionPoint {
+fn point_on_needle(section: &CrossSection, along_mm: f64) -> SectionPoint {
     let angle = section.angle_deg.to_radians();
     SectionPoint::new(along_mm * libm::sin(angle), along_mm * libm::cos(angle))
 }
 
-fn plot(section: &CrossSection, area: Area) -> Plot {
-    let target = on_needle(section, section.target_depth_mm);
+fn plot_of_section(section: &CrossSection, area: Area) -> Plot {
+    let target = point_on_needle(section, section.target_depth_mm);
     let lowest = section.structures.iter().map(|s| s.outline.bottom()).fold(target.depth_mm, f64::max);
     let depth = Extent::new(-ABOVE, lowest.max(10.0) * 1.12 + 4.0);
     let mm_per_unit = depth.length() / area.height;
@@ -214,7 +214,7 @@ fn draw_structure(svg: &mut Svg, plot: &Plot, structure: &SectionStructure) -> A
 
 fn draw_needle(svg: &mut Svg, plot: &Plot, section: &CrossSection) {
     let place = |along_mm: f64| {
-        let point = on_needle(section, along_mm);
+        let point = point_on_needle(section, along_mm);
         plot.at(point.across_mm, point.depth_mm)
     };
     let hub_mm = -ABOVE * 0.9;
@@ -239,7 +239,7 @@ fn draw_names(svg: &mut Svg, plot: &Plot, section: &CrossSection, shapes: &[Area
         Area { x, y, width: 2.0 * reach, height: 2.0 * reach }
     };
     let place = |share: f64| {
-        let point = on_needle(section, section.target_depth_mm * share);
+        let point = point_on_needle(section, section.target_depth_mm * share);
         plot.at(point.across_mm, point.depth_mm)
     };
     let target = around(place(1.0), 12.0);
@@ -247,7 +247,7 @@ fn draw_names(svg: &mut Svg, plot: &Plot, section: &CrossSection, shapes: &[Area
     shapes.iter().for_each(|shape| labels.avoid(*shape));
     labels.avoid(target);
     (0..20).for_each(|i| labels.avoid(around(place(f64::from(i) / 20.0), 3.0)));
-    let depth = format::stated(section.target_depth_mm, "mm");
+    let depth = format::format_stated(section.target_depth_mm, "mm");
     labels.place(svg, "target-name", &tr!("target at {depth}", depth = depth), target);
     for (structure, shape) in section.structures.iter().zip(shapes) {
         labels.place(svg, "structure-name", &structure.name, *shape);
@@ -273,7 +273,7 @@ mod tests {
 
     #[test]
     fn shows_every_layer_structure_and_the_target() {
-        let markup = cross_section(&section(30.0), DrawingSize::Wide);
+        let markup = draw_cross_section(&section(30.0), DrawingSize::Wide);
         for wanted in [
             "band skin",
             "band fat",
@@ -290,20 +290,20 @@ mod tests {
     #[test]
     fn a_millimetre_is_as_long_across_as_down() {
         let area = Area { x: 0.0, y: 0.0, width: 600.0, height: 300.0 };
-        let plot = plot(&section(30.0), area);
+        let plot = plot_of_section(&section(30.0), area);
         let (across, down) = (plot.x.at(5.0) - plot.x.at(0.0), plot.y.at(5.0) - plot.y.at(0.0));
         assert!((across - down).abs() < 1e-9, "{across} against {down}");
     }
 
     #[test]
     fn the_needle_leans_by_its_angle() {
-        let point = on_needle(&section(30.0), 20.0);
+        let point = point_on_needle(&section(30.0), 20.0);
         assert!((point.across_mm - 10.0).abs() < 1e-9 && (point.depth_mm - 17.320_508).abs() < 1e-6);
     }
 
     #[test]
     fn a_rod_is_as_long_as_its_ends_and_as_thick_as_its_radius() {
-        let points = rod(SectionPoint::new(0.0, 5.0), SectionPoint::new(10.0, 5.0), 2.0);
+        let points = outline_rod(SectionPoint::new(0.0, 5.0), SectionPoint::new(10.0, 5.0), 2.0);
         let across = Extent::around(points.iter().map(|point| point.across_mm));
         let down = Extent::around(points.iter().map(|point| point.depth_mm));
         for (value, wanted) in [(across.from, -2.0), (across.to, 12.0), (down.from, 3.0), (down.to, 7.0)] {

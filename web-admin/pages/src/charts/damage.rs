@@ -43,7 +43,7 @@ const BAR: f64 = 16.0;
 
 /// Draws one bar per layer that took any energy.
 #[must_use]
-pub fn damage(layers: &[LayerDamage], size: DrawingSize) -> String {
+pub fn draw_damage(layers: &[LayerDamage], size: DrawingSize) -> String {
     let id = format!("damage-{}", size.name());
     let caption = Caption {
         id: &id,
@@ -66,12 +66,12 @@ pub fn damage(layers: &[LayerDamage], size: DrawingSize) -> String {
     }
     svg.text("axis-title end", PaperPoint::new(size.width() - 60.0, bottom + 31.0), tr!("energy (mJ)"));
     for (row, layer) in (0_u32..).zip(layers) {
-        draw_bar(&mut svg, &x, layer, f64::from(row) * ROW);
+        draw_damage_bar(&mut svg, &x, layer, f64::from(row) * ROW);
     }
     svg.finish()
 }
 
-fn draw_bar(svg: &mut Svg, x: &AxisScale, layer: &LayerDamage, top: f64) {
+fn draw_damage_bar(svg: &mut Svg, x: &AxisScale, layer: &LayerDamage, top: f64) {
     svg.text("layer-name", PaperPoint::new(4.0, top + 14.0), &layer.name);
     let mut from = 0.0;
     for (class, value) in layer.parts() {
@@ -96,15 +96,15 @@ mod tests {
     #[test]
     fn parts_follow_each_other_without_gap() {
         let layer = LayerDamage { name: "skin".to_owned(), rupture_mj: 1.0, cutting_mj: 2.0, ..LayerDamage::default() };
-        let markup = damage(std::slice::from_ref(&layer), DrawingSize::Wide);
+        let markup = draw_damage(std::slice::from_ref(&layer), DrawingSize::Wide);
         assert_eq!(markup.matches("<rect").count(), 2, "parts of 0 are left out");
         assert!(markup.contains(">3.0<"));
     }
 
     #[test]
     fn no_damage_is_drawn_without_nonsense() {
-        let markup = damage(&[LayerDamage::default()], DrawingSize::Narrow);
+        let markup = draw_damage(&[LayerDamage::default()], DrawingSize::Narrow);
         assert!(!markup.contains("NaN") && !markup.contains("<rect"));
-        assert!(!damage(&[], DrawingSize::Wide).contains("NaN"));
+        assert!(!draw_damage(&[], DrawingSize::Wide).contains("NaN"));
     }
 }

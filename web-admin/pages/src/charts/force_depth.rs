@@ -5,7 +5,7 @@ use attempt::{AttemptCurve, CurvePoint, LayerSpan};
 
 use super::DrawingSize;
 use super::marks;
-use super::plot::{Plot, extent};
+use super::plot::{Plot, extent_with_zero};
 use super::scale::Extent;
 use super::svg::{Area, Caption, PaperPoint, Svg, text_width};
 
@@ -16,12 +16,16 @@ const LANE: f64 = 32.0;
 
 /// Draws force against depth.
 #[must_use]
-pub fn force_depth(curve: &AttemptCurve, size: DrawingSize) -> String {
+pub fn draw_force_over_depth(curve: &AttemptCurve, size: DrawingSize) -> String {
     let id = format!("force-depth-{}", size.name());
-    let caption =
-        Caption { id: &id, class: size.name(), title: tr!("Force against depth"), description: &describe(curve) };
-    let plot = plot(curve, size);
-    let lanes = lanes(curve);
+    let caption = Caption {
+        id: &id,
+        class: size.name(),
+        title: tr!("Force against depth"),
+        description: &describe_force_over_depth(curve),
+    };
+    let plot = plot_force_over_depth(curve, size);
+    let lanes = boundaries_with_stages(curve);
     let lanes_top = plot.area.bottom() + 44.0;
     let lanes_height = if lanes.is_empty() { 0.0 } else { 20.0 + LANE * lanes.len() as f64 };
     let mut svg = Svg::new(size.width(), lanes_top + lanes_height, &caption);
@@ -40,9 +44,9 @@ pub fn force_depth(curve: &AttemptCurve, size: DrawingSize) -> String {
     svg.finish()
 }
 
-fn plot(curve: &AttemptCurve, size: DrawingSize) -> Plot {
+fn plot_force_over_depth(curve: &AttemptCurve, size: DrawingSize) -> Plot {
     let deepest = curve.points.iter().map(|p| p.advance_mm).fold(curve.target_depth_mm, f64::max);
-    let force = extent(curve.points.iter().map(|p| p.force_n)).unwrap_or(Extent::new(0.0, 1.0));
+    let force = extent_with_zero(curve.points.iter().map(|p| p.force_n)).unwrap_or(Extent::new(0.0, 1.0));
     let height = if size == DrawingSize::Wide { 300.0 } else { 240.0 };
     let area = Area { x: LEFT, y: 3.0 * LABEL_ROW, width: size.width() - LEFT - RIGHT, height };
     // A tenth above the highest peak leaves room for its number.
@@ -53,18 +57,18 @@ fn plot(curve: &AttemptCurve, size: DrawingSize) -> Plot {
     )
 }
 
-fn describe(curve: &AttemptCurve) -> String {
+fn describe_force_over_depth(curve: &AttemptCurve) -> String {
     let peak = curve.points.iter().max_by(|a, b| a.force_n.total_cmp(&b.force_n));
     let layers: Vec<&str> = curve.bands.iter().map(|b| b.name.as_str()).collect();
-    let ruptures = marks::numbered(curve).count();
+    let ruptures = marks::number_marks(curve).count();
     match peak {
         Some(peak) => trn!(
             "Axial force on the hand over the depth of the tip, through {layers}. The highest force is {force} at {depth}; {n} event is marked and listed in the table below.",
             "Axial force on the hand over the depth of the tip, through {layers}. The highest force is {force} at {depth}; {n} events are marked and listed in the table below.",
             ruptures,
             layers = layers.join(", "),
-            force = format::quantity(peak.force_n, "N"),
-            depth = format::quantity(peak.advance_mm, "mm")
+            force = format::format_quantity(peak.force_n, "N"),
+            depth = format::format_quantity(peak.advance_mm, "mm")
         ),
         None => tr!("The recording holds no samples.").to_owned(),
     }
@@ -119,16 +123,16 @@ fn draw_curve(svg: &mut Svg, plot: &Plot, curve: &AttemptCurve) {
 
 fn draw_marks(svg: &mut Svg, plot: &Plot, curve: &AttemptCurve) {
     let mut placed = Vec::new();
-    for (number, mark) in marks::numbered(curve).filter(|(_, m)| plot.x.contains(m.advance_mm)) {
+    for (number, mark) in marks::number_marks(curve).filter(|(_, m)| plot.x.contains(m.advance_mm)) {
         let at = plot.at(mark.advance_mm, mark.axial_n);
-        marks::draw(svg, mark.kind, at);
+        marks::draw_mark(svg, mark.kind, at);
         placed.push((number, at));
     }
-    marks::draw_numbers(svg, &placed, plot.area.y + 10.0);
+    marks::draw_mark_numbers(svg, &placed, plot.area.y + 10.0);
 }
 
 /// The boundaries that have stages, from the surface down.
-fn lanes(curve: &AttemptCurve) -> Vec<usize> {
+fn boundaries_with_stages(curve: &AttemptCurve) -> Vec<usize> {
     (0..curve.bands.len()).filter(|b| curve.stages.iter().any(|s| s.boundary == *b)).collect()
 }
 
@@ -153,7 +157,7 @@ mod tests {
 
     #[test]
     fn shows_layers_ruptures_and_stages() {
-        let markup = force_depth(&samples::curve(), DrawingSize::Wide);
+        let markup = draw_force_over_depth(&samples::curve(), DrawingSize::Wide);
         for wanted in
             ["band skin", "band fat", "band muscle", "mark tip", "mark rim", "mark confirm", ">III<", "target"]
         {
@@ -167,7 +171,7 @@ mod tests {
         let single = AttemptCurve { points: samples::curve().points[..1].to_vec(), ..empty.clone() };
         for curve in [empty, single] {
             for size in [DrawingSize::Wide, DrawingSize::Narrow] {
-                let markup = force_depth(&curve, size);
+                let markup = draw_force_over_depth(&curve, size);
                 assert!(!markup.contains("NaN") && !markup.contains("inf"), "{markup}");
                 assert!(!markup.contains("polyline"));
             }
@@ -176,7 +180,7 @@ mod tests {
 
     #[test]
     fn every_place_lies_on_the_paper() {
-        let markup = force_depth(&samples::curve(), DrawingSize::Narrow);
+        let markup = draw_force_over_depth(&samples::curve(), DrawingSize::Narrow);
         let points = markup.split("points=\"").skip(1).filter_map(|rest| rest.split('"').next());
         for pair in points.flat_map(str::split_whitespace) {
             let (x, y) = pair.split_once(',').expect("a pair");

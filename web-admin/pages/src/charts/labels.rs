@@ -7,7 +7,7 @@ const LINE: f64 = 16.0;
 
 /// A name cut to a width, in the drawing's units.
 #[must_use]
-pub fn shorten(name: &str, width: f64) -> String {
+pub fn shorten_name(name: &str, width: f64) -> String {
     if text_width(name) <= width {
         return name.to_owned();
     }
@@ -37,7 +37,7 @@ impl Labels {
 
     /// Writes a name on the first free side of its thing: right, left, below, above; below where none is free.
     pub fn place(&mut self, svg: &mut Svg, class: &str, name: &str, thing: Area) {
-        let sides = sides(thing, text_width(name));
+        let sides = rooms_beside(thing, text_width(name));
         let (anchor, room) = sides.iter().find(|(_, room)| self.is_free(room)).unwrap_or(&sides[2]);
         let x = match *anchor {
             "end" => room.right(),
@@ -58,7 +58,7 @@ impl Labels {
 }
 
 /// Anchor and room of a name on each side.
-fn sides(thing: Area, width: f64) -> [(&'static str, Area); 4] {
+fn rooms_beside(thing: Area, width: f64) -> [(&'static str, Area); 4] {
     let (middle_x, middle_y) = (thing.x + thing.width / 2.0, thing.y + thing.height / 2.0);
     let room = |x, y| Area { x, y, width, height: LINE };
     [

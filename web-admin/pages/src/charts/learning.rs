@@ -11,11 +11,11 @@ const HEIGHT: f64 = 200.0;
 
 /// The curve with its lines. `key` makes the ids unique on the page.
 #[must_use]
-pub fn learning_curve(points: &[CurvePoint], rule: &Rule, key: &str, title: &str) -> String {
+pub fn draw_learning_curve(points: &[CurvePoint], rule: &Rule, key: &str, title: &str) -> String {
     let id = format!("curve-{key}");
-    let caption = Caption { id: &id, class: "scores", title, description: &describe(points) };
+    let caption = Caption { id: &id, class: "scores", title, description: &describe_crossings(points) };
     let area = Area { x: 40.0, y: 10.0, width: WIDTH - 112.0, height: HEIGHT - 48.0 };
-    let lines = lines(points, rule);
+    let lines = deciding_lines(points, rule);
     let values = points.iter().map(|p| p.value).chain(lines.iter().map(|(at, _)| *at)).chain([0.0]);
     let sums = Extent::around(values);
     let plot =
@@ -28,12 +28,12 @@ pub fn learning_curve(points: &[CurvePoint], rule: &Rule, key: &str, title: &str
         svg.line("pass-mark", PaperPoint::new(area.x, y), PaperPoint::new(area.right(), y));
         svg.text("pass-name", PaperPoint::new(area.right() + 5.0, y + 4.0), name);
     }
-    draw(&mut svg, &plot, points);
+    draw_curve_runs(&mut svg, &plot, points);
     svg.finish()
 }
 
 /// The lines that decide somewhere on this curve.
-fn lines(points: &[LearningPoint], rule: &Rule) -> Vec<(f64, &'static str)> {
+fn deciding_lines(points: &[LearningPoint], rule: &Rule) -> Vec<(f64, &'static str)> {
     let mut lines = Vec::new();
     if let Some(learning) = rule.learning {
         lines.push((learning.h, tr!("competent")));
@@ -46,14 +46,14 @@ fn lines(points: &[LearningPoint], rule: &Rule) -> Vec<(f64, &'static str)> {
 }
 
 /// One line from restart to restart: a crossing ends it, and the next attempt counts from 0.
-fn draw(svg: &mut Svg, plot: &Plot, points: &[LearningPoint]) {
+fn draw_curve_runs(svg: &mut Svg, plot: &Plot, points: &[LearningPoint]) {
     let mut run = vec![plot.at(0.0, 0.0)];
     for (i, point) in points.iter().enumerate() {
         let place = plot.at((i + 1) as f64, point.value);
         run.push(place);
         if let Some(crossed) = point.crossed {
             svg.polyline("score-line", &run);
-            mark(svg, place, crossed);
+            draw_crossing(svg, place, crossed);
             run = vec![plot.at((i + 1) as f64, 0.0)];
         }
     }
@@ -64,7 +64,7 @@ fn draw(svg: &mut Svg, plot: &Plot, points: &[LearningPoint]) {
 }
 
 /// A disc where competence was shown, a cross where too many failed.
-fn mark(svg: &mut Svg, at: PaperPoint, crossed: Crossing) {
+fn draw_crossing(svg: &mut Svg, at: PaperPoint, crossed: Crossing) {
     let PaperPoint { x, y } = at;
     match crossed {
         Crossing::Acceptable => svg.circle("point pass", at, 3.5),
@@ -75,7 +75,7 @@ fn mark(svg: &mut Svg, at: PaperPoint, crossed: Crossing) {
     }
 }
 
-fn describe(points: &[LearningPoint]) -> String {
+fn describe_crossings(points: &[LearningPoint]) -> String {
     let crossed = |wanted| points.iter().filter(|p| p.crossed == Some(wanted)).count();
     tr!(
         "Attempts: {all}. The curve reached a line of competence {acceptable} times and one of too many failures \
@@ -99,9 +99,9 @@ mod tests {
         let params = CusumParams { p0: 0.1, p1: 0.4, alpha: 0.1, beta: 0.1 };
         let rule = Rule::new(&params, Some(30)).expect("a rule");
         let failures: Vec<bool> = (0..40).map(|i| i > 30).collect();
-        let drawn = learning_curve(&curve(&rule, &failures).points, &rule, "x", "Curve");
+        let drawn = draw_learning_curve(&curve(&rule, &failures).points, &rule, "x", "Curve");
         assert!(drawn.contains("point pass") && drawn.contains("point fail") && drawn.contains(">too many fail<"));
-        let empty = learning_curve(&[], &rule, "x", "Curve");
+        let empty = draw_learning_curve(&[], &rule, "x", "Curve");
         assert!(!empty.contains("NaN") && !empty.contains("polyline") && !empty.contains(">acceptable<"), "{empty}");
     }
 }

@@ -5,13 +5,13 @@ use attempt::{AttemptCurve, CurveMark, MarkKind};
 use super::svg::{PaperPoint, Svg};
 
 /// The marks that are numbered, with their numbers from 1: ruptures, structure hits and confirmations.
-pub fn numbered(curve: &AttemptCurve) -> impl Iterator<Item = (usize, &CurveMark)> {
+pub fn number_marks(curve: &AttemptCurve) -> impl Iterator<Item = (usize, &CurveMark)> {
     let shown = |mark: &&CurveMark| !matches!(mark.kind, MarkKind::Contact | MarkKind::SkinExit);
     (1..).zip(curve.marks.iter().filter(shown))
 }
 
 /// Draws a mark's shape. Each kind has its own, so that none depends on its colour.
-pub fn draw(svg: &mut Svg, kind: MarkKind, at: PaperPoint) {
+pub fn draw_mark(svg: &mut Svg, kind: MarkKind, at: PaperPoint) {
     let PaperPoint { x, y } = at;
     match kind {
         MarkKind::TipRupture => svg.polygon(
@@ -40,7 +40,7 @@ pub fn draw(svg: &mut Svg, kind: MarkKind, at: PaperPoint) {
 }
 
 /// Numbers beside marks, kept apart: a number that would cover the one before is lifted above it.
-pub fn draw_numbers(svg: &mut Svg, placed: &[(usize, PaperPoint)], ceiling: f64) {
+pub fn draw_mark_numbers(svg: &mut Svg, placed: &[(usize, PaperPoint)], ceiling: f64) {
     let mut before: Option<PaperPoint> = None;
     for (number, PaperPoint { x, y }) in placed {
         let mut top = (y - 10.0).max(ceiling);

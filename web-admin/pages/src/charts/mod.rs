@@ -21,20 +21,20 @@ mod svg;
 mod time;
 mod trace;
 
-pub use bars::{among, by_day, spread};
-pub use boxes::{BoxRow, boxes};
-pub use corridor::corridor;
-pub use cross_section::{CrossSection, SectionPoint, SectionStructure, StructureOutline, cross_section};
-pub use damage::{LayerDamage, damage};
-pub use force_depth::force_depth;
-pub use learning::learning_curve;
-pub use likert::{LikertBar, diverging};
-pub use marks::numbered;
-pub use progress::{ScorePoint, mastery_strip, score_bar, scores, share_bar, sparkline};
+pub use bars::{draw_attempts_by_day, draw_score_among_others, draw_spread};
+pub use boxes::{BoxRow, draw_boxes};
+pub use corridor::draw_corridor;
+pub use cross_section::{CrossSection, SectionPoint, SectionStructure, StructureOutline, draw_cross_section};
+pub use damage::{LayerDamage, draw_damage};
+pub use force_depth::draw_force_over_depth;
+pub use learning::draw_learning_curve;
+pub use likert::{LikertBar, draw_diverging_bars};
+pub use marks::number_marks;
+pub use progress::{ScorePoint, draw_mastery_strip, draw_score_bar, draw_scores, draw_share_bar, draw_sparkline};
 pub use scale::Extent;
-pub use scatter::scatter;
-pub use time::force_and_depth;
-pub use trace::{LEFT as TRACE_LEFT, RIGHT as TRACE_RIGHT, TraceStrip, trace};
+pub use scatter::draw_scatter;
+pub use time::draw_force_and_depth;
+pub use trace::{LEFT as TRACE_LEFT, RIGHT as TRACE_RIGHT, TraceStrip, draw_trace_strip};
 
 /// For which width a chart is drawn. Text in an SVG shrinks with it, so a phone gets a drawing of its own; the style
 /// sheet shows one of the two.
@@ -75,7 +75,7 @@ impl DrawingSize {
 }
 
 /// A chart for both widths.
-pub fn both(draw: impl Fn(DrawingSize) -> String) -> String {
+pub fn draw_both_widths(draw: impl Fn(DrawingSize) -> String) -> String {
     draw(DrawingSize::Wide) + &draw(DrawingSize::Narrow)
 }
 
@@ -95,21 +95,23 @@ mod tests {
         let curve = samples::curve();
         let experts = corridor_of(&curve, &vec![curve.clone(); 5]).expect("five are enough");
         check_drawing("force over depth", &(&curve, "III", "IV"), || {
-            force_depth(&anatomy::curve(&curve), DrawingSize::Wide)
+            draw_force_over_depth(&anatomy::name_layers_of_curve(&curve), DrawingSize::Wide)
         });
-        check_drawing("force and depth", &curve, || force_and_depth(&anatomy::curve(&curve), DrawingSize::Wide));
-        check_drawing("corridor", &curve, || corridor(&curve, &experts, DrawingSize::Wide));
+        check_drawing("force and depth", &curve, || {
+            draw_force_and_depth(&anatomy::name_layers_of_curve(&curve), DrawingSize::Wide)
+        });
+        check_drawing("corridor", &curve, || draw_corridor(&curve, &experts, DrawingSize::Wide));
         let layers = [LayerDamage { name: "skin".to_owned(), rupture_mj: 1.0, ..LayerDamage::default() }];
-        check_drawing("damage", &layers, || damage(&layers, DrawingSize::Wide));
+        check_drawing("damage", &layers, || draw_damage(&layers, DrawingSize::Wide));
     }
 
     #[test]
     fn drawings_of_progress_speak_the_readers_language() {
         let rule = Rule::new(&CusumParams { p0: 0.1, p1: 0.4, alpha: 0.1, beta: 0.1 }, Some(30)).expect("a rule");
         let points = learning(&rule, &[false; 40]).points;
-        check_drawing("learning curve", &"CUSUM", || learning_curve(&points, &rule, "x", "CUSUM"));
+        check_drawing("learning curve", &"CUSUM", || draw_learning_curve(&points, &rule, "x", "CUSUM"));
         for points in [vec![], vec![ScorePoint { at: samples::NOW, score: 70.0, passed: true }]] {
-            check_drawing("scores", &"CUSUM", || scores(&points, 60.0, "x", "CUSUM"));
+            check_drawing("scores", &"CUSUM", || draw_scores(&points, 60.0, "x", "CUSUM"));
         }
     }
 }

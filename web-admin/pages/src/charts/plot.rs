@@ -83,7 +83,7 @@ impl Plot {
 
 /// Least and greatest of some values, with 0 among them; `None` when there are none.
 #[must_use]
-pub fn extent(values: impl Iterator<Item = f64>) -> Option<Extent> {
+pub fn extent_with_zero(values: impl Iterator<Item = f64>) -> Option<Extent> {
     values
         .filter(|v| v.is_finite())
         .map(|v| Extent::new(v.min(0.0), v.max(0.0)))

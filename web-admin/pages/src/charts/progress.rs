@@ -25,11 +25,11 @@ const DATES: u32 = 3;
 
 /// Scores over time, with the pass mark. `key` makes the ids unique on the page.
 #[must_use]
-pub fn scores(points: &[ScorePoint], pass_mark: f64, key: &str, title: &str) -> String {
+pub fn draw_scores(points: &[ScorePoint], pass_mark: f64, key: &str, title: &str) -> String {
     let id = format!("scores-{key}");
-    let caption = Caption { id: &id, class: "scores", title, description: &describe(points, pass_mark) };
+    let caption = Caption { id: &id, class: "scores", title, description: &describe_scores(points, pass_mark) };
     let area = Area { x: 40.0, y: 10.0, width: WIDTH - 96.0, height: HEIGHT - 44.0 };
-    let plot = Plot::rising(area, times(points), Extent::new(0.0, 100.0));
+    let plot = Plot::rising(area, extent_of_times(points), Extent::new(0.0, 100.0));
     let mut svg = Svg::new(WIDTH, HEIGHT, &caption);
     plot.draw_y_axis(&mut svg, 6, tr!("score"));
     draw_dates(&mut svg, &plot, points);
@@ -39,12 +39,12 @@ pub fn scores(points: &[ScorePoint], pass_mark: f64, key: &str, title: &str) -> 
     svg.text(
         "pass-name",
         PaperPoint::new(area.right() + 5.0, y + 4.0),
-        &tr!("pass {score}", score = format::points(pass_mark)),
+        &tr!("pass {score}", score = format::format_points(pass_mark)),
     );
-    let line: Vec<_> = points.iter().map(|p| plot.at(seconds(p.at), p.score)).collect();
+    let line: Vec<_> = points.iter().map(|p| plot.at(seconds_since_1970(p.at), p.score)).collect();
     svg.polyline("score-line", &line);
     for point in points {
-        draw_point(&mut svg, plot.at(seconds(point.at), point.score), point.passed);
+        draw_point(&mut svg, plot.at(seconds_since_1970(point.at), point.score), point.passed);
     }
     svg.finish()
 }
@@ -60,24 +60,24 @@ fn draw_point(svg: &mut Svg, at: PaperPoint, passed: bool) {
     }
 }
 
-fn describe(points: &[ScorePoint], pass_mark: f64) -> String {
+fn describe_scores(points: &[ScorePoint], pass_mark: f64) -> String {
     let passed = points.iter().filter(|p| p.passed).count();
     match (points.first(), points.last()) {
         (Some(first), Some(last)) => tr!(
             "Attempts: {all}, of them passed at the mark of {mark}: {passed}. The first scored {first}, the last {last}.",
             all = points.len(),
-            mark = format::points(pass_mark),
+            mark = format::format_points(pass_mark),
             passed = passed,
-            first = format::points(first.score),
-            last = format::points(last.score)
+            first = format::format_points(first.score),
+            last = format::format_points(last.score)
         ),
         _ => tr!("No scored attempt yet.").to_owned(),
     }
 }
 
 /// The span of time shown; attempts of one moment get an hour to either side.
-fn times(points: &[ScorePoint]) -> Extent {
-    let seen = Extent::around(points.iter().map(|p| seconds(p.at)));
+fn extent_of_times(points: &[ScorePoint]) -> Extent {
+    let seen = Extent::around(points.iter().map(|p| seconds_since_1970(p.at)));
     if !seen.from.is_finite() {
         return Extent::new(0.0, 1.0);
     }
@@ -86,7 +86,7 @@ fn times(points: &[ScorePoint]) -> Extent {
 }
 
 /// Seconds since 1970: exact in a double for a few hundred million years.
-fn seconds(at: OffsetDateTime) -> f64 {
+fn seconds_since_1970(at: OffsetDateTime) -> f64 {
     at.unix_timestamp() as f64
 }
 
@@ -102,7 +102,7 @@ fn draw_dates(svg: &mut Svg, plot: &Plot, points: &[ScorePoint]) {
         let share = f64::from(i) / f64::from(DATES - 1);
         let x = area.x + share * area.width;
         let day = OffsetDateTime::from_unix_timestamp((shown.from + share * shown.length()) as i64).map(|t| t.date());
-        let label = day.map_or(String::new(), format::short_date);
+        let label = day.map_or(String::new(), format::format_short_date);
         // A week of one day would print the same date three times.
         if label != before {
             let anchor = ["", " middle", " end"][i as usize];
@@ -114,7 +114,7 @@ fn draw_dates(svg: &mut Svg, plot: &Plot, points: &[ScorePoint]) {
 
 /// A line of scores, the last one marked. It repeats what the table says, so it is not read out.
 #[must_use]
-pub fn sparkline(points: &[ScorePoint], pass_mark: f64) -> String {
+pub fn draw_sparkline(points: &[ScorePoint], pass_mark: f64) -> String {
     let mut svg = Svg::ornament(120.0, 28.0, "spark");
     let last = points.len().saturating_sub(1);
     let x = AxisScale::new(Extent::new(0.0, last.max(1) as f64), Extent::new(4.0, 116.0));
@@ -130,7 +130,7 @@ pub fn sparkline(points: &[ScorePoint], pass_mark: f64) -> String {
 
 /// One square per exercise: full with a tick when mastered, half when begun, empty otherwise. The count stands beside it.
 #[must_use]
-pub fn mastery_strip(mastered_begun: &[(bool, bool)]) -> String {
+pub fn draw_mastery_strip(mastered_begun: &[(bool, bool)]) -> String {
     let mut svg = Svg::ornament(mastered_begun.len() as f64 * 16.0, 14.0, "strip");
     for (i, (mastered, begun)) in mastered_begun.iter().enumerate() {
         let square = Area { x: i as f64 * 16.0 + 1.0, y: 1.0, width: 12.0, height: 12.0 };
@@ -153,7 +153,7 @@ pub fn mastery_strip(mastered_begun: &[(bool, bool)]) -> String {
 
 /// A share of a whole as a bar, 0–1. The number stands beside it.
 #[must_use]
-pub fn share_bar(share: f64) -> String {
+pub fn draw_share_bar(share: f64) -> String {
     let mut svg = Svg::ornament(96.0, 8.0, "share");
     let width = AxisScale::new(Extent::new(0.0, 1.0), Extent::new(0.0, 96.0)).at(share);
     svg.rect("whole", Area { x: 0.0, y: 0.0, width: 96.0, height: 8.0 });
@@ -163,7 +163,7 @@ pub fn share_bar(share: f64) -> String {
 
 /// A score as a bar with the pass mark on it. The numbers stand beside it.
 #[must_use]
-pub fn score_bar(score: f64, pass_mark: Option<f64>) -> String {
+pub fn draw_score_bar(score: f64, pass_mark: Option<f64>) -> String {
     let scale = AxisScale::new(Extent::new(0.0, 100.0), Extent::new(0.0, 240.0));
     let mut svg = Svg::ornament(240.0, 18.0, "score-bar");
     svg.rect("whole", Area { x: 0.0, y: 4.0, width: 240.0, height: 10.0 });
@@ -190,7 +190,7 @@ mod tests {
 
     #[test]
     fn passes_are_discs_and_fails_are_crosses() {
-        let markup = scores(&points(&[40.0, 65.0, 82.0]), 70.0, "x", "Scores");
+        let markup = draw_scores(&points(&[40.0, 65.0, 82.0]), 70.0, "x", "Scores");
         assert_eq!(markup.matches("point pass").count(), 1);
         assert_eq!(markup.matches("point fail").count(), 4, "two strokes per fail");
         assert!(markup.contains(">1 Mar<") || markup.contains(">2 Mar<"), "{markup}");
@@ -200,7 +200,7 @@ mod tests {
     #[test]
     fn none_and_one_are_drawn_without_nonsense() {
         for few in [points(&[]), points(&[50.0])] {
-            for markup in [scores(&few, 70.0, "x", "Scores"), sparkline(&few, 70.0)] {
+            for markup in [draw_scores(&few, 70.0, "x", "Scores"), draw_sparkline(&few, 70.0)] {
                 assert!(!markup.contains("NaN") && !markup.contains("polyline"), "{markup}");
             }
         }
@@ -208,7 +208,7 @@ mod tests {
 
     #[test]
     fn a_strip_has_a_square_per_exercise() {
-        let markup = mastery_strip(&[(true, true), (false, true), (false, false)]);
+        let markup = draw_mastery_strip(&[(true, true), (false, true), (false, false)]);
         assert_eq!(markup.matches("\"cell\"").count(), 2);
         assert_eq!(markup.matches("tick-mark").count(), 1);
         assert_eq!(markup.matches("cell half").count(), 1);
@@ -216,7 +216,7 @@ mod tests {
 
     #[test]
     fn a_share_stays_in_its_bar() {
-        assert!(share_bar(7.0).contains("filled\" x=\"0\" y=\"0\" width=\"96\""));
-        assert!(!share_bar(0.0).contains("filled"));
+        assert!(draw_share_bar(7.0).contains("filled\" x=\"0\" y=\"0\" width=\"96\""));
+        assert!(!draw_share_bar(0.0).contains("filled"));
     }
 }

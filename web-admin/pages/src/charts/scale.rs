@@ -72,7 +72,7 @@ impl AxisScale {
     #[must_use]
     pub fn ticks(&self, most: usize) -> Vec<f64> {
         let Extent { from, to } = self.domain;
-        let step = step(to - from, most);
+        let step = round_step(to - from, most);
         let first = (from / step).ceil();
         let count = ((to / step + 1e-9).floor() - first).max(0.0);
         // The bound keeps a broken domain from filling the page.
@@ -81,15 +81,15 @@ impl AxisScale {
 }
 
 /// The smallest of 1, 2, 5 × 10ⁿ that needs at most `most` ticks.
-fn step(span: f64, most: usize) -> f64 {
+fn round_step(span: f64, most: usize) -> f64 {
     let least = span / f64::from(u32::try_from(most.max(2)).unwrap_or(u32::MAX) - 1);
-    let power = 10_f64.powi(exponent(least));
+    let power = 10_f64.powi(decimal_exponent(least));
     let factor = [1.0, 2.0, 5.0].into_iter().find(|f| f * power >= least * (1.0 - 1e-9));
     factor.unwrap_or(10.0) * power
 }
 
 /// The power of ten at or below a positive number.
-fn exponent(value: f64) -> i32 {
+fn decimal_exponent(value: f64) -> i32 {
     let digits = libm::log10(value).floor();
     // A double's exponent fits with room to spare; anything else is a broken domain.
     if digits.is_finite() { digits.clamp(-300.0, 300.0) as i32 } else { 0 }
@@ -99,7 +99,8 @@ fn exponent(value: f64) -> i32 {
 #[must_use]
 pub fn tick_label(value: f64, ticks: &[f64]) -> String {
     let step = ticks.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
-    let decimals = if step.is_finite() && step < 1.0 { usize::try_from(-exponent(step)).unwrap_or(0) } else { 0 };
+    let decimals =
+        if step.is_finite() && step < 1.0 { usize::try_from(-decimal_exponent(step)).unwrap_or(0) } else { 0 };
     // Negative zero would read as −0.
     words::decimal(&format!("{:.decimals$}", value + 0.0))
 }

@@ -79,8 +79,8 @@ impl Svg {
         let (width, height) = (Short(width), Short(height));
         let body = format!(
             r#"<svg class="chart {class}" viewBox="0 0 {width} {height}" role="img" aria-labelledby="{id}-t {id}-d"><title id="{id}-t">{}</title><desc id="{id}-d">{}</desc>"#,
-            escape(title),
-            escape(description)
+            escape_markup(title),
+            escape_markup(description)
         );
         Self { body }
     }
@@ -117,7 +117,7 @@ impl Svg {
     /// A line through points; fewer than two are left out.
     pub fn polyline(&mut self, class: &str, points: &[PaperPoint]) {
         if points.len() > 1 {
-            let points = join(points);
+            let points = join_points(points);
             self.push(format_args!(r#"<polyline class="{class}" points="{points}"/>"#));
         }
     }
@@ -125,7 +125,7 @@ impl Svg {
     /// A closed shape.
     pub fn polygon(&mut self, class: &str, points: &[PaperPoint]) {
         if points.len() > 2 {
-            let points = join(points);
+            let points = join_points(points);
             self.push(format_args!(r#"<polygon class="{class}" points="{points}"/>"#));
         }
     }
@@ -138,13 +138,13 @@ impl Svg {
 
     /// Text from a point on its baseline. The classes `middle` and `end` anchor it elsewhere.
     pub fn text(&mut self, class: &str, at: PaperPoint, text: &str) {
-        let (x, y, text) = (Short(at.x), Short(at.y), escape(text));
+        let (x, y, text) = (Short(at.x), Short(at.y), escape_markup(text));
         self.push(format_args!(r#"<text class="{class}" x="{x}" y="{y}">{text}</text>"#));
     }
 
     /// Text that reads upwards around a point.
     pub fn text_upwards(&mut self, class: &str, at: PaperPoint, text: &str) {
-        let (x, y, text) = (Short(at.x), Short(at.y), escape(text));
+        let (x, y, text) = (Short(at.x), Short(at.y), escape_markup(text));
         self.push(format_args!(r#"<text class="{class}" transform="translate({x} {y}) rotate(-90)">{text}</text>"#));
     }
 
@@ -154,7 +154,7 @@ impl Svg {
     }
 }
 
-fn join(points: &[PaperPoint]) -> String {
+fn join_points(points: &[PaperPoint]) -> String {
     let mut joined = String::with_capacity(points.len() * 12);
     for PaperPoint { x, y } in points {
         // Writing into a String cannot fail.
@@ -181,7 +181,7 @@ impl fmt::Display for Short {
 
 /// Text as it may stand in markup.
 #[must_use]
-pub fn escape(text: &str) -> String {
+pub fn escape_markup(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for c in text.chars() {
         match c {

@@ -32,14 +32,14 @@ pub struct TraceStrip<'a> {
 
 /// Draws a strip: marks are numbered lines from the bottom, pops dashed ones from the top.
 #[must_use]
-pub fn trace(strip: &TraceStrip<'_>, size: DrawingSize) -> String {
+pub fn draw_trace_strip(strip: &TraceStrip<'_>, size: DrawingSize) -> String {
     let Extent { from: from_s, to: to_s } = strip.stretch_s;
     let id = format!("strip-{}-{}", strip.number, size.name());
     let title = tr!("Force from {from} to {to} s", from = format!("{from_s:.0}"), to = format!("{to_s:.0}"));
     let description = tr!(
         "The force on the hand against time. {marks} marks, {pops} pops shown.",
-        marks = within(strip.marks, strip.stretch_s).count(),
-        pops = within(strip.pops, strip.stretch_s).count()
+        marks = moments_within(strip.marks, strip.stretch_s).count(),
+        pops = moments_within(strip.pops, strip.stretch_s).count()
     );
     let caption = Caption { id: &id, class: size.name(), title: &title, description: &description };
     let area = Area { x: LEFT, y: TOP, width: size.width() - LEFT - RIGHT, height: 130.0 };
@@ -48,7 +48,7 @@ pub fn trace(strip: &TraceStrip<'_>, size: DrawingSize) -> String {
     let mut svg = Svg::new(size.width(), area.bottom() + 40.0, &caption);
     plot.draw_y_axis(&mut svg, 4, tr!("force (N)"));
     plot.draw_x_axis(&mut svg, size.ticks() + 1, tr!("time since the start (s)"));
-    for (_, pop) in within(strip.pops, strip.stretch_s) {
+    for (_, pop) in moments_within(strip.pops, strip.stretch_s) {
         let x = plot.x.at(pop);
         svg.line(tr!("pop"), PaperPoint::new(x, area.y - 4.0), PaperPoint::new(x, area.bottom()));
         svg.text("pop-name middle", PaperPoint::new(x, area.y - 9.0), tr!("pop"));
@@ -60,7 +60,7 @@ pub fn trace(strip: &TraceStrip<'_>, size: DrawingSize) -> String {
         .flat_map(|span| [plot.at(span.t_s, span.force_min_n), plot.at(span.t_s, span.force_max_n)])
         .collect();
     svg.polyline("curve", &line);
-    for (number, mark) in within(strip.marks, strip.stretch_s) {
+    for (number, mark) in moments_within(strip.marks, strip.stretch_s) {
         let x = plot.x.at(mark);
         svg.line("own-mark", PaperPoint::new(x, area.y), PaperPoint::new(x, area.bottom()));
         svg.text("mark-number", PaperPoint::new(x + 3.0, area.y + 11.0), &number.to_string());
@@ -69,7 +69,7 @@ pub fn trace(strip: &TraceStrip<'_>, size: DrawingSize) -> String {
 }
 
 /// Moments within a strip, with their numbers over the whole trace, from 1. A moment on an edge is in the later strip.
-fn within(moments: &[f64], stretch_s: Extent) -> impl Iterator<Item = (usize, f64)> + '_ {
+fn moments_within(moments: &[f64], stretch_s: Extent) -> impl Iterator<Item = (usize, f64)> + '_ {
     let numbered = moments.iter().enumerate().map(|(at, moment)| (at + 1, *moment));
     numbered.filter(move |(_, moment)| *moment >= stretch_s.from && *moment < stretch_s.to)
 }
@@ -95,10 +95,10 @@ mod tests {
             marks: &[1.0, 6.0, 10.0],
             pops: &[6.1],
         };
-        let markup = trace(&strip, DrawingSize::Wide);
+        let markup = draw_trace_strip(&strip, DrawingSize::Wide);
         assert_eq!(markup.matches("class=\"own-mark\"").count(), 1);
         assert!(markup.contains(">2</text>") && markup.matches("class=\"pop\"").count() == 1, "{markup}");
-        let blinded = trace(&TraceStrip { pops: &[], ..strip }, DrawingSize::Narrow);
+        let blinded = draw_trace_strip(&TraceStrip { pops: &[], ..strip }, DrawingSize::Narrow);
         assert!(!blinded.contains("class=\"pop"), "{blinded}");
     }
 }

@@ -98,7 +98,7 @@ pub struct Worry {
 
 /// A cell from a step. The tone has its word in the status, so that no colour speaks alone.
 #[must_use]
-pub fn heat_cell(href: String, step: &StepProgress, pass_mark: f64) -> HeatCell {
+pub fn make_heat_cell(href: String, step: &StepProgress, pass_mark: f64) -> HeatCell {
     let last = &step.attempts[step.attempts.len().saturating_sub(DECLINE_RUN)..];
     let count = u32::try_from(last.len()).unwrap_or(u32::MAX);
     let mean = (count > 0).then(|| last.iter().map(|a| a.score).sum::<f64>() / f64::from(count));
@@ -123,7 +123,7 @@ impl CohortProgressPage {
     /// The days as a drawing.
     #[must_use]
     pub fn drawing(&self) -> String {
-        charts::by_day(&self.days)
+        charts::draw_attempts_by_day(&self.days)
     }
 
     /// The day is the one that is looked into.
@@ -147,7 +147,7 @@ mod tests {
 
     #[test]
     fn a_cohort_sees_its_map_its_worries_and_what_is_hard() {
-        let html = samples::keep("cohort-progress", &made::cohort_progress_page());
+        let html = samples::keep_page("cohort-progress", &made::cohort_progress_page());
         for words in ["Hardest", "heat-low", "Mastered", "/trainees/1/exercises/", "Stuck", "progress.csv", "By day"] {
             assert!(html.contains(words), "{words}: {html}");
         }

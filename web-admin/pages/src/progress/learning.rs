@@ -64,7 +64,7 @@ impl CurveFacts {
     pub fn new(step: &StepProgress, rule: CurveRule, decides: bool, title: &str) -> Option<Self> {
         let curve = step.curve.as_ref()?;
         Some(Self {
-            drawing: charts::learning_curve(&curve.points, &rule.rule, "own", title),
+            drawing: charts::draw_learning_curve(&curve.points, &rule.rule, "own", title),
             rule,
             decides,
             standing: curve.standing,
@@ -111,7 +111,7 @@ impl HabitsView {
     #[must_use]
     pub fn new(found: Habits, pages: &[String]) -> Self {
         let row = |line: Line| HabitRow {
-            label: metric::label(&line.metric),
+            label: metric::metric_label(&line.metric),
             points: line.mean_points,
             costly: (line.costly, line.judged),
             advice: words::known(line.advice),
@@ -119,7 +119,7 @@ impl HabitsView {
         };
         Self {
             attempts: pages.len(),
-            strengths: found.strengths.into_iter().map(|line| metric::label(&line.metric)).collect(),
+            strengths: found.strengths.into_iter().map(|line| metric::metric_label(&line.metric)).collect(),
             habits: found.habits.into_iter().map(row).collect(),
         }
     }
@@ -140,7 +140,7 @@ impl Comparison {
     /// The score among those of the others.
     #[must_use]
     pub fn drawing(&self) -> String {
-        charts::among(self.own, &self.others)
+        charts::draw_score_among_others(self.own, &self.others)
     }
 }
 
@@ -193,13 +193,13 @@ impl CurveRow {
             passed: attempt.passed,
             value: points.get(i).map(|p| p.value),
             learning: points.get(i).is_some_and(|p| p.learning),
-            said: said(points, i),
+            said: find_in_curve(points, i),
         };
         step.attempts.iter().enumerate().map(row).rev().collect()
     }
 }
 
-fn said(points: &[CurvePoint], at: usize) -> CurveFinding {
+fn find_in_curve(points: &[CurvePoint], at: usize) -> CurveFinding {
     let before = at.checked_sub(1).and_then(|i| points.get(i)).map_or(Standing::NotYet, |p| p.standing);
     match (points.get(at).and_then(|p| p.crossed), before) {
         (None, _) => CurveFinding::Nothing,
@@ -219,7 +219,7 @@ mod tests {
 
     #[test]
     fn a_curve_says_state_parameters_and_what_is_needed() {
-        let html = samples::keep("learning", &made::learning_page(9));
+        let html = samples::keep_page("learning", &made::learning_page(9));
         for words in ["more straight successes", "LC-CUSUM", "revisions", "Overshoot", "/sessions/0", "attempts.csv"] {
             assert!(html.contains(words), "{words}: {html}");
         }
@@ -228,20 +228,20 @@ mod tests {
 
     #[test]
     fn a_curve_beside_another_rule_says_that_it_decides_nothing() {
-        let html = samples::keep("learning-beside", &made::learning_beside_passes(9));
+        let html = samples::keep_page("learning-beside", &made::learning_beside_passes(9));
         for words in ["3 passes", "it decides nothing in this course", "more straight successes", "an example"] {
             assert!(html.contains(words), "{words}: {html}");
         }
-        assert!(!samples::keep("learning", &made::learning_page(9)).contains("decides nothing"));
+        assert!(!samples::keep_page("learning", &made::learning_page(9)).contains("decides nothing"));
     }
 
     #[test]
     fn beyond_its_attempts_the_stated_error_no_longer_holds() {
-        assert!(samples::keep("learning-beyond", &made::learning_page(60)).contains("no longer holds"));
+        assert!(samples::keep_page("learning-beyond", &made::learning_page(60)).contains("no longer holds"));
     }
 
     #[test]
     fn without_an_attempt_the_page_says_what_to_do() {
-        assert!(samples::keep("learning-empty", &made::learning_page(0)).contains("No scored attempt yet"));
+        assert!(samples::keep_page("learning-empty", &made::learning_page(0)).contains("No scored attempt yet"));
     }
 }

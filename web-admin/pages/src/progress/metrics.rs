@@ -40,7 +40,7 @@ impl MetricSpreadRow {
     /// The box, on the metric's own scale.
     #[must_use]
     pub fn drawing(&self) -> String {
-        charts::spread(&self.five, charts::Extent::new(self.five.min, self.five.max))
+        charts::draw_spread(&self.five, charts::Extent::new(self.five.min, self.five.max))
     }
 }
 
@@ -70,7 +70,7 @@ mod tests {
 
     #[test]
     fn a_metric_is_shown_by_its_quartiles() {
-        let html = samples::keep("cohort-metrics", &made::metrics_page());
+        let html = samples::keep_page("cohort-metrics", &made::metrics_page());
         for words in ["Peak force", "Median", "/sessions/", "metrics.csv"] {
             assert!(html.contains(words), "{words}: {html}");
         }

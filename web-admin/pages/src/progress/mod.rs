@@ -7,7 +7,7 @@ mod metrics;
 mod samples;
 mod school;
 
-pub use cohort::{CohortProgressPage, CourseHeat, Hardness, HeatCell, HeatRow, Worry, heat_cell};
+pub use cohort::{CohortProgressPage, CourseHeat, Hardness, HeatCell, HeatRow, Worry, make_heat_cell};
 pub use learning::{Comparison, CurveFacts, CurveFinding, CurveRow, HabitRow, HabitsView, LearningPage};
 pub use metrics::{MetricSpreadRow, MetricsPage, ScoredRow};
 pub use school::{MonthRow, SchoolProgressPage, YearRow};

@@ -8,7 +8,7 @@ use time::Duration;
 
 use super::{
     CohortProgressPage, Comparison, CourseHeat, CurveFacts, CurveRow, HabitsView, Hardness, HeatRow, LearningPage,
-    MetricSpreadRow, MetricsPage, ScoredRow, Worry, heat_cell,
+    MetricSpreadRow, MetricsPage, ScoredRow, Worry, make_heat_cell,
 };
 use crate::trainee::score_points;
 use crate::{StatusWord, charts, samples};
@@ -60,7 +60,7 @@ pub(super) fn learning_page(attempts: usize) -> LearningPage {
         exercise: ("Feel the layers".to_owned(), "/exercises/feel-the-layers".to_owned()),
         course: ("Lower back: first punctures".to_owned(), crate::trainee::rule_in_words(&rule)),
         status: StatusWord::Open,
-        scores: charts::scores(&score_points(&step.attempts), 60.0, "own", "Feel the layers"),
+        scores: charts::draw_scores(&score_points(&step.attempts), 60.0, "own", "Feel the layers"),
         curve: CurveFacts::new(&step, curve, true, "Learning curve"),
         mixed: step.mixes_revisions(),
         passed: wilson(step.passes(), step.attempts.len()).ok(),
@@ -96,7 +96,7 @@ pub(super) fn cohort_progress_page() -> CohortProgressPage {
             .steps
             .iter()
             .zip(&course.steps)
-            .map(|(step, of)| heat_cell(format!("/trainees/1/exercises/{}", of.exercise), step, 60.0))
+            .map(|(step, of)| make_heat_cell(format!("/trainees/1/exercises/{}", of.exercise), step, 60.0))
             .collect(),
     };
     let stuck = Concern::Stuck { title: "Feel the layers".to_owned(), fails: 5, last_score: 22.0 };
@@ -119,7 +119,7 @@ pub(super) fn cohort_progress_page() -> CohortProgressPage {
         worries: vec![Worry {
             name: "Bruno Ferrari".to_owned(),
             href: "/trainees/1/exercises/feel-the-layers".to_owned(),
-            concern: crate::concern::concern(&stuck),
+            concern: crate::concern::say_concern(&stuck),
         }],
         days: (0_usize..28)
             .map(|i| (samples::NOW.date() - Duration::days(27 - i64::try_from(i).expect("few")), i % 5, i % 3))

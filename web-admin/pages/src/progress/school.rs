@@ -83,16 +83,16 @@ mod tests {
                 attempts: 20,
                 passed,
                 mean: Some(81.5),
-                bar: charts::share_bar(0.9),
+                bar: charts::draw_share_bar(0.9),
             }],
         };
-        let html = samples::keep("school-progress", &full);
+        let html = samples::keep_page("school-progress", &full);
         assert!(html.contains("90 % (70–97 %)") && html.contains("/cohorts/1/progress"), "{html}");
         assert!(html.contains("/progress?year=2025") && html.contains("/progress.csv?year=2026"), "{html}");
         assert!(html.contains("href=\"/progress/attempts.csv\""), "{html}");
         let nobody = SchoolProgressPage { cohorts: vec![], later: false, next: None, ..full.clone() };
-        assert!(samples::keep("school-progress-nobody", &nobody).contains("is in a cohort"));
+        assert!(samples::keep_page("school-progress-nobody", &nobody).contains("is in a cohort"));
         let empty = SchoolProgressPage { years: vec![], cohorts: vec![], months: vec![], ..full };
-        assert!(samples::keep("school-progress-empty", &empty).contains("No scored attempt yet"));
+        assert!(samples::keep_page("school-progress-empty", &empty).contains("No scored attempt yet"));
     }
 }

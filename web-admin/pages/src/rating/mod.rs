@@ -104,10 +104,10 @@ mod tests {
         };
         let shell = samples::shell(Role::Instructor);
         let page = RatingsPage { shell: shell.clone(), rounds: vec![row((1, 4)), row((0, 0))] };
-        let html = samples::keep("ratings", &page);
+        let html = samples::keep_page("ratings", &page);
         assert!(html.contains("&#60;round&#62;") && html.contains("7 of 12") && html.contains("Rate 3"), "{html}");
         let empty = RatingsPage { shell, rounds: vec![] };
-        assert!(samples::keep("ratings-none", &empty).contains("Nobody has asked for ratings yet"));
+        assert!(samples::keep_page("ratings-none", &empty).contains("Nobody has asked for ratings yet"));
     }
 
     #[test]
@@ -129,7 +129,7 @@ mod tests {
             assignment: String::new(),
             refused: Some("raters: 1; at least 2 are needed".to_owned()),
         };
-        let html = samples::keep("ratings-new", &page);
+        let html = samples::keep_page("ratings-new", &page);
         assert!(html.contains("Spring &#34;round&#34;") && html.contains("at least 2 are needed"), "{html}");
         assert_eq!(html.matches(" checked").count(), 2, "{html}");
     }

@@ -74,11 +74,11 @@ impl RatePage {
     }
 
     fn replay_script(&self) -> String {
-        assets::address("replay.js")
+        assets::asset_address("replay.js")
     }
 
     fn saving_script(&self) -> String {
-        assets::address("survey.js")
+        assets::asset_address("survey.js")
     }
 }
 

@@ -81,8 +81,10 @@ impl ScoreView {
         let complete = table.complete_and_missing();
         let icc = &table.agreement;
         let agreement = vec![
-            figure(tr!("ICC(2,1): one rater"), icc, |icc| (Some(icc.single_random), icc.single_random_95)),
-            figure(tr!("ICC(2,k): the mean of all raters"), icc, |icc| (icc.average_random, icc.average_random_95)),
+            say_rating_figure(tr!("ICC(2,1): one rater"), icc, |icc| (Some(icc.single_random), icc.single_random_95)),
+            say_rating_figure(tr!("ICC(2,k): the mean of all raters"), icc, |icc| {
+                (icc.average_random, icc.average_random_95)
+            }),
         ];
         let with_mean = |row: Vec<Option<f64>>| {
             let mean = mean(&row).map(|(mean, _)| mean);
@@ -95,7 +97,7 @@ impl ScoreView {
 type Ends = Option<(f64, f64)>;
 
 /// A figure of agreement in words, with its interval.
-fn figure(
+fn say_rating_figure(
     name: &'static str,
     agreement: &Result<IntraclassCorrelation, NotComputable>,
     pick: fn(&IntraclassCorrelation) -> (Option<f64>, Ends),
@@ -109,9 +111,9 @@ fn figure(
                 if agreed { tr!("not computable: the raters agree to the last point") } else { too_little }.to_owned()
             };
             let ends = ends.map_or_else(why, |(low, high)| {
-                tr!("{low} to {high}", low = format::fixed(low, 2), high = format::fixed(high, 2))
+                tr!("{low} to {high}", low = format::format_fixed(low, 2), high = format::format_fixed(high, 2))
             });
-            (name, value.map_or_else(|| "–".to_owned(), |value| format::fixed(value, 2)), ends)
+            (name, value.map_or_else(|| "–".to_owned(), |value| format::format_fixed(value, 2)), ends)
         }
         Err(why) => (name, tr!("not computable: {why}", why = words::phrase(&why.in_words())), "–".to_owned()),
     }

@@ -10,7 +10,7 @@ use model::Role;
 use model::rating::ScoreTable;
 
 pub(super) fn show(name: &str, page: &(impl askama::Template + std::fmt::Debug)) -> String {
-    samples::keep(name, page)
+    samples::keep_page(name, page)
 }
 
 fn own() -> Vec<OwnRating> {

@@ -110,14 +110,14 @@ pub struct ResultRow {
 
 /// Milliseconds in words; a dash for none.
 #[must_use]
-pub fn ms(error_ms: Option<f64>) -> String {
-    error_ms.map_or_else(|| "–".to_owned(), |ms| format!("{} ms", format::fixed(ms, 0)))
+pub fn as_milliseconds(error_ms: Option<f64>) -> String {
+    error_ms.map_or_else(|| "–".to_owned(), |ms| format!("{} ms", format::format_fixed(ms, 0)))
 }
 
 /// When something was, for a list of attempts.
 #[must_use]
 pub fn attempt_label(trainee: &str, exercise: &str, at: OffsetDateTime) -> String {
-    format!("{trainee} · {exercise} · {}", format::date_time(at))
+    format!("{trainee} · {exercise} · {}", format::format_date_time(at))
 }
 
 #[cfg(test)]
@@ -150,7 +150,7 @@ mod tests {
     #[test]
     fn a_trainee_sees_what_is_left_and_an_instructor_makes_more() {
         let page = SegmentsPage { shell: samples::shell(Role::Trainee), tasks: vec![task()], teaches: false };
-        let html = samples::keep("segments-own", &page);
+        let html = samples::keep_page("segments-own", &page);
         assert!(
             html.contains("1 of 3")
                 && html.contains("2 days longer for you")
@@ -164,10 +164,10 @@ mod tests {
             traces: vec![("/segments/traces/1".to_owned(), true), ("/segments/traces/2".to_owned(), false)],
             outcome: outcome(),
         };
-        let html = samples::keep("segments-task-own", &own);
+        let html = samples::keep_page("segments-task-own", &own);
         assert!(html.contains("<strong>2</strong> of 3 pops") && html.contains("75 ms"), "{html}");
         let page = SegmentsPage { shell: samples::shell(Role::Instructor), tasks: vec![], teaches: true };
-        assert!(samples::keep("segments-none", &page).contains("/segments/new"));
+        assert!(samples::keep_page("segments-none", &page).contains("/segments/new"));
     }
 
     #[test]
@@ -179,7 +179,7 @@ mod tests {
             traces: vec![("/segments/traces/1".to_owned(), "/sessions/1/replay".to_owned(), 3)],
             rows: vec![row("Ada", outcome()), row("Ben", TraceOutcome { traces: 3, ..TraceOutcome::default() })],
         };
-        let html = samples::keep("segments-task", &page);
+        let html = samples::keep_page("segments-task", &page);
         assert!(
             html.contains("100 ms") && html.contains("name=\"days\"") && html.contains("0 of 3") && html.contains("–"),
             "{html}"
@@ -197,7 +197,7 @@ mod tests {
             attempts: vec![SelectOption { value: "1".to_owned(), label: "Ada".to_owned(), chosen: true }],
             refused: Some("the due date: skipped".to_owned()),
         };
-        let html = samples::keep("segments-new", &page);
+        let html = samples::keep_page("segments-new", &page);
         assert!(html.contains("x &#34;y&#34;") && html.contains("2026-03-29T02:30") && html.contains("skipped"));
     }
 }

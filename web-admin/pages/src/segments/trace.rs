@@ -6,7 +6,7 @@ use uuid::Uuid;
 
 use crate::charts;
 use crate::charts::{Extent, TRACE_LEFT, TRACE_RIGHT, TraceStrip};
-use crate::segments::{TaskRow, ms};
+use crate::segments::{TaskRow, as_milliseconds};
 use crate::{Shell, assets, format};
 use model::segments::{MOST_MARKS, TOLERANCE_S, Verdict};
 use model::series::Span;
@@ -76,7 +76,7 @@ impl PopLine {
     fn error(&self) -> Option<String> {
         let error_ms = self.pop_s.zip(self.mark_s).map(|(pop, mark)| (mark - pop) * 1e3)?;
         let sign = if error_ms > 0.0 { "+" } else { "" };
-        Some(format!("{sign}{} ms", format::fixed(error_ms, 0)))
+        Some(format!("{sign}{} ms", format::format_fixed(error_ms, 0)))
     }
 }
 
@@ -96,7 +96,11 @@ impl StripView {
                 marks,
                 pops,
             };
-            Self { from_s: *from_s, to_s: *to_s, drawing: charts::both(|size| charts::trace(&strip, size)) }
+            Self {
+                from_s: *from_s,
+                to_s: *to_s,
+                drawing: charts::draw_both_widths(|size| charts::draw_trace_strip(&strip, size)),
+            }
         };
         strips.iter().enumerate().map(view).collect()
     }
@@ -116,11 +120,11 @@ impl TracePage {
     }
 
     fn tolerance_ms(&self) -> String {
-        format::fixed(TOLERANCE_S * 1e3, 0)
+        format::format_fixed(TOLERANCE_S * 1e3, 0)
     }
 
     fn script(&self) -> String {
-        assets::address("segments.js")
+        assets::asset_address("segments.js")
     }
 
     /// Pops, hit or missed, and marks that hit none, in order of time.
@@ -181,18 +185,18 @@ mod tests {
 
     #[test]
     fn a_trace_is_marked_with_numbers_alone_and_tells_nothing() {
-        let html = samples::keep("segments-trace", &page(None));
+        let html = samples::keep_page("segments-trace", &page(None));
         assert_eq!(html.matches("name=\"mark\"").count(), 6, "{html}");
         assert!(!html.contains("class=\"pop") && html.contains("value=\"6.1\""), "{html}");
         let refused = TracePage { refused: Some("pop 1: “x”".to_owned()), ..page(None) };
-        assert!(samples::keep("segments-trace-refused", &refused).contains("role=\"alert\""));
+        assert!(samples::keep_page("segments-trace-refused", &refused).contains("role=\"alert\""));
     }
 
     #[test]
     fn afterwards_pops_stand_beside_the_marks() {
         let pops = vec![2.1, 4.0];
         let verdict = Verdict::of(&pops, &[2.0, 6.1]);
-        let html = samples::keep("segments-trace-sent", &page(Some(TraceTruth { verdict: Some(verdict), pops })));
+        let html = samples::keep_page("segments-trace-sent", &page(Some(TraceTruth { verdict: Some(verdict), pops })));
         for wanted in ["class=\"pop\"", "1 of 2", "−100 ms", "missed", "no pop here"] {
             assert!(html.contains(wanted), "{wanted} is missing in {html}");
         }

@@ -183,12 +183,12 @@ pub struct AnswerChoice {
 
 /// Shows a page of the form in the language that its questions are asked in, or in English where the pages have not that
 /// one.
-pub fn shown(language: &str, page: impl IntoResponse) -> Response {
-    spoken(language, || page.into_response())
+pub fn respond_in_language(language: &str, page: impl IntoResponse) -> Response {
+    speak_language(language, || page.into_response())
 }
 
 /// Says what belongs on a page of the form in the language of its questions.
-pub fn spoken<T>(language: &str, say: impl FnOnce() -> T) -> T {
+pub fn speak_language<T>(language: &str, say: impl FnOnce() -> T) -> T {
     words::within(Language::named(language).unwrap_or(Language::ENGLISH), say)
 }
 
@@ -208,12 +208,12 @@ impl FormPage {
     /// The address of the script that saves while one answers.
     #[must_use]
     pub fn script(&self) -> String {
-        assets::address("survey.js")
+        assets::asset_address("survey.js")
     }
 }
 
 /// Why an answer was refused: what was said, and what is allowed.
-fn refusal(refused: &Refused) -> String {
+fn say_refusal(refused: &Refused) -> String {
     let found = match &refused.found {
         Found::Said(said) => said.clone(),
         Found::Characters(count) => tr!("{n} characters", n = count),
@@ -222,12 +222,16 @@ fn refusal(refused: &Refused) -> String {
         Allowed::Points(most) => tr!("a whole number from 1 to {most}", most = most),
         Allowed::Steps(min, max, step) => tr!(
             "{min} to {max} in steps of {step}",
-            min = format::stated(min, ""),
-            max = format::stated(max, ""),
-            step = format::stated(step, "")
+            min = format::format_stated(min, ""),
+            max = format::format_stated(max, ""),
+            step = format::format_stated(step, "")
         ),
         Allowed::Range(min, max, unit) => {
-            tr!("a number from {min} to {max}", min = format::stated(min, ""), max = format::stated(max, unit))
+            tr!(
+                "a number from {min} to {max}",
+                min = format::format_stated(min, ""),
+                max = format::format_stated(max, unit)
+            )
         }
         Allowed::OneOf(ids) => ids.join(", "),
         Allowed::Characters(most) => tr!("at most {most} characters", most = most),
@@ -247,7 +251,7 @@ impl Refusals {
             let name = format!("q.{}", instrument.items[at].id);
             fields.iter().find(|(key, _)| *key == name).map_or_else(String::new, |(_, value)| value.clone())
         };
-        Self(refused.iter().map(|(at, why)| (*at, typed(*at), refusal(why))).collect())
+        Self(refused.iter().map(|(at, why)| (*at, typed(*at), say_refusal(why))).collect())
     }
 
     /// What was typed at an item's place and refused, and why.
@@ -300,7 +304,8 @@ impl AskedText<'_> {
     }
 
     fn field(&self, scale: &ScaleKind, given: &GivenField<'_>) -> QuestionField {
-        let typed = || given.refused.as_ref().map(|(typed, _)| typed.clone()).or_else(|| given.answer.map(written));
+        let typed =
+            || given.refused.as_ref().map(|(typed, _)| typed.clone()).or_else(|| given.answer.map(field_as_written));
         match scale {
             ScaleKind::Likert { points, labels, first, last, .. } => {
                 let marks = (1..=*points).map(f64::from).collect();
@@ -320,10 +325,10 @@ impl AskedText<'_> {
             ScaleKind::Pair => {
                 let named =
                     |id: &String| self.instrument.item(id).map(|(_, item)| (id.clone(), self.read(item.short())));
-                one(self.item.pair.iter().filter_map(named), given)
+                field_of_one(self.item.pair.iter().filter_map(named), given)
             }
             ScaleKind::Choice { options } => {
-                one(options.iter().map(|option| (option.id.clone(), self.read(&option.text))), given)
+                field_of_one(options.iter().map(|option| (option.id.clone(), self.read(&option.text))), given)
             }
             ScaleKind::Choices { options } => {
                 let chosen = |id: &String| matches!(given.answer, Some(Answer::Several(ids)) if ids.contains(id));
@@ -344,7 +349,7 @@ impl AskedText<'_> {
         let chosen = given.answer.and_then(Answer::number);
         let point = |mark: f64| AnswerChoice {
             value: mark.to_string(),
-            label: format::stated(mark, ""),
+            label: format::format_stated(mark, ""),
             checked: chosen.is_some_and(|chosen| (chosen - mark).abs() < 1e-9),
         };
         let class = if marks.len() > 11 { "marks" } else { "points" };
@@ -361,14 +366,14 @@ impl AskedText<'_> {
     }
 }
 
-fn one(options: impl Iterator<Item = (String, String)>, given: &GivenField<'_>) -> QuestionField {
+fn field_of_one(options: impl Iterator<Item = (String, String)>, given: &GivenField<'_>) -> QuestionField {
     let chosen = |id: &str| matches!(given.answer, Some(Answer::Text(text)) if text == id);
     let choice = |(value, label): (String, String)| AnswerChoice { checked: chosen(&value), value, label };
     QuestionField::One { options: options.map(choice).collect(), none: given.answer.is_none() }
 }
 
 /// An answer as it is typed.
-fn written(answer: &Answer) -> String {
+fn field_as_written(answer: &Answer) -> String {
     match answer {
         Answer::Number(number) => number.to_string(),
         Answer::Text(text) => text.clone(),

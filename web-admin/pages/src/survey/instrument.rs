@@ -93,14 +93,14 @@ impl InstrumentPreview {
             scores: instrument
                 .scores
                 .iter()
-                .map(|key| (key.title.in_language(language).to_owned(), rule(key)))
+                .map(|key| (key.title.in_language(language).to_owned(), say_scoring_rule(key)))
                 .collect(),
         }
     }
 }
 
 /// A scoring key as arithmetic.
-fn rule(key: &documents::instrument::ScoreKey) -> String {
+fn say_scoring_rule(key: &documents::instrument::ScoreKey) -> String {
     use documents::instrument::{Combine, Missing};
     let items = key.items.len();
     let mut words = match key.combine {

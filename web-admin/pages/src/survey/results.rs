@@ -60,7 +60,7 @@ impl AskedLine {
         if self.asked == 0 {
             return "–".to_owned();
         }
-        format!("{}\u{a0}%", format::fixed(self.answered as f64 / self.asked as f64 * 100.0, 0))
+        format!("{}\u{a0}%", format::format_fixed(self.answered as f64 / self.asked as f64 * 100.0, 0))
     }
 }
 
@@ -148,7 +148,7 @@ impl ResultsPage {
         let alike = |a: &ItemResult, b: &ItemResult| {
             (&a.section, a.kind, a.labels.len()) == (&b.section, b.kind, b.labels.len())
         };
-        self.results.items.chunk_by(alike).enumerate().map(|(at, items)| block(at, items)).collect()
+        self.results.items.chunk_by(alike).enumerate().map(|(at, items)| make_item_block(at, items)).collect()
     }
 
     /// The scores of the groups as boxes.
@@ -156,13 +156,13 @@ impl ResultsPage {
     pub fn score_boxes(&self, score: &ScoreResult) -> String {
         let key = format!("score-{}", score.id);
         let (least, greatest) = score.range;
-        score_boxes(&score.groups, Extent::new(least, greatest), &key, &score.title)
+        draw_score_boxes(&score.groups, Extent::new(least, greatest), &key, &score.title)
     }
 
     /// The scores of another split as boxes.
     #[must_use]
     pub fn split_boxes(&self, score: &SplitScore, at: impl Borrow<usize>) -> String {
-        score_boxes(&score.groups, score.range, &format!("split-{}", at.borrow()), &score.title)
+        draw_score_boxes(&score.groups, score.range, &format!("split-{}", at.borrow()), &score.title)
     }
 
     /// Scores against the chosen figure as points.
@@ -170,22 +170,22 @@ impl ResultsPage {
     pub fn points(&self, score: &ScatteredScore, at: impl Borrow<usize>) -> String {
         let metric = self.against.metrics.iter().find(|(.., chosen)| *chosen).map_or("", |(_, title, _)| title);
         let key = format!("against-{}", at.borrow());
-        charts::both(|size| charts::scatter(&score.points, metric, &score.title, &key, size))
+        charts::draw_both_widths(|size| charts::draw_scatter(&score.points, metric, &score.title, &key, size))
     }
 }
 
-fn block(at: usize, items: &[ItemResult]) -> ItemBlock<'_> {
+fn make_item_block(at: usize, items: &[ItemResult]) -> ItemBlock<'_> {
     let key = format!("items-{at}");
     let heading = items.first().map_or("", |item| item.section.as_str());
     let drawing = match items.first().map(|item| item.kind) {
-        Some("likert") => likert(items, &key, heading),
-        Some("slider") => profile(items, &key, heading),
+        Some("likert") => draw_likert_items(items, &key, heading),
+        Some("slider") => draw_profile(items, &key, heading),
         _ => String::new(),
     };
     ItemBlock { heading, drawing, items: items.iter().collect() }
 }
 
-fn likert(items: &[ItemResult], key: &str, title: &str) -> String {
+fn draw_likert_items(items: &[ItemResult], key: &str, title: &str) -> String {
     let bar = |item: &ItemResult| {
         let name = item.name.clone();
         let of = move |group: &ItemGroup| LikertBar {
@@ -195,11 +195,15 @@ fn likert(items: &[ItemResult], key: &str, title: &str) -> String {
         item.groups.iter().map(of).collect::<Vec<_>>()
     };
     let bars: Vec<LikertBar> = items.iter().flat_map(bar).collect();
-    if bars.is_empty() { String::new() } else { charts::both(|size| charts::diverging(&bars, key, title, size)) }
+    if bars.is_empty() {
+        String::new()
+    } else {
+        charts::draw_both_widths(|size| charts::draw_diverging_bars(&bars, key, title, size))
+    }
 }
 
 /// Sliders side by side: the profile of a workload.
-fn profile(items: &[ItemResult], key: &str, title: &str) -> String {
+fn draw_profile(items: &[ItemResult], key: &str, title: &str) -> String {
     let mut rows = Vec::new();
     let mut range = Extent::new(0.0, 100.0);
     for (item, group) in items.iter().flat_map(|item| item.groups.iter().map(move |group| (item, group))) {
@@ -216,15 +220,19 @@ fn profile(items: &[ItemResult], key: &str, title: &str) -> String {
     if rows.is_empty() {
         return String::new();
     }
-    charts::both(|size| charts::boxes(&rows, range, key, title, size))
+    charts::draw_both_widths(|size| charts::draw_boxes(&rows, range, key, title, size))
 }
 
-fn score_boxes(groups: &[ScoreGroup], range: Extent, key: &str, title: &str) -> String {
+fn draw_score_boxes(groups: &[ScoreGroup], range: Extent, key: &str, title: &str) -> String {
     let row = |group: &ScoreGroup| BoxRow {
         label: format!("{} ({})", words::known(&group.group), group.n),
         quartiles: group.quartiles.value().map(|q| (q.lower, q.median, q.upper)),
         mean: group.mean.value().map(|m| (m.value, m.low, m.high)),
     };
     let rows: Vec<BoxRow> = groups.iter().map(row).collect();
-    if rows.is_empty() { String::new() } else { charts::both(|size| charts::boxes(&rows, range, key, title, size)) }
+    if rows.is_empty() {
+        String::new()
+    } else {
+        charts::draw_both_widths(|size| charts::draw_boxes(&rows, range, key, title, size))
+    }
 }

@@ -12,7 +12,7 @@ use super::results::{
     AskedLine, CommentBlock, ResultsPage, ScatteredScore, ScatteredScores, SplitScore, SplitScores, SurveyComment,
 };
 use crate::charts::Extent;
-use crate::samples::{NOW, keep, shell};
+use crate::samples::{NOW, keep_page, shell};
 use model::mail::LetterDelivery;
 use model::survey::Identity;
 use model::survey::results::{Results, Row, correlation, score_group};
@@ -47,8 +47,8 @@ fn the_form_asks_in_both_languages_and_escapes_what_was_typed() {
     for name in ["sus.toml", "nasa-tlx-weighted.toml", "simulator-validity.toml", "free-comment.toml"] {
         let instrument = shipped(name);
         for page in 0..instrument.pages().len() {
-            let english = keep(&format!("survey-{}-{page}", instrument.id), &form(&instrument, "en", page));
-            let german = || keep(&format!("survey-{}-{page}-de", instrument.id), &form(&instrument, "de", page));
+            let english = keep_page(&format!("survey-{}-{page}", instrument.id), &form(&instrument, "en", page));
+            let german = || keep_page(&format!("survey-{}-{page}-de", instrument.id), &form(&instrument, "de", page));
             let german = words::within(Language::named("de").expect("German"), german);
             assert!(english.contains("<html lang=\"en\">") && german.contains("<html lang=\"de\">"));
             assert!(german.contains("Aufhören") && !german.contains("Save and go on"), "{german}");
@@ -79,7 +79,7 @@ fn before_the_first_question_it_is_said_what_leads_to_a_person() {
             refused: identity == Identity::Named,
             begun: false,
         };
-        let html = keep(&format!("survey-consent-{}", identity.as_str()), &page);
+        let html = keep_page(&format!("survey-consent-{}", identity.as_str()), &page);
         assert!(html.contains(says) && html.contains("voluntary") && html.contains("Deutsch"), "{html}");
     }
 }
@@ -93,7 +93,7 @@ fn the_end_says_what_became_of_the_answers() {
     ] {
         let (language, title, action) = ("en".to_owned(), "Survey".to_owned(), "/survey/secret".to_owned());
         let page = EndPage { language, title, end, identity: Identity::Anonymous, action };
-        assert!(keep(&format!("survey-end-{end:?}").to_lowercase(), &page).contains(says));
+        assert!(keep_page(&format!("survey-end-{end:?}").to_lowercase(), &page).contains(says));
     }
 }
 
@@ -127,7 +127,7 @@ fn lists_and_the_page_of_a_survey() {
         created_at: NOW,
     };
     let page = SurveysPage { shell: shell(Role::Instructor), asked: vec![], surveys: Some(vec![row]) };
-    let html = keep("surveys", &page);
+    let html = keep_page("surveys", &page);
     assert!(html.contains("Generated answers") && !html.contains("<2026>"), "{html}");
     let asked = OwnSurveyRow {
         title: "Usability".to_owned(),
@@ -137,7 +137,7 @@ fn lists_and_the_page_of_a_survey() {
         closes_at: Some(NOW),
     };
     let page = SurveysPage { shell: shell(Role::Trainee), asked: vec![asked], surveys: None };
-    assert!(keep("surveys-trainee", &page).contains("Answer"));
+    assert!(keep_page("surveys-trainee", &page).contains("Answer"));
     let page = ManagePage {
         shell: shell(Role::Instructor),
         title: "Validity".to_owned(),
@@ -152,7 +152,7 @@ fn lists_and_the_page_of_a_survey() {
         letters_left: 298,
         mailed: Some((2, 1)),
     };
-    let html = keep("survey-manage", &page);
+    let html = keep_page("survey-manage", &page);
     assert!(html.contains("shown once") && html.contains("1 had been written to before"), "{html}");
     for words in ["Sent", "Waits", "no such mailbox &#60;x&#62;", "It may have gone out"] {
         assert!(html.contains(words), "{words}: {html}");
@@ -164,7 +164,7 @@ fn lists_and_the_page_of_a_survey() {
         href: "/surveys/1".to_owned(),
         links,
     };
-    assert!(keep("survey-links", &page).contains("1 link"));
+    assert!(keep_page("survey-links", &page).contains("1 link"));
 }
 
 #[test]
@@ -183,7 +183,7 @@ fn a_new_survey_keeps_what_was_typed() {
         typed,
         refusal: Some("last day: 2026-06-01; allowed: a day that is not over".to_owned()),
     };
-    let html = keep("survey-new", &page);
+    let html = keep_page("survey-new", &page);
     assert!(html.contains("2026-06-01") && html.contains("checked") && html.contains("&#34;study&#34;"), "{html}");
 }
 
@@ -191,12 +191,13 @@ fn a_new_survey_keeps_what_was_typed() {
 fn instruments_are_listed_shown_and_edited() {
     let rows = vec![("Usability".to_owned(), "/surveys/instruments/sus".to_owned(), "sus".to_owned(), NOW)];
     assert!(
-        keep("instruments", &InstrumentsPage { shell: shell(Role::Instructor), instruments: rows }).contains("sus")
+        keep_page("instruments", &InstrumentsPage { shell: shell(Role::Instructor), instruments: rows })
+            .contains("sus")
     );
     let preview = InstrumentPreview::new(&shipped("simulator-validity.toml"));
     let href = "/surveys/instruments/simulator-validity".to_owned();
     let page = InstrumentPage { shell: shell(Role::Instructor), href, preview: preview.clone(), editable: true };
-    assert!(keep("instrument", &page).contains("at least 4 must be answered"));
+    assert!(keep_page("instrument", &page).contains("at least 4 must be answered"));
     let page = EditPage {
         shell: shell(Role::Instructor),
         heading: "Edit an instrument",
@@ -205,7 +206,7 @@ fn instruments_are_listed_shown_and_edited() {
         issues: vec!["document:1:1: id: missing".to_owned()],
         preview: Some(preview),
     };
-    assert!(!keep("instrument-edit", &page).contains("</textarea><script>"));
+    assert!(!keep_page("instrument-edit", &page).contains("</textarea><script>"));
 }
 
 /// Twenty-four people: answers that a formula spreads over the points.
@@ -286,19 +287,19 @@ fn results_page(instrument: &Instrument, owner: bool) -> ResultsPage {
 
 #[test]
 fn results_show_pictures_tables_and_why_something_is_missing() {
-    let html = keep("survey-results", &results_page(&shipped("simulator-validity.toml"), true));
+    let html = keep_page("survey-results", &results_page(&shipped("simulator-validity.toml"), true));
     for wanted in ["S-CVI/Ave", "ICC(2,1)", "Spearman", "80\u{a0}%", "generated by a program", "fewer than five people"]
     {
         assert!(html.contains(wanted), "{wanted} is not in {html}");
     }
     assert!(!html.contains("<script>alert"), "{html}");
-    keep("survey-results-tlx", &results_page(&shipped("nasa-tlx.toml"), false));
+    keep_page("survey-results-tlx", &results_page(&shipped("nasa-tlx.toml"), false));
 }
 
 #[test]
 fn alpha_of_one_item_is_not_computable_and_says_so() {
     let mut one = shipped("nasa-tlx.toml");
     one.scores[0].items.truncate(1);
-    let html = keep("survey-results-one", &results_page(&one, true));
+    let html = keep_page("survey-results-one", &results_page(&one, true));
     assert!(html.contains("not computable: 1 items, at least 2 needed"), "{html}");
 }

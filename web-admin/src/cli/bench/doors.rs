@@ -5,7 +5,7 @@ use anyhow::Context;
 
 use super::school;
 use crate::AppState;
-use crate::demo::school::{COHORTS, email};
+use crate::demo::school::{COHORTS, email_of};
 use crate::worker;
 use acts::accounts;
 use acts::{drafting, ratings, regrading, roster_import, surveys};
@@ -36,31 +36,33 @@ pub(super) struct Doors {
 
 /// Begins a draft, a dry run of a roster, a re-grading of every attempt at an exercise by those whom an instructor teaches, ratings that
 /// nobody has given, a link to choose a password by, and one to a survey.
-pub(super) async fn open(state: &AppState, administrator: &CurrentPerson) -> anyhow::Result<Doors> {
+pub(super) async fn open_doors(state: &AppState, administrator: &CurrentPerson) -> anyhow::Result<Doors> {
     let mut doors = Doors { stranger: OPEN.map(str::to_owned).to_vec(), ..Doors::default() };
-    let instructor = person(state, &generated::instructor_email(0)).await?;
+    let instructor = find_person(state, &generated::instructor_email(0)).await?;
     let exercises = exercises::all_current(state.db.reader(), administrator.school_id).await?;
     let exercise = exercises.first().context("an exercise")?;
     let draft = drafting::exercise(state, administrator, &exercise.exercise_id, None).await?;
-    let roster = roster();
+    let roster = send_roster();
     let wanted = Wanted { cohort: None, remove_missing: true };
     let roster = roster_import::keep(state, administrator, "roster.csv", roster.as_bytes(), &wanted).await?;
     doors.administrator = vec![format!("/drafts/{draft}"), format!("/people/rosters/{roster}")];
     let regrading = regrading::exercise::look(state, &instructor, &exercise.exercise_id, exercise.id).await?;
-    worker::work_off(state).await?;
-    let round = rate(state, &instructor).await?;
+    worker::work_off_jobs(state).await?;
+    let round = open_rating_round(state, &instructor).await?;
     doors.instructor = vec![format!("/drafts/{draft}"), format!("/regradings/{regrading}"), round];
-    doors.stranger.extend([invitation(state, administrator).await?, link(state, administrator).await?]);
+    doors
+        .stranger
+        .extend([make_invitation(state, administrator).await?, make_survey_link(state, administrator).await?]);
     Ok(doors)
 }
 
-async fn person(state: &AppState, email: &str) -> anyhow::Result<CurrentPerson> {
+async fn find_person(state: &AppState, email: &str) -> anyhow::Result<CurrentPerson> {
     let found = people::by_email(state.db.reader(), email).await?;
     found.and_then(people::Person::into_current).with_context(|| format!("{email} can sign in"))
 }
 
 /// The trainees of the crowd's first cohort, one of them under another name.
-fn roster() -> String {
+fn send_roster() -> String {
     let line = |place: u32| {
         let name = if place == 0 { "Another Name".to_owned() } else { format!("Generated {place:05}") };
         format!("{},{name},Generated 000\n", generated::trainee_email(place))
@@ -69,11 +71,11 @@ fn roster() -> String {
 }
 
 /// A round in which the instructor and another are to rate the latest attempts of those whom they teach.
-async fn rate(state: &AppState, instructor: &CurrentPerson) -> anyhow::Result<String> {
+async fn open_rating_round(state: &AppState, instructor: &CurrentPerson) -> anyhow::Result<String> {
     let reader = state.db.reader();
     let instrument = instruments::current(reader, instructor.school_id, "global-rating-puncture").await?;
     let latest = reports::latest_taught(reader, instructor).await?;
-    let other = person(state, &email(COHORTS[0].instructor)).await?;
+    let other = find_person(state, &email_of(COHORTS[0].instructor)).await?;
     let new = NewRound {
         revision_id: instrument.context("the instrument that raters use")?.id,
         title: "Attempts to rate".to_owned(),
@@ -85,13 +87,13 @@ async fn rate(state: &AppState, instructor: &CurrentPerson) -> anyhow::Result<St
 }
 
 /// A link to choose a password by, which nobody follows.
-async fn invitation(state: &AppState, administrator: &CurrentPerson) -> anyhow::Result<String> {
+async fn make_invitation(state: &AppState, administrator: &CurrentPerson) -> anyhow::Result<String> {
     let address = accounts::make_link(state, administrator.into(), Purpose::Reset).await?;
     Ok(address.strip_prefix(state.config.address().as_str()).unwrap_or(&address).to_owned())
 }
 
 /// The form of the survey with many answers.
-async fn link(state: &AppState, administrator: &CurrentPerson) -> anyhow::Result<String> {
+async fn make_survey_link(state: &AppState, administrator: &CurrentPerson) -> anyhow::Result<String> {
     let all: Vec<Survey> = asked::all(state.db.reader(), administrator.school_id).await?;
     let survey = all.iter().find(|survey| survey.title == school::TITLE).context("a survey that was made here")?;
     let links = surveys::make_links(state, administrator, survey, &["a professional".to_owned()]).await?;

@@ -37,7 +37,11 @@ pub(super) struct Timing {
 }
 
 /// Asks for all pages in turn, each time by the next of its addresses, whether or not the answers keep up.
-pub(super) async fn ask(visitors: &[BenchVisitor], pages: &[Page], pace: RequestPace) -> anyhow::Result<Vec<Timing>> {
+pub(super) async fn ask_steadily(
+    visitors: &[BenchVisitor],
+    pages: &[Page],
+    pace: RequestPace,
+) -> anyhow::Result<Vec<Timing>> {
     let requests = usize::try_from(u64::from(pace.rate) * u64::from(pace.seconds))?;
     let mut ticks = interval(Duration::from_secs(1) / pace.rate);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Burst);
@@ -49,7 +53,7 @@ pub(super) async fn ask(visitors: &[BenchVisitor], pages: &[Page], pace: Request
         let (visitor, path, progress) = (visitors[*visitor].clone(), path.clone(), Arc::clone(&progress));
         let due = ticks.tick().await;
         asked.spawn(async move {
-            let bytes = size(&visitor, &path).await?;
+            let bytes = size_of_answer(&visitor, &path).await?;
             progress.inc(1);
             Ok(Timing { page, took: due.elapsed(), bytes })
         });
@@ -60,12 +64,12 @@ pub(super) async fn ask(visitors: &[BenchVisitor], pages: &[Page], pace: Request
 }
 
 /// Asks for one address again and again, each time when the answer before is there.
-pub(super) async fn repeat(visitor: &BenchVisitor, path: &str, times: usize) -> anyhow::Result<Vec<Timing>> {
+pub(super) async fn ask_repeatedly(visitor: &BenchVisitor, path: &str, times: usize) -> anyhow::Result<Vec<Timing>> {
     let clock = Clock::system();
     let mut timings = Vec::new();
     for _ in 0..times {
         let begun = clock.now();
-        let bytes = size(visitor, path).await?;
+        let bytes = size_of_answer(visitor, path).await?;
         let took_us = u64::try_from(clock.now().micros() - begun.micros())?;
         timings.push(Timing { page: 0, took: Duration::from_micros(took_us), bytes });
     }
@@ -73,7 +77,7 @@ pub(super) async fn repeat(visitor: &BenchVisitor, path: &str, times: usize) -> 
 }
 
 /// The size of a page that must be there, compressed, in bytes.
-async fn size(visitor: &BenchVisitor, path: &str) -> anyhow::Result<usize> {
+async fn size_of_answer(visitor: &BenchVisitor, path: &str) -> anyhow::Result<usize> {
     let answer = visitor.ask(path, "gzip").await?;
     anyhow::ensure!(answer.status == StatusCode::OK, "{path}: {}", answer.status);
     Ok(answer.body.len())

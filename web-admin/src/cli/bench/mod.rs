@@ -18,7 +18,7 @@ use std::path::PathBuf;
 use anyhow::Context;
 use clap::{Args, value_parser};
 
-use super::{CommandFailure, say};
+use super::{CommandFailure, say_line};
 use crate::demo::ATTEMPTS_EACH;
 use load::RequestPace;
 use pages::Tour;
@@ -58,37 +58,37 @@ pub struct BenchArgs {
     seconds: u32,
 }
 
-pub(super) async fn run(args: &BenchArgs) -> Result<(), CommandFailure> {
+pub(super) async fn run_bench(args: &BenchArgs) -> Result<(), CommandFailure> {
     std::fs::create_dir_all(&args.data_dir)?;
     std::fs::create_dir_all(&args.out)?;
     let pace = RequestPace { rate: args.rate, seconds: args.seconds };
     let mut measured = Vec::new();
     for attempts in &args.attempts {
-        measured.push(measure(args, *attempts, pace).await?);
+        measured.push(measure_school(args, *attempts, pace).await?);
     }
     let file = args.out.join("pages.md");
-    std::fs::write(&file, report::markdown(&measured, pace).map_err(anyhow::Error::from)?)?;
-    say(format_args!("{}", file.display()));
+    std::fs::write(&file, report::write_report(&measured, pace).map_err(anyhow::Error::from)?)?;
+    say_line(format_args!("{}", file.display()));
     Ok(())
 }
 
-async fn measure(args: &BenchArgs, attempts: u32, pace: RequestPace) -> anyhow::Result<MeasuredSchool> {
+async fn measure_school(args: &BenchArgs, attempts: u32, pace: RequestPace) -> anyhow::Result<MeasuredSchool> {
     let folder = args.data_dir.join(format!("attempts-{attempts}"));
     let trainees = attempts / ATTEMPTS_EACH;
-    say(format_args!("{attempts} attempts: making the school"));
-    let school = school::prepare(&folder, trainees).await?;
+    say_line(format_args!("{attempts} attempts: making the school"));
+    let school = school::prepare_school(&folder, trainees).await?;
     // Whatever was generated is on the disk before anybody asks: written meanwhile, it would hold up answers by up to half a second.
     File::open(folder.join("stylet.db"))?.sync_all()?;
     let service = BenchService::start(&folder)?;
-    say(format_args!("{attempts} attempts: looking for pages, after a start of {:.1} s", service.started_in_s));
+    say_line(format_args!("{attempts} attempts: looking for pages, after a start of {:.1} s", service.started_in_s));
     let visitors = visitor::sign_in(&service.url, trainees, school.doors).await?;
     let tour = Tour::take(&visitors, school.routes, &[&school.survey, ALL_ATTEMPTS]).await?;
-    say(format_args!("{attempts} attempts: asking for {} pages", tour.pages.len()));
-    let timings = load::ask(&visitors, &tour.pages, pace).await?;
+    say_line(format_args!("{attempts} attempts: asking for {} pages", tour.pages.len()));
+    let timings = load::ask_steadily(&visitors, &tour.pages, pace).await?;
     let results = format!("{}/results", school.survey);
     let administrator = visitors.iter().find(|visitor| visitor.role == "administrator").context("an administrator")?;
-    let results = load::repeat(administrator, &results, REPEATS).await?;
-    let all_attempts = load::repeat(administrator, ALL_ATTEMPTS, 1).await?;
+    let results = load::ask_repeatedly(administrator, &results, REPEATS).await?;
+    let all_attempts = load::ask_repeatedly(administrator, ALL_ATTEMPTS, 1).await?;
     Ok(MeasuredSchool {
         attempts,
         trainees,

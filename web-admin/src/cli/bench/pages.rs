@@ -39,14 +39,14 @@ impl Tour {
         routes.retain(|route| !files.iter().chain(aside).any(|other| route.starts_with(other)));
         let mut found: BTreeMap<(String, &'static str), Vec<(usize, String)>> = BTreeMap::new();
         for (place, visitor) in visitors.iter().enumerate() {
-            for (route, path) in walk(visitor, &routes, aside).await? {
+            for (route, path) in walk_pages(visitor, &routes, aside).await? {
                 found.entry((route, visitor.role)).or_default().push((place, path));
             }
         }
         let seen: BTreeSet<&str> = found.keys().map(|(route, _)| route.as_str()).collect();
         let mut unseen = Vec::new();
         for route in routes.iter().filter(|route| !seen.contains(route.as_str())) {
-            if is_page(&visitors[0], route).await? {
+            if is_html_page(&visitors[0], route).await? {
                 unseen.push(route.clone());
             }
         }
@@ -56,7 +56,11 @@ impl Tour {
 }
 
 /// Every address that a visitor comes to and is shown, with its route, a few of each.
-async fn walk(visitor: &BenchVisitor, routes: &[String], aside: &[&str]) -> anyhow::Result<Vec<(String, String)>> {
+async fn walk_pages(
+    visitor: &BenchVisitor,
+    routes: &[String],
+    aside: &[&str],
+) -> anyhow::Result<Vec<(String, String)>> {
     let mut waiting: VecDeque<String> = visitor.begins.iter().cloned().collect();
     let mut known: BTreeSet<String> = waiting.iter().cloned().collect();
     let mut asked: BTreeMap<&str, usize> = BTreeMap::new();
@@ -71,7 +75,7 @@ async fn walk(visitor: &BenchVisitor, routes: &[String], aside: &[&str]) -> anyh
         let answer = visitor.ask(&path, "identity").await?;
         if answer.status == StatusCode::OK {
             shown.push((route.to_owned(), path));
-            let found = links(&String::from_utf8_lossy(&answer.body));
+            let found = links_of_page(&String::from_utf8_lossy(&answer.body));
             let fresh = found
                 .into_iter()
                 .filter(|link| !aside.iter().any(|other| link.starts_with(other)) && known.insert(link.clone()));
@@ -82,7 +86,7 @@ async fn walk(visitor: &BenchVisitor, routes: &[String], aside: &[&str]) -> anyh
 }
 
 /// The addresses within the service that a page links to, without what follows `#`.
-fn links(page: &str) -> Vec<String> {
+fn links_of_page(page: &str) -> Vec<String> {
     let hrefs = page.split("href=\"").skip(1).filter_map(|rest| rest.split('"').next());
     let own = hrefs.filter(|href| href.starts_with('/') && !href.starts_with("//"));
     own.map(|href| href.split('#').next().unwrap_or_default().replace("&amp;", "&").replace("&#38;", "&")).collect()
@@ -99,7 +103,7 @@ fn route_of<'a>(path: &str, routes: &'a [String]) -> Option<&'a str> {
 }
 
 /// Whether a route can be looked at; others are only for sending something.
-async fn is_page(visitor: &BenchVisitor, route: &str) -> anyhow::Result<bool> {
+async fn is_html_page(visitor: &BenchVisitor, route: &str) -> anyhow::Result<bool> {
     let answer = visitor.ask(&route.replace(['{', '}'], ""), "identity").await?;
     Ok(answer.status != StatusCode::METHOD_NOT_ALLOWED)
 }
@@ -113,7 +117,7 @@ mod tests {
     #[test]
     fn links_lead_within_the_service() {
         let page = r##"<a href="/a?x=1&amp;y=2#top"> <a href="https://elsewhere/"> <a href="//other"> <a href="#here"> <a href="/b">"##;
-        assert_eq!(links(page), ["/a?x=1&y=2", "/b"]);
+        assert_eq!(links_of_page(page), ["/a?x=1&y=2", "/b"]);
     }
 
     #[test]

@@ -65,14 +65,15 @@ impl MeasuredSchool {
 ///
 /// # Errors
 /// Never: a text takes whatever is written to it.
-pub(super) fn markdown(measured: &[MeasuredSchool], pace: RequestPace) -> Result<String, std::fmt::Error> {
-    let mut text = head(pace);
-    let titles: String = measured.iter().map(|school| format!(" {} attempts |", thousands(school.attempts))).collect();
+pub(super) fn write_report(measured: &[MeasuredSchool], pace: RequestPace) -> Result<String, std::fmt::Error> {
+    let mut text = head_of_report(pace);
+    let titles: String =
+        measured.iter().map(|school| format!(" {} attempts |", group_thousands(school.attempts))).collect();
     let lines: String = measured.iter().map(|_| "---|").collect();
     write!(text, "| |{titles} bar |\n|---|{lines}---|\n")?;
     let results = format!("results of {RESPONSES} responses to {ITEMS} items, p50, ms");
     let figures: [(&str, SchoolFigure, &str); 9] = [
-        ("trainees", |school| Some(thousands(school.trainees)), ""),
+        ("trainees", |school| Some(group_thousands(school.trainees)), ""),
         ("requests", |school| Some(school.timings.len().to_string()), ""),
         ("all pages, p50, ms", |school| Some(format!("{:.1}", school.all()?.p50)), "≤ 25"),
         ("all pages, p99, ms", |school| Some(format!("{:.1}", school.all()?.p99)), "≤ 150"),
@@ -91,19 +92,20 @@ pub(super) fn markdown(measured: &[MeasuredSchool], pace: RequestPace) -> Result
             measured.iter().map(|school| format!(" {} |", figure(school).unwrap_or_default())).collect();
         writeln!(text, "| {what} |{values} {bar} |")?;
     }
-    pages(&mut text, measured)?;
-    unseen(&mut text, measured)?;
+    write_page_times(&mut text, measured)?;
+    write_unseen_pages(&mut text, measured)?;
     Ok(text)
 }
 
 /// The command and the version: what a report must say first to be of this program.
-fn made_by(profile: &str) -> String {
+fn first_line_of_report(profile: &str) -> String {
     let version = env!("CARGO_PKG_VERSION");
     format!("Measured by `web-admin bench --data-dir DIR --out DIR` with web-admin {version} ({profile} build) on ")
 }
 
-fn head(pace: RequestPace) -> String {
-    let (made_by, machine) = (made_by(if cfg!(debug_assertions) { "debug" } else { "release" }), machine());
+fn head_of_report(pace: RequestPace) -> String {
+    let (made_by, machine) =
+        (first_line_of_report(if cfg!(debug_assertions) { "debug" } else { "release" }), describe_machine());
     let RequestPace { rate, seconds } = pace;
     format!(
         "# Pages\n\n\
@@ -119,10 +121,10 @@ fn head(pace: RequestPace) -> String {
 }
 
 /// Each page on every school, the slowest first.
-fn pages(text: &mut String, measured: &[MeasuredSchool]) -> std::fmt::Result {
+fn write_page_times(text: &mut String, measured: &[MeasuredSchool]) -> std::fmt::Result {
     let Some(largest) = measured.last() else { return Ok(()) };
     let titles = |what: &str| -> String {
-        measured.iter().map(|school| format!(" {what} at {} |", thousands(school.attempts))).collect()
+        measured.iter().map(|school| format!(" {what} at {} |", group_thousands(school.attempts))).collect()
     };
     let lines: String = measured.iter().map(|_| "---|---|").collect();
     write!(text, "\n| page | seen by | kB |{}{}\n|---|---|---|{lines}\n", titles("p50, ms"), titles("p99, ms"))?;
@@ -142,14 +144,14 @@ fn pages(text: &mut String, measured: &[MeasuredSchool]) -> std::fmt::Result {
     Ok(())
 }
 
-fn unseen(text: &mut String, measured: &[MeasuredSchool]) -> std::fmt::Result {
+fn write_unseen_pages(text: &mut String, measured: &[MeasuredSchool]) -> std::fmt::Result {
     let Some(largest) = measured.last().filter(|school| !school.unseen.is_empty()) else { return Ok(()) };
     let routes: Vec<String> = largest.unseen.iter().map(|route| format!("`{route}`")).collect();
     writeln!(text, "\nNot measured, for no link leads there: {}.", routes.join(", "))
 }
 
 /// A number with its thousands apart.
-fn thousands(number: u32) -> String {
+fn group_thousands(number: u32) -> String {
     let digits = number.to_string();
     let parts: Vec<&str> =
         digits.as_bytes().rchunks(3).rev().filter_map(|part| std::str::from_utf8(part).ok()).collect();
@@ -157,7 +159,7 @@ fn thousands(number: u32) -> String {
 }
 
 /// Processor, threads and system.
-fn machine() -> String {
+fn describe_machine() -> String {
     let information = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = information.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
     let model = model.map_or("an unknown processor", |(_, name)| name.trim());
@@ -167,10 +169,10 @@ fn machine() -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::made_by;
+    use super::first_line_of_report;
 
     fn is_of_this_program(report: &str) -> bool {
-        report.lines().nth(2).is_some_and(|head| head.starts_with(&made_by("release")))
+        report.lines().nth(2).is_some_and(|head| head.starts_with(&first_line_of_report("release")))
     }
 
     #[test]

@@ -9,7 +9,7 @@ use anyhow::Context;
 use super::PASSWORD;
 use super::doors::{self, Doors};
 use crate::AppState;
-use crate::demo::school::{ADMINISTRATOR, email};
+use crate::demo::school::{ADMINISTRATOR, email_of};
 use crate::demo::{self, Demonstration};
 use crate::routes;
 use acts::clock::Clock;
@@ -36,28 +36,28 @@ pub(super) struct BenchSchool {
 }
 
 /// Makes the school in a folder, or takes the one that is there.
-pub(super) async fn prepare(folder: &Path, trainees: u32) -> anyhow::Result<BenchSchool> {
+pub(super) async fn prepare_school(folder: &Path, trainees: u32) -> anyhow::Result<BenchSchool> {
     if !folder.exists() {
-        make(folder, trainees).await?;
+        make_crowd(folder, trainees).await?;
     }
     let state = AppState::open(Config::in_folder(folder), Clock::system()).await?;
-    let administrator = administrator(&state).await?;
+    let administrator = find_administrator(&state).await?;
     let surveys = stored::all(state.db.reader(), administrator.school_id).await?;
     let survey = surveys.iter().find(|survey| survey.title == TITLE).context("a survey that was made here")?;
     let survey = format!("/surveys/{}", survey.id);
     let administrator = administrator.into_current().context("an administrator who can sign in")?;
-    let doors = doors::open(&state, &administrator).await?;
-    let school = BenchSchool { routes: routes::routes(&state).paths(), survey, doors };
+    let doors = doors::open_doors(&state, &administrator).await?;
+    let school = BenchSchool { routes: routes::all_routes(&state).paths(), survey, doors };
     state.db.close().await;
     Ok(school)
 }
 
-async fn administrator(state: &AppState) -> anyhow::Result<people::Person> {
-    let found = people::by_email(state.db.reader(), &email(ADMINISTRATOR)).await?;
+async fn find_administrator(state: &AppState) -> anyhow::Result<people::Person> {
+    let found = people::by_email(state.db.reader(), &email_of(ADMINISTRATOR)).await?;
     found.context("a demonstration has an administrator")
 }
 
-async fn make(folder: &Path, trainees: u32) -> anyhow::Result<()> {
+async fn make_crowd(folder: &Path, trainees: u32) -> anyhow::Result<()> {
     // Whole or not at all: one that was interrupted is begun anew.
     let unfinished = folder.with_extension("unfinished");
     if unfinished.exists() {
@@ -65,16 +65,17 @@ async fn make(folder: &Path, trainees: u32) -> anyhow::Result<()> {
     }
     let state = AppState::open(Config::in_folder(&unfinished), Clock::system()).await?;
     let wanted = Demonstration { weeks: 1, password: PASSWORD.to_owned(), seed: 1, crowd: trainees };
-    demo::make(&state, &wanted).await?;
-    let owner = administrator(&state).await?;
-    let survey = GeneratedSurvey { owner: &owner, title: TITLE, document: &document(), responses: RESPONSES };
+    demo::make_demonstration(&state, &wanted).await?;
+    let owner = find_administrator(&state).await?;
+    let survey =
+        GeneratedSurvey { owner: &owner, title: TITLE, document: &instrument_document(), responses: RESPONSES };
     generating::ask_nobody(&state, survey).await?;
     state.db.close().await;
     std::fs::rename(&unfinished, folder).context("the finished school cannot be given its name")
 }
 
 /// An instrument of thirty items in three scores.
-fn document() -> String {
+fn instrument_document() -> String {
     let mut text = String::from(
         "id = \"long\"\ntitle = { en = \"Long\" }\nlanguages = [\"en\"]\nduration_min = 5\nsource = \"generated\"\n\
          licence = \"any\"\n[[scale]]\nid = \"agree\"\nkind = \"likert\"\npoints = 5\n",

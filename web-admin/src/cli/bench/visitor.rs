@@ -44,12 +44,12 @@ const HOME: [&str; 3] = ["/", "/people?q=instructor", "/people?q=generated+00042
 pub(super) async fn sign_in(url: &str, trainees: u32, doors: Doors) -> anyhow::Result<Vec<BenchVisitor>> {
     let instructors = trainees.div_ceil(TRAINEES_OF_AN_INSTRUCTOR);
     let mut people = vec![
-        ("administrator", school::email(ADMINISTRATOR)),
-        ("instructor", school::email(COHORTS[0].instructor)),
-        ("trainee", school::email(LEARNERS[0].name)),
+        ("administrator", school::email_of(ADMINISTRATOR)),
+        ("instructor", school::email_of(COHORTS[0].instructor)),
+        ("trainee", school::email_of(LEARNERS[0].name)),
     ];
-    people.extend(spread(instructors).map(|place| ("instructor", generated::instructor_email(place))));
-    people.extend(spread(trainees).map(|place| ("trainee", generated::trainee_email(place))));
+    people.extend(spread_visitors(instructors).map(|place| ("instructor", generated::instructor_email(place))));
+    people.extend(spread_visitors(trainees).map(|place| ("trainee", generated::trainee_email(place))));
     let mut visitors = Vec::new();
     for (role, email) in people {
         let home = HOME.map(str::to_owned).into_iter();
@@ -67,7 +67,7 @@ pub(super) async fn sign_in(url: &str, trainees: u32, doors: Doors) -> anyhow::R
 }
 
 /// Some places out of so many, evenly; fewer where there are fewer.
-fn spread(of: u32) -> impl Iterator<Item = u32> {
+fn spread_visitors(of: u32) -> impl Iterator<Item = u32> {
     let many = OF_EACH.min(of);
     (0..many).map(move |n| n * (of / many))
 }
@@ -91,7 +91,7 @@ impl BenchVisitor {
 
     async fn sign_in(&mut self, email: &str) -> anyhow::Result<()> {
         let page = self.client.request(Request::get(format!("{}/login", self.url)).body(Body::empty())?).await?;
-        self.cookie = cookie(&page)?;
+        self.cookie = cookie_of_answer(&page)?;
         let page = to_bytes(Body::new(page.into_body()), usize::MAX).await?;
         let page = String::from_utf8_lossy(&page);
         let csrf = page.split("name=\"csrf\" value=\"").nth(1).and_then(|rest| rest.split('"').next());
@@ -104,13 +104,13 @@ impl BenchVisitor {
             .body(Body::from(form.join("&")))?;
         let answer = self.client.request(request).await?;
         ensure!(answer.status() == StatusCode::SEE_OTHER, "answered {}", answer.status());
-        self.cookie = cookie(&answer)?;
+        self.cookie = cookie_of_answer(&answer)?;
         Ok(())
     }
 }
 
 /// The cookie that an answer sets: of a form, or of a session.
-fn cookie<B>(answer: &Response<B>) -> anyhow::Result<String> {
+fn cookie_of_answer<B>(answer: &Response<B>) -> anyhow::Result<String> {
     let set = answer.headers().get_all(header::SET_COOKIE).iter().filter_map(|value| value.to_str().ok());
     let mut ours = set.filter(|set| set.starts_with("stylet_"));
     let pair = ours.next().and_then(|set| set.split(';').next());

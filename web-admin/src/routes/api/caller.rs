@@ -91,8 +91,8 @@ pub(super) async fn require_caller(
 ) -> Result<Response, ApiError> {
     let reads = matches!(*request.method(), Method::GET | Method::HEAD);
     let asked = asked_by(&state, &request);
-    let caller = match bearer(request.headers()) {
-        Some(token) => Some(by_shown_token(&state, token, &asked).await?),
+    let caller = match bearer_token(request.headers()) {
+        Some(token) => Some(caller_of_request(&state, token, &asked).await?),
         None if reads => person_of(&state, &session).await?.map(Caller::Person),
         None => None,
     };
@@ -105,20 +105,20 @@ pub(super) async fn require_caller(
 }
 
 /// Whose token this is. One that is nobody's, or is good no more, is written down.
-async fn by_shown_token(state: &AppState, token: &str, asked: &RequestFacts) -> Result<Caller, Error> {
-    let found = by_token(state, token).await.and_then(|caller| caller.ok_or(Error::Unauthorized));
+async fn caller_of_request(state: &AppState, token: &str, asked: &RequestFacts) -> Result<Caller, Error> {
+    let found = caller_of_token(state, token).await.and_then(|caller| caller.ok_or(Error::Unauthorized));
     if let Err(Error::Unauthorized | Error::Expired(_)) = &found {
         state.refusals.note_token(asked);
     }
     found
 }
 
-pub(crate) fn bearer(headers: &HeaderMap) -> Option<&str> {
+pub(crate) fn bearer_token(headers: &HeaderMap) -> Option<&str> {
     let (scheme, token) = headers.get(AUTHORIZATION)?.to_str().ok()?.split_once(' ')?;
     scheme.eq_ignore_ascii_case("bearer").then_some(token.trim())
 }
 
-async fn by_token(state: &AppState, token: &str) -> Result<Option<Caller>, Error> {
+async fn caller_of_token(state: &AppState, token: &str) -> Result<Option<Caller>, Error> {
     let Some(token) = tokens::find(state.db.reader(), &secret::token_sha256(token)).await? else {
         return Ok(None);
     };

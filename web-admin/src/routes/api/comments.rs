@@ -9,7 +9,7 @@ use utoipa::ToSchema;
 use uuid::Uuid;
 
 use super::caller::Caller;
-use super::sessions::find;
+use super::sessions::find_session;
 use super::{ApiId, ApiJson};
 use crate::AppState;
 use crate::error::{ApiError, ProblemDocument};
@@ -26,12 +26,12 @@ pub(super) struct Comments {
 /// What was said about an attempt.
 #[utoipa::path(get, path = "/sessions/{id}/comments", operation_id = "list_comments", params(("id" = Uuid, Path)),
     responses((status = 200, body = Comments), (status = 404, body = ProblemDocument)))]
-pub(super) async fn list(
+pub(super) async fn list_comments(
     State(state): State<AppState>,
     caller: Caller,
     ApiId(id): ApiId,
 ) -> Result<Json<Comments>, ApiError> {
-    let session = find(&state, &caller, id).await?;
+    let session = find_session(&state, &caller, id).await?;
     Ok(Json(Comments { comments: comments::of_session(state.db.reader(), session.key()).await? }))
 }
 
@@ -57,13 +57,13 @@ pub(super) struct Added {
 /// Adds a comment.
 #[utoipa::path(post, path = "/sessions/{id}/comments", operation_id = "add_comment", params(("id" = Uuid, Path)), request_body = NewComment,
     responses((status = 201, body = Added), (status = 404, body = ProblemDocument), (status = 422, body = ProblemDocument)))]
-pub(super) async fn add(
+pub(super) async fn add_comment(
     State(state): State<AppState>,
     caller: Caller,
     ApiId(id): ApiId,
     ApiJson(new): ApiJson<NewComment>,
 ) -> Result<(StatusCode, Json<Added>), ApiError> {
-    let session = find(&state, &caller, id).await?;
+    let session = find_session(&state, &caller, id).await?;
     let to_s = new.to_s.map_or_else(String::new, |to_s| to_s.to_string());
     let typed = Typed { kind: new.kind, from_s: new.from_s.to_string(), to_s, body: new.body };
     let comment = Comment::parse(&typed, session.duration_s);

@@ -27,10 +27,10 @@ const SHARED: [(HeaderName, &str); 4] = [
 ];
 
 /// Lets pages of the allowed origins read the answer. What a browser asks before it sends, `OPTIONS`, is answered to anybody.
-pub(super) async fn share(State(state): State<AppState>, request: Request, next: Next) -> Response {
+pub(super) async fn share_with_origin(State(state): State<AppState>, request: Request, next: Next) -> Response {
     let origin = request.headers().get(header::ORIGIN).cloned();
     let is_shared = match &origin {
-        Some(origin) => is_allowed(&state, origin).await,
+        Some(origin) => is_allowed_origin(&state, origin).await,
         None => false,
     };
     let mut response = next.run(request).await;
@@ -46,7 +46,7 @@ pub(super) async fn share(State(state): State<AppState>, request: Request, next:
 }
 
 /// Whether the service or any school allows an origin. A database that cannot be asked allows none.
-async fn is_allowed(state: &AppState, origin: &HeaderValue) -> bool {
+async fn is_allowed_origin(state: &AppState, origin: &HeaderValue) -> bool {
     let Ok(origin) = origin.to_str() else { return false };
     state.config.allowed_origins.iter().any(|allowed| allowed == origin)
         || origins::is_allowed(state.db.reader(), origin).await.unwrap_or(false)

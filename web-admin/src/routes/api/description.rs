@@ -26,32 +26,32 @@ const PIECE: &str = "application/offset+octet-stream";
     modifiers(&SharedDescription),
     components(schemas(ProblemDocument)),
     paths(
-        upload::create,
-        sessions::list,
-        sessions::show,
-        score::show,
-        sessions::recording,
-        comments::list,
-        comments::add,
-        replay::series,
-        replay::stage,
-        replay::frames,
-        ratings::series,
-        ratings::stage,
-        ratings::frames,
-        surveys::after,
-        surveys::answer,
-        tus::describe,
-        tus::create,
-        tus::show,
-        tus::append,
-        tus::terminate,
-        stations::pair,
-        stations::show,
-        stations::sign_in,
-        documents::assignments,
-        documents::exercises,
-        documents::exercise
+        upload::upload_recording,
+        sessions::list_sessions,
+        sessions::show_session,
+        score::show_score,
+        sessions::serve_recording,
+        comments::list_comments,
+        comments::add_comment,
+        replay::show_series,
+        replay::show_stage,
+        replay::show_frames,
+        ratings::show_rated_series,
+        ratings::show_rated_stage,
+        ratings::show_rated_frames,
+        surveys::list_surveys_after,
+        surveys::take_answers,
+        tus::describe_server,
+        tus::create_upload,
+        tus::show_upload,
+        tus::append_piece,
+        tus::terminate_upload,
+        stations::pair_station,
+        stations::show_station,
+        stations::sign_in_at_station,
+        documents::list_assignments,
+        documents::list_exercises,
+        documents::show_exercise
     )
 )]
 pub(super) struct ApiDescription;
@@ -65,30 +65,30 @@ impl Modify for SharedDescription {
         components.add_security_scheme("token", SecurityScheme::Http(Http::new(HttpAuthScheme::Bearer)));
         for item in description.paths.paths.values_mut() {
             let answers_head = item.head.is_some();
-            operations(item).for_each(|operation| complete(operation, answers_head));
+            operations_of_path(item).for_each(|operation| complete_operation(operation, answers_head));
         }
     }
 }
 
-fn operations(item: &mut PathItem) -> impl Iterator<Item = &mut Operation> {
+fn operations_of_path(item: &mut PathItem) -> impl Iterator<Item = &mut Operation> {
     let PathItem { get, put, post, delete, options, head, patch, .. } = item;
     [get, put, post, delete, options, head, patch].into_iter().flatten()
 }
 
-fn complete(operation: &mut Operation, answers_head: bool) {
+fn complete_operation(operation: &mut Operation, answers_head: bool) {
     // An operation with a list of its own asks for nothing.
     let needs_token = operation.security.is_none();
     let responses = &mut operation.responses.responses;
     if needs_token {
-        responses.entry("401".to_owned()).or_insert_with(refusal);
-        responses.entry("403".to_owned()).or_insert_with(refusal);
+        responses.entry("401".to_owned()).or_insert_with(describe_refusal);
+        responses.entry("403".to_owned()).or_insert_with(describe_refusal);
     }
     if !answers_head {
-        responses.entry("default".to_owned()).or_insert_with(refusal);
+        responses.entry("default".to_owned()).or_insert_with(describe_refusal);
     }
     for (status, response) in responses {
         if let RefOr::T(response) = response {
-            finish(status, response);
+            finish_description(status, response);
         }
     }
     if let Some(RefOr::T(body)) = &mut operation.request_body {
@@ -97,15 +97,15 @@ fn complete(operation: &mut Operation, answers_head: bool) {
     }
 }
 
-fn refusal() -> RefOr<Response> {
+fn describe_refusal() -> RefOr<Response> {
     let content = ContentBuilder::new().schema(Some(Ref::from_schema_name("Problem"))).build();
     RefOr::T(ResponseBuilder::new().content(PROBLEM, content).build())
 }
 
 /// Says what a status means where its handler does not, and how its body is sent.
-fn finish(status: &str, response: &mut Response) {
+fn finish_description(status: &str, response: &mut Response) {
     if response.description.is_empty() {
-        meaning(status).clone_into(&mut response.description);
+        meaning_of_status(status).clone_into(&mut response.description);
     }
     let is_problem = |content: &RefOr<Content>| match content {
         RefOr::T(Content { schema: Some(RefOr::Ref(schema)), .. }) => schema.ref_location.ends_with("/Problem"),
@@ -132,7 +132,7 @@ fn show_bytes(media_type: &str, content: &mut RefOr<Content>) {
 }
 
 /// What a status means, as `acts::error::Error` has it.
-const fn meaning(status: &str) -> &'static str {
+const fn meaning_of_status(status: &str) -> &'static str {
     match status.as_bytes() {
         b"200" => "Done",
         b"201" => "Made",

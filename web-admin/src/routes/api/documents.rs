@@ -84,7 +84,7 @@ impl AssignedView {
 }
 
 /// Notes which of the exercises were assigned, and puts those first, by their due date.
-fn assign(mut open: Vec<Assignment>, standings: &[assignment::Standing]) -> Vec<Assignment> {
+fn assigned_views(mut open: Vec<Assignment>, standings: &[assignment::Standing]) -> Vec<Assignment> {
     let place = |of: &Assignment| {
         standings.iter().position(|standing| match &standing.assigned.task {
             Task::Exercise(id) => *id == of.exercise_id && matches!(standing.stage, Stage::Open { .. }),
@@ -121,30 +121,37 @@ fn mastered_before(standing: &assignment::Standing, open: &[Assignment]) -> Opti
 /// What the caller may train now: not yet mastered, prerequisites honoured.
 #[utoipa::path(get, path = "/me/assignments", operation_id = "list_assignments",
     responses((status = 200, body = Assignments), (status = 401, body = ProblemDocument)))]
-pub(super) async fn assignments(State(state): State<AppState>, caller: Caller) -> Result<Json<Assignments>, ApiError> {
+pub(super) async fn list_assignments(
+    State(state): State<AppState>,
+    caller: Caller,
+) -> Result<Json<Assignments>, ApiError> {
     let person = caller.person()?;
-    Ok(Json(Assignments { assignments: due(&state, person.school_id, person.id).await? }))
+    Ok(Json(Assignments { assignments: due_of_exercise(&state, person.school_id, person.id).await? }))
 }
 
 /// What a person may train now, course by course.
-async fn due(state: &AppState, school: Uuid, person: Uuid) -> Result<Vec<Assignment>, Error> {
+async fn due_of_exercise(state: &AppState, school: Uuid, person: Uuid) -> Result<Vec<Assignment>, Error> {
     let mut assignments = Vec::new();
-    for (curriculum, course, progress) in courses(state, school, person).await? {
-        assignments.extend(open(&curriculum, &course, &progress));
+    for (curriculum, course, progress) in courses_of_person(state, school, person).await? {
+        assignments.extend(open_exercises(&curriculum, &course, &progress));
     }
-    Ok(assign(assignments, &teaching::standings(state, school, person).await?))
+    Ok(assigned_views(assignments, &teaching::standings(state, school, person).await?))
 }
 
 /// Exercises that a person has mastered, by id.
-async fn mastered(state: &AppState, school: Uuid, person: Uuid) -> Result<BTreeSet<String>, Error> {
-    let courses = courses(state, school, person).await?;
+async fn mastered_exercises(state: &AppState, school: Uuid, person: Uuid) -> Result<BTreeSet<String>, Error> {
+    let courses = courses_of_person(state, school, person).await?;
     let steps = courses.iter().flat_map(|(_, course, progress)| course.steps.iter().zip(&progress.steps));
     let mastered = steps.filter(|(_, done)| matches!(done.state, StepState::Mastered { .. }));
     Ok(mastered.map(|(step, _)| step.exercise.clone()).collect())
 }
 
 /// Every course that is taught, and how far a person has come in it.
-async fn courses(state: &AppState, school: Uuid, person: Uuid) -> Result<Vec<(Curriculum, Course, Progress)>, Error> {
+async fn courses_of_person(
+    state: &AppState,
+    school: Uuid,
+    person: Uuid,
+) -> Result<Vec<(Curriculum, Course, Progress)>, Error> {
     let reader = state.db.reader();
     let attempts = practice::of_trainee(reader, school, person).await?;
     let mut courses = Vec::new();
@@ -156,13 +163,13 @@ async fn courses(state: &AppState, school: Uuid, person: Uuid) -> Result<Vec<(Cu
     Ok(courses)
 }
 
-fn open(curriculum: &Curriculum, course: &Course, progress: &Progress) -> Vec<Assignment> {
+fn open_exercises(curriculum: &Curriculum, course: &Course, progress: &Progress) -> Vec<Assignment> {
     let steps = course.steps.iter().zip(&progress.steps).enumerate();
     let assigned = steps.filter_map(|(index, (step, done))| {
         if !matches!(done.state, StepState::Open { .. } | StepState::Regressing { .. }) {
             return None;
         }
-        let (passes, passes_needed, of) = passes(&course.rule, done);
+        let (passes, passes_needed, of) = count_passes(&course.rule, done);
         Some(Assignment {
             curriculum_id: curriculum.curriculum_id.clone(),
             curriculum_title: curriculum.title.clone(),
@@ -180,7 +187,7 @@ fn open(curriculum: &Curriculum, course: &Course, progress: &Progress) -> Vec<As
 }
 
 /// Passes so far, passes needed, and among how many attempts.
-fn passes(rule: &Mastery, done: &StepProgress) -> (u32, u32, u32) {
+fn count_passes(rule: &Mastery, done: &StepProgress) -> (u32, u32, u32) {
     let so_far = if let StepState::Open { passes } = done.state { passes } else { 0 };
     match (rule, &done.curve) {
         (_, Some(curve)) => (0, curve.successes_needed, curve.successes_needed),
@@ -220,15 +227,24 @@ pub(super) struct ListedExercise {
 /// station, which is nobody in particular, nothing is due.
 #[utoipa::path(get, path = "/exercises", operation_id = "list_exercises",
     responses((status = 200, body = ExerciseList), (status = 401, body = ProblemDocument)))]
-pub(super) async fn exercises(State(state): State<AppState>, caller: Caller) -> Result<Json<ExerciseList>, ApiError> {
+pub(super) async fn list_exercises(
+    State(state): State<AppState>,
+    caller: Caller,
+) -> Result<Json<ExerciseList>, ApiError> {
     let person = caller.person().ok().map(|person| person.id);
-    Ok(Json(ExerciseList { exercises: listed(&state, caller.school_id(), person).await? }))
+    Ok(Json(ExerciseList { exercises: listed_exercises(&state, caller.school_id(), person).await? }))
 }
 
 /// The exercises of a school in the order in which a person is to do them.
-pub(super) async fn listed(state: &AppState, school: Uuid, person: Option<Uuid>) -> Result<Vec<ListedExercise>, Error> {
+pub(super) async fn listed_exercises(
+    state: &AppState,
+    school: Uuid,
+    person: Option<Uuid>,
+) -> Result<Vec<ListedExercise>, Error> {
     let (due, mastered) = match person {
-        Some(person) => (due(state, school, person).await?, mastered(state, school, person).await?),
+        Some(person) => {
+            (due_of_exercise(state, school, person).await?, mastered_exercises(state, school, person).await?)
+        }
         None => (Vec::new(), BTreeSet::new()),
     };
     let found = |id: &str| due.iter().find(|assignment| assignment.exercise_id == id);
@@ -279,7 +295,7 @@ pub(super) struct ExerciseDocument {
 /// An exercise in the revision that trainees are given.
 #[utoipa::path(get, path = "/exercises/{id}", operation_id = "show_exercise", params(("id" = String, Path)),
     responses((status = 200, body = ExerciseDocument), (status = 404, body = ProblemDocument)))]
-pub(super) async fn exercise(
+pub(super) async fn show_exercise(
     State(state): State<AppState>,
     caller: Caller,
     Path(id): Path<String>,

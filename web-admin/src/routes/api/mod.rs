@@ -5,7 +5,7 @@ use axum::extract::{FromRequest, FromRequestParts, Path, Request};
 use axum::http::request::Parts;
 use axum::middleware::from_fn_with_state;
 use axum::routing::{get, post, put};
-pub(crate) use caller::bearer;
+pub(crate) use caller::bearer_token;
 use serde::de::DeserializeOwned;
 use utoipa::OpenApi;
 use utoipa::openapi::OpenApi as Description;
@@ -32,33 +32,33 @@ mod upload;
 
 /// The API. Who is calling is settled by a layer that also covers addresses that do not exist.
 #[must_use]
-pub fn router(state: &AppState) -> Routes {
+pub fn api_routes(state: &AppState) -> Routes {
     Routes::new()
-        .route("/sessions", post(upload::create).get(sessions::list))
-        .route("/sessions/{id}", get(sessions::show))
-        .route("/sessions/{id}/score", get(score::show))
-        .route("/sessions/{id}/recording", get(sessions::recording))
-        .route("/sessions/{id}/series", get(replay::series))
-        .route("/sessions/{id}/comments", get(comments::list).post(comments::add))
-        .route("/sessions/{id}/replay", get(replay::stage))
-        .route("/sessions/{id}/replay/frames", get(replay::frames))
-        .route("/sessions/{id}/survey", get(surveys::after))
-        .route("/sessions/{id}/survey/{survey}", put(surveys::answer))
-        .route("/ratings/{id}/series", get(ratings::series))
-        .route("/ratings/{id}/replay", get(ratings::stage))
-        .route("/ratings/{id}/replay/frames", get(ratings::frames))
-        .route("/me/assignments", get(documents::assignments))
-        .route("/exercises", get(documents::exercises))
-        .route("/exercises/{id}", get(documents::exercise))
-        .route("/stations/me", get(stations::show))
-        .route("/stations/sign-in", post(stations::sign_in))
+        .route("/sessions", post(upload::upload_recording).get(sessions::list_sessions))
+        .route("/sessions/{id}", get(sessions::show_session))
+        .route("/sessions/{id}/score", get(score::show_score))
+        .route("/sessions/{id}/recording", get(sessions::serve_recording))
+        .route("/sessions/{id}/series", get(replay::show_series))
+        .route("/sessions/{id}/comments", get(comments::list_comments).post(comments::add_comment))
+        .route("/sessions/{id}/replay", get(replay::show_stage))
+        .route("/sessions/{id}/replay/frames", get(replay::show_frames))
+        .route("/sessions/{id}/survey", get(surveys::list_surveys_after))
+        .route("/sessions/{id}/survey/{survey}", put(surveys::take_answers))
+        .route("/ratings/{id}/series", get(ratings::show_rated_series))
+        .route("/ratings/{id}/replay", get(ratings::show_rated_stage))
+        .route("/ratings/{id}/replay/frames", get(ratings::show_rated_frames))
+        .route("/me/assignments", get(documents::list_assignments))
+        .route("/exercises", get(documents::list_exercises))
+        .route("/exercises/{id}", get(documents::show_exercise))
+        .route("/stations/me", get(stations::show_station))
+        .route("/stations/sign-in", post(stations::sign_in_at_station))
         .around(|routes| {
             let fallback = async || ApiError(Error::NotFound);
             routes.fallback(fallback).layer(from_fn_with_state(state.clone(), caller::require_caller))
         })
-        .merge(tus::router(state))
+        .merge(tus::upload_routes(state))
         // A station that joins has no token yet: its code lets it in.
-        .route("/stations/pair", post(stations::pair))
+        .route("/stations/pair", post(stations::pair_station))
         // Describes what is public knowledge anyway: no token needed.
         .route("/openapi.json", get(async || Json(description())))
 }

@@ -19,12 +19,12 @@ use acts::ratings::attempt;
 use model::replay::Stage;
 use store::sessions::Session;
 
-async fn find(state: &AppState, caller: &Caller, id: Uuid) -> Result<Session, Error> {
+async fn find_rated_attempt(state: &AppState, caller: &Caller, id: Uuid) -> Result<Session, Error> {
     attempt(state, caller.person()?, id).await
 }
 
 /// When a file was written is when the attempt was scored: neither is it told, nor can it be found out by asking on condition.
-async fn blindly(
+async fn show_blindly(
     state: &AppState,
     session: &Session,
     mut request: Request,
@@ -33,7 +33,7 @@ async fn blindly(
     for conditional in [IF_MODIFIED_SINCE, IF_UNMODIFIED_SINCE, IF_MATCH, IF_NONE_MATCH, IF_RANGE] {
         request.headers_mut().remove(conditional);
     }
-    let mut response = replay::serve(state, session, request, part).await?;
+    let mut response = replay::serve_part(state, session, request, part).await?;
     for telling in [LAST_MODIFIED, ETAG] {
         response.headers_mut().remove(telling);
     }
@@ -45,26 +45,26 @@ async fn blindly(
     params(("id" = Uuid, Path, description = "a rating of the caller"), ("points" = Option<usize>, Query),
            ("from_s" = Option<f64>, Query), ("to_s" = Option<f64>, Query)),
     responses((status = 200, body = Series), (status = 400, body = ProblemDocument), (status = 404, body = ProblemDocument)))]
-pub(super) async fn series(
+pub(super) async fn show_rated_series(
     State(state): State<AppState>,
     caller: Caller,
     ApiId(id): ApiId,
     query: Result<Query<SeriesQuery>, QueryRejection>,
 ) -> Result<Json<Series>, ApiError> {
-    replay::spans(&state, &find(&state, &caller, id).await?, query).await
+    replay::series_of_spans(&state, &find_rated_attempt(&state, &caller, id).await?, query).await
 }
 
 /// What does not move in the replay of an attempt to be rated, as `/sessions/{id}/replay`.
 #[utoipa::path(get, path = "/ratings/{id}/replay", operation_id = "show_rated_replay_stage",
     params(("id" = Uuid, Path, description = "a rating of the caller")),
     responses((status = 200, body = Stage), (status = 404, body = ProblemDocument)))]
-pub(super) async fn stage(
+pub(super) async fn show_rated_stage(
     State(state): State<AppState>,
     caller: Caller,
     ApiId(id): ApiId,
     request: Request,
 ) -> Result<Response, ApiError> {
-    blindly(&state, &find(&state, &caller, id).await?, request, replay::STAGE).await
+    show_blindly(&state, &find_rated_attempt(&state, &caller, id).await?, request, replay::STAGE).await
 }
 
 /// What moves in the replay of an attempt to be rated, as `/sessions/{id}/replay/frames`.
@@ -73,11 +73,11 @@ pub(super) async fn stage(
     responses((status = 200, content_type = "application/octet-stream"),
               (status = 206, content_type = "application/octet-stream"), (status = 416),
               (status = 404, body = ProblemDocument)))]
-pub(super) async fn frames(
+pub(super) async fn show_rated_frames(
     State(state): State<AppState>,
     caller: Caller,
     ApiId(id): ApiId,
     request: Request,
 ) -> Result<Response, ApiError> {
-    blindly(&state, &find(&state, &caller, id).await?, request, replay::FRAMES).await
+    show_blindly(&state, &find_rated_attempt(&state, &caller, id).await?, request, replay::FRAMES).await
 }

@@ -13,7 +13,7 @@ use utoipa::ToSchema;
 
 use super::ApiId;
 use super::caller::Caller;
-use super::sessions::find;
+use super::sessions::find_session;
 use crate::AppState;
 use crate::error::{ApiError, ProblemDocument};
 use acts::error::Error;
@@ -44,25 +44,26 @@ pub(super) struct Series {
            ("to_s" = Option<f64>, Query, description = "where it ends, in s; the end by default")),
     responses((status = 200, body = Series), (status = 400, body = ProblemDocument), (status = 404, body = ProblemDocument),
               (status = 410, body = ProblemDocument)))]
-pub(super) async fn series(
+pub(super) async fn show_series(
     State(state): State<AppState>,
     caller: Caller,
     ApiId(id): ApiId,
     query: Result<Query<SeriesQuery>, QueryRejection>,
 ) -> Result<Json<Series>, ApiError> {
-    let session = find(&state, &caller, id).await?;
-    spans(&state, &session, query).await
+    let session = find_session(&state, &caller, id).await?;
+    series_of_spans(&state, &session, query).await
 }
 
 /// The spans of a session that somebody may see.
-pub(super) async fn spans(
+pub(super) async fn series_of_spans(
     state: &AppState,
     session: &Session,
     query: Result<Query<SeriesQuery>, QueryRejection>,
 ) -> Result<Json<Series>, ApiError> {
     let Query(asked) = query.map_err(|refused| Error::BadRequest(refused.body_text()))?;
-    let points = points(asked.points.as_deref())?;
-    let (from_s, to_s) = (seconds("from_s", asked.from_s.as_deref())?, seconds("to_s", asked.to_s.as_deref())?);
+    let points = series_of_points(asked.points.as_deref())?;
+    let (from_s, to_s) =
+        (round_seconds("from_s", asked.from_s.as_deref())?, round_seconds("to_s", asked.to_s.as_deref())?);
     if from_s.zip(to_s).is_some_and(|(from_s, to_s)| from_s > to_s) {
         return Err(Error::BadRequest("to_s: before from_s; allowed is a moment after it".to_owned()).into());
     }
@@ -70,7 +71,7 @@ pub(super) async fn spans(
     Ok(Json(Series { spans: pyramid.spans(points, Stretch { from_s, to_s }) }))
 }
 
-fn points(asked: Option<&str>) -> Result<usize, Error> {
+fn series_of_points(asked: Option<&str>) -> Result<usize, Error> {
     let Some(asked) = asked else { return Ok(1000) };
     let points = asked.parse().ok().filter(|points| (1..=series::MAX_POINTS).contains(points));
     points.ok_or_else(|| {
@@ -79,7 +80,7 @@ fn points(asked: Option<&str>) -> Result<usize, Error> {
     })
 }
 
-fn seconds(field: &str, asked: Option<&str>) -> Result<Option<f64>, Error> {
+fn round_seconds(field: &str, asked: Option<&str>) -> Result<Option<f64>, Error> {
     let Some(asked) = asked else { return Ok(None) };
     match asked.parse::<f64>() {
         Ok(seconds) if seconds.is_finite() => Ok(Some(seconds)),
@@ -91,13 +92,13 @@ fn seconds(field: &str, asked: Option<&str>) -> Result<Option<f64>, Error> {
 #[utoipa::path(get, path = "/sessions/{id}/replay", operation_id = "show_replay_stage", params(("id" = Uuid, Path)),
     responses((status = 200, body = Stage), (status = 404, body = ProblemDocument),
               (status = 410, body = ProblemDocument)))]
-pub(super) async fn stage(
+pub(super) async fn show_stage(
     State(state): State<AppState>,
     caller: Caller,
     ApiId(id): ApiId,
     request: Request,
 ) -> Result<Response, ApiError> {
-    serve(&state, &find(&state, &caller, id).await?, request, STAGE).await
+    serve_part(&state, &find_session(&state, &caller, id).await?, request, STAGE).await
 }
 
 /// What moves in a replay: rows of little-endian 32-bit floats, whole or a range of bytes. The stage names the columns.
@@ -106,13 +107,13 @@ pub(super) async fn stage(
               (status = 206, content_type = "application/octet-stream"), (status = 416),
               (status = 404, body = ProblemDocument),
               (status = 410, body = ProblemDocument)))]
-pub(super) async fn frames(
+pub(super) async fn show_frames(
     State(state): State<AppState>,
     caller: Caller,
     ApiId(id): ApiId,
     request: Request,
 ) -> Result<Response, ApiError> {
-    serve(&state, &find(&state, &caller, id).await?, request, FRAMES).await
+    serve_part(&state, &find_session(&state, &caller, id).await?, request, FRAMES).await
 }
 
 /// A file of a replay and its media type.
@@ -123,7 +124,7 @@ pub(super) const STAGE: SeriesPart = (replay_files::STAGE, "application/json");
 pub(super) const FRAMES: SeriesPart = (replay_files::FRAMES, "application/octet-stream");
 
 /// A part of the replay of a session that somebody may see.
-pub(super) async fn serve(
+pub(super) async fn serve_part(
     state: &AppState,
     session: &Session,
     request: Request,

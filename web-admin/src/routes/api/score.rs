@@ -10,7 +10,7 @@ use utoipa::ToSchema;
 
 use super::ApiId;
 use super::caller::Caller;
-use super::sessions::find;
+use super::sessions::find_session;
 use crate::AppState;
 use crate::error::{ApiError, ProblemDocument};
 use acts::error::Error;
@@ -178,12 +178,12 @@ impl OverrideView {
 #[utoipa::path(get, path = "/sessions/{id}/score", operation_id = "show_score", params(("id" = Uuid, Path)),
     responses((status = 200, body = GradedDocument), (status = 202, body = WaitingDocument),
               (status = 404, body = ProblemDocument, description = "No such attempt, or one that cannot be scored")))]
-pub(super) async fn show(
+pub(super) async fn show_score(
     State(state): State<AppState>,
     caller: Caller,
     ApiId(id): ApiId,
 ) -> Result<Response, ApiError> {
-    let session = find(&state, &caller, id).await?;
+    let session = find_session(&state, &caller, id).await?;
     let key = session.key();
     let Some(score) = scores::newest(state.db.reader(), key).await? else {
         return match session.state {

@@ -149,7 +149,7 @@ impl SessionListQuery {
     responses((status = 200, body = SessionList,
                headers(("Link" = String, description = "the address of what comes next, rel=\"next\" (RFC 8288)"))),
               (status = 400, body = ProblemDocument)))]
-pub(super) async fn list(
+pub(super) async fn list_sessions(
     State(state): State<AppState>,
     caller: Caller,
     query: Result<Query<SessionListQuery>, QueryRejection>,
@@ -173,23 +173,23 @@ pub(super) async fn list(
 }
 
 /// The attempt of an id, if there is one that the caller may see.
-pub(super) async fn find(state: &AppState, caller: &Caller, id: Uuid) -> Result<Session, Error> {
+pub(super) async fn find_session(state: &AppState, caller: &Caller, id: Uuid) -> Result<Session, Error> {
     sessions::visible(state.db.reader(), caller.person()?, id).await?.ok_or(Error::NotFound)
 }
 
 /// An attempt.
 #[utoipa::path(get, path = "/sessions/{id}", operation_id = "show_session", params(("id" = Uuid, Path)),
     responses((status = 200, body = SessionView), (status = 404, body = ProblemDocument)))]
-pub(super) async fn show(
+pub(super) async fn show_session(
     State(state): State<AppState>,
     caller: Caller,
     ApiId(id): ApiId,
 ) -> Result<Json<SessionView>, ApiError> {
-    Ok(Json(find(&state, &caller, id).await?.into()))
+    Ok(Json(find_session(&state, &caller, id).await?.into()))
 }
 
 /// A file, whole or a range of its bytes; opened when this returns.
-async fn file(path: &Path, request: Request) -> Response {
+async fn file_of_session(path: &Path, request: Request) -> Response {
     let Ok(found) = ServeFile::new(path).oneshot(request).await;
     found.into_response()
 }
@@ -208,18 +208,18 @@ pub(super) struct RecordingQuery {
     responses((status = 200, content_type = "application/octet-stream"),
               (status = 206, content_type = "application/octet-stream"), (status = 400, body = ProblemDocument), (status = 416),
               (status = 404, body = ProblemDocument), (status = 410, body = ProblemDocument)))]
-pub(super) async fn recording(
+pub(super) async fn serve_recording(
     State(state): State<AppState>,
     caller: Caller,
     ApiId(id): ApiId,
     query: Result<Query<RecordingQuery>, QueryRejection>,
     request: Request,
 ) -> Result<Response, ApiError> {
-    let session = find(&state, &caller, id).await?;
+    let session = find_session(&state, &caller, id).await?;
     let Query(asked) = query.map_err(|refused| Error::BadRequest(refused.body_text()))?;
     let mut response = match asked.with.as_deref() {
-        None => file(&recordings::file_of(&state, &session)?, request).await,
-        Some("comments") => file(recordings::with_comments(&state, &session).await?.path(), request).await,
+        None => file_of_session(&recordings::file_of(&state, &session)?, request).await,
+        Some("comments") => file_of_session(recordings::with_comments(&state, &session).await?.path(), request).await,
         Some(other) => {
             return Err(Error::BadRequest(format!("with: \"{other}\"; allowed is comments")).into());
         }

@@ -47,7 +47,7 @@ pub(super) struct PairedView {
               (status = 403, body = ProblemDocument, description = "The code is unknown, used or expired"),
               (status = 409, body = ProblemDocument, description = "A station of the school has this name"),
               (status = 422, body = ProblemDocument), (status = 429, body = ProblemDocument)))]
-pub(super) async fn pair(
+pub(super) async fn pair_station(
     State(state): State<AppState>,
     ClientAddress(address): ClientAddress,
     ApiJson(asked): ApiJson<PairRequest>,
@@ -70,7 +70,7 @@ pub(super) struct StationView {
 /// The calling station: whether its token is still good, and for which school.
 #[utoipa::path(get, path = "/stations/me", operation_id = "show_station",
     responses((status = 200, body = StationView), (status = 401, body = ProblemDocument), (status = 403, body = ProblemDocument)))]
-pub(super) async fn show(State(state): State<AppState>, caller: Caller) -> Result<Json<StationView>, ApiError> {
+pub(super) async fn show_station(State(state): State<AppState>, caller: Caller) -> Result<Json<StationView>, ApiError> {
     let station = caller.station()?;
     let school = schools::name(state.db.reader(), station.school_id).await?;
     Ok(Json(StationView { station_id: station.id, name: station.name.clone(), school }))
@@ -102,13 +102,13 @@ pub(super) struct SignedInView {
     responses((status = 200, body = SignedInView), (status = 401, body = ProblemDocument),
               (status = 403, body = ProblemDocument, description = "Nobody's code, or not a station's token"),
               (status = 429, body = ProblemDocument)))]
-pub(super) async fn sign_in(
+pub(super) async fn sign_in_at_station(
     State(state): State<AppState>,
     caller: Caller,
     ApiJson(asked): ApiJson<SignInRequest>,
 ) -> Result<Json<SignedInView>, ApiError> {
     let person = stations::sign_in(&state, caller.station()?, &asked.code).await?;
-    let exercises = documents::listed(&state, person.school_id, Some(person.id)).await?;
-    let surveys = surveys::at_a_station(&state, person.school_id, person.id).await?;
+    let exercises = documents::listed_exercises(&state, person.school_id, Some(person.id)).await?;
+    let surveys = surveys::surveys_at_station(&state, person.school_id, person.id).await?;
     Ok(Json(SignedInView { trainee: person.pseudonym, display_name: person.display_name, exercises, surveys }))
 }

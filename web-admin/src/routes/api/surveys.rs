@@ -13,7 +13,7 @@ use super::caller::Caller;
 use super::{ApiId, ApiJson};
 use crate::AppState;
 use crate::error::{ApiError, ProblemDocument};
-use crate::routes::survey::{TermsOf, terms};
+use crate::routes::survey::{TermsOf, terms_of_survey};
 use acts::error::Error;
 use acts::surveys as asking;
 use acts::surveys::Sheet;
@@ -66,11 +66,11 @@ pub(super) struct StationSurvey {
     exercises: Vec<String>,
 }
 
-async fn questions(state: &AppState, survey: Survey) -> Result<Questions, Error> {
+async fn questions_of_survey(state: &AppState, survey: Survey) -> Result<Questions, Error> {
     let found = asking::document(state, survey.school_id, survey.revision_id).await?;
     let (instrument, document) = found.ok_or(Error::NotFound)?;
     let of = TermsOf { survey: &survey, instrument: &instrument, after_attempt: true };
-    let told = |code: &String| (code.clone(), terms(&of, code).at_a_station());
+    let told = |code: &String| (code.clone(), terms_of_survey(&of, code).at_a_station());
     Ok(Questions {
         terms: instrument.languages.iter().map(told).collect(),
         survey_id: survey.id,
@@ -84,7 +84,11 @@ async fn questions(state: &AppState, survey: Survey) -> Result<Questions, Error>
 }
 
 /// What a trainee may be asked at a station after whatever they practise there, though the station lose the service.
-pub(super) async fn at_a_station(state: &AppState, school: Uuid, trainee: Uuid) -> Result<Vec<StationSurvey>, Error> {
+pub(super) async fn surveys_at_station(
+    state: &AppState,
+    school: Uuid,
+    trainee: Uuid,
+) -> Result<Vec<StationSurvey>, Error> {
     let reader = state.db.reader();
     let practised = Practised { school, trainee, exercise: None };
     let open = surveys::after_attempt(reader, practised, state.clock.now()).await?;
@@ -93,7 +97,7 @@ pub(super) async fn at_a_station(state: &AppState, school: Uuid, trainee: Uuid) 
     for survey in open {
         let own = after.iter().filter(|(id, _)| *id == survey.id);
         let exercises = own.map(|(_, exercise)| exercise.clone()).collect();
-        asked.push(StationSurvey { questions: questions(state, survey).await?, exercises });
+        asked.push(StationSurvey { questions: questions_of_survey(state, survey).await?, exercises });
     }
     Ok(asked)
 }
@@ -101,25 +105,25 @@ pub(super) async fn at_a_station(state: &AppState, school: Uuid, trainee: Uuid) 
 /// What the trainee of an attempt is asked after it, and has not answered. A station may ask, too, for its debriefing.
 #[utoipa::path(get, path = "/sessions/{id}/survey", operation_id = "list_surveys_after", params(("id" = Uuid, Path)),
     responses((status = 200, body = SurveysAfter), (status = 404, body = ProblemDocument)))]
-pub(super) async fn after(
+pub(super) async fn list_surveys_after(
     State(state): State<AppState>,
     caller: Caller,
     ApiId(id): ApiId,
 ) -> Result<Json<SurveysAfter>, ApiError> {
-    let session = session(&state, &caller, id).await?;
+    let session = find_own_session(&state, &caller, id).await?;
     let reader = state.db.reader();
     let mut asked = Vec::new();
     for survey in surveys::after_attempt(reader, Practised::by(&session), state.clock.now()).await? {
         if !surveys::answered(reader, &survey, session.trainee_id, Some(id)).await? {
             let path = format!("/surveys/{}?session={id}", survey.id);
-            asked.push(SurveyAfter { questions: questions(&state, survey).await?, path });
+            asked.push(SurveyAfter { questions: questions_of_survey(&state, survey).await?, path });
         }
     }
     Ok(Json(SurveysAfter { surveys: asked }))
 }
 
 /// An attempt, for the trainee themselves or a station of their school: it learns only what is asked.
-async fn session(state: &AppState, caller: &Caller, id: Uuid) -> Result<Session, Error> {
+async fn find_own_session(state: &AppState, caller: &Caller, id: Uuid) -> Result<Session, Error> {
     let session = sessions::find(state.db.reader(), caller.school_id(), id).await?;
     let may_ask = |session: &Session| caller.person().map_or(true, |person| person.id == session.trainee_id);
     session.filter(may_ask).ok_or(Error::NotFound)
@@ -160,18 +164,18 @@ pub(super) struct TakenAnswers {
               (status = 409, body = ProblemDocument, description = "The person has answered elsewhere, or begun to"),
               (status = 410, body = ProblemDocument, description = "The survey is not asked after this attempt"),
               (status = 422, body = ProblemDocument, description = "An answer that is not allowed, or no consent")))]
-pub(super) async fn answer(
+pub(super) async fn take_answers(
     State(state): State<AppState>,
     caller: Caller,
     Path((id, survey)): Path<(String, String)>,
     ApiJson(given): ApiJson<GivenAnswers>,
 ) -> Result<Json<TakenAnswers>, ApiError> {
     let named = |id: String| id.parse::<Uuid>().map_err(|_| Error::NotFound);
-    let (session, survey) = (session(&state, &caller, named(id)?).await?, named(survey)?);
+    let (session, survey) = (find_own_session(&state, &caller, named(id)?).await?, named(survey)?);
     if !given.consent {
         return Err(Error::Unprocessable("consent: false; without consent no answer is kept".to_owned()).into());
     }
-    let said = given.answers.into_iter().map(|(item, value)| Ok((item.clone(), values(&item, value)?)));
+    let said = given.answers.into_iter().map(|(item, value)| Ok((item.clone(), values_of_answers(&item, value)?)));
     let answers = said.collect::<Result<BTreeMap<_, _>, Error>>()?;
     let sheet = Sheet {
         session: &session,
@@ -185,7 +189,7 @@ pub(super) async fn answer(
 }
 
 /// An answer as a form would send it.
-fn values(item: &str, value: Value) -> Result<Vec<String>, Error> {
+fn values_of_answers(item: &str, value: Value) -> Result<Vec<String>, Error> {
     let one = |value: Value| match value {
         Value::String(text) => Some(text),
         Value::Number(number) => Some(number.to_string()),

@@ -13,7 +13,7 @@ use time::format_description::BorrowedFormatItem;
 use time::macros::format_description;
 
 use super::caller::{Caller, require_caller};
-use super::upload::{arriving, clock_ahead};
+use super::upload::{read_clock_ahead, receive_recording};
 use super::{ApiId, cors};
 use crate::AppState;
 use crate::error::{ApiError, ProblemDocument};
@@ -45,21 +45,23 @@ const OVERRIDE: HeaderName = HeaderName::from_static("x-http-method-override");
 const SESSION: HeaderName = HeaderName::from_static("stylet-session");
 
 /// The addresses of tus. Who is calling is settled before the version is looked at.
-pub(super) fn router(state: &AppState) -> Routes {
+pub(super) fn upload_routes(state: &AppState) -> Routes {
     Routes::new()
-        .route("/uploads", post(create))
-        .route("/uploads/{id}", head(show).patch(append).delete(terminate).post(overridden))
+        .route("/uploads", post(create_upload))
+        .route("/uploads/{id}", head(show_upload).patch(append_piece).delete(terminate_upload).post(override_method))
         .around(|routes| {
-            routes.layer(from_fn(require_version)).layer(from_fn_with_state(state.clone(), require_caller))
+            routes.layer(from_fn(require_tus_version)).layer(from_fn_with_state(state.clone(), require_caller))
         })
         // What is spoken here is no secret, and asked before anybody has a reason to sign in.
-        .route("/uploads", options(describe))
-        .route("/uploads/{id}", options(describe))
-        .around(|routes| routes.layer(from_fn(say_version)).layer(from_fn_with_state(state.clone(), cors::share)))
+        .route("/uploads", options(describe_server))
+        .route("/uploads/{id}", options(describe_server))
+        .around(|routes| {
+            routes.layer(from_fn(answer_with_version)).layer(from_fn_with_state(state.clone(), cors::share_with_origin))
+        })
 }
 
 /// Every answer says which version it is in.
-async fn say_version(request: Request, next: Next) -> Response {
+async fn answer_with_version(request: Request, next: Next) -> Response {
     let mut response = next.run(request).await;
     response.headers_mut().insert(RESUMABLE, HeaderValue::from_static(VERSION));
     if response.status() == StatusCode::PRECONDITION_FAILED {
@@ -68,7 +70,7 @@ async fn say_version(request: Request, next: Next) -> Response {
     response
 }
 
-async fn require_version(request: Request, next: Next) -> Result<Response, ApiError> {
+async fn require_tus_version(request: Request, next: Next) -> Result<Response, ApiError> {
     if request.headers().get(RESUMABLE).is_none_or(|version| version != VERSION) {
         return Err(Error::WrongVersion("Tus-Resumable: only 1.0.0 is spoken here").into());
     }
@@ -78,7 +80,7 @@ async fn require_version(request: Request, next: Next) -> Result<Response, ApiEr
 /// What of tus is spoken here.
 #[utoipa::path(options, path = "/uploads", operation_id = "describe_uploads", security(()),
     responses((status = 204, description = "Tus-Version, Tus-Extension, Tus-Max-Size, Tus-Checksum-Algorithm")))]
-pub(super) async fn describe(State(state): State<AppState>) -> impl IntoResponse {
+pub(super) async fn describe_server(State(state): State<AppState>) -> impl IntoResponse {
     let headers = [
         ("tus-version", VERSION.to_owned()),
         ("tus-extension", EXTENSIONS.to_owned()),
@@ -98,13 +100,13 @@ pub(super) async fn describe(State(state): State<AppState>) -> impl IntoResponse
               (status = 401, body = ProblemDocument), (status = 412, body = ProblemDocument), (status = 413, body = ProblemDocument),
               (status = 415, body = ProblemDocument), (status = 422, body = ProblemDocument),
               (status = 429, body = ProblemDocument, description = "Too much was begun and not ended"), (status = 507, body = ProblemDocument)))]
-pub(super) async fn create(
+pub(super) async fn create_upload(
     State(state): State<AppState>,
     caller: Caller,
     headers: HeaderMap,
     body: Body,
 ) -> Result<Response, ApiError> {
-    let length = number(&headers, &LENGTH)?;
+    let length = header_number(&headers, &LENGTH)?;
     match length {
         0 => return Err(Error::Unprocessable("Upload-Length: 0; a recording was expected".to_owned()).into()),
         length if length > state.config.max_upload_bytes => {
@@ -112,18 +114,18 @@ pub(super) async fn create(
         }
         _ => {}
     }
-    let (metadata, ahead_us) = (metadata(&headers)?, clock_ahead(&headers, state.clock.now())?);
-    let first = if headers.contains_key(CONTENT_TYPE) { Some(piece(&headers, 0, body)?) } else { None };
+    let (metadata, ahead_us) = (parse_metadata(&headers)?, read_clock_ahead(&headers, state.clock.now())?);
+    let first = if headers.contains_key(CONTENT_TYPE) { Some(receive_piece(&headers, 0, body)?) } else { None };
     let mut upload = uploads::begin(&state, caller.owner(), Announced { length, metadata, ahead_us }).await?;
     let brings = first.is_some();
     if let Some(first) = first {
         upload = uploads::append(&state, caller.owner(), upload.id, first).await?;
     }
-    let mut response = told(StatusCode::CREATED, &upload)?;
+    let mut response = tell_offset(StatusCode::CREATED, &upload)?;
     if !brings {
         response.headers_mut().remove(OFFSET);
     }
-    put(&mut response, LOCATION, &format!("/api/v1/uploads/{}", upload.id))?;
+    put_header(&mut response, LOCATION, &format!("/api/v1/uploads/{}", upload.id))?;
     Ok(response)
 }
 
@@ -132,16 +134,16 @@ pub(super) async fn create(
     responses((status = 200, description = "Upload-Offset, Upload-Length, Upload-Metadata, Upload-Expires; \
                                             Stylet-Session once it is an attempt"),
               (status = 404), (status = 410), (status = 412)))]
-pub(super) async fn show(
+pub(super) async fn show_upload(
     State(state): State<AppState>,
     caller: Caller,
     ApiId(id): ApiId,
 ) -> Result<Response, ApiError> {
     let upload = uploads::find(&state, caller.owner(), id).await?;
-    let mut response = told(StatusCode::OK, &upload)?;
-    put(&mut response, LENGTH, &upload.length.to_string())?;
+    let mut response = tell_offset(StatusCode::OK, &upload)?;
+    put_header(&mut response, LENGTH, &upload.length.to_string())?;
     if !upload.metadata.is_empty() {
-        put(&mut response, METADATA, &upload.metadata)?;
+        put_header(&mut response, METADATA, &upload.metadata)?;
     }
     Ok(response)
 }
@@ -159,23 +161,23 @@ pub(super) async fn show(
               (status = 423, body = ProblemDocument, description = "It is being taken in"),
               (status = 460, body = ProblemDocument, description = "The piece is not what its checksum says"),
               (status = 503, body = ProblemDocument, description = "Not its turn in time, whoever read it has died, or the scanner does not answer; Retry-After")))]
-pub(super) async fn append(
+pub(super) async fn append_piece(
     State(state): State<AppState>,
     caller: Caller,
     ApiId(id): ApiId,
     headers: HeaderMap,
     body: Body,
 ) -> Result<Response, ApiError> {
-    let piece = piece(&headers, number(&headers, &OFFSET)?, body)?;
+    let piece = receive_piece(&headers, header_number(&headers, &OFFSET)?, body)?;
     let upload = uploads::append(&state, caller.owner(), id, piece).await?;
-    Ok(told(StatusCode::NO_CONTENT, &upload)?)
+    Ok(tell_offset(StatusCode::NO_CONTENT, &upload)?)
 }
 
 /// Ends an upload. The attempt that it has become stays.
 #[utoipa::path(delete, path = "/uploads/{id}", operation_id = "end_upload", params(("id" = Uuid, Path), ("Tus-Resumable" = String, Header)),
     responses((status = 204), (status = 404, body = ProblemDocument), (status = 410, body = ProblemDocument),
               (status = 412, body = ProblemDocument), (status = 423, body = ProblemDocument)))]
-pub(super) async fn terminate(
+pub(super) async fn terminate_upload(
     State(state): State<AppState>,
     caller: Caller,
     ApiId(id): ApiId,
@@ -186,36 +188,36 @@ pub(super) async fn terminate(
 }
 
 /// For clients whose network lets only GET and POST pass.
-async fn overridden(
+async fn override_method(
     state: State<AppState>,
     caller: Caller,
     id: ApiId,
     headers: HeaderMap,
     body: Body,
 ) -> Result<Response, ApiError> {
-    match text(&headers, &OVERRIDE) {
-        Some("PATCH") => append(state, caller, id, headers, body).await,
-        Some("DELETE") => Ok(terminate(state, caller, id).await?.into_response()),
-        Some("HEAD") => show(state, caller, id).await,
+    match header_text(&headers, &OVERRIDE) {
+        Some("PATCH") => append_piece(state, caller, id, headers, body).await,
+        Some("DELETE") => Ok(terminate_upload(state, caller, id).await?.into_response()),
+        Some("HEAD") => show_upload(state, caller, id).await,
         _ => Err(Error::BadRequest("X-HTTP-Method-Override: HEAD, PATCH and DELETE are allowed".to_owned()).into()),
     }
 }
 
 /// A piece as the headers tell of it.
-fn piece(headers: &HeaderMap, offset: u64, body: Body) -> Result<Piece, Error> {
-    if text(headers, &CONTENT_TYPE) != Some(PIECE) {
+fn receive_piece(headers: &HeaderMap, offset: u64, body: Body) -> Result<Piece, Error> {
+    if header_text(headers, &CONTENT_TYPE) != Some(PIECE) {
         return Err(Error::UnsupportedMedia("Content-Type: only application/offset+octet-stream is allowed"));
     }
     let checksum = match headers.get(CHECKSUM) {
         Some(header) => Some(Checksum::parse(header.to_str().unwrap_or_default())?),
         None => None,
     };
-    let announced = text(headers, &CONTENT_LENGTH).and_then(|length| length.parse().ok());
-    Ok(Piece { offset, checksum, announced, body: arriving(body).chunks })
+    let announced = header_text(headers, &CONTENT_LENGTH).and_then(|length| length.parse().ok());
+    Ok(Piece { offset, checksum, announced, body: receive_recording(body).chunks })
 }
 
 /// `Upload-Metadata`: nothing, or keys without spaces and commas, each once, each with a value in base64 or none.
-fn metadata(headers: &HeaderMap) -> Result<String, Error> {
+fn parse_metadata(headers: &HeaderMap) -> Result<String, Error> {
     let Some(header) = headers.get(METADATA) else { return Ok(String::new()) };
     let refused = || {
         let allowed = "pairs of a key and its value in base64, separated by commas, are allowed; each key once";
@@ -237,12 +239,12 @@ fn metadata(headers: &HeaderMap) -> Result<String, Error> {
     Ok(header.to_owned())
 }
 
-fn text<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Option<&'a str> {
+fn header_text<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Option<&'a str> {
     headers.get(name)?.to_str().ok()
 }
 
-fn number(headers: &HeaderMap, name: &HeaderName) -> Result<u64, Error> {
-    let given = text(headers, name).unwrap_or_default();
+fn header_number(headers: &HeaderMap, name: &HeaderName) -> Result<u64, Error> {
+    let given = header_text(headers, name).unwrap_or_default();
     // `parse` alone would take a plus sign.
     let digits = given.bytes().all(|byte| byte.is_ascii_digit());
     let parsed = given.parse().ok().filter(|_| digits);
@@ -250,21 +252,21 @@ fn number(headers: &HeaderMap, name: &HeaderName) -> Result<u64, Error> {
 }
 
 /// An answer that says where an upload stands.
-fn told(status: StatusCode, upload: &Upload) -> Result<Response, Error> {
+fn tell_offset(status: StatusCode, upload: &Upload) -> Result<Response, Error> {
     let mut response = status.into_response();
-    put(&mut response, OFFSET, &upload.received.to_string())?;
-    put(&mut response, EXPIRES, &http_date(upload.expires_at)?)?;
+    put_header(&mut response, OFFSET, &upload.received.to_string())?;
+    put_header(&mut response, EXPIRES, &format_http_date(upload.expires_at)?)?;
     if let Some(session) = upload.session_id {
-        put(&mut response, SESSION, &session.to_string())?;
+        put_header(&mut response, SESSION, &session.to_string())?;
     }
     Ok(response)
 }
 
-fn put(response: &mut Response, name: HeaderName, value: &str) -> Result<(), Error> {
+fn put_header(response: &mut Response, name: HeaderName, value: &str) -> Result<(), Error> {
     response.headers_mut().insert(name, HeaderValue::from_str(value).map_err(anyhow::Error::from)?);
     Ok(())
 }
 
-fn http_date(moment: Moment) -> Result<String, Error> {
+fn format_http_date(moment: Moment) -> Result<String, Error> {
     Ok(moment.to_utc().format(HTTP_DATE).map_err(anyhow::Error::from)?)
 }

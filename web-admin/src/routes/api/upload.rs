@@ -31,17 +31,17 @@ use model::Moment;
               (status = 413, body = ProblemDocument), (status = 415, body = ProblemDocument),
               (status = 422, body = ProblemDocument, description = "No recording, or one in which a scanner has found malware"),
               (status = 503, body = ProblemDocument, description = "Not its turn in time, whoever read it has died, or the scanner does not answer; Retry-After")))]
-pub(super) async fn create(
+pub(super) async fn upload_recording(
     State(state): State<AppState>,
     caller: Caller,
     headers: HeaderMap,
     body: Body,
 ) -> Result<(StatusCode, Json<SessionView>), ApiError> {
-    check_headers(&headers, state.config.max_upload_bytes)?;
-    let ahead_us = clock_ahead(&headers, state.clock.now())?;
-    let digest = digest(&headers)?;
-    let received = recordings::receive(&state, arriving(body), digest).await?;
-    let bearer = Bearer { ahead_us, ..bearer(&caller) };
+    check_upload_headers(&headers, state.config.max_upload_bytes)?;
+    let ahead_us = read_clock_ahead(&headers, state.clock.now())?;
+    let digest = content_digest(&headers)?;
+    let received = recordings::receive(&state, receive_recording(body), digest).await?;
+    let bearer = Bearer { ahead_us, ..bearer_of_caller(&caller) };
     // A task of its own: the server drops a handler whose client has gone, and a try that was begun must be ended.
     let taken = tokio::spawn(async move { intake::take_in(&state, &bearer, received).await });
     Ok(match taken.await?? {
@@ -51,24 +51,24 @@ pub(super) async fn create(
 }
 
 /// A body, as acts take it.
-pub(super) fn arriving(body: Body) -> Arriving {
+pub(super) fn receive_recording(body: Body) -> Arriving {
     let announced_bytes = body.size_hint().lower();
     Arriving { announced_bytes, chunks: body.into_data_stream().map_err(anyhow::Error::from).boxed() }
 }
 
 /// What the body must hash to, where its sender says so.
-fn digest(headers: &HeaderMap) -> Result<Option<Checksum>, Error> {
+fn content_digest(headers: &HeaderMap) -> Result<Option<Checksum>, Error> {
     let Some(header) = headers.get("content-digest") else { return Ok(None) };
     Checksum::of_content(header.to_str().unwrap_or_default())
 }
 
-fn bearer(caller: &Caller) -> Bearer {
+fn bearer_of_caller(caller: &Caller) -> Bearer {
     let trainee_id = caller.person().ok().map(|person| person.id);
     Bearer { school_id: caller.school_id(), trainee_id, actor: caller.actor(), ahead_us: None }
 }
 
 /// How far the sender's clock is ahead of ours, in µs, where the header tells it.
-pub(super) fn clock_ahead(headers: &HeaderMap, now: Moment) -> Result<Option<i64>, Error> {
+pub(super) fn read_clock_ahead(headers: &HeaderMap, now: Moment) -> Result<Option<i64>, Error> {
     let Some(told) = headers.get("stylet-clock") else { return Ok(None) };
     let told = told.to_str().unwrap_or_default();
     let clock = OffsetDateTime::parse(told, &Rfc3339)
@@ -77,7 +77,7 @@ pub(super) fn clock_ahead(headers: &HeaderMap, now: Moment) -> Result<Option<i64
 }
 
 /// Refuses what can be refused before a byte of the body is read.
-fn check_headers(headers: &HeaderMap, limit_bytes: u64) -> Result<(), Error> {
+fn check_upload_headers(headers: &HeaderMap, limit_bytes: u64) -> Result<(), Error> {
     let text = |name| headers.get(name).and_then(|value| value.to_str().ok());
     let media_type = text(CONTENT_TYPE).unwrap_or_default().split(';').next().unwrap_or_default().trim();
     if !media_type.eq_ignore_ascii_case("application/octet-stream") {

@@ -20,7 +20,7 @@ const KEY: &str = "csrf";
 ///
 /// # Errors
 /// When the session cannot be written, or the operating system's random source fails.
-pub(super) async fn begin(session: &Session) -> Result<(), Error> {
+pub(super) async fn begin_token(session: &Session) -> Result<(), Error> {
     Ok(session.insert(KEY, secret::random_hex()?).await?)
 }
 
@@ -55,7 +55,7 @@ impl<S: Send + Sync> FromRequestParts<S> for Csrf {
     type Rejection = PageError;
 
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Self::Rejection> {
-        Ok(Self::of(&session_of(parts, state).await?, &stranger(parts)).await?)
+        Ok(Self::of(&session_of(parts, state).await?, &stranger_of_request(parts)).await?)
     }
 }
 
@@ -65,7 +65,7 @@ pub(super) async fn session_of<S: Send + Sync>(parts: &mut Parts, state: &S) -> 
     Session::from_request_parts(parts, state).await.map_err(missing)
 }
 
-fn stranger(parts: &Parts) -> StrangerToken {
+fn stranger_of_request(parts: &Parts) -> StrangerToken {
     parts.extensions.get::<StrangerToken>().cloned().unwrap_or_default()
 }
 
@@ -100,7 +100,7 @@ async fn is_ours(session: &Session, stranger: &StrangerToken, sent: &str) -> Res
 }
 
 /// What a form without the token is answered.
-pub(super) fn refusal() -> Error {
+pub(super) fn refuse_form() -> Error {
     Error::Forbidden(tr!("This form is stale or came from another site. Go back, reload the page and send it again."))
 }
 
@@ -128,8 +128,8 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for CsrfForm<T> {
         }
         let sent = Form::<TokenField>::from_request(again(Body::from(bytes.clone())), state).await;
         let sent = sent.map(|Form(field)| field.csrf).unwrap_or_default();
-        if !is_ours(&session, &stranger(&parts), &sent).await.map_err(|e| PageError(e).into_response())? {
-            return Err(PageError(refusal()).into_response());
+        if !is_ours(&session, &stranger_of_request(&parts), &sent).await.map_err(|e| PageError(e).into_response())? {
+            return Err(PageError(refuse_form()).into_response());
         }
         if bytes.windows(NUL.len()).any(|part| part == NUL) || bytes.contains(&0) {
             let why = tr!("The form holds the character U+0000, which no text does.");

@@ -31,7 +31,7 @@ pub(crate) async fn start_session(
 ) -> Result<(), Error> {
     session.clear().await;
     session.cycle_id().await?;
-    csrf::begin(session).await?;
+    csrf::begin_token(session).await?;
     let until = Some(now.plus_s(SIGNED_IN_S));
     Ok(session.insert(SIGNED_IN_KEY, SignedIn { person_id, credential_version, until }).await?)
 }
@@ -98,7 +98,7 @@ pub async fn require_person(
     let (chosen, asker, asked) = (person.language, KnownAsker::from(&person), asked_by(&state, &request));
     request.extensions_mut().insert(person);
     let answer = match chosen {
-        Some(language) => language::spoken(language, request, next).await,
+        Some(language) => language::answer_in_language(language, request, next).await,
         None => next.run(request).await,
     };
     state.refusals.note(asker, &asked, &answer);
@@ -139,7 +139,7 @@ impl<S: Send + Sync> FromRequestParts<S> for Teacher {
         let Visitor(person) = Visitor::from_request_parts(parts, state).await?;
         match person.role {
             Role::Instructor | Role::Administrator => Ok(Self(person)),
-            Role::Trainee => Err(refuse(tr!("this page is for those who teach"))),
+            Role::Trainee => Err(refuse_role(tr!("this page is for those who teach"))),
         }
     }
 }
@@ -155,11 +155,11 @@ impl<S: Send + Sync> FromRequestParts<S> for Administrator {
         let Visitor(person) = Visitor::from_request_parts(parts, state).await?;
         match person.role {
             Role::Administrator => Ok(Self(person)),
-            Role::Instructor | Role::Trainee => Err(refuse(tr!("this page is for administrators"))),
+            Role::Instructor | Role::Trainee => Err(refuse_role(tr!("this page is for administrators"))),
         }
     }
 }
 
-fn refuse(why: &'static str) -> Response {
+fn refuse_role(why: &'static str) -> Response {
     PageError(Error::Forbidden(why)).into_response()
 }

@@ -14,7 +14,7 @@ use super::current::start_session;
 use super::login::own_path;
 use super::proving::{FactorQuestion, ShownFactor};
 use crate::AppState;
-use crate::error::{PageError, dress, status_of};
+use crate::error::{PageError, finish_answer, status_of};
 use crate::routes::Routes;
 use acts::error::Error;
 use acts::second_factor;
@@ -39,13 +39,18 @@ struct Half {
 }
 
 /// `/login/code`, for anybody.
-pub(super) fn router() -> Routes {
-    Routes::new().route("/login/code", get(show).post(check))
+pub(super) fn code_routes() -> Routes {
+    Routes::new().route("/login/code", get(show_code_page).post(check_code))
 }
 
 /// Lets somebody in whose password is right, or asks for a second factor; says where to go now.
-pub(super) async fn enter(state: &AppState, session: &Session, person: &Person, next: &str) -> Result<String, Error> {
-    let key = key_of(person);
+pub(super) async fn enter_session(
+    state: &AppState,
+    session: &Session,
+    person: &Person,
+    next: &str,
+) -> Result<String, Error> {
+    let key = key_of_person(person);
     let now = state.clock.now();
     if !second_factors::is_on(state.db.reader(), key).await? {
         start_session(session, person.id, person.credential_version, now).await?;
@@ -61,12 +66,12 @@ pub(super) async fn enter(state: &AppState, session: &Session, person: &Person, 
         next: own_path(next).to_owned(),
     };
     session.insert(KEY, half).await?;
-    csrf::begin(session).await?;
+    csrf::begin_token(session).await?;
     Ok("/login/code".to_owned())
 }
 
 /// Who is half signed in, and may still be.
-async fn waiting(state: &AppState, session: &Session) -> Result<Option<(Half, Person)>, Error> {
+async fn half_signed_in(state: &AppState, session: &Session) -> Result<Option<(Half, Person)>, Error> {
     let Some(half) = session.get::<Half>(KEY).await? else { return Ok(None) };
     if half.until <= state.clock.now() {
         return Ok(None);
@@ -76,35 +81,40 @@ async fn waiting(state: &AppState, session: &Session) -> Result<Option<(Half, Pe
     Ok(person.map(|person| (half, person)))
 }
 
-async fn show(State(state): State<AppState>, browser: Browser) -> Result<Response, PageError> {
-    let Some((_, person)) = waiting(&state, &browser.session).await? else {
+async fn show_code_page(State(state): State<AppState>, browser: Browser) -> Result<Response, PageError> {
+    let Some((_, person)) = half_signed_in(&state, &browser.session).await? else {
         return Ok(Redirect::to("/login").into_response());
     };
-    Ok(page(&state, &browser, &person, None).await?.into_response())
+    Ok(make_code_page(&state, &browser, &person, None).await?.into_response())
 }
 
 /// The page as it stands now; it asks the passkeys in this session.
-async fn page(state: &AppState, browser: &Browser, person: &Person, error: Option<String>) -> Result<CodePage, Error> {
-    let key = key_of(person);
+async fn make_code_page(
+    state: &AppState,
+    browser: &Browser,
+    person: &Person,
+    error: Option<String>,
+) -> Result<CodePage, Error> {
+    let key = key_of_person(person);
     let app = second_factors::find(state.db.reader(), key).await?.is_some_and(|factor| factor.confirmed_at.is_some());
     let question = FactorQuestion { state, session: &browser.session, key }.question().await?;
     Ok(CodePage { csrf: browser.csrf.token().to_owned(), app, question, error })
 }
 
-const fn key_of(person: &Person) -> PersonKey {
+const fn key_of_person(person: &Person) -> PersonKey {
     PersonKey { school_id: person.school_id, person_id: person.id }
 }
 
 /// Lets somebody in by a code that was typed, or by the answer of a passkey.
-async fn check(
+async fn check_code(
     State(state): State<AppState>,
     browser: Browser,
     CsrfForm(shown): CsrfForm<ShownFactor>,
 ) -> Result<Response, PageError> {
-    let Some((half, person)) = waiting(&state, &browser.session).await? else {
+    let Some((half, person)) = half_signed_in(&state, &browser.session).await? else {
         return Ok(Redirect::to("/login").into_response());
     };
-    let key = key_of(&person);
+    let key = key_of_person(&person);
     let proof =
         match (FactorQuestion { state: &state, session: &browser.session, key }).prove(&shown, browser.from).await {
             Ok(Ok(proof)) => proof,
@@ -113,13 +123,13 @@ async fn check(
                     FactorRefused::Code => tr!("This code is wrong, was used before, or is too old.").to_owned(),
                     other => other.said(),
                 };
-                let page = page(&state, &browser, &person, Some(words)).await?;
+                let page = make_code_page(&state, &browser, &person, Some(words)).await?;
                 return Ok((StatusCode::UNAUTHORIZED, page).into_response());
             }
             Err(why) => {
                 let words = tr!("Not signed in: {why}.", why = why.said());
-                let page = page(&state, &browser, &person, Some(words)).await?;
-                return Ok(dress(&why, (status_of(&why), page).into_response()));
+                let page = make_code_page(&state, &browser, &person, Some(words)).await?;
+                return Ok(finish_answer(&why, (status_of(&why), page).into_response()));
             }
         };
     start_session(&browser.session, person.id, person.credential_version, state.clock.now()).await?;

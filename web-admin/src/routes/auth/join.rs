@@ -22,18 +22,24 @@ use store::account_links::{Link, Purpose};
 use store::people;
 
 /// The ways to a password, for anybody.
-pub(super) fn router() -> Routes {
-    Routes::new().route("/join/{token}", get(show).post(set)).route("/forgotten", get(ask).post(send))
+pub(super) fn password_routes() -> Routes {
+    Routes::new()
+        .route("/join/{token}", get(show_join_page).post(set_first_password))
+        .route("/forgotten", get(ask_for_link).post(send_link))
 }
 
-async fn show(State(state): State<AppState>, Path(token): Path<String>, csrf: Csrf) -> Result<Response, PageError> {
+async fn show_join_page(
+    State(state): State<AppState>,
+    Path(token): Path<String>,
+    csrf: Csrf,
+) -> Result<Response, PageError> {
     match accounts::link(&state, &token).await? {
-        Some(link) => Ok(page(&csrf, token, link, None).into_response()),
-        None => Ok(dead_link()),
+        Some(link) => Ok(make_join_page(&csrf, token, link, None).into_response()),
+        None => Ok(answer_dead_link()),
     }
 }
 
-fn page(csrf: &Csrf, token: String, link: Link, refused: Option<PasswordRefused>) -> JoinPage {
+fn make_join_page(csrf: &Csrf, token: String, link: Link, refused: Option<PasswordRefused>) -> JoinPage {
     JoinPage {
         csrf: csrf.token().to_owned(),
         token,
@@ -46,7 +52,7 @@ fn page(csrf: &Csrf, token: String, link: Link, refused: Option<PasswordRefused>
 }
 
 /// Not 410: a link that never was is answered the same.
-fn dead_link() -> Response {
+fn answer_dead_link() -> Response {
     (StatusCode::NOT_FOUND, DeadLinkPage).into_response()
 }
 
@@ -57,33 +63,33 @@ struct FirstPasswordForm {
 }
 
 /// Sets the password and signs in, by a code where there is a second factor.
-async fn set(
+async fn set_first_password(
     State(state): State<AppState>,
     Path(token): Path<String>,
     session: Session,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<FirstPasswordForm>,
 ) -> Result<Response, PageError> {
-    let Some(link) = accounts::link(&state, &token).await? else { return Ok(dead_link()) };
+    let Some(link) = accounts::link(&state, &token).await? else { return Ok(answer_dead_link()) };
     let person = link.person_id;
     let own = [link.name.as_str(), &link.email, &link.school];
     if let Err(refused) = passwords::check_typed(&form.password, &form.again, &own) {
-        let page = page(&csrf, token, link, Some(refused));
+        let page = make_join_page(&csrf, token, link, Some(refused));
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
     }
     if accounts::is_initial_password(&state, &link.email, &form.password).await? {
-        let page = page(&csrf, token, link, Some(PasswordRefused::Initial));
+        let page = make_join_page(&csrf, token, link, Some(PasswordRefused::Initial));
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
     }
     if !accounts::set_password_by_link(&state, &token, &form.password).await? {
-        return Ok(dead_link());
+        return Ok(answer_dead_link());
     }
     let person = people::by_id(state.db.reader(), person).await?.ok_or(Error::NotFound)?;
     // Whoever reads somebody's mail has their password now, and not their app.
-    Ok(Redirect::to(&half::enter(&state, &session, &person, "/").await?).into_response())
+    Ok(Redirect::to(&half::enter_session(&state, &session, &person, "/").await?).into_response())
 }
 
-async fn ask(csrf: Csrf) -> ForgottenPage {
+async fn ask_for_link(csrf: Csrf) -> ForgottenPage {
     ForgottenPage { csrf: csrf.token().to_owned(), asked: false }
 }
 
@@ -93,7 +99,7 @@ struct EmailForm {
 }
 
 /// Queues the question. Neither what is answered nor when tells whether somebody has the address.
-async fn send(
+async fn send_link(
     State(state): State<AppState>,
     ClientAddress(address): ClientAddress,
     csrf: Csrf,

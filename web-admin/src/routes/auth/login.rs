@@ -14,7 +14,7 @@ use super::csrf::{Csrf, CsrfForm, NoFields};
 use super::current::{SignInStanding, standing_of};
 use super::{half, join};
 use crate::AppState;
-use crate::error::{PageError, dress, status_of};
+use crate::error::{PageError, finish_answer, status_of};
 use crate::routes::Routes;
 use acts::accounts;
 use acts::error::Error;
@@ -24,14 +24,17 @@ use store::people::{self, Credentials};
 
 /// `/login` and the ways to a password, for anybody.
 #[must_use]
-pub fn router() -> Routes {
-    Routes::new().route("/login", get(show).post(sign_in)).merge(half::router()).merge(join::router())
+pub fn sign_in_routes() -> Routes {
+    Routes::new()
+        .route("/login", get(show_sign_in).post(sign_in))
+        .merge(half::code_routes())
+        .merge(join::password_routes())
 }
 
 /// `/logout`, for whoever is signed in.
 #[must_use]
-pub fn signed_in() -> Routes {
-    Routes::new().route("/logout", post(sign_out))
+pub fn signed_in_routes() -> Routes {
+    Routes::new().route("/logout", post(sign_out_browser))
 }
 
 #[derive(Deserialize)]
@@ -40,7 +43,7 @@ struct NextQuery {
     next: String,
 }
 
-async fn show(
+async fn show_sign_in(
     State(state): State<AppState>,
     session: Session,
     csrf: Csrf,
@@ -72,24 +75,24 @@ async fn sign_in(
         if state.logins.is_worth_noting(address) {
             note_refused_sign_in(&state, &form.email, address, "sign_in.blocked").await?;
         }
-        return again(&csrf, &form, refused);
+        return show_sign_in_again(&csrf, &form, refused);
     }
-    let Some(known) = check(&state, &form).await? else {
+    let Some(known) = check_password(&state, &form).await? else {
         note_refused_sign_in(&state, &form.email, address, "sign_in.failed").await?;
-        return again(&csrf, &form, Error::Unauthorized);
+        return show_sign_in_again(&csrf, &form, Error::Unauthorized);
     };
     state.logins.welcome(address, &form.email);
     let person = people::by_id(state.db.reader(), known.id).await?.ok_or(Error::NotFound)?;
     let to = match known.initial_until {
-        Some(until) if until <= state.clock.now() => return again(&csrf, &form, outworn()),
+        Some(until) if until <= state.clock.now() => return show_sign_in_again(&csrf, &form, is_outworn()),
         Some(_) => accounts::use_initial_password(&state, &person).await?,
-        None => half::enter(&state, &session, &person, &form.next).await?,
+        None => half::enter_session(&state, &session, &person, &form.next).await?,
     };
     Ok(Redirect::to(&to).into_response())
 }
 
 /// What whoever comes too late with a password that was made for them is told.
-fn outworn() -> Error {
+fn is_outworn() -> Error {
     let why = tr!(
         "this password was made for you to sign in with once, and is too old now: ask for a link below, and choose your own"
     );
@@ -97,7 +100,7 @@ fn outworn() -> Error {
 }
 
 /// Whose address and password these are. Takes as long for an unknown address as for a wrong password.
-async fn check(state: &AppState, form: &LoginForm) -> Result<Option<Credentials>, Error> {
+async fn check_password(state: &AppState, form: &LoginForm) -> Result<Option<Credentials>, Error> {
     let known = people::credentials(state.db.reader(), &form.email).await?;
     let (password, cost) = (form.password.clone(), state.config.password_cost);
     let hash = known.as_ref().and_then(|known| known.password_hash.clone());
@@ -110,7 +113,7 @@ async fn check(state: &AppState, form: &LoginForm) -> Result<Option<Credentials>
 }
 
 /// The sign-in page once more, saying why.
-fn again(csrf: &Csrf, form: &LoginForm, why: Error) -> Result<Response, PageError> {
+fn show_sign_in_again(csrf: &Csrf, form: &LoginForm, why: Error) -> Result<Response, PageError> {
     let csrf = csrf.token().to_owned();
     let words = match &why {
         Error::Unauthorized => tr!("The address or the password is wrong.").to_owned(),
@@ -118,11 +121,11 @@ fn again(csrf: &Csrf, form: &LoginForm, why: Error) -> Result<Response, PageErro
     };
     let next = own_path(&form.next).to_owned();
     let page = LoginPage { error: Some(words), email: form.email.clone(), csrf, next };
-    Ok(dress(&why, (status_of(&why), page).into_response()))
+    Ok(finish_answer(&why, (status_of(&why), page).into_response()))
 }
 
 /// Signs out: the session is gone, here and in the browser.
-async fn sign_out(
+async fn sign_out_browser(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     session: Session,

@@ -48,7 +48,7 @@ impl FactorQuestion<'_> {
     pub(crate) async fn question(self) -> Result<Option<PasskeyQuestion>, Error> {
         let question = passkeys::ask(self.state, self.key).await?;
         if let Some(question) = &question {
-            hold(self.session, question).await?;
+            hold_question(self.session, question).await?;
         }
         Ok(question)
     }
@@ -63,7 +63,7 @@ impl FactorQuestion<'_> {
             let proof = second_factor::check(state, key, Typed { code: &shown.code, from }).await?;
             return Ok(proof.ok_or(FactorRefused::Code));
         }
-        let answer = Answer { question: held(session).await?, json: &shown.answer, from };
+        let answer = Answer { question: take_held_question(session).await?, json: &shown.answer, from };
         Ok(match passkeys::check(state, key, answer).await? {
             Signed::Proved(proof) => Ok(proof),
             Signed::Late => Err(FactorRefused::Late),
@@ -77,7 +77,7 @@ impl FactorQuestion<'_> {
 ///
 /// # Errors
 /// When the session cannot be written.
-pub(crate) async fn hold(session: &Session, question: &PasskeyQuestion) -> Result<(), Error> {
+pub(crate) async fn hold_question(session: &Session, question: &PasskeyQuestion) -> Result<(), Error> {
     Ok(session.insert(KEY, question.id).await?)
 }
 
@@ -85,6 +85,6 @@ pub(crate) async fn hold(session: &Session, question: &PasskeyQuestion) -> Resul
 ///
 /// # Errors
 /// When the session cannot be read or written.
-pub(crate) async fn held(session: &Session) -> Result<Option<Uuid>, Error> {
+pub(crate) async fn take_held_question(session: &Session) -> Result<Option<Uuid>, Error> {
     Ok(session.remove(KEY).await?)
 }

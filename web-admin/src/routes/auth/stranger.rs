@@ -44,14 +44,14 @@ impl StrangerToken {
 }
 
 /// Of this very host, behind TLS: no neighbouring name can plant it.
-const fn name(behind_tls: bool) -> &'static str {
+const fn cookie_name(behind_tls: bool) -> &'static str {
     if behind_tls { "__Host-stylet_form" } else { "stylet_form" }
 }
 
 /// Reads the cookie, and sets it where a form was made for a browser that had none.
 pub async fn settle_stranger(State(state): State<AppState>, mut request: Request, next: Next) -> Response {
-    let name = name(state.config.behind_tls);
-    let token = StrangerToken { sent: sent(request.headers(), name), ..StrangerToken::default() };
+    let name = cookie_name(state.config.behind_tls);
+    let token = StrangerToken { sent: token_sent(request.headers(), name), ..StrangerToken::default() };
     request.extensions_mut().insert(token.clone());
     let mut response = next.run(request).await;
     if let Some(made) = token.made.get() {
@@ -68,7 +68,7 @@ pub async fn settle_stranger(State(state): State<AppState>, mut request: Request
     response
 }
 
-fn sent(headers: &HeaderMap, name: &str) -> Option<String> {
+fn token_sent(headers: &HeaderMap, name: &str) -> Option<String> {
     let all = headers.get_all(COOKIE).iter().filter_map(|header| header.to_str().ok());
     let mut cookies = all.flat_map(Cookie::split_parse).flatten();
     let value = cookies.find(|cookie| cookie.name() == name)?.value().to_owned();

@@ -36,14 +36,14 @@ impl<S: Send + Sync> FromRequest<S> for CsrfUpload {
         let session = request.extensions().get::<Session>().cloned();
         let parts = Multipart::from_request(request, state).await;
         let parts = parts.map_err(|e| PageError(Error::BadRequest(e.body_text())).into_response())?;
-        read(parts, session).await.map_err(|error| PageError(error).into_response())
+        read_upload(parts, session).await.map_err(|error| PageError(error).into_response())
     }
 }
 
-async fn read(mut parts: Multipart, session: Option<Session>) -> Result<CsrfUpload, Error> {
+async fn read_upload(mut parts: Multipart, session: Option<Session>) -> Result<CsrfUpload, Error> {
     let mut upload = CsrfUpload::default();
     let (mut genuine, mut read) = (false, 0);
-    while let Some(part) = parts.next_field().await.map_err(refused)? {
+    while let Some(part) = parts.next_field().await.map_err(refuse_upload)? {
         read += 1;
         if read > csrf::MOST_FIELDS {
             return Err(csrf::too_many_fields());
@@ -51,9 +51,9 @@ async fn read(mut parts: Multipart, session: Option<Session>) -> Result<CsrfUplo
         let name = part.name().unwrap_or_default().to_owned();
         match part.file_name().map(str::to_owned) {
             Some(_) if !genuine => break,
-            Some(file_name) => upload.file = (file_name, part.bytes().await.map_err(refused)?.to_vec()),
+            Some(file_name) => upload.file = (file_name, part.bytes().await.map_err(refuse_upload)?.to_vec()),
             None => {
-                let text = part.text().await.map_err(refused)?;
+                let text = part.text().await.map_err(refuse_upload)?;
                 if name == "csrf" {
                     genuine = csrf::is_genuine(session.as_ref(), &text).await?;
                 }
@@ -61,10 +61,10 @@ async fn read(mut parts: Multipart, session: Option<Session>) -> Result<CsrfUplo
             }
         }
     }
-    if genuine { Ok(upload) } else { Err(csrf::refusal()) }
+    if genuine { Ok(upload) } else { Err(csrf::refuse_form()) }
 }
 
-fn refused(error: MultipartError) -> Error {
+fn refuse_upload(error: MultipartError) -> Error {
     match error.status() {
         axum::http::StatusCode::PAYLOAD_TOO_LARGE => {
             Error::Unprocessable(tr!("the file is larger than 8 MB: send it in parts").to_owned())

@@ -20,15 +20,15 @@ use pages::{NavPlace, Shell};
 use store::{cohorts, directory, exports, people, schools, second_factors};
 use words::Language;
 
-pub(super) async fn show(
+pub(super) async fn show_account(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     csrf: Csrf,
 ) -> Result<AccountPage, PageError> {
-    Ok(page(&state, &person, &csrf).await?)
+    Ok(make_account_page(&state, &person, &csrf).await?)
 }
 
-async fn page(state: &AppState, person: &CurrentPerson, csrf: &Csrf) -> Result<AccountPage, Error> {
+async fn make_account_page(state: &AppState, person: &CurrentPerson, csrf: &Csrf) -> Result<AccountPage, Error> {
     let reader = state.db.reader();
     let known = directory::find(reader, person.school_id, person.id).await?.ok_or(Error::NotFound)?;
     Ok(AccountPage {
@@ -53,7 +53,7 @@ pub(super) struct OwnPasswordForm {
 }
 
 /// Sets a new password, which ends every other sign-in.
-pub(super) async fn set_password(
+pub(super) async fn set_own_password(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     session: Session,
@@ -61,7 +61,7 @@ pub(super) async fn set_password(
     CsrfForm(form): CsrfForm<OwnPasswordForm>,
 ) -> Result<Response, PageError> {
     state.logins.take_own(person.id)?;
-    let shown = page(&state, &person, &csrf).await?;
+    let shown = make_account_page(&state, &person, &csrf).await?;
     let own = [person.display_name.as_str(), &shown.email, &shown.school];
     let refused = match passwords::check_typed(&form.password, &form.again, &own) {
         Err(refused) => refused,
@@ -81,20 +81,23 @@ pub(super) struct LanguageForm {
 }
 
 /// Sets the language that the visitor reads in; nothing chosen is what their browser asks for.
-pub(super) async fn set_language(
+pub(super) async fn set_own_language(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     CsrfForm(form): CsrfForm<LanguageForm>,
 ) -> Result<Redirect, PageError> {
     let code = form.language.as_str();
     let chosen = Some(code).filter(|code| !code.is_empty());
-    let chosen = chosen.map(|code| Language::named(code).ok_or_else(|| language::unknown(code))).transpose()?;
+    let chosen = chosen.map(|code| Language::named(code).ok_or_else(|| language::refuse_language(code))).transpose()?;
     accounts::set_language(&state, &person, chosen).await?;
     Ok(Redirect::to("/account"))
 }
 
 /// Everything held about whoever asks, as a file.
-pub(super) async fn export(State(state): State<AppState>, Visitor(person): Visitor) -> Result<Response, PageError> {
+pub(super) async fn export_own_data(
+    State(state): State<AppState>,
+    Visitor(person): Visitor,
+) -> Result<Response, PageError> {
     let held = exports::of_person(state.db.reader(), person.school_id, person.id).await?.ok_or(Error::NotFound)?;
     let body = serde_json::to_string_pretty(&held).map_err(anyhow::Error::from)?;
     let headers = [

@@ -24,12 +24,16 @@ const FEW: usize = 10;
 const WEEK_S: i64 = 7 * 24 * 3600;
 
 /// The administrator's home.
-pub(super) async fn home(state: &AppState, shell: Shell, person: &CurrentPerson) -> Result<AdminHomePage, Error> {
-    let counts = counts(state, person.school_id).await?;
-    let (cohorts, more) = cohorts::in_short(state, person, "", FEW).await?;
+pub(super) async fn make_admin_home(
+    state: &AppState,
+    shell: Shell,
+    person: &CurrentPerson,
+) -> Result<AdminHomePage, Error> {
+    let counts = count_people(state, person.school_id).await?;
+    let (cohorts, more) = cohorts::list_cohorts_in_short(state, person, "", FEW).await?;
     Ok(AdminHomePage {
         shell,
-        queue: queue(state, person.school_id, &counts).await?,
+        queue: queue_figures(state, person.school_id, &counts).await?,
         counts: vec![
             (counts.trainees, tr!("trainees")),
             (counts.instructors, tr!("instructors")),
@@ -42,19 +46,19 @@ pub(super) async fn home(state: &AppState, shell: Shell, person: &CurrentPerson)
     })
 }
 
-pub(super) async fn show(
+pub(super) async fn show_administration(
     State(state): State<AppState>,
     Administrator(person): Administrator,
     csrf: Csrf,
 ) -> Result<AdminPage, PageError> {
     let (reader, school) = (state.db.reader(), person.school_id);
-    let counts = counts(&state, school).await?;
+    let counts = count_people(&state, school).await?;
     Ok(AdminPage {
         shell: Shell::new(&person, csrf.token(), NavPlace::Administration),
-        queue: queue(&state, school, &counts).await?,
+        queue: queue_figures(&state, school, &counts).await?,
         school: counts.school,
         requests: cohort_storage::requests(reader, school, None, None).await?,
-        stations: stations::all(reader, school).await?.into_iter().map(station_row).collect(),
+        stations: stations::all(reader, school).await?.into_iter().map(make_station_row).collect(),
         needed: schools::certificate_needs(reader, school).await?,
         factor_rule: second_factors::rule(reader, school).await?,
         warned: retention::count_warned(reader, school).await?,
@@ -83,7 +87,7 @@ pub(super) struct NeededForm {
 }
 
 /// Sets what must be proved of an attempt for it to count towards a certificate.
-pub(super) async fn set_needed(
+pub(super) async fn set_certificate_needs(
     State(state): State<AppState>,
     Administrator(person): Administrator,
     CsrfForm(form): CsrfForm<NeededForm>,
@@ -109,12 +113,12 @@ pub(super) async fn revoke_station(
     }
 }
 
-pub(super) async fn counts(state: &AppState, school: Uuid) -> Result<Counts, Error> {
+pub(super) async fn count_people(state: &AppState, school: Uuid) -> Result<Counts, Error> {
     let since: Moment = state.clock.now().plus_s(-WEEK_S);
     Ok(reports::counts(state.db.reader(), school, since).await?)
 }
 
-async fn queue(state: &AppState, school: Uuid, counts: &Counts) -> Result<Queue, Error> {
+async fn queue_figures(state: &AppState, school: Uuid, counts: &Counts) -> Result<Queue, Error> {
     let failing = reports::failing_jobs(state.db.reader(), school).await?;
     let row = |job: reports::FailingJob| (format!("/sessions/{}", job.session_id), job.attempts, job.error);
     Ok(Queue {
@@ -125,7 +129,7 @@ async fn queue(state: &AppState, school: Uuid, counts: &Counts) -> Result<Queue,
     })
 }
 
-fn station_row(station: Station) -> StationRow {
+fn make_station_row(station: Station) -> StationRow {
     StationRow {
         revoke_href: (!station.revoked).then(|| format!("/admin/stations/{}/revoke", station.id)),
         name: station.station,

@@ -14,12 +14,12 @@ const FOREVER: &str = "public, max-age=31536000, immutable";
 const ASK_AGAIN: &str = "public, no-cache";
 
 /// An asset, or 304 where the browser has it.
-pub(super) async fn serve(
+pub(super) async fn serve_asset(
     Path(name): Path<String>,
     RawQuery(query): RawQuery,
     asked: HeaderMap,
 ) -> Result<Response, PageError> {
-    let (file, hash) = assets::find(&name).ok_or(PageError(Error::NotFound))?;
+    let (file, hash) = assets::find_asset(&name).ok_or(PageError(Error::NotFound))?;
     let tag = format!("\"{hash}\"");
     let named = query.as_deref().and_then(|q| q.strip_prefix("v=")) == Some(hash.as_str());
     let caching = if named { FOREVER } else { ASK_AGAIN };

@@ -28,7 +28,7 @@ use store::{curricula, exercises, people, schools};
 /// Assignments on the page of those who make them.
 const LATEST: u32 = 100;
 
-pub(super) async fn list(
+pub(super) async fn list_assignments(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     csrf: Csrf,
@@ -39,10 +39,10 @@ pub(super) async fn list(
         let rows = standings.into_iter().map(AssignmentRow::own).collect();
         return Ok(OwnAssignmentsPage { shell, rows }.into_response());
     }
-    Ok(managed(&state, shell, &person, &TypedAssignment::default()).await?.into_response())
+    Ok(managed_page(&state, shell, &person, &TypedAssignment::default()).await?.into_response())
 }
 
-async fn managed(
+async fn managed_page(
     state: &AppState,
     shell: Shell,
     person: &CurrentPerson,
@@ -56,9 +56,9 @@ async fn managed(
     };
     Ok(ManagedAssignmentsPage {
         shell,
-        rows: rows.into_iter().map(row).collect(),
+        rows: rows.into_iter().map(make_managed_row).collect(),
         form: AssignForm {
-            tasks: tasks(state, person.school_id, &typed.task).await?,
+            tasks: task_options(state, person.school_id, &typed.task).await?,
             cohorts: cohorts.into_iter().map(cohort).collect(),
             email: typed.email.clone(),
             due: typed.due.clone(),
@@ -71,7 +71,7 @@ async fn managed(
 }
 
 /// Courses, then exercises, one of them chosen.
-async fn tasks(state: &AppState, school: Uuid, chosen: &str) -> Result<Vec<SelectOption>, Error> {
+async fn task_options(state: &AppState, school: Uuid, chosen: &str) -> Result<Vec<SelectOption>, Error> {
     let reader = state.db.reader();
     let choice = |value: String, label: String| SelectOption { chosen: value == chosen, value, label };
     let courses = curricula::taught(reader, school).await?.into_iter();
@@ -82,7 +82,7 @@ async fn tasks(state: &AppState, school: Uuid, chosen: &str) -> Result<Vec<Selec
     Ok(courses.chain(exercises).collect())
 }
 
-fn row(listed: Listed) -> ManagedRow {
+fn make_managed_row(listed: Listed) -> ManagedRow {
     ManagedRow {
         href: format!("/assignments/{}", listed.id),
         title: listed.title,
@@ -105,16 +105,16 @@ pub(super) struct TypedAssignment {
     supervised: String,
 }
 
-pub(super) async fn make(
+pub(super) async fn make_assignment(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<TypedAssignment>,
 ) -> Result<Response, PageError> {
-    let new = match read(&state, &person, &typed).await {
+    let new = match read_assignment(&state, &person, &typed).await {
         Err(Error::Unprocessable(why)) => {
             let shell = Shell::new(&person, csrf.token(), NavPlace::Assignments);
-            let mut page = managed(&state, shell, &person, &typed).await?;
+            let mut page = managed_page(&state, shell, &person, &typed).await?;
             page.form.refused = Some(why);
             return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
         }
@@ -125,10 +125,14 @@ pub(super) async fn make(
 }
 
 /// What was typed, as an assignment. A cohort, trainee, exercise or course that the visitor may not see is none: 404.
-async fn read(state: &AppState, person: &CurrentPerson, typed: &TypedAssignment) -> Result<NewAssignment, Error> {
+async fn read_assignment(
+    state: &AppState,
+    person: &CurrentPerson,
+    typed: &TypedAssignment,
+) -> Result<NewAssignment, Error> {
     let time_zone = schools::time_zone(state.db.reader(), person.school_id).await?;
-    let task = task(state, person.school_id, &typed.task).await?;
-    let (cohort_id, person_id) = whom(state, person, typed).await?;
+    let task = read_task(state, person.school_id, &typed.task).await?;
+    let (cohort_id, person_id) = read_assignee(state, person, typed).await?;
     let due = match typed.due.trim() {
         "" => None,
         said => {
@@ -141,18 +145,18 @@ async fn read(state: &AppState, person: &CurrentPerson, typed: &TypedAssignment)
     };
     let attempt_limit = match (typed.limit.trim(), &task) {
         ("", _) | (_, Task::Course(_)) => None,
-        (said, Task::Exercise(_)) => Some(limit(said)?),
+        (said, Task::Exercise(_)) => Some(read_attempt_limit(said)?),
     };
     let supervised = typed.supervised == "yes";
     Ok(NewAssignment { task, cohort_id, person_id, supervised, attempt_limit, due, time_zone })
 }
 
-fn limit(said: &str) -> Result<u32, Error> {
+fn read_attempt_limit(said: &str) -> Result<u32, Error> {
     let number = said.parse().ok().filter(|number| (1..=100).contains(number));
     number.ok_or_else(|| Error::Unprocessable(tr!("attempts that count: “{said}”; 1 to 100 are allowed", said = said)))
 }
 
-async fn task(state: &AppState, school: Uuid, said: &str) -> Result<Task, Error> {
+async fn read_task(state: &AppState, school: Uuid, said: &str) -> Result<Task, Error> {
     let reader = state.db.reader();
     match said.split_once(':') {
         Some(("exercise", id)) if exercises::current(reader, school, id).await?.is_some() => {
@@ -166,7 +170,7 @@ async fn task(state: &AppState, school: Uuid, said: &str) -> Result<Task, Error>
 }
 
 /// The cohort or the trainee that is meant.
-async fn whom(
+async fn read_assignee(
     state: &AppState,
     person: &CurrentPerson,
     typed: &TypedAssignment,
@@ -194,7 +198,7 @@ async fn whom(
 }
 
 /// An assignment that the visitor manages.
-async fn find(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Listed, Error> {
+async fn find_assignment(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Listed, Error> {
     if person.role == Role::Trainee {
         return Err(Error::NotFound);
     }
@@ -202,14 +206,14 @@ async fn find(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<List
     found.into_iter().next().ok_or(Error::NotFound)
 }
 
-pub(super) async fn show(
+pub(super) async fn show_assignment(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId,
     csrf: Csrf,
 ) -> Result<AssignmentPage, PageError> {
-    let listed = find(&state, &person, id).await?;
-    let trainees = trainees(&state, &person, &listed).await?;
+    let listed = find_assignment(&state, &person, id).await?;
+    let trainees = trainees_of_assignment(&state, &person, &listed).await?;
     let ids: Vec<Uuid> = trainees.iter().map(|trainee| trainee.id).collect();
     let standings = teaching::standings_at(&state, person.school_id, id, &ids).await?;
     let row_of = |(trainee, standing): (Named, _)| {
@@ -218,10 +222,14 @@ pub(super) async fn show(
     };
     let rows = trainees.into_iter().zip(standings).map(row_of).collect();
     let shell = Shell::new(&person, csrf.token(), NavPlace::Assignments);
-    Ok(AssignmentPage { shell, id, assignment: row(listed), rows })
+    Ok(AssignmentPage { shell, id, assignment: make_managed_row(listed), rows })
 }
 
-async fn trainees(state: &AppState, person: &CurrentPerson, listed: &Listed) -> Result<Vec<Named>, Error> {
+async fn trainees_of_assignment(
+    state: &AppState,
+    person: &CurrentPerson,
+    listed: &Listed,
+) -> Result<Vec<Named>, Error> {
     let reader = state.db.reader();
     Ok(match (listed.cohort_id, listed.person_id) {
         (Some(cohort), _) => reports::members(reader, person.school_id, cohort, Role::Trainee).await?,
@@ -237,14 +245,14 @@ pub(super) struct ExtensionForm {
     pub(super) days: i64,
 }
 
-pub(super) async fn extend(
+pub(super) async fn extend_assignment(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId,
     CsrfForm(form): CsrfForm<ExtensionForm>,
 ) -> Result<Redirect, PageError> {
-    let listed = find(&state, &person, id).await?;
-    let trainees = trainees(&state, &person, &listed).await?;
+    let listed = find_assignment(&state, &person, id).await?;
+    let trainees = trainees_of_assignment(&state, &person, &listed).await?;
     if !trainees.iter().any(|trainee| trainee.id == form.person) {
         return Err(Error::NotFound.into());
     }
@@ -252,13 +260,13 @@ pub(super) async fn extend(
     Ok(Redirect::to(&format!("/assignments/{id}")))
 }
 
-pub(super) async fn withdraw(
+pub(super) async fn withdraw_assignment(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
-    find(&state, &person, id).await?;
+    find_assignment(&state, &person, id).await?;
     teaching::withdraw(&state, &person, id).await?;
     Ok(Redirect::to("/assignments"))
 }
@@ -269,7 +277,7 @@ pub(super) struct ZoneForm {
 }
 
 /// Sets the school's time zone. What was assigned before keeps the one in which it was said.
-pub(super) async fn set_zone(
+pub(super) async fn set_time_zone(
     State(state): State<AppState>,
     Administrator(person): Administrator,
     CsrfForm(form): CsrfForm<ZoneForm>,

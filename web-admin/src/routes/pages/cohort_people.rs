@@ -26,7 +26,7 @@ pub(super) struct CohortForm {
 }
 
 /// Makes a cohort; an instructor teaches what they have made.
-pub(super) async fn make(
+pub(super) async fn make_cohort(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     CsrfForm(form): CsrfForm<CohortForm>,
@@ -44,22 +44,27 @@ pub(super) async fn make(
 }
 
 /// A cohort that the visitor may change.
-async fn find(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Named, Error> {
+async fn find_taught_cohort(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Named, Error> {
     let cohorts = reports::cohorts(state.db.reader(), person).await?;
     cohorts.into_iter().find(|cohort| cohort.id == id).ok_or(Error::NotFound)
 }
 
-pub(super) async fn show(
+pub(super) async fn show_cohort_people(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId,
     csrf: Csrf,
 ) -> Result<CohortPeoplePage, PageError> {
-    let cohort = find(&state, &person, id).await?;
-    Ok(page(&state, Shell::new(&person, csrf.token(), NavPlace::Cohorts), person.school_id, cohort).await?)
+    let cohort = find_taught_cohort(&state, &person, id).await?;
+    Ok(make_people_page(&state, Shell::new(&person, csrf.token(), NavPlace::Cohorts), person.school_id, cohort).await?)
 }
 
-async fn page(state: &AppState, shell: Shell, school: Uuid, cohort: Named) -> Result<CohortPeoplePage, Error> {
+async fn make_people_page(
+    state: &AppState,
+    shell: Shell,
+    school: Uuid,
+    cohort: Named,
+) -> Result<CohortPeoplePage, Error> {
     let mut members = Vec::new();
     for role in [Role::Instructor, Role::Trainee] {
         let named = reports::members(state.db.reader(), school, cohort.id, role).await?;
@@ -77,16 +82,18 @@ pub(super) struct MemberForm {
 
 /// Adds somebody of the school, where an administrator does it, else asks for them. Whoever is of another school is answered
 /// like nobody.
-pub(super) async fn add(
+pub(super) async fn add_to_cohort(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<MemberForm>,
 ) -> Result<Response, PageError> {
-    let cohort = find(&state, &person, id).await?;
+    let cohort = find_taught_cohort(&state, &person, id).await?;
     if !membership::add_member(&state, &person, id, form.email.trim()).await? {
-        let page = page(&state, Shell::new(&person, csrf.token(), NavPlace::Cohorts), person.school_id, cohort).await?;
+        let page =
+            make_people_page(&state, Shell::new(&person, csrf.token(), NavPlace::Cohorts), person.school_id, cohort)
+                .await?;
         let page = CohortPeoplePage { email: form.email, unknown: true, ..page };
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
     }
@@ -109,14 +116,14 @@ impl RequestAnswerForm {
 }
 
 /// An administrator's answer where somebody is asked for; whoever teaches the cohort may take the question back.
-pub(super) async fn answer(
+pub(super) async fn answer_request(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     path: Result<Path<(Uuid, Uuid)>, PathRejection>,
     CsrfForm(form): CsrfForm<RequestAnswerForm>,
 ) -> Result<Redirect, PageError> {
     let Path((id, asked)) = path.map_err(|_| Error::NotFound)?;
-    find(&state, &person, id).await?;
+    find_taught_cohort(&state, &person, id).await?;
     if form.answer == "yes" && person.role != Role::Administrator {
         return Err(Error::Forbidden(tr!("only the trainee or an administrator says yes")).into());
     }
@@ -126,7 +133,7 @@ pub(super) async fn answer(
 }
 
 /// A trainee's own answer.
-pub(super) async fn answer_for_oneself(
+pub(super) async fn answer_own_request(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(cohort): PathId,
@@ -141,14 +148,14 @@ pub(super) async fn answer_for_oneself(
     Ok(Redirect::to("/account#cohorts"))
 }
 
-pub(super) async fn remove(
+pub(super) async fn remove_from_cohort(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     path: Result<Path<(Uuid, Uuid)>, PathRejection>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
     let Path((id, member)) = path.map_err(|_| Error::NotFound)?;
-    find(&state, &person, id).await?;
+    find_taught_cohort(&state, &person, id).await?;
     membership::remove_member(&state, &person, id, member).await?;
     Ok(Redirect::to(&format!("/cohorts/{id}/people")))
 }

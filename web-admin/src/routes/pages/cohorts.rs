@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use super::standing;
 use super::standing::TaughtCourse;
-use super::{PathId, in_query};
+use super::{PathId, encode_in_query};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, Teacher, Visitor};
@@ -19,12 +19,12 @@ use store::reports::{self, Named};
 const PER_PAGE: usize = 50;
 
 /// The page of a cohort.
-pub(super) fn href(cohort: &Named) -> String {
+pub(super) fn cohort_href(cohort: &Named) -> String {
     format!("/cohorts/{}", cohort.id)
 }
 
 /// A page of the cohorts that a person may see, and the name after which the next begins.
-pub(super) async fn in_short(
+pub(super) async fn list_cohorts_in_short(
     state: &AppState,
     person: &CurrentPerson,
     after: &str,
@@ -44,22 +44,22 @@ pub(super) struct AfterQuery {
     after: String,
 }
 
-pub(super) async fn list(
+pub(super) async fn list_cohorts(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     csrf: Csrf,
     Query(AfterQuery { after }): Query<AfterQuery>,
 ) -> Result<CohortsPage, PageError> {
-    let (cohorts, next) = in_short(&state, &person, &after, PER_PAGE).await?;
+    let (cohorts, next) = list_cohorts_in_short(&state, &person, &after, PER_PAGE).await?;
     Ok(CohortsPage {
         shell: Shell::new(&person, csrf.token(), NavPlace::Cohorts),
         cohorts,
         later: !after.is_empty(),
-        next: next.map(|last| format!("/cohorts?after={}", in_query(&last))),
+        next: next.map(|last| format!("/cohorts?after={}", encode_in_query(&last))),
     })
 }
 
-pub(super) async fn show(
+pub(super) async fn show_cohort(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId,
@@ -67,13 +67,13 @@ pub(super) async fn show(
 ) -> Result<CohortPage, PageError> {
     let (reader, school) = (state.db.reader(), person.school_id);
     let cohort = reports::cohort(reader, &person, id).await?.ok_or(Error::NotFound)?;
-    let courses = standing::courses(&state, school).await?;
-    let standing = standing::cohort(&state, school, id, &courses).await?;
+    let courses = standing::taught_courses(&state, school).await?;
+    let standing = standing::standing_of_cohort(&state, school, id, &courses).await?;
     let instructors = reports::members(reader, school, id, Role::Instructor).await?;
     let share = |(i, taught): (usize, &TaughtCourse)| CourseShare::new(&taught.facts(None), &standing.in_course(i));
     Ok(CohortPage {
         shell: Shell::new(&person, csrf.token(), NavPlace::Cohorts),
-        href: href(&cohort),
+        href: cohort_href(&cohort),
         name: cohort.name,
         instructors: instructors.into_iter().map(|i| i.name).collect(),
         courses: courses.iter().enumerate().map(share).collect(),

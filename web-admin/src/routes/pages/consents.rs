@@ -28,10 +28,10 @@ use store::experts::{self, NewDeclaration};
 const MOST_WORDING: usize = 2000;
 const MOST_HOW: usize = 300;
 
-pub(super) fn router() -> Routes {
+pub(super) fn consent_routes() -> Routes {
     Routes::new()
-        .route("/people/{id}/consent", get(show).post(record))
-        .route("/people/{id}/consent/withdraw", post(withdraw))
+        .route("/people/{id}/consent", get(show_consent).post(record_declaration))
+        .route("/people/{id}/consent/withdraw", post(withdraw_declaration))
 }
 
 /// A consent as it was typed.
@@ -44,7 +44,7 @@ pub(super) struct DeclarationForm {
 }
 
 /// Somebody of the administrator's school who teaches.
-async fn find(state: &AppState, visitor: &CurrentPerson, id: Uuid) -> Result<DirectoryEntry, PageError> {
+async fn find_expert(state: &AppState, visitor: &CurrentPerson, id: Uuid) -> Result<DirectoryEntry, PageError> {
     let person = directory::find(state.db.reader(), visitor.school_id, id).await.map_err(Error::from)?;
     let person = person.ok_or(Error::NotFound)?;
     if person.role == Role::Trainee {
@@ -55,19 +55,19 @@ async fn find(state: &AppState, visitor: &CurrentPerson, id: Uuid) -> Result<Dir
     Ok(person)
 }
 
-pub(super) async fn show(
+pub(super) async fn show_consent(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
     PathId(id): PathId,
     csrf: Csrf,
 ) -> Result<ConsentOfExpertPage, PageError> {
-    let person = find(&state, &visitor, id).await?;
-    let today = format::machine_time(state.clock.now().to_utc()).chars().take(10).collect();
+    let person = find_expert(&state, &visitor, id).await?;
+    let today = format::format_machine_time(state.clock.now().to_utc()).chars().take(10).collect();
     let typed = DeclarationForm { wording: corridor::WORDING.to_owned(), how: String::new(), given: today };
-    Ok(page(&state, Visit::new(&visitor, &csrf), person, typed, None).await?)
+    Ok(make_consent_page(&state, Visit::new(&visitor, &csrf), person, typed, None).await?)
 }
 
-async fn page(
+async fn make_consent_page(
     state: &AppState,
     Visit { person: visitor, csrf }: Visit<'_>,
     person: DirectoryEntry,
@@ -94,29 +94,29 @@ async fn page(
     })
 }
 
-pub(super) async fn record(
+pub(super) async fn record_declaration(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
     PathId(id): PathId,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<DeclarationForm>,
 ) -> Result<Response, PageError> {
-    let person = find(&state, &visitor, id).await?;
-    let new = match read(&typed, visitor.id, state.clock.now()) {
+    let person = find_expert(&state, &visitor, id).await?;
+    let new = match read_declaration(&typed, visitor.id, state.clock.now()) {
         Ok(new) => new,
         Err(why) => {
-            let page = page(&state, Visit::new(&visitor, &csrf), person, typed, Some(why)).await?;
+            let page = make_consent_page(&state, Visit::new(&visitor, &csrf), person, typed, Some(why)).await?;
             return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
         }
     };
     consents::record_consent(&state, &visitor, id, new).await?;
-    Ok(back(id))
+    Ok(redirect_to_consent(id))
 }
 
 /// What was typed, as a consent; or what is wrong with it.
-fn read(typed: &DeclarationForm, recorded_by: Uuid, now: Moment) -> Result<NewDeclaration<'_>, String> {
-    let wording = words(tr!("wording"), &typed.wording, MOST_WORDING)?;
-    let how = words(tr!("how it was given"), &typed.how, MOST_HOW)?;
+fn read_declaration(typed: &DeclarationForm, recorded_by: Uuid, now: Moment) -> Result<NewDeclaration<'_>, String> {
+    let wording = read_words(tr!("wording"), &typed.wording, MOST_WORDING)?;
+    let how = read_words(tr!("how it was given"), &typed.how, MOST_HOW)?;
     let given_at = Date::parse(typed.given.trim(), &Iso8601::DATE)
         .map(|date| Moment::from(date.with_time(Time::MIDNIGHT).assume_utc()))
         .ok()
@@ -127,7 +127,7 @@ fn read(typed: &DeclarationForm, recorded_by: Uuid, now: Moment) -> Result<NewDe
     Ok(NewDeclaration { wording, how, given_at, recorded_by })
 }
 
-fn words<'a>(field: &str, typed: &'a str, most: usize) -> Result<&'a str, String> {
+fn read_words<'a>(field: &str, typed: &'a str, most: usize) -> Result<&'a str, String> {
     let typed = typed.trim();
     match typed.chars().count() {
         n if (1..=most).contains(&n) => Ok(typed),
@@ -135,17 +135,17 @@ fn words<'a>(field: &str, typed: &'a str, most: usize) -> Result<&'a str, String
     }
 }
 
-pub(super) async fn withdraw(
+pub(super) async fn withdraw_declaration(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
     PathId(id): PathId,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
-    find(&state, &visitor, id).await?;
+    find_expert(&state, &visitor, id).await?;
     consents::withdraw_consent(&state, &visitor, id).await?;
-    Ok(back(id))
+    Ok(redirect_to_consent(id))
 }
 
-fn back(id: Uuid) -> Response {
+fn redirect_to_consent(id: Uuid) -> Response {
     Redirect::to(&format!("/people/{id}/consent")).into_response()
 }

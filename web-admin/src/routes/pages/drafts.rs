@@ -14,7 +14,7 @@ use acts::drafting;
 use acts::drafting::{Checked, Saved};
 use acts::error::Error;
 use model::draft::Verdict;
-use pages::diff::diff;
+use pages::diff::compare_lines;
 use pages::draft::{
     DraftPage, DraftRow, DraftsPage, VerdictPart, verdict_of_course, verdict_of_refused, verdict_while_waiting,
 };
@@ -65,7 +65,7 @@ pub(super) struct SeenForm {
     seen: i64,
 }
 
-pub(super) async fn list(
+pub(super) async fn list_drafts(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     csrf: Csrf,
@@ -74,13 +74,13 @@ pub(super) async fn list(
     let exercises = exercises::all_current(reader, school).await?;
     Ok(DraftsPage {
         shell: Shell::new(&person, csrf.token(), NavPlace::Curricula),
-        drafts: drafts::all(reader, school).await?.iter().map(row).collect(),
+        drafts: drafts::all(reader, school).await?.iter().map(make_draft_row).collect(),
         exercises: exercises.into_iter().map(|exercise| (exercise.exercise_id, exercise.title)).collect(),
     })
 }
 
 /// Begins a copy of an exercise.
-pub(super) async fn copy(
+pub(super) async fn copy_draft(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     CsrfForm(CopyForm { exercise, id }): CsrfForm<CopyForm>,
@@ -90,7 +90,7 @@ pub(super) async fn copy(
 }
 
 /// Opens the draft of an exercise.
-pub(super) async fn of_exercise(
+pub(super) async fn draft_exercise(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     Path(id): Path<String>,
@@ -101,7 +101,7 @@ pub(super) async fn of_exercise(
 }
 
 /// Opens the draft of a course.
-pub(super) async fn of_course(
+pub(super) async fn draft_course(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     Path(id): Path<String>,
@@ -111,7 +111,7 @@ pub(super) async fn of_course(
     Ok(Redirect::to(&format!("/drafts/{draft}")))
 }
 
-pub(super) async fn show(
+pub(super) async fn show_draft(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     PathId(id): PathId,
@@ -119,11 +119,14 @@ pub(super) async fn show(
 ) -> Result<Response, PageError> {
     let draft = drafts::find(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
     let checked = drafting::check(&state, person.school_id, &draft).await?;
-    Ok(answered(&checked, page(Shell::new(&person, csrf.token(), NavPlace::Curricula), draft, &checked)))
+    Ok(answer_with_draft(
+        &checked,
+        make_draft_page(Shell::new(&person, csrf.token(), NavPlace::Curricula), draft, &checked),
+    ))
 }
 
 /// An answer that says when to ask again where nobody knows yet what the draft comes to.
-fn answered(checked: &Checked, body: impl IntoResponse) -> Response {
+fn answer_with_draft(checked: &Checked, body: impl IntoResponse) -> Response {
     match checked {
         Checked::Waiting(retry_after_s) => {
             (StatusCode::SERVICE_UNAVAILABLE, [(RETRY_AFTER, retry_after_s.to_string())], body).into_response()
@@ -134,7 +137,7 @@ fn answered(checked: &Checked, body: impl IntoResponse) -> Response {
 
 /// Saves what was written, and publishes it when that is asked for and nothing is wrong; where there is advice, once its author has
 /// seen it and insists.
-pub(super) async fn write(
+pub(super) async fn write_draft(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     PathId(id): PathId,
@@ -145,31 +148,33 @@ pub(super) async fn write(
     let texts = Texts { document: unix_lines(&form.document), scene: unix_lines(&form.scene) };
     let draft = match drafting::save(&state, &person, id, form.seen, &texts).await? {
         Saved::Kept(draft) => draft,
-        Saved::Elsewhere(theirs) => return Ok((StatusCode::CONFLICT, conflict(shell, theirs, texts)).into_response()),
+        Saved::Elsewhere(theirs) => {
+            return Ok((StatusCode::CONFLICT, answer_conflict(shell, theirs, texts)).into_response());
+        }
     };
     let checked = drafting::check(&state, person.school_id, &draft).await?;
     let is_held = match (form.act, &checked) {
-        (DraftAct::Save, _) => return Ok(answered(&checked, page(shell, draft, &checked))),
+        (DraftAct::Save, _) => return Ok(answer_with_draft(&checked, make_draft_page(shell, draft, &checked))),
         (_, Checked::Refused(_) | Checked::Waiting(_)) => true,
         (_, Checked::Exercise(verdict)) if !verdict.problems.is_empty() => true,
         (DraftAct::Publish, Checked::Exercise(verdict)) => !verdict.advice.is_empty(),
         (DraftAct::Publish | DraftAct::Insist, _) => false,
     };
     if is_held {
-        let refused = DraftPage { refused: true, ..page(shell, draft, &checked) };
+        let refused = DraftPage { refused: true, ..make_draft_page(shell, draft, &checked) };
         return Ok(match checked {
-            Checked::Waiting(_) => answered(&checked, refused),
+            Checked::Waiting(_) => answer_with_draft(&checked, refused),
             _ => (StatusCode::UNPROCESSABLE_ENTITY, refused).into_response(),
         });
     }
     match drafting::publish(&state, &person, &draft, &checked).await? {
-        true => Ok(Redirect::to(&published_at(&draft)).into_response()),
+        true => Ok(Redirect::to(&published_moment(&draft)).into_response()),
         false => Ok(Redirect::to(&format!("/drafts/{id}")).into_response()),
     }
 }
 
 /// What a draft would come to as it is typed; nothing is saved.
-pub(super) async fn preview(
+pub(super) async fn preview_draft(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     PathId(id): PathId,
@@ -178,11 +183,11 @@ pub(super) async fn preview(
     let draft = drafts::find(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
     let texts = Texts { document: unix_lines(&typed.document), scene: unix_lines(&typed.scene) };
     let checked = drafting::check(&state, person.school_id, &Draft { texts, ..draft }).await?;
-    Ok(answered(&checked, VerdictPart { verdict: verdict(&checked) }))
+    Ok(answer_with_draft(&checked, VerdictPart { verdict: verdict_of_draft(&checked) }))
 }
 
 /// Throws a draft away.
-pub(super) async fn discard(
+pub(super) async fn discard_draft(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     PathId(id): PathId,
@@ -197,14 +202,14 @@ pub(super) async fn discard(
     }
 }
 
-fn published_at(draft: &Draft) -> String {
+fn published_moment(draft: &Draft) -> String {
     match draft.kind {
         DraftKind::Exercise => format!("/exercises/{}/revisions", draft.document_id),
         DraftKind::Course => format!("/curricula/{}/revisions", draft.document_id),
     }
 }
 
-fn row(draft: &Draft) -> DraftRow {
+fn make_draft_row(draft: &Draft) -> DraftRow {
     DraftRow {
         href: format!("/drafts/{}", draft.id),
         kind: match draft.kind {
@@ -217,7 +222,7 @@ fn row(draft: &Draft) -> DraftRow {
     }
 }
 
-fn verdict(checked: &Checked) -> Verdict {
+fn verdict_of_draft(checked: &Checked) -> Verdict {
     match checked {
         Checked::Exercise(verdict) => (**verdict).clone(),
         Checked::Course(course, mastery) => verdict_of_course(course, mastery),
@@ -226,23 +231,23 @@ fn verdict(checked: &Checked) -> Verdict {
     }
 }
 
-fn page(shell: Shell, draft: Draft, checked: &Checked) -> DraftPage {
+fn make_draft_page(shell: Shell, draft: Draft, checked: &Checked) -> DraftPage {
     DraftPage {
         shell,
-        draft: row(&draft),
+        draft: make_draft_row(&draft),
         scene: (draft.kind == DraftKind::Exercise).then_some(draft.texts.scene),
         document: draft.texts.document,
         seen: draft.version,
         conflict: None,
         refused: false,
-        verdict: verdict(checked),
+        verdict: verdict_of_draft(checked),
     }
 }
 
 /// What was typed, kept, against what somebody else has saved.
-fn conflict(shell: Shell, theirs: Draft, typed: Texts) -> DraftPage {
-    let mut lines = diff(&theirs.texts.document, &typed.document);
-    lines.extend(diff(&theirs.texts.scene, &typed.scene));
-    let page = page(shell, Draft { texts: typed, ..theirs }, &Checked::Refused(Vec::new()));
+fn answer_conflict(shell: Shell, theirs: Draft, typed: Texts) -> DraftPage {
+    let mut lines = compare_lines(&theirs.texts.document, &typed.document);
+    lines.extend(compare_lines(&theirs.texts.scene, &typed.scene));
+    let page = make_draft_page(shell, Draft { texts: typed, ..theirs }, &Checked::Refused(Vec::new()));
     DraftPage { conflict: Some(lines), ..page }
 }

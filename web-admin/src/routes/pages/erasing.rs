@@ -6,7 +6,7 @@ use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 
 use super::PathId;
-use super::people::{find, nobody_themselves};
+use super::people::{find_person, refuse_own_account};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Administrator, Csrf, CsrfForm, Visit};
@@ -20,27 +20,27 @@ use pages::{NavPlace, Shell};
 use store::texts::{self, Whose};
 use store::{retention, schools};
 
-pub(super) async fn show(
+pub(super) async fn show_erasing(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
     PathId(id): PathId,
     csrf: Csrf,
 ) -> Result<ErasePage, PageError> {
-    let person = erasable(&state, &visitor, id).await?;
-    Ok(page(&state, Visit::new(&visitor, &csrf), person).await?)
+    let person = find_erasable(&state, &visitor, id).await?;
+    Ok(make_erase_page(&state, Visit::new(&visitor, &csrf), person).await?)
 }
 
 /// Somebody of the administrator's school who is not anonymous yet, nor the administrator.
-async fn erasable(state: &AppState, visitor: &CurrentPerson, id: uuid::Uuid) -> Result<DirectoryEntry, PageError> {
-    let person = find(state, visitor, id).await?;
-    nobody_themselves(visitor, id)?;
+async fn find_erasable(state: &AppState, visitor: &CurrentPerson, id: uuid::Uuid) -> Result<DirectoryEntry, PageError> {
+    let person = find_person(state, visitor, id).await?;
+    refuse_own_account(visitor, id)?;
     if person.state == AccountState::Erased {
         return Err(Error::Conflict(tr!("whoever was made anonymous stays so").to_owned()).into());
     }
     Ok(person)
 }
 
-async fn page(
+async fn make_erase_page(
     state: &AppState,
     Visit { person: visitor, csrf }: Visit<'_>,
     person: DirectoryEntry,
@@ -69,16 +69,16 @@ pub(super) struct EraseForm {
     about: String,
 }
 
-pub(super) async fn erase(
+pub(super) async fn erase_person(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
     PathId(id): PathId,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<EraseForm>,
 ) -> Result<Response, PageError> {
-    let person = erasable(&state, &visitor, id).await?;
+    let person = find_erasable(&state, &visitor, id).await?;
     if form.confirm.trim().to_lowercase() != person.email {
-        let page = page(&state, Visit::new(&visitor, &csrf), person).await?;
+        let page = make_erase_page(&state, Visit::new(&visitor, &csrf), person).await?;
         let page = ErasePage { unconfirmed: true, ..page };
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
     }

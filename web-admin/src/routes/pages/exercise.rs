@@ -5,7 +5,7 @@ use documents::ExerciseBundle;
 
 use super::standing;
 use super::standing::TaughtCourse;
-use super::{published, rows};
+use super::{published_bundle, rows};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, Visitor};
@@ -22,40 +22,40 @@ use store::{exercises, practice, reports};
 /// A course, and the visitor's progress in it where they are a trainee.
 type VisitedExercise = (TaughtCourse, Option<Progress>);
 
-pub(super) async fn curricula(
+pub(super) async fn show_curricula(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     csrf: Csrf,
 ) -> Result<CurriculaPage, PageError> {
-    let courses = visited(&state, &person).await?;
+    let courses = visited_exercise(&state, &person).await?;
     let shell = Shell::new(&person, csrf.token(), NavPlace::Curricula);
     let staff = person.role != Role::Trainee;
-    Ok(CurriculaPage { shell, staff, courses: courses.iter().map(course_card).collect() })
+    Ok(CurriculaPage { shell, staff, courses: courses.iter().map(make_course_card).collect() })
 }
 
-pub(super) async fn show(
+pub(super) async fn show_exercise(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     Path(id): Path<String>,
     csrf: Csrf,
 ) -> Result<ExercisePage, PageError> {
     let current = exercises::current(state.db.reader(), person.school_id, &id).await?.ok_or(Error::NotFound)?;
-    let bundle = published(&state, person.school_id, current.id).await?.ok_or(Error::NotFound)?;
-    let courses = visited(&state, &person).await?;
+    let bundle = published_bundle(&state, person.school_id, current.id).await?.ok_or(Error::NotFound)?;
+    let courses = visited_exercise(&state, &person).await?;
     let listed = reports::latest_at(state.db.reader(), &person, &id).await?;
     let own = person.role == Role::Trainee;
     Ok(ExercisePage {
         shell: Shell::new(&person, csrf.token(), NavPlace::Curricula),
-        contexts: courses.iter().filter_map(|visited| context(visited, &id)).collect(),
-        attempts: if own { rows::own(listed) } else { rows::mixed(listed) },
-        chart: chart(&courses, &bundle),
+        contexts: courses.iter().filter_map(|visited| context_in_course(visited, &id)).collect(),
+        attempts: if own { rows::own_rows(listed) } else { rows::mixed_rows(listed) },
+        chart: draw_own_scores(&courses, &bundle),
         exercise: ExerciseFacts::new(&bundle),
         own,
     })
 }
 
-async fn visited(state: &AppState, person: &CurrentPerson) -> Result<Vec<VisitedExercise>, Error> {
-    let courses = standing::courses(state, person.school_id).await?;
+async fn visited_exercise(state: &AppState, person: &CurrentPerson) -> Result<Vec<VisitedExercise>, Error> {
+    let courses = standing::taught_courses(state, person.school_id).await?;
     if person.role != Role::Trainee {
         return Ok(courses.into_iter().map(|taught| (taught, None)).collect());
     }
@@ -68,13 +68,15 @@ async fn visited(state: &AppState, person: &CurrentPerson) -> Result<Vec<Visited
     Ok(courses.into_iter().map(judged).collect())
 }
 
-fn course_card((taught, progress): &VisitedExercise) -> CourseCard {
+fn make_course_card((taught, progress): &VisitedExercise) -> CourseCard {
     let line = |(i, step): (usize, &Step)| ExerciseLine {
         href: exercise_href(&step.exercise),
         title: step.title.clone(),
         difficulty: taught.difficulties[i],
-        prerequisites: links(taught, |other| step.prerequisites.contains(&other.exercise)).map(|(t, _)| t).collect(),
-        status: progress.as_ref().map(|p| status(p, i)),
+        prerequisites: exercise_links(taught, |other| step.prerequisites.contains(&other.exercise))
+            .map(|(t, _)| t)
+            .collect(),
+        status: progress.as_ref().map(|p| status_in_course(p, i)),
     };
     CourseCard {
         id: taught.id.clone(),
@@ -86,12 +88,12 @@ fn course_card((taught, progress): &VisitedExercise) -> CourseCard {
 }
 
 /// Title and page of the steps that satisfy a condition.
-fn links(taught: &TaughtCourse, wanted: impl Fn(&Step) -> bool) -> impl Iterator<Item = (String, String)> {
+fn exercise_links(taught: &TaughtCourse, wanted: impl Fn(&Step) -> bool) -> impl Iterator<Item = (String, String)> {
     let steps = taught.course.steps.iter().filter(move |step| wanted(step));
     steps.map(|step| (step.title.clone(), exercise_href(&step.exercise)))
 }
 
-fn status(progress: &Progress, index: usize) -> StatusWord {
+fn status_in_course(progress: &Progress, index: usize) -> StatusWord {
     match progress.steps[index].state {
         StepState::Mastered { .. } => StatusWord::Mastered,
         StepState::Open { .. } if progress.next == Some(index) => StatusWord::Current,
@@ -101,26 +103,26 @@ fn status(progress: &Progress, index: usize) -> StatusWord {
     }
 }
 
-fn context((taught, progress): &VisitedExercise, id: &str) -> Option<Context> {
+fn context_in_course((taught, progress): &VisitedExercise, id: &str) -> Option<Context> {
     let steps = &taught.course.steps;
     let index = steps.iter().position(|step| step.exercise == id)?;
     Some(Context {
         course: taught.title.clone(),
         place: (index + 1, steps.len()),
         rule: rule_in_words(&taught.course.rule),
-        prerequisites: links(taught, |step| steps[index].prerequisites.contains(&step.exercise)).collect(),
-        opens: links(taught, |step| step.prerequisites.iter().any(|p| p == id)).collect(),
-        status: progress.as_ref().map(|p| status(p, index)),
+        prerequisites: exercise_links(taught, |step| steps[index].prerequisites.contains(&step.exercise)).collect(),
+        opens: exercise_links(taught, |step| step.prerequisites.iter().any(|p| p == id)).collect(),
+        status: progress.as_ref().map(|p| status_in_course(p, index)),
     })
 }
 
 /// The visitor's own scores over time, where they have any.
-fn chart(courses: &[VisitedExercise], bundle: &ExerciseBundle) -> Option<String> {
+fn draw_own_scores(courses: &[VisitedExercise], bundle: &ExerciseBundle) -> Option<String> {
     let exercise = &bundle.exercise;
     let attempts = courses.iter().find_map(|(taught, progress)| {
         let index = taught.course.steps.iter().position(|step| step.exercise == exercise.id)?;
         progress.as_ref().map(|p| &p.steps[index].attempts)
     })?;
-    let drawn = || charts::scores(&score_points(attempts), exercise.pass_mark, "own", tr!("Score over time"));
+    let drawn = || charts::draw_scores(&score_points(attempts), exercise.pass_mark, "own", tr!("Score over time"));
     (!attempts.is_empty()).then(drawn)
 }

@@ -15,7 +15,7 @@ use pages::instructor::InstructorPage;
 use pages::{NavPlace, Shell};
 use store::reports::{self, Named};
 
-pub(super) async fn show(
+pub(super) async fn show_home(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     csrf: Csrf,
@@ -25,24 +25,24 @@ pub(super) async fn show(
     Ok(match person.role {
         Role::Trainee => {
             let own = Named { id: person.id, name: person.display_name.clone() };
-            trainees::page(&state, shell, &person, own, query).await?.into_response()
+            trainees::make_trainee_page(&state, shell, &person, own, query).await?.into_response()
         }
-        Role::Instructor => instructor(&state, shell, &person).await?.into_response(),
-        Role::Administrator => admin::home(&state, shell, &person).await?.into_response(),
+        Role::Instructor => make_instructor_home(&state, shell, &person).await?.into_response(),
+        Role::Administrator => admin::make_admin_home(&state, shell, &person).await?.into_response(),
     })
 }
 
-async fn instructor(state: &AppState, shell: Shell, person: &CurrentPerson) -> Result<InstructorPage, Error> {
+async fn make_instructor_home(state: &AppState, shell: Shell, person: &CurrentPerson) -> Result<InstructorPage, Error> {
     let reader = state.db.reader();
-    let courses = standing::courses(state, person.school_id).await?;
+    let courses = standing::taught_courses(state, person.school_id).await?;
     let mut cards = Vec::new();
     let mut help = Vec::new();
     for cohort in reports::cohorts(reader, person).await? {
-        let standing = standing::cohort(state, person.school_id, cohort.id, &courses).await?;
-        cards.push(CohortCard::new(cohorts::href(&cohort), cohort.name.clone(), standing.main()));
+        let standing = standing::standing_of_cohort(state, person.school_id, cohort.id, &courses).await?;
+        cards.push(CohortCard::new(cohorts::cohort_href(&cohort), cohort.name.clone(), standing.main()));
         let rows = standing.rows(&courses, |progress| !progress.concerns.is_empty());
         help.extend(rows.into_iter().map(|row| (cohort.name.clone(), row)));
     }
-    let recent = rows::mixed(reports::latest_taught(reader, person).await?);
+    let recent = rows::mixed_rows(reports::latest_taught(reader, person).await?);
     Ok(InstructorPage { shell, cohorts: cards, help, recent, now: state.clock.now().to_utc() })
 }

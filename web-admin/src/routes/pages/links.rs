@@ -7,7 +7,7 @@ use axum::response::{IntoResponse, Response};
 use tower::ServiceExt;
 use tower_http::services::ServeFile;
 
-use super::{PathId, in_query};
+use super::{PathId, encode_in_query};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{CsrfForm, NoFields, PageHead, Visitor};
@@ -31,7 +31,7 @@ const VIEWERS: [(&str, &str, &str); 3] = [
 ];
 
 /// Makes an address for the recording and shows where it may be opened. Not by a redirect: it would have to be kept.
-pub(super) async fn make(
+pub(super) async fn make_link(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId,
@@ -41,7 +41,8 @@ pub(super) async fn make(
     let session = sessions::visible(state.db.reader(), &person, id).await?.ok_or(Error::NotFound)?;
     let token = recording_links::make_recording_link(&state, &person, &session).await?;
     let recording = format!("{}/recordings/{token}/{id}.mcap", own_address(&state, &head.headers));
-    let opened = |(name, _, address): (&'static str, _, &str)| (name, format!("{address}{}", in_query(&recording)));
+    let opened =
+        |(name, _, address): (&'static str, _, &str)| (name, format!("{address}{}", encode_in_query(&recording)));
     Ok(RecordingLinksPage {
         shell: Shell::new(&person, head.csrf.token(), NavPlace::Elsewhere),
         session: id,
@@ -62,14 +63,14 @@ fn own_address(state: &AppState, headers: &HeaderMap) -> String {
 }
 
 /// The recording of a link, whole or a range of its bytes, to be read from the viewers' pages.
-pub(super) async fn open(
+pub(super) async fn open_link(
     State(state): State<AppState>,
     path: Result<Path<(String, String)>, axum::extract::rejection::PathRejection>,
     request: Request,
 ) -> Result<Response, PageError> {
     let origin = request.headers().get(header::ORIGIN).cloned();
     if request.method() == Method::OPTIONS {
-        return Ok(shared(StatusCode::NO_CONTENT.into_response(), origin.as_ref()));
+        return Ok(share_with_viewers(StatusCode::NO_CONTENT.into_response(), origin.as_ref()));
     }
     let Path((token, _)) = path.map_err(|_| Error::NotFound)?;
     let found = links::session(state.db.reader(), &secret::token_sha256(&token), state.clock.now()).await?;
@@ -77,11 +78,11 @@ pub(super) async fn open(
     let Ok(file) = ServeFile::new(recordings::file_of(&state, &session)?).oneshot(request).await;
     let mut response = file.into_response();
     response.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static("application/octet-stream"));
-    Ok(shared(response, origin.as_ref()))
+    Ok(share_with_viewers(response, origin.as_ref()))
 }
 
 /// Lets a page of a viewer read the answer, and no other page.
-fn shared(mut response: Response, origin: Option<&HeaderValue>) -> Response {
+fn share_with_viewers(mut response: Response, origin: Option<&HeaderValue>) -> Response {
     let known = VIEWERS.iter().find(|(_, viewer, _)| origin.is_some_and(|origin| origin == viewer));
     let headers = response.headers_mut();
     headers.insert(header::VARY, HeaderValue::from_static("origin"));

@@ -49,105 +49,108 @@ mod trainees;
 
 /// Pages for whoever is signed in; the layer around them has settled who that is.
 #[must_use]
-pub fn router() -> Routes {
-    progress::router()
-        .route("/", get(home::show))
-        .route("/curricula", get(exercise::curricula))
-        .route("/curricula/{id}/draft", post(drafts::of_course))
-        .route("/curricula/{id}/revisions", get(revisions::of_course))
-        .route("/drafts", get(drafts::list).post(drafts::copy))
-        .route("/drafts/{id}", get(drafts::show).post(drafts::write))
-        .route("/drafts/{id}/discard", post(drafts::discard))
-        .route("/drafts/{id}/preview", post(drafts::preview))
-        .route("/exercises/{id}", get(exercise::show))
-        .route("/exercises/{id}/draft", post(drafts::of_exercise))
-        .route("/exercises/{id}/revisions", get(revisions::of_exercise))
-        .route("/cohorts", get(cohorts::list).post(cohort_people::make))
-        .route("/cohorts/{id}", get(cohorts::show))
-        .route("/cohorts/{id}/people", get(cohort_people::show).post(cohort_people::add))
-        .route("/cohorts/{id}/people/{person}/answer", post(cohort_people::answer))
-        .route("/cohorts/{id}/people/{person}/remove", post(cohort_people::remove))
-        .route("/trainees/{id}", get(trainees::show))
-        .route("/sessions/{id}", get(sessions::show))
-        .route("/sessions/{id}/replay", get(replay::show))
-        .route("/sessions/{id}/comments", post(replay::comment))
-        .route("/sessions/{id}/comments/{comment}/answers", post(replay::answer))
-        .route("/sessions/{id}/comments/{comment}/withdraw", post(replay::withdraw))
-        .route("/expert-consent", post(replay::consent))
-        .route("/sessions/{id}/links", post(links::make))
-        .route("/sessions/{id}/grade", get(review::grade))
+pub fn page_routes() -> Routes {
+    progress::progress_routes()
+        .route("/", get(home::show_home))
+        .route("/curricula", get(exercise::show_curricula))
+        .route("/curricula/{id}/draft", post(drafts::draft_course))
+        .route("/curricula/{id}/revisions", get(revisions::compare_course_revisions))
+        .route("/drafts", get(drafts::list_drafts).post(drafts::copy_draft))
+        .route("/drafts/{id}", get(drafts::show_draft).post(drafts::write_draft))
+        .route("/drafts/{id}/discard", post(drafts::discard_draft))
+        .route("/drafts/{id}/preview", post(drafts::preview_draft))
+        .route("/exercises/{id}", get(exercise::show_exercise))
+        .route("/exercises/{id}/draft", post(drafts::draft_exercise))
+        .route("/exercises/{id}/revisions", get(revisions::compare_exercise_revisions))
+        .route("/cohorts", get(cohorts::list_cohorts).post(cohort_people::make_cohort))
+        .route("/cohorts/{id}", get(cohorts::show_cohort))
+        .route("/cohorts/{id}/people", get(cohort_people::show_cohort_people).post(cohort_people::add_to_cohort))
+        .route("/cohorts/{id}/people/{person}/answer", post(cohort_people::answer_request))
+        .route("/cohorts/{id}/people/{person}/remove", post(cohort_people::remove_from_cohort))
+        .route("/trainees/{id}", get(trainees::show_trainee))
+        .route("/sessions/{id}", get(sessions::show_session))
+        .route("/sessions/{id}/replay", get(replay::show_replay))
+        .route("/sessions/{id}/comments", post(replay::add_comment))
+        .route("/sessions/{id}/comments/{comment}/answers", post(replay::answer_comment))
+        .route("/sessions/{id}/comments/{comment}/withdraw", post(replay::withdraw_comment))
+        .route("/expert-consent", post(replay::change_own_consent))
+        .route("/sessions/{id}/links", post(links::make_link))
+        .route("/sessions/{id}/grade", get(review::show_grade))
         .route("/sessions/{id}/override", post(review::put_override))
         .route("/sessions/{id}/override/withdraw", post(review::withdraw_override))
-        .route("/sessions/{id}/review", post(review::mark))
-        .route("/sessions/{id}/supervision", post(supervision::confirm))
-        .route("/sessions/{id}/regrade", get(review::preview).post(review::regrade))
-        .route("/review", get(review::queue))
+        .route("/sessions/{id}/review", post(review::mark_reviewed))
+        .route("/sessions/{id}/supervision", post(supervision::confirm_supervision))
+        .route("/sessions/{id}/regrade", get(review::preview_regrade).post(review::regrade_attempt))
+        .route("/review", get(review::show_queue))
         .route("/sign-in-code", post(trainees::make_sign_in_code))
-        .merge(surveys::router())
-        .merge(ratings::router())
-        .merge(consents::router())
-        .merge(segments::router())
-        .merge(regrading::router())
-        .route("/account", get(account::show))
-        .route("/account/cohorts/{cohort}", post(cohort_people::answer_for_oneself))
-        .route("/account/password", post(account::set_password))
-        .route("/account/language", post(account::set_language))
-        .route("/account/export", get(account::export))
-        .merge(second_factor::router())
-        .merge(passkeys::router())
-        .merge(tokens::router())
-        .merge(people())
-        .route("/assignments", get(assignments::list).post(assignments::make))
-        .route("/admin/certificate-needs", post(admin::set_needed))
-        .route("/assignments/time-zone", post(assignments::set_zone))
-        .route("/assignments/{id}", get(assignments::show))
-        .route("/assignments/{id}/extend", post(assignments::extend))
-        .route("/assignments/{id}/withdraw", post(assignments::withdraw))
-        .route("/admin", get(admin::show))
-        .route("/admin/origins", get(origins::show).post(origins::set))
-        .route("/admin/service", get(service::show))
-        .route("/admin/retention", get(retention::show).post(retention::set))
+        .merge(surveys::survey_routes())
+        .merge(ratings::rating_routes())
+        .merge(consents::consent_routes())
+        .merge(segments::segment_routes())
+        .merge(regrading::regrading_routes())
+        .route("/account", get(account::show_account))
+        .route("/account/cohorts/{cohort}", post(cohort_people::answer_own_request))
+        .route("/account/password", post(account::set_own_password))
+        .route("/account/language", post(account::set_own_language))
+        .route("/account/export", get(account::export_own_data))
+        .merge(second_factor::second_factor_routes())
+        .merge(passkeys::passkey_routes())
+        .merge(tokens::token_routes())
+        .merge(people_routes())
+        .route("/assignments", get(assignments::list_assignments).post(assignments::make_assignment))
+        .route("/admin/certificate-needs", post(admin::set_certificate_needs))
+        .route("/assignments/time-zone", post(assignments::set_time_zone))
+        .route("/assignments/{id}", get(assignments::show_assignment))
+        .route("/assignments/{id}/extend", post(assignments::extend_assignment))
+        .route("/assignments/{id}/withdraw", post(assignments::withdraw_assignment))
+        .route("/admin", get(admin::show_administration))
+        .route("/admin/origins", get(origins::show_origins).post(origins::set_origins))
+        .route("/admin/service", get(service::show_service_log))
+        .route("/admin/retention", get(retention::show_retention).post(retention::set_retention))
         .route("/admin/pairing-codes", post(admin::make_pairing_code))
         .route("/admin/stations/{id}/revoke", post(admin::revoke_station))
 }
 
 /// Recordings that somebody has made an address for: for whoever has it.
 #[must_use]
-pub fn linked() -> Routes {
-    Routes::new().route("/recordings/{token}/{file}", get(links::open).options(links::open))
+pub fn linked_routes() -> Routes {
+    Routes::new().route("/recordings/{token}/{file}", get(links::open_link).options(links::open_link))
 }
 
 /// The people of a school.
-fn people() -> Routes {
+fn people_routes() -> Routes {
     Routes::new()
-        .route("/people", get(people::list).post(people::add))
-        .route("/people/roster", get(roster::new).post(roster::send).layer(DefaultBodyLimit::max(roster::MAX_BYTES)))
-        .route("/people/rosters/{id}", get(roster::show).post(roster::confirm))
-        .route("/people/{id}", get(people::show))
-        .route("/people/{id}/change", post(people::change))
+        .route("/people", get(people::list_people).post(people::add_person))
+        .route(
+            "/people/roster",
+            get(roster::show_new_roster).post(roster::send_roster).layer(DefaultBodyLimit::max(roster::MAX_BYTES)),
+        )
+        .route("/people/rosters/{id}", get(roster::show_roster).post(roster::confirm_roster))
+        .route("/people/{id}", get(people::show_person))
+        .route("/people/{id}/change", post(people::change_person))
         .route("/people/{id}/mail-link", post(people::mail_link))
-        .route("/people/{id}/link", post(people::link))
-        .route("/people/{id}/disable", post(people::disable))
-        .route("/people/{id}/enable", post(people::enable))
-        .route("/people/{id}/hold", post(retention::hold))
-        .route("/people/{id}/erase", get(erasing::show).post(erasing::erase))
+        .route("/people/{id}/link", post(people::show_link))
+        .route("/people/{id}/disable", post(people::disable_person))
+        .route("/people/{id}/enable", post(people::enable_person))
+        .route("/people/{id}/hold", post(retention::hold_person))
+        .route("/people/{id}/erase", get(erasing::show_erasing).post(erasing::erase_person))
 }
 
 /// Style sheets and scripts: for anybody.
 #[must_use]
-pub fn assets() -> Routes {
-    Routes::new().route("/assets/{file}", get(assets::serve))
+pub fn asset_routes() -> Routes {
+    Routes::new().route("/assets/{file}", get(assets::serve_asset))
 }
 
 /// A revision as it was published. Publishing has checked it, so a refusal now is our fault.
-async fn published(state: &AppState, school: Uuid, revision: Uuid) -> Result<Option<ExerciseBundle>, Error> {
+async fn published_bundle(state: &AppState, school: Uuid, revision: Uuid) -> Result<Option<ExerciseBundle>, Error> {
     let Some(bytes) = exercises::bytes(state.db.reader(), school, revision).await? else { return Ok(None) };
     let parsed = ExerciseBundle::from_parts(&bytes.exercise, &bytes.scene, &bytes.meshes);
     Ok(Some(parsed.map_err(|refused| anyhow::Error::new(refused).context("a published exercise is refused"))?))
 }
 
 /// A text as a part of an address: nothing in it ends its place.
-fn in_query(text: &str) -> PercentEncode<'_> {
+fn encode_in_query(text: &str) -> PercentEncode<'_> {
     utf8_percent_encode(text, NON_ALPHANUMERIC)
 }
 

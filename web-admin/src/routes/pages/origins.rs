@@ -18,7 +18,7 @@ use store::origins;
 /// Most origins that a school allows.
 const MOST: usize = 20;
 
-pub(super) async fn show(
+pub(super) async fn show_origins(
     State(state): State<AppState>,
     Administrator(person): Administrator,
     csrf: Csrf,
@@ -38,13 +38,13 @@ pub(super) struct OriginsForm {
     origins: String,
 }
 
-pub(super) async fn set(
+pub(super) async fn set_origins(
     State(state): State<AppState>,
     Administrator(person): Administrator,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<OriginsForm>,
 ) -> Result<Response, PageError> {
-    let allowed = match parse(&form.origins) {
+    let allowed = match parse_origins(&form.origins) {
         Ok(allowed) => allowed,
         Err(refused) => {
             let shell = Shell::new(&person, csrf.token(), NavPlace::Administration);
@@ -58,7 +58,7 @@ pub(super) async fn set(
 }
 
 /// An origin a line; why not, in words.
-fn parse(text: &str) -> Result<Vec<String>, String> {
+fn parse_origins(text: &str) -> Result<Vec<String>, String> {
     let lines: Vec<&str> = text.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
     if lines.len() > MOST {
         return Err(tr!("{count} origins; at most {most} are allowed", count = lines.len(), most = MOST));

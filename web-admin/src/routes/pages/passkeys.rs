@@ -8,11 +8,14 @@ use serde::Deserialize;
 use uuid::Uuid;
 
 use super::PathId;
-use super::second_factor::{FactorCredentials, PAGE, again, allow, enrolled, is_asked, page, proof_asked};
+use super::second_factor::{
+    FactorCredentials, PAGE, allow_factor_change, answer_enrolled, is_factor_asked, make_factor_page, proof_to_ask,
+    show_factor_again,
+};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
-use crate::routes::auth::{Browser, CsrfForm, ShownFactor, Visitor, held, hold};
+use crate::routes::auth::{Browser, CsrfForm, ShownFactor, Visitor, hold_question, take_held_question};
 use acts::error::Error;
 use acts::passkeys;
 use acts::passkeys::Answer;
@@ -25,17 +28,17 @@ use store::passkeys::{self as stored, KeptPasskey};
 use store::second_factors;
 
 /// One's own.
-pub(super) fn router() -> Routes {
+pub(super) fn passkey_routes() -> Routes {
     Routes::new()
-        .route("/account/second-factor/passkeys", post(begin))
-        .route("/account/second-factor/passkeys/confirm", post(confirm))
-        .route("/account/second-factor/passkeys/{id}", get(show))
-        .route("/account/second-factor/passkeys/{id}/rename", post(rename))
-        .route("/account/second-factor/passkeys/{id}/remove", post(remove))
+        .route("/account/second-factor/passkeys", post(begin_passkey))
+        .route("/account/second-factor/passkeys/confirm", post(confirm_passkey))
+        .route("/account/second-factor/passkeys/{id}", get(show_passkey))
+        .route("/account/second-factor/passkeys/{id}/rename", post(rename_passkey))
+        .route("/account/second-factor/passkeys/{id}/remove", post(remove_passkey))
 }
 
 /// A passkey as lists show it.
-pub(super) fn row(kept: KeptPasskey) -> PasskeyRow {
+pub(super) fn make_passkey_row(kept: KeptPasskey) -> PasskeyRow {
     PasskeyRow {
         href: format!("{PAGE}/passkeys/{}", kept.id),
         name: kept.name,
@@ -53,47 +56,51 @@ struct NewPasskeyForm {
 }
 
 /// Asks for a new passkey. Not by a redirect: what is asked would have to be kept to be shown.
-async fn begin(
+async fn begin_passkey(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     browser: Browser,
     CsrfForm(form): CsrfForm<NewPasskeyForm>,
 ) -> Result<Response, PageError> {
-    let asked =
-        match allow(&state, &person, &browser, FactorCredentials { password: &form.password, shown: &form.shown })
-            .await?
-        {
-            Ok(()) => passkeys::ask_to_make(&state, &person, &form.name).await,
-            Err(refused) => return refuse_new(&state, &person, &browser, form.name, refused).await,
-        };
+    let asked = match allow_factor_change(
+        &state,
+        &person,
+        &browser,
+        FactorCredentials { password: &form.password, shown: &form.shown },
+    )
+    .await?
+    {
+        Ok(()) => passkeys::ask_to_make(&state, &person, &form.name).await,
+        Err(refused) => return refuse_new_passkey(&state, &person, &browser, form.name, refused).await,
+    };
     match asked {
         Ok(question) => {
-            hold(&browser.session, &question).await?;
-            let shell = Shell::new(&person, browser.csrf.token(), place(&state, &person).await?);
+            hold_question(&browser.session, &question).await?;
+            let shell = Shell::new(&person, browser.csrf.token(), nav_place(&state, &person).await?);
             Ok(MakePasskeyPage { shell, question }.into_response())
         }
         Err(Error::Unprocessable(why)) => {
-            refuse_new(&state, &person, &browser, form.name, FactorRefused::Other(why)).await
+            refuse_new_passkey(&state, &person, &browser, form.name, FactorRefused::Other(why)).await
         }
         Err(other) => Err(other.into()),
     }
 }
 
 /// Whoever owes a second factor sees nothing else meanwhile.
-async fn place(state: &AppState, person: &CurrentPerson) -> Result<NavPlace, Error> {
+async fn nav_place(state: &AppState, person: &CurrentPerson) -> Result<NavPlace, Error> {
     let owed = second_factors::is_owed(state.db.reader(), person.into()).await?;
     Ok(if owed { NavPlace::Enrolment } else { NavPlace::Account })
 }
 
 /// The page once more with the name that was typed, saying why no passkey is asked for.
-async fn refuse_new(
+async fn refuse_new_passkey(
     state: &AppState,
     person: &CurrentPerson,
     browser: &Browser,
     name: String,
     refused: FactorRefused,
 ) -> Result<Response, PageError> {
-    let page = SecondFactorPage { name, refused: Some(refused), ..page(state, person, browser).await? };
+    let page = SecondFactorPage { name, refused: Some(refused), ..make_factor_page(state, person, browser).await? };
     Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
 }
 
@@ -104,51 +111,57 @@ struct PasskeyAnswerForm {
 }
 
 /// Keeps the passkey that was made.
-async fn confirm(
+async fn confirm_passkey(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     browser: Browser,
     CsrfForm(form): CsrfForm<PasskeyAnswerForm>,
 ) -> Result<Response, PageError> {
-    let answer = Answer { question: held(&browser.session).await?, json: &form.answer, from: browser.from };
+    let answer =
+        Answer { question: take_held_question(&browser.session).await?, json: &form.answer, from: browser.from };
     match passkeys::make(&state, &person, answer).await? {
-        Some(made) => Ok(enrolled(&state, &person, &browser.session, made).await?),
-        None => again(&state, &person, &browser, FactorRefused::NotMade).await,
+        Some(made) => Ok(answer_enrolled(&state, &person, &browser.session, made).await?),
+        None => show_factor_again(&state, &person, &browser, FactorRefused::NotMade).await,
     }
 }
 
-async fn show(
+async fn show_passkey(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     browser: Browser,
     PathId(id): PathId,
 ) -> Result<PasskeyPage, PageError> {
-    Ok(one(&state, &person, &browser, id).await?)
+    Ok(make_passkey_page(&state, &person, &browser, id).await?)
 }
 
-async fn one(state: &AppState, person: &CurrentPerson, browser: &Browser, id: Uuid) -> Result<PasskeyPage, Error> {
+async fn make_passkey_page(
+    state: &AppState,
+    person: &CurrentPerson,
+    browser: &Browser,
+    id: Uuid,
+) -> Result<PasskeyPage, Error> {
     let kept = passkeys::find(state, person, id).await?;
     let reader = state.db.reader();
-    let proof = proof_asked(state, person, &browser.session).await?;
+    let proof = proof_to_ask(state, person, &browser.session).await?;
     let last = !proof.app && stored::of_person(reader, person.into()).await?.len() == 1;
     Ok(PasskeyPage {
         shell: Shell::new(person, browser.csrf.token(), NavPlace::Account),
-        row: row(kept),
+        row: make_passkey_row(kept),
         last,
-        asked: is_asked(state, person).await?,
+        asked: is_factor_asked(state, person).await?,
         proof,
         refused: None,
     })
 }
 
-async fn refuse(
+async fn refuse_passkey_change(
     state: &AppState,
     person: &CurrentPerson,
     browser: &Browser,
     id: Uuid,
     refused: FactorRefused,
 ) -> Result<Response, PageError> {
-    let page = PasskeyPage { refused: Some(refused), ..one(state, person, browser, id).await? };
+    let page = PasskeyPage { refused: Some(refused), ..make_passkey_page(state, person, browser, id).await? };
     Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
 }
 
@@ -157,7 +170,7 @@ struct NameForm {
     name: String,
 }
 
-async fn rename(
+async fn rename_passkey(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     browser: Browser,
@@ -166,7 +179,9 @@ async fn rename(
 ) -> Result<Response, PageError> {
     match passkeys::rename(&state, &person, id, &form.name).await {
         Ok(()) => Ok(Redirect::to(PAGE).into_response()),
-        Err(Error::Unprocessable(why)) => refuse(&state, &person, &browser, id, FactorRefused::Other(why)).await,
+        Err(Error::Unprocessable(why)) => {
+            refuse_passkey_change(&state, &person, &browser, id, FactorRefused::Other(why)).await
+        }
         Err(other) => Err(other.into()),
     }
 }
@@ -178,7 +193,7 @@ struct RemoveForm {
     shown: ShownFactor,
 }
 
-async fn remove(
+async fn remove_passkey(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     browser: Browser,
@@ -186,10 +201,15 @@ async fn remove(
     CsrfForm(form): CsrfForm<RemoveForm>,
 ) -> Result<Response, PageError> {
     passkeys::find(&state, &person, id).await?;
-    if let Err(refused) =
-        allow(&state, &person, &browser, FactorCredentials { password: &form.password, shown: &form.shown }).await?
+    if let Err(refused) = allow_factor_change(
+        &state,
+        &person,
+        &browser,
+        FactorCredentials { password: &form.password, shown: &form.shown },
+    )
+    .await?
     {
-        return refuse(&state, &person, &browser, id, refused).await;
+        return refuse_passkey_change(&state, &person, &browser, id, refused).await;
     }
     passkeys::remove(&state, &person, id).await?;
     Ok(Redirect::to(PAGE).into_response())

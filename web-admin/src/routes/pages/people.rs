@@ -6,7 +6,7 @@ use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::{PathId, in_query};
+use super::{PathId, encode_in_query};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields, Visit};
@@ -69,21 +69,21 @@ impl PeopleQuery {
     /// The address of the page that begins after somebody.
     fn after(&self, last: &DirectoryEntry) -> String {
         let pairs = [("q", &self.q), ("role", &self.role), ("state", &self.state), ("cohort", &self.cohort)];
-        let kept: String = pairs.iter().map(|(name, value)| format!("{name}={}&", in_query(value))).collect();
-        format!("/people?{kept}after={}&id={}", in_query(&last.name), last.id)
+        let kept: String = pairs.iter().map(|(name, value)| format!("{name}={}&", encode_in_query(value))).collect();
+        format!("/people?{kept}after={}&id={}", encode_in_query(&last.name), last.id)
     }
 }
 
-pub(super) async fn list(
+pub(super) async fn list_people(
     State(state): State<AppState>,
     Administrator(person): Administrator,
     csrf: Csrf,
     Query(query): Query<PeopleQuery>,
 ) -> Result<PeoplePage, PageError> {
-    Ok(page(&state, Visit::new(&person, &csrf), query, NewPersonForm::default(), None).await?)
+    Ok(make_directory_page(&state, Visit::new(&person, &csrf), query, NewPersonForm::default(), None).await?)
 }
 
-async fn page(
+async fn make_directory_page(
     state: &AppState,
     Visit { person, csrf }: Visit<'_>,
     query: PeopleQuery,
@@ -145,21 +145,21 @@ impl NewPersonForm {
 }
 
 /// What is wrong with a name and an address.
-fn refusal(name: &str, email: &str) -> Option<PersonRefused> {
+fn refusal_of_person(name: &str, email: &str) -> Option<PersonRefused> {
     if !is_name(name) {
         return Some(PersonRefused::Name);
     }
     (!is_email(email)).then_some(PersonRefused::Email)
 }
 
-pub(super) async fn add(
+pub(super) async fn add_person(
     State(state): State<AppState>,
     Administrator(person): Administrator,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<NewPersonForm>,
 ) -> Result<Response, PageError> {
     let (name, email) = (form.name.trim(), form.email.trim());
-    let mut refused = refusal(name, email);
+    let mut refused = refusal_of_person(name, email);
     if refused.is_none() {
         let role = form.role().ok_or_else(|| Error::BadRequest(format!("role: \"{}\"", form.role)))?;
         // An administrator neither teaches nor learns.
@@ -169,7 +169,7 @@ pub(super) async fn add(
             None => refused = Some(PersonRefused::Taken),
         }
     }
-    let page = page(&state, Visit::new(&person, &csrf), PeopleQuery::default(), form, refused).await?;
+    let page = make_directory_page(&state, Visit::new(&person, &csrf), PeopleQuery::default(), form, refused).await?;
     Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
 }
 
@@ -179,24 +179,28 @@ pub(super) struct DoneQuery {
     done: Option<PersonChangeDone>,
 }
 
-pub(super) async fn show(
+pub(super) async fn show_person(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
     PathId(id): PathId,
     csrf: Csrf,
     Query(DoneQuery { done }): Query<DoneQuery>,
 ) -> Result<PersonPage, PageError> {
-    let person = find(&state, &visitor, id).await?;
+    let person = find_person(&state, &visitor, id).await?;
     let form = PersonForm { name: person.name.clone(), email: person.email.clone(), ..PersonForm::default() };
-    Ok(PersonPage { done, ..person_page(&state, Visit::new(&visitor, &csrf), person, form).await? })
+    Ok(PersonPage { done, ..make_person_page(&state, Visit::new(&visitor, &csrf), person, form).await? })
 }
 
 /// Somebody of the administrator's school.
-pub(super) async fn find(state: &AppState, visitor: &CurrentPerson, id: Uuid) -> Result<DirectoryEntry, PageError> {
+pub(super) async fn find_person(
+    state: &AppState,
+    visitor: &CurrentPerson,
+    id: Uuid,
+) -> Result<DirectoryEntry, PageError> {
     Ok(directory::find(state.db.reader(), visitor.school_id, id).await?.ok_or(Error::NotFound)?)
 }
 
-async fn person_page(
+async fn make_person_page(
     state: &AppState,
     Visit { person: visitor, csrf }: Visit<'_>,
     person: DirectoryEntry,
@@ -227,24 +231,24 @@ pub(super) struct PersonChangeForm {
     role: Role,
 }
 
-pub(super) async fn change(
+pub(super) async fn change_person(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
     PathId(id): PathId,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<PersonChangeForm>,
 ) -> Result<Response, PageError> {
-    let person = find(&state, &visitor, id).await?;
+    let person = find_person(&state, &visitor, id).await?;
     if person.state == AccountState::Erased {
         return Err(Error::Conflict(tr!("whoever was made anonymous stays so").to_owned()).into());
     }
     let (name, email) = (form.name.trim(), form.email.trim());
     let own_role = visitor.id == id && form.role != Role::Administrator;
-    let mut refused = refusal(name, email).or(own_role.then_some(PersonRefused::OwnRole));
+    let mut refused = refusal_of_person(name, email).or(own_role.then_some(PersonRefused::OwnRole));
     if refused.is_none() {
         let details = Details { name, email, registrar_id: None };
         if accounts::change(&state, &visitor, &person, details, form.role).await? {
-            return Ok(done(id, "changed"));
+            return Ok(redirect_to_person(id, "changed"));
         }
         refused = Some(PersonRefused::Taken);
     }
@@ -255,11 +259,11 @@ pub(super) async fn change(
         refused,
         ..PersonForm::default()
     };
-    let page = person_page(&state, Visit::new(&visitor, &csrf), person, typed).await?;
+    let page = make_person_page(&state, Visit::new(&visitor, &csrf), person, typed).await?;
     Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
 }
 
-fn done(id: Uuid, what: &str) -> Response {
+fn redirect_to_person(id: Uuid, what: &str) -> Response {
     Redirect::to(&format!("/people/{id}?done={what}")).into_response()
 }
 
@@ -269,51 +273,51 @@ pub(super) async fn mail_link(
     PathId(id): PathId,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
-    let person = find(&state, &visitor, id).await?;
+    let person = find_person(&state, &visitor, id).await?;
     accounts::mail_link(&state, &visitor, &person).await?;
-    Ok(done(id, "mailed"))
+    Ok(redirect_to_person(id, "mailed"))
 }
 
 /// Makes a link and shows it. Not by a redirect: it would have to be kept to be shown.
-pub(super) async fn link(
+pub(super) async fn show_link(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
     PathId(id): PathId,
     csrf: Csrf,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<LinkPage, PageError> {
-    let person = find(&state, &visitor, id).await?;
+    let person = find_person(&state, &visitor, id).await?;
     let (link, lifetime_s) = accounts::hand_over_link(&state, &visitor, &person).await?;
     let shell = Shell::new(&visitor, csrf.token(), NavPlace::People);
     Ok(LinkPage { shell, person, link, days: lifetime_s / DAY_S })
 }
 
-pub(super) async fn disable(
+pub(super) async fn disable_person(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
     PathId(id): PathId,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
-    find(&state, &visitor, id).await?;
-    nobody_themselves(&visitor, id)?;
+    find_person(&state, &visitor, id).await?;
+    refuse_own_account(&visitor, id)?;
     accounts::disable(&state, &visitor, id).await?;
-    Ok(done(id, "disabled"))
+    Ok(redirect_to_person(id, "disabled"))
 }
 
-pub(super) fn nobody_themselves(visitor: &CurrentPerson, id: Uuid) -> Result<(), Error> {
+pub(super) fn refuse_own_account(visitor: &CurrentPerson, id: Uuid) -> Result<(), Error> {
     if visitor.id == id {
         return Err(Error::Conflict(tr!("nobody disables themselves: another administrator does that").to_owned()));
     }
     Ok(())
 }
 
-pub(super) async fn enable(
+pub(super) async fn enable_person(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
     PathId(id): PathId,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
-    find(&state, &visitor, id).await?;
+    find_person(&state, &visitor, id).await?;
     accounts::enable(&state, &visitor, id).await?;
-    Ok(done(id, "enabled"))
+    Ok(redirect_to_person(id, "enabled"))
 }

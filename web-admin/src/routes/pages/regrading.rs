@@ -14,8 +14,8 @@ use crate::routes::Routes;
 use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher, Visit};
 use acts::error::Error;
 use acts::regrading::exercise as regrading;
-use model::regrading::RegradingState as Standing;
 use model::Role;
+use model::regrading::RegradingState as Standing;
 use pages::addresses::exercise_href;
 use pages::people::SelectOption;
 use pages::regrading as views;
@@ -28,14 +28,14 @@ use store::regradings::Regrading;
 /// Attempts on one page.
 const PER_PAGE: u32 = 50;
 
-pub(super) fn router() -> Routes {
+pub(super) fn regrading_routes() -> Routes {
     Routes::new()
-        .route("/exercises/{id}/regrade", get(choose).post(look))
-        .route("/regradings/{id}", get(show).post(confirm))
-        .route("/regradings/{id}/forget", post(forget))
+        .route("/exercises/{id}/regrade", get(choose_rubric).post(look_at_regrading))
+        .route("/regradings/{id}", get(show_regrading).post(confirm_regrading))
+        .route("/regradings/{id}/forget", post(forget_regrading))
 }
 
-async fn choose(
+async fn choose_rubric(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     Path(id): Path<String>,
@@ -47,16 +47,16 @@ async fn choose(
     let earlier = regradings::of_exercise(reader, &person, &id).await?.into_iter();
     Ok(ChooseRubricPage {
         shell: Shell::new(&person, csrf.token(), NavPlace::Curricula),
-        revisions: revisions.map(|revision| choice(&revision, current.id)).collect(),
+        revisions: revisions.map(|revision| rubric_option(&revision, current.id)).collect(),
         exercise: (current.title, exercise_href(&id)),
-        earlier: earlier.map(row).collect(),
+        earlier: earlier.map(make_regrading_row).collect(),
         whole_school: person.role == Role::Administrator,
     })
 }
 
-fn choice(revision: &exercises::Revision, current: Uuid) -> SelectOption {
+fn rubric_option(revision: &exercises::Revision, current: Uuid) -> SelectOption {
     let (date, hash) =
-        (format::date_time(revision.published_at.to_utc()), format::short_hash(&revision.exercise_sha256));
+        (format::format_date_time(revision.published_at.to_utc()), format::shorten_hash(&revision.exercise_sha256));
     let chosen = revision.id == current;
     let label = match chosen {
         true => tr!("{date}, {hash}, given to trainees now", date = date, hash = hash),
@@ -65,9 +65,9 @@ fn choice(revision: &exercises::Revision, current: Uuid) -> SelectOption {
     SelectOption { value: revision.id.to_string(), label, chosen }
 }
 
-fn row(regrading: Regrading) -> EarlierRegrading {
+fn make_regrading_row(regrading: Regrading) -> EarlierRegrading {
     EarlierRegrading {
-        href: href(regrading.id),
+        href: regrading_href(regrading.id),
         at: regrading.made_at.to_utc(),
         by: regrading.by,
         state: regrading.state,
@@ -75,7 +75,7 @@ fn row(regrading: Regrading) -> EarlierRegrading {
     }
 }
 
-fn href(regrading: Uuid) -> String {
+fn regrading_href(regrading: Uuid) -> String {
     format!("/regradings/{regrading}")
 }
 
@@ -85,7 +85,7 @@ struct LookForm {
     revision: String,
 }
 
-async fn look(
+async fn look_at_regrading(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     Path(id): Path<String>,
@@ -93,7 +93,7 @@ async fn look(
 ) -> Result<Redirect, PageError> {
     let revision = form.revision.parse().map_err(|_| Error::NotFound)?;
     let id = regrading::look(&state, &person, &id, revision).await?;
-    Ok(Redirect::to(&href(id)))
+    Ok(Redirect::to(&regrading_href(id)))
 }
 
 /// Which attempts are listed, and after which.
@@ -104,17 +104,17 @@ struct RegradingLinesQuery {
     after: Option<Uuid>,
 }
 
-async fn show(
+async fn show_regrading(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     PathId(id): PathId,
     csrf: Csrf,
     Query(query): Query<RegradingLinesQuery>,
 ) -> Result<RegradingPage, PageError> {
-    Ok(page(&state, Visit::new(&person, &csrf), id, query).await?)
+    Ok(make_regrading_page(&state, Visit::new(&person, &csrf), id, query).await?)
 }
 
-async fn page(
+async fn make_regrading_page(
     state: &AppState,
     Visit { person, csrf }: Visit<'_>,
     id: Uuid,
@@ -128,14 +128,14 @@ async fn page(
     let mut lines = regradings::lines(reader, &regrading, query.show.outcomes(), after, PER_PAGE + 1).await?;
     let more = lines.len() > PER_PAGE as usize;
     lines.truncate(PER_PAGE as usize);
-    let hash = format::short_hash(&regrading.exercise_sha256).to_owned();
+    let hash = format::shorten_hash(&regrading.exercise_sha256).to_owned();
     Ok(RegradingPage {
         shell: Shell::new(person, csrf.token(), NavPlace::Curricula),
         id,
         exercise: (exercise.title, exercise_href(&regrading.exercise_id)),
         revision: (regrading.published_at.to_utc(), hash),
         state: regrading.state,
-        progress: progress(state, &regrading).await?,
+        progress: progress_of_regrading(state, &regrading).await?,
         counts: regrading.counts.0,
         shown: query.show,
         next: lines.last().filter(|_| more).map(|line| line.session_id),
@@ -152,12 +152,12 @@ async fn page(
 }
 
 /// Work that is done, of all: attempts looked at, or scores added.
-async fn progress(state: &AppState, regrading: &Regrading) -> Result<(i64, i64), Error> {
+async fn progress_of_regrading(state: &AppState, regrading: &Regrading) -> Result<(i64, i64), Error> {
     let reader = state.db.reader();
     match regrading.state {
         Standing::Looking => Ok(regradings::looked_at(reader, regrading.id).await?),
         Standing::Grading => {
-            let graded = views::graded(&regrading.counts);
+            let graded = views::count_graded(&regrading.counts);
             Ok((graded - regradings::left(reader, regrading.id).await?, graded))
         }
         Standing::Shown | Standing::Done => Ok((0, 0)),
@@ -173,16 +173,16 @@ struct ConfirmRegradingForm {
     reason: String,
 }
 
-async fn confirm(
+async fn confirm_regrading(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     PathId(id): PathId,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<ConfirmRegradingForm>,
 ) -> Result<Response, PageError> {
-    let again = async || page(&state, Visit::new(&person, &csrf), id, RegradingLinesQuery::default()).await;
+    let again = async || make_regrading_page(&state, Visit::new(&person, &csrf), id, RegradingLinesQuery::default()).await;
     match regrading::confirm(&state, &person, id, &form.digest, &form.reason).await {
-        Ok(true) => Ok(Redirect::to(&href(id)).into_response()),
+        Ok(true) => Ok(Redirect::to(&regrading_href(id)).into_response()),
         Ok(false) => Ok((StatusCode::CONFLICT, RegradingPage { stale: true, ..again().await? }).into_response()),
         Err(Error::Unprocessable(why)) => {
             let page = RegradingPage { typed: (form.reason, Some(why)), ..again().await? };
@@ -192,7 +192,7 @@ async fn confirm(
     }
 }
 
-async fn forget(
+async fn forget_regrading(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     PathId(id): PathId,

@@ -33,23 +33,23 @@ pub(super) struct ReplayQuery {
     with: String,
 }
 
-pub(super) async fn show(
+pub(super) async fn show_replay(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId,
     csrf: Csrf,
     Query(query): Query<ReplayQuery>,
 ) -> Result<ReplayPage, PageError> {
-    let session = find(&state, &person, id).await?;
-    Ok(page(&state, Visit::new(&person, &csrf), &session, CommentForm::default(), query).await?)
+    let session = find_visible_attempt(&state, &person, id).await?;
+    Ok(make_replay_page(&state, Visit::new(&person, &csrf), &session, CommentForm::default(), query).await?)
 }
 
 /// An attempt that a person may see.
-async fn find(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Session, Error> {
+async fn find_visible_attempt(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Session, Error> {
     sessions::visible(state.db.reader(), person, id).await?.ok_or(Error::NotFound)
 }
 
-async fn page(
+async fn make_replay_page(
     state: &AppState,
     Visit { person, csrf }: Visit<'_>,
     session: &Session,
@@ -63,30 +63,34 @@ async fn page(
     Ok(ReplayPage {
         shell: Shell::new(person, csrf.token(), NavPlace::Elsewhere),
         session: session.id,
-        exercise: attempts::title(state, session).await?,
-        trainee: attempts::trainee(state, person, session).await?,
+        exercise: attempts::title_of_exercise(state, session).await?,
+        trainee: attempts::name_of_trainee(state, person, session).await?,
         started_at: session.started_at.to_utc(),
         duration_s: session.duration_s,
         drawing: curve.as_ref().map(Drawing::new),
         corridor: match &curve {
-            Some(curve) => corridor(state, session, curve).await?,
+            Some(curve) => draw_experts_corridor(state, session, curve).await?,
             None => None,
         },
         consent: match person.role {
             Role::Trainee => None,
             _ => Some(experts::consented(reader, person.school_id, person.id).await?.map(Moment::to_utc)),
         },
-        comments: views(&said, person),
+        comments: comment_views(&said, person),
         form,
-        others: others(state, person, session, query.with.parse().ok()).await?,
+        others: other_attempts(state, person, session, query.with.parse().ok()).await?,
     })
 }
 
 /// The attempt over the experts' corridor, for both widths.
-async fn corridor(state: &AppState, session: &Session, curve: &AttemptCurve) -> Result<Option<String>, Error> {
+async fn draw_experts_corridor(
+    state: &AppState,
+    session: &Session,
+    curve: &AttemptCurve,
+) -> Result<Option<String>, Error> {
     let experts = experts::curves(state.db.reader(), session.school_id, &session.exercise_id).await?;
     let made = corridor::corridor(curve, &experts);
-    Ok(made.map(|made| charts::both(|size| charts::corridor(curve, &made, size))))
+    Ok(made.map(|made| charts::draw_both_widths(|size| charts::draw_corridor(curve, &made, size))))
 }
 
 #[derive(Debug, Deserialize)]
@@ -96,7 +100,7 @@ pub(super) struct ConsentForm {
 }
 
 /// Gives or takes back the visitor's own consent to be one of the experts.
-pub(super) async fn consent(
+pub(super) async fn change_own_consent(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     CsrfForm(form): CsrfForm<ConsentForm>,
@@ -116,7 +120,7 @@ pub(super) async fn consent(
 }
 
 /// Attempts at the same exercise that the visitor may see, the trainee's own among them.
-async fn others(
+async fn other_attempts(
     state: &AppState,
     person: &CurrentPerson,
     session: &Session,
@@ -125,14 +129,14 @@ async fn others(
     let listed = reports::latest_at(state.db.reader(), person, &session.exercise_id).await?;
     let scored = listed.into_iter().filter(|other| other.id != session.id && other.score.is_some());
     let label = |other: &reports::ListedAttempt| {
-        let score = other.score.map_or_else(String::new, format::points);
-        format!("{}, {}, {score}", other.trainee, format::date_time(other.started_at.to_utc()))
+        let score = other.score.map_or_else(String::new, format::format_points);
+        format!("{}, {}, {score}", other.trainee, format::format_date_time(other.started_at.to_utc()))
     };
     Ok(scored.map(|o| OtherAttempt { session: o.id, label: label(&o), chosen: Some(o.id) == chosen }).collect())
 }
 
 /// Comments with their answers.
-fn views(kept: &[Kept], visitor: &CurrentPerson) -> Vec<CommentView> {
+fn comment_views(kept: &[Kept], visitor: &CurrentPerson) -> Vec<CommentView> {
     let said = |kept: &Kept| Utterance {
         body: kept.body.clone(),
         author: kept.author.clone(),
@@ -148,22 +152,22 @@ fn views(kept: &[Kept], visitor: &CurrentPerson) -> Vec<CommentView> {
 }
 
 /// Adds a comment; what is refused is shown again as it was typed.
-pub(super) async fn comment(
+pub(super) async fn add_comment(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<Typed>,
 ) -> Result<Response, PageError> {
-    let session = find(&state, &person, id).await?;
+    let session = find_visible_attempt(&state, &person, id).await?;
     match Comment::parse(&typed, session.duration_s) {
         Ok(comment) => {
             let made = said::add_comment(&state, &person, &session, &comment).await?;
-            Ok(back(id, made))
+            Ok(redirect_to_comment(id, made))
         }
         Err(refused) => {
             let form = CommentForm { typed, error: Some(refused.to_string()), answers: None };
-            again(&state, Visit::new(&person, &csrf), &session, form).await
+            show_replay_again(&state, Visit::new(&person, &csrf), &session, form).await
         }
     }
 }
@@ -175,7 +179,7 @@ pub(super) struct CommentAnswerForm {
 }
 
 /// Answers a comment.
-pub(super) async fn answer(
+pub(super) async fn answer_comment(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     path: Result<Path<(Uuid, Uuid)>, axum::extract::rejection::PathRejection>,
@@ -183,42 +187,42 @@ pub(super) async fn answer(
     CsrfForm(typed): CsrfForm<CommentAnswerForm>,
 ) -> Result<Response, PageError> {
     let Path((id, comment)) = path.map_err(|_| Error::NotFound)?;
-    let session = find(&state, &person, id).await?;
+    let session = find_visible_attempt(&state, &person, id).await?;
     let body = match comment::words(&typed.body) {
         Ok(body) => body,
         Err(refused) => {
             let typed = Typed { body: typed.body, ..Typed::default() };
             let form = CommentForm { typed, error: Some(refused.to_string()), answers: Some(comment) };
-            return again(&state, Visit::new(&person, &csrf), &session, form).await;
+            return show_replay_again(&state, Visit::new(&person, &csrf), &session, form).await;
         }
     };
     let made = said::answer_comment(&state, &person, &session, comment, &body).await?;
-    Ok(back(id, made))
+    Ok(redirect_to_comment(id, made))
 }
 
 /// Takes back what the visitor said themselves.
-pub(super) async fn withdraw(
+pub(super) async fn withdraw_comment(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     path: Result<Path<(Uuid, Uuid)>, axum::extract::rejection::PathRejection>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
-    let Path((id, comment)) = path.map_err(|_| Error::NotFound)?;
-    let session = find(&state, &person, id).await?;
-    said::withdraw_comment(&state, &person, &session, comment).await?;
+    let Path((id, add_comment)) = path.map_err(|_| Error::NotFound)?;
+    let session = find_visible_attempt(&state, &person, id).await?;
+    said::withdraw_comment(&state, &person, &session, add_comment).await?;
     Ok(Redirect::to(&format!("/sessions/{id}/replay#comments")).into_response())
 }
 
-fn back(session: Uuid, comment: Uuid) -> Response {
+fn redirect_to_comment(session: Uuid, comment: Uuid) -> Response {
     Redirect::to(&format!("/sessions/{session}/replay#comment-{comment}")).into_response()
 }
 
-async fn again(
+async fn show_replay_again(
     state: &AppState,
     visit: Visit<'_>,
     session: &Session,
     form: CommentForm,
 ) -> Result<Response, PageError> {
-    let page = page(state, visit, session, form, ReplayQuery::default()).await?;
+    let page = make_replay_page(state, visit, session, form, ReplayQuery::default()).await?;
     Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
 }

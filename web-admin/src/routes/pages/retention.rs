@@ -32,17 +32,17 @@ pub(super) struct SavedQuery {
     saved: bool,
 }
 
-pub(super) async fn show(
+pub(super) async fn show_retention(
     State(state): State<AppState>,
     Administrator(person): Administrator,
     csrf: Csrf,
     Query(SavedQuery { saved }): Query<SavedQuery>,
 ) -> Result<RetentionPage, PageError> {
-    let page = page(&state, Visit::new(&person, &csrf), None).await?;
+    let page = make_retention_page(&state, Visit::new(&person, &csrf), None).await?;
     Ok(RetentionPage { saved, ..page })
 }
 
-async fn page(
+async fn make_retention_page(
     state: &AppState,
     Visit { person, csrf }: Visit<'_>,
     typed: Option<RetentionForm>,
@@ -51,15 +51,15 @@ async fn page(
     let held = retention::held(state.db.reader(), person.school_id).await?;
     Ok(RetentionPage {
         shell: Shell::new(person, csrf.token(), NavPlace::Administration),
-        form: typed.unwrap_or_else(|| form_of(settings)),
+        form: typed.unwrap_or_else(|| form_of_settings(settings)),
         saved: false,
         more: planned.len().saturating_sub(LISTED),
-        rows: planned.into_iter().take(LISTED).map(row).collect(),
+        rows: planned.into_iter().take(LISTED).map(make_idle_row).collect(),
         held: held.into_iter().map(|(id, name)| (format!("/people/{id}"), name)).collect(),
     })
 }
 
-fn form_of(settings: Settings) -> RetentionForm {
+fn form_of_settings(settings: Settings) -> RetentionForm {
     RetentionForm {
         months: settings.months.map(|months| months.to_string()).unwrap_or_default(),
         warn_days: settings.warn_days.to_string(),
@@ -69,7 +69,7 @@ fn form_of(settings: Settings) -> RetentionForm {
     }
 }
 
-fn row(Planned { idle, step }: Planned) -> IdleRow {
+fn make_idle_row(Planned { idle, step }: Planned) -> IdleRow {
     IdleRow {
         href: format!("/people/{}", idle.id),
         name: idle.name,
@@ -111,7 +111,7 @@ impl RetentionRuleForm {
 }
 
 /// Sets the rule.
-pub(super) async fn set(
+pub(super) async fn set_retention(
     State(state): State<AppState>,
     Administrator(person): Administrator,
     csrf: Csrf,
@@ -128,7 +128,7 @@ pub(super) async fn set(
                 recordings,
                 refused: Some(refused),
             };
-            let page = page(&state, Visit::new(&person, &csrf), Some(typed)).await?;
+            let page = make_retention_page(&state, Visit::new(&person, &csrf), Some(typed)).await?;
             return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
         }
     };
@@ -142,7 +142,7 @@ pub(super) struct HoldForm {
 }
 
 /// Keeps somebody whatever the rule says, or no longer.
-pub(super) async fn hold(
+pub(super) async fn hold_person(
     State(state): State<AppState>,
     Administrator(person): Administrator,
     PathId(id): PathId,

@@ -31,7 +31,7 @@ use store::scores::{self, Score};
 use store::sessions::{self, Session};
 use store::supervisions;
 
-pub(super) async fn queue(
+pub(super) async fn show_queue(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     csrf: Csrf,
@@ -41,10 +41,10 @@ pub(super) async fn queue(
     waiting.truncate(reviews::LISTED as usize);
     let shell = Shell::new(&person, csrf.token(), NavPlace::Review);
     let to_rate = ratings::count_open(state.db.reader(), &person).await?;
-    Ok(ReviewPage { shell, waiting: waiting.into_iter().map(row).collect(), more, to_rate })
+    Ok(ReviewPage { shell, waiting: waiting.into_iter().map(make_waiting_row).collect(), more, to_rate })
 }
 
-fn row(waiting: Waiting) -> WaitingRow {
+fn make_waiting_row(waiting: Waiting) -> WaitingRow {
     WaitingRow {
         session: waiting.id,
         at: waiting.started_at.to_utc(),
@@ -58,30 +58,30 @@ fn row(waiting: Waiting) -> WaitingRow {
 }
 
 /// An attempt that a person may see.
-async fn find(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Session, Error> {
+async fn find_visible_attempt(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Session, Error> {
     sessions::visible(state.db.reader(), person, id).await?.ok_or(Error::NotFound)
 }
 
 /// An attempt that a person may judge, which is scored.
 pub(super) async fn find_scored(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Session, Error> {
-    let session = find(state, person, id).await?;
+    let session = find_visible_attempt(state, person, id).await?;
     match grades::of(state.db.reader(), session.key()).await? {
         Some(_) => Ok(session),
         None => Err(Error::Conflict(tr!("this attempt has not been scored yet").to_owned())),
     }
 }
 
-pub(super) async fn grade(
+pub(super) async fn show_grade(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId,
     csrf: Csrf,
 ) -> Result<GradePage, PageError> {
-    let session = find(&state, &person, id).await?;
-    Ok(grade_page(&state, Visit::new(&person, &csrf), &session, TypedOverride::default(), None).await?)
+    let session = find_visible_attempt(&state, &person, id).await?;
+    Ok(make_grade_page(&state, Visit::new(&person, &csrf), &session, TypedOverride::default(), None).await?)
 }
 
-async fn grade_page(
+async fn make_grade_page(
     state: &AppState,
     Visit { person, csrf }: Visit<'_>,
     session: &Session,
@@ -96,21 +96,25 @@ async fn grade_page(
     let regraded = regradings::of_session(reader, key).await?;
     Ok(GradePage {
         shell: Shell::new(person, csrf.token(), NavPlace::Elsewhere),
-        attempt: judged(state, person, session).await?,
+        attempt: judged_attempt(state, person, session).await?,
         counts: grade.map(|grade| (grade.score, grade.passed)),
         computed: computed.last().map(|score| score.score),
         overridden: grade.is_some_and(|grade| grade.overridden),
-        history: history(&computed, &regraded, grades::overrides(reader, key).await?),
+        history: grade_history(&computed, &regraded, grades::overrides(reader, key).await?),
         reviewed: review.map(|review| (review.by, review.reviewed_at.to_utc())),
         supervised: supervised.map(|known| (known.by, known.confirmed_at.to_utc())),
-        ratings: rated(state, person, session).await?,
+        ratings: means_of_ratings(state, person, session).await?,
         judge: person.role.teaches(),
         form: (typed, refused),
     })
 }
 
 /// What raters gave, by round and score.
-async fn rated(state: &AppState, person: &CurrentPerson, session: &Session) -> Result<Vec<RatedMean>, Error> {
+async fn means_of_ratings(
+    state: &AppState,
+    person: &CurrentPerson,
+    session: &Session,
+) -> Result<Vec<RatedMean>, Error> {
     let finished = ratings::finished_of(state.db.reader(), session.key(), person.id).await?;
     let mut means = Vec::new();
     for round in finished.chunk_by(|a, b| a.round_id == b.round_id) {
@@ -132,22 +136,22 @@ async fn rated(state: &AppState, person: &CurrentPerson, session: &Session) -> R
     Ok(means)
 }
 
-async fn judged(state: &AppState, person: &CurrentPerson, session: &Session) -> Result<JudgedAttempt, Error> {
+async fn judged_attempt(state: &AppState, person: &CurrentPerson, session: &Session) -> Result<JudgedAttempt, Error> {
     Ok(JudgedAttempt {
         id: session.id,
-        exercise: attempts::title(state, session).await?,
-        trainee: attempts::trainee(state, person, session).await?,
+        exercise: attempts::title_of_exercise(state, session).await?,
+        trainee: attempts::name_of_trainee(state, person, session).await?,
         started_at: session.started_at.to_utc(),
     })
 }
 
-fn history(
+fn grade_history(
     computed: &[Score],
     regraded: &[regradings::Act],
     overrides: Vec<grades::Override>,
 ) -> Vec<views::GradeHistoryEntry> {
     let computed = computed.iter().enumerate().map(|(i, score)| {
-        let rubric = format::short_hash(&score.rubric_sha256).to_owned();
+        let rubric = format::shorten_hash(&score.rubric_sha256).to_owned();
         let why = regraded.iter().find(|act| act.score_id == score.id);
         let by = |act: &regradings::Act| act.by.clone().unwrap_or_else(|| tr!("At the command line").to_owned());
         let why = why.map(|act| (by(act), act.reason.clone()));
@@ -179,9 +183,11 @@ pub(super) async fn put_override(
         Ok(Override { score, passed, reason }) => {
             let new = NewOverride { grade: Some((score, passed)), reason: &reason, made_by: person.id };
             reviewing::override_grade(&state, &person, &session, &new).await?;
-            Ok(to_grade(id))
+            Ok(redirect_to_grade(id))
         }
-        Err(refused) => again(&state, Visit::new(&person, &csrf), &session, typed, refused.to_string()).await,
+        Err(refused) => {
+            show_grade_again(&state, Visit::new(&person, &csrf), &session, typed, refused.to_string()).await
+        }
     }
 }
 
@@ -204,10 +210,17 @@ pub(super) async fn withdraw_override(
         Ok(reason) => {
             let new = NewOverride { grade: None, reason: &reason, made_by: person.id };
             reviewing::override_grade(&state, &person, &session, &new).await?;
-            Ok(to_grade(id))
+            Ok(redirect_to_grade(id))
         }
         Err(refused) => {
-            again(&state, Visit::new(&person, &csrf), &session, TypedOverride::default(), refused.to_string()).await
+            show_grade_again(
+                &state,
+                Visit::new(&person, &csrf),
+                &session,
+                TypedOverride::default(),
+                refused.to_string(),
+            )
+            .await
         }
     }
 }
@@ -219,7 +232,7 @@ pub(super) struct MarkForm {
 }
 
 /// Marks an attempt as looked at, or puts it back into the queue.
-pub(super) async fn mark(
+pub(super) async fn mark_reviewed(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     PathId(id): PathId,
@@ -235,22 +248,22 @@ pub(super) async fn mark(
         }
     };
     reviewing::set_reviewed(&state, &person, &session, reviewed).await?;
-    Ok(to_grade(id))
+    Ok(redirect_to_grade(id))
 }
 
 /// What the attempt would score by the rubric of today.
-pub(super) async fn preview(
+pub(super) async fn preview_regrade(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     PathId(id): PathId,
     csrf: Csrf,
 ) -> Result<RegradePage, PageError> {
     let session = find_scored(&state, &person, id).await?;
-    let after = by_today(&state, &session).await?;
-    Ok(regrade_page(&state, Visit::new(&person, &csrf), &session, after).await?)
+    let after = assess_by_today(&state, &session).await?;
+    Ok(make_regrade_page(&state, Visit::new(&person, &csrf), &session, after).await?)
 }
 
-async fn regrade_page(
+async fn make_regrade_page(
     state: &AppState,
     Visit { person, csrf }: Visit<'_>,
     session: &Session,
@@ -259,17 +272,17 @@ async fn regrade_page(
     let before = scores::newest(state.db.reader(), session.key()).await?.ok_or(Error::NotFound)?;
     Ok(RegradePage {
         shell: Shell::new(person, csrf.token(), NavPlace::Elsewhere),
-        attempt: judged(state, person, session).await?,
+        attempt: judged_attempt(state, person, session).await?,
         before: (before.score, before.passed),
         after: (after.score, after.passed),
         same: before.rubric_sha256 == after.rubric.sha256,
-        lost: views::lost(&after),
-        failures: views::failures(&after),
+        lost: views::list_deductions(&after),
+        failures: views::list_failures(&after),
         typed: (String::new(), None),
     })
 }
 
-async fn by_today(state: &AppState, session: &Session) -> Result<Assessment, Error> {
+async fn assess_by_today(state: &AppState, session: &Session) -> Result<Assessment, Error> {
     let rubric = Rubric::of_today(state, session.school_id, &session.exercise_id).await?;
     let not_taught =
         || Error::Conflict(tr!("this exercise is no longer taught, so there is no rubric of today").to_owned());
@@ -277,7 +290,7 @@ async fn by_today(state: &AppState, session: &Session) -> Result<Assessment, Err
 }
 
 /// Grades the attempt by the rubric of today. Without a reason it is refused, and what was typed stays.
-pub(super) async fn regrade(
+pub(super) async fn regrade_attempt(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     PathId(id): PathId,
@@ -285,32 +298,32 @@ pub(super) async fn regrade(
     CsrfForm(typed): CsrfForm<ReasonForm>,
 ) -> Result<Response, PageError> {
     let session = find_scored(&state, &person, id).await?;
-    let after = by_today(&state, &session).await?;
+    let after = assess_by_today(&state, &session).await?;
     match judgement::reason(&typed.reason) {
         Ok(reason) => {
             let by = By { actor: Actor::Person(person.id), reason: Some(&reason) };
             regrading::apply(&state, by, &session, &after).await?;
-            Ok(to_grade(id))
+            Ok(redirect_to_grade(id))
         }
         Err(refused) => {
-            let page = regrade_page(&state, Visit::new(&person, &csrf), &session, after).await?;
+            let page = make_regrade_page(&state, Visit::new(&person, &csrf), &session, after).await?;
             let page = RegradePage { typed: (typed.reason, Some(refused.to_string())), ..page };
             Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
         }
     }
 }
 
-fn to_grade(session: Uuid) -> Response {
+fn redirect_to_grade(session: Uuid) -> Response {
     Redirect::to(&format!("/sessions/{session}/grade")).into_response()
 }
 
-async fn again(
+async fn show_grade_again(
     state: &AppState,
     visit: Visit<'_>,
     session: &Session,
     typed: TypedOverride,
     why: String,
 ) -> Result<Response, PageError> {
-    let page = grade_page(state, visit, session, typed, Some(why)).await?;
+    let page = make_grade_page(state, visit, session, typed, Some(why)).await?;
     Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
 }

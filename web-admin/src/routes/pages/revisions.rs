@@ -9,7 +9,7 @@ use crate::error::PageError;
 use crate::routes::auth::{Csrf, Teacher};
 use acts::error::Error;
 use pages::addresses::exercise_href;
-use pages::diff::{DiffLine, diff};
+use pages::diff::{DiffLine, compare_lines};
 use pages::draft::{RevisionRow, RevisionsPage};
 use pages::{NavPlace, Shell, format};
 use store::{curricula, exercises};
@@ -33,7 +33,7 @@ impl ComparedQuery {
     }
 }
 
-pub(super) async fn of_exercise(
+pub(super) async fn compare_exercise_revisions(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     Path(id): Path<String>,
@@ -45,7 +45,7 @@ pub(super) async fn of_exercise(
     let row = |revision: exercises::Revision| RevisionRow {
         id: revision.id,
         title: revision.title,
-        hash: format::short_hash(&revision.exercise_sha256).to_owned(),
+        hash: format::shorten_hash(&revision.exercise_sha256).to_owned(),
         published_at: revision.published_at.to_utc(),
         current: revision.id == current.id,
     };
@@ -55,13 +55,13 @@ pub(super) async fn of_exercise(
     let newer = exercises::bytes(reader, school, to).await?.ok_or(Error::NotFound)?;
     let shell = Shell::new(&person, csrf.token(), NavPlace::Curricula);
     let parts = vec![
-        (tr!("Exercise"), lines(&older.exercise, &newer.exercise)),
-        (tr!("Scene"), lines(&older.scene, &newer.scene)),
+        (tr!("Exercise"), compare_documents(&older.exercise, &newer.exercise)),
+        (tr!("Scene"), compare_documents(&older.scene, &newer.scene)),
     ];
     Ok(RevisionsPage { shell, title: current.title, href: exercise_href(&id), revisions, from, to, parts })
 }
 
-pub(super) async fn of_course(
+pub(super) async fn compare_course_revisions(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     Path(id): Path<String>,
@@ -74,7 +74,7 @@ pub(super) async fn of_course(
     let row = |revision: curricula::Listed| RevisionRow {
         id: revision.id,
         title: revision.title,
-        hash: format::short_hash(&revision.sha256).to_owned(),
+        hash: format::shorten_hash(&revision.sha256).to_owned(),
         published_at: revision.published_at.to_utc(),
         current: revision.id == current.revision_id,
     };
@@ -83,10 +83,10 @@ pub(super) async fn of_course(
     let older = curricula::bytes(reader, school, from).await?.ok_or(Error::NotFound)?;
     let newer = curricula::bytes(reader, school, to).await?.ok_or(Error::NotFound)?;
     let shell = Shell::new(&person, csrf.token(), NavPlace::Curricula);
-    let parts = vec![(tr!("Course"), lines(&older, &newer))];
+    let parts = vec![(tr!("Course"), compare_documents(&older, &newer))];
     Ok(RevisionsPage { shell, title: current.title, href: "/curricula".to_owned(), revisions, from, to, parts })
 }
 
-fn lines(older: &[u8], newer: &[u8]) -> Vec<Vec<DiffLine>> {
-    diff(&String::from_utf8_lossy(older), &String::from_utf8_lossy(newer))
+fn compare_documents(older: &[u8], newer: &[u8]) -> Vec<Vec<DiffLine>> {
+    compare_lines(&String::from_utf8_lossy(older), &String::from_utf8_lossy(newer))
 }

@@ -21,15 +21,19 @@ use store::cohorts;
 /// Largest file taken, in bytes.
 pub(super) const MAX_BYTES: usize = 8_000_000;
 
-pub(super) async fn new(
+pub(super) async fn show_new_roster(
     State(state): State<AppState>,
     Administrator(person): Administrator,
     csrf: Csrf,
 ) -> Result<RosterPage, PageError> {
-    Ok(form(&state, Visit::new(&person, &csrf), &Wanted::default()).await?)
+    Ok(make_roster_page(&state, Visit::new(&person, &csrf), &Wanted::default()).await?)
 }
 
-async fn form(state: &AppState, Visit { person, csrf }: Visit<'_>, wanted: &Wanted) -> Result<RosterPage, Error> {
+async fn make_roster_page(
+    state: &AppState,
+    Visit { person, csrf }: Visit<'_>,
+    wanted: &Wanted,
+) -> Result<RosterPage, Error> {
     let cohorts = cohorts::all(state.db.reader(), person.school_id).await?;
     Ok(RosterPage {
         shell: Shell::new(person, csrf.token(), NavPlace::People),
@@ -40,7 +44,7 @@ async fn form(state: &AppState, Visit { person, csrf }: Visit<'_>, wanted: &Want
     })
 }
 
-pub(super) async fn send(
+pub(super) async fn send_roster(
     State(state): State<AppState>,
     Administrator(person): Administrator,
     csrf: Csrf,
@@ -51,18 +55,18 @@ pub(super) async fn send(
     let (name, body) = &upload.file;
     let refused = match &wanted.cohort {
         Some(cohort) if !is_name(cohort) => tr!("“{cohort}” cannot be the name of a cohort", cohort = cohort),
-        _ => match roster_import::keep(&state, &person, short(name), body, &wanted).await {
+        _ => match roster_import::keep(&state, &person, shorten_file_name(name), body, &wanted).await {
             Ok(id) => return Ok(Redirect::to(&format!("/people/rosters/{id}")).into_response()),
             Err(Error::Unprocessable(why)) => why,
             Err(other) => return Err(other.into()),
         },
     };
-    let page = form(&state, Visit::new(&person, &csrf), &wanted).await?;
+    let page = make_roster_page(&state, Visit::new(&person, &csrf), &wanted).await?;
     Ok((StatusCode::UNPROCESSABLE_ENTITY, RosterPage { refused: Some(refused), ..page }).into_response())
 }
 
 /// What a file is called, as much of it as fits a heading.
-fn short(name: &str) -> &str {
+fn shorten_file_name(name: &str) -> &str {
     let end = name.char_indices().nth(80).map_or(name.len(), |(end, _)| end);
     if name.is_empty() { "the roster" } else { &name[..end] }
 }
@@ -75,7 +79,7 @@ pub(super) struct RosterLinesQuery {
     page: usize,
 }
 
-pub(super) async fn show(
+pub(super) async fn show_roster(
     State(state): State<AppState>,
     Administrator(person): Administrator,
     PathId(id): PathId,
@@ -83,10 +87,10 @@ pub(super) async fn show(
     Query(query): Query<RosterLinesQuery>,
 ) -> Result<RosterPreviewPage, PageError> {
     let shell = Shell::new(&person, csrf.token(), NavPlace::People);
-    Ok(preview(&state, shell, person.school_id, id, query).await?)
+    Ok(make_preview_page(&state, shell, person.school_id, id, query).await?)
 }
 
-async fn preview(
+async fn make_preview_page(
     state: &AppState,
     shell: Shell,
     school: Uuid,
@@ -119,7 +123,7 @@ pub(super) struct ConfirmRosterForm {
     invite: String,
 }
 
-pub(super) async fn confirm(
+pub(super) async fn confirm_roster(
     State(state): State<AppState>,
     Administrator(person): Administrator,
     PathId(id): PathId,
@@ -133,7 +137,7 @@ pub(super) async fn confirm(
         }
         None => {
             let shell = Shell::new(&person, csrf.token(), NavPlace::People);
-            let page = preview(&state, shell, person.school_id, id, RosterLinesQuery::default()).await?;
+            let page = make_preview_page(&state, shell, person.school_id, id, RosterLinesQuery::default()).await?;
             Ok((StatusCode::CONFLICT, RosterPreviewPage { stale: true, ..page }).into_response())
         }
     }

@@ -7,16 +7,16 @@ use store::reports::ListedAttempt;
 use store::sessions::SessionState;
 
 /// Rows for a list of one trainee's attempts.
-pub(super) fn own(attempts: Vec<ListedAttempt>) -> Vec<OwnAttemptRow> {
-    attempts.into_iter().map(|attempt| OwnAttemptRow { trainee: None, ..row(attempt) }).collect()
+pub(super) fn own_rows(attempts: Vec<ListedAttempt>) -> Vec<OwnAttemptRow> {
+    attempts.into_iter().map(|attempt| OwnAttemptRow { trainee: None, ..make_attempt_row(attempt) }).collect()
 }
 
 /// Rows for a list that mixes trainees.
-pub(super) fn mixed(attempts: Vec<ListedAttempt>) -> Vec<OwnAttemptRow> {
-    attempts.into_iter().map(row).collect()
+pub(super) fn mixed_rows(attempts: Vec<ListedAttempt>) -> Vec<OwnAttemptRow> {
+    attempts.into_iter().map(make_attempt_row).collect()
 }
 
-fn row(attempt: ListedAttempt) -> OwnAttemptRow {
+fn make_attempt_row(attempt: ListedAttempt) -> OwnAttemptRow {
     let status = match (attempt.state, attempt.passed) {
         (SessionState::Pending, _) => StatusWord::Waiting,
         (SessionState::Refused, _) => StatusWord::Refused,
@@ -27,7 +27,7 @@ fn row(attempt: ListedAttempt) -> OwnAttemptRow {
         href: format!("/sessions/{}", attempt.id),
         at: attempt.started_at.to_utc(),
         status,
-        note: note(&attempt),
+        note: note_of_attempt(&attempt),
         trainee: Some(attempt.trainee),
         exercise: attempt.exercise,
         score: attempt.score,
@@ -38,14 +38,14 @@ fn row(attempt: ListedAttempt) -> OwnAttemptRow {
 }
 
 /// Why it was refused or failed, or else what cost most.
-fn note(attempt: &ListedAttempt) -> String {
+fn note_of_attempt(attempt: &ListedAttempt) -> String {
     if let Some(refusal) = &attempt.refusal {
         return refusal.clone();
     }
     if let Some(failure) = attempt.hard_fails.as_ref().and_then(|fails| fails.0.first()) {
-        return metric::failure(failure);
+        return metric::say_failure(failure);
     }
     let deductions = attempt.deductions.as_ref().map_or(&[][..], |json| &json.0);
     let dearest = deductions.iter().filter(|d| d.points > 0.0).max_by(|a, b| a.points.total_cmp(&b.points));
-    dearest.map_or_else(String::new, metric::short_reason)
+    dearest.map_or_else(String::new, metric::short_deduction_reason)
 }

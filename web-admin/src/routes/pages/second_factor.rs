@@ -34,27 +34,27 @@ use store::{directory, people, schools};
 pub(super) const PAGE: &str = "/account/second-factor";
 
 /// One's own, a colleague's and the school's.
-pub(super) fn router() -> Routes {
+pub(super) fn second_factor_routes() -> Routes {
     Routes::new()
-        .route("/account/second-factor", get(show).post(begin))
-        .route("/account/second-factor/qr.svg", get(picture))
-        .route("/account/second-factor/confirm", post(confirm))
-        .route("/account/second-factor/recovery-codes", post(remake_codes))
-        .route("/account/second-factor/off", post(turn_off))
-        .route("/people/{id}/second-factor/reset", post(reset))
-        .route("/admin/second-factor", post(set_rule))
+        .route("/account/second-factor", get(show_second_factor).post(begin_second_factor))
+        .route("/account/second-factor/qr.svg", get(show_qr_code))
+        .route("/account/second-factor/confirm", post(confirm_second_factor))
+        .route("/account/second-factor/recovery-codes", post(remake_recovery_codes))
+        .route("/account/second-factor/off", post(turn_factor_off))
+        .route("/people/{id}/second-factor/reset", post(reset_factor))
+        .route("/admin/second-factor", post(set_factor_rule))
 }
 
-async fn show(
+async fn show_second_factor(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     browser: Browser,
 ) -> Result<SecondFactorPage, PageError> {
-    Ok(page(&state, &person, &browser).await?)
+    Ok(make_factor_page(&state, &person, &browser).await?)
 }
 
 /// The page as it stands now; it asks the passkeys in this session.
-pub(super) async fn page(
+pub(super) async fn make_factor_page(
     state: &AppState,
     person: &CurrentPerson,
     browser: &Browser,
@@ -64,18 +64,18 @@ pub(super) async fn page(
         None => FactorState::Off,
         Some(found) => match found.confirmed_at {
             Some(since) => FactorState::On { since: since.to_utc() },
-            None => offered(state, person).await?,
+            None => offered_factor(state, person).await?,
         },
     };
-    let proof = proof_asked(state, person, &browser.session).await?;
+    let proof = proof_to_ask(state, person, &browser.session).await?;
     let codes_left = if proof.on { Some(second_factors::recovery_codes_left(reader, key).await?) } else { None };
-    let asked = is_asked(state, person).await?;
+    let asked = is_factor_asked(state, person).await?;
     let owed = asked && !proof.on;
     let place = if owed { NavPlace::Enrolment } else { NavPlace::Account };
     Ok(SecondFactorPage {
         shell: Shell::new(person, browser.csrf.token(), place),
         factor,
-        passkeys: stored::of_person(reader, key).await?.into_iter().map(passkeys::row).collect(),
+        passkeys: stored::of_person(reader, key).await?.into_iter().map(passkeys::make_passkey_row).collect(),
         codes_left,
         proof,
         can_add: state.passkeys.site().is_some(),
@@ -87,13 +87,13 @@ pub(super) async fn page(
 }
 
 /// Whether the school asks somebody for a second factor.
-pub(super) async fn is_asked(state: &AppState, person: &CurrentPerson) -> Result<bool, Error> {
+pub(super) async fn is_factor_asked(state: &AppState, person: &CurrentPerson) -> Result<bool, Error> {
     let rule = second_factors::rule(state.db.reader(), person.school_id).await?;
     Ok(rule.asks(person.role))
 }
 
 /// What somebody is asked for before they change a second factor; their passkeys are asked in this session.
-pub(super) async fn proof_asked(
+pub(super) async fn proof_to_ask(
     state: &AppState,
     person: &CurrentPerson,
     session: &Session,
@@ -115,7 +115,7 @@ pub(super) struct FactorCredentials<'a> {
 
 /// Whether somebody may change a second factor: who knows the password, and has one of those that are on. Not whoever finds an
 /// open browser.
-pub(super) async fn allow(
+pub(super) async fn allow_factor_change(
     state: &AppState,
     person: &CurrentPerson,
     browser: &Browser,
@@ -134,14 +134,14 @@ pub(super) async fn allow(
 }
 
 /// What is offered; nothing where its seal does not open any more.
-async fn offered(state: &AppState, person: &CurrentPerson) -> Result<FactorState, Error> {
+async fn offered_factor(state: &AppState, person: &CurrentPerson) -> Result<FactorState, Error> {
     let Ok(Some(secret)) = second_factor::offered(state, person.into()).await else { return Ok(FactorState::Off) };
-    let address = address(state, person).await?.unwrap_or_default();
+    let address = address_of_secret(state, person).await?.unwrap_or_default();
     Ok(FactorState::Offered { secret: second_factor::in_groups(&secret.text()), address })
 }
 
 /// The offered secret as apps read it.
-async fn address(state: &AppState, person: &CurrentPerson) -> Result<Option<String>, Error> {
+async fn address_of_secret(state: &AppState, person: &CurrentPerson) -> Result<Option<String>, Error> {
     let Some(secret) = second_factor::offered(state, person.into()).await? else { return Ok(None) };
     let reader = state.db.reader();
     let school = schools::name(reader, person.school_id).await?;
@@ -150,13 +150,13 @@ async fn address(state: &AppState, person: &CurrentPerson) -> Result<Option<Stri
 }
 
 /// The page once more, saying why nothing was changed.
-pub(super) async fn again(
+pub(super) async fn show_factor_again(
     state: &AppState,
     person: &CurrentPerson,
     browser: &Browser,
     why: FactorRefused,
 ) -> Result<Response, PageError> {
-    let page = SecondFactorPage { refused: Some(why), ..page(state, person, browser).await? };
+    let page = SecondFactorPage { refused: Some(why), ..make_factor_page(state, person, browser).await? };
     Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
 }
 
@@ -174,22 +174,22 @@ impl FactorChangeForm {
 }
 
 /// Offers a secret to whoever may change a second factor.
-async fn begin(
+async fn begin_second_factor(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     browser: Browser,
     CsrfForm(form): CsrfForm<FactorChangeForm>,
 ) -> Result<Response, PageError> {
-    if let Err(refused) = allow(&state, &person, &browser, form.credentials()).await? {
-        return again(&state, &person, &browser, refused).await;
+    if let Err(refused) = allow_factor_change(&state, &person, &browser, form.credentials()).await? {
+        return show_factor_again(&state, &person, &browser, refused).await;
     }
     second_factor::offer(&state, &person).await?;
     Ok(Redirect::to(PAGE).into_response())
 }
 
 /// The offered secret as a picture, for as long as it is offered.
-async fn picture(State(state): State<AppState>, Visitor(person): Visitor) -> Result<Response, PageError> {
-    let picture = address(&state, &person).await?.and_then(|address| qr::svg(&address));
+async fn show_qr_code(State(state): State<AppState>, Visitor(person): Visitor) -> Result<Response, PageError> {
+    let picture = address_of_secret(&state, &person).await?.and_then(|address| qr::draw_qr_code(&address));
     Ok(([(header::CONTENT_TYPE, "image/svg+xml")], picture.ok_or(Error::NotFound)?).into_response())
 }
 
@@ -199,7 +199,7 @@ struct CodeForm {
 }
 
 /// Turns the codes of an app on.
-async fn confirm(
+async fn confirm_second_factor(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     browser: Browser,
@@ -207,14 +207,14 @@ async fn confirm(
 ) -> Result<Response, PageError> {
     let typed = Typed { code: &form.code, from: browser.from };
     match second_factor::confirm(&state, &person, typed).await? {
-        Some(made) => Ok(enrolled(&state, &person, &browser.session, made).await?),
-        None => again(&state, &person, &browser, FactorRefused::Code).await,
+        Some(made) => Ok(answer_enrolled(&state, &person, &browser.session, made).await?),
+        None => show_factor_again(&state, &person, &browser, FactorRefused::Code).await,
     }
 }
 
 /// Keeps somebody signed in who has made a second factor, and shows the recovery codes of the first. Not by a redirect: they would
 /// have to be kept to be shown.
-pub(super) async fn enrolled(
+pub(super) async fn answer_enrolled(
     state: &AppState,
     person: &CurrentPerson,
     session: &Session,
@@ -229,22 +229,22 @@ pub(super) async fn enrolled(
 }
 
 /// Who has a second factor, for forms that only make sense with one.
-async fn with_factor(state: &AppState, person: &CurrentPerson) -> Result<PersonKey, Error> {
+async fn key_with_factor(state: &AppState, person: &CurrentPerson) -> Result<PersonKey, Error> {
     let key = PersonKey::from(person);
     let on = second_factors::is_on(state.db.reader(), key).await?;
     if on { Ok(key) } else { Err(second_factor::nothing_on()) }
 }
 
-async fn remake_codes(
+async fn remake_recovery_codes(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     browser: Browser,
     CsrfForm(shown): CsrfForm<ShownFactor>,
 ) -> Result<Response, PageError> {
-    let key = with_factor(&state, &person).await?;
+    let key = key_with_factor(&state, &person).await?;
     let proved = FactorQuestion { state: &state, session: &browser.session, key }.prove(&shown, browser.from).await?;
     if let Err(refused) = proved {
-        return again(&state, &person, &browser, refused).await;
+        return show_factor_again(&state, &person, &browser, refused).await;
     }
     let codes = second_factor::remake_codes(&state, &person).await?;
     let shell = Shell::new(&person, browser.csrf.token(), NavPlace::Account);
@@ -252,15 +252,15 @@ async fn remake_codes(
 }
 
 /// Turns the codes of an app off.
-async fn turn_off(
+async fn turn_factor_off(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     browser: Browser,
     CsrfForm(form): CsrfForm<FactorChangeForm>,
 ) -> Result<Response, PageError> {
-    with_factor(&state, &person).await?;
-    if let Err(refused) = allow(&state, &person, &browser, form.credentials()).await? {
-        return again(&state, &person, &browser, refused).await;
+    key_with_factor(&state, &person).await?;
+    if let Err(refused) = allow_factor_change(&state, &person, &browser, form.credentials()).await? {
+        return show_factor_again(&state, &person, &browser, refused).await;
     }
     if !second_factor::turn_off(&state, &person).await? {
         return Err(second_factor::nothing_on().into());
@@ -269,7 +269,7 @@ async fn turn_off(
 }
 
 /// Takes the second factor of somebody away who has lost it.
-async fn reset(
+async fn reset_factor(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
     PathId(id): PathId,
@@ -293,7 +293,7 @@ struct FactorRuleForm {
 }
 
 /// Sets of whom the school asks for a second factor.
-async fn set_rule(
+async fn set_factor_rule(
     State(state): State<AppState>,
     Administrator(person): Administrator,
     CsrfForm(form): CsrfForm<FactorRuleForm>,

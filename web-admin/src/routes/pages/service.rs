@@ -22,14 +22,14 @@ pub(super) struct BeforeQuery {
     before: Option<i64>,
 }
 
-pub(super) async fn show(
+pub(super) async fn show_service_log(
     State(state): State<AppState>,
     Administrator(person): Administrator,
     csrf: Csrf,
     Query(query): Query<BeforeQuery>,
 ) -> Result<ServicePage, PageError> {
     let reader = state.db.reader();
-    let counts = admin::counts(&state, person.school_id).await?;
+    let counts = admin::count_people(&state, person.school_id).await?;
     let failing = reports::failing_jobs(reader, person.school_id).await?.len();
     let joined = stations::all(reader, person.school_id).await?;
     let stations = i64::try_from(joined.iter().filter(|station| !station.revoked).count()).unwrap_or(i64::MAX);
@@ -51,12 +51,12 @@ pub(super) async fn show(
             (counts.flagged, tr!("re-simulations that differ")),
         ],
         failing: i64::try_from(failing).unwrap_or(i64::MAX),
-        acts: acts.into_iter().map(row).collect(),
+        acts: acts.into_iter().map(make_act_row).collect(),
         older: last.map(|seq| format!("/admin/service?before={seq}#acts")),
     })
 }
 
-fn row(act: Act) -> ActRow {
+fn make_act_row(act: Act) -> ActRow {
     let Act { seq, at, actor, action, object, details } = act;
     ActRow { seq, at: at.to_utc(), actor, action, object, details }
 }

@@ -3,7 +3,7 @@
 use axum::extract::State;
 use documents::ExerciseBundle;
 
-use super::{PathId, published, surveys};
+use super::{PathId, published_bundle, surveys};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, Visitor};
@@ -17,7 +17,7 @@ use store::scores;
 use store::sessions::{self, Session, SessionState};
 use store::{exercises, grades, reports, stations, supervisions};
 
-pub(super) async fn show(
+pub(super) async fn show_session(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId,
@@ -27,7 +27,7 @@ pub(super) async fn show(
     let session = sessions::visible(reader, &person, id).await?.ok_or(Error::NotFound)?;
     let key = SessionKey { school_id: session.school_id, id };
     let bundle = match session.revision_id {
-        Some(revision) => published(&state, session.school_id, revision).await?,
+        Some(revision) => published_bundle(&state, session.school_id, revision).await?,
         None => None,
     };
     let taught = exercises::current(reader, session.school_id, &session.exercise_id).await?;
@@ -37,30 +37,30 @@ pub(super) async fn show(
         shell: Shell::new(&person, csrf.token(), NavPlace::Elsewhere),
         exercise: title.unwrap_or_else(|| session.exercise_id.clone()),
         exercise_href: taught.map(|t| exercise_href(&t.exercise_id)),
-        trainee: trainee(&state, &person, &session).await?,
+        trainee: name_of_trainee(&state, &person, &session).await?,
         started_at: session.started_at.to_utc(),
         replay_href: format!("/sessions/{id}/replay"),
         grade_href: format!("/sessions/{id}/grade"),
-        outcome: outcome(&state, &session, bundle.as_ref()).await?,
-        ruling: ruling(&state, &session).await?,
+        outcome: outcome_of_session(&state, &session, bundle.as_ref()).await?,
+        ruling: ruling_on_session(&state, &session).await?,
         drawing: curve.as_ref().map(Drawing::new),
-        uncounted: uncounted(&state, &person, &session).await?,
-        verification: verification(&session),
-        signed_by: signed_by(&state, &session).await?,
+        uncounted: why_uncounted(&state, &person, &session).await?,
+        verification: verification_of_session(&session),
+        signed_by: name_of_signer(&state, &session).await?,
         supervised_by: supervisions::of(reader, key).await?.map(|there| there.by),
-        surveys: surveys::after(&state, &person, &session).await?,
-        facts: facts(&session),
+        surveys: surveys::list_surveys_after(&state, &person, &session).await?,
+        facts: list_session_facts(&session),
     })
 }
 
 /// The title of the exercise that was attempted.
-pub(super) async fn title(state: &AppState, session: &Session) -> Result<String, Error> {
+pub(super) async fn title_of_exercise(state: &AppState, session: &Session) -> Result<String, Error> {
     let taught = exercises::current(state.db.reader(), session.school_id, &session.exercise_id).await?;
     Ok(taught.map_or_else(|| session.exercise_id.clone(), |taught| taught.title))
 }
 
 /// Name and page of the trainee, where the visitor is somebody else.
-pub(super) async fn trainee(
+pub(super) async fn name_of_trainee(
     state: &AppState,
     person: &CurrentPerson,
     session: &Session,
@@ -72,7 +72,7 @@ pub(super) async fn trainee(
     Ok(trainee.map(|t| (t.name, format!("/trainees/{}", t.id))))
 }
 
-async fn outcome(
+async fn outcome_of_session(
     state: &AppState,
     session: &Session,
     bundle: Option<&ExerciseBundle>,
@@ -98,7 +98,7 @@ async fn outcome(
 }
 
 /// The override that counts, if one does.
-async fn ruling(state: &AppState, session: &Session) -> Result<Option<Ruling>, Error> {
+async fn ruling_on_session(state: &AppState, session: &Session) -> Result<Option<Ruling>, Error> {
     let newest = grades::overrides(state.db.reader(), session.key()).await?.pop();
     Ok(newest.and_then(|made| {
         let (score, passed) = made.score.zip(made.passed)?;
@@ -107,7 +107,7 @@ async fn ruling(state: &AppState, session: &Session) -> Result<Option<Ruling>, E
 }
 
 /// Why it counts nowhere, and the attempt that it repeats, where the visitor may see that.
-async fn uncounted(
+async fn why_uncounted(
     state: &AppState,
     person: &CurrentPerson,
     session: &Session,
@@ -121,14 +121,14 @@ async fn uncounted(
 }
 
 /// The name of the station that has signed it.
-async fn signed_by(state: &AppState, session: &Session) -> Result<Option<String>, Error> {
+async fn name_of_signer(state: &AppState, session: &Session) -> Result<Option<String>, Error> {
     match session.signed_by {
         Some(station) => Ok(stations::name(state.db.reader(), session.school_id, station).await?),
         None => Ok(None),
     }
 }
 
-fn verification(session: &Session) -> VerificationResult {
+fn verification_of_session(session: &Session) -> VerificationResult {
     match (session.verify_flagged, session.verify_deviation_n) {
         (None, _) => VerificationResult::Waiting,
         (Some(false), _) => VerificationResult::Same,
@@ -139,23 +139,24 @@ fn verification(session: &Session) -> VerificationResult {
     }
 }
 
-fn facts(session: &Session) -> Vec<(&'static str, String)> {
-    let size = format::size(session.recording_size);
+fn list_session_facts(session: &Session) -> Vec<(&'static str, String)> {
+    let size = format::format_size(session.recording_size);
     let recording = match (session.recording_erased_at, session.complete) {
-        (Some(at), _) => tr!("erased on {date}", date = format::date(at.to_utc())),
+        (Some(at), _) => tr!("erased on {date}", date = format::format_date(at.to_utc())),
         (None, true) => tr!("{size}, complete", size = size),
         (None, false) => tr!("{size}, cut off before its end", size = size),
     };
-    let short = |hash: &str| format::short_hash(hash).to_owned();
+    let short = |hash: &str| format::shorten_hash(hash).to_owned();
     let revision = match session.revision_id {
         Some(_) => short(&session.exercise_sha256),
         None => tr!("{hash}, never published by this school", hash = short(&session.exercise_sha256)),
     };
-    let claimed = session.claimed_started_at.map(|at| (tr!("Began, by the recording"), format::date_time(at.to_utc())));
+    let claimed =
+        session.claimed_started_at.map(|at| (tr!("Began, by the recording"), format::format_date_time(at.to_utc())));
     let facts = [
-        (tr!("Duration"), format::span(session.duration_s)),
+        (tr!("Duration"), format::format_span(session.duration_s)),
         (tr!("Device"), session.device.clone()),
-        (tr!("Received"), format::date_time(session.received_at.to_utc())),
+        (tr!("Received"), format::format_date_time(session.received_at.to_utc())),
         (tr!("Simulator"), session.simulator_version.clone()),
         (tr!("Seed"), session.seed.clone()),
         (tr!("Recording"), recording),

@@ -36,18 +36,18 @@ impl TaughtCourse {
 }
 
 /// The courses of a school.
-pub(super) async fn courses(state: &AppState, school: Uuid) -> Result<Vec<TaughtCourse>, Error> {
+pub(super) async fn taught_courses(state: &AppState, school: Uuid) -> Result<Vec<TaughtCourse>, Error> {
     let reader = state.db.reader();
     let exercises = reports::exercises(reader, school).await?;
     let mut courses = Vec::new();
     for curriculum in curricula::taught(reader, school).await? {
         let course = curricula::course(reader, school, &curriculum).await?;
-        courses.push(taught(curriculum, course, &exercises));
+        courses.push(taught_course(curriculum, course, &exercises));
     }
     Ok(courses)
 }
 
-fn taught(curriculum: Curriculum, course: Course, exercises: &[ExerciseInShort]) -> TaughtCourse {
+fn taught_course(curriculum: Curriculum, course: Course, exercises: &[ExerciseInShort]) -> TaughtCourse {
     let Curriculum { curriculum_id: id, title, description, .. } = curriculum;
     let known = |id: &str| exercises.iter().find(|e| e.exercise_id == id);
     let of_each = || course.steps.iter().map(|step| known(&step.exercise));
@@ -57,7 +57,11 @@ fn taught(curriculum: Curriculum, course: Course, exercises: &[ExerciseInShort])
 }
 
 /// A trainee's progress in every course, the one tried last first, each with the course's index.
-pub(super) fn progress(courses: &[TaughtCourse], attempts: &[Attempt], state: &AppState) -> Vec<(usize, Progress)> {
+pub(super) fn progress_in_courses(
+    courses: &[TaughtCourse],
+    attempts: &[Attempt],
+    state: &AppState,
+) -> Vec<(usize, Progress)> {
     let now = state.clock.now().to_utc();
     let mut progress: Vec<(usize, Progress)> =
         courses.iter().enumerate().map(|(i, taught)| (i, Progress::of(&taught.course, attempts, now))).collect();
@@ -66,7 +70,7 @@ pub(super) fn progress(courses: &[TaughtCourse], attempts: &[Attempt], state: &A
 }
 
 /// What a school asks to be proved of an attempt that certifies, and those of a trainee's attempts of which it is.
-pub(super) async fn proved(
+pub(super) async fn proved_attempts(
     state: &AppState,
     school: Uuid,
     trainee: Uuid,
@@ -104,7 +108,7 @@ impl CohortStanding {
 }
 
 /// Where a cohort's trainees stand.
-pub(super) async fn cohort(
+pub(super) async fn standing_of_cohort(
     state: &AppState,
     school: Uuid,
     cohort: Uuid,
@@ -115,7 +119,7 @@ pub(super) async fn cohort(
     let mut practised = practice::of_cohort(reader, school, cohort).await?;
     let standing = |trainee: Named| {
         let own = practised.remove(&trainee.id).unwrap_or_default();
-        (trainee, progress(courses, &own, state))
+        (trainee, progress_in_courses(courses, &own, state))
     };
     Ok(CohortStanding(trainees.into_iter().map(standing).collect()))
 }

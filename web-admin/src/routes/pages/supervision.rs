@@ -22,7 +22,7 @@ pub(super) struct SupervisionForm {
 }
 
 /// Confirms it, or takes that back.
-pub(super) async fn confirm(
+pub(super) async fn confirm_supervision(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     PathId(id): PathId,

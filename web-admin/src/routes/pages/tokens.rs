@@ -23,15 +23,21 @@ use store::tokens as stored;
 /// What is chosen until something else is, in days.
 const DEFAULT_DAYS: i64 = 90;
 
-pub(super) fn router() -> Routes {
-    Routes::new().route("/account/tokens", get(show).post(make)).route("/account/tokens/{id}/revoke", post(revoke))
+pub(super) fn token_routes() -> Routes {
+    Routes::new()
+        .route("/account/tokens", get(show_tokens).post(make_token))
+        .route("/account/tokens/{id}/revoke", post(revoke_token))
 }
 
-async fn show(State(state): State<AppState>, Visitor(person): Visitor, csrf: Csrf) -> Result<TokensPage, PageError> {
-    Ok(page(&state, &person, &csrf).await?)
+async fn show_tokens(
+    State(state): State<AppState>,
+    Visitor(person): Visitor,
+    csrf: Csrf,
+) -> Result<TokensPage, PageError> {
+    Ok(make_tokens_page(&state, &person, &csrf).await?)
 }
 
-async fn page(state: &AppState, person: &CurrentPerson, csrf: &Csrf) -> Result<TokensPage, Error> {
+async fn make_tokens_page(state: &AppState, person: &CurrentPerson, csrf: &Csrf) -> Result<TokensPage, Error> {
     let now = state.clock.now();
     let row = |token: stored::OwnToken| TokenRow {
         name: token.name,
@@ -59,7 +65,7 @@ struct TokenForm {
 }
 
 /// Makes a token and shows it. Not by a redirect: it would have to be kept to be shown.
-async fn make(
+async fn make_token(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     csrf: Csrf,
@@ -78,7 +84,7 @@ async fn make(
             Ok(MadeTokenPage { shell, name: made.name, token: made.token, expires }.into_response())
         }
         Err(Error::Unprocessable(why)) => {
-            let page = page(&state, &person, &csrf).await?;
+            let page = make_tokens_page(&state, &person, &csrf).await?;
             let page = TokensPage { name: form.name, days: form.days, refused: Some(why), ..page };
             Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
         }
@@ -86,7 +92,7 @@ async fn make(
     }
 }
 
-async fn revoke(
+async fn revoke_token(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId,

@@ -37,7 +37,7 @@ pub(super) struct TraineePageQuery {
     page: Option<u32>,
 }
 
-pub(super) async fn show(
+pub(super) async fn show_trainee(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId,
@@ -46,11 +46,11 @@ pub(super) async fn show(
 ) -> Result<TraineePage, PageError> {
     let trainee = reports::trainee(state.db.reader(), &person, id).await?.ok_or(Error::NotFound)?;
     let shell = Shell::new(&person, csrf.token(), NavPlace::Elsewhere);
-    Ok(page(&state, shell, &person, trainee, query).await?)
+    Ok(make_trainee_page(&state, shell, &person, trainee, query).await?)
 }
 
 /// The page of a trainee whom the visitor may see.
-pub(super) async fn page(
+pub(super) async fn make_trainee_page(
     state: &AppState,
     shell: Shell,
     visitor: &CurrentPerson,
@@ -58,11 +58,11 @@ pub(super) async fn page(
     query: TraineePageQuery,
 ) -> Result<TraineePage, Error> {
     let (reader, school) = (state.db.reader(), visitor.school_id);
-    let courses = standing::courses(state, school).await?;
+    let courses = standing::taught_courses(state, school).await?;
     let attempts = practice::of_trainee(reader, school, trainee.id).await?;
-    let progress = standing::progress(&courses, &attempts, state);
+    let progress = standing::progress_in_courses(&courses, &attempts, state);
     let href = format!("/trainees/{}", trainee.id);
-    let (needed, proved) = standing::proved(state, school, trainee.id, &attempts).await?;
+    let (needed, proved) = standing::proved_attempts(state, school, trainee.id, &attempts).await?;
     let now = state.clock.now().to_utc();
     let view = |(i, progress)| {
         let taught: &TaughtCourse = &courses[i];
@@ -72,7 +72,7 @@ pub(super) async fn page(
             false => view,
         }
     };
-    let pages = pages(reports::count_attempts(reader, school, trainee.id).await?, query);
+    let pages = number_pages(reports::count_attempts(reader, school, trainee.id).await?, query);
     let stretch = Stretch { limit: PER_PAGE, offset: pages.page.saturating_sub(1) * PER_PAGE };
     let cohorts = cohorts::of_person(reader, school, trainee.id, Role::Trainee).await?;
     let own = trainee.id == visitor.id;
@@ -87,19 +87,19 @@ pub(super) async fn page(
         shell,
         due: due.into_iter().filter(Standing::is_open).take(SHOWN_DUE).map(AssignmentRow::own).collect(),
         requests,
-        habits: habits(&latest),
+        habits: habits_of_attempts(&latest),
         name: trainee.name,
         own,
         sign_in_code,
         cohorts: cohorts.into_iter().map(|c| c.name).collect(),
         courses: progress.into_iter().map(view).collect(),
-        attempts: rows::own(reports::attempts_of(reader, school, trainee.id, stretch).await?),
+        attempts: rows::own_rows(reports::attempts_of(reader, school, trainee.id, stretch).await?),
         pages,
     })
 }
 
 /// What costs most over attempts that count, newest first.
-pub(super) fn habits(latest: &[ListedAttempt]) -> HabitsView {
+pub(super) fn habits_of_attempts(latest: &[ListedAttempt]) -> HabitsView {
     let counted = || latest.iter().filter(|attempt| attempt.uncounted.is_none());
     let scored = || counted().filter_map(|attempt| Some((attempt, &attempt.deductions.as_ref()?.0[..])));
     let deductions: Vec<&[Deduction]> = scored().map(|(_, deductions)| deductions).collect();
@@ -119,7 +119,7 @@ pub(super) async fn make_sign_in_code(
 }
 
 /// A page beyond the last is the last.
-fn pages(entries: u32, query: TraineePageQuery) -> PageNumbers {
+fn number_pages(entries: u32, query: TraineePageQuery) -> PageNumbers {
     let last = entries.div_ceil(PER_PAGE).max(1);
     PageNumbers { page: query.page.unwrap_or(1).clamp(1, last), last, entries }
 }
@@ -130,9 +130,9 @@ mod tests {
 
     #[test]
     fn a_page_lies_between_the_first_and_the_last() {
-        let page = |entries, page| pages(entries, TraineePageQuery { page }).page;
+        let page = |entries, page| number_pages(entries, TraineePageQuery { page }).page;
         assert_eq!([page(60, None), page(60, Some(0)), page(60, Some(2)), page(60, Some(99))], [1, 1, 2, 3]);
-        assert_eq!(pages(0, TraineePageQuery::default()), PageNumbers { page: 1, last: 1, entries: 0 });
-        assert_eq!(pages(25, TraineePageQuery::default()).last, 1);
+        assert_eq!(number_pages(0, TraineePageQuery::default()), PageNumbers { page: 1, last: 1, entries: 0 });
+        assert_eq!(number_pages(25, TraineePageQuery::default()).last, 1);
     }
 }

@@ -83,7 +83,7 @@ async fn a_mail_is_in_the_language_of_whoever_gets_it() {
     let mut stranger = app.stranger();
     let csrf = stranger.csrf().await;
     stranger.form("/forgotten", &[("csrf", &csrf), ("email", "ada@example.org")]).await;
-    outbox::work_off(&app.state).await.unwrap();
+    outbox::work_off_letters(&app.state).await.unwrap();
     let folder = app.folder.path().join("mail");
     let letter = std::fs::read_dir(folder).unwrap().next().unwrap().unwrap().path();
     let text = std::fs::read_to_string(letter).unwrap();

@@ -53,7 +53,7 @@ const NAMES: [&str; 25] = [
     "supervised",
 ];
 
-pub(super) async fn export(
+pub(super) async fn export_attempts(
     State(state): State<AppState>,
     Administrator(person): Administrator,
 ) -> Result<Response, PageError> {
@@ -63,13 +63,13 @@ pub(super) async fn export(
     let rows = stream::try_unfold(Some(AttemptPlace::START), move |after| {
         // Held until the last row is written, or whoever asked has gone.
         let (state, _held) = (state.clone(), &place);
-        async move { some(&state, school, after).await }
+        async move { next_attempts(&state, school, after).await }
     });
     Ok(export::stream("attempts", &NAMES, rows)?)
 }
 
 /// The next rows, and the place after them; none where the attempts have ended.
-async fn some(
+async fn next_attempts(
     state: &AppState,
     school: Uuid,
     after: Option<AttemptPlace>,
@@ -78,15 +78,15 @@ async fn some(
     let found = reports::records_after(state.db.reader(), school, after, AT_ONCE).await?;
     let last = found.last().filter(|_| found.len() == AT_ONCE as usize);
     let next = last.map(|last| AttemptPlace { started_at: last.listed.started_at, id: last.listed.id });
-    Ok(Some((found.into_iter().map(cells).collect(), next)))
+    Ok(Some((found.into_iter().map(attempt_cells).collect(), next)))
 }
 
-fn cells(record: AttemptRecord) -> Vec<CsvCell> {
+fn attempt_cells(record: AttemptRecord) -> Vec<CsvCell> {
     let listed = &record.listed;
     vec![
         CsvCell::from(listed.id.to_string()),
-        CsvCell::from(format::machine_time(listed.started_at.to_utc())),
-        CsvCell::from(format::machine_time(record.received_at.to_utc())),
+        CsvCell::from(format::format_machine_time(listed.started_at.to_utc())),
+        CsvCell::from(format::format_machine_time(record.received_at.to_utc())),
         CsvCell::from(listed.trainee.as_str()),
         CsvCell::from(record.trainee_id.to_string()),
         CsvCell::from(record.pseudonym),
@@ -107,7 +107,7 @@ fn cells(record: AttemptRecord) -> Vec<CsvCell> {
         CsvCell::from(record.device),
         CsvCell::from(record.simulator_version),
         listed.uncounted.map_or(CsvCell::Empty, |why| CsvCell::from(why.word())),
-        record.claimed_started_at.map_or(CsvCell::Empty, |at| CsvCell::from(format::machine_time(at.to_utc()))),
+        record.claimed_started_at.map_or(CsvCell::Empty, |at| CsvCell::from(format::format_machine_time(at.to_utc()))),
         CsvCell::from(record.proof.signed),
         CsvCell::from(record.proof.resimulated),
         CsvCell::from(record.proof.supervised),

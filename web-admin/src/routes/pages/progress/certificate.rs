@@ -28,7 +28,7 @@ use words::Language;
 const SCOPE: &str = "Simulated performance only; no statement about competence with patients.";
 
 /// Issues a certificate where the whole course is mastered.
-pub(super) async fn issue(
+pub(super) async fn issue_certificate(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     Path((id, course)): Path<(String, String)>,
@@ -38,7 +38,7 @@ pub(super) async fn issue(
     let trainee = reports::trainee(state.db.reader(), &person, id).await?.ok_or(Error::NotFound)?;
     let taught = curricula::taught(state.db.reader(), person.school_id).await?;
     let curriculum = taught.into_iter().find(|c| c.curriculum_id == course).ok_or(Error::NotFound)?;
-    let earned = earned(&state, &person, &trainee, &curriculum).await?;
+    let earned = earned_by_trainee(&state, &person, &trainee, &curriculum).await?;
     let certificate = sign_statement(&certificates::signing_key(&state.config.data_dir)?, &earned.statement)?;
     let theirs =
         people::language(state.db.reader(), PersonKey { school_id: person.school_id, person_id: trainee.id }).await?;
@@ -77,7 +77,7 @@ impl Earned {
     }
 }
 
-async fn earned(
+async fn earned_by_trainee(
     state: &AppState,
     person: &CurrentPerson,
     trainee: &Named,
@@ -86,7 +86,7 @@ async fn earned(
     let (reader, school) = (state.db.reader(), person.school_id);
     let course = curricula::course(reader, school, curriculum).await?;
     let attempts = practice::of_trainee(reader, school, trainee.id).await?;
-    let (needed, proved) = standing::proved(state, school, trainee.id, &attempts).await?;
+    let (needed, proved) = standing::proved_attempts(state, school, trainee.id, &attempts).await?;
     let now = state.clock.now();
     let progress = Progress::of(&course, &proved, now.to_utc());
     if !progress.complete() {
@@ -96,7 +96,7 @@ async fn earned(
         );
         return Err(Error::Conflict(why));
     }
-    let mastered = mastered(&course, &progress);
+    let mastered = mastered_steps(&course, &progress);
     let statement = Statement {
         format: Statement::FORMAT,
         school: schools::name(reader, school).await?,
@@ -106,14 +106,14 @@ async fn earned(
         curriculum_sha256: curriculum.sha256.clone(),
         rule: words::within(Language::ENGLISH, || rule_in_words(&course.rule)),
         attempts: Some(words::within(Language::ENGLISH, || needed_in_words(needed)).to_owned()),
-        exercises: mastered.iter().map(|(title, on)| (title.clone(), format::machine_time(on))).collect(),
+        exercises: mastered.iter().map(|(title, on)| (title.clone(), format::format_machine_time(on))).collect(),
         issued_at: now.to_string(),
         scope: SCOPE.to_owned(),
     };
     Ok(Earned { statement, rule: course.rule, needed, mastered, issued_at: now.to_utc() })
 }
 
-fn mastered(course: &Course, progress: &Progress) -> Vec<(String, OffsetDateTime)> {
+fn mastered_steps(course: &Course, progress: &Progress) -> Vec<(String, OffsetDateTime)> {
     let mastered = course.steps.iter().zip(&progress.steps).filter_map(|(step, done)| match done.state {
         StepState::Mastered { on } => Some((step.title.clone(), on)),
         _ => None,

@@ -10,7 +10,7 @@ use time::format_description::well_known::Iso8601;
 use time::{Date, Duration};
 use uuid::Uuid;
 
-use super::metrics::scored_row;
+use super::metrics::make_scored_row;
 use super::trainee_cells;
 use crate::AppState;
 use crate::error::PageError;
@@ -23,7 +23,7 @@ use crate::routes::pages::{PathId, cohorts};
 use acts::error::Error;
 use model::progress::{Attempt, Progress};
 use model::{CurrentPerson, Role};
-use pages::progress::{CohortProgressPage, CourseHeat, Hardness, HeatRow, ScoredRow, Worry, heat_cell};
+use pages::progress::{CohortProgressPage, CourseHeat, Hardness, HeatRow, ScoredRow, Worry, make_heat_cell};
 use pages::{NavPlace, Shell};
 use store::practice;
 use store::reports::{self, Named};
@@ -41,7 +41,7 @@ struct CohortProgress {
 }
 
 /// A cohort that the visitor may see, with everything its trainees have practised.
-async fn find(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<CohortProgress, Error> {
+async fn find_cohort_progress(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<CohortProgress, Error> {
     let (reader, school) = (state.db.reader(), person.school_id);
     let cohort = reports::cohort(reader, person, id).await?.ok_or(Error::NotFound)?;
     let mut practised = practice::of_cohort(reader, school, id).await?;
@@ -51,7 +51,7 @@ async fn find(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Coho
         (trainee, attempts)
     };
     let trainees = members.into_iter().map(with_attempts).collect();
-    Ok(CohortProgress { cohort, courses: standing::courses(state, school).await?, trainees })
+    Ok(CohortProgress { cohort, courses: standing::taught_courses(state, school).await?, trainees })
 }
 
 /// A trainee's progress in one course.
@@ -74,23 +74,23 @@ fn curve_href(trainee: &Named, exercise: &str) -> String {
     format!("/trainees/{}/exercises/{exercise}", trainee.id)
 }
 
-pub(super) async fn show(
+pub(super) async fn show_cohort_progress(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId,
     csrf: Csrf,
     Query(query): Query<DayQuery>,
 ) -> Result<CohortProgressPage, PageError> {
-    let found = find(&state, &person, id).await?;
+    let found = find_cohort_progress(&state, &person, id).await?;
     let day = Date::parse(&query.day, &Iso8601::DATE).ok();
     let begun = found.begun(&state);
     let today = state.clock.now().to_utc().date();
     Ok(CohortProgressPage {
         shell: Shell::new(&person, csrf.token(), NavPlace::Cohorts),
-        cohort: (found.cohort.name.clone(), cohorts::href(&found.cohort)),
-        courses: begun.iter().map(|(taught, judged)| heat(&found.cohort, taught, judged)).collect(),
-        worries: begun.iter().flat_map(|(taught, judged)| worries(taught, judged)).collect(),
-        days: days(&found, today),
+        cohort: (found.cohort.name.clone(), cohorts::cohort_href(&found.cohort)),
+        courses: begun.iter().map(|(taught, judged)| heat_of_course(&found.cohort, taught, judged)).collect(),
+        worries: begun.iter().flat_map(|(taught, judged)| list_worries(taught, judged)).collect(),
+        days: count_by_day(&found, today),
         day: day.map(|date| (date, attempts_on(&found, date))),
     })
 }
@@ -108,22 +108,24 @@ fn attempts_on(found: &CohortProgress, date: Date) -> Vec<ScoredRow> {
     let title = |id: &str| steps().find(|step| step.exercise == id).map_or_else(|| id.to_owned(), |s| s.title.clone());
     let all = found.trainees.iter().flat_map(|(trainee, attempts)| attempts.iter().map(move |a| (trainee, a)));
     let then = all.filter(|(_, attempt)| attempt.at.date() == date);
-    let mut rows: Vec<ScoredRow> = then.map(|(who, a)| scored_row(who, a, &title(&a.exercise))).collect();
+    let mut rows: Vec<ScoredRow> = then.map(|(who, a)| make_scored_row(who, a, &title(&a.exercise))).collect();
     rows.sort_by_key(|row| row.at);
     rows
 }
 
-fn heat(cohort: &Named, taught: &TaughtCourse, judged: &[JudgedTrainee<'_>]) -> CourseHeat {
+fn heat_of_course(cohort: &Named, taught: &TaughtCourse, judged: &[JudgedTrainee<'_>]) -> CourseHeat {
     let row = |(trainee, progress): &JudgedTrainee<'_>| {
         let cells = taught.course.steps.iter().zip(&progress.steps).zip(&taught.pass_marks);
         HeatRow {
             name: trainee.name.clone(),
             href: format!("/trainees/{}", trainee.id),
-            cells: cells.map(|((of, step), mark)| heat_cell(curve_href(trainee, &of.exercise), step, *mark)).collect(),
+            cells: cells
+                .map(|((of, step), mark)| make_heat_cell(curve_href(trainee, &of.exercise), step, *mark))
+                .collect(),
         }
     };
     let mut exercises: Vec<Hardness> =
-        (0..taught.course.steps.len()).map(|index| hardness(cohort, taught, judged, index)).collect();
+        (0..taught.course.steps.len()).map(|index| hardness_of_step(cohort, taught, judged, index)).collect();
     let share = |e: &Hardness| e.passed.filter(|p| p.n >= LEAST_ATTEMPTS).map(|p| p.value);
     let least = exercises.iter().filter_map(share).fold(1.0, f64::min);
     let hardest = exercises.iter().position(|e| share(e).is_some_and(|s| s <= least && s < 1.0));
@@ -133,13 +135,13 @@ fn heat(cohort: &Named, taught: &TaughtCourse, judged: &[JudgedTrainee<'_>]) -> 
     CourseHeat { title: taught.title.clone(), exercises, rows: judged.iter().map(row).collect() }
 }
 
-fn hardness(cohort: &Named, taught: &TaughtCourse, judged: &[JudgedTrainee<'_>], index: usize) -> Hardness {
+fn hardness_of_step(cohort: &Named, taught: &TaughtCourse, judged: &[JudgedTrainee<'_>], index: usize) -> Hardness {
     let of = &taught.course.steps[index];
     let steps = || judged.iter().map(|(_, progress)| &progress.steps[index]);
     let (passes, attempts) = steps().fold((0, 0), |(p, a), step| (p + step.passes(), a + step.attempts.len()));
     Hardness {
         title: of.title.clone(),
-        href: format!("{}/exercises/{}", cohorts::href(cohort), of.exercise),
+        href: format!("{}/exercises/{}", cohorts::cohort_href(cohort), of.exercise),
         tried: steps().filter(|step| !step.attempts.is_empty()).count(),
         mastered: steps().filter(|step| step.mastered()).count(),
         passed: wilson(passes, attempts).ok(),
@@ -148,7 +150,7 @@ fn hardness(cohort: &Named, taught: &TaughtCourse, judged: &[JudgedTrainee<'_>],
 }
 
 /// What calls for a look, each with the page it is made of.
-fn worries(taught: &TaughtCourse, judged: &[JudgedTrainee<'_>]) -> Vec<Worry> {
+fn list_worries(taught: &TaughtCourse, judged: &[JudgedTrainee<'_>]) -> Vec<Worry> {
     let mut worries = Vec::new();
     for (trainee, progress) in judged {
         for concern in &progress.concerns {
@@ -157,7 +159,7 @@ fn worries(taught: &TaughtCourse, judged: &[JudgedTrainee<'_>]) -> Vec<Worry> {
             worries.push(Worry {
                 name: trainee.name.clone(),
                 href: step.map_or_else(|| format!("/trainees/{}", trainee.id), |s| curve_href(trainee, &s.exercise)),
-                concern: pages::concern::concern(concern),
+                concern: pages::concern::say_concern(concern),
             });
         }
     }
@@ -165,7 +167,7 @@ fn worries(taught: &TaughtCourse, judged: &[JudgedTrainee<'_>]) -> Vec<Worry> {
 }
 
 /// Attempts passed and failed on each of the last days.
-fn days(found: &CohortProgress, today: Date) -> Vec<(Date, usize, usize)> {
+fn count_by_day(found: &CohortProgress, today: Date) -> Vec<(Date, usize, usize)> {
     let mut counts: BTreeMap<Date, (usize, usize)> = BTreeMap::new();
     for attempt in found.trainees.iter().flat_map(|(_, attempts)| attempts) {
         let count = counts.entry(attempt.at.date()).or_default();
@@ -179,19 +181,21 @@ fn days(found: &CohortProgress, today: Date) -> Vec<(Date, usize, usize)> {
     (0..DAYS).rev().map(day).collect()
 }
 
-pub(super) async fn export(
+pub(super) async fn export_cohort_progress(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId,
 ) -> Result<Response, PageError> {
-    let found = find(&state, &person, id).await?;
+    let found = find_cohort_progress(&state, &person, id).await?;
     let pseudonyms = reports::pseudonyms(state.db.reader(), person.school_id, id).await?;
     let mut rows = Vec::new();
     for (taught, judged) in found.begun(&state) {
         for (trainee, progress) in &judged {
             let identity = trainee_cells(trainee.id, &pseudonyms);
             let steps = 0..progress.steps.len();
-            rows.extend(steps.map(|index| [cells(taught, trainee, progress, index), identity.clone()].concat()));
+            rows.extend(
+                steps.map(|index| [progress_cells(taught, trainee, progress, index), identity.clone()].concat()),
+            );
         }
     }
     let names = [
@@ -210,15 +214,15 @@ pub(super) async fn export(
     Ok(export::download(&format!("progress-{}", found.cohort.name), &names, &rows)?)
 }
 
-fn cells(taught: &TaughtCourse, trainee: &Named, progress: &Progress, index: usize) -> Vec<CsvCell> {
+fn progress_cells(taught: &TaughtCourse, trainee: &Named, progress: &Progress, index: usize) -> Vec<CsvCell> {
     let (of, step) = (&taught.course.steps[index], &progress.steps[index]);
-    let cell = heat_cell(String::new(), step, taught.pass_marks.get(index).copied().unwrap_or(0.0));
-    let last_at = step.attempts.last().map(|a| pages::format::machine_time(a.at));
+    let cell = make_heat_cell(String::new(), step, taught.pass_marks.get(index).copied().unwrap_or(0.0));
+    let last_at = step.attempts.last().map(|a| pages::format::format_machine_time(a.at));
     vec![
         CsvCell::from(trainee.name.clone()),
         CsvCell::from(taught.title.clone()),
         CsvCell::from(of.title.clone()),
-        CsvCell::from(super::trainee::status(&step.state).word()),
+        CsvCell::from(super::trainee::status_of_step(&step.state).word()),
         CsvCell::Number(cell.attempts as f64),
         CsvCell::Number(cell.passes as f64),
         CsvCell::from(cell.best),

@@ -33,11 +33,16 @@ struct CohortMetrics {
     metrics: Vec<MetricOfMany>,
 }
 
-async fn find(state: &AppState, person: &CurrentPerson, id: &str, exercise: &str) -> Result<CohortMetrics, Error> {
+async fn find_cohort_metrics(
+    state: &AppState,
+    person: &CurrentPerson,
+    id: &str,
+    exercise: &str,
+) -> Result<CohortMetrics, Error> {
     let id: Uuid = id.parse().map_err(|_| Error::NotFound)?;
     let (reader, school) = (state.db.reader(), person.school_id);
     let cohort = reports::cohort(reader, person, id).await?.ok_or(Error::NotFound)?;
-    let courses = standing::courses(state, school).await?;
+    let courses = standing::taught_courses(state, school).await?;
     let mut steps = courses.iter().flat_map(|taught| &taught.course.steps);
     let title = steps.find(|step| step.exercise == exercise).map(|step| step.title.clone()).ok_or(Error::NotFound)?;
     let mut practised = practice::of_cohort_at(reader, school, id, exercise).await?;
@@ -49,20 +54,24 @@ async fn find(state: &AppState, person: &CurrentPerson, id: &str, exercise: &str
     Ok(CohortMetrics { cohort, title, latest, metrics })
 }
 
-pub(super) async fn show(
+pub(super) async fn show_cohort_metrics(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     Path((id, exercise)): Path<(String, String)>,
     csrf: Csrf,
 ) -> Result<MetricsPage, PageError> {
-    let CohortMetrics { cohort, title, latest, metrics } = find(&state, &person, &id, &exercise).await?;
+    let CohortMetrics { cohort, title, latest, metrics } = find_cohort_metrics(&state, &person, &id, &exercise).await?;
     let scores: Vec<f64> = latest.iter().map(|(_, attempt)| attempt.score).collect();
     Ok(MetricsPage {
         shell: Shell::new(&person, csrf.token(), NavPlace::Cohorts),
-        cohort: (cohort.name.clone(), cohorts::href(&cohort)),
+        cohort: (cohort.name.clone(), cohorts::cohort_href(&cohort)),
         scores: summary(&scores).ok(),
-        metrics: metrics.iter().filter(|metric| is_newest(metric, &metrics)).filter_map(distribution).collect(),
-        scored: latest.iter().map(|(trainee, attempt)| scored_row(trainee, attempt, &title)).collect(),
+        metrics: metrics
+            .iter()
+            .filter(|metric| is_newest(metric, &metrics))
+            .filter_map(distribution_of_metric)
+            .collect(),
+        scored: latest.iter().map(|(trainee, attempt)| make_scored_row(trainee, attempt, &title)).collect(),
         exercise: (title, exercise_href(&exercise)),
     })
 }
@@ -73,13 +82,13 @@ fn is_newest(metric: &MetricOfMany, all: &[MetricOfMany]) -> bool {
 }
 
 /// A metric that applies to somebody.
-fn distribution(metric: &MetricOfMany) -> Option<MetricSpreadRow> {
+fn distribution_of_metric(metric: &MetricOfMany) -> Option<MetricSpreadRow> {
     let values: Vec<f64> = metric.found.iter().filter_map(FoundMetric::value).collect();
     let five = summary(&values).ok()?;
     Some(MetricSpreadRow { label: metric::label_of(&metric.id, &metric.label), unit: metric.unit.clone(), five })
 }
 
-pub(super) fn scored_row(trainee: &Named, attempt: &Attempt, exercise: &str) -> ScoredRow {
+pub(super) fn make_scored_row(trainee: &Named, attempt: &Attempt, exercise: &str) -> ScoredRow {
     ScoredRow {
         name: trainee.name.clone(),
         exercise: exercise.to_owned(),
@@ -106,28 +115,28 @@ const NAMES: [&str; 12] = [
 ];
 
 /// A row for each trainee and metric, written as they are taken: of ten thousand trainees they come to a hundred megabytes.
-pub(super) async fn export(
+pub(super) async fn export_cohort_metrics(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     Path((id, exercise)): Path<(String, String)>,
 ) -> Result<Response, PageError> {
-    let CohortMetrics { cohort, latest, metrics, .. } = find(&state, &person, &id, &exercise).await?;
+    let CohortMetrics { cohort, latest, metrics, .. } = find_cohort_metrics(&state, &person, &id, &exercise).await?;
     let pseudonyms = reports::pseudonyms(state.db.reader(), person.school_id, cohort.id).await?;
     let rows = latest.into_iter().enumerate().map(move |(place, (trainee, attempt))| {
         let own = |metric: &MetricOfMany| {
             let found = metric.found.iter().find(|found| found.0 == place)?;
-            Some([cells(&trainee, &attempt, metric, found), trainee_cells(trainee.id, &pseudonyms)].concat())
+            Some([metric_cells(&trainee, &attempt, metric, found), trainee_cells(trainee.id, &pseudonyms)].concat())
         };
         Ok(metrics.iter().filter_map(own).collect())
     });
     Ok(export::stream(&format!("metrics-{exercise}"), &NAMES, stream::iter(rows))?)
 }
 
-fn cells(trainee: &Named, attempt: &Attempt, metric: &MetricOfMany, found: &FoundMetric) -> Vec<CsvCell> {
+fn metric_cells(trainee: &Named, attempt: &Attempt, metric: &MetricOfMany, found: &FoundMetric) -> Vec<CsvCell> {
     vec![
         CsvCell::from(trainee.name.clone()),
         CsvCell::from(attempt.session.to_string()),
-        CsvCell::from(format::machine_time(attempt.at)),
+        CsvCell::from(format::format_machine_time(attempt.at)),
         CsvCell::Number(attempt.score),
         CsvCell::from(attempt.passed),
         CsvCell::from(metric.id.clone()),

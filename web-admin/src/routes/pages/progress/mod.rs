@@ -16,18 +16,18 @@ use crate::export::CsvCell;
 use crate::routes::Routes;
 
 /// Their addresses.
-pub(super) fn router() -> Routes {
+pub(super) fn progress_routes() -> Routes {
     Routes::new()
-        .route("/trainees/{id}/exercises/{exercise}", get(trainee::show))
-        .route("/trainees/{id}/exercises/{exercise}/attempts.csv", get(trainee::export))
-        .route("/trainees/{id}/certificates/{curriculum}", post(certificate::issue))
-        .route("/cohorts/{id}/progress", get(cohort::show))
-        .route("/cohorts/{id}/progress.csv", get(cohort::export))
-        .route("/cohorts/{id}/exercises/{exercise}", get(metrics::show))
-        .route("/cohorts/{id}/exercises/{exercise}/metrics.csv", get(metrics::export))
-        .route("/progress", get(school::show))
-        .route("/progress.csv", get(school::export))
-        .route("/progress/attempts.csv", get(attempts::export))
+        .route("/trainees/{id}/exercises/{exercise}", get(trainee::show_trainee_step))
+        .route("/trainees/{id}/exercises/{exercise}/attempts.csv", get(trainee::export_trainee_step))
+        .route("/trainees/{id}/certificates/{curriculum}", post(certificate::issue_certificate))
+        .route("/cohorts/{id}/progress", get(cohort::show_cohort_progress))
+        .route("/cohorts/{id}/progress.csv", get(cohort::export_cohort_progress))
+        .route("/cohorts/{id}/exercises/{exercise}", get(metrics::show_cohort_metrics))
+        .route("/cohorts/{id}/exercises/{exercise}/metrics.csv", get(metrics::export_cohort_metrics))
+        .route("/progress", get(school::show_school_progress))
+        .route("/progress.csv", get(school::export_school_progress))
+        .route("/progress/attempts.csv", get(attempts::export_attempts))
 }
 
 /// The columns `trainee_id` and `pseudonym`: two people may have one name.

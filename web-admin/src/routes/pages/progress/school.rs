@@ -10,7 +10,7 @@ use crate::error::PageError;
 use crate::export;
 use crate::export::CsvCell;
 use crate::routes::auth::{Administrator, Csrf};
-use crate::routes::pages::in_query;
+use crate::routes::pages::encode_in_query;
 use pages::progress::{MonthRow, SchoolProgressPage, YearRow};
 use pages::{NavPlace, Shell, charts};
 use store::tallies::{self, Sums, YearOfCohort};
@@ -18,11 +18,11 @@ use store::tallies::{self, Sums, YearOfCohort};
 /// Cohorts on one page.
 const PER_PAGE: u32 = 50;
 
-fn passed(sums: &Sums) -> Option<Estimate> {
+fn passed_share(sums: &Sums) -> Option<Estimate> {
     wilson(usize::try_from(sums.passes).ok()?, usize::try_from(sums.attempts).ok()?).ok()
 }
 
-fn mean(sums: &Sums) -> Option<f64> {
+fn mean_score(sums: &Sums) -> Option<f64> {
     let attempts = u32::try_from(sums.attempts).ok().filter(|attempts| *attempts > 0)?;
     Some(sums.points / f64::from(attempts))
 }
@@ -43,13 +43,13 @@ impl YearQuery {
 }
 
 /// The years of some months, each 12 × year + month − 1 and the earliest first: the latest year first.
-fn years(months: &[(i64, Sums)]) -> Vec<i64> {
+fn years_with_attempts(months: &[(i64, Sums)]) -> Vec<i64> {
     let mut years: Vec<i64> = months.iter().rev().map(|(month, _)| month.div_euclid(12)).collect();
     years.dedup();
     years
 }
 
-pub(super) async fn show(
+pub(super) async fn show_school_progress(
     State(state): State<AppState>,
     Administrator(person): Administrator,
     csrf: Csrf,
@@ -57,7 +57,7 @@ pub(super) async fn show(
 ) -> Result<SchoolProgressPage, PageError> {
     let (reader, school) = (state.db.reader(), person.school_id);
     let months = tallies::by_month(reader, school).await?;
-    let years = years(&months);
+    let years = years_with_attempts(&months);
     let year = query.chosen(&years);
     let mut cohorts = tallies::in_year(reader, school, year, &query.after, PER_PAGE + 1).await?;
     let more = cohorts.len() > PER_PAGE as usize;
@@ -68,47 +68,47 @@ pub(super) async fn show(
         year,
         years,
         later: !query.after.is_empty(),
-        next: next.map(|last| format!("/progress?year={year}&after={}", in_query(&last.cohort))),
-        cohorts: cohorts.into_iter().map(year_row).collect(),
-        months: months.into_iter().rev().map(|(month, sums)| month_row(month, sums)).collect(),
+        next: next.map(|last| format!("/progress?year={year}&after={}", encode_in_query(&last.cohort))),
+        cohorts: cohorts.into_iter().map(make_year_row).collect(),
+        months: months.into_iter().rev().map(|(month, sums)| make_month_row(month, sums)).collect(),
     })
 }
 
-fn year_row(year: YearOfCohort) -> YearRow {
+fn make_year_row(year: YearOfCohort) -> YearRow {
     YearRow {
         href: format!("/cohorts/{}/progress", year.cohort_id),
         cohort: year.cohort,
         attempts: year.sums.attempts,
-        passed: passed(&year.sums),
-        mean: mean(&year.sums),
+        passed: passed_share(&year.sums),
+        mean: mean_score(&year.sums),
     }
 }
 
-fn month_row(month: i64, sums: Sums) -> MonthRow {
-    let passed = passed(&sums);
+fn make_month_row(month: i64, sums: Sums) -> MonthRow {
+    let passed = passed_share(&sums);
     MonthRow {
         month: format!("{:04}-{:02}", month.div_euclid(12), month.rem_euclid(12) + 1),
         attempts: sums.attempts,
         passed,
-        mean: mean(&sums),
-        bar: charts::share_bar(passed.map_or(0.0, |p| p.value)),
+        mean: mean_score(&sums),
+        bar: charts::draw_share_bar(passed.map_or(0.0, |p| p.value)),
     }
 }
 
-pub(super) async fn export(
+pub(super) async fn export_school_progress(
     State(state): State<AppState>,
     Administrator(person): Administrator,
     Query(query): Query<YearQuery>,
 ) -> Result<Response, PageError> {
     let (reader, school) = (state.db.reader(), person.school_id);
-    let year = query.chosen(&years(&tallies::by_month(reader, school).await?));
+    let year = query.chosen(&years_with_attempts(&tallies::by_month(reader, school).await?));
     let cohorts = tallies::in_year(reader, school, year, "", u32::MAX).await?;
-    let rows: Vec<Vec<CsvCell>> = cohorts.into_iter().map(year_row).map(|row| cells(year, row)).collect();
+    let rows: Vec<Vec<CsvCell>> = cohorts.into_iter().map(make_year_row).map(|row| year_cells(year, row)).collect();
     let names = ["year", "cohort", "attempts", "share_passed", "share_low_95", "share_high_95", "mean_score"];
     Ok(export::download(&format!("progress-{year}"), &names, &rows)?)
 }
 
-fn cells(year: i64, row: YearRow) -> Vec<CsvCell> {
+fn year_cells(year: i64, row: YearRow) -> Vec<CsvCell> {
     vec![
         CsvCell::Number(year as f64),
         CsvCell::from(row.cohort),

@@ -37,11 +37,16 @@ struct TraineeStep {
     step: StepProgress,
 }
 
-async fn find(state: &AppState, person: &CurrentPerson, id: &str, exercise: &str) -> Result<TraineeStep, Error> {
+async fn find_trainee_step(
+    state: &AppState,
+    person: &CurrentPerson,
+    id: &str,
+    exercise: &str,
+) -> Result<TraineeStep, Error> {
     let id: Uuid = id.parse().map_err(|_| Error::NotFound)?;
     let (reader, school) = (state.db.reader(), person.school_id);
     let trainee = reports::trainee(reader, person, id).await?.ok_or(Error::NotFound)?;
-    let courses = standing::courses(state, school).await?;
+    let courses = standing::taught_courses(state, school).await?;
     let place = |taught: &TaughtCourse| taught.course.steps.iter().position(|step| step.exercise == exercise);
     let found = courses.into_iter().find_map(|taught| place(&taught).map(|index| (taught, index)));
     let (taught, index) = found.ok_or(Error::NotFound)?;
@@ -53,23 +58,23 @@ async fn find(state: &AppState, person: &CurrentPerson, id: &str, exercise: &str
 }
 
 /// The learning curve that an exercise is drawn by, and whether it decides.
-fn curve_rule(taught: &TaughtCourse) -> Option<(CurveRule, bool)> {
+fn rule_of_curve(taught: &TaughtCourse) -> Option<(CurveRule, bool)> {
     match taught.course.rule {
         Mastery::Curve(rule) => Some((rule, true)),
         Mastery::Passes { .. } => CurveRule::example().map(|rule| (rule, false)),
     }
 }
 
-pub(super) async fn show(
+pub(super) async fn show_trainee_step(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     Path((id, exercise)): Path<(String, String)>,
     csrf: Csrf,
 ) -> Result<LearningPage, PageError> {
-    let found = find(&state, &person, &id, &exercise).await?;
+    let found = find_trainee_step(&state, &person, &id, &exercise).await?;
     let (school, trainee) = (person.school_id, found.trainee.id);
     let latest = reports::attempts_at(state.db.reader(), school, trainee, &exercise, RECENT).await?;
-    let comparison = comparison(&state, school, &found).await?;
+    let compare_with_others = compare_with_others(&state, school, &found).await?;
     let TraineeStep { trainee, taught, index, step } = found;
     let step_of = &taught.course.steps[index];
     Ok(LearningPage {
@@ -78,24 +83,24 @@ pub(super) async fn show(
         trainee: (trainee.name, format!("/trainees/{}", trainee.id)),
         exercise: (step_of.title.clone(), exercise_href(&step_of.exercise)),
         course: (taught.title.clone(), rule_in_words(&taught.course.rule)),
-        status: status(&step.state),
-        scores: charts::scores(
+        status: status_of_step(&step.state),
+        scores: charts::draw_scores(
             &score_points(&step.attempts),
             taught.pass_marks.get(index).copied().unwrap_or(0.0),
             "own",
             &step_of.title,
         ),
-        curve: curve_rule(&taught).and_then(|(rule, decides)| CurveFacts::new(&step, rule, decides, &step_of.title)),
+        curve: rule_of_curve(&taught).and_then(|(rule, decides)| CurveFacts::new(&step, rule, decides, &step_of.title)),
         mixed: step.mixes_revisions(),
         passed: wilson(step.passes(), step.attempts.len()).ok(),
-        habits: trainees::habits(&latest),
+        habits: trainees::habits_of_attempts(&latest),
         comparison,
         rows: CurveRow::all(&step),
     })
 }
 
 /// How a step stands, whatever has to come before it.
-pub(super) fn status(state: &StepState) -> StatusWord {
+pub(super) fn status_of_step(state: &StepState) -> StatusWord {
     match state {
         StepState::Mastered { .. } => StatusWord::Mastered,
         StepState::Regressing { .. } => StatusWord::Regressing,
@@ -105,7 +110,7 @@ pub(super) fn status(state: &StepState) -> StatusWord {
 }
 
 /// The best scores of the others in the trainee's first cohort.
-async fn comparison(state: &AppState, school: Uuid, found: &TraineeStep) -> Result<Option<Comparison>, Error> {
+async fn compare_with_others(state: &AppState, school: Uuid, found: &TraineeStep) -> Result<Option<Comparison>, Error> {
     let reader = state.db.reader();
     let Some(own) = found.step.best() else { return Ok(None) };
     let joined = cohorts::of_person(reader, school, found.trainee.id, Role::Trainee).await?;
@@ -120,18 +125,19 @@ async fn comparison(state: &AppState, school: Uuid, found: &TraineeStep) -> Resu
     Ok(others.map(|others| Comparison { cohort: cohort.name, own, others }))
 }
 
-pub(super) async fn export(
+pub(super) async fn export_trainee_step(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     Path((id, exercise)): Path<(String, String)>,
 ) -> Result<Response, PageError> {
-    let found = find(&state, &person, &id, &exercise).await?;
-    let rows: Vec<Vec<CsvCell>> = CurveRow::all(&found.step).into_iter().rev().map(|row| cells(&found, &row)).collect();
+    let found = find_trainee_step(&state, &person, &id, &exercise).await?;
+    let rows: Vec<Vec<CsvCell>> =
+        CurveRow::all(&found.step).into_iter().rev().map(|row| step_cells(&found, &row)).collect();
     let names = ["number", "session", "started_at", "exercise", "score", "passed", "curve", "curve_sum", "standing"];
     Ok(export::download(&format!("attempts-{exercise}"), &names, &rows)?)
 }
 
-fn cells(found: &TraineeStep, row: &CurveRow) -> Vec<CsvCell> {
+fn step_cells(found: &TraineeStep, row: &CurveRow) -> Vec<CsvCell> {
     let at = row.number - 1;
     let attempt = &found.step.attempts[at];
     let point = found.step.curve.as_ref().and_then(|curve| curve.points.get(at));
@@ -143,7 +149,7 @@ fn cells(found: &TraineeStep, row: &CurveRow) -> Vec<CsvCell> {
     vec![
         CsvCell::Number(row.number as f64),
         CsvCell::from(attempt.session.to_string()),
-        CsvCell::from(pages::format::machine_time(row.at)),
+        CsvCell::from(pages::format::format_machine_time(row.at)),
         CsvCell::from(&*attempt.exercise),
         CsvCell::Number(row.score),
         CsvCell::from(row.passed),

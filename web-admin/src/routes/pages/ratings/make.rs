@@ -30,14 +30,14 @@ pub(super) struct NewRoundQuery {
     assignment: String,
 }
 
-pub(super) async fn show(
+pub(super) async fn show_new_round(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     csrf: Csrf,
     Query(from): Query<NewRoundQuery>,
 ) -> Result<NewRoundPage, PageError> {
     let form = NewRoundForm(vec![("assignment".to_owned(), from.assignment)]);
-    let mut page = page(&state, Visit::new(&person, &csrf), &form, None).await?;
+    let mut page = make_new_round_page(&state, Visit::new(&person, &csrf), &form, None).await?;
     // What was assigned is rated whole, unless somebody takes an attempt away.
     for attempt in &mut page.attempts {
         attempt.chosen = !page.assignment.is_empty();
@@ -65,7 +65,11 @@ impl NewRoundForm {
 }
 
 /// The attempts that are offered: those at an assignment that the visitor manages, or those of their review queue.
-async fn offered(state: &AppState, person: &CurrentPerson, form: &NewRoundForm) -> Result<Vec<Candidate>, Error> {
+async fn offered_attempts(
+    state: &AppState,
+    person: &CurrentPerson,
+    form: &NewRoundForm,
+) -> Result<Vec<Candidate>, Error> {
     let reader = state.db.reader();
     if form.field("assignment").is_empty() {
         let waiting = reviews::queue(reader, person).await?;
@@ -85,7 +89,7 @@ async fn offered(state: &AppState, person: &CurrentPerson, form: &NewRoundForm) 
     Ok(stored::of_assignment(reader, person.school_id, id).await?)
 }
 
-async fn page(
+async fn make_new_round_page(
     state: &AppState,
     Visit { person, csrf }: Visit<'_>,
     form: &NewRoundForm,
@@ -110,7 +114,7 @@ async fn page(
         title: form.field("title").to_owned(),
         instruments: scored_instruments(state, person.school_id, form).await?,
         raters: raters.into_iter().map(rater).collect(),
-        attempts: offered(state, person, form).await?.into_iter().map(attempt).collect(),
+        attempts: offered_attempts(state, person, form).await?.into_iter().map(attempt).collect(),
         assignment: form.field("assignment").to_owned(),
         refused,
     })
@@ -133,19 +137,19 @@ async fn scored_instruments(state: &AppState, school: Uuid, form: &NewRoundForm)
     Ok(choices)
 }
 
-pub(super) async fn make(
+pub(super) async fn make_round(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<NewRoundForm>,
 ) -> Result<Response, PageError> {
-    match wanted(&state, &person, &form).await {
+    match read_new_round(&state, &person, &form).await {
         Ok(new) => {
             let id = ratings::make(&state, &person, &new).await?;
-            Ok(Redirect::to(&super::href(id)).into_response())
+            Ok(Redirect::to(&super::round_href(id)).into_response())
         }
         Err(Error::Unprocessable(why)) => {
-            let page = page(&state, Visit::new(&person, &csrf), &form, Some(why)).await?;
+            let page = make_new_round_page(&state, Visit::new(&person, &csrf), &form, Some(why)).await?;
             Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
         }
         Err(other) => Err(other.into()),
@@ -153,19 +157,19 @@ pub(super) async fn make(
 }
 
 /// What the form asks for. An attempt or a rater that the visitor may not see is none.
-async fn wanted(state: &AppState, person: &CurrentPerson, form: &NewRoundForm) -> Result<NewRound, Error> {
+async fn read_new_round(state: &AppState, person: &CurrentPerson, form: &NewRoundForm) -> Result<NewRound, Error> {
     let refused = |why: String| Err(Error::Unprocessable(why));
     let title = line::title(form.field("title")).map_err(Error::Unprocessable)?.to_owned();
     let asked = form.field("instrument");
     let Some(instrument) = instruments::current(state.db.reader(), person.school_id, asked).await? else {
         return refused(tr!("instrument: “{id}”; there is none of that id", id = asked));
     };
-    let raters = raters(state, person, form).await?;
-    let sessions = attempts(state, person, form, &raters).await?;
+    let raters = read_raters(state, person, form).await?;
+    let sessions = read_attempts(state, person, form, &raters).await?;
     Ok(NewRound { revision_id: instrument.id, title, generated: false, sessions, raters })
 }
 
-async fn raters(state: &AppState, person: &CurrentPerson, form: &NewRoundForm) -> Result<Vec<Uuid>, Error> {
+async fn read_raters(state: &AppState, person: &CurrentPerson, form: &NewRoundForm) -> Result<Vec<Uuid>, Error> {
     let known = stored::raters(state.db.reader(), person.school_id).await?;
     let chosen = form.chosen("rater");
     if !(2..=MOST_RATERS).contains(&chosen.len()) {
@@ -181,7 +185,7 @@ async fn raters(state: &AppState, person: &CurrentPerson, form: &NewRoundForm) -
     chosen.into_iter().map(|id| find(id).ok_or_else(|| unknown(id))).collect()
 }
 
-async fn attempts(
+async fn read_attempts(
     state: &AppState,
     person: &CurrentPerson,
     form: &NewRoundForm,

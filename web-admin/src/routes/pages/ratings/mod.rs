@@ -26,20 +26,24 @@ use store::ratings::{self as stored, Cell, Rating, Round};
 mod make;
 mod rate;
 
-pub(super) fn router() -> Routes {
+pub(super) fn rating_routes() -> Routes {
     Routes::new()
-        .route("/ratings", get(list).post(make::make))
-        .route("/ratings/new", get(make::show))
-        .route("/ratings/{id}", get(show))
-        .route("/ratings/{id}/ratings.csv", get(csv))
-        .route("/ratings/{id}/withdraw", post(withdraw))
-        .route("/rate/{id}", get(rate::show).post(rate::act))
+        .route("/ratings", get(list_ratings).post(make::make_round))
+        .route("/ratings/new", get(make::show_new_round))
+        .route("/ratings/{id}", get(show_round))
+        .route("/ratings/{id}/ratings.csv", get(export_round))
+        .route("/ratings/{id}/withdraw", post(withdraw_round))
+        .route("/rate/{id}", get(rate::show_rating).post(rate::act_on_rating))
 }
 
-async fn list(State(state): State<AppState>, Teacher(person): Teacher, csrf: Csrf) -> Result<RatingsPage, PageError> {
+async fn list_ratings(
+    State(state): State<AppState>,
+    Teacher(person): Teacher,
+    csrf: Csrf,
+) -> Result<RatingsPage, PageError> {
     let rounds = stored::all(state.db.reader(), &person).await?;
     let row = |round: Round| RoundRow {
-        href: href(round.id),
+        href: round_href(round.id),
         made_at: round.made_at.to_utc(),
         finished: (round.finished, round.ratings),
         own: (round.own - round.own_open, round.own),
@@ -52,17 +56,17 @@ async fn list(State(state): State<AppState>, Teacher(person): Teacher, csrf: Csr
     Ok(RatingsPage { shell, rounds: rounds.into_iter().map(row).collect() })
 }
 
-fn href(round: Uuid) -> String {
+fn round_href(round: Uuid) -> String {
     format!("/ratings/{round}")
 }
 
 /// A round that the visitor asked for or takes part in.
-async fn find(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Round, Error> {
+async fn find_round(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Round, Error> {
     stored::find(state.db.reader(), person, id).await?.ok_or(Error::NotFound)
 }
 
 /// Whoever takes part without being in charge is a rater only.
-fn owns(person: &CurrentPerson, round: &Round) -> bool {
+fn owns_round(person: &CurrentPerson, round: &Round) -> bool {
     person.role == Role::Administrator || round.made_by == person.id
 }
 
@@ -75,20 +79,20 @@ fn own_ratings(ratings: &[Rating], current: Option<Uuid>) -> Vec<OwnRating> {
     ratings.iter().map(own).collect()
 }
 
-async fn show(
+async fn show_round(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     PathId(id): PathId,
     csrf: Csrf,
 ) -> Result<RoundPage, PageError> {
-    let round = find(&state, &person, id).await?;
-    let owner = owns(&person, &round);
+    let round = find_round(&state, &person, id).await?;
+    let owner = owns_round(&person, &round);
     let cells = stored::cells(state.db.reader(), &person, &round).await?;
     let table = RatingsTable::of(&cells);
     // Nobody who has yet to rate learns what the others gave; how far they are is for whoever asked.
     let found = if round.own_open == 0 {
-        let instrument = instrument(&state, &round).await?;
-        let scores = tables(&instrument, &table.attempts, &table.raters, &table.given);
+        let instrument_of_round = instrument_of_round(&state, &round).await?;
+        let scores = tables(&instrument_of_round, &table.attempts, &table.raters, &table.given);
         Some((table.rows(&cells, owner), scores.into_iter().map(ScoreView::new).collect()))
     } else {
         None
@@ -96,7 +100,7 @@ async fn show(
     let own = stored::own(state.db.reader(), &person, id).await?;
     Ok(RoundPage {
         shell: Shell::new(&person, csrf.token(), NavPlace::Review),
-        href: href(id),
+        href: round_href(id),
         instrument: round.instrument,
         title: round.title,
         by: round.by,
@@ -109,7 +113,7 @@ async fn show(
     })
 }
 
-async fn instrument(state: &AppState, round: &Round) -> Result<Instrument, Error> {
+async fn instrument_of_round(state: &AppState, round: &Round) -> Result<Instrument, Error> {
     surveys::revision(state, round.school_id, round.revision_id).await?.ok_or(Error::NotFound)
 }
 
@@ -156,7 +160,7 @@ impl<'a> RatingsTable<'a> {
             Some(RatedAttemptRow {
                 trainee: cell.trainee.as_ref().map(link),
                 exercise: cell.exercise.clone(),
-                started_at: known(owner, cell).then(|| cell.started_at.to_utc()),
+                started_at: known_ratings(owner, cell).then(|| cell.started_at.to_utc()),
             })
         };
         self.attempts.iter().filter_map(row).collect()
@@ -164,22 +168,22 @@ impl<'a> RatingsTable<'a> {
 }
 
 /// Whether the visitor may be told which attempt a rating is of: who asked, and who sees the trainee anyway.
-fn known(owner: bool, cell: &Cell) -> bool {
+fn known_ratings(owner: bool, cell: &Cell) -> bool {
     owner || cell.trainee.is_some()
 }
 
 /// A row for each rating, with every answer and score.
-async fn csv(
+async fn export_round(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     PathId(id): PathId,
 ) -> Result<Response, PageError> {
-    let round = find(&state, &person, id).await?;
+    let round = find_round(&state, &person, id).await?;
     if round.own_open > 0 {
         let why = tr!("your own ratings come first: what the others gave is shown when you have finished yours");
         return Err(Error::Conflict(why.to_owned()).into());
     }
-    let instrument = instrument(&state, &round).await?;
+    let instrument = instrument_of_round(&state, &round).await?;
     let cells = stored::cells(state.db.reader(), &person, &round).await?;
     let items = instrument.items.iter().map(|item| item.id.as_str());
     let scores = instrument.scores.iter().map(|key| key.id.as_str());
@@ -189,16 +193,16 @@ async fn csv(
         .chain(scores)
         .chain(["trainee_id", "pseudonym", "rater_id", "may_know"])
         .collect();
-    let (table, owner) = (RatingsTable::of(&cells), owns(&person, &round));
+    let (table, owner) = (RatingsTable::of(&cells), owns_round(&person, &round));
     let place = |cell: &Cell| table.attempts.iter().position(|attempt| *attempt == cell.session_id).unwrap_or(0) + 1;
-    let shown = |cell: &Cell| known(owner, cell).then_some(cell.started_at).ok_or_else(|| place(cell));
-    let rows: Vec<Vec<Column>> = cells.iter().map(|cell| line(&instrument, cell, shown(cell))).collect();
-    Ok(export::download(&round.title, &names, &rows).map_err(Error::from)?)
+    let shown = |cell: &Cell| known_ratings(owner, cell).then_some(cell.started_at).ok_or_else(|| place(cell));
+    let rows: Vec<Vec<Column>> = cells.iter().map(|cell| line_of_rating(&instrument, cell, shown(cell))).collect();
+    Ok(export::download_csv(&round.title, &names, &rows).map_err(Error::from)?)
 }
 
 /// A rating as it is written; of an attempt that stays unknown its place in the round alone.
-fn line(instrument: &Instrument, cell: &Cell, shown: Result<Moment, usize>) -> Vec<Column> {
-    let time = |at: Moment| format::machine_time(at.to_utc());
+fn line_of_rating(instrument: &Instrument, cell: &Cell, shown: Result<Moment, usize>) -> Vec<Column> {
+    let time = |at: Moment| format::format_machine_time(at.to_utc());
     let mut line = vec![
         Column::from(shown.map_or_else(|place| place.to_string(), |_| cell.session_id.to_string())),
         cell.trainee.as_ref().map_or(Column::Empty, |name| Column::from(name.as_str())),
@@ -224,14 +228,14 @@ fn line(instrument: &Instrument, cell: &Cell, shown: Result<Moment, usize>) -> V
     line
 }
 
-async fn withdraw(
+async fn withdraw_round(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     PathId(id): PathId,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
-    let round = find(&state, &person, id).await?;
-    if !owns(&person, &round) {
+    let round = find_round(&state, &person, id).await?;
+    if !owns_round(&person, &round) {
         return Err(Error::Forbidden(tr!("a round is taken back by whoever asked for it")).into());
     }
     ratings::withdraw(&state, &person, &round).await?;

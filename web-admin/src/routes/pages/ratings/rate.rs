@@ -7,7 +7,7 @@ use axum::response::{IntoResponse, Redirect, Response};
 use documents::instrument::Item;
 use serde::Deserialize;
 
-use super::{href, own_ratings};
+use super::{own_ratings, round_href};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visit};
@@ -22,17 +22,17 @@ use pages::survey::form::{FormQuestion, GivenField, Refusals};
 use pages::{NavPlace, Shell};
 use store::{ratings as stored, scores};
 
-pub(super) async fn show(
+pub(super) async fn show_rating(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     PathId(id): PathId,
     csrf: Csrf,
 ) -> Result<RatePage, PageError> {
     let rated = ratings::open(&state, &person, id).await?;
-    Ok(page(&state, Visit::new(&person, &csrf), &rated, &Refusals::default()).await?)
+    Ok(make_rate_page(&state, Visit::new(&person, &csrf), &rated, &Refusals::default()).await?)
 }
 
-async fn page(
+async fn make_rate_page(
     state: &AppState,
     Visit { person, csrf }: Visit<'_>,
     rated: &Rated,
@@ -45,16 +45,16 @@ async fn page(
     Ok(RatePage {
         shell: Shell::new(person, csrf.token(), NavPlace::Review),
         rating: rated.rating.id,
-        round: (rated.round.title.clone(), href(rated.round.id)),
-        exercise: attempts::title(state, &session).await?,
+        round: (rated.round.title.clone(), round_href(rated.round.id)),
+        exercise: attempts::title_of_exercise(state, &session).await?,
         drawing: curve.as_ref().map(Drawing::new),
-        questions: if finished { Vec::new() } else { questions(rated, refusals) },
+        questions: if finished { Vec::new() } else { questions_of_rating(rated, refusals) },
         own: own_ratings(&own, Some(rated.rating.id)),
         finished,
     })
 }
 
-fn questions(rated: &Rated, refusals: &Refusals) -> Vec<FormQuestion> {
+fn questions_of_rating(rated: &Rated, refusals: &Refusals) -> Vec<FormQuestion> {
     let question = |(at, item): (usize, &Item)| {
         let given = GivenField { answer: rated.rating.answers.0[at].as_ref(), refused: refusals.at(at) };
         FormQuestion::new(&rated.instrument, item, rated.instrument.language_for(words::current().code()), &given)
@@ -73,7 +73,7 @@ impl RateForm {
     }
 }
 
-pub(super) async fn act(
+pub(super) async fn act_on_rating(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     PathId(id): PathId,
@@ -84,7 +84,7 @@ pub(super) async fn act(
     let refused = rated.read(&form.0);
     if !refused.is_empty() {
         let refusals = Refusals::new(&rated.instrument, &form.0, &refused);
-        let page = page(&state, Visit::new(&person, &csrf), &rated, &refusals).await?;
+        let page = make_rate_page(&state, Visit::new(&person, &csrf), &rated, &refusals).await?;
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
     }
     match form.field("do") {
@@ -94,19 +94,19 @@ pub(super) async fn act(
         }
         "keep" => {
             rated.save(&state).await?;
-            Ok(Redirect::to(&href(rated.round.id)).into_response())
+            Ok(Redirect::to(&round_href(rated.round.id)).into_response())
         }
         "finish" => {
             rated.finish(&state, &person).await?;
-            Ok(Redirect::to(&next(&state, &person, &rated).await?).into_response())
+            Ok(Redirect::to(&next_rating_href(&state, &person, &rated).await?).into_response())
         }
         other => Err(Error::BadRequest(format!("do: \"{other}\"; allowed: save, keep, finish")).into()),
     }
 }
 
 /// The next rating that is not finished, or what the round has found.
-async fn next(state: &AppState, person: &CurrentPerson, rated: &Rated) -> Result<String, Error> {
+async fn next_rating_href(state: &AppState, person: &CurrentPerson, rated: &Rated) -> Result<String, Error> {
     let own = stored::own(state.db.reader(), person, rated.round.id).await?;
     let open = own.iter().find(|rating| rating.finished_at.is_none());
-    Ok(open.map_or_else(|| href(rated.round.id), |rating| format!("/rate/{}", rating.id)))
+    Ok(open.map_or_else(|| round_href(rated.round.id), |rating| format!("/rate/{}", rating.id)))
 }

@@ -28,14 +28,14 @@ pub(super) struct NewTaskQuery {
     session: Option<String>,
 }
 
-pub(super) async fn show(
+pub(super) async fn show_new_task(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     csrf: Csrf,
     Query(from): Query<NewTaskQuery>,
 ) -> Result<NewTaskPage, PageError> {
     let form = NewTaskForm(from.session.map(|id| ("attempt".to_owned(), id)).into_iter().collect());
-    Ok(page(&state, Visit::new(&person, &csrf), &form, None).await?)
+    Ok(make_new_task_page(&state, Visit::new(&person, &csrf), &form, None).await?)
 }
 
 /// The form as it was sent; attempts come several times.
@@ -59,7 +59,7 @@ impl NewTaskForm {
     }
 }
 
-async fn page(
+async fn make_new_task_page(
     state: &AppState,
     Visit { person, csrf }: Visit<'_>,
     form: &NewTaskForm,
@@ -77,13 +77,17 @@ async fn page(
         due: form.field("due").to_owned(),
         time_zone: schools::time_zone(reader, person.school_id).await?,
         cohorts: cohorts.into_iter().map(cohort).collect(),
-        attempts: offered(state, person, form).await?,
+        attempts: offered_attempts(state, person, form).await?,
         refused,
     })
 }
 
 /// The attempt that was asked for, then the latest that the visitor may see and that were scored.
-async fn offered(state: &AppState, person: &CurrentPerson, form: &NewTaskForm) -> Result<Vec<SelectOption>, Error> {
+async fn offered_attempts(
+    state: &AppState,
+    person: &CurrentPerson,
+    form: &NewTaskForm,
+) -> Result<Vec<SelectOption>, Error> {
     let chosen = form.attempts();
     let choice = |listed: ListedAttempt| {
         let value = listed.id.to_string();
@@ -106,19 +110,19 @@ async fn offered(state: &AppState, person: &CurrentPerson, form: &NewTaskForm) -
     Ok(choices)
 }
 
-pub(super) async fn make(
+pub(super) async fn make_task(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<NewTaskForm>,
 ) -> Result<Response, PageError> {
-    match wanted(&state, &person, &form).await {
+    match read_new_task(&state, &person, &form).await {
         Ok(new) => {
             let id = segments::make(&state, &person, &new).await?;
             Ok(Redirect::to(&format!("/segments/{id}")).into_response())
         }
         Err(Error::Unprocessable(why)) => {
-            let page = page(&state, Visit::new(&person, &csrf), &form, Some(why)).await?;
+            let page = make_new_task_page(&state, Visit::new(&person, &csrf), &form, Some(why)).await?;
             Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
         }
         Err(other) => Err(other.into()),
@@ -126,18 +130,18 @@ pub(super) async fn make(
 }
 
 /// What the form asks for. A cohort or an attempt that the visitor may not see is none: 404.
-async fn wanted(state: &AppState, person: &CurrentPerson, form: &NewTaskForm) -> Result<NewTask, Error> {
+async fn read_new_task(state: &AppState, person: &CurrentPerson, form: &NewTaskForm) -> Result<NewTask, Error> {
     let reader = state.db.reader();
     let title = line::title(form.field("title")).map_err(Error::Unprocessable)?.to_owned();
     let time_zone = schools::time_zone(reader, person.school_id).await?;
-    let due = due_date(form.field("due"), &time_zone, state.clock.now())?;
+    let due = read_due_date(form.field("due"), &time_zone, state.clock.now())?;
     let cohort: Uuid = form.field("cohort").parse().map_err(|_| Error::NotFound)?;
     reports::cohort(reader, person, cohort).await?.ok_or(Error::NotFound)?;
-    let sessions = attempts(state, person, form).await?;
+    let sessions = read_attempts(state, person, form).await?;
     Ok(NewTask { title, cohort_id: cohort, due, time_zone, sessions })
 }
 
-fn due_date(said: &str, time_zone: &str, now: Moment) -> Result<Option<(String, Moment)>, Error> {
+fn read_due_date(said: &str, time_zone: &str, now: Moment) -> Result<Option<(String, Moment)>, Error> {
     if said.is_empty() {
         return Ok(None);
     }
@@ -148,7 +152,7 @@ fn due_date(said: &str, time_zone: &str, now: Moment) -> Result<Option<(String, 
     Ok(Some((due.local, due.at)))
 }
 
-async fn attempts(state: &AppState, person: &CurrentPerson, form: &NewTaskForm) -> Result<Vec<Uuid>, Error> {
+async fn read_attempts(state: &AppState, person: &CurrentPerson, form: &NewTaskForm) -> Result<Vec<Uuid>, Error> {
     let chosen = form.attempts();
     if !(1..=MOST_TRACES).contains(&chosen.len()) {
         return Err(Error::Unprocessable(tr!(

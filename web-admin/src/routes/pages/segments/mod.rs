@@ -28,18 +28,22 @@ use store::segments::{self as stored, Task, Trace};
 mod make;
 mod trace;
 
-pub(super) fn router() -> Routes {
+pub(super) fn segment_routes() -> Routes {
     Routes::new()
-        .route("/segments", get(list).post(make::make))
-        .route("/segments/new", get(make::show))
-        .route("/segments/{id}", get(show))
-        .route("/segments/{id}/results.csv", get(csv))
-        .route("/segments/{id}/extend", post(extend))
-        .route("/segments/{id}/withdraw", post(withdraw))
-        .route("/segments/traces/{id}", get(trace::show).post(trace::mark))
+        .route("/segments", get(list_tasks).post(make::make_task))
+        .route("/segments/new", get(make::show_new_task))
+        .route("/segments/{id}", get(show_task))
+        .route("/segments/{id}/results.csv", get(export_task))
+        .route("/segments/{id}/extend", post(extend_task))
+        .route("/segments/{id}/withdraw", post(withdraw_task))
+        .route("/segments/traces/{id}", get(trace::show_trace).post(trace::mark_trace))
 }
 
-async fn list(State(state): State<AppState>, Visitor(person): Visitor, csrf: Csrf) -> Result<SegmentsPage, PageError> {
+async fn list_tasks(
+    State(state): State<AppState>,
+    Visitor(person): Visitor,
+    csrf: Csrf,
+) -> Result<SegmentsPage, PageError> {
     let reader = state.db.reader();
     let teaches = person.role != Role::Trainee;
     let tasks = match teaches {
@@ -47,10 +51,10 @@ async fn list(State(state): State<AppState>, Visitor(person): Visitor, csrf: Csr
         false => stored::of_trainee(reader, person.school_id, person.id).await?,
     };
     let shell = Shell::new(&person, csrf.token(), NavPlace::Assignments);
-    Ok(SegmentsPage { shell, tasks: tasks.iter().map(|task| row(&state, task)).collect(), teaches })
+    Ok(SegmentsPage { shell, tasks: tasks.iter().map(|task| make_task_row(&state, task)).collect(), teaches })
 }
 
-fn row(state: &AppState, task: &Task) -> TaskRow {
+fn make_task_row(state: &AppState, task: &Task) -> TaskRow {
     TaskRow {
         href: format!("/segments/{}", task.id),
         title: task.title.clone(),
@@ -68,7 +72,7 @@ fn trace_href(trace: &Trace) -> String {
 }
 
 /// The traces of a trainee, in order, each with whether it was sent.
-async fn own_traces(state: &AppState, person: &CurrentPerson, task: Uuid) -> Result<Vec<(Trace, bool)>, Error> {
+async fn list_own_traces(state: &AppState, person: &CurrentPerson, task: Uuid) -> Result<Vec<(Trace, bool)>, Error> {
     let reader = state.db.reader();
     let marks = stored::marks(reader, person.school_id, task).await?;
     let sent = |trace: &Trace| {
@@ -85,7 +89,7 @@ async fn own_traces(state: &AppState, person: &CurrentPerson, task: Uuid) -> Res
         .collect())
 }
 
-async fn show(
+async fn show_task(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId,
@@ -95,27 +99,27 @@ async fn show(
     let shell = Shell::new(&person, csrf.token(), NavPlace::Assignments);
     if person.role == Role::Trainee {
         let outcomes = segments::outcomes(&state, person.school_id, &task, &[person.id]).await?;
-        let traces = own_traces(&state, &person, id).await?;
+        let traces = list_own_traces(&state, &person, id).await?;
         let traces = traces.iter().map(|(trace, sent)| (trace_href(trace), *sent)).collect();
         let outcome = outcomes.into_iter().next().unwrap_or_default();
-        return Ok(OwnTaskPage { shell, task: row(&state, &task), traces, outcome }.into_response());
+        return Ok(OwnTaskPage { shell, task: make_task_row(&state, &task), traces, outcome }.into_response());
     }
     let mut traces = Vec::new();
     for trace in stored::traces(state.db.reader(), person.school_id, id).await? {
         let pops = segments::truth(&state, person.school_id, &trace).await?;
         traces.push((trace_href(&trace), format!("/sessions/{}/replay", trace.session_id), pops.len()));
     }
-    let rows = results(&state, &person, &task).await?;
-    Ok(TaskPage { shell, task: row(&state, &task), traces, rows }.into_response())
+    let rows = results_of_task(&state, &person, &task).await?;
+    Ok(TaskPage { shell, task: make_task_row(&state, &task), traces, rows }.into_response())
 }
 
-async fn trainees(state: &AppState, person: &CurrentPerson, task: &Task) -> Result<Vec<Named>, Error> {
+async fn trainees_of_task(state: &AppState, person: &CurrentPerson, task: &Task) -> Result<Vec<Named>, Error> {
     Ok(reports::members(state.db.reader(), person.school_id, task.cohort_id, Role::Trainee).await?)
 }
 
 /// How every trainee of the cohort has done, by name.
-async fn results(state: &AppState, person: &CurrentPerson, task: &Task) -> Result<Vec<ResultRow>, Error> {
-    let trainees = trainees(state, person, task).await?;
+async fn results_of_task(state: &AppState, person: &CurrentPerson, task: &Task) -> Result<Vec<ResultRow>, Error> {
+    let trainees = trainees_of_task(state, person, task).await?;
     let ids: Vec<Uuid> = trainees.iter().map(|trainee| trainee.id).collect();
     let outcomes = segments::outcomes(state, person.school_id, task, &ids).await?;
     let named = trainees.into_iter().zip(outcomes);
@@ -128,7 +132,7 @@ async fn results(state: &AppState, person: &CurrentPerson, task: &Task) -> Resul
     Ok(named.map(row).collect())
 }
 
-async fn csv(
+async fn export_task(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     PathId(id): PathId,
@@ -137,10 +141,10 @@ async fn csv(
     let pseudonyms = reports::pseudonyms(state.db.reader(), person.school_id, task.cohort_id).await?;
     let row = |row: ResultRow| {
         let identity = trainee_cells(row.id, &pseudonyms);
-        [line(row), identity].concat()
+        [line_of_mark(row), identity].concat()
     };
-    let rows: Vec<Vec<CsvCell>> = results(&state, &person, &task).await?.into_iter().map(row).collect();
-    Ok(export::download(&task.title, &COLUMNS, &rows).map_err(Error::from)?)
+    let rows: Vec<Vec<CsvCell>> = results_of_task(&state, &person, &task).await?.into_iter().map(row).collect();
+    Ok(export::download_csv(&task.title, &COLUMNS, &rows).map_err(Error::from)?)
 }
 
 /// Columns of the table of results.
@@ -159,7 +163,7 @@ const COLUMNS: [&str; 12] = [
     "pseudonym",
 ];
 
-fn line(row: ResultRow) -> Vec<CsvCell> {
+fn line_of_mark(row: ResultRow) -> Vec<CsvCell> {
     let ResultRow { name, outcome, .. } = row;
     let count = |n: usize| CsvCell::Number(n as f64);
     let counted = |n: usize| if outcome.sent > 0 { count(n) } else { CsvCell::Empty };
@@ -178,21 +182,21 @@ fn line(row: ResultRow) -> Vec<CsvCell> {
     ]
 }
 
-async fn extend(
+async fn extend_task(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     PathId(id): PathId,
     CsrfForm(form): CsrfForm<ExtensionForm>,
 ) -> Result<Redirect, PageError> {
     let task = segments::task(&state, &person, id).await?;
-    if !trainees(&state, &person, &task).await?.iter().any(|trainee| trainee.id == form.person) {
+    if !trainees_of_task(&state, &person, &task).await?.iter().any(|trainee| trainee.id == form.person) {
         return Err(Error::NotFound.into());
     }
     deadlines::extend(&state, &person, segments::dated(&task), form.person, form.days).await?;
     Ok(Redirect::to(&format!("/segments/{id}")))
 }
 
-async fn withdraw(
+async fn withdraw_task(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     PathId(id): PathId,

@@ -6,7 +6,7 @@ use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::{own_traces, row, trace_href};
+use super::{list_own_traces, make_task_row, trace_href};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, Visit, Visitor};
@@ -32,29 +32,30 @@ struct OpenTrace {
     session: Session,
 }
 
-async fn open(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<OpenTrace, Error> {
+async fn open_trace(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<OpenTrace, Error> {
     let (task, trace) = segments::trace(state, person, id).await?;
     let session = sessions::find(state.db.reader(), person.school_id, trace.session_id).await?;
     Ok(OpenTrace { task, trace, session: session.ok_or(Error::NotFound)? })
 }
 
-pub(super) async fn show(
+pub(super) async fn show_trace(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId,
     csrf: Csrf,
 ) -> Result<TracePage, PageError> {
-    let open = open(&state, &person, id).await?;
+    let open = open_trace(&state, &person, id).await?;
     let marks = stored::marks_of(state.db.reader(), id, person.id).await?;
     let sent = marks.as_ref().is_some_and(|marks| marks.sent_at.is_some());
     let marks = marks.map(|marks| marks.marks.0).unwrap_or_default();
-    let found = found(&state, &person, &open, &marks, sent).await?;
+    let found = truth_of_trace(&state, &person, &open, &marks, sent).await?;
     let typed = marks.iter().map(f64::to_string).collect();
-    Ok(page(&state, Visit::new(&person, &csrf), &open, ShownTrace { marks, typed, refused: None, found }).await?)
+    Ok(make_trace_page(&state, Visit::new(&person, &csrf), &open, ShownTrace { marks, typed, refused: None, found })
+        .await?)
 }
 
 /// The truth: for a trainee once they have sent their marks, for whoever teaches always.
-async fn found(
+async fn truth_of_trace(
     state: &AppState,
     person: &CurrentPerson,
     open: &OpenTrace,
@@ -78,20 +79,20 @@ struct ShownTrace {
     found: Option<TraceTruth>,
 }
 
-async fn page(
+async fn make_trace_page(
     state: &AppState,
     Visit { person, csrf }: Visit<'_>,
     open: &OpenTrace,
     shown: ShownTrace,
 ) -> Result<TracePage, Error> {
     let strips = strips(open.session.duration_s);
-    let spans = spans(state, &open.session, &strips).await?;
+    let spans = spans_of_strips(state, &open.session, &strips).await?;
     let pops = shown.found.as_ref().map_or(&[][..], |found| &found.pops);
-    let own = own_traces(state, person, open.task.id).await?;
+    let own = list_own_traces(state, person, open.task.id).await?;
     let place = own.iter().position(|(trace, _)| trace.id == open.trace.id).map_or(1, |at| at + 1);
     Ok(TracePage {
         shell: Shell::new(person, csrf.token(), NavPlace::Assignments),
-        task: row(state, &open.task),
+        task: make_task_row(state, &open.task),
         trace: open.trace.id,
         place: (place, own.len()),
         duration_s: open.session.duration_s,
@@ -103,7 +104,7 @@ async fn page(
     })
 }
 
-async fn spans(state: &AppState, session: &Session, strips: &[(f64, f64)]) -> Result<Vec<Vec<Span>>, Error> {
+async fn spans_of_strips(state: &AppState, session: &Session, strips: &[(f64, f64)]) -> Result<Vec<Vec<Span>>, Error> {
     let pyramid = replays::pyramid(state, session).await?;
     let stretch = |(from_s, to_s): &(f64, f64)| Stretch { from_s: Some(*from_s), to_s: Some(*to_s) };
     Ok(strips.iter().map(|strip| pyramid.spans(SPANS, stretch(strip))).collect())
@@ -120,14 +121,14 @@ impl MarksForm {
     }
 }
 
-pub(super) async fn mark(
+pub(super) async fn mark_trace(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<MarksForm>,
 ) -> Result<Response, PageError> {
-    let open = open(&state, &person, id).await?;
+    let open = open_trace(&state, &person, id).await?;
     if person.role != Role::Trainee {
         return Err(Error::Forbidden(tr!("pops are marked by trainees")).into());
     }
@@ -153,7 +154,7 @@ pub(super) async fn mark(
                 refused: Some(refused.to_string()),
                 found: None,
             };
-            let page = page(&state, Visit::new(&person, &csrf), &open, shown).await?;
+            let page = make_trace_page(&state, Visit::new(&person, &csrf), &open, shown).await?;
             Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
         }
     }

@@ -11,12 +11,12 @@ use futures::stream;
 use serde_json::json;
 use uuid::Uuid;
 
-use super::results::rows;
-use super::{of_school, owns};
+use super::results::rows_of_responses;
+use super::{find_school_survey, owns_survey};
 use crate::AppState;
 use crate::error::PageError;
 use crate::export;
-use crate::export::{CsvCell, csv};
+use crate::export::{CsvCell, write_csv};
 use acts::error::Error;
 use acts::surveys::instrument_of;
 use model::survey::Survey;
@@ -54,26 +54,28 @@ struct SurveyExport<'a> {
 }
 
 /// A file of a survey. Single answers are for its owner: anybody else could count the groups that are hidden.
-pub(super) async fn serve(
+pub(super) async fn serve_export(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     Path((id, file)): Path<(String, String)>,
 ) -> Result<Response, PageError> {
     let id = id.parse::<Uuid>().map_err(|_| Error::NotFound)?;
-    let survey = of_school(&state, &person, id).await?;
+    let survey = find_school_survey(&state, &person, id).await?;
     let instrument = instrument_of(&state, &survey).await?;
-    let owner = owns(&person, &survey);
+    let owner = owns_survey(&person, &survey);
     let submitted = stored::submitted(state.db.reader(), &survey).await?;
     let name = format!("{}-{}", instrument.id, file.trim_end_matches(".csv"));
     match file.as_str() {
         "answers-wide.csv" | "answers-long.csv" if !owner => {
             return Err(Error::Forbidden(tr!("single answers are for the owner of the survey")).into());
         }
-        "answers-wide.csv" => return Ok(wide(&name, instrument, submitted)?),
-        "answers-long.csv" => return Ok(export::stream(&name, &LONG, stream::iter(long(instrument, submitted)))?),
+        "answers-wide.csv" => return Ok(wide_table(&name, instrument, submitted)?),
+        "answers-long.csv" => {
+            return Ok(export::stream_csv(&name, &LONG, stream::iter(long_table(instrument, submitted)))?);
+        }
         _ => {}
     }
-    let rows = rows(&instrument, &submitted);
+    let rows = rows_of_responses(&instrument, &submitted);
     let study = SurveyExport { survey: &survey, instrument: &instrument, rows: &rows };
     let (media_type, body) = match file.as_str() {
         "codebook.csv" => ("text/csv; charset=utf-8", study.codebook()?),
@@ -84,7 +86,7 @@ pub(super) async fn serve(
     Ok(([(CONTENT_TYPE, media_type), (CONTENT_DISPOSITION, &disposition)], body).into_response())
 }
 
-fn written(answer: Option<&Answer>) -> CsvCell {
+fn write_answer(answer: Option<&Answer>) -> CsvCell {
     match answer {
         None => CsvCell::Empty,
         Some(Answer::Number(number)) => CsvCell::Number(*number),
@@ -93,7 +95,7 @@ fn written(answer: Option<&Answer>) -> CsvCell {
     }
 }
 
-fn facts(given: &Submitted) -> Vec<CsvCell> {
+fn response_facts(given: &Submitted) -> Vec<CsvCell> {
     let known = |text: &Option<String>| text.as_deref().map_or(CsvCell::Empty, CsvCell::from);
     vec![
         given.id.to_string().into(),
@@ -109,17 +111,20 @@ fn facts(given: &Submitted) -> Vec<CsvCell> {
 }
 
 /// A row for each answer, response by response: they are written as they are taken, for there may be millions.
-fn long(instrument: Instrument, submitted: Vec<Submitted>) -> impl Iterator<Item = anyhow::Result<Vec<Vec<CsvCell>>>> {
+fn long_table(
+    instrument: Instrument,
+    submitted: Vec<Submitted>,
+) -> impl Iterator<Item = anyhow::Result<Vec<Vec<CsvCell>>>> {
     submitted.into_iter().map(move |given| {
         let row = |(item, answer): (&Item, &Option<Answer>)| {
-            facts(&given).into_iter().chain([item.id.as_str().into(), written(answer.as_ref())]).collect()
+            response_facts(&given).into_iter().chain([item.id.as_str().into(), write_answer(answer.as_ref())]).collect()
         };
         Ok(instrument.items.iter().zip(&given.answers.0).map(row).collect())
     })
 }
 
 /// A row for each response with its scores, some at a time.
-fn wide(file: &str, instrument: Instrument, submitted: Vec<Submitted>) -> anyhow::Result<Response> {
+fn wide_table(file: &str, instrument: Instrument, submitted: Vec<Submitted>) -> anyhow::Result<Response> {
     let items = instrument.items.iter().map(|item| item.id.clone());
     let scores = instrument.scores.iter().map(|key| format!("score_{}", key.id));
     let names: Vec<String> = FACTS.map(str::to_owned).into_iter().chain(items).chain(scores).collect();
@@ -128,14 +133,14 @@ fn wide(file: &str, instrument: Instrument, submitted: Vec<Submitted>) -> anyhow
     let row = move |(given, row): (&Submitted, Row<'_>)| -> Vec<CsvCell> {
         let answers = (0..count).map(|at| given.answers.0.get(at).and_then(Option::as_ref));
         let scores = row.scores.iter().map(|score| CsvCell::from(*score));
-        facts(given).into_iter().chain(answers.map(written)).chain(scores).collect()
+        response_facts(given).into_iter().chain(answers.map(write_answer)).chain(scores).collect()
     };
     let starts = (0..submitted.len()).step_by(AT_ONCE);
     let some = starts.map(move |from| {
         let part = &submitted[from..submitted.len().min(from + AT_ONCE)];
-        Ok(part.iter().zip(rows(&instrument, part)).map(row).collect())
+        Ok(part.iter().zip(rows_of_responses(&instrument, part)).map(row).collect())
     });
-    export::stream(file, &names, stream::iter(some))
+    export::stream_csv(file, &names, stream::iter(some))
 }
 
 impl SurveyExport<'_> {
@@ -156,7 +161,7 @@ impl SurveyExport<'_> {
         for key in &self.instrument.scores {
             rows.push(row([&format!("score_{}", key.id), "numeric", "scale", key.title.in_language("en"), ""]));
         }
-        csv(&["variable", "type", "measure", "label", "values", "missing"], &rows)
+        write_csv(&["variable", "type", "measure", "label", "values", "missing"], &rows)
     }
 
     fn results(&self, owner: bool) -> anyhow::Result<String> {

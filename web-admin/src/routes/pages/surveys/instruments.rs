@@ -14,7 +14,7 @@ use crate::routes::pages::unix_lines;
 use acts::error::Error;
 use acts::surveys;
 use model::CurrentPerson;
-use pages::draft::problem;
+use pages::draft::say_issue;
 use pages::survey::instrument::{EditPage, InstrumentPage, InstrumentPreview, InstrumentsPage};
 use pages::{NavPlace, Shell};
 use store::instruments::{self, InstrumentRevision};
@@ -46,50 +46,51 @@ items = ["useful"]
 combine = "mean"
 "#;
 
-fn href(id: &str) -> String {
+fn instrument_href(id: &str) -> String {
     format!("/surveys/instruments/{id}")
 }
 
-pub(super) async fn list(
+pub(super) async fn list_instruments(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     csrf: Csrf,
 ) -> Result<InstrumentsPage, PageError> {
     let all = instruments::all_current(state.db.reader(), person.school_id).await?;
-    let row = |i: InstrumentRevision| (i.title, href(&i.instrument_id), i.instrument_id, i.published_at.to_utc());
+    let row =
+        |i: InstrumentRevision| (i.title, instrument_href(&i.instrument_id), i.instrument_id, i.published_at.to_utc());
     Ok(InstrumentsPage {
         shell: Shell::new(&person, csrf.token(), NavPlace::Surveys),
         instruments: all.into_iter().map(row).collect(),
     })
 }
 
-async fn current(state: &AppState, person: &CurrentPerson, id: &str) -> Result<InstrumentRevision, PageError> {
+async fn find_current(state: &AppState, person: &CurrentPerson, id: &str) -> Result<InstrumentRevision, PageError> {
     Ok(instruments::current(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?)
 }
 
-pub(super) async fn show(
+pub(super) async fn show_instrument(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     Path(id): Path<String>,
     csrf: Csrf,
 ) -> Result<InstrumentPage, PageError> {
-    let found = current(&state, &person, &id).await?;
+    let found = find_current(&state, &person, &id).await?;
     let parsed = surveys::revision(&state, person.school_id, found.id).await?.ok_or(Error::NotFound)?;
     Ok(InstrumentPage {
         shell: Shell::new(&person, csrf.token(), NavPlace::Surveys),
-        href: href(&id),
+        href: instrument_href(&id),
         preview: InstrumentPreview::new(&parsed),
         editable: true,
     })
 }
 
 /// The document as it was published, or as JSON.
-pub(super) async fn document(
+pub(super) async fn serve_document(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     Path((id, file)): Path<(String, String)>,
 ) -> Result<Response, PageError> {
-    let found = current(&state, &person, &id).await?;
+    let found = find_current(&state, &person, &id).await?;
     let (media_type, name, body) = match file.as_str() {
         "document.toml" => ("application/toml", format!("{}.toml", found.instrument_id), found.bytes),
         "document.json" => {
@@ -102,26 +103,26 @@ pub(super) async fn document(
     Ok(([(CONTENT_TYPE, media_type), (CONTENT_DISPOSITION, &disposition)], body).into_response())
 }
 
-pub(super) async fn new(Teacher(person): Teacher, csrf: Csrf) -> Result<EditPage, PageError> {
-    Ok(editor(&person, &csrf, None, BLANK.to_owned()))
+pub(super) async fn show_new_instrument(Teacher(person): Teacher, csrf: Csrf) -> Result<EditPage, PageError> {
+    Ok(make_editor_page(&person, &csrf, None, BLANK.to_owned()))
 }
 
-pub(super) async fn edit(
+pub(super) async fn show_editor(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     Path(id): Path<String>,
     csrf: Csrf,
 ) -> Result<EditPage, PageError> {
-    let found = current(&state, &person, &id).await?;
+    let found = find_current(&state, &person, &id).await?;
     let text = String::from_utf8_lossy(&found.bytes).into_owned();
-    Ok(editor(&person, &csrf, Some(&id), text))
+    Ok(make_editor_page(&person, &csrf, Some(&id), text))
 }
 
-fn editor(person: &CurrentPerson, csrf: &Csrf, id: Option<&str>, text: String) -> EditPage {
+fn make_editor_page(person: &CurrentPerson, csrf: &Csrf, id: Option<&str>, text: String) -> EditPage {
     EditPage {
         shell: Shell::new(person, csrf.token(), NavPlace::Surveys),
         heading: if id.is_some() { tr!("Edit an instrument") } else { tr!("New instrument") },
-        action: id.map_or_else(|| "/surveys/instruments/new".to_owned(), |id| format!("{}/edit", href(id))),
+        action: id.map_or_else(|| "/surveys/instruments/new".to_owned(), |id| format!("{}/edit", instrument_href(id))),
         text,
         issues: Vec::new(),
         preview: None,
@@ -135,28 +136,28 @@ pub(super) struct DocumentForm {
     step: String,
 }
 
-pub(super) async fn add(
+pub(super) async fn add_instrument(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<DocumentForm>,
 ) -> Result<Response, PageError> {
-    store(&state, &person, &csrf, None, form).await
+    store_instrument(&state, &person, &csrf, None, form).await
 }
 
-pub(super) async fn change(
+pub(super) async fn change_instrument(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     Path(id): Path<String>,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<DocumentForm>,
 ) -> Result<Response, PageError> {
-    current(&state, &person, &id).await?;
-    store(&state, &person, &csrf, Some(&id), form).await
+    find_current(&state, &person, &id).await?;
+    store_instrument(&state, &person, &csrf, Some(&id), form).await
 }
 
 /// Reads the text, and publishes it where that is wanted and nothing is wrong.
-async fn store(
+async fn store_instrument(
     state: &AppState,
     person: &CurrentPerson,
     csrf: &Csrf,
@@ -164,8 +165,8 @@ async fn store(
     form: DocumentForm,
 ) -> Result<Response, PageError> {
     let text = unix_lines(&form.text);
-    let page = editor(person, csrf, id, text.clone());
-    let (instrument, bytes) = match read(&text, id) {
+    let page = make_editor_page(person, csrf, id, text.clone());
+    let (instrument, bytes) = match read_instrument(&text, id) {
         Ok(read) => read,
         Err(issues) => {
             return Ok((StatusCode::UNPROCESSABLE_ENTITY, EditPage { issues, ..page }).into_response());
@@ -178,13 +179,13 @@ async fn store(
         let issues = vec![tr!("id: “{id}”; there is an instrument of that id: edit it", id = instrument.id)];
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, EditPage { issues, ..page }).into_response());
     }
-    Ok(Redirect::to(&href(&instrument.id)).into_response())
+    Ok(Redirect::to(&instrument_href(&instrument.id)).into_response())
 }
 
 /// An instrument from TOML or JSON, with the TOML; or everything that is wrong. An edited one keeps its id.
-fn read(text: &str, id: Option<&str>) -> Result<(Instrument, Vec<u8>), Vec<String>> {
+fn read_instrument(text: &str, id: Option<&str>) -> Result<(Instrument, Vec<u8>), Vec<String>> {
     let said = |issue: &Issue| {
-        let (place, what) = problem(issue);
+        let (place, what) = say_issue(issue);
         format!("{place}: {what}")
     };
     let all = |refused: DocumentError| refused.issues.iter().map(said).collect::<Vec<_>>();

@@ -17,14 +17,14 @@ use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
 use crate::routes::auth::{Csrf, CsrfForm, PageHead, Visitor};
-use crate::routes::survey::{TermsOf, preferred, terms};
+use crate::routes::survey::{TermsOf, preferred_languages, terms_of_survey};
 use acts::error::Error;
 use acts::surveys::answering;
 use acts::surveys::answering::Asked;
 use acts::surveys::instrument_of;
 use model::survey::Survey;
 use model::{CurrentPerson, Moment, Role};
-use pages::survey::form::{ConsentPage, shown};
+use pages::survey::form::{ConsentPage, respond_in_language};
 use pages::survey::manage::{ManagePage, OwnSurveyRow, SurveyRow, SurveysPage};
 use pages::{NavPlace, Shell};
 use store::sessions;
@@ -32,26 +32,26 @@ use store::surveys;
 use store::surveys::Practised;
 
 /// Below `/surveys`, for whoever is signed in.
-pub(super) fn router() -> Routes {
+pub(super) fn survey_routes() -> Routes {
     Routes::new()
-        .route("/surveys", get(list))
-        .route("/surveys/new", get(make::show).post(make::make))
-        .route("/surveys/instruments", get(instruments::list))
-        .route("/surveys/instruments/new", get(instruments::new).post(instruments::add))
-        .route("/surveys/instruments/{id}", get(instruments::show))
-        .route("/surveys/instruments/{id}/edit", get(instruments::edit).post(instruments::change))
-        .route("/surveys/instruments/{id}/{file}", get(instruments::document))
-        .route("/surveys/{id}", get(show))
-        .route("/surveys/{id}/answer", post(answer))
-        .route("/surveys/{id}/links", post(make::links))
-        .route("/surveys/{id}/close", post(make::close))
-        .route("/surveys/{id}/tags", post(results::tag))
-        .route("/surveys/{id}/results", get(results::show))
-        .route("/surveys/{id}/results/{file}", get(exports::serve))
+        .route("/surveys", get(list_surveys))
+        .route("/surveys/new", get(make::show_new_survey).post(make::make_survey))
+        .route("/surveys/instruments", get(instruments::list_instruments))
+        .route("/surveys/instruments/new", get(instruments::show_new_instrument).post(instruments::add_instrument))
+        .route("/surveys/instruments/{id}", get(instruments::show_instrument))
+        .route("/surveys/instruments/{id}/edit", get(instruments::show_editor).post(instruments::change_instrument))
+        .route("/surveys/instruments/{id}/{file}", get(instruments::serve_document))
+        .route("/surveys/{id}", get(show_survey))
+        .route("/surveys/{id}/answer", post(begin_answer))
+        .route("/surveys/{id}/links", post(make::make_links))
+        .route("/surveys/{id}/close", post(make::close_survey))
+        .route("/surveys/{id}/tags", post(results::tag_comment))
+        .route("/surveys/{id}/results", get(results::show_results))
+        .route("/surveys/{id}/results/{file}", get(exports::serve_export))
 }
 
 /// A survey of the visitor's school, for those who teach.
-async fn of_school(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Survey, PageError> {
+async fn find_school_survey(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Survey, PageError> {
     if person.role == Role::Trainee {
         return Err(Error::NotFound.into());
     }
@@ -60,14 +60,18 @@ async fn of_school(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result
 
 /// Whether a survey is somebody's to make links for, to close and to see whole: their own, or one that a course asks for,
 /// which is the administrators'.
-fn owns(person: &CurrentPerson, survey: &Survey) -> bool {
+fn owns_survey(person: &CurrentPerson, survey: &Survey) -> bool {
     survey.owner_id.map_or(person.role == Role::Administrator, |owner| owner == person.id)
 }
 
-async fn list(State(state): State<AppState>, Visitor(person): Visitor, csrf: Csrf) -> Result<SurveysPage, PageError> {
+async fn list_surveys(
+    State(state): State<AppState>,
+    Visitor(person): Visitor,
+    csrf: Csrf,
+) -> Result<SurveysPage, PageError> {
     let shell = Shell::new(&person, csrf.token(), NavPlace::Surveys);
     if person.role == Role::Trainee {
-        return Ok(SurveysPage { shell, asked: asked(&state, &person).await?, surveys: None });
+        return Ok(SurveysPage { shell, asked: list_asked_surveys(&state, &person).await?, surveys: None });
     }
     let now = state.clock.now();
     let row = |survey: Survey| SurveyRow {
@@ -82,7 +86,7 @@ async fn list(State(state): State<AppState>, Visitor(person): Visitor, csrf: Csr
     Ok(SurveysPage { shell, asked: Vec::new(), surveys: Some(all.into_iter().map(row).collect()) })
 }
 
-async fn asked(state: &AppState, person: &CurrentPerson) -> Result<Vec<OwnSurveyRow>, Error> {
+async fn list_asked_surveys(state: &AppState, person: &CurrentPerson) -> Result<Vec<OwnSurveyRow>, Error> {
     let reader = state.db.reader();
     let mut rows = Vec::new();
     for survey in surveys::of_person(reader, person.school_id, person.id, state.clock.now()).await? {
@@ -105,7 +109,7 @@ struct SurveyQuery {
     before: Option<usize>,
 }
 
-async fn show(
+async fn show_survey(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId,
@@ -113,11 +117,11 @@ async fn show(
     Query(query): Query<SurveyQuery>,
 ) -> Result<Response, PageError> {
     if person.role != Role::Trainee {
-        let survey = of_school(&state, &person, id).await?;
-        let page = make::manage(&state, &person, &head.csrf, survey, None).await?;
+        let survey = find_school_survey(&state, &person, id).await?;
+        let page = make::make_manage_page(&state, &person, &head.csrf, survey, None).await?;
         return Ok(ManagePage { mailed: query.mailed.zip(query.before), ..page }.into_response());
     }
-    let survey = asked_of(&state, &person, id, query.session).await?;
+    let survey = find_asked_survey(&state, &person, id, query.session).await?;
     let begun = surveys::draft_of(state.db.reader(), survey.school_id, id, person.id, query.session).await?;
     if begun.is_none() && surveys::answered(state.db.reader(), &survey, person.id, query.session).await? {
         return Err(Error::Gone(tr!(
@@ -125,14 +129,14 @@ async fn show(
         ))
         .into());
     }
-    let wanted = query.lang.unwrap_or_else(|| preferred(&head.headers));
-    let page = consent(&state, &survey, query.session, &head.csrf, &wanted).await?;
+    let wanted = query.lang.unwrap_or_else(|| preferred_languages(&head.headers));
+    let page = make_consent_page(&state, &survey, query.session, &head.csrf, &wanted).await?;
     let page = ConsentPage { begun: begun.is_some(), ..page };
-    Ok(shown(&page.terms.language.clone(), page))
+    Ok(respond_in_language(&page.terms.language.clone(), page))
 }
 
 /// What somebody is told before they begin.
-async fn consent(
+async fn make_consent_page(
     state: &AppState,
     survey: &Survey,
     session: Option<Uuid>,
@@ -147,7 +151,7 @@ async fn consent(
     let mut hidden = vec![("csrf", csrf.token().to_owned())];
     hidden.extend(session.map(|id| ("session", id)));
     Ok(ConsentPage {
-        terms: terms(&of, wanted),
+        terms: terms_of_survey(&of, wanted),
         action: format!("/surveys/{}/answer", survey.id),
         hidden,
         languages: instrument.languages.iter().map(href).collect(),
@@ -157,7 +161,12 @@ async fn consent(
 }
 
 /// A survey that a trainee is asked: once, or after an attempt of their own.
-async fn asked_of(state: &AppState, person: &CurrentPerson, id: Uuid, session: Option<Uuid>) -> Result<Survey, Error> {
+async fn find_asked_survey(
+    state: &AppState,
+    person: &CurrentPerson,
+    id: Uuid,
+    session: Option<Uuid>,
+) -> Result<Survey, Error> {
     let (reader, now) = (state.db.reader(), state.clock.now());
     let asked = match session {
         None => surveys::of_person(reader, person.school_id, person.id, now).await?,
@@ -179,7 +188,7 @@ struct ConsentAnswerForm {
     consent: String,
 }
 
-async fn answer(
+async fn begin_answer(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId,
@@ -189,11 +198,11 @@ async fn answer(
     if person.role != Role::Trainee {
         return Err(Error::NotFound.into());
     }
-    let survey = asked_of(&state, &person, id, form.session).await?;
+    let survey = find_asked_survey(&state, &person, id, form.session).await?;
     if form.consent != "yes" {
-        let page = consent(&state, &survey, form.session, &csrf, &form.lang).await?;
+        let page = make_consent_page(&state, &survey, form.session, &csrf, &form.lang).await?;
         let page = ConsentPage { refused: true, ..page };
-        let page = shown(&page.terms.language.clone(), page);
+        let page = respond_in_language(&page.terms.language.clone(), page);
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
     }
     let instrument = instrument_of(&state, &survey).await?;
@@ -203,7 +212,7 @@ async fn answer(
 }
 
 /// What is asked after an attempt of the visitor's own and not answered yet: title, address and minutes.
-pub(super) async fn after(
+pub(super) async fn list_surveys_after(
     state: &AppState,
     person: &CurrentPerson,
     session: &sessions::Session,

@@ -14,7 +14,7 @@ use serde::Deserialize;
 use time::OffsetDateTime;
 use uuid::Uuid;
 
-use super::{of_school, owns};
+use super::{find_school_survey, owns_survey};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, Visitor};
@@ -62,36 +62,36 @@ pub(super) struct ResultsQuery {
 }
 
 /// What was sent, ready to be analysed.
-pub(super) fn rows<'a>(instrument: &Instrument, submitted: &'a [Submitted]) -> Vec<Row<'a>> {
+pub(super) fn rows_of_responses<'a>(instrument: &Instrument, submitted: &'a [Submitted]) -> Vec<Row<'a>> {
     let scorers = Scorer::all(instrument);
     let row = |given: &'a Submitted| Row {
         id: given.id,
         role: &given.role,
         attempt: [given.exercise_id.as_deref(), given.device.as_deref(), given.simulator_version.as_deref()],
-        month: month(given.submitted_at.to_utc()),
+        month: month_of_response(given.submitted_at.to_utc()),
         answers: &given.answers.0,
         scores: scorers.iter().map(|scorer| scorer.score(&given.answers.0).ok()).collect(),
     };
     submitted.iter().map(row).collect()
 }
 
-fn month(at: OffsetDateTime) -> String {
+fn month_of_response(at: OffsetDateTime) -> String {
     format!("{}-{:02}", at.year(), u8::from(at.month()))
 }
 
-pub(super) async fn show(
+pub(super) async fn show_results(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId,
     csrf: Csrf,
     Query(choice): Query<ResultsQuery>,
 ) -> Result<ResultsPage, PageError> {
-    let survey = of_school(&state, &person, id).await?;
+    let survey = find_school_survey(&state, &person, id).await?;
     let reader = state.db.reader();
     let instrument = instrument_of(&state, &survey).await?;
     let submitted = stored::submitted(reader, &survey).await?;
-    let owner = owns(&person, &survey);
-    let all = rows(&instrument, &submitted);
+    let owner = owns_survey(&person, &survey);
+    let all = rows_of_responses(&instrument, &submitted);
     let all: Vec<&Row<'_>> = all.iter().collect();
     let visible = Groups::new(&all, |row| Some(row.role.to_owned()), owner).all();
     let tags = stored::tags(reader, &survey).await?;
@@ -99,12 +99,12 @@ pub(super) async fn show(
     let figures = stored::attempts(reader, &survey, metric).await?;
     Ok(ResultsPage {
         shell: Shell::new(&person, csrf.token(), NavPlace::Surveys),
-        asked: asked(&state, &survey).await?,
+        asked: count_asked(&state, &survey).await?,
         results: Results::new(&instrument, &all, owner),
-        split: split(&instrument, &visible, &choice.by, owner),
-        against: against(&instrument, &visible, metric, &figures),
-        comments: comments(&instrument, &submitted, &visible, &tags, owner),
-        tags: if owner { themes(&tags) } else { Vec::new() },
+        split: split_scores(&instrument, &visible, &choice.by, owner),
+        against: scatter_scores(&instrument, &visible, metric, &figures),
+        comments: comment_blocks(&instrument, &submitted, &visible, &tags, owner),
+        tags: if owner { count_themes(&tags) } else { Vec::new() },
         survey: (survey.title.clone(), format!("/surveys/{id}")),
         instrument: survey.instrument.clone(),
         identity: survey.identity,
@@ -113,7 +113,7 @@ pub(super) async fn show(
     })
 }
 
-async fn asked(state: &AppState, survey: &Survey) -> Result<Vec<AskedLine>, Error> {
+async fn count_asked(state: &AppState, survey: &Survey) -> Result<Vec<AskedLine>, Error> {
     let counts = stored::counts(state.db.reader(), survey, state.clock.now()).await?;
     let mut lines = Vec::new();
     if counts.links > 0 {
@@ -139,7 +139,7 @@ async fn asked(state: &AppState, survey: &Survey) -> Result<Vec<AskedLine>, Erro
     Ok(lines)
 }
 
-fn split(instrument: &Instrument, rows: &[&Row<'_>], by: &str, owner: bool) -> SplitScores {
+fn split_scores(instrument: &Instrument, rows: &[&Row<'_>], by: &str, owner: bool) -> SplitScores {
     let chosen = WAYS.iter().find(|(word, _)| *word == by).unwrap_or(&WAYS[0]).0;
     let name = |row: &Row<'_>| match chosen {
         "exercise" => row.attempt[0].map(str::to_owned),
@@ -164,7 +164,12 @@ fn split(instrument: &Instrument, rows: &[&Row<'_>], by: &str, owner: bool) -> S
     }
 }
 
-fn against(instrument: &Instrument, rows: &[&Row<'_>], metric: &str, figures: &[stored::Attempt]) -> ScatteredScores {
+fn scatter_scores(
+    instrument: &Instrument,
+    rows: &[&Row<'_>],
+    metric: &str,
+    figures: &[stored::Attempt],
+) -> ScatteredScores {
     let by_response: BTreeMap<Uuid, f64> = figures.iter().map(|figure| (figure.response_id, figure.value)).collect();
     let score = |(at, key): (usize, &documents::instrument::ScoreKey)| {
         let pair = |row: &&Row<'_>| Some((*by_response.get(&row.id)?, row.scores[at]?));
@@ -180,7 +185,7 @@ fn against(instrument: &Instrument, rows: &[&Row<'_>], metric: &str, figures: &[
     ScatteredScores { metrics: METRICS.iter().map(|(word, title)| (*word, *title, *word == metric)).collect(), scores }
 }
 
-fn comments(
+fn comment_blocks(
     instrument: &Instrument,
     submitted: &[Submitted],
     visible: &[&Row<'_>],
@@ -193,7 +198,7 @@ fn comments(
     let block = |(at, item): (usize, &documents::instrument::Item)| {
         let given = submitted.iter().filter(|given| seen.contains_key(&given.id));
         let comment = |given: &Submitted| match given.answers.0.get(at) {
-            Some(Some(Answer::Text(text))) => Some(said(given, &item.id, text, tags, owner)),
+            Some(Some(Answer::Text(text))) => Some(make_comment(given, &item.id, text, tags, owner)),
             _ => None,
         };
         let found: Vec<SurveyComment> = given.filter_map(comment).take(MOST_COMMENTS).collect();
@@ -206,7 +211,7 @@ fn comments(
     texts.map(block).collect()
 }
 
-fn said(given: &Submitted, item: &str, text: &str, tags: &[Tag], owner: bool) -> SurveyComment {
+fn make_comment(given: &Submitted, item: &str, text: &str, tags: &[Tag], owner: bool) -> SurveyComment {
     let own = tags.iter().filter(|tag| tag.response_id == given.id && tag.item_id == item);
     let who = given.who.as_ref().filter(|_| owner).map_or_else(String::new, |who| format!(" · {who}"));
     SurveyComment {
@@ -217,7 +222,7 @@ fn said(given: &Submitted, item: &str, text: &str, tags: &[Tag], owner: bool) ->
     }
 }
 
-fn themes(tags: &[Tag]) -> Vec<(String, usize)> {
+fn count_themes(tags: &[Tag]) -> Vec<(String, usize)> {
     let mut counted: BTreeMap<&str, usize> = BTreeMap::new();
     for tag in tags {
         *counted.entry(&tag.tag).or_default() += 1;
@@ -235,14 +240,14 @@ pub(super) struct TagForm {
 }
 
 /// Puts a theme on a comment, or takes it away.
-pub(super) async fn tag(
+pub(super) async fn tag_comment(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     PathId(id): PathId,
     CsrfForm(form): CsrfForm<TagForm>,
 ) -> Result<Response, PageError> {
-    let survey = of_school(&state, &person, id).await?;
-    if !owns(&person, &survey) {
+    let survey = find_school_survey(&state, &person, id).await?;
+    if !owns_survey(&person, &survey) {
         return Err(Error::Forbidden(tr!("themes are given by the owner of the survey")).into());
     }
     let tag = form.tag.trim().to_lowercase();
