@@ -1,13 +1,13 @@
 //! What a draft comes to: its judgement as pages draw it.
 
 use acts::judging::{DraftQuestion, publishable};
-use model::draft::Verdict;
+use model::draft::DraftVerdict;
 use pages::draft::{verdict_of_exercise, verdict_of_refused};
 use words::Language;
 
 /// What a draft comes to, in the words of its language. Blocks, and may take long.
 #[must_use]
-pub fn examine_draft(question: &DraftQuestion) -> Verdict {
+pub fn examine_draft(question: &DraftQuestion) -> DraftVerdict {
     let language = Language::named(&question.language).unwrap_or(Language::ENGLISH);
     words::within(language, || match publishable(question) {
         Ok(exercise) => verdict_of_exercise(&exercise),

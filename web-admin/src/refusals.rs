@@ -18,7 +18,7 @@ use uuid::Uuid;
 
 use crate::error::Denied;
 use acts::brakes::quota;
-use acts::stations::Station;
+use acts::stations::CallingStation;
 use model::CurrentPerson;
 
 /// Refusals of one asker that are written down one by one, and the pace afterwards: nobody fills the log.
@@ -58,8 +58,8 @@ impl From<&CurrentPerson> for KnownAsker {
     }
 }
 
-impl From<&Station> for KnownAsker {
-    fn from(station: &Station) -> Self {
+impl From<&CallingStation> for KnownAsker {
+    fn from(station: &CallingStation) -> Self {
         Self { who: Asker::Station(station.id), role: "station" }
     }
 }

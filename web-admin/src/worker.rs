@@ -12,7 +12,8 @@ use acts::motions;
 use acts::regrading;
 use acts::scoring;
 use acts::shares::{Bench, Shares};
-use store::jobs::{self, Due, Job};
+use store::jobs;
+use store::jobs::{Job, JobQuery};
 use store::{schools, tries};
 
 /// Longest sleep between two looks at the queue: the clock may be set.
@@ -105,7 +106,7 @@ impl WorkerDesk {
         let bench = Bench { judges: state.config.judges, several: schools::are_several(reader).await? };
         let most = i64::try_from(self.held.len())? + 1;
         for deaths in 0..tries::MOST_DEATHS {
-            let due = Due { now, deaths };
+            let due = JobQuery { now, deaths };
             for school in self.shares.order(jobs::schools(reader, due).await?, bench) {
                 let found = jobs::due(reader, school, due, most).await?;
                 if let Some(job) = found.into_iter().find(|job| !self.held.contains(&job.session())) {

@@ -12,8 +12,9 @@ use crate::service::Service;
 use model::directory::{AccountState, DirectoryEntry};
 use model::mail::MailKind;
 use model::{CurrentPerson, PersonKey, Role};
-use store::account_links::{self, Link, NewLink, Purpose};
-use store::audit::{Actor, Entry};
+use store::account_links;
+use store::account_links::{AccountLink, NewLink, Purpose};
+use store::audit::{Actor, AuditEntry};
 use store::cohorts::{self, Deed, Membership};
 use store::directory;
 use store::directory::Details;
@@ -53,7 +54,7 @@ pub async fn add(state: &Service, by: &CurrentPerson, new: &NewAccount<'_>) -> R
     }
     let person = NewPerson { school_id, role: new.role, email: new.email, display_name: new.name, password_hash: "" };
     let person = people::add(&mut tx, &person, now).await?;
-    Entry::by(by, "person.added", person.id)
+    AuditEntry::by(by, "person.added", person.id)
         .with(json!({ "role": new.role }))
         .append(&mut tx, state.clock.now())
         .await?;
@@ -61,7 +62,7 @@ pub async fn add(state: &Service, by: &CurrentPerson, new: &NewAccount<'_>) -> R
         cohorts::find(&mut *tx, school_id, cohort_id).await?.ok_or(Error::NotFound)?;
         let membership = Membership { school_id, cohort_id, person_id: person.id, role: new.role };
         cohorts::join(&mut tx, membership, Deed { by: Some(by.id), at: now }).await?;
-        Entry::by(by, "cohort.joined", person.id)
+        AuditEntry::by(by, "cohort.joined", person.id)
             .with(json!({ "cohort": cohort_id }))
             .append(&mut tx, state.clock.now())
             .await?;
@@ -93,7 +94,7 @@ pub async fn change(
         directory::change_role(&mut tx, by.school_id, person.id, role).await?;
         changed["role"] = json!([person.role, role]);
     }
-    Entry::by(by, "person.changed", person.id).with(changed).append(&mut tx, state.clock.now()).await?;
+    AuditEntry::by(by, "person.changed", person.id).with(changed).append(&mut tx, state.clock.now()).await?;
     tx.commit().await?;
     Ok(true)
 }
@@ -106,7 +107,7 @@ pub async fn mail_link(state: &Service, by: &CurrentPerson, person: &DirectoryEn
     let purpose = purpose(person)?;
     let mut tx = state.db.write().await?;
     queue_link(&mut tx, state, PersonKey { school_id: by.school_id, person_id: person.id }, purpose).await?;
-    Entry::by(by, "person.link_mailed", person.id).append(&mut tx, state.clock.now()).await?;
+    AuditEntry::by(by, "person.link_mailed", person.id).append(&mut tx, state.clock.now()).await?;
     tx.commit().await?;
     state.mails.notify_one();
     Ok(())
@@ -125,7 +126,7 @@ pub async fn hand_over_link(
     let mut tx = state.db.write().await?;
     let address =
         make_link_within(&mut tx, state, PersonKey { school_id: by.school_id, person_id: person.id }, purpose).await?;
-    Entry::by(by, "person.link_made", person.id).append(&mut tx, state.clock.now()).await?;
+    AuditEntry::by(by, "person.link_made", person.id).append(&mut tx, state.clock.now()).await?;
     tx.commit().await?;
     Ok((address, lifetime_s(purpose)))
 }
@@ -189,7 +190,7 @@ pub async fn use_initial_password(state: &Service, person: &Person) -> Result<St
     let mut tx = state.db.write().await?;
     let link = NewLink { school_id, person_id, purpose: Purpose::Reset, expires_at: now.plus_s(CHOOSING_S) };
     let path = make_path(&mut tx, link).await?;
-    Entry::new(school_id, Actor::Person(person_id), "person.initial_password_used", person_id)
+    AuditEntry::new(school_id, Actor::Person(person_id), "person.initial_password_used", person_id)
         .append(&mut tx, now)
         .await?;
     tx.commit().await?;
@@ -262,7 +263,7 @@ async fn answer(tx: &mut SqliteConnection, state: &Service, person: &Person) -> 
         return Ok(());
     }
     queue_link(tx, state, PersonKey { school_id: person.school_id, person_id: person.id }, purpose).await?;
-    let asked = Entry::new(person.school_id, Actor::Person(person.id), "person.link_asked_for", person.id);
+    let asked = AuditEntry::new(person.school_id, Actor::Person(person.id), "person.link_asked_for", person.id);
     Ok(asked.append(tx, state.clock.now()).await?)
 }
 
@@ -270,7 +271,7 @@ async fn answer(tx: &mut SqliteConnection, state: &Service, person: &Person) -> 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn link(state: &Service, token: &str) -> Result<Option<Link>, Error> {
+pub async fn link(state: &Service, token: &str) -> Result<Option<AccountLink>, Error> {
     Ok(account_links::valid(state.db.reader(), &secret::token_sha256(token), state.clock.now()).await?)
 }
 
@@ -302,7 +303,7 @@ pub async fn is_own_password(state: &Service, person: &CurrentPerson, typed: &st
         return Ok(true);
     }
     let mut tx = state.db.write().await?;
-    Entry::by(person, "person.password_refused", person.id).append(&mut tx, state.clock.now()).await?;
+    AuditEntry::by(person, "person.password_refused", person.id).append(&mut tx, state.clock.now()).await?;
     tx.commit().await?;
     Ok(false)
 }
@@ -334,7 +335,7 @@ async fn set_password(
     hash: &str,
 ) -> Result<(), Error> {
     people::set_password(tx, person, hash).await?;
-    Ok(Entry::new(school_id, Actor::Person(person), "person.password_set", person)
+    Ok(AuditEntry::new(school_id, Actor::Person(person), "person.password_set", person)
         .append(tx, state.clock.now())
         .await?)
 }
@@ -361,7 +362,7 @@ pub async fn disable_in(
 ) -> Result<(), Error> {
     if people::disable(tx, person, state.clock.now()).await? {
         let revoked = tokens::revoke_all(tx, person, state.clock.now()).await?;
-        Entry::by(by, "person.disabled", person)
+        AuditEntry::by(by, "person.disabled", person)
             .with(json!({ "tokens_revoked": revoked }))
             .append(tx, state.clock.now())
             .await?;
@@ -376,7 +377,7 @@ pub async fn disable_in(
 pub async fn enable(state: &Service, by: &CurrentPerson, person: Uuid) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     if directory::enable(&mut tx, by.school_id, person).await? {
-        Entry::by(by, "person.enabled", person).append(&mut tx, state.clock.now()).await?;
+        AuditEntry::by(by, "person.enabled", person).append(&mut tx, state.clock.now()).await?;
     }
     Ok(tx.commit().await?)
 }
@@ -389,6 +390,6 @@ pub async fn set_language(state: &Service, person: &CurrentPerson, chosen: Optio
     let mut tx = state.db.write().await?;
     people::set_language(&mut tx, PersonKey { school_id: person.school_id, person_id: person.id }, chosen).await?;
     let told = json!({ "language": chosen.map(Language::code) });
-    Entry::by(person, "person.language_set", person.id).with(told).append(&mut tx, state.clock.now()).await?;
+    AuditEntry::by(person, "person.language_set", person.id).with(told).append(&mut tx, state.clock.now()).await?;
     Ok(tx.commit().await?)
 }

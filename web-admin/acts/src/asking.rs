@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use crate::helper::{Ended, Helper, run_helper};
-use crate::judging::{Answer, Question, answer};
+use crate::helper::{Helper, HelperExit, run_helper};
+use crate::judging::{JudgeAnswer, JudgeQuestion, answer};
 use crate::service::Service;
 
 /// Longest that reading what has just arrived may take.
@@ -13,7 +13,7 @@ const LONGEST_READING: Duration = Duration::from_secs(60);
 ///
 /// # Errors
 /// When nobody can be asked.
-pub async fn ask(state: &Service, question: Question) -> anyhow::Result<Answer> {
+pub async fn ask(state: &Service, question: JudgeQuestion) -> anyhow::Result<JudgeAnswer> {
     ask_within(state, question, Duration::MAX).await
 }
 
@@ -21,28 +21,28 @@ pub async fn ask(state: &Service, question: Question) -> anyhow::Result<Answer> 
 ///
 /// # Errors
 /// When nobody can be asked.
-pub async fn ask_within(state: &Service, question: Question, most: Duration) -> anyhow::Result<Answer> {
+pub async fn ask_within(state: &Service, question: JudgeQuestion, most: Duration) -> anyhow::Result<JudgeAnswer> {
     let Some(helper) = &state.config.helper else {
         let examine_draft = state.examine_draft;
         return Ok(state.parse(move || answer(question, examine_draft)).await?);
     };
     let time = match &question {
-        Question::Recording(_) => helper.time,
-        Question::Arrival(_) => helper.time.min(LONGEST_READING),
-        Question::Draft(_) => state.config.preview_time,
+        JudgeQuestion::Recording(_) => helper.time,
+        JudgeQuestion::Arrival(_) => helper.time.min(LONGEST_READING),
+        JudgeQuestion::Draft(_) => state.config.preview_time,
     };
     ask_helper(Helper { time: time.min(most), ..helper.clone() }, &question).await
 }
 
-async fn ask_helper(helper: Helper, question: &Question) -> anyhow::Result<Answer> {
+async fn ask_helper(helper: Helper, question: &JudgeQuestion) -> anyhow::Result<JudgeAnswer> {
     let input = serde_json::to_vec(question)?;
     let (time_s, memory_mb) = (helper.time.as_secs(), helper.memory_mb);
     let ended = run_helper(helper, input).await?;
     Ok(match ended {
-        Ended::Said(said) => serde_json::from_slice(&said)?,
-        Ended::Late => Answer::Died(format!("it took longer than {time_s} s")),
-        Ended::Died(how) => {
-            Answer::Died(format!("whoever worked on it, with {memory_mb} MB of memory at most, has died: {how}"))
+        HelperExit::Said(said) => serde_json::from_slice(&said)?,
+        HelperExit::Late => JudgeAnswer::Died(format!("it took longer than {time_s} s")),
+        HelperExit::Died(how) => {
+            JudgeAnswer::Died(format!("whoever worked on it, with {memory_mb} MB of memory at most, has died: {how}"))
         }
     })
 }

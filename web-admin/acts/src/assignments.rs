@@ -9,11 +9,13 @@ use crate::deadlines::Dated;
 use crate::error::Error;
 use crate::service::Service;
 use model::CurrentPerson;
-use model::assignment::{Assigned, Standing, Taught, Tried, sort};
-use store::assignments::{self, Listed, NewAssignment};
-use store::audit::Entry;
+use model::assignment::{Assigned, AssignmentStanding, AttemptHistory, TaughtCourse, sort};
+use store::assignments;
+use store::assignments::{ManagedAssignment, NewAssignment};
+use store::audit::AuditEntry;
 use store::curricula;
-use store::deadlines::{self, DeadlineKey, Kind};
+use store::deadlines;
+use store::deadlines::{DeadlineKey, DeadlineKind};
 use store::{practice, supervisions};
 
 /// Makes an assignment.
@@ -25,16 +27,16 @@ pub async fn make(state: &Service, by: &CurrentPerson, new: &NewAssignment) -> R
     let id = assignments::add(&mut tx, by, new, state.clock.now()).await?;
     let told =
         json!({ "cohort": new.cohort_id, "person": new.person_id, "due": new.due.as_ref().map(|(local, _)| local) });
-    Entry::by(by, "assignment.made", id).with(told).append(&mut tx, state.clock.now()).await?;
+    AuditEntry::by(by, "assignment.made", id).with(told).append(&mut tx, state.clock.now()).await?;
     tx.commit().await?;
     Ok(id)
 }
 
 /// What is put off when an assignment is.
 #[must_use]
-pub fn dated(assignment: &Listed) -> Dated<'_> {
+pub fn dated(assignment: &ManagedAssignment) -> Dated<'_> {
     Dated {
-        kind: Kind::Assignment,
+        kind: DeadlineKind::Assignment,
         id: assignment.id,
         due_local: assignment.due_local.as_deref(),
         time_zone: &assignment.time_zone,
@@ -48,7 +50,7 @@ pub fn dated(assignment: &Listed) -> Dated<'_> {
 pub async fn withdraw(state: &Service, by: &CurrentPerson, assignment: Uuid) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     assignments::withdraw(&mut tx, by.school_id, assignment, state.clock.now()).await?;
-    Entry::by(by, "assignment.withdrawn", assignment).append(&mut tx, state.clock.now()).await?;
+    AuditEntry::by(by, "assignment.withdrawn", assignment).append(&mut tx, state.clock.now()).await?;
     Ok(tx.commit().await?)
 }
 
@@ -56,12 +58,12 @@ pub async fn withdraw(state: &Service, by: &CurrentPerson, assignment: Uuid) -> 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn taught(state: &Service, school: Uuid) -> Result<Vec<Taught>, Error> {
+pub async fn taught(state: &Service, school: Uuid) -> Result<Vec<TaughtCourse>, Error> {
     let reader = state.db.reader();
     let mut taught = Vec::new();
     for curriculum in curricula::taught(reader, school).await? {
         let course = curricula::course(reader, school, &curriculum).await?;
-        taught.push(Taught { id: curriculum.curriculum_id, course });
+        taught.push(TaughtCourse { id: curriculum.curriculum_id, course });
     }
     Ok(taught)
 }
@@ -70,7 +72,7 @@ pub async fn taught(state: &Service, school: Uuid) -> Result<Vec<Taught>, Error>
 ///
 /// # Errors
 /// When the database fails.
-pub async fn standings(state: &Service, school: Uuid, person: Uuid) -> Result<Vec<Standing>, Error> {
+pub async fn standings(state: &Service, school: Uuid, person: Uuid) -> Result<Vec<AssignmentStanding>, Error> {
     let reader = state.db.reader();
     let assigned: Vec<Assigned> = assignments::of_trainee(reader, school, person).await?;
     if assigned.is_empty() {
@@ -83,9 +85,9 @@ pub async fn standings(state: &Service, school: Uuid, person: Uuid) -> Result<Ve
         false => Vec::new(),
     };
     let supervised = supervised.into_iter().collect();
-    let (now, tried) = (state.clock.now(), Tried { attempts: &attempts, supervised: &supervised });
-    let mut standings: Vec<Standing> =
-        assigned.into_iter().map(|assigned| Standing::of(assigned, &taught, &tried, now)).collect();
+    let (now, tried) = (state.clock.now(), AttemptHistory { attempts: &attempts, supervised: &supervised });
+    let mut standings: Vec<AssignmentStanding> =
+        assigned.into_iter().map(|assigned| AssignmentStanding::of(assigned, &taught, &tried, now)).collect();
     sort(&mut standings);
     Ok(standings)
 }
@@ -94,12 +96,18 @@ pub async fn standings(state: &Service, school: Uuid, person: Uuid) -> Result<Ve
 ///
 /// # Errors
 /// [`Error::NotFound`] when it was taken back.
-pub async fn standings_at(state: &Service, school: Uuid, id: Uuid, people: &[Uuid]) -> Result<Vec<Standing>, Error> {
+pub async fn standings_at(
+    state: &Service,
+    school: Uuid,
+    id: Uuid,
+    people: &[Uuid],
+) -> Result<Vec<AssignmentStanding>, Error> {
     let reader = state.db.reader();
     let assigned = assignments::find(reader, school, id).await?.ok_or(Error::NotFound)?;
     let taught = taught(state, school).await?;
     let practised = practice::of_assignment(reader, school, id).await?;
-    let longer = deadlines::extensions(reader, DeadlineKey { school_id: school, kind: Kind::Assignment, id }).await?;
+    let longer =
+        deadlines::extensions(reader, DeadlineKey { school_id: school, kind: DeadlineKind::Assignment, id }).await?;
     let supervised = match assigned.supervised {
         true => supervisions::of_assignment(reader, school, id).await?.into_iter().collect(),
         false => BTreeSet::new(),
@@ -111,7 +119,7 @@ pub async fn standings_at(state: &Service, school: Uuid, id: Uuid, people: &[Uui
             (own.due_at, own.extended_days) = (Some(longer.due_at), longer.days);
         }
         let attempts = practised.get(person).map_or(&[][..], Vec::as_slice);
-        Standing::of(own, &taught, &Tried { attempts, supervised: &supervised }, now)
+        AssignmentStanding::of(own, &taught, &AttemptHistory { attempts, supervised: &supervised }, now)
     };
     Ok(people.iter().map(of).collect())
 }

@@ -5,8 +5,8 @@ use std::path::Path;
 use ed25519_dalek::SigningKey;
 use model::{CurrentPerson, certificate};
 use serde_json::json;
-use store::audit::Entry;
-use store::curricula::Curriculum;
+use store::audit::AuditEntry;
+use store::curricula::TaughtCurriculum;
 use uuid::Uuid;
 
 use crate::error::Error;
@@ -36,9 +36,14 @@ pub fn public_key(data_dir: &Path) -> anyhow::Result<String> {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn note_issued(state: &Service, by: &CurrentPerson, trainee: Uuid, course: &Curriculum) -> Result<(), Error> {
+pub async fn note_issued(
+    state: &Service,
+    by: &CurrentPerson,
+    trainee: Uuid,
+    course: &TaughtCurriculum,
+) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
-    Entry::by(by, "certificate.issued", trainee)
+    AuditEntry::by(by, "certificate.issued", trainee)
         .with(json!({ "curriculum_id": course.curriculum_id, "sha256": course.sha256 }))
         .append(&mut tx, state.clock.now())
         .await?;

@@ -2,7 +2,7 @@
 
 use model::{CurrentPerson, Role};
 use serde_json::json;
-use store::audit::Entry;
+use store::audit::AuditEntry;
 use store::cohorts::{self, Cohort, Deed, Membership, MembershipKey};
 use store::people;
 use uuid::Uuid;
@@ -30,7 +30,7 @@ pub async fn make_cohort(service: &Service, by: &CurrentPerson, name: &str) -> R
         let own = Membership { school_id, cohort_id: cohort.id, person_id: by.id, role: Role::Instructor };
         cohorts::join(&mut tx, own, deed(service, by)).await?;
     }
-    Entry::by(by, "cohort.made", cohort.id).append(&mut tx, service.clock.now()).await?;
+    AuditEntry::by(by, "cohort.made", cohort.id).append(&mut tx, service.clock.now()).await?;
     tx.commit().await?;
     Ok(cohort)
 }
@@ -59,7 +59,7 @@ pub async fn add_member(service: &Service, by: &CurrentPerson, cohort: Uuid, ema
         ),
     };
     if done {
-        Entry::by(by, action, known.id).with(json!({ "cohort": cohort })).append(&mut tx, deed.at).await?;
+        AuditEntry::by(by, action, known.id).with(json!({ "cohort": cohort })).append(&mut tx, deed.at).await?;
     }
     tx.commit().await?;
     Ok(true)
@@ -95,7 +95,7 @@ pub async fn answer_request(
         cohorts::decline(&mut tx, MembershipKey { school_id, cohort_id, person_id }, deed).await?;
         "cohort.declined"
     };
-    Entry::by(by, action, person_id).with(json!({ "cohort": cohort_id })).append(&mut tx, deed.at).await?;
+    AuditEntry::by(by, action, person_id).with(json!({ "cohort": cohort_id })).append(&mut tx, deed.at).await?;
     Ok(tx.commit().await?)
 }
 
@@ -114,6 +114,9 @@ pub async fn remove_member(service: &Service, by: &CurrentPerson, cohort: Uuid, 
     {
         return Err(Error::NotFound);
     }
-    Entry::by(by, "cohort.left", member).with(json!({ "cohort": cohort })).append(&mut tx, service.clock.now()).await?;
+    AuditEntry::by(by, "cohort.left", member)
+        .with(json!({ "cohort": cohort }))
+        .append(&mut tx, service.clock.now())
+        .await?;
     Ok(tx.commit().await?)
 }

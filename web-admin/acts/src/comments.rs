@@ -3,7 +3,7 @@
 use model::CurrentPerson;
 use model::comment::Comment;
 use serde_json::json;
-use store::audit::Entry;
+use store::audit::AuditEntry;
 use store::comments;
 use store::comments::CommentAnswer;
 use store::sessions::Session;
@@ -24,7 +24,7 @@ pub async fn add_comment(
 ) -> Result<Uuid, Error> {
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
     let made = comments::add(&mut tx, session.key(), by.id, comment, now).await?;
-    Entry::by(by, "comment.added", session.id).with(json!({ "comment": made })).append(&mut tx, now).await?;
+    AuditEntry::by(by, "comment.added", session.id).with(json!({ "comment": made })).append(&mut tx, now).await?;
     tx.commit().await?;
     Ok(made)
 }
@@ -44,7 +44,7 @@ pub async fn answer_comment(
     let made =
         comments::answer(&mut tx, session.key(), by.id, CommentAnswer { comment_id: comment, body }, now).await?;
     let made = made.ok_or(Error::NotFound)?;
-    Entry::by(by, "comment.answered", session.id).with(json!({ "comment": made })).append(&mut tx, now).await?;
+    AuditEntry::by(by, "comment.answered", session.id).with(json!({ "comment": made })).append(&mut tx, now).await?;
     tx.commit().await?;
     Ok(made)
 }
@@ -63,6 +63,9 @@ pub async fn withdraw_comment(
     if !comments::withdraw(&mut tx, session.key(), by.id, comment, now).await? {
         return Err(Error::NotFound);
     }
-    Entry::by(by, "comment.withdrawn", session.id).with(json!({ "comment": comment })).append(&mut tx, now).await?;
+    AuditEntry::by(by, "comment.withdrawn", session.id)
+        .with(json!({ "comment": comment }))
+        .append(&mut tx, now)
+        .await?;
     Ok(tx.commit().await?)
 }

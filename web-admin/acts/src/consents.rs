@@ -2,7 +2,7 @@
 
 use model::{CurrentPerson, PersonKey};
 use serde_json::json;
-use store::audit::Entry;
+use store::audit::AuditEntry;
 use store::experts::{self, NewDeclaration};
 use uuid::Uuid;
 
@@ -24,7 +24,7 @@ pub async fn record_consent(
         return Err(Error::Conflict(tr!("a consent stands already; it is taken back first").to_owned()));
     }
     let told = json!({ "wording": new.wording, "given_at": new.given_at.to_string() });
-    Entry::by(by, "expert.consented", person).with(told).append(&mut tx, now).await?;
+    AuditEntry::by(by, "expert.consented", person).with(told).append(&mut tx, now).await?;
     Ok(tx.commit().await?)
 }
 
@@ -36,7 +36,7 @@ pub async fn give_own_consent(service: &Service, by: &CurrentPerson, wording: &s
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
     let new = NewDeclaration { wording, how: "given by themselves, signed in", given_at: now, recorded_by: by.id };
     if experts::consent(&mut tx, PersonKey { school_id: by.school_id, person_id: by.id }, new, now).await? {
-        Entry::by(by, "expert.consented", by.id).append(&mut tx, now).await?;
+        AuditEntry::by(by, "expert.consented", by.id).append(&mut tx, now).await?;
     }
     Ok(tx.commit().await?)
 }
@@ -48,7 +48,7 @@ pub async fn give_own_consent(service: &Service, by: &CurrentPerson, wording: &s
 pub async fn withdraw_consent(service: &Service, by: &CurrentPerson, person: Uuid) -> Result<(), Error> {
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
     if experts::withdraw(&mut tx, PersonKey { school_id: by.school_id, person_id: person }, by.id, now).await? {
-        Entry::by(by, "expert.consent_withdrawn", person).append(&mut tx, now).await?;
+        AuditEntry::by(by, "expert.consent_withdrawn", person).append(&mut tx, now).await?;
     }
     Ok(tx.commit().await?)
 }

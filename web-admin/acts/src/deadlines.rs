@@ -9,8 +9,9 @@ use crate::error::Error;
 use crate::service::Service;
 use model::mail::MailKind;
 use model::{CurrentPerson, due};
-use store::audit::Entry;
-use store::deadlines::{self, DeadlineKey, Kind};
+use store::audit::AuditEntry;
+use store::deadlines;
+use store::deadlines::{DeadlineKey, DeadlineKind};
 use store::mails;
 use store::mails::NewMail;
 
@@ -25,7 +26,7 @@ const MAX_DAYS: i64 = 366;
 #[derive(Clone, Copy, Debug)]
 pub struct Dated<'a> {
     /// What it is.
-    pub kind: Kind,
+    pub kind: DeadlineKind,
     /// Its id.
     pub id: Uuid,
     /// When it is due for everybody, as it was said.
@@ -55,14 +56,14 @@ pub async fn extend(
     let later = later.map_err(|refused| Error::Unprocessable(refused.to_string()))?;
     let longer = (days > 0).then_some((days, later));
     let action = match dated.kind {
-        Kind::Assignment => "assignment.extended",
-        Kind::Segments => "segments.extended",
+        DeadlineKind::Assignment => "assignment.extended",
+        DeadlineKind::Segments => "segments.extended",
     };
     let mut tx = state.db.write().await?;
     let deadline = DeadlineKey { school_id: by.school_id, kind: dated.kind, id: dated.id };
     deadlines::extend(&mut tx, deadline, person, longer).await?;
     let told = json!({ "person": person, "days": days });
-    Entry::by(by, action, dated.id).with(told).append(&mut tx, state.clock.now()).await?;
+    AuditEntry::by(by, action, dated.id).with(told).append(&mut tx, state.clock.now()).await?;
     Ok(tx.commit().await?)
 }
 
@@ -83,8 +84,8 @@ pub async fn run(state: Service) {
 pub async fn remind(state: &Service) -> Result<(), Error> {
     let now = state.clock.now();
     let soon = now.plus_s(REMIND_S);
-    let mut due = deadlines::to_remind(state.db.reader(), Kind::Assignment, now, soon).await?;
-    due.extend(deadlines::to_remind(state.db.reader(), Kind::Segments, now, soon).await?);
+    let mut due = deadlines::to_remind(state.db.reader(), DeadlineKind::Assignment, now, soon).await?;
+    due.extend(deadlines::to_remind(state.db.reader(), DeadlineKind::Segments, now, soon).await?);
     if due.is_empty() {
         return Ok(());
     }

@@ -8,14 +8,16 @@ use uuid::Uuid;
 
 use crate::asking;
 use crate::error::{Error, refuse_trainees};
-use crate::judging::{Answer, DraftQuestion, Question, same_id};
-use crate::publishing::{self, Publisher, Refused};
+use crate::judging::{DraftQuestion, JudgeAnswer, JudgeQuestion, same_id};
+use crate::publishing;
+use crate::publishing::{CourseRefused, DocumentPublisher};
 use crate::service::Service;
 use model::CurrentPerson;
-use model::draft::Verdict;
+use model::draft::DraftVerdict;
 use model::progress::Mastery;
-use store::audit::{Actor, Entry};
-use store::drafts::{self, By, Draft, DraftKind, NewDraft, Texts};
+use store::audit::{Actor, AuditEntry};
+use store::drafts;
+use store::drafts::{DocumentDraft, DraftEditor, DraftKind, NewDocumentDraft, Texts};
 use store::exercises::RevisionBytes;
 use store::{curricula, exercises};
 
@@ -26,7 +28,7 @@ const LONGEST_ID: usize = 64;
 #[derive(Debug)]
 pub enum Checked {
     /// An exercise, which could be published where nothing is wrong.
-    Exercise(Box<Verdict>),
+    Exercise(Box<DraftVerdict>),
     /// A course that could be published.
     Course(Box<Curriculum>, Mastery),
     /// What is wrong with a course, in the order of the documents.
@@ -37,11 +39,11 @@ pub enum Checked {
 
 /// What became of a save.
 #[derive(Debug)]
-pub enum Saved {
+pub enum SaveOutcome {
     /// The draft as it is now.
-    Kept(Draft),
+    Kept(DocumentDraft),
     /// Somebody else has saved it since it was seen: nothing was written. Theirs.
-    Elsewhere(Draft),
+    Elsewhere(DocumentDraft),
 }
 
 /// The draft of an exercise, begun from its current revision where there is none; with `new_id` the draft of another exercise
@@ -71,7 +73,7 @@ pub async fn exercise(
         }
         texts.document = renamed(&texts.document, new_id);
     }
-    let draft = NewDraft { kind: DraftKind::Exercise, document_id, based_on: Some(current.id), texts: &texts };
+    let draft = NewDocumentDraft { kind: DraftKind::Exercise, document_id, based_on: Some(current.id), texts: &texts };
     begin(state, person, &draft).await
 }
 
@@ -86,18 +88,20 @@ pub async fn course(state: &Service, person: &CurrentPerson, course_id: &str) ->
     let current = taught.into_iter().find(|course| course.curriculum_id == course_id).ok_or(Error::NotFound)?;
     let bytes = curricula::bytes(reader, school, current.revision_id).await?.ok_or(Error::NotFound)?;
     let texts = Texts { document: text(bytes)?, scene: String::new() };
-    let draft = NewDraft { kind: DraftKind::Course, document_id: course_id, based_on: None, texts: &texts };
+    let draft = NewDocumentDraft { kind: DraftKind::Course, document_id: course_id, based_on: None, texts: &texts };
     begin(state, person, &draft).await
 }
 
-async fn begin(state: &Service, person: &CurrentPerson, draft: &NewDraft<'_>) -> Result<Uuid, Error> {
+async fn begin(state: &Service, person: &CurrentPerson, draft: &NewDocumentDraft<'_>) -> Result<Uuid, Error> {
     let by = by(state, person);
     let mut tx = state.db.write().await?;
     if let Some(begun) = drafts::of(&mut *tx, by.school, draft.kind, draft.document_id).await? {
         return Ok(begun);
     }
     let id = drafts::begin(&mut tx, by, draft).await?;
-    Entry::new(by.school, Actor::Person(by.person), "draft.begun", draft.document_id).append(&mut tx, by.now).await?;
+    AuditEntry::new(by.school, Actor::Person(by.person), "draft.begun", draft.document_id)
+        .append(&mut tx, by.now)
+        .await?;
     tx.commit().await?;
     Ok(id)
 }
@@ -134,14 +138,20 @@ fn renamed(document: &str, id: &str) -> String {
 ///
 /// # Errors
 /// When there is no such draft, or the database fails.
-pub async fn save(state: &Service, person: &CurrentPerson, id: Uuid, seen: i64, texts: &Texts) -> Result<Saved, Error> {
+pub async fn save(
+    state: &Service,
+    person: &CurrentPerson,
+    id: Uuid,
+    seen: i64,
+    texts: &Texts,
+) -> Result<SaveOutcome, Error> {
     refuse_trainees(person)?;
     let by = by(state, person);
     let mut tx = state.db.write().await?;
     let kept = drafts::save(&mut tx, by, id, seen, texts).await?;
     let draft = drafts::find(&mut *tx, by.school, id).await?.ok_or(Error::NotFound)?;
     tx.commit().await?;
-    Ok(if kept { Saved::Kept(draft) } else { Saved::Elsewhere(draft) })
+    Ok(if kept { SaveOutcome::Kept(draft) } else { SaveOutcome::Elsewhere(draft) })
 }
 
 /// Publishes a draft that could be: a new revision, and the draft is gone. Attempts already made keep theirs. False when somebody
@@ -149,9 +159,14 @@ pub async fn save(state: &Service, person: &CurrentPerson, id: Uuid, seen: i64, 
 ///
 /// # Errors
 /// When the database fails, or a course's mastery rule cannot be kept.
-pub async fn publish(state: &Service, person: &CurrentPerson, draft: &Draft, checked: &Checked) -> Result<bool, Error> {
+pub async fn publish(
+    state: &Service,
+    person: &CurrentPerson,
+    draft: &DocumentDraft,
+    checked: &Checked,
+) -> Result<bool, Error> {
     let by = by(state, person);
-    let publisher = Publisher { school: by.school, by: Actor::Person(by.person), now: by.now };
+    let publisher = DocumentPublisher { school: by.school, by: Actor::Person(by.person), now: by.now };
     let exercise = match checked {
         Checked::Exercise(_) => Some(sound(state, by.school, draft).await?),
         _ => None,
@@ -165,8 +180,8 @@ pub async fn publish(state: &Service, person: &CurrentPerson, draft: &Draft, che
         (Checked::Course(course, _), _) => {
             let published = publishing::curriculum(&mut tx, &publisher, course, draft.texts.document.as_bytes()).await;
             published.map_err(|refused| match refused {
-                Refused::Document(why) => Error::Unprocessable(why),
-                Refused::Work(error) => Error::Internal(error),
+                CourseRefused::Document(why) => Error::Unprocessable(why),
+                CourseRefused::Work(error) => Error::Internal(error),
             })?;
         }
         _ => return Ok(false),
@@ -186,7 +201,7 @@ pub async fn discard(state: &Service, person: &CurrentPerson, id: Uuid, seen: i6
     let draft = drafts::find(&mut *tx, by.school, id).await?.ok_or(Error::NotFound)?;
     let removed = drafts::remove(&mut tx, by.school, id, seen).await?;
     if removed {
-        Entry::new(by.school, Actor::Person(by.person), "draft.discarded", &draft.document_id)
+        AuditEntry::new(by.school, Actor::Person(by.person), "draft.discarded", &draft.document_id)
             .append(&mut tx, by.now)
             .await?;
     }
@@ -198,7 +213,7 @@ pub async fn discard(state: &Service, person: &CurrentPerson, id: Uuid, seen: i6
 ///
 /// # Errors
 /// When the database fails, or nobody can be asked.
-pub async fn check(state: &Service, school: Uuid, draft: &Draft) -> Result<Checked, Error> {
+pub async fn check(state: &Service, school: Uuid, draft: &DocumentDraft) -> Result<Checked, Error> {
     let checked = match draft.kind {
         DraftKind::Exercise => {
             let bytes = bytes(state, school, draft).await?;
@@ -216,10 +231,10 @@ pub async fn check(state: &Service, school: Uuid, draft: &Draft) -> Result<Check
 }
 
 /// A course names exercises that are published, so reading it is bounded work; its school waits for it like for an exercise.
-async fn course_checked(state: &Service, school: Uuid, draft: &Draft) -> Result<Checked, Error> {
+async fn course_checked(state: &Service, school: Uuid, draft: &DocumentDraft) -> Result<Checked, Error> {
     let place = state.previews.enter(school).await?;
     let (texts, id) = (draft.texts.clone(), draft.document_id.clone());
-    let known = Known::of(state, school, &id).await?;
+    let known = ExerciseShelf::of(state, school, &id).await?;
     let check = move || {
         let _place = place;
         check_course(&texts, &known, &id)
@@ -228,7 +243,7 @@ async fn course_checked(state: &Service, school: Uuid, draft: &Draft) -> Result<
 }
 
 /// What was written in the draft of an exercise, with the meshes of the revision that it is based on.
-async fn bytes(state: &Service, school: Uuid, draft: &Draft) -> Result<RevisionBytes, Error> {
+async fn bytes(state: &Service, school: Uuid, draft: &DocumentDraft) -> Result<RevisionBytes, Error> {
     let meshes = match draft.based_on {
         Some(revision) => exercises::bytes(state.db.reader(), school, revision).await?.map(|bytes| bytes.meshes),
         None => None,
@@ -238,14 +253,14 @@ async fn bytes(state: &Service, school: Uuid, draft: &Draft) -> Result<RevisionB
 }
 
 /// The exercise of a draft in which nothing was found wrong.
-async fn sound(state: &Service, school: Uuid, draft: &Draft) -> Result<ExerciseBundle, Error> {
+async fn sound(state: &Service, school: Uuid, draft: &DocumentDraft) -> Result<ExerciseBundle, Error> {
     let RevisionBytes { exercise, scene, meshes } = bytes(state, school, draft).await?;
     let read = move || ExerciseBundle::from_parts(&exercise, &scene, &meshes);
     let read = tokio::task::spawn_blocking(read).await?;
     Ok(read.map_err(|refused| anyhow::Error::new(refused).context("a draft that could be published"))?)
 }
 
-fn check_course(texts: &Texts, known: &Known, id: &str) -> Checked {
+fn check_course(texts: &Texts, known: &ExerciseShelf, id: &str) -> Checked {
     let files = known.files();
     // By the name of the file that it came from, or by its id.
     let of = |file: &str| files.get(file).cloned().unwrap_or_else(|| file.trim_end_matches(".toml").to_owned());
@@ -261,7 +276,7 @@ fn check_course(texts: &Texts, known: &Known, id: &str) -> Checked {
 }
 
 /// The school's exercises, as a course may name them. Each is read when it is named.
-struct Known {
+struct ExerciseShelf {
     /// By id.
     documents: BTreeMap<String, RevisionBytes>,
     /// Those that were read, by id.
@@ -270,7 +285,7 @@ struct Known {
     published: Option<(Vec<u8>, Vec<String>)>,
 }
 
-impl Known {
+impl ExerciseShelf {
     async fn of(state: &Service, school: Uuid, course_id: &str) -> Result<Self, Error> {
         let reader = state.db.reader();
         let documents = exercises::all_documents(reader, school).await?;
@@ -307,15 +322,15 @@ impl Known {
     }
 }
 
-fn by(state: &Service, person: &CurrentPerson) -> By {
-    By { school: person.school_id, person: person.id, now: state.clock.now() }
+fn by(state: &Service, person: &CurrentPerson) -> DraftEditor {
+    DraftEditor { school: person.school_id, person: person.id, now: state.clock.now() }
 }
 
 /// What a draft of an exercise comes to. Dropped, the work on it ends.
 ///
 /// # Errors
 /// [`Error::Busy`] when its school's turn does not come in time; else when nobody can be asked.
-pub async fn examine(state: &Service, school: Uuid, question: DraftQuestion) -> Result<Verdict, Error> {
+pub async fn examine(state: &Service, school: Uuid, question: DraftQuestion) -> Result<DraftVerdict, Error> {
     let (previews, key) = (&state.previews, question.sha256());
     if let Some(told) = previews.told(&key) {
         return Ok(told);
@@ -325,12 +340,12 @@ pub async fn examine(state: &Service, school: Uuid, question: DraftQuestion) -> 
     if let Some(told) = previews.told(&key) {
         return Ok(told);
     }
-    match asking::ask(state, Question::Draft(Box::new(question))).await? {
-        Answer::Examined(verdict) => {
+    match asking::ask(state, JudgeQuestion::Draft(Box::new(question))).await? {
+        JudgeAnswer::Examined(verdict) => {
             previews.keep(key, &verdict);
             Ok(*verdict)
         }
-        Answer::Died(how) => {
+        JudgeAnswer::Died(how) => {
             tracing::warn!(%school, how, "a draft costs more than a preview may");
             Ok(too_costly(state))
         }
@@ -339,7 +354,7 @@ pub async fn examine(state: &Service, school: Uuid, question: DraftQuestion) -> 
 }
 
 /// What is said of a draft that costs more than it may.
-fn too_costly(state: &Service) -> Verdict {
+fn too_costly(state: &Service) -> DraftVerdict {
     let budget_s = state.config.preview_time.as_secs();
     let memory_mb = state.config.helper.as_ref().map_or(0, |helper| helper.memory_mb);
     let what = tr!(
@@ -348,7 +363,7 @@ fn too_costly(state: &Service) -> Verdict {
         seconds = budget_s,
         memory = memory_mb
     );
-    Verdict { problems: vec![(tr!("Too costly").to_owned(), what)], ..Verdict::default() }
+    DraftVerdict { problems: vec![(tr!("Too costly").to_owned(), what)], ..DraftVerdict::default() }
 }
 
 #[cfg(test)]

@@ -8,16 +8,17 @@ use serde_json::{Value, json};
 use sqlx::SqliteConnection;
 
 use crate::config::Config;
-use crate::erasures::{Erasure, ErasureList, Wish};
+use crate::erasures::{Erasure, ErasureList, ErasureScope};
 use crate::error::Error;
 use crate::service::Service;
 use model::directory::{AccountState, DirectoryEntry};
 use model::{CurrentPerson, PersonKey};
-use store::audit::{Actor, Entry};
+use store::audit::{Actor, AuditEntry};
 use store::directory;
 use store::retention;
 use store::second_factors;
-use store::texts::{self, ErasedRecording, Side, Whose};
+use store::texts;
+use store::texts::{ErasedRecording, TextSide, Whose};
 use store::{schools, tokens};
 
 /// Who erases, and what the audit log is told beside.
@@ -41,9 +42,14 @@ impl Eraser {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn wish_of_school(state: &Service, school: uuid::Uuid, written: bool, about: bool) -> Result<Wish, Error> {
+pub async fn wish_of_school(
+    state: &Service,
+    school: uuid::Uuid,
+    written: bool,
+    about: bool,
+) -> Result<ErasureScope, Error> {
     let recordings = schools::erases_recordings(state.db.reader(), school).await?;
-    Ok(Wish { written, about, recordings })
+    Ok(ErasureScope { written, about, recordings })
 }
 
 /// Takes away everything that tells who somebody is, for good. Attempts and scores stay, under the pseudonym.
@@ -56,7 +62,7 @@ pub async fn erase(
     by: Eraser,
     person: &DirectoryEntry,
     school_id: uuid::Uuid,
-    wish: Wish,
+    wish: ErasureScope,
 ) -> Result<(), Error> {
     let erasure =
         Erasure { at: state.clock.now(), school_id, person_id: person.id, pseudonym: person.pseudonym.clone(), wish };
@@ -69,7 +75,7 @@ pub async fn erase(
     if let Some(why) = by.why {
         told["why"] = why;
     }
-    Entry::new(school_id, by.actor, "person.erased", person.id).with(told).append(&mut tx, erasure.at).await?;
+    AuditEntry::new(school_id, by.actor, "person.erased", person.id).with(told).append(&mut tx, erasure.at).await?;
     // Before the commit: what is committed is never missing from the list.
     noted(&list, &erasure).await?;
     if let Err(error) = tx.commit().await {
@@ -109,9 +115,10 @@ async fn take_away(
         // Before the commit: letters that cannot be removed are not forgotten.
         state.mailer.forget(&letters).await?;
     }
-    for (wished, side, word) in
-        [(erasure.wish.written, Side::Written, "texts_written"), (erasure.wish.about, Side::About, "texts_about")]
-    {
+    for (wished, side, word) in [
+        (erasure.wish.written, TextSide::Written, "texts_written"),
+        (erasure.wish.about, TextSide::About, "texts_about"),
+    ] {
         if wished {
             told[word] = texts::redact(tx, whose, side).await?.into();
         }
@@ -161,7 +168,7 @@ pub async fn catch_up(state: &Service) -> anyhow::Result<usize> {
         let (_, mut told) = take_away(&mut tx, state, &person, &erasure).await.map_err(anyhow::Error::new)?;
         told["again"] = true.into();
         told["first"] = json!(erasure.at);
-        Entry::new(erasure.school_id, Actor::CommandLine, "person.erased", person.id)
+        AuditEntry::new(erasure.school_id, Actor::CommandLine, "person.erased", person.id)
             .with(told)
             .append(&mut tx, state.clock.now())
             .await?;

@@ -31,13 +31,13 @@ pub struct Erasure {
     pub pseudonym: String,
     /// What goes beside name, address and sign-in.
     #[serde(flatten)]
-    pub wish: Wish,
+    pub wish: ErasureScope,
 }
 
 /// What goes beside name, address and sign-in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
-pub struct Wish {
+pub struct ErasureScope {
     /// Free texts that they wrote.
     pub written: bool,
     /// Free texts that others wrote about their attempts.
@@ -49,7 +49,7 @@ pub struct Wish {
 /// A line of the file.
 #[derive(Serialize, Deserialize)]
 #[serde(tag = "act", rename_all = "snake_case")]
-enum Line {
+enum ErasureLine {
     Erased(Erasure),
     TakenBack(Erasure),
 }
@@ -107,8 +107,8 @@ impl ErasureList {
         for (place, line) in whole.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
             let words = |error| format!("not a line of a list of erasures, as web-admin writes them: {error}");
             match serde_json::from_str(line).map_err(|error| refused(Some(place + 1), words(error)))? {
-                Line::Erased(erasure) => standing.push(erasure),
-                Line::TakenBack(erasure) => standing.retain(|other| *other != erasure),
+                ErasureLine::Erased(erasure) => standing.push(erasure),
+                ErasureLine::TakenBack(erasure) => standing.retain(|other| *other != erasure),
             }
         }
         Ok(standing)
@@ -119,7 +119,7 @@ impl ErasureList {
     /// # Errors
     /// When the disk refuses.
     pub fn add(&self, erasure: &Erasure) -> std::io::Result<()> {
-        self.append(&[Line::Erased(erasure.clone())])
+        self.append(&[ErasureLine::Erased(erasure.clone())])
     }
 
     /// Notes that an erasure did not come about.
@@ -127,7 +127,7 @@ impl ErasureList {
     /// # Errors
     /// When the disk refuses.
     pub fn take_back(&self, erasure: &Erasure) -> std::io::Result<()> {
-        self.append(&[Line::TakenBack(erasure.clone())])
+        self.append(&[ErasureLine::TakenBack(erasure.clone())])
     }
 
     /// Adds those of another list that are not in this one.
@@ -140,13 +140,13 @@ impl ErasureList {
         for erasure in others.iter() {
             if !known.contains(erasure) {
                 known.push(erasure.clone());
-                new.push(Line::Erased(erasure.clone()));
+                new.push(ErasureLine::Erased(erasure.clone()));
             }
         }
         if new.is_empty() { Ok(()) } else { Ok(self.append(&new)?) }
     }
 
-    fn append(&self, lines: &[Line]) -> std::io::Result<()> {
+    fn append(&self, lines: &[ErasureLine]) -> std::io::Result<()> {
         let folder = self.path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         DirBuilder::new().recursive(true).mode(0o700).create(folder)?;
         let mut options = OpenOptions::new();
@@ -181,7 +181,7 @@ mod tests {
             school_id: Uuid::from_u128(1),
             person_id: Uuid::from_u128(person),
             pseudonym: format!("p-{person}"),
-            wish: Wish { about: true, ..Wish::default() },
+            wish: ErasureScope { about: true, ..ErasureScope::default() },
         }
     }
 

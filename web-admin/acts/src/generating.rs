@@ -1,6 +1,6 @@
 //! Schools that nobody goes to: the demonstration's people, a crowd to measure pages on, answers to a survey that nobody gave.
 
-use crate::publishing::Publisher;
+use crate::publishing::DocumentPublisher;
 use std::ops::Range;
 
 use anyhow::Context;
@@ -11,11 +11,13 @@ use model::{Moment, Role};
 use serde_json::json;
 use sqlx::SqliteConnection;
 use sqlx::types::Json;
-use store::audit::{Actor, Entry};
+use store::audit::{Actor, AuditEntry};
 use store::cohorts::{self, Deed, Membership};
-use store::generated::{self, Crowd};
+use store::generated;
+use store::generated::GeneratedCrowd;
 use store::people::{self, NewPerson, Person};
-use store::surveys::{self as stored, NewResponse, NewSurvey, Response, Submission};
+use store::surveys as stored;
+use store::surveys::{NewResponse, NewSurvey, Submission, SurveyResponse};
 use store::{instruments, schools};
 use uuid::Uuid;
 
@@ -66,7 +68,7 @@ async fn add_generated(
 ) -> anyhow::Result<Person> {
     let new = NewPerson { school_id, role: who.role, email: &who.email, display_name: who.name, password_hash };
     let person = people::add(tx, &new, now).await?;
-    let entry = Entry::new(school_id, Actor::CommandLine, "person.added", person.id);
+    let entry = AuditEntry::new(school_id, Actor::CommandLine, "person.added", person.id);
     entry.with(json!({ "role": who.role })).append(tx, now).await?;
     if let Some(cohort) = who.cohort {
         let cohort_id = cohorts::find_or_create(tx, school_id, cohort, now).await?.id;
@@ -80,7 +82,7 @@ async fn add_generated(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn found_crowd(service: &Service, crowd: &Crowd<'_>) -> anyhow::Result<()> {
+pub async fn found_crowd(service: &Service, crowd: &GeneratedCrowd<'_>) -> anyhow::Result<()> {
     let mut tx = service.db.write().await?;
     generated::found(&mut tx, crowd).await?;
     Ok(tx.commit().await?)
@@ -90,12 +92,12 @@ pub async fn found_crowd(service: &Service, crowd: &Crowd<'_>) -> anyhow::Result
 ///
 /// # Errors
 /// When the database fails.
-pub async fn practise_crowd(service: &Service, crowd: &Crowd<'_>, trainees: Range<u32>) -> anyhow::Result<()> {
+pub async fn practise_crowd(service: &Service, crowd: &GeneratedCrowd<'_>, trainees: Range<u32>) -> anyhow::Result<()> {
     const ENTRIES_EACH: usize = 10;
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
     generated::practise(&mut tx, crowd, trainees.clone()).await?;
     for place in trainees.flat_map(|place| [place; ENTRIES_EACH]) {
-        Entry::new(crowd.school_id, Actor::CommandLine, "session.generated", format!("generated-{place}"))
+        AuditEntry::new(crowd.school_id, Actor::CommandLine, "session.generated", format!("generated-{place}"))
             .with(json!({ "attempts": crowd.attempts_each / 10 }))
             .append(&mut tx, now)
             .await?;
@@ -107,7 +109,7 @@ pub async fn practise_crowd(service: &Service, crowd: &Crowd<'_>, trainees: Rang
 ///
 /// # Errors
 /// When the database fails.
-pub async fn conclude_crowd(service: &Service, crowd: &Crowd<'_>) -> anyhow::Result<()> {
+pub async fn conclude_crowd(service: &Service, crowd: &GeneratedCrowd<'_>) -> anyhow::Result<()> {
     let mut tx = service.db.write().await?;
     generated::conclude(&mut tx, crowd).await?;
     Ok(tx.commit().await?)
@@ -134,7 +136,7 @@ pub async fn ask_nobody(service: &Service, survey: GeneratedSurvey<'_>) -> anyho
     let GeneratedSurvey { owner, title, document, responses } = survey;
     let (now, school_id, mut tx) = (service.clock.now(), owner.school_id, service.db.write().await?);
     let instrument = Instrument::from_bytes("generated", document.as_bytes())?;
-    let publisher = Publisher { school: school_id, by: Actor::CommandLine, now };
+    let publisher = DocumentPublisher { school: school_id, by: Actor::CommandLine, now };
     surveys::publish_text(&mut tx, &publisher, &instrument, document.as_bytes()).await?;
     let revision = instruments::current(&mut *tx, school_id, &instrument.id).await?;
     let new = NewSurvey {
@@ -178,7 +180,7 @@ async fn answer(tx: &mut SqliteConnection, asked: AskedSurvey, place: usize, ite
         expires_at: None,
     };
     let point = |item: usize| Some(Answer::Number(((place * 7 + item * place) % 5 + 1) as f64));
-    let response = Response {
+    let response = SurveyResponse {
         id: stored::add(tx, &new).await?,
         school_id,
         survey_id,

@@ -26,7 +26,7 @@ pub struct Helper {
 
 /// How a helper has ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Ended {
+pub enum HelperExit {
     /// With what it said.
     Said(Vec<u8>),
     /// It was ended, for it took too long.
@@ -36,9 +36,9 @@ pub enum Ended {
 }
 
 /// Tells the thread beside a helper that nobody waits any more.
-struct Waiting(Arc<AtomicBool>);
+struct HelperWait(Arc<AtomicBool>);
 
-impl Drop for Waiting {
+impl Drop for HelperWait {
     fn drop(&mut self) {
         self.0.store(true, Ordering::Relaxed);
     }
@@ -48,14 +48,14 @@ impl Drop for Waiting {
 ///
 /// # Errors
 /// When it cannot be started.
-pub async fn run_helper(helper: Helper, input: Vec<u8>) -> anyhow::Result<Ended> {
+pub async fn run_helper(helper: Helper, input: Vec<u8>) -> anyhow::Result<HelperExit> {
     let left = Arc::new(AtomicBool::new(false));
-    let _waiting = Waiting(Arc::clone(&left));
+    let _waiting = HelperWait(Arc::clone(&left));
     Ok(tokio::task::spawn_blocking(move || attend(&helper, &input, &left)).await??)
 }
 
 /// Starts a helper and stays with it until it has ended.
-fn attend(helper: &Helper, input: &[u8], left: &AtomicBool) -> std::io::Result<Ended> {
+fn attend(helper: &Helper, input: &[u8], left: &AtomicBool) -> std::io::Result<HelperExit> {
     let mut child = Command::new(&helper.program)
         .args(["judge", "--memory-mb", &helper.memory_mb.to_string()])
         .args(["--seconds", &helper.time.as_secs().max(1).to_string()])
@@ -73,9 +73,9 @@ fn attend(helper: &Helper, input: &[u8], left: &AtomicBool) -> std::io::Result<E
         let ended = wait(&mut child, helper.time, left);
         let said = said.join().unwrap_or_else(|_| Ok(Vec::new()))?;
         Ok(match ended? {
-            None => Ended::Late,
-            Some(status) if status.success() => Ended::Said(said),
-            Some(status) => Ended::Died(status.to_string()),
+            None => HelperExit::Late,
+            Some(status) if status.success() => HelperExit::Said(said),
+            Some(status) => HelperExit::Died(status.to_string()),
         })
     })
 }
@@ -128,11 +128,11 @@ mod tests {
         // More than a pipe holds, both ways.
         let input = vec![b'x'; 1_000_000];
         let said = run_helper(helper(folder.path(), "exec cat", minute), input.clone()).await.unwrap();
-        assert_eq!(said, Ended::Said(input.clone()));
+        assert_eq!(said, HelperExit::Said(input.clone()));
         let died = run_helper(helper(folder.path(), "kill -ABRT $$", minute), input.clone()).await.unwrap();
-        assert!(matches!(&died, Ended::Died(how) if how.contains("signal: 6")), "{died:?}");
+        assert!(matches!(&died, HelperExit::Died(how) if how.contains("signal: 6")), "{died:?}");
         let late = helper(folder.path(), "exec sleep 100", Duration::from_millis(300));
-        assert_eq!(run_helper(late, input).await.unwrap(), Ended::Late);
+        assert_eq!(run_helper(late, input).await.unwrap(), HelperExit::Late);
         assert!(!is_running(folder.path()));
     }
 

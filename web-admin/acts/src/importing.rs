@@ -2,16 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::publishing::{self, Published, Refused};
+use crate::publishing;
+use crate::publishing::{CourseRefused, Published};
 use crate::registry::{RegistryError, choose_in};
 use crate::service::Service;
 use crate::surveys;
 
-impl From<Refused> for RegistryError {
-    fn from(refused: Refused) -> Self {
+impl From<CourseRefused> for RegistryError {
+    fn from(refused: CourseRefused) -> Self {
         match refused {
-            Refused::Document(words) => Self::Usage(words),
-            Refused::Work(error) => Self::Work(error),
+            CourseRefused::Document(words) => Self::Usage(words),
+            CourseRefused::Work(error) => Self::Work(error),
         }
     }
 }

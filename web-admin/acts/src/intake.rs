@@ -9,15 +9,15 @@ use sqlx::SqliteConnection;
 use uuid::Uuid;
 
 use crate::error::Error;
-use crate::judging::{Answer, Question, Told};
+use crate::judging::{JudgeAnswer, JudgeQuestion, RecordingFacts};
 use crate::keys;
 use crate::killpoints::KillPoint;
 use crate::recordings::Received;
-use crate::scanning::Verdict;
+use crate::scanning::ScanVerdict;
 use crate::service::Service;
 use model::began::Claim;
 use model::{Moment, SessionKey, Uncounted};
-use store::audit::{Actor, Entry};
+use store::audit::{Actor, AuditEntry};
 use store::sessions::{self, Session, SessionState};
 use store::stations::{self, Signer};
 use store::{exercises, jobs, people, tries, uploads};
@@ -43,14 +43,14 @@ pub struct Bearer {
 
 /// A recording that is kept.
 #[derive(Debug)]
-pub enum Kept {
+pub enum RecordingReceipt {
     /// Since now.
     Now(Session),
     /// Since before: these were the same bytes.
     Before(Session),
 }
 
-impl Kept {
+impl RecordingReceipt {
     /// The session that it is.
     #[must_use]
     pub const fn session(&self) -> &Session {
@@ -64,7 +64,7 @@ impl Kept {
 ///
 /// # Errors
 /// When it is no recording, names a trainee who does not exist, contradicts what is stored, or the disk refuses.
-pub async fn take_in(state: &Service, bearer: &Bearer, received: Received) -> Result<Kept, Error> {
+pub async fn take_in(state: &Service, bearer: &Bearer, received: Received) -> Result<RecordingReceipt, Error> {
     let told = read(state, bearer, &received).await?;
     KillPoint::RecordingRead.pass();
     let session = describe(state, bearer, &received, told).await?;
@@ -72,7 +72,7 @@ pub async fn take_in(state: &Service, bearer: &Bearer, received: Received) -> Re
 }
 
 /// What a recording says of itself, read where its death harms nobody and when it is its school's turn.
-async fn read(state: &Service, bearer: &Bearer, received: &Received) -> Result<Told, Error> {
+async fn read(state: &Service, bearer: &Bearer, received: &Received) -> Result<RecordingFacts, Error> {
     let school = bearer.school_id;
     let place = state.helpers.enter(school, PATIENCE).await;
     let _place = place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })?;
@@ -87,10 +87,12 @@ async fn read(state: &Service, bearer: &Bearer, received: &Received) -> Result<T
 /// Lets a scanner look at it before anything reads it, where there is one. What it finds is in the audit log, and the recording nowhere.
 async fn scan(state: &Service, bearer: &Bearer, received: &Received) -> Result<(), Error> {
     let Some(scanner) = &state.config.scanner else { return Ok(()) };
-    let Verdict::Found(found) = scanner.scan(received.path()).await.map_err(Error::Unscanned)? else { return Ok(()) };
+    let ScanVerdict::Found(found) = scanner.scan(received.path()).await.map_err(Error::Unscanned)? else {
+        return Ok(());
+    };
     tracing::warn!(school = %bearer.school_id, sha256 = received.sha256, found, "malware was found in a recording, which was refused");
     let mut tx = state.db.write().await?;
-    Entry::new(bearer.school_id, bearer.actor.clone(), "recording.infected", &received.sha256)
+    AuditEntry::new(bearer.school_id, bearer.actor.clone(), "recording.infected", &received.sha256)
         .with(json!({ "found": found, "size": received.size }))
         .append(&mut tx, state.clock.now())
         .await?;
@@ -99,7 +101,7 @@ async fn scan(state: &Service, bearer: &Bearer, received: &Received) -> Result<(
 }
 
 /// Reads what came at once. That it is about to be read is written down before the file is touched.
-async fn read_counted(state: &Service, school: Uuid, received: &Received) -> Result<Told, Error> {
+async fn read_counted(state: &Service, school: Uuid, received: &Received) -> Result<RecordingFacts, Error> {
     let mut tx = state.db.write().await?;
     let deaths = tries::begin_reading(&mut tx, school, &received.sha256, state.clock.now()).await?;
     if deaths >= tries::MOST_DEATHS {
@@ -117,22 +119,27 @@ async fn read_counted(state: &Service, school: Uuid, received: &Received) -> Res
     told
 }
 
-async fn have_read(state: &Service, received: &Received) -> Result<Told, Error> {
-    match asking::ask(state, Question::Arrival(received.path().to_owned())).await? {
-        Answer::Told(reported) => Ok(Told::try_from(*reported)?),
-        Answer::Permanent(why) => Err(Error::Unprocessable(why)),
-        Answer::Died(how) => Err(Error::Deadly(how)),
-        Answer::Passing(why) => Err(anyhow::anyhow!(why).context("a recording that has just arrived").into()),
+async fn have_read(state: &Service, received: &Received) -> Result<RecordingFacts, Error> {
+    match asking::ask(state, JudgeQuestion::Arrival(received.path().to_owned())).await? {
+        JudgeAnswer::Told(reported) => Ok(RecordingFacts::try_from(*reported)?),
+        JudgeAnswer::Permanent(why) => Err(Error::Unprocessable(why)),
+        JudgeAnswer::Died(how) => Err(Error::Deadly(how)),
+        JudgeAnswer::Passing(why) => Err(anyhow::anyhow!(why).context("a recording that has just arrived").into()),
         other => Err(anyhow::anyhow!("a recording was to be read, and this came: {other:?}").into()),
     }
 }
 
-async fn describe(state: &Service, bearer: &Bearer, received: &Received, told: Told) -> Result<Session, Error> {
+async fn describe(
+    state: &Service,
+    bearer: &Bearer,
+    received: &Received,
+    told: RecordingFacts,
+) -> Result<Session, Error> {
     let (school_id, received_at) = (bearer.school_id, state.clock.now());
     let trainee_id = trainee(state, bearer, &told.session.trainee).await?;
     let revision_id = exercises::by_documents(state.db.reader(), school_id, &told.session).await?;
     let signer = signer(state, school_id, &told).await?;
-    let Told { session: named, duration_s, complete, motion, .. } = told;
+    let RecordingFacts { session: named, duration_s, complete, motion, .. } = told;
     let claim = Claim {
         began: Moment::from(named.started_at),
         duration_s,
@@ -185,7 +192,7 @@ async fn trainee(state: &Service, bearer: &Bearer, named: &str) -> Result<Uuid, 
 }
 
 /// The station that has signed it, where it is one of this school's that is paired now, and its signature is right.
-async fn signer(state: &Service, school: Uuid, told: &Told) -> Result<Option<Signer>, Error> {
+async fn signer(state: &Service, school: Uuid, told: &RecordingFacts) -> Result<Option<Signer>, Error> {
     let (Some(signature), Some(motion)) = (&told.signature, &told.motion) else { return Ok(None) };
     let station = stations::signer(state.db.reader(), school, signature.station).await?;
     let signed = signature::statement(&told.session, signature.station, motion);
@@ -201,11 +208,16 @@ async fn by_pseudonym(state: &Service, school: Uuid, pseudonym: &str) -> Result<
 
 /// Puts the file into its place and stores what tells of it; only then does it go from where it arrived. The write lock is
 /// held across both, so that of two uploads under one id the second finds the first.
-async fn keep(state: &Service, bearer: &Bearer, received: Received, mut session: Session) -> Result<Kept, Error> {
+async fn keep(
+    state: &Service,
+    bearer: &Bearer,
+    received: Received,
+    mut session: Session,
+) -> Result<RecordingReceipt, Error> {
     let mut tx = state.db.write().await?;
     let upload = received.upload;
     if let Some(existing) = sessions::find(&mut *tx, session.school_id, session.id).await? {
-        let kept = same(existing, &session).map(Kept::Before)?;
+        let kept = same(existing, &session).map(RecordingReceipt::Before)?;
         note_upload(&mut tx, upload, &session).await?;
         tx.commit().await?;
         return Ok(kept);
@@ -216,7 +228,7 @@ async fn keep(state: &Service, bearer: &Bearer, received: Received, mut session:
     KillPoint::RecordingLinked.pass();
     sessions::insert(&mut tx, &session).await?;
     jobs::enqueue(&mut tx, SessionKey { school_id: session.school_id, id: session.id }, session.received_at).await?;
-    Entry::new(session.school_id, bearer.actor.clone(), "session.uploaded", session.id)
+    AuditEntry::new(session.school_id, bearer.actor.clone(), "session.uploaded", session.id)
         .with(noted(&session))
         .append(&mut tx, session.received_at)
         .await?;
@@ -227,7 +239,7 @@ async fn keep(state: &Service, bearer: &Bearer, received: Received, mut session:
     drop(received);
     state.jobs.notify_one();
     tracing::info!(session = %session.id, size_bytes = session.recording_size, "recording kept");
-    Ok(Kept::Now(session))
+    Ok(RecordingReceipt::Now(session))
 }
 
 /// Looks whether the same motion was brought before and counts. What counts nowhere anyway repeats nothing.

@@ -17,7 +17,7 @@ pub struct Lines {
 
 /// A place where work may be done, until it is dropped.
 #[derive(Debug)]
-pub struct Place {
+pub struct WorkPlace {
     _of_school: OwnedSemaphorePermit,
     _of_all: OwnedSemaphorePermit,
 }
@@ -30,12 +30,12 @@ impl Lines {
     }
 
     /// Waits in the line of a school; none where its turn does not come in time.
-    pub async fn enter(&self, school: Uuid, patience: Duration) -> Option<Place> {
+    pub async fn enter(&self, school: Uuid, patience: Duration) -> Option<WorkPlace> {
         let line = self.of(school);
         let wait = async {
             let of_school = line.acquire_owned().await.ok()?;
             let of_all = Arc::clone(&self.all).acquire_owned().await.ok()?;
-            Some(Place { _of_school: of_school, _of_all: of_all })
+            Some(WorkPlace { _of_school: of_school, _of_all: of_all })
         };
         tokio::time::timeout(patience, wait).await.ok().flatten()
     }

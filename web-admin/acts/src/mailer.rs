@@ -31,11 +31,11 @@ pub struct Letter {
 #[derive(Clone, Debug)]
 pub struct Mailer {
     from: Mailbox,
-    way: Way,
+    way: MailerWay,
 }
 
 #[derive(Clone, Debug)]
-enum Way {
+enum MailerWay {
     Folder(PathBuf),
     Smtp(AsyncSmtpTransport<Tokio1Executor>),
 }
@@ -48,11 +48,11 @@ impl Mailer {
     pub fn new(config: &Config) -> anyhow::Result<Self> {
         let from = config.mail_from.parse().with_context(|| format!("--mail-from: \"{}\"", config.mail_from))?;
         let way = match &config.mail {
-            MailTo::Folder(folder) => Way::Folder(folder.clone()),
+            MailTo::Folder(folder) => MailerWay::Folder(folder.clone()),
             MailTo::Smtp(url) => {
                 // The URL may hold a password: it is not repeated.
                 let transport = AsyncSmtpTransport::<Tokio1Executor>::from_url(url).context("--mail")?;
-                Way::Smtp(transport.timeout(Some(Duration::from_secs(30))).build())
+                MailerWay::Smtp(transport.timeout(Some(Duration::from_secs(30))).build())
             }
         };
         Ok(Self { from, way })
@@ -63,7 +63,7 @@ impl Mailer {
     /// # Errors
     /// When a file is there and cannot be removed.
     pub async fn forget(&self, letters: &[Uuid]) -> std::io::Result<()> {
-        let Way::Folder(folder) = &self.way else { return Ok(()) };
+        let MailerWay::Folder(folder) = &self.way else { return Ok(()) };
         for letter in letters {
             match tokio::fs::remove_file(file_of(folder, *letter)).await {
                 Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
@@ -88,8 +88,8 @@ impl Mailer {
             .header(lettre::message::header::ContentType::TEXT_PLAIN)
             .body(letter.body)?;
         match &self.way {
-            Way::Smtp(transport) => transport.send(message).await.map(drop).context("the mail server refused it"),
-            Way::Folder(folder) => {
+            MailerWay::Smtp(transport) => transport.send(message).await.map(drop).context("the mail server refused it"),
+            MailerWay::Folder(folder) => {
                 tokio::fs::create_dir_all(folder).await.context("the mail folder cannot be made")?;
                 tokio::fs::write(file_of(folder, letter.id), message.formatted())
                     .await

@@ -18,7 +18,7 @@ use crate::surveys::link_expiry;
 const AGAIN_S: [i64; 6] = [60, 300, 1800, 7200, 21_600, 86_400];
 
 /// How a letter went: sent, or why not.
-pub type Sent = Result<(), String>;
+pub type LetterResult = Result<(), String>;
 
 /// When a letter is tried again after so many tries; never after the last.
 fn next_try(state: &Service, tries: i64) -> Option<model::Moment> {
@@ -30,7 +30,7 @@ fn next_try(state: &Service, tries: i64) -> Option<model::Moment> {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn note_mail(state: &Service, mail: &Mail, sent: Sent) -> Result<(), Error> {
+pub async fn note_mail(state: &Service, mail: &Mail, sent: LetterResult) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     match sent {
         Ok(()) => mails::sent(&mut tx, mail.id, state.clock.now()).await?,
@@ -111,7 +111,7 @@ pub async fn give_up_survey_letter(state: &Service, letter: &SurveyLetter, why: 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn note_survey_letter(state: &Service, letter: &SurveyLetter, sent: Sent) -> Result<(), Error> {
+pub async fn note_survey_letter(state: &Service, letter: &SurveyLetter, sent: LetterResult) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     match sent {
         Ok(()) => letters::sent(&mut tx, letter, state.clock.now()).await?,
@@ -127,7 +127,7 @@ pub async fn note_survey_letter(state: &Service, letter: &SurveyLetter, sent: Se
 ///
 /// # Errors
 /// When the database fails.
-pub async fn note_retention_letter(state: &Service, letter: &RetentionLetter, sent: Sent) -> Result<(), Error> {
+pub async fn note_retention_letter(state: &Service, letter: &RetentionLetter, sent: LetterResult) -> Result<(), Error> {
     let again = sent.as_ref().err().and_then(|_| next_try(state, letter.tries));
     if let Err(error) = &sent {
         tracing::warn!(letter = %letter.id, tries = letter.tries + 1, cause = error, "a letter was not sent");

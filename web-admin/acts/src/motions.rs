@@ -7,9 +7,9 @@ use model::SessionKey;
 use serde_json::json;
 use sqlx::SqliteConnection;
 
-use crate::judging::{Answer, Question, Told};
+use crate::judging::{JudgeAnswer, JudgeQuestion, RecordingFacts};
 use crate::service::Service;
-use store::audit::{Actor, Entry};
+use store::audit::{Actor, AuditEntry};
 use store::sessions::{self, Session, SessionState};
 use store::{motions, practice};
 
@@ -32,8 +32,8 @@ pub async fn step(state: &Service) -> anyhow::Result<bool> {
 /// The hash of an attempt's motion; none without samples, or where the recording cannot be read: it is compared with none then.
 async fn read(state: &Service, session: &Session) -> anyhow::Result<Option<String>> {
     let path = state.config.recordings_dir.join(&session.recording_path);
-    match asking::ask(state, Question::Arrival(path)).await? {
-        Answer::Told(reported) => Ok(Told::try_from(*reported)?.motion.map(hex::encode)),
+    match asking::ask(state, JudgeQuestion::Arrival(path)).await? {
+        JudgeAnswer::Told(reported) => Ok(RecordingFacts::try_from(*reported)?.motion.map(hex::encode)),
         other => {
             tracing::warn!(session = %session.id, answer = format!("{other:?}"), "a motion of before is compared with none");
             Ok(None)
@@ -62,7 +62,7 @@ async fn repeat(state: &Service, tx: &mut SqliteConnection, first: SessionKey, l
     if later.state == SessionState::Scored {
         practice::refresh(tx, later.key()).await?;
     }
-    Entry::new(later.school_id, Actor::Worker, "session.repeats", later.id)
+    AuditEntry::new(later.school_id, Actor::Worker, "session.repeats", later.id)
         .with(json!({ "repeats": first.id }))
         .append(tx, state.clock.now())
         .await?;

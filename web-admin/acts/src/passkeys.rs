@@ -1,7 +1,7 @@
 //! Passkeys (WebAuthn) as a second factor: made, asked for a signature, renamed and removed. What was asked is kept here and good
 //! once; everything is in the audit log.
 
-use crate::passkey_site::{AnswerRefused, Asked, Owner, Site};
+use crate::passkey_site::{AnswerRefused, PasskeyChallenge, PasskeyOwner, Site};
 use model::passkey::PasskeyQuestion;
 use std::net::IpAddr;
 
@@ -10,12 +10,14 @@ use uuid::Uuid;
 use webauthn_rs::prelude::{Passkey, PasskeyAuthentication, PasskeyRegistration};
 
 use crate::error::Error;
-use crate::second_factor::{self, Enrolled, Proof};
+use crate::second_factor;
+use crate::second_factor::{Enrolled, SignInProof};
 use crate::service::Service;
 use crate::tokens::checked_name;
 use model::{CurrentPerson, PersonKey};
-use store::audit::Entry;
-use store::passkeys::{self, KeptPasskey, NewPasskey, Signature};
+use store::audit::AuditEntry;
+use store::passkeys;
+use store::passkeys::{KeptPasskey, NewPasskey, PasskeySignature};
 use store::people;
 use store::second_factors;
 
@@ -24,7 +26,7 @@ pub const MOST: usize = 20;
 
 /// What a browser has brought.
 #[derive(Clone, Copy, Debug)]
-pub struct Answer<'a> {
+pub struct PasskeyAnswer<'a> {
     /// Which question the session holds.
     pub question: Option<Uuid>,
     /// The answer, in JSON.
@@ -35,9 +37,9 @@ pub struct Answer<'a> {
 
 /// What came of an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Signed {
+pub enum PasskeyCheck {
     /// A passkey has signed.
-    Proved(Proof),
+    Proved(SignInProof),
     /// Nothing was asked, it is too late, or it was answered before.
     Late,
     /// The answer is refused.
@@ -64,7 +66,8 @@ pub async fn ask(state: &Service, key: PersonKey) -> Result<Option<PasskeyQuesti
     }
     let known: Vec<Passkey> = known.into_iter().map(|kept| kept.public_key.0).collect();
     let (options, asked) = site.ask_to_sign(&known)?;
-    let id = state.passkeys.ceremonies.begin(key.person_id, Asked::ToSign(Box::new(asked)), state.clock.now());
+    let id =
+        state.passkeys.ceremonies.begin(key.person_id, PasskeyChallenge::ToSign(Box::new(asked)), state.clock.now());
     Ok(Some(PasskeyQuestion { id, options, origin: site.origin().to_owned() }))
 }
 
@@ -72,17 +75,17 @@ pub async fn ask(state: &Service, key: PersonKey) -> Result<Option<PasskeyQuesti
 ///
 /// # Errors
 /// When there were too many tries, or the database fails.
-pub async fn check(state: &Service, key: PersonKey, answer: Answer<'_>) -> Result<Signed, Error> {
+pub async fn check(state: &Service, key: PersonKey, answer: PasskeyAnswer<'_>) -> Result<PasskeyCheck, Error> {
     second_factor::take_try(state, key, answer.from).await?;
     let site = state.passkeys.site().ok_or_else(no_site)?;
     let signed = match take(state, key, answer.question) {
-        Some(Asked::ToSign(asked)) => signed(state, key, site, &asked, answer.json).await?,
-        _ => Signed::Late,
+        Some(PasskeyChallenge::ToSign(asked)) => signed(state, key, site, &asked, answer.json).await?,
+        _ => PasskeyCheck::Late,
     };
     match signed {
-        Signed::Proved(_) => {}
-        Signed::Late => second_factor::note(state, key, "second_factor.refused").await?,
-        Signed::Refused(why) => {
+        PasskeyCheck::Proved(_) => {}
+        PasskeyCheck::Late => second_factor::note(state, key, "second_factor.refused").await?,
+        PasskeyCheck::Refused(why) => {
             tracing::warn!(from = %answer.from, person = %key.person_id, ?why, "an answer of a passkey is refused");
             let action = match why {
                 AnswerRefused::Wrong => "second_factor.refused",
@@ -94,7 +97,7 @@ pub async fn check(state: &Service, key: PersonKey, answer: Answer<'_>) -> Resul
     Ok(signed)
 }
 
-fn take(state: &Service, key: PersonKey, question: Option<Uuid>) -> Option<Asked> {
+fn take(state: &Service, key: PersonKey, question: Option<Uuid>) -> Option<PasskeyChallenge> {
     state.passkeys.ceremonies.take(question?, key.person_id, state.clock.now())
 }
 
@@ -104,26 +107,26 @@ async fn signed(
     site: &Site,
     asked: &PasskeyAuthentication,
     json: &str,
-) -> Result<Signed, Error> {
+) -> Result<PasskeyCheck, Error> {
     let result = match site.signed(json, asked) {
         Ok(result) => result,
-        Err(why) => return Ok(Signed::Refused(why)),
+        Err(why) => return Ok(PasskeyCheck::Refused(why)),
     };
     let mut tx = state.db.write().await?;
     let kept = passkeys::of_person(&mut *tx, key).await?;
     // It may have been removed since it was asked.
     let Some(kept) = kept.into_iter().find(|kept| kept.public_key.cred_id() == result.cred_id()) else {
-        return Ok(Signed::Refused(AnswerRefused::Wrong));
+        return Ok(PasskeyCheck::Refused(AnswerRefused::Wrong));
     };
     let mut public_key = kept.public_key.0;
     public_key.update_credential(&result);
-    let signature = Signature { public_key: &public_key, count: result.counter(), at: state.clock.now() };
+    let signature = PasskeySignature { public_key: &public_key, count: result.counter(), at: state.clock.now() };
     // By what is kept now: two questions may have been asked at one count.
     if !passkeys::take(&mut tx, key, kept.id, signature).await? {
-        return Ok(Signed::Refused(AnswerRefused::Copied));
+        return Ok(PasskeyCheck::Refused(AnswerRefused::Copied));
     }
     tx.commit().await?;
-    Ok(Signed::Proved(Proof::Passkey))
+    Ok(PasskeyCheck::Proved(SignInProof::Passkey))
 }
 
 /// Asks somebody's browser for a new passkey.
@@ -140,10 +143,10 @@ pub async fn ask_to_make(state: &Service, person: &CurrentPerson, name: &str) ->
         return Err(Error::Unprocessable(why));
     }
     let account = people::by_id(reader, person.id).await?.ok_or(Error::NotFound)?;
-    let owner = Owner { id: person.id, email: &account.email, name: &person.display_name };
+    let owner = PasskeyOwner { id: person.id, email: &account.email, name: &person.display_name };
     let known = known.iter().map(|kept| kept.public_key.cred_id().clone()).collect();
     let (options, asked) = site.ask_to_make(owner, known)?;
-    let asked = Asked::ToMake { name, state: Box::new(asked) };
+    let asked = PasskeyChallenge::ToMake { name, state: Box::new(asked) };
     let id = state.passkeys.ceremonies.begin(person.id, asked, state.clock.now());
     Ok(PasskeyQuestion { id, options, origin: site.origin().to_owned() })
 }
@@ -153,11 +156,15 @@ pub async fn ask_to_make(state: &Service, person: &CurrentPerson, name: &str) ->
 ///
 /// # Errors
 /// When the passkey is somebody's already, or the database fails.
-pub async fn make(state: &Service, person: &CurrentPerson, answer: Answer<'_>) -> Result<Option<Enrolled>, Error> {
+pub async fn make(
+    state: &Service,
+    person: &CurrentPerson,
+    answer: PasskeyAnswer<'_>,
+) -> Result<Option<Enrolled>, Error> {
     let key = PersonKey::from(person);
     let site = state.passkeys.site().ok_or_else(no_site)?;
     let made = match take(state, key, answer.question) {
-        Some(Asked::ToMake { name, state }) => read_made(site, answer.json, &state).map(|made| (name, made)),
+        Some(PasskeyChallenge::ToMake { name, state }) => read_made(site, answer.json, &state).map(|made| (name, made)),
         _ => None,
     };
     let Some((name, made)) = made else {
@@ -173,7 +180,7 @@ pub async fn make(state: &Service, person: &CurrentPerson, answer: Answer<'_>) -
         return Err(Error::Conflict(tr!("this passkey is known here already: make another").to_owned()));
     }
     let details = json!({ "passkey": new.id, "first": first });
-    Entry::by(person, "passkey.added", person.id).with(details).append(&mut tx, now).await?;
+    AuditEntry::by(person, "passkey.added", person.id).with(details).append(&mut tx, now).await?;
     let enrolled = match codes {
         Some((codes, hashes)) => {
             second_factors::put_recovery_codes(&mut tx, key, &hashes).await?;
@@ -209,7 +216,7 @@ pub async fn rename(state: &Service, person: &CurrentPerson, id: Uuid, name: &st
         return Err(Error::NotFound);
     }
     let details = json!({ "passkey": id });
-    Entry::by(person, "passkey.renamed", person.id).with(details).append(&mut tx, state.clock.now()).await?;
+    AuditEntry::by(person, "passkey.renamed", person.id).with(details).append(&mut tx, state.clock.now()).await?;
     Ok(tx.commit().await?)
 }
 
@@ -224,7 +231,7 @@ pub async fn remove(state: &Service, person: &CurrentPerson, id: Uuid) -> Result
         return Err(Error::NotFound);
     }
     let details = json!({ "passkey": id });
-    Entry::by(person, "passkey.removed", person.id).with(details).append(&mut tx, state.clock.now()).await?;
+    AuditEntry::by(person, "passkey.removed", person.id).with(details).append(&mut tx, state.clock.now()).await?;
     second_factor::end_if_last(&mut tx, person, state.clock.now()).await?;
     tx.commit().await?;
     state.mails.notify_one();

@@ -9,8 +9,8 @@ use std::time::Duration;
 use uuid::Uuid;
 
 use crate::error::Error;
-use crate::lines::{Lines, Place};
-use model::draft::Verdict;
+use crate::lines::{Lines, WorkPlace};
+use model::draft::DraftVerdict;
 
 /// Longest wait for one's turn.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -21,7 +21,7 @@ const MOST: usize = 64;
 #[derive(Debug)]
 pub struct Previews {
     lines: Lines,
-    known: Mutex<BTreeMap<[u8; 32], Verdict>>,
+    known: Mutex<BTreeMap<[u8; 32], DraftVerdict>>,
 }
 
 impl Default for Previews {
@@ -37,16 +37,16 @@ impl Previews {
     ///
     /// # Errors
     /// [`Error::Busy`] when the school's turn does not come in time.
-    pub async fn enter(&self, school: Uuid) -> Result<Place, Error> {
+    pub async fn enter(&self, school: Uuid) -> Result<WorkPlace, Error> {
         let place = self.lines.enter(school, PATIENCE).await;
         place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })
     }
 
-    pub(crate) fn told(&self, key: &[u8; 32]) -> Option<Verdict> {
+    pub(crate) fn told(&self, key: &[u8; 32]) -> Option<DraftVerdict> {
         self.known().get(key).cloned()
     }
 
-    pub(crate) fn keep(&self, key: [u8; 32], verdict: &Verdict) {
+    pub(crate) fn keep(&self, key: [u8; 32], verdict: &DraftVerdict) {
         let mut known = self.known();
         if known.len() >= MOST {
             known.clear();
@@ -55,7 +55,7 @@ impl Previews {
     }
 
     /// Whoever panicked has left nothing half-written here.
-    fn known(&self) -> MutexGuard<'_, BTreeMap<[u8; 32], Verdict>> {
+    fn known(&self) -> MutexGuard<'_, BTreeMap<[u8; 32], DraftVerdict>> {
         self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

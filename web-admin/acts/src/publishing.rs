@@ -15,32 +15,32 @@ use uuid::Uuid;
 
 use model::Moment;
 use model::progress::Mastery;
-use store::audit::{Actor, Entry};
+use store::audit::{Actor, AuditEntry};
 use store::curricula::{self, NewCurriculum, NewEntry};
 use store::exercises::{self, NewRevision};
 
 /// Why a course was not published.
 #[derive(Debug)]
-pub enum Refused {
+pub enum CourseRefused {
     /// A document is wrong, in words that name the place.
     Document(String),
     /// The work failed.
     Work(anyhow::Error),
 }
 
-impl From<DocumentError> for Refused {
+impl From<DocumentError> for CourseRefused {
     fn from(error: DocumentError) -> Self {
         Self::Document(error.to_string())
     }
 }
 
-impl From<anyhow::Error> for Refused {
+impl From<anyhow::Error> for CourseRefused {
     fn from(error: anyhow::Error) -> Self {
         Self::Work(error)
     }
 }
 
-impl From<sqlx::Error> for Refused {
+impl From<sqlx::Error> for CourseRefused {
     fn from(error: sqlx::Error) -> Self {
         Self::Work(anyhow::Error::new(error).context("database"))
     }
@@ -66,7 +66,7 @@ impl fmt::Display for Published {
 
 /// Who publishes, where and when.
 #[derive(Clone, Debug)]
-pub struct Publisher {
+pub struct DocumentPublisher {
     /// School.
     pub school: Uuid,
     /// By whom.
@@ -75,9 +75,9 @@ pub struct Publisher {
     pub now: Moment,
 }
 
-impl Publisher {
-    pub(crate) fn did<'a>(&self, action: &'a str, object: &str) -> Entry<'a> {
-        Entry::new(self.school, self.by.clone(), action, object)
+impl DocumentPublisher {
+    pub(crate) fn did<'a>(&self, action: &'a str, object: &str) -> AuditEntry<'a> {
+        AuditEntry::new(self.school, self.by.clone(), action, object)
     }
 }
 
@@ -104,12 +104,12 @@ pub async fn course(
     school: Uuid,
     path: &Path,
     now: Moment,
-) -> Result<Vec<Published>, Refused> {
+) -> Result<Vec<Published>, CourseRefused> {
     let Document::Curriculum(course, bundles) = read(path)? else {
-        return Err(Refused::Document(format!("{}: not a curriculum", path.display())));
+        return Err(CourseRefused::Document(format!("{}: not a curriculum", path.display())));
     };
     let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
-    let publisher = Publisher { school, by: Actor::CommandLine, now };
+    let publisher = DocumentPublisher { school, by: Actor::CommandLine, now };
     let mut published = Vec::new();
     for bundle in &bundles {
         published.push(exercise(writer, &publisher, bundle).await?);
@@ -124,10 +124,10 @@ pub async fn course(
 /// When the database fails.
 pub async fn exercise(
     writer: &mut SqliteConnection,
-    publisher: &Publisher,
+    publisher: &DocumentPublisher,
     bundle: &ExerciseBundle,
 ) -> anyhow::Result<Published> {
-    let Publisher { school, now, .. } = *publisher;
+    let DocumentPublisher { school, now, .. } = *publisher;
     let bundle_sha256 = bundle_sha256(bundle);
     let known = exercises::by_bundle(&mut *writer, school, &bundle_sha256).await?;
     let ExerciseBundle { exercise, scene, exercise_bytes, scene_bytes, meshes } = bundle;
@@ -162,13 +162,13 @@ pub async fn exercise(
 /// When its mastery rule cannot be kept, or the database fails.
 pub async fn curriculum(
     writer: &mut SqliteConnection,
-    publisher: &Publisher,
+    publisher: &DocumentPublisher,
     course: &Curriculum,
     bytes: &[u8],
-) -> Result<Published, Refused> {
-    let Publisher { school, now, .. } = *publisher;
+) -> Result<Published, CourseRefused> {
+    let DocumentPublisher { school, now, .. } = *publisher;
     let mastery = Mastery::from_rule(&course.mastery)
-        .map_err(|why| Refused::Document(format!("course {}: {}", course.id, no_limit(why))))?;
+        .map_err(|why| CourseRefused::Document(format!("course {}: {}", course.id, no_limit(why))))?;
     let known = curricula::by_sha256(&mut *writer, school, &course.sha256).await?;
     let entries: Vec<_> = course.entries.iter().map(entry).collect();
     let new = NewCurriculum {

@@ -11,7 +11,7 @@ use crate::service::Service;
 use crate::surveys;
 use crate::surveys::answering::read_items;
 use model::CurrentPerson;
-use store::audit::Entry;
+use store::audit::AuditEntry;
 use store::ratings::{self, NewRound, Rating, Round};
 use store::sessions::{self, Session};
 
@@ -28,7 +28,7 @@ pub async fn make(state: &Service, by: &CurrentPerson, new: &NewRound) -> Result
     let mut tx = state.db.write().await?;
     let id = ratings::add(&mut tx, by, new, now).await?;
     let told = json!({ "revision": new.revision_id, "attempts": new.sessions, "raters": new.raters });
-    Entry::by(by, "ratings.asked", id).with(told).append(&mut tx, state.clock.now()).await?;
+    AuditEntry::by(by, "ratings.asked", id).with(told).append(&mut tx, state.clock.now()).await?;
     tx.commit().await?;
     Ok(id)
 }
@@ -40,7 +40,7 @@ pub async fn make(state: &Service, by: &CurrentPerson, new: &NewRound) -> Result
 pub async fn withdraw(state: &Service, by: &CurrentPerson, round: &Round) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     ratings::withdraw(&mut tx, round, state.clock.now()).await?;
-    Entry::by(by, "ratings.withdrawn", round.id).append(&mut tx, state.clock.now()).await?;
+    AuditEntry::by(by, "ratings.withdrawn", round.id).append(&mut tx, state.clock.now()).await?;
     Ok(tx.commit().await?)
 }
 
@@ -107,7 +107,7 @@ impl Rated {
         }
         // The log names the rating, not the attempt: a rater reads their own export.
         let told = json!({ "round": self.rating.round_id });
-        Entry::by(rater, "rating.finished", self.rating.id).with(told).append(&mut tx, state.clock.now()).await?;
+        AuditEntry::by(rater, "rating.finished", self.rating.id).with(told).append(&mut tx, state.clock.now()).await?;
         Ok(tx.commit().await?)
     }
 }

@@ -2,7 +2,7 @@
 
 use model::CurrentPerson;
 use serde_json::json;
-use store::audit::Entry;
+use store::audit::AuditEntry;
 use store::links;
 use store::links::NewRecordingLink;
 use store::sessions::Session;
@@ -25,7 +25,7 @@ pub async fn make_recording_link(service: &Service, by: &CurrentPerson, session:
     let hash = secret::token_sha256(&token);
     let link = NewRecordingLink { session: session.key(), made_by: by.id, token_sha256: &hash, expires_at: until };
     links::add(&mut tx, link, now).await?;
-    Entry::by(by, "recording.linked", session.id).with(json!({ "until": until })).append(&mut tx, now).await?;
+    AuditEntry::by(by, "recording.linked", session.id).with(json!({ "until": until })).append(&mut tx, now).await?;
     tx.commit().await?;
     Ok(token)
 }

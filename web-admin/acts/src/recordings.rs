@@ -216,9 +216,9 @@ pub async fn with_comments(state: &Service, session: &Session) -> Result<Copied,
 }
 
 /// Comments as remarks; an answer stands where its comment does.
-fn remarks(said: &[comments::Kept]) -> Vec<Annotation> {
+fn remarks(said: &[comments::CommentRecord]) -> Vec<Annotation> {
     let asked = |id: Option<Uuid>| said.iter().find(|comment| Some(comment.id) == id);
-    let remark = |comment: &comments::Kept| {
+    let remark = |comment: &comments::CommentRecord| {
         let kind = comment.kind.map_or("answer", CommentKind::name);
         let t_s = comment.from_s.or_else(|| asked(comment.answers)?.from_s)?;
         let until = comment.to_s.map_or_else(String::new, |to_s| format!(" (to {to_s} s)"));

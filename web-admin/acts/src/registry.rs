@@ -3,7 +3,7 @@
 use model::{Moment, PersonKey, Role};
 use serde_json::json;
 use sqlx::SqliteConnection;
-use store::audit::{Actor, Entry};
+use store::audit::{Actor, AuditEntry};
 use store::cohorts::{self, Deed, Membership};
 use store::people::{self, NewPerson, Person};
 use store::schools::{self, School};
@@ -12,7 +12,7 @@ use store::tokens::{self, NewToken, TokenHolder};
 use crate::accounts::INITIAL_PASSWORD_S;
 use crate::secret;
 use crate::service::Service;
-use crate::tokens::{Wanted, checked_name, end};
+use crate::tokens::{TokenRequest, checked_name, end};
 
 /// Why something was not done.
 #[derive(Debug, thiserror::Error)]
@@ -33,7 +33,7 @@ impl From<store::Error> for RegistryError {
 
 /// A person to be added.
 #[derive(Clone, Copy, Debug)]
-pub struct NewAccount<'a> {
+pub struct RegisteredPerson<'a> {
     /// Address they sign in with.
     pub email: &'a str,
     /// Name shown to people.
@@ -47,7 +47,7 @@ pub struct NewAccount<'a> {
     /// Password for the first sign-in.
     pub password: &'a str,
     /// A token for the API, where one is wanted.
-    pub token: Option<Wanted<'a>>,
+    pub token: Option<TokenRequest<'a>>,
 }
 
 /// A person who was added.
@@ -67,7 +67,7 @@ pub struct AddedAccount {
 ///
 /// # Errors
 /// When somebody has the address, the school is not clear, the cohort is none for them, or the database fails.
-pub async fn add_person(service: &Service, new: NewAccount<'_>) -> Result<AddedAccount, RegistryError> {
+pub async fn add_person(service: &Service, new: RegisteredPerson<'_>) -> Result<AddedAccount, RegistryError> {
     let password_hash = secret::hash_password(new.password, service.config.password_cost)?;
     let now = service.clock.now();
     let mut tx = service.db.write().await?;
@@ -85,7 +85,7 @@ pub async fn add_person(service: &Service, new: NewAccount<'_>) -> Result<AddedA
     let person = people::add(&mut tx, &row, now).await?;
     let until = now.plus_s(INITIAL_PASSWORD_S);
     people::make_initial(&mut tx, person.id, until).await?;
-    Entry::new(person.school_id, Actor::CommandLine, "person.added", person.id)
+    AuditEntry::new(person.school_id, Actor::CommandLine, "person.added", person.id)
         .with(json!({ "role": new.role }))
         .append(&mut tx, now)
         .await?;
@@ -109,7 +109,7 @@ async fn join(tx: &mut SqliteConnection, person: &Person, cohort: &str, now: Mom
     let membership =
         Membership { school_id: person.school_id, cohort_id: cohort.id, person_id: person.id, role: person.role };
     cohorts::join(tx, membership, Deed { by: None, at: now }).await?;
-    let entry = Entry::new(person.school_id, Actor::CommandLine, "cohort.joined", person.id);
+    let entry = AuditEntry::new(person.school_id, Actor::CommandLine, "cohort.joined", person.id);
     Ok(entry.with(json!({ "cohort": cohort.id })).append(tx, now).await?)
 }
 
@@ -124,7 +124,7 @@ pub async fn reset_password(service: &Service, person: &Person, password: &str) 
     let mut tx = service.db.write().await?;
     people::set_password(&mut tx, person.id, &hash).await?;
     people::make_initial(&mut tx, person.id, until).await?;
-    let entry = Entry::new(person.school_id, Actor::CommandLine, "person.password_reset", person.id);
+    let entry = AuditEntry::new(person.school_id, Actor::CommandLine, "person.password_reset", person.id);
     entry.append(&mut tx, now).await?;
     tx.commit().await?;
     Ok(until)
@@ -141,7 +141,7 @@ pub async fn disable_person(service: &Service, person: &Person) -> Result<Option
         return Ok(None);
     }
     let revoked = tokens::revoke_all(&mut tx, person.id, now).await?;
-    Entry::new(person.school_id, Actor::CommandLine, "person.disabled", person.id)
+    AuditEntry::new(person.school_id, Actor::CommandLine, "person.disabled", person.id)
         .with(json!({ "tokens_revoked": revoked }))
         .append(&mut tx, now)
         .await?;
@@ -153,7 +153,7 @@ pub async fn disable_person(service: &Service, person: &Person) -> Result<Option
 ///
 /// # Errors
 /// When its name is none, or the database fails.
-pub async fn give_token(service: &Service, person: &Person, wanted: Wanted<'_>) -> Result<String, RegistryError> {
+pub async fn give_token(service: &Service, person: &Person, wanted: TokenRequest<'_>) -> Result<String, RegistryError> {
     let mut tx = service.db.write().await?;
     let token = give_in(&mut tx, person, wanted, service.clock.now()).await?;
     tx.commit().await?;
@@ -163,7 +163,7 @@ pub async fn give_token(service: &Service, person: &Person, wanted: Wanted<'_>) 
 async fn give_in(
     tx: &mut SqliteConnection,
     person: &Person,
-    wanted: Wanted<'_>,
+    wanted: TokenRequest<'_>,
     now: Moment,
 ) -> Result<String, RegistryError> {
     let name = checked_name(wanted.name).map_err(|why| RegistryError::Usage(format!("--{why}")))?;
@@ -171,7 +171,7 @@ async fn give_in(
     let owner = PersonKey { school_id: person.school_id, person_id: person.id };
     let new = NewToken { owner, name: &name, expires_at: end(now, wanted.days) };
     let id = tokens::add_named(tx, new, &secret::token_sha256(&token), now).await?;
-    Entry::new(person.school_id, Actor::CommandLine, "token.made", id)
+    AuditEntry::new(person.school_id, Actor::CommandLine, "token.made", id)
         .with(json!({ "person": person.id, "expires_at": new.expires_at }))
         .append(tx, now)
         .await?;
@@ -192,7 +192,7 @@ pub async fn give_station_token(
     let school = choose_in(&mut tx, school, now).await?;
     let holder = TokenHolder { school_id: school.id, person_id: None, station: station.map(str::to_owned) };
     let id = tokens::add(&mut tx, &holder, &secret::token_sha256(&token), now).await?;
-    Entry::new(school.id, Actor::CommandLine, "token.made", id)
+    AuditEntry::new(school.id, Actor::CommandLine, "token.made", id)
         .with(json!({ "person": holder.person_id, "station": holder.station }))
         .append(&mut tx, now)
         .await?;
@@ -245,7 +245,7 @@ pub(crate) async fn choose_in(
         return Ok(known.clone());
     }
     let school = schools::find_or_create(tx, name, now).await?;
-    Entry::new(school.id, Actor::CommandLine, "school.added", school.id)
+    AuditEntry::new(school.id, Actor::CommandLine, "school.added", school.id)
         .with(json!({ "name": school.name }))
         .append(tx, now)
         .await?;

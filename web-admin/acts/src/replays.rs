@@ -9,7 +9,7 @@ use std::time::Duration;
 use anyhow::Context;
 
 use crate::error::Error;
-use crate::judging::{Answer, Brief, Question, Task};
+use crate::judging::{Brief, JudgeAnswer, JudgeQuestion, JudgingTask};
 use crate::recordings;
 use crate::service::Service;
 use model::series::Pyramid;
@@ -26,7 +26,7 @@ pub fn folder(state: &Service, session: &Session) -> PathBuf {
 
 /// What whoever judges a session's recording must know.
 #[must_use]
-pub fn brief(state: &Service, session: &Session, task: Task) -> Brief {
+pub fn brief(state: &Service, session: &Session, task: JudgingTask) -> Brief {
     let recording = state.config.recordings_dir.join(&session.recording_path);
     Brief { recording, sha256: session.recording_sha256.clone(), replay: folder(state, session), task }
 }
@@ -41,8 +41,8 @@ pub async fn file(state: &Service, session: &Session, name: &str) -> Result<Path
     if !tokio::fs::try_exists(&folder).await? {
         let place = state.helpers.enter(session.school_id, PATIENCE).await;
         let _place = place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })?;
-        match asking::ask(state, Question::Recording(brief(state, session, Task::Replay))).await? {
-            Answer::Replayed => {}
+        match asking::ask(state, JudgeQuestion::Recording(brief(state, session, JudgingTask::Replay))).await? {
+            JudgeAnswer::Replayed => {}
             other => return Err(anyhow::anyhow!("no replay was made of a stored recording: {other:?}").into()),
         }
     }

@@ -15,8 +15,8 @@ use crate::error::Error;
 use crate::service::Service;
 use model::Moment;
 use model::directory::AccountState;
-use model::retention::{Now, Step, step};
-use store::audit::{Actor, Entry};
+use model::retention::{Now, RetentionAction, step};
+use store::audit::{Actor, AuditEntry};
 use store::directory;
 use store::retention::{self, Idle, Settings};
 use store::schools;
@@ -28,16 +28,16 @@ const LOOK_EVERY_S: i64 = 86_400;
 
 /// What is to be done about somebody.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Planned {
+pub struct RetentionStep {
     /// Who.
     pub idle: Idle,
     /// What.
-    pub step: Step,
+    pub step: RetentionAction,
 }
 
 /// What has been done.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Done {
+pub struct RetentionResult {
     /// People who were warned.
     pub warned: usize,
     /// People whose warning was called off.
@@ -50,7 +50,7 @@ pub struct Done {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn plan(state: &Service, school: Uuid) -> Result<(Settings, Vec<Planned>), Error> {
+pub async fn plan(state: &Service, school: Uuid) -> Result<(Settings, Vec<RetentionStep>), Error> {
     let reader = state.db.reader();
     let settings = retention::rule(reader, school).await?;
     let observed_s = retention::service_time(reader).await?.observed_s;
@@ -58,7 +58,7 @@ pub async fn plan(state: &Service, school: Uuid) -> Result<(Settings, Vec<Planne
     let since = rule.map_or(Moment::from_micros(0), |rule| rule.warned_since(now.at));
     let planned = retention::idle(reader, school, since).await?.into_iter().filter_map(|idle| {
         let step = step(rule, idle.active_at, idle.held_at.is_some(), idle.warned(), now)?;
-        Some(Planned { idle, step })
+        Some(RetentionStep { idle, step })
     });
     Ok((settings, planned.collect()))
 }
@@ -67,31 +67,31 @@ pub async fn plan(state: &Service, school: Uuid) -> Result<(Settings, Vec<Planne
 ///
 /// # Errors
 /// When the database, the list of erasures or the disk fails; what is done until then stays done.
-pub async fn act(state: &Service, school: Uuid) -> Result<Done, Error> {
+pub async fn act(state: &Service, school: Uuid) -> Result<RetentionResult, Error> {
     let (settings, planned) = plan(state, school).await?;
-    let mut done = Done::default();
+    let mut done = RetentionResult::default();
     let mut tx = state.db.write().await?;
-    for Planned { idle, step } in &planned {
+    for RetentionStep { idle, step } in &planned {
         let now = state.clock.now();
         let told = json!({ "active_at": idle.active_at, "months": settings.months });
         match step {
-            Step::Warn => {
+            RetentionAction::Warn => {
                 retention::warn(&mut tx, school, idle, now).await?;
                 entry(school, "retention.warned", idle).with(told).append(&mut tx, now).await?;
                 done.warned += 1;
             }
-            Step::CallOff => {
+            RetentionAction::CallOff => {
                 retention::forget_warning(&mut tx, idle.id).await?;
                 entry(school, "retention.called_off", idle).with(told).append(&mut tx, now).await?;
                 done.called_off += 1;
             }
-            Step::Sending | Step::Wait(_) | Step::Erase => {}
+            RetentionAction::Sending | RetentionAction::Wait(_) | RetentionAction::Erase => {}
         }
     }
     tx.commit().await?;
     state.mails.notify_one();
     let wish = erasing::wish_of_school(state, school, settings.texts, settings.texts).await?;
-    for Planned { idle, .. } in planned.iter().filter(|planned| planned.step == Step::Erase) {
+    for RetentionStep { idle, .. } in planned.iter().filter(|planned| planned.step == RetentionAction::Erase) {
         let person = directory::find(state.db.reader(), school, idle.id).await?;
         let Some(person) = person.filter(|person| person.state != AccountState::Erased) else { continue };
         let why = json!({ "active_at": idle.active_at, "told_at": idle.told_at, "months": settings.months });
@@ -102,8 +102,8 @@ pub async fn act(state: &Service, school: Uuid) -> Result<Done, Error> {
     Ok(done)
 }
 
-fn entry<'a>(school: Uuid, action: &'a str, idle: &Idle) -> Entry<'a> {
-    Entry::new(school, Actor::Worker, action, idle.id)
+fn entry<'a>(school: Uuid, action: &'a str, idle: &Idle) -> AuditEntry<'a> {
+    AuditEntry::new(school, Actor::Worker, action, idle.id)
 }
 
 /// Looks once a day of the time that the service runs, until it is dropped.
@@ -134,7 +134,7 @@ pub async fn tick(state: &Service, elapsed: Duration) -> Result<(), Error> {
     let mut failed = None;
     for school in schools::all(state.db.reader()).await? {
         match act(state, school.id).await {
-            Ok(done) if done == Done::default() => {}
+            Ok(done) if done == RetentionResult::default() => {}
             Ok(done) => tracing::info!(school = %school.id, ?done, "retention"),
             // The other schools do not wait for this one.
             Err(error) => failed = Some(error),
@@ -156,7 +156,7 @@ pub async fn set_held(state: &Service, by: &CurrentPerson, person: Uuid, held: b
     let (now, mut tx) = (state.clock.now(), state.db.write().await?);
     let (since, action) = if held { (Some(now), "person.held") } else { (None, "person.released") };
     if retention::hold(&mut tx, PersonKey { school_id: by.school_id, person_id: person }, since).await? {
-        Entry::by(by, action, person).append(&mut tx, now).await?;
+        AuditEntry::by(by, action, person).append(&mut tx, now).await?;
     }
     Ok(tx.commit().await?)
 }

@@ -2,7 +2,7 @@
 
 use model::CurrentPerson;
 use serde_json::json;
-use store::audit::Entry;
+use store::audit::AuditEntry;
 use store::grades::{self, NewOverride};
 use store::sessions::Session;
 use store::{reviews, supervisions};
@@ -30,7 +30,7 @@ pub async fn set_supervised(
         (supervisions::withdraw(&mut tx, session.key()).await?, "session.supervision_withdrawn")
     };
     if changed {
-        Entry::by(by, action, session.id).append(&mut tx, now).await?;
+        AuditEntry::by(by, action, session.id).append(&mut tx, now).await?;
     }
     Ok(tx.commit().await?)
 }
@@ -49,7 +49,7 @@ pub async fn override_grade(
     grades::put(&mut tx, session.key(), new, now).await?;
     let action = if new.grade.is_some() { "grade.overridden" } else { "grade.override_withdrawn" };
     let details = json!({ "score": new.grade.map(|(score, _)| score), "passed": new.grade.map(|(_, passed)| passed) });
-    Entry::by(by, action, session.id).with(details).append(&mut tx, now).await?;
+    AuditEntry::by(by, action, session.id).with(details).append(&mut tx, now).await?;
     Ok(tx.commit().await?)
 }
 
@@ -70,7 +70,7 @@ pub async fn set_reviewed(
         (reviews::unmark(&mut tx, session.key()).await?, "session.review_withdrawn")
     };
     if changed {
-        Entry::by(by, action, session.id).append(&mut tx, now).await?;
+        AuditEntry::by(by, action, session.id).append(&mut tx, now).await?;
     }
     Ok(tx.commit().await?)
 }

@@ -10,26 +10,28 @@ use uuid::Uuid;
 use crate::accounts;
 use crate::error::Error;
 use crate::service::Service;
-use model::roster::{self, Change, Difference, Entry, Line, Outcome, Roster, Wanted};
+use model::roster;
+use model::roster::{LineOutcome, Roster, RosterChange, RosterDifference, RosterEntry, RosterOutcome, RosterRequest};
 use model::{CurrentPerson, PersonKey, Role};
 use store::account_links::Purpose;
 use store::audit;
 use store::cohorts::{self, Deed, Membership, MembershipKey};
 use store::directory::{self, Details};
-use store::rosters::{self, About, Draft, NewDraft};
+use store::rosters;
+use store::rosters::{About, NewRosterDraft, RosterDraft};
 
 /// How long a roster waits to be confirmed, in s.
 pub const DRAFT_LIFETIME_S: i64 = 86_400;
 
 /// A roster that was looked at.
 #[derive(Clone, Debug)]
-pub struct Preview {
+pub struct RosterPreview {
     /// What the file was called.
     pub file_name: String,
     /// Headings that mean nothing here.
     pub ignored: Vec<String>,
     /// What it would change.
-    pub difference: Difference,
+    pub difference: RosterDifference,
     /// Stands for the difference: what is confirmed is what was shown.
     pub digest: String,
 }
@@ -43,10 +45,10 @@ pub async fn keep(
     by: &CurrentPerson,
     file_name: &str,
     body: &[u8],
-    wanted: &Wanted,
+    wanted: &RosterRequest,
 ) -> Result<Uuid, Error> {
     parse(body).await?;
-    let draft = NewDraft { school_id: by.school_id, made_by: by.id, file_name, body, wanted };
+    let draft = NewRosterDraft { school_id: by.school_id, made_by: by.id, file_name, body, wanted };
     let mut tx = state.db.write().await?;
     let id = rosters::keep(&mut tx, &draft, state.clock.now()).await?;
     tx.commit().await?;
@@ -63,25 +65,25 @@ async fn parse(body: &[u8]) -> Result<Roster, Error> {
 ///
 /// # Errors
 /// When there is none, or the database fails.
-pub async fn preview(state: &Service, school: Uuid, id: Uuid) -> Result<Preview, Error> {
+pub async fn preview(state: &Service, school: Uuid, id: Uuid) -> Result<RosterPreview, Error> {
     let draft = rosters::find(state.db.reader(), school, id).await?.ok_or(Error::NotFound)?;
     let mut connection = state.db.reader().acquire().await?;
     look(&mut connection, school, draft).await
 }
 
-async fn look(connection: &mut SqliteConnection, school: Uuid, draft: Draft) -> Result<Preview, Error> {
+async fn look(connection: &mut SqliteConnection, school: Uuid, draft: RosterDraft) -> Result<RosterPreview, Error> {
     let roster = parse(&draft.body).await?;
     let about = about(&roster, &draft.wanted.0);
     let known = rosters::known(connection, school, &about).await?;
     let unusable = rosters::taken_elsewhere(connection, school, &about.emails).await?;
-    let difference = Difference::of(&roster, &known, &unusable, &draft.wanted.0);
+    let difference = RosterDifference::of(&roster, &known, &unusable, &draft.wanted.0);
     let shown = serde_json::to_vec(&difference).map_err(anyhow::Error::from)?;
     let digest = hex::encode(Sha256::digest(shown));
-    Ok(Preview { file_name: draft.file_name, ignored: roster.ignored, difference, digest })
+    Ok(RosterPreview { file_name: draft.file_name, ignored: roster.ignored, difference, digest })
 }
 
 /// Whom a roster names, and whoever is in the cohorts that they are to leave where it does not.
-fn about<'a>(roster: &'a Roster, wanted: &'a Wanted) -> About<'a> {
+fn about<'a>(roster: &'a Roster, wanted: &'a RosterRequest) -> About<'a> {
     let entries = || roster.rows.iter().filter_map(|row| row.entry.as_ref().ok());
     let filled = entries().filter_map(|entry| entry.cohort.as_ref().or(wanted.cohort.as_ref()));
     About {
@@ -102,10 +104,10 @@ pub async fn confirm(
     id: Uuid,
     digest: &str,
     invite: bool,
-) -> Result<Option<Difference>, Error> {
+) -> Result<Option<RosterDifference>, Error> {
     let mut tx = state.db.write().await?;
     let draft = rosters::find(&mut *tx, by.school_id, id).await?.ok_or(Error::NotFound)?;
-    let Preview { difference, digest: now, .. } = look(&mut tx, by.school_id, draft).await?;
+    let RosterPreview { difference, digest: now, .. } = look(&mut tx, by.school_id, draft).await?;
     if now != digest {
         return Ok(None);
     }
@@ -127,7 +129,7 @@ pub async fn confirm(
     let Import { added, changed, .. } = import;
     let left: Vec<Uuid> = difference.leaving.iter().map(|leaving| leaving.person).collect();
     let told = json!({ "added": added, "changed": changed, "left_a_cohort": left, "difference_sha256": digest });
-    audit::Entry::by(by, "roster.imported", id).with(told).append(&mut tx, state.clock.now()).await?;
+    audit::AuditEntry::by(by, "roster.imported", id).with(told).append(&mut tx, state.clock.now()).await?;
     rosters::discard(&mut tx, by.school_id, id).await?;
     tx.commit().await?;
     state.mails.notify_one();
@@ -145,23 +147,23 @@ struct Import<'a> {
 }
 
 impl Import<'_> {
-    async fn line(&mut self, line: &Line, invite: bool) -> Result<(), Error> {
+    async fn line(&mut self, line: &LineOutcome, invite: bool) -> Result<(), Error> {
         let Some(entry) = &line.entry else { return Ok(()) };
         match &line.outcome {
-            Outcome::New => self.add(entry, invite).await,
-            Outcome::Changed { person, changes } => self.change(entry, *person, changes).await,
-            Outcome::Unchanged | Outcome::Refused(_) => Ok(()),
+            RosterOutcome::New => self.add(entry, invite).await,
+            RosterOutcome::Changed { person, changes } => self.change(entry, *person, changes).await,
+            RosterOutcome::Unchanged | RosterOutcome::Refused(_) => Ok(()),
         }
     }
 
-    async fn add(&mut self, entry: &Entry, invite: bool) -> Result<(), Error> {
+    async fn add(&mut self, entry: &RosterEntry, invite: bool) -> Result<(), Error> {
         let now = self.state.clock.now();
         let school = self.by.school_id;
         let person = rosters::enrol(self.tx, school, entry, now).await?;
         if let Some(cohort) = &entry.cohort {
             self.join(person, entry.role.unwrap_or(Role::Trainee), cohort).await?;
         }
-        if entry.standing == Some(roster::Standing::Gone) {
+        if entry.standing == Some(roster::AccountStanding::Gone) {
             accounts::disable_in(self.tx, self.state, self.by, person).await?;
         } else if invite {
             accounts::queue_link(
@@ -176,19 +178,19 @@ impl Import<'_> {
         Ok(())
     }
 
-    async fn change(&mut self, entry: &Entry, person: Uuid, changes: &[Change]) -> Result<(), Error> {
+    async fn change(&mut self, entry: &RosterEntry, person: Uuid, changes: &[RosterChange]) -> Result<(), Error> {
         let school = self.by.school_id;
         let details = Details { name: &entry.name, email: &entry.email, registrar_id: entry.registrar_id.as_deref() };
         directory::change(self.tx, school, person, details).await?;
         for change in changes {
             match change {
-                Change::Joins(cohort) => {
+                RosterChange::Joins(cohort) => {
                     let known = directory::find(&mut *self.tx, school, person).await?.ok_or(Error::NotFound)?;
                     self.join(person, known.role, cohort).await?;
                 }
-                Change::Enabled => drop(directory::enable(self.tx, school, person).await?),
-                Change::Disabled => accounts::disable_in(self.tx, self.state, self.by, person).await?,
-                Change::Name(_) | Change::Email(_) | Change::RegistrarId(_) => {}
+                RosterChange::Enabled => drop(directory::enable(self.tx, school, person).await?),
+                RosterChange::Disabled => accounts::disable_in(self.tx, self.state, self.by, person).await?,
+                RosterChange::Name(_) | RosterChange::Email(_) | RosterChange::RegistrarId(_) => {}
             }
         }
         self.changed.push(person);

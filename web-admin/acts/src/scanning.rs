@@ -33,7 +33,7 @@ pub struct Scanner {
 
 /// What a scanner says of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub enum ScanVerdict {
     /// Nothing was found.
     Clean,
     /// This was found.
@@ -45,7 +45,7 @@ impl Scanner {
     ///
     /// # Errors
     /// When it cannot be reached, takes too long, or says that it has not looked at all of it; or when the file cannot be read.
-    pub async fn scan(&self, file: &Path) -> anyhow::Result<Verdict> {
+    pub async fn scan(&self, file: &Path) -> anyhow::Result<ScanVerdict> {
         let asked = tokio::time::timeout(self.time, self.ask(file)).await;
         let answer = asked.with_context(|| format!("the scanner has not answered for {} s", self.time.as_secs()))??;
         verdict(&answer)
@@ -86,13 +86,13 @@ async fn send(file: &mut File, socket: &mut UnixStream) -> std::io::Result<()> {
 }
 
 /// What an answer means. Whatever is not understood is no word for a file.
-fn verdict(answer: &str) -> anyhow::Result<Verdict> {
+fn verdict(answer: &str) -> anyhow::Result<ScanVerdict> {
     let said = answer.strip_prefix("stream: ").filter(|said| !said.contains('\n'));
     if said == Some("OK") {
-        return Ok(Verdict::Clean);
+        return Ok(ScanVerdict::Clean);
     }
     match said.and_then(|said| said.strip_suffix(" FOUND")) {
-        Some(name) => Ok(Verdict::Found(on_one_line(name).chars().take(LONGEST_NAME).collect())),
+        Some(name) => Ok(ScanVerdict::Found(on_one_line(name).chars().take(LONGEST_NAME).collect())),
         None => {
             bail!("the scanner says \"{}\": is clamd's StreamMaxLength less than --max-upload-mb?", on_one_line(answer))
         }
@@ -107,9 +107,9 @@ mod tests {
 
     #[test]
     fn only_a_whole_word_for_a_file_lets_it_in() {
-        assert_eq!(verdict("stream: OK").unwrap(), Verdict::Clean);
+        assert_eq!(verdict("stream: OK").unwrap(), ScanVerdict::Clean);
         let found = verdict("stream: Win.Test.EICAR_HDB-1 FOUND").unwrap();
-        assert_eq!(found, Verdict::Found("Win.Test.EICAR_HDB-1".to_owned()));
+        assert_eq!(found, ScanVerdict::Found("Win.Test.EICAR_HDB-1".to_owned()));
         for nothing in [
             "",
             "OK",
@@ -122,7 +122,7 @@ mod tests {
         ] {
             assert!(verdict(nothing).is_err(), "{nothing}");
         }
-        let Ok(Verdict::Found(name)) = verdict(&format!("stream: {} FOUND", "x\u{202e}".repeat(500))) else {
+        let Ok(ScanVerdict::Found(name)) = verdict(&format!("stream: {} FOUND", "x\u{202e}".repeat(500))) else {
             panic!("something was found")
         };
         assert!(name.chars().count() <= LONGEST_NAME && !name.contains('\u{202e}'), "{name}");

@@ -2,7 +2,7 @@
 
 use model::{CurrentPerson, FactorRule, Needed};
 use serde_json::{Value, json};
-use store::audit::Entry;
+use store::audit::AuditEntry;
 use store::retention::{self, Settings};
 use store::{Write, origins, schools, second_factors};
 
@@ -17,7 +17,7 @@ async fn settle(
     action: &str,
     settled: Value,
 ) -> Result<(), Error> {
-    Entry::by(by, action, by.school_id).with(settled).append(&mut tx, service.clock.now()).await?;
+    AuditEntry::by(by, action, by.school_id).with(settled).append(&mut tx, service.clock.now()).await?;
     Ok(tx.commit().await?)
 }
 

@@ -5,13 +5,13 @@ use std::time::Duration;
 
 use anyhow::Context;
 use serde_json::json;
-use store::audit::{Actor, Entry};
+use store::audit::{Actor, AuditEntry};
 use store::exercises::RevisionBytes;
 use store::jobs::{self, Job};
 use store::sessions::{self, Session};
 use store::{exercises, practice, scores, tries};
 
-use crate::judging::{Answer, Outcome, Question, Task};
+use crate::judging::{JudgeAnswer, JudgeQuestion, JudgingOutcome, JudgingTask};
 use crate::killpoints::KillPoint;
 use crate::replays;
 use crate::service::Service;
@@ -25,7 +25,7 @@ const FIRST_WAIT_S: i64 = 10;
 
 /// Why a recording was not scored.
 #[derive(Debug)]
-enum Failure {
+enum ScoringFailure {
     /// It never will be.
     Permanent(String),
     /// It may be, later.
@@ -34,7 +34,7 @@ enum Failure {
     Death(String),
 }
 
-impl<E: Into<anyhow::Error>> From<E> for Failure {
+impl<E: Into<anyhow::Error>> From<E> for ScoringFailure {
     fn from(error: E) -> Self {
         Self::Passing(error.into())
     }
@@ -47,26 +47,26 @@ impl<E: Into<anyhow::Error>> From<E> for Failure {
 pub async fn score_recording(state: &Service, job: &Job) -> anyhow::Result<()> {
     match outcome(state, job).await {
         Ok(outcome) => keep_score(state, job, outcome).await,
-        Err(Failure::Permanent(why)) => refuse(state, job, &why).await,
-        Err(Failure::Passing(error)) => put_off(state, job, &error).await,
-        Err(Failure::Death(how)) => bury(state, job, &how).await,
+        Err(ScoringFailure::Permanent(why)) => refuse(state, job, &why).await,
+        Err(ScoringFailure::Passing(error)) => put_off(state, job, &error).await,
+        Err(ScoringFailure::Death(how)) => bury(state, job, &how).await,
     }
 }
 
-async fn outcome(state: &Service, job: &Job) -> Result<Outcome, Failure> {
+async fn outcome(state: &Service, job: &Job) -> Result<JudgingOutcome, ScoringFailure> {
     let session = sessions::find(state.db.reader(), job.school_id, job.session_id).await?;
     let session = session.context("the queue names a session that is not there")?;
-    let task = Task::Judge(published(state, &session).await?);
+    let task = JudgingTask::Judge(published(state, &session).await?);
     begin(state, job).await?;
     KillPoint::JobBegun.pass();
-    let question = Question::Recording(replays::brief(state, &session, task));
+    let question = JudgeQuestion::Recording(replays::brief(state, &session, task));
     let most = if job.deaths == 0 { FIRST_TRY } else { Duration::MAX };
     match asking::ask_within(state, question, most).await? {
-        Answer::Judged(outcome) => Ok(*outcome),
-        Answer::Permanent(why) => Err(Failure::Permanent(why)),
-        Answer::Died(how) => Err(Failure::Death(how)),
-        Answer::Passing(why) => Err(Failure::Passing(anyhow::anyhow!(why))),
-        other => Err(Failure::Passing(anyhow::anyhow!("a score was asked for, and this came: {other:?}"))),
+        JudgeAnswer::Judged(outcome) => Ok(*outcome),
+        JudgeAnswer::Permanent(why) => Err(ScoringFailure::Permanent(why)),
+        JudgeAnswer::Died(how) => Err(ScoringFailure::Death(how)),
+        JudgeAnswer::Passing(why) => Err(ScoringFailure::Passing(anyhow::anyhow!(why))),
+        other => Err(ScoringFailure::Passing(anyhow::anyhow!("a score was asked for, and this came: {other:?}"))),
     }
 }
 
@@ -83,7 +83,7 @@ async fn published(state: &Service, session: &Session) -> anyhow::Result<Option<
     Ok(exercises::bytes(state.db.reader(), session.school_id, revision).await?)
 }
 
-async fn keep_score(state: &Service, job: &Job, outcome: Outcome) -> anyhow::Result<()> {
+async fn keep_score(state: &Service, job: &Job, outcome: JudgingOutcome) -> anyhow::Result<()> {
     KillPoint::JobJudged.pass();
     let now = state.clock.now();
     let key = job.session();
@@ -143,6 +143,6 @@ async fn bury(state: &Service, job: &Job, how: &str) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn entry<'a>(job: &Job, action: &'a str) -> Entry<'a> {
-    Entry::new(job.school_id, Actor::Worker, action, job.session_id)
+fn entry<'a>(job: &Job, action: &'a str) -> AuditEntry<'a> {
+    AuditEntry::new(job.school_id, Actor::Worker, action, job.session_id)
 }

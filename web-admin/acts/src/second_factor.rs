@@ -12,7 +12,7 @@ use crate::secret;
 use crate::service::Service;
 use model::mail::MailKind;
 use model::{CurrentPerson, Moment, PersonKey, TotpSecret};
-use store::audit::{Actor, Entry};
+use store::audit::{Actor, AuditEntry};
 use store::mails;
 use store::mails::NewMail;
 use store::people;
@@ -27,7 +27,7 @@ const GROUP: usize = 4;
 
 /// By what somebody has shown that they are themselves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Proof {
+pub enum SignInProof {
     /// A code of their app.
     App,
     /// A recovery code, which is used up.
@@ -36,7 +36,7 @@ pub enum Proof {
     Passkey,
 }
 
-impl Proof {
+impl SignInProof {
     /// As the audit log says it.
     #[must_use]
     pub const fn word(self) -> &'static str {
@@ -59,7 +59,7 @@ pub enum Enrolled {
 
 /// What somebody has typed, and where.
 #[derive(Clone, Copy, Debug)]
-pub struct Typed<'a> {
+pub struct TypedCode<'a> {
     /// What.
     pub code: &'a str,
     /// From which network address.
@@ -77,7 +77,7 @@ pub async fn offer(state: &Service, person: &CurrentPerson) -> Result<bool, Erro
     let mut tx = state.db.write().await?;
     let offered = second_factors::offer(&mut tx, key, &sealed, now).await?;
     if offered {
-        Entry::by(person, "second_factor.offered", person.id).append(&mut tx, now).await?;
+        AuditEntry::by(person, "second_factor.offered", person.id).append(&mut tx, now).await?;
     }
     tx.commit().await?;
     Ok(offered)
@@ -111,7 +111,7 @@ fn opened(state: &Service, key: PersonKey, sealed: &[u8]) -> Result<TotpSecret, 
 ///
 /// # Errors
 /// When no secret is offered, there were too many tries, or the database fails.
-pub async fn confirm(state: &Service, person: &CurrentPerson, typed: Typed<'_>) -> Result<Option<Enrolled>, Error> {
+pub async fn confirm(state: &Service, person: &CurrentPerson, typed: TypedCode<'_>) -> Result<Option<Enrolled>, Error> {
     let key = PersonKey::from(person);
     let secret = offered(state, key).await?.ok_or_else(nothing_offered)?;
     take_try(state, key, typed.from).await?;
@@ -134,7 +134,7 @@ pub async fn confirm(state: &Service, person: &CurrentPerson, typed: Typed<'_>) 
         None => Enrolled::Another,
     };
     people::end_sign_ins(&mut tx, key.person_id).await?;
-    Entry::by(person, "second_factor.on", person.id).append(&mut tx, now).await?;
+    AuditEntry::by(person, "second_factor.on", person.id).append(&mut tx, now).await?;
     tx.commit().await?;
     Ok(Some(enrolled))
 }
@@ -147,7 +147,7 @@ fn nothing_offered() -> Error {
 ///
 /// # Errors
 /// When there were too many tries, the secret cannot be opened, or the database fails.
-pub async fn check(state: &Service, key: PersonKey, typed: Typed<'_>) -> Result<Option<Proof>, Error> {
+pub async fn check(state: &Service, key: PersonKey, typed: TypedCode<'_>) -> Result<Option<SignInProof>, Error> {
     take_try(state, key, typed.from).await?;
     let code = without_spaces(typed.code);
     let proof = if code.bytes().all(|byte| byte.is_ascii_digit()) {
@@ -175,7 +175,7 @@ pub(crate) async fn take_try(state: &Service, key: PersonKey, from: IpAddr) -> R
     Err(refused)
 }
 
-async fn take_code(state: &Service, key: PersonKey, code: &str) -> Result<Option<Proof>, Error> {
+async fn take_code(state: &Service, key: PersonKey, code: &str) -> Result<Option<SignInProof>, Error> {
     let found = second_factors::find(state.db.reader(), key).await?.filter(|factor| factor.confirmed_at.is_some());
     let Some(factor) = found else { return Ok(None) };
     let Some(step) = opened(state, key, &factor.sealed_secret)?.step_of(code, state.clock.now()) else {
@@ -184,22 +184,22 @@ async fn take_code(state: &Service, key: PersonKey, code: &str) -> Result<Option
     let mut tx = state.db.write().await?;
     let taken = second_factors::take_step(&mut tx, key, step).await?;
     tx.commit().await?;
-    Ok(taken.then_some(Proof::App))
+    Ok(taken.then_some(SignInProof::App))
 }
 
-async fn take_recovery_code(state: &Service, key: PersonKey, code: &str) -> Result<Option<Proof>, Error> {
+async fn take_recovery_code(state: &Service, key: PersonKey, code: &str) -> Result<Option<SignInProof>, Error> {
     let hash = hashes(state, key, vec![secret::plain_code(code)]).await?.pop().unwrap_or_default();
     let mut tx = state.db.write().await?;
     if !second_factors::use_recovery_code(&mut tx, key, &hash).await? {
         return Ok(None);
     }
     let left = second_factors::recovery_codes_left(&mut *tx, key).await?;
-    Entry::new(key.school_id, Actor::Person(key.person_id), "recovery_code.used", key.person_id)
+    AuditEntry::new(key.school_id, Actor::Person(key.person_id), "recovery_code.used", key.person_id)
         .with(json!({ "left": left }))
         .append(&mut tx, state.clock.now())
         .await?;
     tx.commit().await?;
-    Ok(Some(Proof::RecoveryCode))
+    Ok(Some(SignInProof::RecoveryCode))
 }
 
 /// Makes recovery codes in place of those of before.
@@ -214,7 +214,7 @@ pub async fn remake_codes(state: &Service, person: &CurrentPerson) -> Result<Vec
         return Err(nothing_on());
     }
     second_factors::put_recovery_codes(&mut tx, key, &hashes).await?;
-    Entry::by(person, "recovery_codes.made", person.id).append(&mut tx, state.clock.now()).await?;
+    AuditEntry::by(person, "recovery_codes.made", person.id).append(&mut tx, state.clock.now()).await?;
     tx.commit().await?;
     Ok(codes)
 }
@@ -265,7 +265,7 @@ pub async fn turn_off(state: &Service, person: &CurrentPerson) -> Result<bool, E
         return Ok(false);
     }
     if !end_if_last(&mut tx, person, now).await? {
-        Entry::by(person, "second_factor.app_off", person.id).append(&mut tx, now).await?;
+        AuditEntry::by(person, "second_factor.app_off", person.id).append(&mut tx, now).await?;
     }
     tx.commit().await?;
     state.mails.notify_one();
@@ -282,7 +282,7 @@ pub(crate) async fn end_if_last(tx: &mut SqliteConnection, person: &CurrentPerso
         return Ok(false);
     }
     second_factors::remove(tx, person.into()).await?;
-    note_off(tx, person.into(), Act { by: Actor::Person(person.id), action: "second_factor.off" }, now).await?;
+    note_off(tx, person.into(), RemovalAct { by: Actor::Person(person.id), action: "second_factor.off" }, now).await?;
     Ok(true)
 }
 
@@ -293,19 +293,19 @@ pub(crate) async fn end_if_last(tx: &mut SqliteConnection, person: &CurrentPerso
 /// When the database fails.
 pub async fn reset(state: &Service, key: PersonKey, by: Actor) -> Result<bool, Error> {
     let mut tx = state.db.write().await?;
-    let done = remove(&mut tx, key, Act { by, action: "second_factor.reset" }, state).await?;
+    let done = remove(&mut tx, key, RemovalAct { by, action: "second_factor.reset" }, state).await?;
     tx.commit().await?;
     state.mails.notify_one();
     Ok(done)
 }
 
 /// Who turns a second factor off, and as what it is written down.
-struct Act {
+struct RemovalAct {
     by: Actor,
     action: &'static str,
 }
 
-async fn remove(tx: &mut SqliteConnection, key: PersonKey, act: Act, state: &Service) -> Result<bool, Error> {
+async fn remove(tx: &mut SqliteConnection, key: PersonKey, act: RemovalAct, state: &Service) -> Result<bool, Error> {
     if !second_factors::remove(tx, key).await? {
         return Ok(false);
     }
@@ -314,9 +314,9 @@ async fn remove(tx: &mut SqliteConnection, key: PersonKey, act: Act, state: &Ser
 }
 
 /// Writes down that somebody has no second factor any more, and queues the mail that tells them.
-async fn note_off(tx: &mut SqliteConnection, key: PersonKey, act: Act, now: Moment) -> Result<(), Error> {
+async fn note_off(tx: &mut SqliteConnection, key: PersonKey, act: RemovalAct, now: Moment) -> Result<(), Error> {
     let PersonKey { school_id, person_id } = key;
-    Entry::new(school_id, act.by, act.action, person_id).append(tx, now).await?;
+    AuditEntry::new(school_id, act.by, act.action, person_id).append(tx, now).await?;
     let mail = NewMail { school_id, person_id, kind: MailKind::SecondFactorOff, assignment_id: None };
     Ok(mails::queue(tx, mail, now).await?)
 }
@@ -325,7 +325,7 @@ async fn note_off(tx: &mut SqliteConnection, key: PersonKey, act: Act, now: Mome
 ///
 /// # Errors
 /// When the database fails.
-pub async fn note_sign_in(state: &Service, key: PersonKey, by: Option<Proof>) -> Result<(), Error> {
+pub async fn note_sign_in(state: &Service, key: PersonKey, by: Option<SignInProof>) -> Result<(), Error> {
     let details = by.map_or_else(|| json!({}), |proof| json!({ "second_factor": proof.word() }));
     write_down(state, key, "person.signed_in", details).await
 }
@@ -340,7 +340,7 @@ pub(crate) async fn note(state: &Service, key: PersonKey, action: &'static str) 
 
 async fn write_down(state: &Service, key: PersonKey, action: &'static str, details: Value) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
-    let entry = Entry::new(key.school_id, Actor::Person(key.person_id), action, key.person_id);
+    let entry = AuditEntry::new(key.school_id, Actor::Person(key.person_id), action, key.person_id);
     entry.with(details).append(&mut tx, state.clock.now()).await?;
     Ok(tx.commit().await?)
 }

@@ -8,12 +8,14 @@ use uuid::Uuid;
 use crate::deadlines::Dated;
 use crate::error::Error;
 use crate::service::Service;
-use model::segments::{Verdict, pops};
+use model::segments::{MarksVerdict, pops};
 use model::{CurrentPerson, Role, SessionKey};
-use store::audit::Entry;
-use store::deadlines::{self, DeadlineKey, Kind};
+use store::audit::AuditEntry;
+use store::deadlines;
+use store::deadlines::{DeadlineKey, DeadlineKind};
 use store::scores;
-use store::segments::{self, Marks, NewTask, Task, Trace};
+use store::segments;
+use store::segments::{Marks, NewTask, SegmentTask, Trace};
 
 /// Makes a task.
 ///
@@ -23,15 +25,20 @@ pub async fn make(state: &Service, by: &CurrentPerson, new: &NewTask) -> Result<
     let mut tx = state.db.write().await?;
     let id = segments::add(&mut tx, by, new, state.clock.now()).await?;
     let told = json!({ "cohort": new.cohort_id, "attempts": new.sessions });
-    Entry::by(by, "segments.assigned", id).with(told).append(&mut tx, state.clock.now()).await?;
+    AuditEntry::by(by, "segments.assigned", id).with(told).append(&mut tx, state.clock.now()).await?;
     tx.commit().await?;
     Ok(id)
 }
 
 /// What is put off when a task is.
 #[must_use]
-pub fn dated(task: &Task) -> Dated<'_> {
-    Dated { kind: Kind::Segments, id: task.id, due_local: task.due_local.as_deref(), time_zone: &task.time_zone }
+pub fn dated(task: &SegmentTask) -> Dated<'_> {
+    Dated {
+        kind: DeadlineKind::Segments,
+        id: task.id,
+        due_local: task.due_local.as_deref(),
+        time_zone: &task.time_zone,
+    }
 }
 
 /// Takes a task back.
@@ -41,7 +48,7 @@ pub fn dated(task: &Task) -> Dated<'_> {
 pub async fn withdraw(state: &Service, by: &CurrentPerson, task: Uuid) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     segments::withdraw(&mut tx, by.school_id, task, state.clock.now()).await?;
-    Entry::by(by, "segments.withdrawn", task).append(&mut tx, state.clock.now()).await?;
+    AuditEntry::by(by, "segments.withdrawn", task).append(&mut tx, state.clock.now()).await?;
     Ok(tx.commit().await?)
 }
 
@@ -49,7 +56,7 @@ pub async fn withdraw(state: &Service, by: &CurrentPerson, task: Uuid) -> Result
 ///
 /// # Errors
 /// [`Error::NotFound`] for any other.
-pub async fn task(state: &Service, person: &CurrentPerson, id: Uuid) -> Result<Task, Error> {
+pub async fn task(state: &Service, person: &CurrentPerson, id: Uuid) -> Result<SegmentTask, Error> {
     let reader = state.db.reader();
     let found = match person.role {
         Role::Trainee => segments::of_trainee(reader, person.school_id, person.id).await?,
@@ -62,7 +69,7 @@ pub async fn task(state: &Service, person: &CurrentPerson, id: Uuid) -> Result<T
 ///
 /// # Errors
 /// [`Error::NotFound`] for any other.
-pub async fn trace(state: &Service, person: &CurrentPerson, id: Uuid) -> Result<(Task, Trace), Error> {
+pub async fn trace(state: &Service, person: &CurrentPerson, id: Uuid) -> Result<(SegmentTask, Trace), Error> {
     let trace = segments::trace(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
     let task = task(state, person, trace.task_id).await?;
     if person.role == Role::Trainee && trace.trainee_id == person.id {
@@ -90,7 +97,7 @@ pub async fn mark(
     }
     if sent {
         let told = json!({ "task": trace.task_id });
-        Entry::by(person, "segments.marked", trace.id).with(told).append(&mut tx, state.clock.now()).await?;
+        AuditEntry::by(person, "segments.marked", trace.id).with(told).append(&mut tx, state.clock.now()).await?;
     }
     Ok(tx.commit().await?)
 }
@@ -109,7 +116,12 @@ pub async fn truth(state: &Service, school_id: Uuid, trace: &Trace) -> Result<Ve
 ///
 /// # Errors
 /// When the database fails.
-pub async fn outcomes(state: &Service, school: Uuid, task: &Task, people: &[Uuid]) -> Result<Vec<TraceOutcome>, Error> {
+pub async fn outcomes(
+    state: &Service,
+    school: Uuid,
+    task: &SegmentTask,
+    people: &[Uuid],
+) -> Result<Vec<TraceOutcome>, Error> {
     let reader = state.db.reader();
     let mut traces = Vec::new();
     for trace in segments::traces(reader, school, task.id).await? {
@@ -118,7 +130,8 @@ pub async fn outcomes(state: &Service, school: Uuid, task: &Task, people: &[Uuid
     }
     let marks = segments::marks(reader, school, task.id).await?;
     let longer =
-        deadlines::extensions(reader, DeadlineKey { school_id: school, kind: Kind::Segments, id: task.id }).await?;
+        deadlines::extensions(reader, DeadlineKey { school_id: school, kind: DeadlineKind::Segments, id: task.id })
+            .await?;
     let of = |person: &Uuid| {
         let longer = longer.iter().find(|extension| extension.person_id == *person);
         let due_at = longer.map_or(task.due_at, |extension| Some(extension.due_at));
@@ -139,7 +152,7 @@ fn outcome(mut outcome: TraceOutcome, traces: &[(Trace, Vec<f64>)], marks: &[Mar
         let Some((own, sent_at)) = own.and_then(|own| Some((own, own.sent_at?))) else { continue };
         outcome.sent += 1;
         outcome.late |= outcome.due_at.is_some_and(|due| due < sent_at);
-        outcome.verdict = outcome.verdict.join(Verdict::of(pops, &own.marks));
+        outcome.verdict = outcome.verdict.join(MarksVerdict::of(pops, &own.marks));
     }
     outcome
 }

@@ -9,13 +9,13 @@ use uuid::Uuid;
 /// What schools have of the judges.
 #[derive(Debug, Default)]
 pub struct Shares {
-    schools: BTreeMap<Uuid, Share>,
+    schools: BTreeMap<Uuid, WorkerShare>,
     /// What whoever was begun last had used: a school that comes anew begins there.
     floor: Duration,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
-struct Share {
+struct WorkerShare {
     used: Duration,
     running: usize,
 }
@@ -65,7 +65,7 @@ impl Shares {
         self.schools.insert(school, share);
     }
 
-    fn of(&self, school: Uuid) -> Share {
+    fn of(&self, school: Uuid) -> WorkerShare {
         self.schools.get(&school).copied().unwrap_or_default()
     }
 }

@@ -3,7 +3,7 @@
 use std::net::IpAddr;
 
 use data_encoding::HEXLOWER;
-use store::audit::{Actor, Entry};
+use store::audit::{Actor, AuditEntry};
 use store::people;
 use uuid::Uuid;
 
@@ -18,7 +18,7 @@ use crate::service::Service;
 pub async fn note_way_in(service: &Service, person: Uuid, action: &str) -> Result<(), Error> {
     let school_id = people::by_id(service.db.reader(), person).await?.map(|p| p.school_id);
     let mut tx = service.db.write().await?;
-    Entry::new(school_id, Actor::Person(person), action, person).append(&mut tx, service.clock.now()).await?;
+    AuditEntry::new(school_id, Actor::Person(person), action, person).append(&mut tx, service.clock.now()).await?;
     Ok(tx.commit().await?)
 }
 
@@ -34,6 +34,6 @@ pub async fn note_refused_sign_in(service: &Service, email: &str, from: IpAddr, 
     let hash = HEXLOWER.encode(&secret::token_sha256(&email.to_lowercase()));
     let object = person.map_or_else(|| format!("address {}", &hash[..16]), |person| person.id.to_string());
     tracing::warn!(%from, action, object, "somebody did not get in");
-    Entry::new(school_id, Actor::Stranger, action, object).append(&mut tx, service.clock.now()).await?;
+    AuditEntry::new(school_id, Actor::Stranger, action, object).append(&mut tx, service.clock.now()).await?;
     Ok(tx.commit().await?)
 }

@@ -8,7 +8,7 @@ use crate::keys;
 use crate::secret;
 use crate::service::Service;
 use model::{CurrentPerson, Moment, PersonKey, Role, line};
-use store::audit::{Actor, Entry};
+use store::audit::{Actor, AuditEntry};
 use store::people::Person;
 use store::stations::{self, PairingCode, WrongCodes};
 use store::tokens::{self, Token, TokenHolder};
@@ -45,7 +45,7 @@ pub struct Paired {
 
 /// A station that asks for something.
 #[derive(Clone, Debug)]
-pub struct Station {
+pub struct CallingStation {
     /// Its school.
     pub school_id: Uuid,
     /// Id of its token.
@@ -64,7 +64,7 @@ pub async fn make_pairing_code(state: &Service, maker: &CurrentPerson) -> Result
         PairingCode { school_id: maker.school_id, made_by: maker.id, expires_at: now.plus_s(PAIRING_CODE_LIFETIME_S) };
     let mut tx = state.db.write().await?;
     stations::add_code(&mut tx, &row, &secret::token_sha256(&code), now).await?;
-    Entry::by(maker, "pairing_code.made", maker.school_id).append(&mut tx, now).await?;
+    AuditEntry::by(maker, "pairing_code.made", maker.school_id).append(&mut tx, now).await?;
     tx.commit().await?;
     Ok((in_groups(&code), row.expires_at))
 }
@@ -95,7 +95,7 @@ pub async fn pair(state: &Service, code: &str, name: &str, public_key: Option<&s
     if let Some(key) = public_key {
         stations::set_key(&mut tx, school_id, station_id, key).await?;
     }
-    Entry::new(school_id, Actor::Station(name.clone()), "station.paired", station_id)
+    AuditEntry::new(school_id, Actor::Station(name.clone()), "station.paired", station_id)
         .with(json!({ "public_key": public_key }))
         .append(&mut tx, now)
         .await?;
@@ -127,7 +127,7 @@ pub async fn revoke(state: &Service, by: &CurrentPerson, station: Uuid) -> Resul
     if !stations::revoke(&mut tx, by.school_id, station, now).await? {
         return Ok(false);
     }
-    Entry::by(by, "station.revoked", station).append(&mut tx, now).await?;
+    AuditEntry::by(by, "station.revoked", station).append(&mut tx, now).await?;
     tx.commit().await?;
     Ok(true)
 }
@@ -149,7 +149,7 @@ pub async fn make_sign_in_code(state: &Service, person: &CurrentPerson) -> Resul
         if sign_in_codes::put(&mut tx, PersonKey { school_id: person.school_id, person_id: person.id }, &hash, now)
             .await?
         {
-            Entry::by(person, "sign_in_code.made", person.id).append(&mut tx, now).await?;
+            AuditEntry::by(person, "sign_in_code.made", person.id).append(&mut tx, now).await?;
             tx.commit().await?;
             return Ok(in_groups(&code));
         }
@@ -161,7 +161,7 @@ pub async fn make_sign_in_code(state: &Service, person: &CurrentPerson) -> Resul
 ///
 /// # Errors
 /// When the code is nobody's, or the station has passed on too many wrong ones.
-pub async fn sign_in(state: &Service, station: &Station, code: &str) -> Result<Person, Error> {
+pub async fn sign_in(state: &Service, station: &CallingStation, code: &str) -> Result<Person, Error> {
     take_try(state, station).await?;
     let hash = hash(state, station.school_id, secret::plain_code(code)).await?;
     let mut tx = state.db.write().await?;
@@ -172,13 +172,13 @@ pub async fn sign_in(state: &Service, station: &Station, code: &str) -> Result<P
     };
     stations::forgive(&mut tx, station.school_id, station.id).await?;
     let actor = Actor::Station(station.name.clone());
-    let entry = Entry::new(station.school_id, actor, "trainee.signed_in_at_station", person.id);
+    let entry = AuditEntry::new(station.school_id, actor, "trainee.signed_in_at_station", person.id);
     entry.append(&mut tx, state.clock.now()).await?;
     tx.commit().await?;
     Ok(person)
 }
 
-async fn take_try(state: &Service, station: &Station) -> Result<(), Error> {
+async fn take_try(state: &Service, station: &CallingStation) -> Result<(), Error> {
     let now = state.clock.now();
     let mut tx = state.db.write().await?;
     let told = stations::wrong_codes(&mut *tx, station.school_id, station.id).await?;

@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::secret;
 use crate::service::Service;
 use model::{CurrentPerson, Moment, line};
-use store::audit::Entry;
+use store::audit::AuditEntry;
 use store::tokens::{self, NewToken};
 
 /// Longest that one made on the command line may last, in days.
@@ -19,7 +19,7 @@ const DAY_S: i64 = 86_400;
 
 /// A token that is asked for.
 #[derive(Clone, Copy, Debug)]
-pub struct Wanted<'a> {
+pub struct TokenRequest<'a> {
     /// What it is to be called.
     pub name: &'a str,
     /// How long it is to last, in days.
@@ -28,7 +28,7 @@ pub struct Wanted<'a> {
 
 /// A token that was made.
 #[derive(Clone, Debug)]
-pub struct Made {
+pub struct NewTokenSecret {
     /// The token, which nobody sees again.
     pub token: String,
     /// What it is called.
@@ -64,7 +64,7 @@ pub const fn end(now: Moment, days: i64) -> Moment {
 ///
 /// # Errors
 /// When the name or the time is not allowed, there are too many, or the database fails.
-pub async fn make(state: &Service, person: &CurrentPerson, wanted: Wanted<'_>) -> Result<Made, Error> {
+pub async fn make(state: &Service, person: &CurrentPerson, wanted: TokenRequest<'_>) -> Result<NewTokenSecret, Error> {
     let name = checked_name(wanted.name)?;
     if !TOKEN_LIFETIMES_DAYS.contains(&wanted.days) {
         let allowed = TOKEN_LIFETIMES_DAYS.map(|days| days.to_string()).join(", ");
@@ -80,9 +80,9 @@ pub async fn make(state: &Service, person: &CurrentPerson, wanted: Wanted<'_>) -
     let new = NewToken { owner: person.into(), name: &name, expires_at };
     let id = tokens::add_named(&mut tx, new, &secret::token_sha256(&token), now).await?;
     let details = json!({ "person": person.id, "expires_at": expires_at });
-    Entry::by(person, "token.made", id).with(details).append(&mut tx, now).await?;
+    AuditEntry::by(person, "token.made", id).with(details).append(&mut tx, now).await?;
     tx.commit().await?;
-    Ok(Made { token, name, expires_at })
+    Ok(NewTokenSecret { token, name, expires_at })
 }
 
 /// Revokes one's own token. False where there is none.
@@ -94,7 +94,7 @@ pub async fn revoke(state: &Service, person: &CurrentPerson, id: Uuid) -> Result
     let mut tx = state.db.write().await?;
     let revoked = tokens::revoke(&mut tx, person.into(), id, now).await?;
     if revoked {
-        Entry::by(person, "token.revoked", id).with(json!({ "person": person.id })).append(&mut tx, now).await?;
+        AuditEntry::by(person, "token.revoked", id).with(json!({ "person": person.id })).append(&mut tx, now).await?;
     }
     tx.commit().await?;
     Ok(revoked)

@@ -19,7 +19,7 @@ use store::{audit, grades, scores};
 
 /// What was looked at, and what is wrong with it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Report {
+pub struct VerificationReport {
     /// Recordings whose bytes were read.
     pub recordings: usize,
     /// Rows of the audit log.
@@ -34,7 +34,7 @@ pub struct Report {
 ///
 /// # Errors
 /// When the database cannot be read at all.
-pub async fn everything(db: &Database, recordings_dir: &Path) -> anyhow::Result<Report> {
+pub async fn everything(db: &Database, recordings_dir: &Path) -> anyhow::Result<VerificationReport> {
     let mut findings = db.integrity().await?;
     let recordings = sessions::recordings(db.reader()).await?;
     findings.extend(check_files(recordings_dir, &recordings));
@@ -43,7 +43,7 @@ pub async fn everything(db: &Database, recordings_dir: &Path) -> anyhow::Result<
     let chain = audit::check(db.reader()).await?;
     findings.extend(chain.findings);
     findings.extend(contradictions(db).await?);
-    Ok(Report { recordings: recordings.len(), audit_rows: chain.rows, audit_head: chain.head, findings })
+    Ok(VerificationReport { recordings: recordings.len(), audit_rows: chain.rows, audit_head: chain.head, findings })
 }
 
 /// Checks that the audit log still holds a row by whose hash it once ended, as a backup or `verify` has told it: a log that was

@@ -21,7 +21,7 @@ const STRANGER_S: i64 = 30 * 60;
 
 /// What a signed-in session holds.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub struct SignedIn {
+pub struct SignedInSession {
     /// Who.
     pub person_id: Uuid,
     /// With which password; a newer one ends the session.
@@ -34,7 +34,7 @@ pub struct SignedIn {
 /// When a session ends that holds this: somebody's when it was said that it would, one that nobody is signed in to (they were made
 /// once) half an hour after it was last written.
 fn session_end(data: &SessionData, now: Moment) -> Moment {
-    let signed_in = data.get(SIGNED_IN_KEY).and_then(|held| SignedIn::deserialize(held).ok());
+    let signed_in = data.get(SIGNED_IN_KEY).and_then(|held| SignedInSession::deserialize(held).ok());
     signed_in.and_then(|held| held.until).unwrap_or(now.plus_s(STRANGER_S))
 }
 

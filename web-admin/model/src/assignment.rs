@@ -8,11 +8,11 @@ use time::OffsetDateTime;
 use uuid::Uuid;
 
 use super::Moment;
-use super::progress::{Attempt, Course, Progress, StepState};
+use super::progress::{Course, Progress, ScoredAttempt, StepState};
 
 /// What is to be trained.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Task {
+pub enum AssignmentTask {
     /// An exercise, by its id: passed once since it was assigned.
     Exercise(String),
     /// A course, by its id: every exercise mastered, whenever.
@@ -25,7 +25,7 @@ pub struct Assigned {
     /// Its id.
     pub id: Uuid,
     /// What is to be trained.
-    pub task: Task,
+    pub task: AssignmentTask,
     /// Title of the exercise or course.
     pub title: String,
     /// Since when.
@@ -44,7 +44,7 @@ pub struct Assigned {
 
 /// How far somebody has come.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Stage {
+pub enum AssignmentStage {
     /// It is done.
     Done {
         /// By the attempt of this moment.
@@ -68,29 +68,29 @@ pub enum Stage {
 
 /// The attempts of one trainee, in any order.
 #[derive(Clone, Copy, Debug)]
-pub struct Tried<'a> {
+pub struct AttemptHistory<'a> {
     /// All of them.
-    pub attempts: &'a [Attempt],
+    pub attempts: &'a [ScoredAttempt],
     /// Those at which somebody who teaches was there, as they have confirmed.
     pub supervised: &'a BTreeSet<Uuid>,
 }
 
-impl Tried<'_> {
+impl AttemptHistory<'_> {
     /// The attempts that count towards an assignment.
-    fn counting(&self, assigned: &Assigned) -> Vec<Attempt> {
-        let counts = |attempt: &&Attempt| !assigned.supervised || self.supervised.contains(&attempt.session);
+    fn counting(&self, assigned: &Assigned) -> Vec<ScoredAttempt> {
+        let counts = |attempt: &&ScoredAttempt| !assigned.supervised || self.supervised.contains(&attempt.session);
         self.attempts.iter().filter(counts).cloned().collect()
     }
 
     /// The attempts at what was assigned, since it was, that only lack a confirmation.
-    fn unconfirmed(&self, assigned: &Assigned, taught: &[Taught]) -> Vec<Uuid> {
+    fn unconfirmed(&self, assigned: &Assigned, taught: &[TaughtCourse]) -> Vec<Uuid> {
         let asked = |exercise: &str| match &assigned.task {
-            Task::Exercise(id) => id == exercise,
-            Task::Course(id) => taught
+            AssignmentTask::Exercise(id) => id == exercise,
+            AssignmentTask::Course(id) => taught
                 .iter()
                 .any(|taught| taught.id == *id && taught.course.steps.iter().any(|step| step.exercise == exercise)),
         };
-        let lacks = |attempt: &&Attempt| {
+        let lacks = |attempt: &&ScoredAttempt| {
             assigned.supervised
                 && !self.supervised.contains(&attempt.session)
                 && Moment::from(attempt.at) >= assigned.made_at
@@ -102,11 +102,11 @@ impl Tried<'_> {
 
 /// An assignment, how far somebody has come with it, and how it stands to its date.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Standing {
+pub struct AssignmentStanding {
     /// What was assigned.
     pub assigned: Assigned,
     /// How far they have come.
-    pub stage: Stage,
+    pub stage: AssignmentStage,
     /// It is due, and not done.
     pub overdue: bool,
     /// Attempts that do not count because nobody has confirmed that they were there.
@@ -115,22 +115,22 @@ pub struct Standing {
 
 /// A course and its id.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Taught {
+pub struct TaughtCourse {
     /// The course's id.
     pub id: String,
     /// Exercises and rule.
     pub course: Course,
 }
 
-impl Standing {
+impl AssignmentStanding {
     /// Judges the attempts of one trainee.
     #[must_use]
-    pub fn of(assigned: Assigned, taught: &[Taught], tried: &Tried<'_>, now: Moment) -> Self {
+    pub fn of(assigned: Assigned, taught: &[TaughtCourse], tried: &AttemptHistory<'_>, now: Moment) -> Self {
         let stage = match &assigned.task {
-            Task::Exercise(exercise) => exercise_stage(&assigned, exercise, taught, tried, now),
-            Task::Course(course) => course_stage(&assigned, course, taught, &tried.counting(&assigned), now),
+            AssignmentTask::Exercise(exercise) => exercise_stage(&assigned, exercise, taught, tried, now),
+            AssignmentTask::Course(course) => course_stage(&assigned, course, taught, &tried.counting(&assigned), now),
         };
-        let done = matches!(stage, Stage::Done { .. });
+        let done = matches!(stage, AssignmentStage::Done { .. });
         let overdue = !done && assigned.due_at.is_some_and(|due| due < now);
         let unconfirmed = if done { Vec::new() } else { tried.unconfirmed(&assigned, taught) };
         Self { assigned, stage, overdue, unconfirmed }
@@ -139,7 +139,7 @@ impl Standing {
     /// There is something left to do.
     #[must_use]
     pub const fn is_open(&self) -> bool {
-        matches!(self.stage, Stage::Open { .. } | Stage::Locked { .. })
+        matches!(self.stage, AssignmentStage::Open { .. } | AssignmentStage::Locked { .. })
     }
 }
 
@@ -147,29 +147,35 @@ fn late(on: OffsetDateTime, assigned: &Assigned) -> bool {
     assigned.due_at.is_some_and(|due| due < Moment::from(on))
 }
 
-fn exercise_stage(assigned: &Assigned, exercise: &str, taught: &[Taught], tried: &Tried<'_>, now: Moment) -> Stage {
+fn exercise_stage(
+    assigned: &Assigned,
+    exercise: &str,
+    taught: &[TaughtCourse],
+    tried: &AttemptHistory<'_>,
+    now: Moment,
+) -> AssignmentStage {
     let counting = tried.counting(assigned);
-    let mut since: Vec<&Attempt> =
+    let mut since: Vec<&ScoredAttempt> =
         counting.iter().filter(|a| *a.exercise == *exercise && Moment::from(a.at) >= assigned.made_at).collect();
     since.sort_by_key(|attempt| attempt.at);
     let limit = assigned.attempt_limit.map_or(usize::MAX, |limit| usize::try_from(limit).unwrap_or(usize::MAX));
     if let Some(passed) = since.iter().take(limit).find(|attempt| attempt.passed) {
-        return Stage::Done { on: passed.at, late: late(passed.at, assigned) };
+        return AssignmentStage::Done { on: passed.at, late: late(passed.at, assigned) };
     }
     if since.len() >= limit {
-        return Stage::Spent;
+        return AssignmentStage::Spent;
     }
     match missing(exercise, taught, tried.attempts, now) {
         missing if missing.is_empty() => {
             let used = u32::try_from(since.len()).unwrap_or(u32::MAX);
-            Stage::Open { left: assigned.attempt_limit.map(|limit| limit.saturating_sub(used)) }
+            AssignmentStage::Open { left: assigned.attempt_limit.map(|limit| limit.saturating_sub(used)) }
         }
-        missing => Stage::Locked { missing },
+        missing => AssignmentStage::Locked { missing },
     }
 }
 
 /// What must be mastered before an exercise; nothing where one course that has it opens it, or none has it.
-fn missing(exercise: &str, taught: &[Taught], attempts: &[Attempt], now: Moment) -> Vec<String> {
+fn missing(exercise: &str, taught: &[TaughtCourse], attempts: &[ScoredAttempt], now: Moment) -> Vec<String> {
     let mut first = Vec::new();
     for taught in taught {
         let Some(step) = taught.course.steps.iter().position(|step| step.exercise == exercise) else { continue };
@@ -182,21 +188,29 @@ fn missing(exercise: &str, taught: &[Taught], attempts: &[Attempt], now: Moment)
     first
 }
 
-fn course_stage(assigned: &Assigned, course: &str, taught: &[Taught], attempts: &[Attempt], now: Moment) -> Stage {
-    let Some(taught) = taught.iter().find(|taught| taught.id == course) else { return Stage::Open { left: None } };
+fn course_stage(
+    assigned: &Assigned,
+    course: &str,
+    taught: &[TaughtCourse],
+    attempts: &[ScoredAttempt],
+    now: Moment,
+) -> AssignmentStage {
+    let Some(taught) = taught.iter().find(|taught| taught.id == course) else {
+        return AssignmentStage::Open { left: None };
+    };
     let progress = Progress::of(&taught.course, attempts, now.to_utc());
     let mastered = progress.steps.iter().map(|step| match step.state {
         StepState::Mastered { on } | StepState::Regressing { on, .. } => Some(on),
         StepState::Open { .. } | StepState::Locked { .. } => None,
     });
     match mastered.collect::<Option<Vec<_>>>().and_then(|moments| moments.into_iter().max()) {
-        Some(on) => Stage::Done { on, late: late(on, assigned) },
-        None => Stage::Open { left: None },
+        Some(on) => AssignmentStage::Done { on, late: late(on, assigned) },
+        None => AssignmentStage::Open { left: None },
     }
 }
 
 /// Sorts what is to be done before what is done, and by date, those without one last.
-pub fn sort(standings: &mut [Standing]) {
+pub fn sort(standings: &mut [AssignmentStanding]) {
     standings.sort_by_key(|standing| {
         let due = standing.assigned.due_at;
         (!standing.is_open(), due.is_none(), due, standing.assigned.made_at)
@@ -212,24 +226,24 @@ mod tests {
     use time::macros::datetime;
 
     use super::*;
-    use crate::progress::{Mastery, Step};
+    use crate::progress::{CourseStep, Mastery};
 
     const NOW: OffsetDateTime = datetime!(2026-05-20 12:00 UTC);
 
-    fn taught() -> Vec<Taught> {
-        let step = |id: &str, before: &[&str]| Step {
+    fn taught() -> Vec<TaughtCourse> {
+        let step = |id: &str, before: &[&str]| CourseStep {
             exercise: id.to_owned(),
             title: id.to_uppercase(),
             prerequisites: before.iter().map(|b| (*b).to_owned()).collect(),
         };
         let rule = Mastery::Passes { passes: 1, of: 1 };
-        vec![Taught {
+        vec![TaughtCourse {
             id: "course".to_owned(),
             course: Course { steps: vec![step("a", &[]), step("b", &["a"])], rule },
         }]
     }
 
-    fn assigned(task: Task, limit: Option<u32>) -> Assigned {
+    fn assigned(task: AssignmentTask, limit: Option<u32>) -> Assigned {
         Assigned {
             id: Uuid::nil(),
             task,
@@ -244,8 +258,8 @@ mod tests {
     }
 
     /// Attempts so many hours ago.
-    fn standing(task: Task, limit: Option<u32>, tried: &[(&str, i64, bool)]) -> Standing {
-        let attempt = |(exercise, hours, passed): &(&str, i64, bool)| Attempt {
+    fn standing(task: AssignmentTask, limit: Option<u32>, tried: &[(&str, i64, bool)]) -> AssignmentStanding {
+        let attempt = |(exercise, hours, passed): &(&str, i64, bool)| ScoredAttempt {
             session: Uuid::nil(),
             exercise: (*exercise).into(),
             at: NOW - Duration::hours(*hours),
@@ -254,36 +268,36 @@ mod tests {
             revision: None,
         };
         let attempts: Vec<_> = tried.iter().map(attempt).collect();
-        let tried = Tried { attempts: &attempts, supervised: &BTreeSet::new() };
-        Standing::of(assigned(task, limit), &taught(), &tried, Moment::from(NOW))
+        let tried = AttemptHistory { attempts: &attempts, supervised: &BTreeSet::new() };
+        AssignmentStanding::of(assigned(task, limit), &taught(), &tried, Moment::from(NOW))
     }
 
-    fn exercise(id: &str) -> Task {
-        Task::Exercise(id.to_owned())
+    fn exercise(id: &str) -> AssignmentTask {
+        AssignmentTask::Exercise(id.to_owned())
     }
 
     #[test]
     fn only_a_pass_since_the_assignment_does_it() {
         let before = standing(exercise("a"), None, &[("a", 72, true), ("a", 10, false)]);
-        assert_eq!((before.stage, before.overdue), (Stage::Open { left: None }, true));
+        assert_eq!((before.stage, before.overdue), (AssignmentStage::Open { left: None }, true));
         let in_time = standing(exercise("a"), None, &[("a", 5, true), ("a", 10, false)]);
-        assert_eq!(in_time.stage, Stage::Done { on: NOW - Duration::hours(5), late: false });
+        assert_eq!(in_time.stage, AssignmentStage::Done { on: NOW - Duration::hours(5), late: false });
         let late = standing(exercise("a"), None, &[("a", 0, true)]);
-        assert_eq!((late.stage, late.overdue), (Stage::Done { on: NOW, late: true }, false));
+        assert_eq!((late.stage, late.overdue), (AssignmentStage::Done { on: NOW, late: true }, false));
     }
 
     #[test]
     fn a_limit_counts_attempts_from_the_first() {
         let tried = [("a", 10, false), ("a", 9, false), ("a", 8, true)];
-        assert_eq!(standing(exercise("a"), Some(2), &tried).stage, Stage::Spent);
-        assert_eq!(standing(exercise("a"), Some(3), &tried[..2]).stage, Stage::Open { left: Some(1) });
-        assert!(matches!(standing(exercise("a"), Some(3), &tried).stage, Stage::Done { .. }));
+        assert_eq!(standing(exercise("a"), Some(2), &tried).stage, AssignmentStage::Spent);
+        assert_eq!(standing(exercise("a"), Some(3), &tried[..2]).stage, AssignmentStage::Open { left: Some(1) });
+        assert!(matches!(standing(exercise("a"), Some(3), &tried).stage, AssignmentStage::Done { .. }));
     }
 
     #[test]
     fn under_supervision_only_confirmed_attempts_count() {
         let [old, alone, seen] = [1, 2, 3].map(Uuid::from_u128);
-        let attempt = |session, hours, passed| Attempt {
+        let attempt = |session, hours, passed| ScoredAttempt {
             session,
             exercise: "a".into(),
             at: NOW - Duration::hours(hours),
@@ -295,38 +309,43 @@ mod tests {
         let judge = |task, confirmed: &[Uuid]| {
             let supervised = confirmed.iter().copied().collect();
             let asked = Assigned { supervised: true, ..assigned(task, Some(2)) };
-            Standing::of(asked, &taught(), &Tried { attempts: &attempts, supervised: &supervised }, Moment::from(NOW))
+            AssignmentStanding::of(
+                asked,
+                &taught(),
+                &AttemptHistory { attempts: &attempts, supervised: &supervised },
+                Moment::from(NOW),
+            )
         };
         let nobody = judge(exercise("a"), &[]);
-        assert_eq!((nobody.stage, nobody.unconfirmed.len()), (Stage::Open { left: Some(2) }, 2));
+        assert_eq!((nobody.stage, nobody.unconfirmed.len()), (AssignmentStage::Open { left: Some(2) }, 2));
         let one = judge(exercise("a"), &[seen]);
-        assert_eq!((one.stage, one.unconfirmed), (Stage::Open { left: Some(1) }, vec![alone]));
+        assert_eq!((one.stage, one.unconfirmed), (AssignmentStage::Open { left: Some(1) }, vec![alone]));
         let done = judge(exercise("a"), &[seen, alone]);
-        assert!(matches!(done.stage, Stage::Done { late: false, .. }) && done.unconfirmed.is_empty());
-        let course = judge(Task::Course("course".to_owned()), &[]);
+        assert!(matches!(done.stage, AssignmentStage::Done { late: false, .. }) && done.unconfirmed.is_empty());
+        let course = judge(AssignmentTask::Course("course".to_owned()), &[]);
         assert_eq!(course.unconfirmed, [alone, seen]);
     }
 
     #[test]
     fn prerequisites_come_first() {
-        assert_eq!(standing(exercise("b"), None, &[]).stage, Stage::Locked { missing: vec!["A".to_owned()] });
-        assert_eq!(standing(exercise("b"), None, &[("a", 90, true)]).stage, Stage::Open { left: None });
-        assert_eq!(standing(exercise("elsewhere"), None, &[]).stage, Stage::Open { left: None });
+        assert_eq!(standing(exercise("b"), None, &[]).stage, AssignmentStage::Locked { missing: vec!["A".to_owned()] });
+        assert_eq!(standing(exercise("b"), None, &[("a", 90, true)]).stage, AssignmentStage::Open { left: None });
+        assert_eq!(standing(exercise("elsewhere"), None, &[]).stage, AssignmentStage::Open { left: None });
     }
 
     #[test]
     fn a_course_is_done_when_all_of_it_is_mastered() {
-        let course = || Task::Course("course".to_owned());
-        assert_eq!(standing(course(), None, &[("a", 90, true)]).stage, Stage::Open { left: None });
+        let course = || AssignmentTask::Course("course".to_owned());
+        assert_eq!(standing(course(), None, &[("a", 90, true)]).stage, AssignmentStage::Open { left: None });
         let done = standing(course(), None, &[("a", 90, true), ("b", 4, true)]).stage;
-        assert_eq!(done, Stage::Done { on: NOW - Duration::hours(4), late: false });
+        assert_eq!(done, AssignmentStage::Done { on: NOW - Duration::hours(4), late: false });
     }
 
     #[test]
     fn what_is_due_first_comes_first_and_what_is_done_last() {
         let mut list = vec![
             standing(exercise("a"), None, &[("a", 5, true)]),
-            Standing {
+            AssignmentStanding {
                 assigned: Assigned { due_at: None, ..assigned(exercise("a"), None) },
                 ..standing(exercise("a"), None, &[])
             },

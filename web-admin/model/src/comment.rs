@@ -40,7 +40,8 @@ impl CommentKind {
 
 /// A comment as somebody typed it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, ToSchema)]
-pub struct Typed {
+#[schema(as = Typed)]
+pub struct TypedComment {
     /// praise, error, question or teaching.
     #[serde(default)]
     pub kind: String,
@@ -71,17 +72,17 @@ pub struct Comment {
 /// A comment that may not be kept: field, value, what is allowed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
-pub struct Refused(String);
+pub struct CommentRefused(String);
 
 impl Comment {
     /// Checks what somebody typed against the attempt, which lasts `duration_s`, in s.
     ///
     /// # Errors
     /// When there are no words or too many, or a moment is not within the attempt.
-    pub fn parse(typed: &Typed, duration_s: f64) -> Result<Self, Refused> {
+    pub fn parse(typed: &TypedComment, duration_s: f64) -> Result<Self, CommentRefused> {
         let kind = CommentKind::ALL.into_iter().find(|kind| kind.name() == typed.kind);
         let kind = kind.ok_or_else(|| {
-            Refused(format!("kind: \"{}\"; allowed are praise, error, question and teaching", typed.kind))
+            CommentRefused(format!("kind: \"{}\"; allowed are praise, error, question and teaching", typed.kind))
         })?;
         let from_s = moment("from", &typed.from_s, 0.0, duration_s)?;
         let to_s = match typed.to_s.trim() {
@@ -92,13 +93,13 @@ impl Comment {
     }
 }
 
-fn moment(field: &str, typed: &str, least_s: f64, most_s: f64) -> Result<f64, Refused> {
+fn moment(field: &str, typed: &str, least_s: f64, most_s: f64) -> Result<f64, CommentRefused> {
     let typed = typed.trim();
     let seconds = typed.replace(',', ".").parse::<f64>().ok().filter(|s| (least_s..=most_s).contains(s));
     seconds.ok_or_else(|| {
         // Rounded inwards, so that what is named as allowed is.
         let (least_s, most_s) = ((least_s * 100.0).ceil() / 100.0, (most_s * 100.0).floor() / 100.0);
-        Refused(tr!(
+        CommentRefused(tr!(
             "{field}: “{typed}”; allowed is {least} to {most} s, which is within the attempt",
             field = field,
             typed = typed,
@@ -112,17 +113,19 @@ fn moment(field: &str, typed: &str, least_s: f64, most_s: f64) -> Result<f64, Re
 ///
 /// # Errors
 /// When there are none, or too many, or U+0000 among them, where a text ends for SQLite.
-pub fn words(typed: &str) -> Result<String, Refused> {
+pub fn words(typed: &str) -> Result<String, CommentRefused> {
     let body = typed.trim();
     if body.contains('\0') {
-        return Err(Refused(tr!("comment: it holds the character U+0000, which no text does").to_owned()));
+        return Err(CommentRefused(tr!("comment: it holds the character U+0000, which no text does").to_owned()));
     }
     match body.chars().count() {
-        0 => Err(Refused(tr!("comment: empty; say something").to_owned())),
+        0 => Err(CommentRefused(tr!("comment: empty; say something").to_owned())),
         1..=MOST_CHARACTERS => Ok(body.to_owned()),
-        count => {
-            Err(Refused(tr!("comment: {count} characters; allowed are {most}", count = count, most = MOST_CHARACTERS)))
-        }
+        count => Err(CommentRefused(tr!(
+            "comment: {count} characters; allowed are {most}",
+            count = count,
+            most = MOST_CHARACTERS
+        ))),
     }
 }
 
@@ -131,8 +134,13 @@ mod tests {
     //! Fails when a comment lands outside the attempt, or its words are changed.
     use super::*;
 
-    fn typed(from_s: &str, to_s: &str) -> Typed {
-        Typed { kind: "praise".into(), from_s: from_s.into(), to_s: to_s.into(), body: " Well <b>held</b>. ".into() }
+    fn typed(from_s: &str, to_s: &str) -> TypedComment {
+        TypedComment {
+            kind: "praise".into(),
+            from_s: from_s.into(),
+            to_s: to_s.into(),
+            body: " Well <b>held</b>. ".into(),
+        }
     }
 
     #[test]
@@ -164,7 +172,7 @@ mod tests {
         assert!(words(" \n ").is_err());
         assert!(words(&"ä".repeat(MOST_CHARACTERS)).is_ok());
         assert!(words(&"ä".repeat(MOST_CHARACTERS + 1)).is_err());
-        let odd = Typed { kind: "shout".into(), ..typed("1", "") };
+        let odd = TypedComment { kind: "shout".into(), ..typed("1", "") };
         assert!(Comment::parse(&odd, 10.0).expect_err("no such kind").to_string().contains("shout"));
     }
 }

@@ -19,7 +19,7 @@ const STEPS: u32 = 16;
 
 /// A place of the corridor.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct CorridorPlace {
     /// Along the needle of the attempt that is shown, in mm.
     pub advance_mm: f64,
     /// A tenth of the experts pushed less, in N.
@@ -36,18 +36,18 @@ pub struct Corridor {
     /// How many experts.
     pub experts: usize,
     /// Places by depth.
-    pub places: Vec<Place>,
+    pub places: Vec<CorridorPlace>,
 }
 
 /// The way in: where it crossed each boundary, and the force on it.
-struct Way {
+struct NeedleWay {
     /// Depth at the first touch, at each boundary's opening by the tip, and where it turned back, in mm.
     crossings: Vec<f64>,
     /// Depth in mm and force in N, in order of time.
     points: Vec<(f64, f64)>,
 }
 
-impl Way {
+impl NeedleWay {
     fn of(curve: &AttemptCurve) -> Self {
         let deepest = curve.points.iter().enumerate().max_by(|a, b| a.1.advance_mm.total_cmp(&b.1.advance_mm));
         let end = deepest.map_or(0, |(index, _)| index + 1);
@@ -86,15 +86,16 @@ impl Way {
 /// The corridor over an attempt, from one curve of each expert. None where fewer than [`FEWEST`] can be compared.
 #[must_use]
 pub fn corridor(shown: &AttemptCurve, experts: &[AttemptCurve]) -> Option<Corridor> {
-    let shown = Way::of(shown);
-    let experts: Vec<Way> = experts.iter().map(Way::of).collect();
+    let shown = NeedleWay::of(shown);
+    let experts: Vec<NeedleWay> = experts.iter().map(NeedleWay::of).collect();
     let crossings = shown.crossings.len();
     let mut places = Vec::new();
     for index in 0..crossings.saturating_sub(1) {
         let Some((from, to)) = shown.stretch(index, crossings) else { break };
         for step in 0..=STEPS {
             let share = f64::from(step) / f64::from(STEPS);
-            let force = |way: &Way| way.stretch(index, crossings).and_then(|(a, b)| way.force_n(a + share * (b - a)));
+            let force =
+                |way: &NeedleWay| way.stretch(index, crossings).and_then(|(a, b)| way.force_n(a + share * (b - a)));
             let forces: Vec<f64> = experts.iter().filter_map(force).collect();
             places.extend(place(from + share * (to - from), &forces));
         }
@@ -102,12 +103,12 @@ pub fn corridor(shown: &AttemptCurve, experts: &[AttemptCurve]) -> Option<Corrid
     (!places.is_empty()).then_some(Corridor { experts: experts.len(), places })
 }
 
-fn place(advance_mm: f64, forces_n: &[f64]) -> Option<Place> {
+fn place(advance_mm: f64, forces_n: &[f64]) -> Option<CorridorPlace> {
     if forces_n.len() < FEWEST {
         return None;
     }
     let at = |share| quantile(forces_n, share).ok();
-    Some(Place { advance_mm, low_n: at(OUTSIDE)?, median_n: at(0.5)?, high_n: at(1.0 - OUTSIDE)? })
+    Some(CorridorPlace { advance_mm, low_n: at(OUTSIDE)?, median_n: at(0.5)?, high_n: at(1.0 - OUTSIDE)? })
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use tissue::follow::FieldPlan;
 
 /// What a draft comes to.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Verdict {
+pub struct DraftVerdict {
     /// What is wrong: where, and what.
     pub problems: Vec<(String, String)>,
     /// What an author should change: where, and what.

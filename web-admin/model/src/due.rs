@@ -9,7 +9,7 @@ use words::dates;
 
 /// A due date as it was said, and what it means.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Due {
+pub struct DueDate {
     /// As it was said, on the school's clock: `2026-11-30T18:00:00`.
     pub local: String,
     /// The moment.
@@ -70,7 +70,7 @@ pub fn is_zone(name: &str) -> bool {
 ///
 /// # Errors
 /// When it is no date, or the clocks skip it.
-pub fn read(said: &str, zone_name: &str) -> Result<Due, DueRefused> {
+pub fn read(said: &str, zone_name: &str) -> Result<DueDate, DueRefused> {
     let zone = zone(zone_name)?;
     let local: DateTime = said.trim().parse().map_err(|_| DueRefused::NoDate(said.to_owned()))?;
     let ambiguous = zone.to_ambiguous_timestamp(local);
@@ -81,7 +81,7 @@ pub fn read(said: &str, zone_name: &str) -> Result<Due, DueRefused> {
         return Err(skipped(local, &zone, zone_name, early, late));
     }
     let at = ambiguous.later().map_err(|_| DueRefused::NoDate(said.to_owned()))?;
-    Ok(Due { local: local.to_string(), at: moment(at) })
+    Ok(DueDate { local: local.to_string(), at: moment(at) })
 }
 
 /// The times around a gap: one minute before the clocks jump, and where they land.

@@ -21,7 +21,7 @@ pub struct TypedOverride {
 
 /// A score that may be put in place of the computed one.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Override {
+pub struct ScoreOverride {
     /// 0–100.
     pub score: f64,
     /// It counts as a pass.
@@ -33,22 +33,25 @@ pub struct Override {
 /// An override that is refused: field, value, what is allowed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
-pub struct Refused(String);
+pub struct OverrideRefused(String);
 
-impl Override {
+impl ScoreOverride {
     /// Checks what somebody typed.
     ///
     /// # Errors
     /// When there is no reason, no result, or no score from 0 to 100.
-    pub fn parse(typed: &TypedOverride) -> Result<Self, Refused> {
+    pub fn parse(typed: &TypedOverride) -> Result<Self, OverrideRefused> {
         let number = typed.score.trim().replace(',', ".").parse::<f64>().ok();
         let score = number.filter(|score| (0.0..=100.0).contains(score));
-        let score = score
-            .ok_or_else(|| Refused(tr!("score: “{typed}”; allowed is a number from 0 to 100", typed = typed.score)))?;
+        let score = score.ok_or_else(|| {
+            OverrideRefused(tr!("score: “{typed}”; allowed is a number from 0 to 100", typed = typed.score))
+        })?;
         let passed = match typed.result.as_str() {
             "passed" => true,
             "failed" => false,
-            other => return Err(Refused(tr!("result: “{typed}”; allowed are passed and failed", typed = other))),
+            other => {
+                return Err(OverrideRefused(tr!("result: “{typed}”; allowed are passed and failed", typed = other)));
+            }
         };
         Ok(Self { score, passed, reason: reason(&typed.reason)? })
     }
@@ -58,14 +61,18 @@ impl Override {
 ///
 /// # Errors
 /// When there is none, or it is too long.
-pub fn reason(typed: &str) -> Result<String, Refused> {
+pub fn reason(typed: &str) -> Result<String, OverrideRefused> {
     let reason = typed.trim();
     match reason.chars().count() {
-        0 => Err(Refused(tr!("reason: empty; a grade is changed for a reason that others can read").to_owned())),
-        1..=MOST_CHARACTERS => Ok(reason.to_owned()),
-        count => {
-            Err(Refused(tr!("reason: {count} characters; allowed are {most}", count = count, most = MOST_CHARACTERS)))
+        0 => {
+            Err(OverrideRefused(tr!("reason: empty; a grade is changed for a reason that others can read").to_owned()))
         }
+        1..=MOST_CHARACTERS => Ok(reason.to_owned()),
+        count => Err(OverrideRefused(tr!(
+            "reason: {count} characters; allowed are {most}",
+            count = count,
+            most = MOST_CHARACTERS
+        ))),
     }
 }
 
@@ -80,8 +87,8 @@ mod tests {
 
     #[test]
     fn a_score_with_a_result_and_a_reason_is_taken() {
-        let taken = Override::parse(&typed("72,5", "passed", " The device slipped. ")).expect("allowed");
-        assert_eq!(taken, Override { score: 72.5, passed: true, reason: "The device slipped.".to_owned() });
+        let taken = ScoreOverride::parse(&typed("72,5", "passed", " The device slipped. ")).expect("allowed");
+        assert_eq!(taken, ScoreOverride { score: 72.5, passed: true, reason: "The device slipped.".to_owned() });
     }
 
     #[test]
@@ -95,7 +102,7 @@ mod tests {
             ("NaN", "failed", "why", "score"),
             ("", "failed", "why", "score"),
         ] {
-            let refused = Override::parse(&typed(score, result, why)).expect_err(word).to_string();
+            let refused = ScoreOverride::parse(&typed(score, result, why)).expect_err(word).to_string();
             assert!(refused.starts_with(word), "{refused}");
         }
         assert!(reason(&"x".repeat(MOST_CHARACTERS + 1)).is_err());

@@ -10,7 +10,7 @@ use uuid::Uuid;
 
 /// A rating: the attempt, the rater, and, once it is finished, the answers in the order of the instrument's items.
 #[derive(Clone, Copy, Debug)]
-pub struct Given<'a> {
+pub struct RatingAnswers<'a> {
     /// The attempt.
     pub session: Uuid,
     /// The rater.
@@ -43,7 +43,12 @@ impl ScoreTable {
 
 /// The scores of an instrument, a table each; attempts and raters in the order of the slices.
 #[must_use]
-pub fn tables(instrument: &Instrument, attempts: &[Uuid], raters: &[Uuid], given: &[Given<'_>]) -> Vec<ScoreTable> {
+pub fn tables(
+    instrument: &Instrument,
+    attempts: &[Uuid],
+    raters: &[Uuid],
+    given: &[RatingAnswers<'_>],
+) -> Vec<ScoreTable> {
     let finished: BTreeMap<(Uuid, Uuid), &[Option<Answer>]> =
         given.iter().filter_map(|given| Some(((given.session, given.rater), given.answers?))).collect();
     let score = |key: &ScoreKey| {
@@ -87,8 +92,11 @@ mod tests {
         let instrument = Instrument::from_bytes("test", INSTRUMENT.as_bytes()).expect("a shipped instrument");
         let (attempts, raters) = ([1, 2, 3].map(Uuid::from_u128), [11, 12].map(Uuid::from_u128));
         let said = [[1; 7], [2; 7], [4; 7], [5; 7], [3; 7]].map(answers);
-        let given =
-            |attempt: usize, rater: usize, answers| Given { session: attempts[attempt], rater: raters[rater], answers };
+        let given = |attempt: usize, rater: usize, answers| RatingAnswers {
+            session: attempts[attempt],
+            rater: raters[rater],
+            answers,
+        };
         let list = [
             given(0, 0, Some(&said[0][..])),
             given(0, 1, Some(&said[1])),

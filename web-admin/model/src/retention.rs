@@ -9,7 +9,7 @@ const MONTH_S: i64 = 2_629_746;
 
 /// The rule of a school.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Rule {
+pub struct RetentionRule {
     /// Months without anything done, of 30.44 days each, after which somebody is erased.
     pub months: u32,
     /// Days before that they are warned.
@@ -34,7 +34,7 @@ pub struct Now {
 
 /// What is to be done about somebody.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Step {
+pub enum RetentionAction {
     /// They are warned.
     Warn,
     /// They were warned, and their letter is not out yet.
@@ -47,7 +47,7 @@ pub enum Step {
     CallOff,
 }
 
-impl Rule {
+impl RetentionRule {
     /// Since when somebody must have done something to be left alone: the warning comes before the end of their time.
     #[must_use]
     pub const fn warned_since(&self, now: Moment) -> Moment {
@@ -58,18 +58,24 @@ impl Rule {
 /// What is to be done about somebody who last did anything at `active_at`, if anything. Whoever is erased was told before, for the days of
 /// the rule, by the clock and by the time that the service has run: no clock that is set brings that day nearer.
 #[must_use]
-pub fn step(rule: Option<Rule>, active_at: Moment, held: bool, warned: Option<Warned>, now: Now) -> Option<Step> {
+pub fn step(
+    rule: Option<RetentionRule>,
+    active_at: Moment,
+    held: bool,
+    warned: Option<Warned>,
+    now: Now,
+) -> Option<RetentionAction> {
     let Some(rule) = rule.filter(|rule| !held && active_at < rule.warned_since(now.at)) else {
-        return warned.map(|_| Step::CallOff);
+        return warned.map(|_| RetentionAction::CallOff);
     };
-    let Some(Warned { told }) = warned else { return Some(Step::Warn) };
-    let Some((told_at, told_observed_s)) = told else { return Some(Step::Sending) };
+    let Some(Warned { told }) = warned else { return Some(RetentionAction::Warn) };
+    let Some((told_at, told_observed_s)) = told else { return Some(RetentionAction::Sending) };
     let days_s = i64::from(rule.warn_days) * DAY_S;
     let by_clock_s = (now.at.micros() - told_at.micros()) / 1_000_000;
     let by_service_s = now.observed_s - told_observed_s;
     let idle_s = (now.at.micros() - active_at.micros()) / 1_000_000 - i64::from(rule.months) * MONTH_S;
     let left_s = (days_s - by_clock_s).max(days_s - by_service_s).max(-idle_s);
-    Some(if left_s <= 0 { Step::Erase } else { Step::Wait((left_s + DAY_S - 1) / DAY_S) })
+    Some(if left_s <= 0 { RetentionAction::Erase } else { RetentionAction::Wait((left_s + DAY_S - 1) / DAY_S) })
 }
 
 #[cfg(test)]
@@ -78,14 +84,14 @@ mod tests {
 
     use super::*;
 
-    const RULE: Rule = Rule { months: 12, warn_days: 30 };
+    const RULE: RetentionRule = RetentionRule { months: 12, warn_days: 30 };
 
     fn now(days: i64, run_days: i64) -> Now {
         Now { at: Moment::from_micros(0).plus_s(days * DAY_S), observed_s: run_days * DAY_S }
     }
 
     /// What is done about somebody who did something on day 0 only.
-    fn done(warned: Option<Warned>, now: Now) -> Option<Step> {
+    fn done(warned: Option<Warned>, now: Now) -> Option<RetentionAction> {
         step(Some(RULE), Moment::from_micros(0), false, warned, now)
     }
 
@@ -96,23 +102,31 @@ mod tests {
     #[test]
     fn whoever_does_nothing_is_warned_then_erased() {
         assert_eq!(done(None, now(300, 300)), None);
-        assert_eq!(done(None, now(336, 336)), Some(Step::Warn));
-        assert_eq!(done(Some(Warned { told: None }), now(400, 400)), Some(Step::Sending));
-        assert_eq!(done(told(336, 336), now(340, 340)), Some(Step::Wait(26)));
-        assert_eq!(done(told(336, 336), now(366, 366)), Some(Step::Erase));
-        assert_eq!(done(told(340, 340), now(366, 366)), Some(Step::Wait(4)), "never sooner than was said");
+        assert_eq!(done(None, now(336, 336)), Some(RetentionAction::Warn));
+        assert_eq!(done(Some(Warned { told: None }), now(400, 400)), Some(RetentionAction::Sending));
+        assert_eq!(done(told(336, 336), now(340, 340)), Some(RetentionAction::Wait(26)));
+        assert_eq!(done(told(336, 336), now(366, 366)), Some(RetentionAction::Erase));
+        assert_eq!(done(told(340, 340), now(366, 366)), Some(RetentionAction::Wait(4)), "never sooner than was said");
     }
 
     #[test]
     fn a_clock_that_is_set_erases_nobody() {
         for ahead in [0, 31, 365, 36_500] {
-            assert_eq!(done(None, now(340 + ahead, 340)), Some(Step::Warn), "{ahead} days ahead");
+            assert_eq!(done(None, now(340 + ahead, 340)), Some(RetentionAction::Warn), "{ahead} days ahead");
             let step = done(told(336, 336), now(340 + ahead, 340));
-            assert_eq!(step, Some(Step::Wait(26)), "{ahead} days ahead, the service has run for four days only");
+            assert_eq!(
+                step,
+                Some(RetentionAction::Wait(26)),
+                "{ahead} days ahead, the service has run for four days only"
+            );
         }
         let back = done(told(336, 336), now(337, 400));
-        assert_eq!(back, Some(Step::Wait(29)), "a clock that is set back keeps them longer");
-        assert_eq!(done(told(336 + 365, 336), now(340, 340)), Some(Step::Wait(391)), "warned by a clock a year ahead");
+        assert_eq!(back, Some(RetentionAction::Wait(29)), "a clock that is set back keeps them longer");
+        assert_eq!(
+            done(told(336 + 365, 336), now(340, 340)),
+            Some(RetentionAction::Wait(391)),
+            "warned by a clock a year ahead"
+        );
     }
 
     #[test]
@@ -120,7 +134,7 @@ mod tests {
         let late = now(400, 400);
         for (rule, active_day, held) in [(None, 0, false), (Some(RULE), 399, false), (Some(RULE), 0, true)] {
             let active_at = Moment::from_micros(0).plus_s(active_day * DAY_S);
-            assert_eq!(step(rule, active_at, held, told(336, 336), late), Some(Step::CallOff));
+            assert_eq!(step(rule, active_at, held, told(336, 336), late), Some(RetentionAction::CallOff));
             assert_eq!(step(rule, active_at, held, None, late), None);
         }
     }

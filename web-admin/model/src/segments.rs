@@ -40,7 +40,7 @@ pub fn strips(duration_s: f64) -> Vec<(f64, f64)> {
 
 /// Why marks were refused: the place from 1, what was typed, and what is allowed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Refused {
+pub enum MarksRefused {
     /// One is no moment of the attempt.
     #[error("{}", tr!(
         "pop {place}: “{typed}”; allowed is a number of seconds from 0 to {last}",
@@ -65,16 +65,16 @@ pub enum Refused {
 ///
 /// # Errors
 /// When one is no moment of the attempt, or there are too many.
-pub fn read(typed: &[&str], duration_s: f64) -> Result<Vec<f64>, Refused> {
+pub fn read(typed: &[&str], duration_s: f64) -> Result<Vec<f64>, MarksRefused> {
     let mut marks = Vec::new();
     for (at, said) in typed.iter().enumerate().filter(|(_, said)| !said.trim().is_empty()) {
         let moment = said.trim().replace(',', ".").parse::<f64>().ok();
         let allowed = moment.filter(|moment| (0.0..=duration_s).contains(moment));
         let last = format!("{duration_s:.2}");
-        marks.push(allowed.ok_or_else(|| Refused::NoMoment { place: at + 1, typed: (*said).to_owned(), last })?);
+        marks.push(allowed.ok_or_else(|| MarksRefused::NoMoment { place: at + 1, typed: (*said).to_owned(), last })?);
     }
     if marks.len() > MOST_MARKS {
-        return Err(Refused::TooMany(marks.len()));
+        return Err(MarksRefused::TooMany(marks.len()));
     }
     marks.sort_by(f64::total_cmp);
     marks.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
@@ -83,7 +83,7 @@ pub fn read(typed: &[&str], duration_s: f64) -> Result<Vec<f64>, Refused> {
 
 /// Marks against the truth.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Verdict {
+pub struct MarksVerdict {
     /// Pops that were hit: the pop and its mark, in s.
     pub hits: Vec<(f64, f64)>,
     /// Pops that no mark hit, in s.
@@ -92,7 +92,7 @@ pub struct Verdict {
     pub false_marks: Vec<f64>,
 }
 
-impl Verdict {
+impl MarksVerdict {
     /// Pairs pops and marks, both in order of time: as many hits as can be, and among those the nearest.
     #[must_use]
     pub fn of(pops: &[f64], marks: &[f64]) -> Self {
@@ -150,21 +150,21 @@ impl Verdict {
 }
 
 /// Hits, and the sum of their distances in s.
-type Value = (usize, f64);
+type PairingValue = (usize, f64);
 
-fn better(a: Value, b: Value) -> bool {
+fn better(a: PairingValue, b: PairingValue) -> bool {
     a.0 > b.0 || (a.0 == b.0 && a.1 < b.1)
 }
 
 /// What a pair adds to what comes after it; none where the two are too far apart.
-fn pair(pop: f64, mark: f64, after: Value) -> Option<Value> {
+fn pair(pop: f64, mark: f64, after: PairingValue) -> Option<PairingValue> {
     let distance = (mark - pop).abs();
     // A mark typed at the very limit hits, whatever the last bit of the difference.
     (distance <= TOLERANCE_S + 1e-9).then(|| (after.0 + 1, after.1 + distance))
 }
 
 /// The best value of what is left from each pop and each mark on.
-fn best(pops: &[f64], marks: &[f64]) -> Vec<Vec<Value>> {
+fn best(pops: &[f64], marks: &[f64]) -> Vec<Vec<PairingValue>> {
     let mut table = vec![vec![(0, 0.0); marks.len() + 1]; pops.len() + 1];
     for p in (0..pops.len()).rev() {
         for m in (0..marks.len()).rev() {
@@ -184,7 +184,7 @@ pub struct TraceOutcome {
     /// Traces that there are for them.
     pub traces: usize,
     /// Over all that were sent.
-    pub verdict: Verdict,
+    pub verdict: MarksVerdict,
     /// One was sent after the task was due for them.
     pub late: bool,
     /// When it is due for them.
@@ -201,7 +201,7 @@ mod tests {
     use attempt::CurveMark;
 
     fn verdict(pops: &[f64], marks: &[f64]) -> (usize, usize, usize) {
-        let verdict = Verdict::of(pops, marks);
+        let verdict = MarksVerdict::of(pops, marks);
         (verdict.hits.len(), verdict.missed.len(), verdict.false_marks.len())
     }
 
@@ -218,11 +218,11 @@ mod tests {
 
     #[test]
     fn errors_are_of_the_hits_in_milliseconds() {
-        let found = Verdict::of(&[1.0, 2.0, 9.0], &[1.1, 1.98, 5.0]);
+        let found = MarksVerdict::of(&[1.0, 2.0, 9.0], &[1.1, 1.98, 5.0]);
         assert!((found.mean_error_ms().expect("two hits") - 60.0).abs() < 1e-6);
         assert!((found.largest_error_ms().expect("two hits") - 100.0).abs() < 1e-6);
-        assert_eq!(Verdict::of(&[1.0], &[]).mean_error_ms(), None);
-        assert_eq!(Verdict::of(&[1.0], &[0.9]).hits, [(1.0, 0.9)]);
+        assert_eq!(MarksVerdict::of(&[1.0], &[]).mean_error_ms(), None);
+        assert_eq!(MarksVerdict::of(&[1.0], &[0.9]).hits, [(1.0, 0.9)]);
     }
 
     /// All sets of pops and marks on two grids that do not fit each other.
@@ -232,7 +232,7 @@ mod tests {
             (0..6_u32).filter(|bit| mask >> bit & 1 == 1).map(|bit| f64::from(bit) * step_s).collect()
         };
         for (pops, marks) in (0..64).flat_map(|p| (0..64).map(move |m| (chosen(p, 0.11), chosen(m, 0.13)))) {
-            let found = Verdict::of(&pops, &marks);
+            let found = MarksVerdict::of(&pops, &marks);
             assert_eq!(found.pops(), pops.len());
             assert_eq!(found.hits.len() + found.false_marks.len(), marks.len());
             assert!(found.largest_error_ms().is_none_or(|ms| ms <= TOLERANCE_S * 1e3 + 1e-5));
@@ -268,7 +268,7 @@ mod tests {
             let refused = read(&["1", typed], 10.0).expect_err(typed).to_string();
             assert!(refused.contains("pop 2") && refused.contains(typed) && refused.contains("10.00"), "{refused}");
         }
-        assert_eq!(read(&["1"; 200], 10.0), Err(Refused::TooMany(200)));
+        assert_eq!(read(&["1"; 200], 10.0), Err(MarksRefused::TooMany(200)));
     }
 
     #[test]

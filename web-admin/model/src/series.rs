@@ -24,7 +24,8 @@ const SPAN_BYTES: usize = NUMBERS * 8;
 
 /// A span of time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, ToSchema)]
-pub struct Span {
+#[schema(as = Span)]
+pub struct TimeSpan {
     /// Time of its first sample, in s.
     pub t_s: f64,
     /// Least depth of the tip, in mm.
@@ -39,7 +40,7 @@ pub struct Span {
     pub lateral_max_n: f64,
 }
 
-impl Span {
+impl TimeSpan {
     /// One sample. What is not a number stays one, so that it never counts among its neighbours.
     fn of(sample: &Sample) -> Self {
         let finite = |value: f64| if value.is_finite() { value } else { f64::NAN };
@@ -90,7 +91,7 @@ pub fn lateral_n(sample: &Sample) -> f64 {
 
 /// A stretch of an attempt, in s since its start; all of it where an end is absent.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Stretch {
+pub struct AttemptStretch {
     /// From this moment.
     pub from_s: Option<f64>,
     /// To this moment.
@@ -113,9 +114,9 @@ impl Pyramid {
         while samples.len().div_ceil(base) > MOST_FINEST {
             base *= FACTOR;
         }
-        let joined = |spans: &mut dyn Iterator<Item = Span>| spans.reduce(Span::join);
-        let finest = samples.chunks(base).filter_map(|few| joined(&mut few.iter().map(Span::of)));
-        let mut levels: Vec<Vec<Span>> = vec![finest.collect()];
+        let joined = |spans: &mut dyn Iterator<Item = TimeSpan>| spans.reduce(TimeSpan::join);
+        let finest = samples.chunks(base).filter_map(|few| joined(&mut few.iter().map(TimeSpan::of)));
+        let mut levels: Vec<Vec<TimeSpan>> = vec![finest.collect()];
         while let Some(last) = levels.last().filter(|last| last.len() > MOST_COARSEST) {
             let above = last.chunks(FACTOR).filter_map(|few| joined(&mut few.iter().copied())).collect();
             levels.push(above);
@@ -123,7 +124,7 @@ impl Pyramid {
         Self::pack(&levels)
     }
 
-    fn pack(levels: &[Vec<Span>]) -> Self {
+    fn pack(levels: &[Vec<TimeSpan>]) -> Self {
         let mut bytes = MAGIC.to_vec();
         bytes.extend((levels.len() as u64).to_le_bytes());
         levels.iter().for_each(|level| bytes.extend((level.len() as u64).to_le_bytes()));
@@ -163,7 +164,7 @@ impl Pyramid {
     /// At most `points` spans over a stretch, of as equal a number of samples as can be. The first and the last reach
     /// over the stretch's ends to the next sample, so that a line drawn through them crosses the whole picture.
     #[must_use]
-    pub fn spans(&self, points: usize, stretch: Stretch) -> Vec<Span> {
+    pub fn spans(&self, points: usize, stretch: AttemptStretch) -> Vec<TimeSpan> {
         let points = points.clamp(1, MAX_POINTS);
         let fine_enough = |&&(start, count): &&(usize, usize)| {
             let (from, to) = self.within(start, count, stretch);
@@ -174,21 +175,24 @@ impl Pyramid {
         let (from, to) = self.within(start, count, stretch);
         let made = points.min(to - from);
         let group = |k: usize| (from + k * (to - from) / made)..(from + (k + 1) * (to - from) / made);
-        (0..made).filter_map(|k| group(k).map(|i| self.span(start, i)).reduce(Span::join)).map(Span::shown).collect()
+        (0..made)
+            .filter_map(|k| group(k).map(|i| self.span(start, i)).reduce(TimeSpan::join))
+            .map(TimeSpan::shown)
+            .collect()
     }
 
     /// The spans of a level that a stretch touches, and one more on either side.
-    fn within(&self, start: usize, count: usize, stretch: Stretch) -> (usize, usize) {
+    fn within(&self, start: usize, count: usize, stretch: AttemptStretch) -> (usize, usize) {
         let time = |i: usize| self.span(start, i).t_s;
         let from = stretch.from_s.map_or(0, |from_s| first(count, |i| time(i) > from_s).saturating_sub(1));
         let to = stretch.to_s.map_or(count, |to_s| (first(count, |i| time(i) > to_s) + 1).min(count));
         (from, to.max(from))
     }
 
-    fn span(&self, start: usize, index: usize) -> Span {
+    fn span(&self, start: usize, index: usize) -> TimeSpan {
         let at = start + index * SPAN_BYTES;
         let words = self.bytes.get(at..at + SPAN_BYTES).unwrap_or_default().as_chunks::<8>().0;
-        Span::from_numbers(std::array::from_fn(|k| words.get(k).map_or(f64::NAN, |word| f64::from_le_bytes(*word))))
+        TimeSpan::from_numbers(std::array::from_fn(|k| words.get(k).map_or(f64::NAN, |word| f64::from_le_bytes(*word))))
     }
 }
 
@@ -208,7 +212,7 @@ mod tests {
     //! was cut is believed.
     use super::*;
 
-    const ALL: Stretch = Stretch { from_s: None, to_s: None };
+    const ALL: AttemptStretch = AttemptStretch { from_s: None, to_s: None };
 
     fn samples(forces_n: &[f32]) -> Vec<Sample> {
         let times = (0..).map(f64::from);
@@ -239,12 +243,12 @@ mod tests {
     fn a_stretch_shows_what_is_in_it_and_nothing_far_outside() {
         let forces_n: Vec<f32> = (0..10_000_u16).map(f32::from).collect();
         let pyramid = Pyramid::of(&samples(&forces_n));
-        let made = pyramid.spans(50, Stretch { from_s: Some(4000.0), to_s: Some(4999.0) });
+        let made = pyramid.spans(50, AttemptStretch { from_s: Some(4000.0), to_s: Some(4999.0) });
         assert_eq!(made.len(), 50);
         assert!((3980.0..=4000.0).contains(&made[0].t_s), "{:?}", made[0]);
         assert!((4999.0..=5020.0).contains(&made[49].force_max_n), "{:?}", made[49]);
         assert!(made.windows(2).all(|pair| pair[0].t_s < pair[1].t_s));
-        let beyond = pyramid.spans(50, Stretch { from_s: Some(1e9), to_s: Some(2e9) });
+        let beyond = pyramid.spans(50, AttemptStretch { from_s: Some(1e9), to_s: Some(2e9) });
         assert!(beyond.len() <= 1, "{beyond:?}");
     }
 

@@ -7,7 +7,7 @@ use uuid::Uuid;
 use super::people::SelectOption;
 use super::{Shell, StatusWord, format};
 use model::Role;
-use model::assignment::{Stage, Standing, Task};
+use model::assignment::{AssignmentStage, AssignmentStanding, AssignmentTask};
 use model::due::{Local, local};
 
 /// A trainee's assignments.
@@ -32,7 +32,7 @@ pub struct AssignmentRow {
     /// Days by which it was extended.
     pub extended_days: i64,
     /// How far it has come.
-    pub stage: Stage,
+    pub stage: AssignmentStage,
     /// It is due, and not done.
     pub overdue: bool,
     /// Attempts that count.
@@ -112,8 +112,8 @@ pub struct AssignmentPage {
 impl AssignmentRow {
     /// A row under a title of its own.
     #[must_use]
-    pub fn new(standing: Standing, title: String, href: String, person: String) -> Self {
-        let Standing { assigned, stage, overdue, unconfirmed } = standing;
+    pub fn new(standing: AssignmentStanding, title: String, href: String, person: String) -> Self {
+        let AssignmentStanding { assigned, stage, overdue, unconfirmed } = standing;
         Self {
             title,
             href,
@@ -130,10 +130,10 @@ impl AssignmentRow {
 
     /// A trainee's own row.
     #[must_use]
-    pub fn own(standing: Standing) -> Self {
+    pub fn own(standing: AssignmentStanding) -> Self {
         let href = match &standing.assigned.task {
-            Task::Exercise(id) => super::addresses::exercise_href(id),
-            Task::Course(_) => "/curricula".to_owned(),
+            AssignmentTask::Exercise(id) => super::addresses::exercise_href(id),
+            AssignmentTask::Course(_) => "/curricula".to_owned(),
         };
         let title = standing.assigned.title.clone();
         Self::new(standing, title, href, String::new())
@@ -143,19 +143,19 @@ impl AssignmentRow {
     #[must_use]
     pub fn badge(&self) -> String {
         match (&self.stage, self.overdue) {
-            (Stage::Done { late: false, .. }, _) => StatusWord::Passed.badge_saying(tr!("Done")),
-            (Stage::Done { late: true, .. }, _) => StatusWord::Passed.badge_saying(tr!("Done late")),
-            (Stage::Spent, _) => StatusWord::Failed.badge_saying(tr!("No attempts left")),
+            (AssignmentStage::Done { late: false, .. }, _) => StatusWord::Passed.badge_saying(tr!("Done")),
+            (AssignmentStage::Done { late: true, .. }, _) => StatusWord::Passed.badge_saying(tr!("Done late")),
+            (AssignmentStage::Spent, _) => StatusWord::Failed.badge_saying(tr!("No attempts left")),
             (_, true) => StatusWord::Help.badge_saying(tr!("Late")),
-            (Stage::Locked { .. }, false) => StatusWord::Locked.badge(),
-            (Stage::Open { .. }, false) => StatusWord::Open.badge_saying(tr!("To do")),
+            (AssignmentStage::Locked { .. }, false) => StatusWord::Locked.badge(),
+            (AssignmentStage::Open { .. }, false) => StatusWord::Open.badge_saying(tr!("To do")),
         }
     }
 }
 
 impl AssignmentPage {
     fn done(&self) -> usize {
-        self.rows.iter().filter(|row| matches!(row.stage, Stage::Done { .. })).count()
+        self.rows.iter().filter(|row| matches!(row.stage, AssignmentStage::Done { .. })).count()
     }
 }
 
@@ -168,10 +168,10 @@ mod tests {
     use model::Moment;
     use model::assignment::Assigned;
 
-    fn standing(stage: Stage, overdue: bool) -> Standing {
+    fn standing(stage: AssignmentStage, overdue: bool) -> AssignmentStanding {
         let assigned = Assigned {
             id: Uuid::nil(),
-            task: Task::Exercise("stop-in-the-fat".to_owned()),
+            task: AssignmentTask::Exercise("stop-in-the-fat".to_owned()),
             title: "Stop in the <fat>".to_owned(),
             made_at: Moment::from(samples::NOW),
             due_at: Some(Moment::from(samples::NOW)),
@@ -180,16 +180,16 @@ mod tests {
             supervised: true,
             time_zone: "Europe/Berlin".to_owned(),
         };
-        Standing { assigned, stage, overdue, unconfirmed: vec![Uuid::from_u128(1)] }
+        AssignmentStanding { assigned, stage, overdue, unconfirmed: vec![Uuid::from_u128(1)] }
     }
 
     fn rows() -> Vec<AssignmentRow> {
         let stages = [
-            (Stage::Open { left: Some(2) }, true),
-            (Stage::Open { left: None }, false),
-            (Stage::Locked { missing: vec!["Feel the layers".to_owned()] }, false),
-            (Stage::Spent, false),
-            (Stage::Done { on: samples::NOW, late: true }, false),
+            (AssignmentStage::Open { left: Some(2) }, true),
+            (AssignmentStage::Open { left: None }, false),
+            (AssignmentStage::Locked { missing: vec!["Feel the layers".to_owned()] }, false),
+            (AssignmentStage::Spent, false),
+            (AssignmentStage::Done { on: samples::NOW, late: true }, false),
         ];
         stages.into_iter().map(|(stage, overdue)| AssignmentRow::own(standing(stage, overdue))).collect()
     }

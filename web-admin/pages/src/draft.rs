@@ -3,7 +3,7 @@
 use askama::Template;
 use askama_web::WebTemplate;
 use documents::{Curriculum, ExerciseBundle, Issue};
-use model::draft::Verdict;
+use model::draft::DraftVerdict;
 use time::OffsetDateTime;
 use tissue::follow::FieldPlan;
 use uuid::Uuid;
@@ -61,7 +61,7 @@ pub struct DraftPage {
     /// What was just asked for and not done, because of the problems or, until the author insists, the advice.
     pub refused: bool,
     /// What it comes to.
-    pub verdict: Verdict,
+    pub verdict: DraftVerdict,
 }
 
 impl DraftPage {
@@ -77,49 +77,49 @@ impl DraftPage {
 #[template(path = "parts/verdict.html")]
 pub struct VerdictPart {
     /// What the draft comes to.
-    pub verdict: Verdict,
+    pub verdict: DraftVerdict,
 }
 
 /// The verdict on an exercise that could be published.
 #[must_use]
-pub fn verdict_of_exercise(exercise: &Publishable) -> Verdict {
+pub fn verdict_of_exercise(exercise: &Publishable) -> DraftVerdict {
     let Publishable { bundle, plan, advice } = exercise;
     let view = ExerciseFacts::new(bundle);
     let mut facts = view.facts;
     facts.extend(describe_tissue(bundle, plan.as_ref()));
     let facts = name_document(facts);
     let advice = advice.iter().map(say_issue).collect();
-    Verdict { advice, drawing: Some(view.drawing), facts, ..Verdict::default() }
+    DraftVerdict { advice, drawing: Some(view.drawing), facts, ..DraftVerdict::default() }
 }
 
 /// The verdict on a course that could be published.
 #[must_use]
-pub fn verdict_of_course(course: &Curriculum, mastery: &Mastery) -> Verdict {
+pub fn verdict_of_course(course: &Curriculum, mastery: &Mastery) -> DraftVerdict {
     let line = |entry: &documents::curriculum::CurriculumEntry| match entry.prerequisites.as_slice() {
         [] => entry.exercise.clone(),
         first => tr!("{exercise}, after {missing}", exercise = entry.exercise, missing = first.join(", ")),
     };
-    Verdict {
+    DraftVerdict {
         facts: name_document(vec![
             (tr!("Title"), course.title.clone()),
             (tr!("An exercise is"), rule_in_words(mastery)),
         ]),
         exercises: course.entries.iter().map(line).collect(),
-        ..Verdict::default()
+        ..DraftVerdict::default()
     }
 }
 
 /// The verdict on a draft that is refused.
 #[must_use]
-pub fn verdict_of_refused(issues: &[Issue]) -> Verdict {
-    Verdict { problems: issues.iter().map(say_issue).collect(), ..Verdict::default() }
+pub fn verdict_of_refused(issues: &[Issue]) -> DraftVerdict {
+    DraftVerdict { problems: issues.iter().map(say_issue).collect(), ..DraftVerdict::default() }
 }
 
 /// The verdict on a draft that nobody has looked at yet; when to ask again, in s.
 #[must_use]
-pub fn verdict_while_waiting(retry_after_s: u64) -> Verdict {
+pub fn verdict_while_waiting(retry_after_s: u64) -> DraftVerdict {
     let what = tr!("others of this school are before this; try again in {wait} s", wait = retry_after_s);
-    Verdict { problems: vec![(tr!("Not looked at yet").to_owned(), what)], ..Verdict::default() }
+    DraftVerdict { problems: vec![(tr!("Not looked at yet").to_owned(), what)], ..DraftVerdict::default() }
 }
 
 /// Facts under their names.
@@ -217,7 +217,7 @@ mod tests {
         }
     }
 
-    fn page(verdict: Verdict) -> DraftPage {
+    fn page(verdict: DraftVerdict) -> DraftPage {
         DraftPage {
             shell: samples::shell(Role::Instructor),
             draft: row(),
@@ -272,7 +272,7 @@ mod tests {
     #[test]
     fn a_conflict_shows_both_texts() {
         let conflict = Some(compare_lines("pass_mark = 70\n", "pass_mark = 75\n"));
-        let html = samples::keep_page("draft-conflict", &DraftPage { conflict, ..page(Verdict::default()) });
+        let html = samples::keep_page("draft-conflict", &DraftPage { conflict, ..page(DraftVerdict::default()) });
         assert!(
             html.contains("pass_mark = 70") && html.contains("pass_mark = 75") && html.contains("not saved"),
             "{html}"

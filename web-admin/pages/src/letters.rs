@@ -5,7 +5,7 @@ use model::mail::RetentionLetter;
 
 use crate::format;
 use model::Moment;
-use model::assignment::Stage;
+use model::assignment::AssignmentStage;
 use model::due::{Local, local};
 use model::limits::{INVITATION_LIFETIME_S, RESET_LIFETIME_S};
 use model::line::on_one_line;
@@ -47,7 +47,7 @@ struct Reminder<'a> {
     name: &'a str,
     title: &'a str,
     due: &'a Local,
-    stage: &'a Stage,
+    stage: &'a AssignmentStage,
     link: &'a str,
 }
 
@@ -61,7 +61,7 @@ pub struct Reminded<'a> {
     /// The time zone in which it is due.
     pub time_zone: &'a str,
     /// How far they have come.
-    pub stage: &'a Stage,
+    pub stage: &'a AssignmentStage,
 }
 
 /// Subject and text of a reminder.

@@ -9,7 +9,7 @@ use uuid::Uuid;
 
 use super::session::Drawing;
 use super::{Shell, anatomy, assets, format};
-use model::comment::{CommentKind, MOST_CHARACTERS, Typed};
+use model::comment::{CommentKind, MOST_CHARACTERS, TypedComment};
 
 /// The page of a replay.
 #[derive(Debug, Template, WebTemplate)]
@@ -86,7 +86,7 @@ pub struct Utterance {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CommentForm {
     /// As it was typed.
-    pub typed: Typed,
+    pub typed: TypedComment,
     /// Why it was refused.
     pub error: Option<String>,
     /// The comment that an answer was meant for, where it was one that was refused.
@@ -187,7 +187,7 @@ mod tests {
 
     #[test]
     fn a_refused_comment_keeps_what_was_typed() {
-        let typed = Typed {
+        let typed = TypedComment {
             kind: "error".to_owned(),
             from_s: "99".to_owned(),
             to_s: String::new(),

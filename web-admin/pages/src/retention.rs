@@ -6,7 +6,7 @@ use time::OffsetDateTime;
 
 use super::{Shell, format};
 use model::Role;
-use model::retention::Step;
+use model::retention::RetentionAction;
 
 /// The page.
 #[derive(Debug, Template, WebTemplate)]
@@ -57,19 +57,19 @@ pub struct IdleRow {
     /// Why it was not.
     pub error: Option<String>,
     /// What comes next.
-    pub step: Step,
+    pub step: RetentionAction,
 }
 
 impl IdleRow {
     fn next(&self) -> String {
         match self.step {
-            Step::Warn => tr!("is warned").to_owned(),
-            Step::Sending => tr!("was warned; the letter is not out yet").to_owned(),
-            Step::Wait(days) => {
+            RetentionAction::Warn => tr!("is warned").to_owned(),
+            RetentionAction::Sending => tr!("was warned; the letter is not out yet").to_owned(),
+            RetentionAction::Wait(days) => {
                 trn!("is erased in {n} day at the earliest", "is erased in {n} days at the earliest", days)
             }
-            Step::Erase => tr!("is erased").to_owned(),
-            Step::CallOff => tr!("stays: the warning is called off").to_owned(),
+            RetentionAction::Erase => tr!("is erased").to_owned(),
+            RetentionAction::CallOff => tr!("stays: the warning is called off").to_owned(),
         }
     }
 }
@@ -88,7 +88,13 @@ mod tests {
 
     #[test]
     fn whom_the_rule_takes_is_listed_with_why_and_when() {
-        let steps = [Step::Warn, Step::Sending, Step::Wait(12), Step::Erase, Step::CallOff];
+        let steps = [
+            RetentionAction::Warn,
+            RetentionAction::Sending,
+            RetentionAction::Wait(12),
+            RetentionAction::Erase,
+            RetentionAction::CallOff,
+        ];
         let row = |step| IdleRow {
             href: "/people/1".to_owned(),
             name: "Ana <Ek>".to_owned(),

@@ -5,7 +5,7 @@ use askama_web::WebTemplate;
 use uuid::Uuid;
 
 use super::{Shell, StatusWord, roster};
-use model::roster::{Change, Difference, Leaving, Line, Outcome, Refusal};
+use model::roster::{Leaving, LineOutcome, Refusal, RosterChange, RosterDifference, RosterOutcome};
 
 /// Lines on one page of a difference.
 pub const PER_PAGE: usize = 200;
@@ -62,7 +62,7 @@ pub struct RosterPreviewPage {
     /// Which lines are shown.
     pub shown: RosterFilter,
     /// The lines of this page.
-    pub lines: Vec<Line>,
+    pub lines: Vec<LineOutcome>,
     /// This page, from 1, and the last one.
     pub pages: (usize, usize),
     /// Who leaves a cohort.
@@ -76,15 +76,19 @@ pub struct RosterPreviewPage {
 impl RosterPreviewPage {
     /// The lines of a page.
     #[must_use]
-    pub fn lines(difference: &Difference, shown: RosterFilter, page: usize) -> (Vec<Line>, (usize, usize)) {
-        let fits = |outcome: &Outcome| match shown {
-            RosterFilter::Changes => *outcome != Outcome::Unchanged,
-            RosterFilter::New => *outcome == Outcome::New,
-            RosterFilter::Changed => matches!(outcome, Outcome::Changed { .. }),
-            RosterFilter::Unchanged => *outcome == Outcome::Unchanged,
-            RosterFilter::Refused => matches!(outcome, Outcome::Refused(_)),
+    pub fn lines(
+        difference: &RosterDifference,
+        shown: RosterFilter,
+        page: usize,
+    ) -> (Vec<LineOutcome>, (usize, usize)) {
+        let fits = |outcome: &RosterOutcome| match shown {
+            RosterFilter::Changes => *outcome != RosterOutcome::Unchanged,
+            RosterFilter::New => *outcome == RosterOutcome::New,
+            RosterFilter::Changed => matches!(outcome, RosterOutcome::Changed { .. }),
+            RosterFilter::Unchanged => *outcome == RosterOutcome::Unchanged,
+            RosterFilter::Refused => matches!(outcome, RosterOutcome::Refused(_)),
         };
-        let fitting: Vec<&Line> = difference.lines.iter().filter(|line| fits(&line.outcome)).collect();
+        let fitting: Vec<&LineOutcome> = difference.lines.iter().filter(|line| fits(&line.outcome)).collect();
         let last = fitting.len().div_ceil(PER_PAGE).max(1);
         let page = page.clamp(1, last);
         let lines = fitting.into_iter().skip((page - 1) * PER_PAGE).take(PER_PAGE).cloned().collect();
@@ -127,12 +131,12 @@ impl RosterPreviewPage {
 
 /// The badge of what comes of a line.
 #[must_use]
-pub fn line_badge(outcome: &Outcome) -> String {
+pub fn line_badge(outcome: &RosterOutcome) -> String {
     match outcome {
-        Outcome::New => StatusWord::Passed.badge_saying(tr!("New")),
-        Outcome::Changed { .. } => StatusWord::Current.badge_saying(tr!("Changed")),
-        Outcome::Unchanged => StatusWord::OnTrack.badge_saying(tr!("Unchanged")),
-        Outcome::Refused(_) => StatusWord::Refused.badge_saying(tr!("Left out")),
+        RosterOutcome::New => StatusWord::Passed.badge_saying(tr!("New")),
+        RosterOutcome::Changed { .. } => StatusWord::Current.badge_saying(tr!("Changed")),
+        RosterOutcome::Unchanged => StatusWord::OnTrack.badge_saying(tr!("Unchanged")),
+        RosterOutcome::Refused(_) => StatusWord::Refused.badge_saying(tr!("Left out")),
     }
 }
 
@@ -143,10 +147,10 @@ mod tests {
     use super::*;
     use crate::samples;
     use model::Role;
-    use model::roster::{Entry, Known, Wanted, read};
+    use model::roster::{RosterEntry, RosterRequest, SchoolPerson, read};
 
-    fn difference() -> Difference {
-        let known = Known {
+    fn difference() -> RosterDifference {
+        let known = SchoolPerson {
             id: Uuid::nil(),
             registrar_id: None,
             email: "ana@example.org".to_owned(),
@@ -155,11 +159,16 @@ mod tests {
             enabled: true,
             cohorts: vec!["Spring".to_owned()],
         };
-        let bo = Known { id: Uuid::max(), email: "bo@example.org".to_owned(), name: "Bo".to_owned(), ..known.clone() };
+        let bo = SchoolPerson {
+            id: Uuid::max(),
+            email: "bo@example.org".to_owned(),
+            name: "Bo".to_owned(),
+            ..known.clone()
+        };
         let file = "email,name,id,status\nana@example.org,Ana Berg,7,deleted\nnew@example.org,<b>New,,\nx,X,,\n\
                     f@example.org,=1+1,,\nn@example.org,,,\nnew@example.org,N,,\nk@example.org,K,,asleep\n";
-        let wanted = Wanted { cohort: Some("Spring".to_owned()), remove_missing: true };
-        Difference::of(&read(file.as_bytes()).expect("a roster"), &[known, bo], &Default::default(), &wanted)
+        let wanted = RosterRequest { cohort: Some("Spring".to_owned()), remove_missing: true };
+        RosterDifference::of(&read(file.as_bytes()).expect("a roster"), &[known, bo], &Default::default(), &wanted)
     }
 
     fn page(shown: RosterFilter) -> RosterPreviewPage {
@@ -218,7 +227,7 @@ mod tests {
 
     #[test]
     fn long_lists_come_in_pages() {
-        let entry = Entry {
+        let entry = RosterEntry {
             email: String::new(),
             name: String::new(),
             registrar_id: None,
@@ -226,8 +235,9 @@ mod tests {
             role: None,
             standing: None,
         };
-        let line = |line| Line { line, shown: String::new(), entry: Some(entry.clone()), outcome: Outcome::New };
-        let long = Difference { lines: (1..=450).map(line).collect(), leaving: vec![] };
+        let line =
+            |line| LineOutcome { line, shown: String::new(), entry: Some(entry.clone()), outcome: RosterOutcome::New };
+        let long = RosterDifference { lines: (1..=450).map(line).collect(), leaving: vec![] };
         let (lines, pages) = RosterPreviewPage::lines(&long, RosterFilter::Changes, 9);
         assert_eq!((lines.len(), lines[0].line, pages), (50, 401, (3, 3)));
     }

@@ -15,7 +15,7 @@ use super::trainee::{CourseFacts, CourseView, OwnAttemptRow, PageNumbers, Traine
 use super::{NavPlace, Shell, StatusWord};
 use attempt::{AttemptCurve, BoundaryStage, CurveMark, CurvePoint, LayerSpan, MarkKind, StageSpan};
 use model::membership::{MembershipAct, MembershipEvent, MembershipRequest};
-use model::progress::{Attempt, Course, Mastery, Progress, Step};
+use model::progress::{Course, CourseStep, Mastery, Progress, ScoredAttempt};
 use model::{Moment, Role, Uncounted};
 
 mod tissue;
@@ -276,7 +276,7 @@ pub(super) fn session_page() -> SessionPage {
 
 /// Four exercises, each after the one before, mastered by three passes of five.
 pub(super) fn course() -> Course {
-    let step = |id: &str, title: &str, before: &[&str]| Step {
+    let step = |id: &str, title: &str, before: &[&str]| CourseStep {
         exercise: id.to_owned(),
         title: title.to_owned(),
         prerequisites: before.iter().map(|b| (*b).to_owned()).collect(),
@@ -296,9 +296,9 @@ pub(super) const PASS_MARKS: [f64; 4] = [60.0, 70.0, 70.0, 70.0];
 const COURSE_TITLE: &str = "Lower back: first punctures";
 
 /// Attempts two days apart, the last so many days ago.
-pub(super) fn history(scores: &[(&str, f64)], days_ago: i64) -> Vec<Attempt> {
+pub(super) fn history(scores: &[(&str, f64)], days_ago: i64) -> Vec<ScoredAttempt> {
     let count = i64::try_from(scores.len()).expect("few");
-    let attempt = |(i, (exercise, score)): (i64, &(&str, f64))| Attempt {
+    let attempt = |(i, (exercise, score)): (i64, &(&str, f64))| ScoredAttempt {
         session: Uuid::from_u128(u128::from(i.unsigned_abs())),
         exercise: (*exercise).into(),
         at: NOW - Duration::days(days_ago + 2 * (count - 1 - i)) + Duration::hours(i % 7),
@@ -309,7 +309,7 @@ pub(super) fn history(scores: &[(&str, f64)], days_ago: i64) -> Vec<Attempt> {
     (0..).zip(scores).map(attempt).collect()
 }
 
-pub(super) fn ana() -> Vec<Attempt> {
+pub(super) fn ana() -> Vec<ScoredAttempt> {
     let scores = [
         ("feel-the-layers", 52.0),
         ("feel-the-layers", 71.0),

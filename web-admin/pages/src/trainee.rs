@@ -10,9 +10,9 @@ use super::concern::say_concern;
 use super::progress::HabitsView;
 use super::session::uncounted_in_short;
 use super::{Shell, StatusWord, format};
-use model::assignment::Stage;
+use model::assignment::AssignmentStage;
 use model::membership::MembershipRequest;
-use model::progress::{Attempt, Course, CurveRule, Mastery, Progress, StepProgress, StepState};
+use model::progress::{Course, CurveRule, Mastery, Progress, ScoredAttempt, StepProgress, StepState};
 use model::{Needed, Role, Uncounted};
 
 /// A trainee's home.
@@ -274,7 +274,7 @@ fn make_next_step(course: &Course, progress: &Progress, index: usize) -> NextSte
 
 /// The points of a score chart.
 #[must_use]
-pub fn score_points(attempts: &[Attempt]) -> Vec<ScorePoint> {
+pub fn score_points(attempts: &[ScoredAttempt]) -> Vec<ScorePoint> {
     attempts.iter().map(|a| ScorePoint { at: a.at, score: a.score, passed: a.passed }).collect()
 }
 

@@ -8,7 +8,7 @@ use rustix::process::{Resource, Rlimit, nice, setrlimit};
 
 use crate::examining::examine_draft;
 use acts::judging;
-use acts::judging::Question;
+use acts::judging::JudgeQuestion;
 
 /// By how much it is nicer than the service that has started it.
 const BEHIND_PAGES: i32 = 10;
@@ -37,8 +37,8 @@ pub(super) fn run_judge(args: &JudgeArgs) -> anyhow::Result<()> {
     end_with_service();
     let mut question = Vec::new();
     std::io::stdin().read_to_end(&mut question)?;
-    let question: Question = serde_json::from_slice(&question)?;
-    if !matches!(question, Question::Arrival(_)) {
+    let question: JudgeQuestion = serde_json::from_slice(&question)?;
+    if !matches!(question, JudgeQuestion::Arrival(_)) {
         // Whoever asks for a page, or has just sent something, comes first. Refused, it is done all the same.
         let _ = nice(BEHIND_PAGES);
     }

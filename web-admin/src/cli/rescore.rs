@@ -7,7 +7,7 @@ use super::{CommandFailure, StorageArgs, say_line};
 use crate::AppState;
 use acts::registry;
 use acts::regrading;
-use acts::regrading::{By, Rubric};
+use acts::regrading::{Regrader, Rubric};
 use model::judgement;
 use store::audit::Actor;
 use store::scores;
@@ -85,7 +85,7 @@ async fn regrade_attempt(
         ));
     });
     if reason.is_some() {
-        let by = By { actor: Actor::CommandLine, reason };
+        let by = Regrader { actor: Actor::CommandLine, reason };
         regrading::apply(state, by, attempt, &again).await.map_err(anyhow::Error::from)?;
     }
     Ok(true)

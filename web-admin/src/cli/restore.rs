@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::{CommandFailure, StorageArgs, say_line};
 use acts::backup;
-use acts::backup::{KeysRestored, Refused, Restored, Wanted};
+use acts::backup::{KeysRestored, RestoreRefused, RestoreRequest, RestoreSummary};
 use acts::clock::Clock;
 use acts::erasures::{Erasure, ErasureList};
 use acts::locks::DataLock;
@@ -33,12 +33,12 @@ pub(super) async fn run_restore(args: &RestoreArgs) -> Result<(), CommandFailure
     let _lock = DataLock::take(&config, "web-admin restore", Clock::system().now())?;
     let erasures = args.erasures.as_deref().map(erasures_in).transpose()?.unwrap_or_default();
     let passphrase = args.passphrase_file.as_deref().map(super::backup::read_passphrase).transpose()?;
-    let wanted = Wanted { erasures, passphrase };
+    let wanted = RestoreRequest { erasures, passphrase };
     let restored = backup::restore(&config, &args.from, &wanted).await.map_err(|refused| match refused {
-        Refused::Input(words) => CommandFailure::Usage(words),
-        Refused::Work(error) => CommandFailure::Work(error),
+        RestoreRefused::Input(words) => CommandFailure::Usage(words),
+        RestoreRefused::Work(error) => CommandFailure::Work(error),
     })?;
-    let Restored { report: restored, erased_again, keys } = restored;
+    let RestoreSummary { report: restored, erased_again, keys } = restored;
     if erased_again > 0 {
         say_line(format_args!("people erased again, for they were erased since the backup was made: {erased_again}"));
     }

@@ -4,8 +4,8 @@ use clap::Args;
 
 use super::{CommandFailure, StorageArgs, say_line};
 use acts::retention;
-use acts::retention::Planned;
-use model::retention::Step;
+use acts::retention::RetentionStep;
+use model::retention::RetentionAction;
 use store::retention::Settings;
 use store::schools;
 
@@ -57,14 +57,14 @@ fn say_retention_rule(school: &str, settings: Settings) -> String {
 }
 
 /// Who, what, and why.
-fn line_of_planned(planned: &Planned) -> String {
-    let Planned { idle, step } = planned;
+fn line_of_planned(planned: &RetentionStep) -> String {
+    let RetentionStep { idle, step } = planned;
     let what = match step {
-        Step::Warn => "warn".to_owned(),
-        Step::Sending => "warned, the letter is not out yet".to_owned(),
-        Step::Wait(days) => format!("warned, to be erased in {days} days at the earliest"),
-        Step::Erase => "erase".to_owned(),
-        Step::CallOff => "call the warning off".to_owned(),
+        RetentionAction::Warn => "warn".to_owned(),
+        RetentionAction::Sending => "warned, the letter is not out yet".to_owned(),
+        RetentionAction::Wait(days) => format!("warned, to be erased in {days} days at the earliest"),
+        RetentionAction::Erase => "erase".to_owned(),
+        RetentionAction::CallOff => "call the warning off".to_owned(),
     };
     let told = idle.told_at.map(|at| format!(", told on {at}")).unwrap_or_default();
     let failed = idle.error.as_ref().map(|error| format!(", the letter failed: {error}")).unwrap_or_default();

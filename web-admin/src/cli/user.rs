@@ -1,7 +1,8 @@
 //! `web-admin user`: adding people and giving them access.
 
-use acts::registry::{self, AddedAccount, NewAccount};
-use acts::tokens::{LONGEST_DAYS, Wanted};
+use acts::registry;
+use acts::registry::{AddedAccount, RegisteredPerson};
+use acts::tokens::{LONGEST_DAYS, TokenRequest};
 use acts::{passwords, second_factor, secret};
 use clap::{Args, Subcommand};
 use model::line::on_one_line;
@@ -120,14 +121,14 @@ async fn add_person(args: &AddArgs) -> Result<(), CommandFailure> {
     let own = [args.name.as_str(), &args.who.email, args.school.as_deref().unwrap_or_default()];
     let (password, told) = read_password(args.password.as_deref(), &own)?;
     let state = args.who.storage.open().await?;
-    let new = NewAccount {
+    let new = RegisteredPerson {
         email: &args.who.email,
         name: &args.name,
         role: args.role,
         school: args.school.as_deref(),
         cohort: args.cohort.as_deref(),
         password: &password,
-        token: args.token.then_some(Wanted { name: COMMAND_LINE, days: LONGEST_DAYS }),
+        token: args.token.then_some(TokenRequest { name: COMMAND_LINE, days: LONGEST_DAYS }),
     };
     let AddedAccount { person, school, until, token } = registry::add_person(&state, new).await?;
     say_line(format_args!("{} {} added to {school}; pseudonym {}", person.role, person.email, person.pseudonym));
@@ -179,7 +180,7 @@ async fn make_person_token(args: &TokenArgs) -> Result<(), CommandFailure> {
     let token = match (&args.email, &args.station) {
         (Some(email), _) => {
             let person = find_account(&state, email).await?;
-            registry::give_token(&state, &person, Wanted { name: &args.name, days: args.days }).await?
+            registry::give_token(&state, &person, TokenRequest { name: &args.name, days: args.days }).await?
         }
         (None, station) => {
             check_name("--station", station.as_deref())?;

@@ -12,7 +12,7 @@ use acts::certificates::KEY_FILE;
 use acts::config::Config;
 use acts::erasures::ErasureList;
 use acts::verification;
-use acts::verification::Report;
+use acts::verification::VerificationReport;
 use store::Database;
 
 /// What to verify.
@@ -49,7 +49,7 @@ pub(super) async fn run_verify(args: &VerifyArgs) -> Result<(), CommandFailure> 
     }
     report.findings.extend(verification::unerased(&db, &ErasureList::of(&config)).await?);
     db.close().await;
-    let Report { recordings, audit_rows, audit_head, findings } = report;
+    let VerificationReport { recordings, audit_rows, audit_head, findings } = report;
     findings.iter().for_each(say_line);
     let counts = format!("{recordings} recordings and {audit_rows} audit rows checked");
     say_line(format_args!("{counts}, {} findings; the audit log ends in {audit_head}", findings.len()));

@@ -12,7 +12,7 @@ use crate::outbox;
 use acts::assignments;
 use acts::deadlines;
 use acts::schools;
-use model::assignment::Task;
+use model::assignment::AssignmentTask;
 use model::{CurrentPerson, Moment, due};
 use store::assignments::{self as stored, NewAssignment};
 use store::{cohorts, people};
@@ -28,9 +28,9 @@ pub async fn assign_demo_tasks(state: &AppState, now: Moment) -> anyhow::Result<
     let administrator = find_demo_person(state, ADMINISTRATOR).await?.into_current().context("an administrator")?;
     schools::set_time_zone(state, &administrator, TIME_ZONE).await?;
     let instructor = find_demo_person(state, COHORTS[0].instructor).await?.into_current().context("an instructor")?;
-    let course = Task::Course(super::COURSE.to_owned());
+    let course = AssignmentTask::Course(super::COURSE.to_owned());
     make_demo_assignment(state, &instructor, course, now, now.plus_s(DAY_S)).await?;
-    let exercise = Task::Exercise("reach-the-muscle".to_owned());
+    let exercise = AssignmentTask::Exercise("reach-the-muscle".to_owned());
     let late =
         make_demo_assignment(state, &instructor, exercise, now.plus_s(-14 * DAY_S), now.plus_s(-2 * DAY_S)).await?;
     let listed = stored::managed(state.db.reader(), &instructor, Some(late), 1).await?;
@@ -61,7 +61,7 @@ async fn find_demo_person(state: &AppState, name: &str) -> anyhow::Result<people
 async fn make_demo_assignment(
     state: &AppState,
     by: &CurrentPerson,
-    task: Task,
+    task: AssignmentTask,
     made: Moment,
     due_at: Moment,
 ) -> anyhow::Result<Uuid> {

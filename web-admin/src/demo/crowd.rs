@@ -9,7 +9,7 @@ use super::{DAY_S, Demonstration};
 use crate::AppState;
 use acts::generating;
 use acts::secret;
-use store::generated::Crowd;
+use store::generated::GeneratedCrowd;
 use store::practice;
 
 /// Attempts of each trainee of the crowd.
@@ -25,7 +25,7 @@ const BLOCK: u32 = 250;
 /// When that trainee has made none, or the database fails.
 pub(super) async fn gather_crowd(state: &AppState, trainee: &Trainee, wanted: &Demonstration) -> anyhow::Result<()> {
     let password_hash = secret::hash_password(&wanted.password, state.config.password_cost)?;
-    let crowd = Crowd {
+    let crowd = GeneratedCrowd {
         school_id: trainee.school_id,
         trainees: wanted.crowd,
         cohort_size: 30,

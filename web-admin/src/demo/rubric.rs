@@ -8,7 +8,7 @@ use super::school::COHORTS;
 use crate::AppState;
 use crate::worker;
 use acts::drafting;
-use acts::drafting::Saved;
+use acts::drafting::SaveOutcome;
 use acts::regrading::exercise as regrading;
 use model::{CurrentPerson, SessionKey};
 use store::{drafts, exercises, regradings, scores};
@@ -117,7 +117,7 @@ async fn publish_rubric(state: &AppState, instructor: &CurrentPerson, change: &R
     let mut texts = draft.texts;
     texts.document = change.written(&texts.document);
     let saved = drafting::save(state, instructor, id, draft.version, &texts).await?;
-    let Saved::Kept(draft) = saved else { bail!("nobody else writes in the draft") };
+    let SaveOutcome::Kept(draft) = saved else { bail!("nobody else writes in the draft") };
     let checked = drafting::check(state, instructor.school_id, &draft).await?;
     ensure!(drafting::publish(state, instructor, &draft, &checked).await?, "the changed rubric was refused");
     Ok(())

@@ -12,9 +12,9 @@ use super::school::{self, COHORTS};
 use crate::AppState;
 use crate::outbox;
 use acts::surveys;
-use acts::surveys::Wanted;
+use acts::surveys::SurveyRequest;
 use acts::surveys::answering;
-use acts::surveys::answering::Asked;
+use acts::surveys::answering::SurveyOccasion;
 use model::survey::Identity;
 use model::survey::Survey;
 use model::{CurrentPerson, SessionKey};
@@ -148,7 +148,7 @@ async fn make_study_survey(
     let administrator =
         administrator.and_then(Person::into_current).context("the demonstration has an administrator")?;
     let cohorts = reports::cohorts(reader, &administrator).await?;
-    let wanted = Wanted {
+    let wanted = SurveyRequest {
         revision_id: current.id,
         title: plan.title.to_owned(),
         identity: Identity::Pseudonymous,
@@ -173,7 +173,7 @@ impl SurveyStudy<'_> {
         let person = people::by_id(self.state.db.reader(), trainee.id).await?;
         let person = person.and_then(Person::into_current).context("a trainee of the demonstration")?;
         let session = self.survey.after_attempts.then_some(participant.basis.session);
-        let asked = Asked { survey: self.survey, session, language: "en" };
+        let asked = SurveyOccasion { survey: self.survey, session, language: "en" };
         let token = answering::begin(self.state, &person, asked).await?;
         self.answer(&token, participant).await
     }

@@ -8,7 +8,7 @@ use acts::assignments;
 use acts::error::Error;
 use acts::mailer::Letter;
 use acts::mailing;
-use model::assignment::{Stage, Standing};
+use model::assignment::{AssignmentStage, AssignmentStanding};
 use model::mail::{Mail, MailKind};
 use pages::letters::{self, Reminded};
 use store::account_links::Purpose;
@@ -87,7 +87,9 @@ async fn compose_letter(state: &AppState, mail: &Mail) -> Result<Option<Letter>,
 async fn compose_reminder(state: &AppState, mail: &Mail) -> Result<Option<(String, String)>, Error> {
     let (is_meant, address) = (|id| Some(id) == mail.assignment_id, &state.config.address());
     let standings = assignments::standings(state, mail.school_id, mail.person_id).await?;
-    if let Some(Standing { assigned, stage, .. }) = standings.iter().find(|s| is_meant(s.assigned.id) && s.is_open()) {
+    if let Some(AssignmentStanding { assigned, stage, .. }) =
+        standings.iter().find(|s| is_meant(s.assigned.id) && s.is_open())
+    {
         let remind = |due_at| {
             let of = Reminded { title: &assigned.title, due_at, time_zone: &assigned.time_zone, stage };
             letters::write_reminder(mail, of, &format!("{address}/assignments"))
@@ -96,8 +98,8 @@ async fn compose_reminder(state: &AppState, mail: &Mail) -> Result<Option<(Strin
     }
     let tasks = segments::of_trainee(state.db.reader(), mail.school_id, mail.person_id).await?;
     let still = tasks.iter().find(|task| is_meant(task.id) && task.sent < task.traces);
-    let remind = |(task, due_at): (&segments::Task, _)| {
-        let stage = &Stage::Open { left: None };
+    let remind = |(task, due_at): (&segments::SegmentTask, _)| {
+        let stage = &AssignmentStage::Open { left: None };
         let of = Reminded { title: &task.title, due_at, time_zone: &task.time_zone, stage };
         letters::write_reminder(mail, of, &format!("{address}/segments/{}", task.id))
     };

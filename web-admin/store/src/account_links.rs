@@ -18,7 +18,7 @@ pub enum Purpose {
 
 /// A link that is good.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
-pub struct Link {
+pub struct AccountLink {
     /// School.
     pub school_id: Uuid,
     /// Whose password it sets.
@@ -88,7 +88,11 @@ pub async fn lasts(executor: impl SqliteExecutor<'_>, person: Uuid, purpose: Pur
 ///
 /// # Errors
 /// When the database fails.
-pub async fn valid(executor: impl SqliteExecutor<'_>, token_sha256: &[u8; 32], now: Moment) -> Result<Option<Link>> {
+pub async fn valid(
+    executor: impl SqliteExecutor<'_>,
+    token_sha256: &[u8; 32],
+    now: Moment,
+) -> Result<Option<AccountLink>> {
     sqlx::query_as(
         "SELECT l.school_id, l.person_id, l.purpose, p.display_name AS name, p.email, s.name AS school
          FROM account_links l JOIN people p ON p.id = l.person_id JOIN schools s ON s.id = l.school_id

@@ -4,14 +4,14 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
-use model::assignment::{Assigned, Task};
+use model::assignment::{Assigned, AssignmentTask};
 use model::{CurrentPerson, Moment, Role, new_id};
 
 /// An assignment to be made.
 #[derive(Clone, Debug)]
 pub struct NewAssignment {
     /// What is to be trained.
-    pub task: Task,
+    pub task: AssignmentTask,
     /// The cohort, or
     pub cohort_id: Option<Uuid>,
     /// the trainee.
@@ -32,8 +32,8 @@ pub struct NewAssignment {
 /// When exercise, course, cohort or person are not of the school, or the database fails.
 pub async fn add(writer: &mut SqliteConnection, by: &CurrentPerson, new: &NewAssignment, now: Moment) -> Result<Uuid> {
     let (exercise, course) = match &new.task {
-        Task::Exercise(id) => (Some(id), None),
-        Task::Course(id) => (None, Some(id)),
+        AssignmentTask::Exercise(id) => (Some(id), None),
+        AssignmentTask::Course(id) => (None, Some(id)),
     };
     sqlx::query_scalar(
         "INSERT INTO assignments (id, school_id, exercise_id, curriculum_id, cohort_id, person_id, supervised,
@@ -74,8 +74,8 @@ struct AssignedRow {
 impl From<AssignedRow> for Assigned {
     fn from(row: AssignedRow) -> Self {
         let task = match (row.exercise_id, row.curriculum_id) {
-            (Some(exercise), _) => Task::Exercise(exercise),
-            (None, course) => Task::Course(course.unwrap_or_default()),
+            (Some(exercise), _) => AssignmentTask::Exercise(exercise),
+            (None, course) => AssignmentTask::Course(course.unwrap_or_default()),
         };
         Self {
             id: row.id,
@@ -140,7 +140,7 @@ pub async fn of_trainee(executor: impl SqliteExecutor<'_>, school: Uuid, person:
 
 /// An assignment as those who made it see it.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
-pub struct Listed {
+pub struct ManagedAssignment {
     /// Its id.
     pub id: Uuid,
     /// Title of the exercise or course.
@@ -173,7 +173,7 @@ pub async fn managed(
     by: &CurrentPerson,
     only: Option<Uuid>,
     limit: u32,
-) -> Result<Vec<Listed>> {
+) -> Result<Vec<ManagedAssignment>> {
     sqlx::query_as(
         "SELECT a.id, coalesce(r.title, c.title, '') AS title, a.cohort_id, a.person_id,
            coalesce(k.name, p.display_name, '') AS \"to\", a.due_local, a.due_at, a.time_zone, a.attempt_limit,

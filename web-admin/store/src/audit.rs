@@ -13,7 +13,7 @@ use model::{CurrentPerson, Moment};
 
 /// Something that was done.
 #[derive(Clone, Debug)]
-pub struct Entry<'a> {
+pub struct AuditEntry<'a> {
     /// In which school, where there is one.
     school_id: Option<Uuid>,
     /// By whom.
@@ -57,7 +57,7 @@ impl std::fmt::Display for Actor {
 }
 
 #[derive(FromRow)]
-struct Row {
+struct AuditRow {
     seq: i64,
     at: Moment,
     school_id: Option<Uuid>,
@@ -69,7 +69,7 @@ struct Row {
     hash: Vec<u8>,
 }
 
-impl Row {
+impl AuditRow {
     /// sha256(prev ‖ the row as a JSON array): JSON keeps the fields apart whatever they hold.
     fn seal(&self) -> Vec<u8> {
         let canonical = serde_json::json!([
@@ -85,7 +85,7 @@ impl Row {
     }
 }
 
-impl<'a> Entry<'a> {
+impl<'a> AuditEntry<'a> {
     /// What `actor` did in a school to `object`, without details.
     pub fn new(school_id: impl Into<Option<Uuid>>, actor: Actor, action: &'a str, object: impl Into<String>) -> Self {
         let (school_id, object, details) = (school_id.into(), object.into(), json!({}));
@@ -112,7 +112,7 @@ impl<'a> Entry<'a> {
             .fetch_optional(&mut *writer)
             .await?;
         let (last_seq, prev_hash) = last.unwrap_or_else(|| (0, vec![0; 32]));
-        let mut row = Row {
+        let mut row = AuditRow {
             seq: last_seq + 1,
             at: now,
             school_id: self.school_id,
@@ -128,7 +128,7 @@ impl<'a> Entry<'a> {
     }
 }
 
-async fn insert(writer: &mut SqliteConnection, row: &Row) -> Result<()> {
+async fn insert(writer: &mut SqliteConnection, row: &AuditRow) -> Result<()> {
     sqlx::query(
         "INSERT INTO audit_log (seq, at, school_id, actor, action, object, details, prev_hash, hash)
          VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9)",
@@ -170,7 +170,7 @@ pub async fn told_scores(executor: impl SqliteExecutor<'_>) -> Result<BTreeMap<U
 
 /// What a walk along the chain found.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Chain {
+pub struct AuditChain {
     /// Rows walked.
     pub rows: usize,
     /// Hash of the last row, in hexadecimal: written down elsewhere, it also shows a log that was cut short.
@@ -226,12 +226,12 @@ pub async fn holds_at(executor: impl SqliteExecutor<'_>, row: i64, hash: &str) -
 ///
 /// # Errors
 /// When the database fails.
-pub async fn check(executor: impl SqliteExecutor<'_>) -> Result<Chain> {
-    let mut rows = sqlx::query_as::<_, Row>(
+pub async fn check(executor: impl SqliteExecutor<'_>) -> Result<AuditChain> {
+    let mut rows = sqlx::query_as::<_, AuditRow>(
         "SELECT seq, at, school_id, actor, action, object, details, prev_hash, hash FROM audit_log ORDER BY seq",
     )
     .fetch(executor);
-    let mut chain = Chain { rows: 0, head: String::new(), findings: Vec::new() };
+    let mut chain = AuditChain { rows: 0, head: String::new(), findings: Vec::new() };
     let (mut prev, mut expected) = (vec![0; 32], 1_i64);
     while let Some(row) = rows.try_next().await? {
         if row.seq != expected {

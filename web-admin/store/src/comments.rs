@@ -11,7 +11,8 @@ use model::{Moment, Role, SessionKey, new_id};
 
 /// A comment or an answer as it is kept.
 #[derive(Clone, Debug, PartialEq, FromRow, Serialize, ToSchema)]
-pub struct Kept {
+#[schema(as = Kept)]
+pub struct CommentRecord {
     /// Id.
     pub id: Uuid,
     /// The comment that it answers.
@@ -133,7 +134,7 @@ pub async fn withdraw(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of_session(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Vec<Kept>> {
+pub async fn of_session(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Vec<CommentRecord>> {
     sqlx::query_as(
         "SELECT c.id, c.answers, c.author_id, p.display_name AS author, p.role AS author_role, c.kind, c.from_s,
            c.to_s, c.body, c.made_at

@@ -5,7 +5,7 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
-use model::progress::{Course, CurveRule, Mastery, Step};
+use model::progress::{Course, CourseStep, CurveRule, Mastery};
 use model::{Moment, new_id};
 
 /// A curriculum to be published.
@@ -40,7 +40,7 @@ pub struct NewEntry {
 
 /// A curriculum that is taught.
 #[derive(Clone, Debug, PartialEq, FromRow)]
-pub struct Curriculum {
+pub struct TaughtCurriculum {
     /// Id of its current revision.
     pub revision_id: Uuid,
     /// Curriculum id.
@@ -58,7 +58,7 @@ pub struct Curriculum {
     mastery_curve: Option<Json<CurveRule>>,
 }
 
-impl Curriculum {
+impl TaughtCurriculum {
     /// Its mastery rule.
     #[must_use]
     pub fn mastery(&self) -> Mastery {
@@ -70,7 +70,7 @@ impl Curriculum {
 }
 
 #[derive(FromRow)]
-struct StepRow {
+struct CurriculumStepRow {
     exercise_id: String,
     title: String,
     prerequisites: Json<Vec<String>>,
@@ -163,7 +163,7 @@ pub async fn make_current(writer: &mut SqliteConnection, school: Uuid, id: &str,
 ///
 /// # Errors
 /// When the database fails.
-pub async fn taught(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<Curriculum>> {
+pub async fn taught(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<TaughtCurriculum>> {
     sqlx::query_as(
         "SELECT r.id AS revision_id, r.curriculum_id, r.title, r.description, r.sha256, r.mastery_passes, r.mastery_of, r.mastery_curve
          FROM curricula c JOIN curriculum_revisions r ON r.id = c.revision_id
@@ -176,7 +176,7 @@ pub async fn taught(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<V
 
 /// A revision of a curriculum as a list shows it.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
-pub struct Listed {
+pub struct CurriculumRevision {
     /// Id of the revision.
     pub id: Uuid,
     /// Title shown to people.
@@ -191,7 +191,7 @@ pub struct Listed {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn revisions(executor: impl SqliteExecutor<'_>, school: Uuid, id: &str) -> Result<Vec<Listed>> {
+pub async fn revisions(executor: impl SqliteExecutor<'_>, school: Uuid, id: &str) -> Result<Vec<CurriculumRevision>> {
     sqlx::query_as(
         "SELECT id, title, sha256, published_at FROM curriculum_revisions
          WHERE school_id = $1 AND curriculum_id = $2 ORDER BY rowid DESC",
@@ -229,8 +229,8 @@ pub async fn exercise_ids(executor: impl SqliteExecutor<'_>, revision: Uuid) -> 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn course(executor: impl SqliteExecutor<'_>, school: Uuid, curriculum: &Curriculum) -> Result<Course> {
-    let rows: Vec<StepRow> = sqlx::query_as(
+pub async fn course(executor: impl SqliteExecutor<'_>, school: Uuid, curriculum: &TaughtCurriculum) -> Result<Course> {
+    let rows: Vec<CurriculumStepRow> = sqlx::query_as(
         "SELECT e.exercise_id, r.title, e.prerequisites
          FROM curriculum_entries e
          JOIN exercises x ON x.school_id = $1 AND x.exercise_id = e.exercise_id
@@ -241,6 +241,10 @@ pub async fn course(executor: impl SqliteExecutor<'_>, school: Uuid, curriculum:
     .bind(curriculum.revision_id)
     .fetch_all(executor)
     .await?;
-    let step = |row: StepRow| Step { exercise: row.exercise_id, title: row.title, prerequisites: row.prerequisites.0 };
+    let step = |row: CurriculumStepRow| CourseStep {
+        exercise: row.exercise_id,
+        title: row.title,
+        prerequisites: row.prerequisites.0,
+    };
     Ok(Course { steps: rows.into_iter().map(step).collect(), rule: curriculum.mastery() })
 }

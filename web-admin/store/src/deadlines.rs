@@ -8,7 +8,7 @@ use model::Moment;
 
 /// What has a due date.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum DeadlineKind {
     /// An assignment.
     Assignment,
     /// A task to mark pops.
@@ -28,7 +28,7 @@ pub struct Extension {
 
 /// Somebody who is to be reminded of something.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
-pub struct Due {
+pub struct DueReminder {
     /// School.
     pub school_id: Uuid,
     /// Who.
@@ -89,7 +89,7 @@ pub struct DeadlineKey {
     /// School.
     pub school_id: Uuid,
     /// What it is.
-    pub kind: Kind,
+    pub kind: DeadlineKind,
     /// Assignment or task.
     pub id: Uuid,
 }
@@ -106,14 +106,14 @@ pub async fn extend(
 ) -> Result<()> {
     let DeadlineKey { school_id, kind, id } = deadline;
     let shorten = match kind {
-        Kind::Assignment => shorten!("assignment_extensions", "assignment_id"),
-        Kind::Segments => shorten!("segment_extensions", "task_id"),
+        DeadlineKind::Assignment => shorten!("assignment_extensions", "assignment_id"),
+        DeadlineKind::Segments => shorten!("segment_extensions", "task_id"),
     };
     sqlx::query(shorten).bind(school_id).bind(id).bind(person).execute(&mut *writer).await?;
     let Some((days, due_at)) = longer else { return Ok(()) };
     let lengthen = match kind {
-        Kind::Assignment => lengthen!("assignment_extensions", "assignment_id"),
-        Kind::Segments => lengthen!("segment_extensions", "task_id"),
+        DeadlineKind::Assignment => lengthen!("assignment_extensions", "assignment_id"),
+        DeadlineKind::Segments => lengthen!("segment_extensions", "task_id"),
     };
     sqlx::query(lengthen).bind(school_id).bind(id).bind(person).bind(days).bind(due_at).execute(writer).await.map(drop)
 }
@@ -122,9 +122,14 @@ pub async fn extend(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn to_remind(executor: impl SqliteExecutor<'_>, kind: Kind, from: Moment, to: Moment) -> Result<Vec<Due>> {
+pub async fn to_remind(
+    executor: impl SqliteExecutor<'_>,
+    kind: DeadlineKind,
+    from: Moment,
+    to: Moment,
+) -> Result<Vec<DueReminder>> {
     let due = match kind {
-        Kind::Assignment => to_remind!(
+        DeadlineKind::Assignment => to_remind!(
             "assignments",
             "assignment_extensions",
             "assignment_id",
@@ -134,7 +139,7 @@ pub async fn to_remind(executor: impl SqliteExecutor<'_>, kind: Kind, from: Mome
                AND NOT EXISTS (SELECT 1 FROM assignment_extensions x
                                WHERE x.assignment_id = a.id AND x.person_id = a.person_id)"
         ),
-        Kind::Segments => to_remind!("segment_tasks", "segment_extensions", "task_id", ""),
+        DeadlineKind::Segments => to_remind!("segment_tasks", "segment_extensions", "task_id", ""),
     };
     sqlx::query_as(due).bind(from).bind(to).fetch_all(executor).await
 }
@@ -146,10 +151,10 @@ pub async fn to_remind(executor: impl SqliteExecutor<'_>, kind: Kind, from: Mome
 pub async fn extensions(executor: impl SqliteExecutor<'_>, deadline: DeadlineKey) -> Result<Vec<Extension>> {
     let DeadlineKey { school_id, kind, id } = deadline;
     let longer = match kind {
-        Kind::Assignment => {
+        DeadlineKind::Assignment => {
             "SELECT person_id, days, due_at FROM assignment_extensions WHERE school_id = $1 AND assignment_id = $2"
         }
-        Kind::Segments => {
+        DeadlineKind::Segments => {
             "SELECT person_id, days, due_at FROM segment_extensions WHERE school_id = $1 AND task_id = $2"
         }
     };

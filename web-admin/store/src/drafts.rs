@@ -27,7 +27,7 @@ pub struct Texts {
 
 /// A draft.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
-pub struct Draft {
+pub struct DocumentDraft {
     /// Its id.
     pub id: Uuid,
     /// What it will be a revision of …
@@ -49,7 +49,7 @@ pub struct Draft {
 
 /// A draft to be begun.
 #[derive(Clone, Debug)]
-pub struct NewDraft<'a> {
+pub struct NewDocumentDraft<'a> {
     /// What it will be a revision of …
     pub kind: DraftKind,
     /// … by the document's id.
@@ -62,7 +62,7 @@ pub struct NewDraft<'a> {
 
 /// Somebody of a school, at a moment.
 #[derive(Clone, Copy, Debug)]
-pub struct By {
+pub struct DraftEditor {
     /// School.
     pub school: Uuid,
     /// Person.
@@ -93,7 +93,7 @@ pub async fn of(
 ///
 /// # Errors
 /// When the document has one already, or the database fails.
-pub async fn begin(writer: &mut SqliteConnection, by: By, draft: &NewDraft<'_>) -> Result<Uuid> {
+pub async fn begin(writer: &mut SqliteConnection, by: DraftEditor, draft: &NewDocumentDraft<'_>) -> Result<Uuid> {
     let id = new_id(by.now);
     sqlx::query(
         "INSERT INTO drafts (id, school_id, kind, document_id, based_on, document, scene, version, saved_by, saved_at)
@@ -117,7 +117,7 @@ pub async fn begin(writer: &mut SqliteConnection, by: By, draft: &NewDraft<'_>) 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Draft>> {
+pub async fn find(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<DocumentDraft>> {
     sqlx::query_as(
         "SELECT d.id, d.kind, d.document_id, d.based_on, d.document, d.scene, d.version, p.display_name AS saved_by,
          d.saved_at
@@ -133,7 +133,7 @@ pub async fn find(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn all(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<Draft>> {
+pub async fn all(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<DocumentDraft>> {
     sqlx::query_as(
         "SELECT d.id, d.kind, d.document_id, d.based_on, d.document, d.scene, d.version, p.display_name AS saved_by,
          d.saved_at
@@ -148,7 +148,7 @@ pub async fn all(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<
 ///
 /// # Errors
 /// When the database fails.
-pub async fn save(writer: &mut SqliteConnection, by: By, id: Uuid, seen: i64, texts: &Texts) -> Result<bool> {
+pub async fn save(writer: &mut SqliteConnection, by: DraftEditor, id: Uuid, seen: i64, texts: &Texts) -> Result<bool> {
     let saved = sqlx::query(
         "UPDATE drafts SET document = $1, scene = $2, version = version + 1, saved_by = $3, saved_at = $4
          WHERE school_id = $5 AND id = $6 AND version = $7",

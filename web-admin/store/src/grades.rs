@@ -31,7 +31,7 @@ pub struct NewOverride<'a> {
 
 /// An override as it was made.
 #[derive(Clone, Debug, PartialEq, FromRow)]
-pub struct Override {
+pub struct OverrideRecord {
     /// 0–100; absent where it says that the computed score counts again.
     pub score: Option<f64>,
     /// It counts as a pass.
@@ -98,7 +98,7 @@ pub async fn strayed(executor: impl SqliteExecutor<'_>) -> Result<Vec<Uuid>> {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn overrides(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Vec<Override>> {
+pub async fn overrides(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Vec<OverrideRecord>> {
     sqlx::query_as(
         "SELECT o.score, o.passed, o.reason, p.display_name AS by, o.made_at FROM score_overrides o
          JOIN people p ON p.school_id = o.school_id AND p.id = o.made_by

@@ -50,7 +50,7 @@ pub const LONGEST_WAIT_S: i64 = 320;
 
 /// What of the queue is asked for: what is due at a moment, and has had so many deaths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Due {
+pub struct JobQuery {
     /// The moment.
     pub now: Moment,
     /// Deaths of whoever worked on it.
@@ -61,7 +61,7 @@ pub struct Due {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn schools(executor: impl SqliteExecutor<'_>, due: Due) -> Result<Vec<Uuid>> {
+pub async fn schools(executor: impl SqliteExecutor<'_>, due: JobQuery) -> Result<Vec<Uuid>> {
     sqlx::query_scalar(
         "SELECT s.id FROM schools s WHERE EXISTS (SELECT 1 FROM jobs j
              WHERE j.school_id = s.id AND j.deaths = $1 AND (j.next_run_at <= $2 OR j.next_run_at > $3))",
@@ -77,7 +77,7 @@ pub async fn schools(executor: impl SqliteExecutor<'_>, due: Due) -> Result<Vec<
 ///
 /// # Errors
 /// When the database fails.
-pub async fn due(executor: impl SqliteExecutor<'_>, school: Uuid, due: Due, most: i64) -> Result<Vec<Job>> {
+pub async fn due(executor: impl SqliteExecutor<'_>, school: Uuid, due: JobQuery, most: i64) -> Result<Vec<Job>> {
     sqlx::query_as(
         "SELECT school_id, session_id, attempts, deaths FROM jobs
          WHERE school_id = $1 AND deaths = $2 AND deaths < $3 AND (next_run_at <= $4 OR next_run_at > $5)

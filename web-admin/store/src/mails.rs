@@ -97,7 +97,7 @@ pub async fn withdraw(writer: &mut SqliteConnection, id: Uuid) -> Result<()> {
 
 /// How a person's latest invitation or reset went.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
-pub struct Delivery {
+pub struct MailDelivery {
     /// What it was about.
     pub kind: MailKind,
     /// When it was sent.
@@ -110,7 +110,7 @@ pub struct Delivery {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn latest(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid) -> Result<Option<Delivery>> {
+pub async fn latest(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid) -> Result<Option<MailDelivery>> {
     sqlx::query_as(
         "SELECT kind, sent_at, error FROM mails WHERE school_id = $1 AND person_id = $2 AND kind IN ('invitation', 'reset')
          ORDER BY id DESC LIMIT 1",

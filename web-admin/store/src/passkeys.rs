@@ -38,7 +38,7 @@ pub struct NewPasskey<'a> {
 
 /// A signature of a passkey.
 #[derive(Clone, Copy, Debug)]
-pub struct Signature<'a> {
+pub struct PasskeySignature<'a> {
     /// The public key as it stands after it.
     pub public_key: &'a Passkey,
     /// How many signatures the authenticator has counted; 0 where it counts none.
@@ -133,7 +133,12 @@ pub async fn remove(writer: &mut SqliteConnection, key: PersonKey, id: Uuid) -> 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn take(writer: &mut SqliteConnection, key: PersonKey, id: Uuid, signature: Signature<'_>) -> Result<bool> {
+pub async fn take(
+    writer: &mut SqliteConnection,
+    key: PersonKey,
+    id: Uuid,
+    signature: PasskeySignature<'_>,
+) -> Result<bool> {
     sqlx::query(
         "UPDATE passkeys SET public_key = $4, sign_count = $5, last_used_at = $6
          WHERE id = $3 AND person_id = $1 AND school_id = $2 AND (sign_count < $5 OR (sign_count = 0 AND $5 = 0))",

@@ -12,18 +12,18 @@ use uuid::Uuid;
 
 use super::Result;
 use super::tallies::{self, Sums};
-use model::progress::Attempt;
+use model::progress::ScoredAttempt;
 use model::{Moment, PersonKey, SessionKey};
 
 /// An attempt in a history: session, start in µs, score, passed, revision.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-struct Past(Uuid, i64, f64, bool, Option<Uuid>);
+struct PastAttempt(Uuid, i64, f64, bool, Option<Uuid>);
 
-impl Past {
-    fn attempt(self, exercise: &Arc<str>) -> Attempt {
+impl PastAttempt {
+    fn attempt(self, exercise: &Arc<str>) -> ScoredAttempt {
         let Self(session, at, score, passed, revision) = self;
         let at = Moment::from_micros(at).to_utc();
-        Attempt { session, exercise: Arc::clone(exercise), at, score, passed, revision }
+        ScoredAttempt { session, exercise: Arc::clone(exercise), at, score, passed, revision }
     }
 }
 
@@ -40,18 +40,18 @@ struct PastRow {
 struct PracticeRow {
     trainee_id: Uuid,
     exercise_id: String,
-    history: Json<Vec<Past>>,
+    history: Json<Vec<PastAttempt>>,
 }
 
 impl PracticeRow {
-    fn attempts(self) -> impl Iterator<Item = Attempt> {
+    fn attempts(self) -> impl Iterator<Item = ScoredAttempt> {
         let exercise_id: Arc<str> = self.exercise_id.into();
         self.history.0.into_iter().map(move |past| past.attempt(&exercise_id))
     }
 }
 
 /// Scored attempts by the trainee who made them, those at one exercise in order of time.
-pub type ByTrainee = BTreeMap<Uuid, Vec<Attempt>>;
+pub type ByTrainee = BTreeMap<Uuid, Vec<ScoredAttempt>>;
 
 fn by_trainee(rows: Vec<PracticeRow>) -> ByTrainee {
     let mut attempts = ByTrainee::new();
@@ -75,7 +75,7 @@ macro_rules! practised {
 
 /// The attempt whose counting score has changed.
 #[derive(FromRow)]
-struct Changed {
+struct ChangedScore {
     trainee_id: Uuid,
     exercise_id: String,
     started_at: Moment,
@@ -86,7 +86,7 @@ struct Changed {
 /// # Errors
 /// When the database fails.
 pub async fn refresh(writer: &mut SqliteConnection, session: SessionKey) -> Result<()> {
-    let changed: Changed =
+    let changed: ChangedScore =
         sqlx::query_as("SELECT trainee_id, exercise_id, started_at FROM sessions WHERE school_id = $1 AND id = $2")
             .bind(session.school_id)
             .bind(session.id)
@@ -114,7 +114,7 @@ pub async fn refresh(writer: &mut SqliteConnection, session: SessionKey) -> Resu
     .await
 }
 
-async fn sums(executor: impl SqliteExecutor<'_>, school: Uuid, changed: &Changed) -> Result<Sums> {
+async fn sums(executor: impl SqliteExecutor<'_>, school: Uuid, changed: &ChangedScore) -> Result<Sums> {
     let sums: Option<Sums> = sqlx::query_as(
         "SELECT attempts, passes, points FROM practice WHERE school_id = $1 AND trainee_id = $2 AND exercise_id = $3",
     )
@@ -127,7 +127,7 @@ async fn sums(executor: impl SqliteExecutor<'_>, school: Uuid, changed: &Changed
 }
 
 /// Every scored attempt of the same trainee at the same exercise that counts, each by the score that counts.
-async fn history(executor: impl SqliteExecutor<'_>, school: Uuid, changed: &Changed) -> Result<Vec<Past>> {
+async fn history(executor: impl SqliteExecutor<'_>, school: Uuid, changed: &ChangedScore) -> Result<Vec<PastAttempt>> {
     let rows: Vec<PastRow> = sqlx::query_as(
         "SELECT s.id, s.started_at, g.score, g.passed, s.revision_id FROM sessions s
          JOIN grades g ON g.school_id = s.school_id AND g.session_id = s.id
@@ -140,15 +140,15 @@ async fn history(executor: impl SqliteExecutor<'_>, school: Uuid, changed: &Chan
     .bind(&changed.exercise_id)
     .fetch_all(executor)
     .await?;
-    Ok(rows.into_iter().map(|r| Past(r.id, r.started_at.micros(), r.score, r.passed, r.revision_id)).collect())
+    Ok(rows.into_iter().map(|r| PastAttempt(r.id, r.started_at.micros(), r.score, r.passed, r.revision_id)).collect())
 }
 
 async fn put(
     writer: &mut SqliteConnection,
     school: Uuid,
-    changed: &Changed,
+    changed: &ChangedScore,
     sums: Sums,
-    history: &[Past],
+    history: &[PastAttempt],
 ) -> Result<()> {
     sqlx::query(
         "INSERT INTO practice (school_id, trainee_id, exercise_id, attempts, passes, points, history)
@@ -171,7 +171,7 @@ async fn put(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of_trainee(executor: impl SqliteExecutor<'_>, school: Uuid, trainee: Uuid) -> Result<Vec<Attempt>> {
+pub async fn of_trainee(executor: impl SqliteExecutor<'_>, school: Uuid, trainee: Uuid) -> Result<Vec<ScoredAttempt>> {
     let rows: Vec<PracticeRow> = sqlx::query_as(
         "SELECT trainee_id, exercise_id, history FROM practice WHERE school_id = $1 AND trainee_id = $2",
     )
@@ -179,7 +179,7 @@ pub async fn of_trainee(executor: impl SqliteExecutor<'_>, school: Uuid, trainee
     .bind(trainee)
     .fetch_all(executor)
     .await?;
-    let mut attempts: Vec<Attempt> = rows.into_iter().flat_map(PracticeRow::attempts).collect();
+    let mut attempts: Vec<ScoredAttempt> = rows.into_iter().flat_map(PracticeRow::attempts).collect();
     attempts.sort_by_key(|attempt| (attempt.at, attempt.session));
     Ok(attempts)
 }

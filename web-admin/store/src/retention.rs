@@ -5,7 +5,7 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
-use model::retention::{Rule, Warned};
+use model::retention::{RetentionRule, Warned};
 use model::{Moment, PersonKey, Role, new_id};
 
 /// The rule of a school; none where everybody is kept for ever.
@@ -38,8 +38,8 @@ pub struct Settings {
 impl Settings {
     /// The rule, where there is one.
     #[must_use]
-    pub fn rule(&self) -> Option<Rule> {
-        self.months.map(|months| Rule { months, warn_days: self.warn_days })
+    pub fn rule(&self) -> Option<RetentionRule> {
+        self.months.map(|months| RetentionRule { months, warn_days: self.warn_days })
     }
 }
 

@@ -11,7 +11,7 @@ pub const LISTED: u32 = 50;
 
 /// An attempt that waits.
 #[derive(Clone, Debug, PartialEq, FromRow)]
-pub struct Waiting {
+pub struct WaitingReview {
     /// Session.
     pub id: Uuid,
     /// When it began.
@@ -66,7 +66,7 @@ macro_rules! waiting {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn queue(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) -> Result<Vec<Waiting>> {
+pub async fn queue(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) -> Result<Vec<WaitingReview>> {
     let statement = match viewer.role {
         Role::Administrator => waiting!("sessions n WHERE true"),
         // A cross join keeps this order: from the few who are taught to their attempts, not through the whole queue.

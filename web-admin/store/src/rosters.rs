@@ -7,25 +7,25 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::{Result, directory, people};
-use model::roster::{Entry, Known, Wanted};
+use model::roster::{RosterEntry, RosterRequest, SchoolPerson};
 use model::{Moment, Role, new_id};
 
 /// A roster that waits.
 #[derive(Clone, Debug, FromRow)]
-pub struct Draft {
+pub struct RosterDraft {
     /// What the file was called.
     pub file_name: String,
     /// The file.
     pub body: Vec<u8>,
     /// What is asked.
-    pub wanted: Json<Wanted>,
+    pub wanted: Json<RosterRequest>,
     /// When it came.
     pub made_at: Moment,
 }
 
 /// Whose roster, and what is asked.
 #[derive(Clone, Debug)]
-pub struct NewDraft<'a> {
+pub struct NewRosterDraft<'a> {
     /// School.
     pub school_id: Uuid,
     /// Who sent it.
@@ -35,14 +35,14 @@ pub struct NewDraft<'a> {
     /// The file.
     pub body: &'a [u8],
     /// What is asked.
-    pub wanted: &'a Wanted,
+    pub wanted: &'a RosterRequest,
 }
 
 /// Keeps a roster until it is confirmed.
 ///
 /// # Errors
 /// When the database fails.
-pub async fn keep(writer: &mut SqliteConnection, draft: &NewDraft<'_>, now: Moment) -> Result<Uuid> {
+pub async fn keep(writer: &mut SqliteConnection, draft: &NewRosterDraft<'_>, now: Moment) -> Result<Uuid> {
     let id = new_id(now);
     sqlx::query(
         "INSERT INTO rosters (id, school_id, made_by, file_name, body, wanted, made_at)
@@ -64,7 +64,7 @@ pub async fn keep(writer: &mut SqliteConnection, draft: &NewDraft<'_>, now: Mome
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Draft>> {
+pub async fn find(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<RosterDraft>> {
     sqlx::query_as("SELECT file_name, body, wanted, made_at FROM rosters WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -118,7 +118,7 @@ pub struct About<'a> {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn known(connection: &mut SqliteConnection, school: Uuid, about: &About<'_>) -> Result<Vec<Known>> {
+pub async fn known(connection: &mut SqliteConnection, school: Uuid, about: &About<'_>) -> Result<Vec<SchoolPerson>> {
     let rows: Vec<KnownRow> = sqlx::query_as(
         "SELECT p.id, p.registrar_id, p.email, p.display_name, p.role, p.disabled_at IS NULL AS enabled
          FROM (SELECT e.id FROM json_each($2) asked CROSS JOIN people e ON e.email = asked.value
@@ -150,7 +150,7 @@ pub async fn known(connection: &mut SqliteConnection, school: Uuid, about: &Abou
     for (person, cohort) in memberships {
         cohorts.entry(person).or_default().push(cohort);
     }
-    let person = |row: KnownRow| Known {
+    let person = |row: KnownRow| SchoolPerson {
         cohorts: cohorts.remove(&row.id).unwrap_or_default(),
         id: row.id,
         registrar_id: row.registrar_id,
@@ -185,7 +185,7 @@ pub async fn taken_elsewhere(
 ///
 /// # Errors
 /// When the address or the number is taken, or the database fails.
-pub async fn enrol(writer: &mut SqliteConnection, school: Uuid, entry: &Entry, now: Moment) -> Result<Uuid> {
+pub async fn enrol(writer: &mut SqliteConnection, school: Uuid, entry: &RosterEntry, now: Moment) -> Result<Uuid> {
     let new = people::NewPerson {
         school_id: school,
         role: entry.role.unwrap_or(Role::Trainee),

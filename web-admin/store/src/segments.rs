@@ -24,7 +24,7 @@ pub struct NewTask {
 
 /// A task as a visitor sees it.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
-pub struct Task {
+pub struct SegmentTask {
     /// Id.
     pub id: Uuid,
     /// Title.
@@ -115,7 +115,11 @@ pub async fn add(writer: &mut SqliteConnection, by: &CurrentPerson, new: &NewTas
 ///
 /// # Errors
 /// When the database fails.
-pub async fn managed(executor: impl SqliteExecutor<'_>, by: &CurrentPerson, only: Option<Uuid>) -> Result<Vec<Task>> {
+pub async fn managed(
+    executor: impl SqliteExecutor<'_>,
+    by: &CurrentPerson,
+    only: Option<Uuid>,
+) -> Result<Vec<SegmentTask>> {
     sqlx::query_as(
         "SELECT k.id, k.title, k.cohort_id, c.name AS cohort, k.due_local, k.due_at, 0 AS extended_days,
            k.time_zone, (SELECT count(*) FROM segment_traces r WHERE r.task_id = k.id) AS traces, 0 AS sent
@@ -137,7 +141,7 @@ pub async fn managed(executor: impl SqliteExecutor<'_>, by: &CurrentPerson, only
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of_trainee(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid) -> Result<Vec<Task>> {
+pub async fn of_trainee(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid) -> Result<Vec<SegmentTask>> {
     sqlx::query_as(
         "SELECT k.id, k.title, k.cohort_id, c.name AS cohort, k.due_local, coalesce(x.due_at, k.due_at) AS due_at,
            coalesce(x.days, 0) AS extended_days, k.time_zone, count(*) AS traces, count(a.sent_at) AS sent

@@ -79,7 +79,7 @@ pub async fn database_bytes(executor: impl SqliteExecutor<'_>) -> Result<i64> {
 
 /// Something that was done in a school.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
-pub struct Act {
+pub struct SchoolAct {
     /// Its place in the audit log.
     pub seq: i64,
     /// When.
@@ -98,7 +98,7 @@ pub struct Act {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn acts(executor: impl SqliteExecutor<'_>, school: Uuid, before: i64, limit: u32) -> Result<Vec<Act>> {
+pub async fn acts(executor: impl SqliteExecutor<'_>, school: Uuid, before: i64, limit: u32) -> Result<Vec<SchoolAct>> {
     sqlx::query_as(
         "SELECT a.seq, a.at, coalesce(p.display_name, a.actor) AS actor, a.action, a.object, a.details
          FROM audit_log a

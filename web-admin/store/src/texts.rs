@@ -28,7 +28,7 @@ pub struct Whose {
 
 /// Which texts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
+pub enum TextSide {
     /// Their own.
     Written,
     /// Others' about them.
@@ -48,7 +48,7 @@ macro_rules! plain {
 /// When the database fails.
 pub async fn count(reader: &SqlitePool, whose: Whose) -> Result<TextCounts> {
     let mut texts = TextCounts::default();
-    for (side, found) in [(Side::Written, &mut texts.written), (Side::About, &mut texts.about)] {
+    for (side, found) in [(TextSide::Written, &mut texts.written), (TextSide::About, &mut texts.about)] {
         *found = plain_texts(reader, whose, side).await?;
         let answers = answers_of(&mut *reader.acquire().await?, whose, side).await?;
         *found += i64::try_from(answers.len()).unwrap_or(i64::MAX);
@@ -66,9 +66,9 @@ pub async fn count(reader: &SqlitePool, whose: Whose) -> Result<TextCounts> {
     Ok(texts)
 }
 
-async fn plain_texts(reader: &SqlitePool, whose: Whose, side: Side) -> Result<i64> {
+async fn plain_texts(reader: &SqlitePool, whose: Whose, side: TextSide) -> Result<i64> {
     let statement = match side {
-        Side::Written => {
+        TextSide::Written => {
             "SELECT (SELECT count(*) FROM comments WHERE school_id = $1 AND author_id = $2 AND made_at <= $3 AND body <> '[erased]')
                + (SELECT count(*) FROM score_overrides WHERE school_id = $1 AND made_by = $2 AND made_at <= $3
                   AND reason <> '[erased]')
@@ -77,7 +77,7 @@ async fn plain_texts(reader: &SqlitePool, whose: Whose, side: Side) -> Result<i6
                + (SELECT count(*) FROM regradings WHERE school_id = $1 AND made_by = $2 AND made_at <= $3
                   AND reason <> '[erased]')"
         }
-        Side::About => {
+        TextSide::About => {
             "SELECT (SELECT count(*) FROM sessions s CROSS JOIN comments c ON c.school_id = s.school_id AND c.session_id = s.id
                   WHERE s.school_id = $1 AND s.trainee_id = $2 AND c.author_id <> $2 AND c.made_at <= $3
                     AND c.body <> '[erased]')
@@ -98,10 +98,10 @@ async fn plain_texts(reader: &SqlitePool, whose: Whose, side: Side) -> Result<i6
 ///
 /// # Errors
 /// When the database fails.
-pub async fn redact(writer: &mut SqliteConnection, whose: Whose, side: Side) -> Result<u64> {
+pub async fn redact(writer: &mut SqliteConnection, whose: Whose, side: TextSide) -> Result<u64> {
     let mut redacted = 0;
     let statements = match side {
-        Side::Written => [
+        TextSide::Written => [
             plain!(
                 "UPDATE comments SET body = '[erased]'",
                 "AND author_id = $2",
@@ -123,7 +123,7 @@ pub async fn redact(writer: &mut SqliteConnection, whose: Whose, side: Side) -> 
                 "AND made_at <= $3 AND reason <> '[erased]'"
             ),
         ],
-        Side::About => [
+        TextSide::About => [
             plain!(
                 "UPDATE comments SET body = '[erased]'",
                 "AND session_id IN (SELECT id FROM sessions WHERE school_id = $1 AND trainee_id = $2)",
@@ -152,8 +152,8 @@ pub async fn redact(writer: &mut SqliteConnection, whose: Whose, side: Side) -> 
     }
     for given in answers_of(writer, whose, side).await? {
         let statement = match given.kind {
-            Kind::Response => "UPDATE survey_responses SET answers = $3 WHERE school_id = $1 AND id = $2",
-            Kind::Rating => "UPDATE ratings SET answers = $3 WHERE school_id = $1 AND id = $2",
+            TextKind::Response => "UPDATE survey_responses SET answers = $3 WHERE school_id = $1 AND id = $2",
+            TextKind::Rating => "UPDATE ratings SET answers = $3 WHERE school_id = $1 AND id = $2",
         };
         let done = sqlx::query(statement).bind(whose.school_id).bind(given.id).bind(Json(given.answers));
         redacted += done.execute(&mut *writer).await?.rows_affected();
@@ -162,42 +162,43 @@ pub async fn redact(writer: &mut SqliteConnection, whose: Whose, side: Side) -> 
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+enum TextKind {
     Response,
     Rating,
 }
 
 /// Answers with a free text among them, as they are to be afterwards.
-struct Given {
-    kind: Kind,
+struct TextAnswers {
+    kind: TextKind,
     id: Uuid,
     answers: Vec<Option<Answer>>,
 }
 
 #[derive(FromRow)]
-struct Row {
+struct TextRow {
     id: Uuid,
     answers: Json<Vec<Option<Answer>>>,
     document: Vec<u8>,
 }
 
 /// Answers to surveys and ratings in which a free text stands.
-async fn answers_of(connection: &mut SqliteConnection, whose: Whose, side: Side) -> Result<Vec<Given>> {
+async fn answers_of(connection: &mut SqliteConnection, whose: Whose, side: TextSide) -> Result<Vec<TextAnswers>> {
     let mut found = Vec::new();
-    let kinds: &[Kind] = if side == Side::Written { &[Kind::Response, Kind::Rating] } else { &[Kind::Rating] };
+    let kinds: &[TextKind] =
+        if side == TextSide::Written { &[TextKind::Response, TextKind::Rating] } else { &[TextKind::Rating] };
     for kind in kinds {
         let statement = match (kind, side) {
-            (Kind::Response, _) => {
+            (TextKind::Response, _) => {
                 "SELECT r.id, r.answers, i.bytes AS document FROM survey_responses r
                  JOIN surveys u ON u.id = r.survey_id JOIN instrument_revisions i ON i.id = u.revision_id
                  WHERE r.school_id = $1 AND r.person_id = $2 AND coalesce(r.submitted_at, r.consented_at, 0) <= $3"
             }
-            (Kind::Rating, Side::Written) => {
+            (TextKind::Rating, TextSide::Written) => {
                 "SELECT r.id, r.answers, i.bytes AS document FROM ratings r
                  JOIN rating_rounds o ON o.id = r.round_id JOIN instrument_revisions i ON i.id = o.revision_id
                  WHERE r.school_id = $1 AND r.rater_id = $2 AND coalesce(r.finished_at, o.made_at) <= $3"
             }
-            (Kind::Rating, Side::About) => {
+            (TextKind::Rating, TextSide::About) => {
                 "SELECT r.id, r.answers, i.bytes AS document FROM sessions s
                  CROSS JOIN ratings r ON r.school_id = s.school_id AND r.session_id = s.id
                  JOIN rating_rounds o ON o.id = r.round_id JOIN instrument_revisions i ON i.id = o.revision_id
@@ -205,7 +206,7 @@ async fn answers_of(connection: &mut SqliteConnection, whose: Whose, side: Side)
                    AND coalesce(r.finished_at, o.made_at) <= $3"
             }
         };
-        let rows: Vec<Row> = sqlx::query_as(statement)
+        let rows: Vec<TextRow> = sqlx::query_as(statement)
             .bind(whose.school_id)
             .bind(whose.person_id)
             .bind(whose.until)
@@ -213,7 +214,7 @@ async fn answers_of(connection: &mut SqliteConnection, whose: Whose, side: Side)
             .await?;
         let given = rows.into_iter().filter_map(|row| {
             let answers = redacted(&row.document, &row.answers)?;
-            Some(Given { kind: *kind, id: row.id, answers })
+            Some(TextAnswers { kind: *kind, id: row.id, answers })
         });
         found.extend(given);
     }

@@ -9,7 +9,7 @@ use model::Moment;
 
 /// Who began an upload, and alone may go on with it: a person, or a station by its token's id.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Owner {
+pub struct UploadOwner {
     /// School.
     pub school_id: Uuid,
     /// The person, or
@@ -94,7 +94,7 @@ pub struct Unfinished {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn unfinished(executor: impl SqliteExecutor<'_>, owner: Owner) -> Result<Unfinished> {
+pub async fn unfinished(executor: impl SqliteExecutor<'_>, owner: UploadOwner) -> Result<Unfinished> {
     sqlx::query_as(
         "SELECT count(*) AS uploads, coalesce(sum(length), 0) AS bytes FROM uploads
          WHERE school_id = $1 AND session_id IS NULL
@@ -111,7 +111,7 @@ pub async fn unfinished(executor: impl SqliteExecutor<'_>, owner: Owner) -> Resu
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find(executor: impl SqliteExecutor<'_>, owner: Owner, id: Uuid) -> Result<Option<Upload>> {
+pub async fn find(executor: impl SqliteExecutor<'_>, owner: UploadOwner, id: Uuid) -> Result<Option<Upload>> {
     sqlx::query_as(
         "SELECT * FROM uploads WHERE school_id = $1 AND id = $2
          AND person_id IS NOT DISTINCT FROM $3 AND station_id IS NOT DISTINCT FROM $4",

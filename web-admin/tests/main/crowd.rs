@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use axum::http::HeaderValue;
 use model::{Moment, Role};
-use store::generated::{self, Crowd};
+use store::generated;
+use store::generated::GeneratedCrowd;
 use store::{practice, reports, tallies};
 use web_admin::worker;
 
@@ -27,7 +28,7 @@ async fn crowded() -> App {
     assert_eq!(app.with_token(&trainee.token).upload(&record(&model)).await.status, 201);
     worker::work_off_jobs(&app.state).await.unwrap();
     let password_hash = acts::secret::hash_password(super::support::PASSWORD, app.state.config.password_cost).unwrap();
-    let crowd = Crowd {
+    let crowd = GeneratedCrowd {
         school_id,
         trainees: TRAINEES,
         cohort_size: 10,

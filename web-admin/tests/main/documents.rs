@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use acts::publishing;
-use acts::publishing::Refused;
+use acts::publishing::CourseRefused;
 use model::Role;
 use store::{curricula, exercises};
 
@@ -74,7 +74,7 @@ async fn a_wrong_document_is_refused_whole() {
     let mut tx = app.state.db.write().await.unwrap();
     let course = folder.path().join("lower-back-basics/course.toml");
     let refused = publishing::course(&mut tx, school, &course, app.state.clock.now()).await.unwrap_err();
-    assert!(matches!(&refused, Refused::Document(words) if words.contains("pass_mrk")), "{refused:?}");
+    assert!(matches!(&refused, CourseRefused::Document(words) if words.contains("pass_mrk")), "{refused:?}");
     drop(tx);
     assert!(curricula::taught(app.state.db.reader(), school).await.unwrap().is_empty());
     app.member(school, Role::Trainee, "ada@example.org").await;

@@ -7,7 +7,7 @@ use std::process::{Command, Output};
 use acts::clock::Clock;
 use acts::config::Config;
 use acts::erasing;
-use acts::erasures::{ERASURES_FILE, Erasure, ErasureList, Wish};
+use acts::erasures::{ERASURES_FILE, Erasure, ErasureList, ErasureScope};
 use model::Role;
 use store::people;
 use web_admin::AppState;
@@ -151,7 +151,7 @@ async fn what_the_list_holds_tells_no_name_and_what_was_taken_back_erases_nobody
         school_id: bo.school_id,
         person_id: bo.id,
         pseudonym: bo.pseudonym.clone(),
-        wish: Wish::default(),
+        wish: ErasureScope::default(),
     };
     let list = ErasureList::at(&drill.list());
     list.add(&erasure).unwrap();

@@ -33,16 +33,16 @@ use acts::uploads;
 use acts::uploads::Announced;
 use axum::body::Body;
 use axum::http::{Method, Request, header};
-use model::assignment::Task;
+use model::assignment::AssignmentTask;
 use model::comment::{Comment, CommentKind};
-use model::roster::Wanted;
+use model::roster::RosterRequest;
 use model::survey::Identity;
 use model::{Role, SessionKey};
 use sqlx::pool::PoolConnection;
 use sqlx::{Sqlite, SqliteConnection};
 use store::assignments::NewAssignment;
 use store::surveys as stored;
-use store::uploads::Owner;
+use store::uploads::UploadOwner;
 use store::{cohorts, comments, exercises, instruments, people, ratings, reports, segments, stations};
 use tempfile::TempDir;
 use uuid::Uuid;
@@ -204,7 +204,7 @@ async fn survey(app: &App, teacher: &Member, cohort: Uuid) -> [(&'static str, St
     let document = course_folder().with_file_name("instruments").join("sus.toml");
     app.write(async |tx| surveys::publish(tx, school, &document, now).await.unwrap()).await;
     let revision = instruments::current(app.state.db.reader(), school, "sus").await.unwrap().unwrap();
-    let wanted = surveys::Wanted {
+    let wanted = surveys::SurveyRequest {
         revision_id: revision.id,
         title: "Survey".to_owned(),
         identity: Identity::Named,
@@ -280,7 +280,7 @@ async fn objects(
     let known = reports::cohorts(reader, &admin.person.clone().into_current().unwrap()).await.unwrap();
     let asked = MembershipKey { school_id: north, cohort_id: known[0].id, person_id: other.person.id };
     app.write(async |tx| cohorts::ask(tx, asked, teacher.person.id, now).await.unwrap()).await;
-    let owner = Owner { school_id: north, person_id: Some(own.person.id), station_id: None };
+    let owner = UploadOwner { school_id: north, person_id: Some(own.person.id), station_id: None };
     let announced = Announced { length: 10, metadata: String::new(), ahead_us: None };
     let upload = uploads::begin(&app.state, owner, announced).await.unwrap();
     let writer = teacher.person.clone().into_current().unwrap();
@@ -290,9 +290,9 @@ async fn objects(
     let comment = app.write(async |tx| comments::add(tx, key, own.person.id, &said, now).await.unwrap()).await;
     let file = "email,name\nnew@north.example,New\n".as_bytes();
     let by = admin.person.clone().into_current().unwrap();
-    let roster = roster_import::keep(&app.state, &by, "roster.csv", file, &Wanted::default()).await.unwrap();
+    let roster = roster_import::keep(&app.state, &by, "roster.csv", file, &RosterRequest::default()).await.unwrap();
     let new = NewAssignment {
-        task: Task::Exercise("feel-the-layers".to_owned()),
+        task: AssignmentTask::Exercise("feel-the-layers".to_owned()),
         cohort_id: Some(known[0].id),
         person_id: None,
         supervised: false,

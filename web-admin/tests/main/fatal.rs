@@ -10,7 +10,7 @@ use std::time::Duration;
 use acts::clock::Clock;
 use acts::helper::Helper;
 use acts::judging;
-use acts::judging::{Answer, Brief, Question, Task};
+use acts::judging::{Brief, JudgeAnswer, JudgeQuestion, JudgingTask};
 use acts::killpoints;
 use acts::killpoints::KillPoint;
 use acts::uploads;
@@ -82,7 +82,7 @@ async fn two_jobs() -> (App, [SessionKey; 2]) {
 async fn due_first(app: &App, now: Moment) -> Option<SessionKey> {
     let reader = app.state.db.reader();
     for deaths in 0..tries::MOST_DEATHS {
-        let due = jobs::Due { now, deaths };
+        let due = jobs::JobQuery { now, deaths };
         for school in jobs::schools(reader, due).await.unwrap() {
             if let Some(job) = jobs::due(reader, school, due, 1).await.unwrap().first() {
                 return Some(job.session());
@@ -219,7 +219,7 @@ async fn a_death_of_the_service_while_it_reads_what_came_at_once_is_counted() {
 }
 
 /// Asks a judge that has so much memory; none where it dies.
-fn asked(question: &Question, memory_mb: u64) -> Option<Answer> {
+fn asked(question: &JudgeQuestion, memory_mb: u64) -> Option<JudgeAnswer> {
     let mut child = Command::new(env!("CARGO_BIN_EXE_web-admin"))
         .args(["judge", "--seconds", "60", "--memory-mb", &memory_mb.to_string()])
         .stdin(Stdio::piped())
@@ -246,11 +246,11 @@ fn with_whatever_memory_nobody_calls_a_recording_damaged() {
         let sha256 = hex::encode(Sha256::digest(&bytes));
         for memory_mb in (1..16).chain([400]) {
             let (recording, replay) = (path.clone(), folder.path().join(format!("{depth_mm}-{memory_mb}")));
-            let brief = Brief { recording, sha256: sha256.clone(), replay, task: Task::Judge(None) };
-            for question in [Question::Recording(brief), Question::Arrival(path.clone())] {
+            let brief = Brief { recording, sha256: sha256.clone(), replay, task: JudgingTask::Judge(None) };
+            for question in [JudgeQuestion::Recording(brief), JudgeQuestion::Arrival(path.clone())] {
                 match asked(&question, memory_mb) {
-                    Some(Answer::Judged(_) | Answer::Told(_)) => judged += 1,
-                    None | Some(Answer::Died(_)) => died += 1,
+                    Some(JudgeAnswer::Judged(_) | JudgeAnswer::Told(_)) => judged += 1,
+                    None | Some(JudgeAnswer::Died(_)) => died += 1,
                     other => panic!("{depth_mm} mm, {memory_mb} MB: {other:?}"),
                 }
             }
@@ -266,12 +266,12 @@ async fn what_was_read_when_it_arrived_is_set_aside_and_not_refused_and_what_has
     std::fs::write(&path, "not a recording").unwrap();
     let brief = |sha256: &str| {
         let (recording, replay) = (path.clone(), folder.path().join("replay"));
-        Question::Recording(Brief { recording, sha256: sha256.to_owned(), replay, task: Task::Judge(None) })
+        JudgeQuestion::Recording(Brief { recording, sha256: sha256.to_owned(), replay, task: JudgingTask::Judge(None) })
     };
     let answer =
         |arrived: &str| judging::answer(brief(&hex::encode(Sha256::digest(arrived))), judging::leave_unexamined);
     let same = answer("not a recording");
-    assert!(matches!(&same, Answer::Died(why) if why.contains("it was read when it arrived")), "{same:?}");
+    assert!(matches!(&same, JudgeAnswer::Died(why) if why.contains("it was read when it arrived")), "{same:?}");
     let changed = answer("a recording");
-    assert!(matches!(&changed, Answer::Permanent(why) if why.contains("not what has arrived")), "{changed:?}");
+    assert!(matches!(&changed, JudgeAnswer::Permanent(why) if why.contains("not what has arrived")), "{changed:?}");
 }

@@ -164,7 +164,7 @@ async fn a_database_whose_audit_log_was_changed_is_not_served() {
 #[tokio::test]
 async fn a_score_that_is_not_what_the_log_tells_of_is_found() {
     let drill = Drill::new().await;
-    web_admin::worker::work_off(&drill.app.state).await.unwrap();
+    web_admin::worker::work_off_jobs(&drill.app.state).await.unwrap();
     let verify = || web_admin(drill.app.folder.path(), &["verify"]);
     assert!(verify().status.success(), "{:?}", verify());
     let mut tx = drill.app.state.db.write().await.unwrap();

@@ -254,6 +254,8 @@ async fn several_are_named_renamed_and_removed_by_password_and_factor() {
     let excluded = asked(&page)["publicKey"]["excludeCredentials"].as_array().map_or(0, Vec::len);
     assert_eq!((page.status.as_u16(), excluded), (200, 1), "a device that has one makes no second");
     let mut second = Authenticator::new(2, ORIGIN);
+    // The list is in the order in which they were made.
+    app.state.clock.advance(1);
     let made = answer(&mut client, &page, &format!("{KEYS}/confirm"), &second.make(&asked(&page))).await;
     assert_eq!(made.header("location"), PAGE, "recovery codes of before go on: {}", made.text());
     assert_eq!(sign_in(&app, &mut second).await.status, 303);

@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use acts::clock::Clock;
-use acts::scanning::{Scanner, Verdict};
+use acts::scanning::{ScanVerdict, Scanner};
 use acts::uploads;
 use axum::body::Body;
 use axum::http::Request;
@@ -245,9 +245,9 @@ async fn the_real_scanner_understands_it() {
         scanner.scan(&file).await
     };
     let recording = record(&Attempt::default());
-    assert_eq!(scan(&recording[..recording.len().min(900_000)]).await.unwrap(), Verdict::Clean);
-    assert_eq!(scan(b"").await.unwrap(), Verdict::Clean);
-    let Verdict::Found(name) = scan(&eicar()).await.unwrap() else { panic!("it finds what it is for") };
+    assert_eq!(scan(&recording[..recording.len().min(900_000)]).await.unwrap(), ScanVerdict::Clean);
+    assert_eq!(scan(b"").await.unwrap(), ScanVerdict::Clean);
+    let ScanVerdict::Found(name) = scan(&eicar()).await.unwrap() else { panic!("it finds what it is for") };
     assert!(name.starts_with("Eicar-Own"), "{name}");
     let refused = scan(&vec![7; 5_000_000]).await.unwrap_err();
     assert!(format!("{refused:#}").contains("StreamMaxLength"), "{refused:#}");

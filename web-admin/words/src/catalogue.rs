@@ -9,16 +9,16 @@ use polib::po_file;
 use rust_embed::Embed;
 
 use super::Language;
-use super::plural::Rule;
+use super::plural::PluralRule;
 
 #[derive(Embed)]
 #[folder = "locales/"]
-struct Files;
+struct CatalogueFiles;
 
 /// The sentences of a language, by their English.
 #[derive(Debug)]
 pub(super) struct Catalogue {
-    plural: Rule,
+    plural: PluralRule,
     forms: BTreeMap<String, Vec<String>>,
 }
 
@@ -28,7 +28,7 @@ static ALL: LazyLock<BTreeMap<&'static str, Catalogue>> = LazyLock::new(|| read_
 impl Catalogue {
     fn read(text: &[u8]) -> anyhow::Result<Self> {
         let file = po_file::parse_from_reader(text).map_err(|refused| anyhow::anyhow!("{refused}"))?;
-        let plural = Rule::read(&file.metadata.plural_rules.expr)?;
+        let plural = PluralRule::read(&file.metadata.plural_rules.expr)?;
         // A sentence that nobody has translated yet, or that has changed since, is said in English.
         let said = file.messages().filter(|message| message.is_translated() && !message.is_fuzzy());
         Ok(Self { plural, forms: said.map(|message| (message.msgid().to_owned(), forms(message))).collect() })
@@ -54,8 +54,8 @@ fn forms(message: &dyn MessageView) -> Vec<String> {
 
 fn read_all() -> anyhow::Result<BTreeMap<&'static str, Catalogue>> {
     let mut all = BTreeMap::new();
-    for name in Files::iter() {
-        let Some((code, file)) = name.strip_suffix(".po").zip(Files::get(&name)) else { continue };
+    for name in CatalogueFiles::iter() {
+        let Some((code, file)) = name.strip_suffix(".po").zip(CatalogueFiles::get(&name)) else { continue };
         // Read once, and for as long as the program runs.
         all.insert(
             &*code.to_owned().leak(),

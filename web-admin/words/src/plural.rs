@@ -10,14 +10,14 @@ const OPERATORS: [&[&str]; 5] = [&["||"], &["&&"], &["==", "!="], &["<=", ">=", 
 
 /// A rule of plurals, read.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Rule {
+pub(super) enum PluralRule {
     Count,
     Number(u64),
     Both(&'static str, Box<(Self, Self)>),
     Choice(Box<(Self, Self, Self)>),
 }
 
-impl Rule {
+impl PluralRule {
     /// Reads `n != 1` and its like.
     ///
     /// # Errors
@@ -74,7 +74,7 @@ impl Rest<'_> {
         rest.is_some()
     }
 
-    fn choice(&mut self) -> anyhow::Result<Rule> {
+    fn choice(&mut self) -> anyhow::Result<PluralRule> {
         self.depth += 1;
         if self.depth > DEEPEST {
             bail!("it nests too deeply");
@@ -85,7 +85,7 @@ impl Rest<'_> {
             if !self.takes(":") {
                 bail!("a \":\" is missing before \"{}\"", self.text);
             }
-            Rule::Choice(Box::new((first, yes, self.choice()?)))
+            PluralRule::Choice(Box::new((first, yes, self.choice()?)))
         } else {
             first
         };
@@ -93,18 +93,18 @@ impl Rest<'_> {
         Ok(rule)
     }
 
-    fn level(&mut self, level: usize) -> anyhow::Result<Rule> {
+    fn level(&mut self, level: usize) -> anyhow::Result<PluralRule> {
         let Some(signs) = OPERATORS.get(level) else { return self.atom() };
         let mut left = self.level(level + 1)?;
         while let Some(sign) = signs.iter().find(|sign| self.takes(sign)) {
-            left = Rule::Both(sign, Box::new((left, self.level(level + 1)?)));
+            left = PluralRule::Both(sign, Box::new((left, self.level(level + 1)?)));
         }
         Ok(left)
     }
 
-    fn atom(&mut self) -> anyhow::Result<Rule> {
+    fn atom(&mut self) -> anyhow::Result<PluralRule> {
         if self.takes("n") {
-            return Ok(Rule::Count);
+            return Ok(PluralRule::Count);
         }
         if self.takes("(") {
             let inner = self.choice()?;
@@ -114,7 +114,10 @@ impl Rest<'_> {
         let digits = text.len() - text.trim_start_matches(|c: char| c.is_ascii_digit()).len();
         let (number, rest) = text.split_at(digits);
         self.text = rest;
-        number.parse().map(Rule::Number).with_context(|| format!("a number, n or \"(\" is needed before \"{rest}\""))
+        number
+            .parse()
+            .map(PluralRule::Number)
+            .with_context(|| format!("a number, n or \"(\" is needed before \"{rest}\""))
     }
 }
 
@@ -126,7 +129,7 @@ mod tests {
     use super::*;
 
     fn forms(rule: &str, counts: &[u64]) -> Vec<usize> {
-        let rule = Rule::read(rule).unwrap();
+        let rule = PluralRule::read(rule).unwrap();
         counts.iter().map(|n| rule.form(*n)).collect()
     }
 
@@ -142,7 +145,7 @@ mod tests {
     #[test]
     fn what_is_no_rule_is_refused_with_the_place() {
         for broken in ["", "n +", "n ?", "n ? 1", "(n", "n n", "m", &"(".repeat(100)] {
-            let refused = format!("{:#}", Rule::read(broken).unwrap_err());
+            let refused = format!("{:#}", PluralRule::read(broken).unwrap_err());
             assert!(refused.contains("Plural-Forms"), "{refused}");
         }
         assert_eq!(forms("n % 0", &[3]), [0], "a division by zero is contained");

@@ -15,7 +15,7 @@ use crate::config::Config;
 use crate::erasures::{ERASURES_FILE, ErasureList};
 use crate::killpoints::KillPoint;
 use crate::recording_files::hash_file;
-use crate::verification::Report;
+use crate::verification::VerificationReport;
 use model::Moment;
 use store::sessions::{self, RecordingFile};
 use store::{Database, audit, tries, uploads};
@@ -24,7 +24,12 @@ use store::{Database, audit, tries, uploads};
 ///
 /// # Errors
 /// When the database or a recording is damaged, or a disk refuses. No file of that name is left then.
-pub async fn make(config: &Config, to: &Path, passphrase: Option<&str>, now: Moment) -> anyhow::Result<Report> {
+pub async fn make(
+    config: &Config,
+    to: &Path,
+    passphrase: Option<&str>,
+    now: Moment,
+) -> anyhow::Result<VerificationReport> {
     let (copy, part) = (Scratch(beside(to, "database")), Scratch(beside(to, "part")));
     // A backup holds every password hash: it is its owner's alone from the first byte.
     let file = OpenOptions::new().write(true).create(true).truncate(false).mode(0o600).open(&part.0);
@@ -92,7 +97,7 @@ fn beside(to: &Path, suffix: &str) -> PathBuf {
 }
 
 /// Checks the copy, takes out of it what is still arriving, and tells which recordings belong to it.
-async fn settle(copy: &Path) -> anyhow::Result<(Vec<RecordingFile>, Report)> {
+async fn settle(copy: &Path) -> anyhow::Result<(Vec<RecordingFile>, VerificationReport)> {
     let db = Database::open_existing(&format!("sqlite://{}", copy.display())).await?;
     let mut tx = db.write().await?;
     uploads::forget_unfinished(&mut tx).await?;
@@ -103,7 +108,11 @@ async fn settle(copy: &Path) -> anyhow::Result<(Vec<RecordingFile>, Report)> {
     let findings = [db.integrity().await?, chain.findings].concat();
     db.close().await;
     ensure!(findings.is_empty(), "the database is damaged, and nothing was backed up: {}", findings.join("; "));
-    let report =
-        Report { recordings: recordings.len(), audit_rows: chain.rows, audit_head: chain.head, findings: Vec::new() };
+    let report = VerificationReport {
+        recordings: recordings.len(),
+        audit_rows: chain.rows,
+        audit_head: chain.head,
+        findings: Vec::new(),
+    };
     Ok((recordings, report))
 }

@@ -17,7 +17,7 @@ use crate::erasures::ERASURES_FILE;
 use crate::{certificates, sealing};
 
 pub use make::make;
-pub use restore::{KeysRestored, Restored, Wanted, restore};
+pub use restore::{KeysRestored, RestoreRequest, RestoreSummary, restore};
 
 /// Name of the manifest, the first file of an archive.
 const MANIFEST: &str = "manifest.json";
@@ -71,14 +71,14 @@ struct Manifest {
 
 /// Why nothing was restored.
 #[derive(Debug)]
-pub enum Refused {
+pub enum RestoreRefused {
     /// The archive, or the place it should go to, in words.
     Input(String),
     /// The work failed.
     Work(anyhow::Error),
 }
 
-impl<E: Into<anyhow::Error>> From<E> for Refused {
+impl<E: Into<anyhow::Error>> From<E> for RestoreRefused {
     fn from(error: E) -> Self {
         Self::Work(error.into())
     }

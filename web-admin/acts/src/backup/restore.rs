@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 
-use super::{DATABASE, FORMAT, KEYS, KNOWN, MANIFEST, Manifest, RECORDINGS, Refused, Scratch, archive, passphrase};
+use super::{
+    DATABASE, FORMAT, KEYS, KNOWN, MANIFEST, Manifest, RECORDINGS, RestoreRefused, Scratch, archive, passphrase,
+};
 use crate::clock::Clock;
 use crate::config::Config;
 use crate::erasing;
@@ -13,7 +15,8 @@ use crate::killpoints::KillPoint;
 use crate::recording_files::hash_file;
 use crate::sealing;
 use crate::service::Service;
-use crate::verification::{self, Report};
+use crate::verification;
+use crate::verification::VerificationReport;
 use store::Database;
 
 /// Written into the unpacked backup when it was found whole: from then on only its parts are to be moved.
@@ -21,9 +24,9 @@ const WHOLE: &str = "whole.json";
 
 /// What was restored.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Restored {
+pub struct RestoreSummary {
     /// What was looked at.
-    pub report: Report,
+    pub report: VerificationReport,
     /// How many people were erased again: since the backup was made they had been.
     pub erased_again: usize,
     /// What became of the keys.
@@ -43,7 +46,7 @@ pub enum KeysRestored {
 
 /// What is wanted of a restore beside what the backup holds.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Wanted {
+pub struct RestoreRequest {
     /// Erasures that were noted elsewhere.
     pub erasures: Vec<Erasure>,
     /// What the keys are sealed with.
@@ -58,10 +61,10 @@ pub struct Wanted {
 ///
 /// # Errors
 /// When the file is no backup or a damaged one, or something is in the place already; nothing is changed then.
-pub async fn restore(config: &Config, from: &Path, wanted: &Wanted) -> Result<Restored, Refused> {
+pub async fn restore(config: &Config, from: &Path, wanted: &RestoreRequest) -> Result<RestoreSummary, RestoreRefused> {
     let database = Database::file_of(&config.database_url)?;
     let staging = config.restoring_dir();
-    let refused = |error: anyhow::Error| Refused::Input(format!("{}: {error:#}", from.display()));
+    let refused = |error: anyhow::Error| RestoreRefused::Input(format!("{}: {error:#}", from.display()));
     let manifest = archive::manifest(from).map_err(refused)?;
     let is_unpacked = unpacked(&staging).as_ref() == Some(&manifest);
     // The database moves last: one that was killed after that has only to tidy up.
@@ -89,7 +92,7 @@ pub async fn restore(config: &Config, from: &Path, wanted: &Wanted) -> Result<Re
         // What another process has unpacked was checked by it, and is read once more.
         _ => verified(&database, &config.recordings_dir).await?,
     };
-    Ok(Restored { report, erased_again, keys })
+    Ok(RestoreSummary { report, erased_again, keys })
 }
 
 /// Opens the keys, and puts them into their places where no other ones are.
@@ -107,7 +110,7 @@ fn restore_keys(config: &Config, staging: &Path, passphrase: Option<&str>) -> an
 }
 
 /// Erases whoever was erased since the backup was made.
-async fn catch_up(config: &Config) -> Result<usize, Refused> {
+async fn catch_up(config: &Config) -> Result<usize, RestoreRefused> {
     if ErasureList::of(config).read()?.is_empty() {
         return Ok(0);
     }
@@ -123,18 +126,18 @@ fn unpacked(staging: &Path) -> Option<Manifest> {
 }
 
 /// Unpacks a backup into a folder of its own, checks it whole, and says so there.
-async fn unpack(from: &Path, staging: &Path, manifest: &Manifest) -> Result<Report, Refused> {
+async fn unpack(from: &Path, staging: &Path, manifest: &Manifest) -> Result<VerificationReport, RestoreRefused> {
     if staging.exists() {
         std::fs::remove_dir_all(staging)?;
     }
     std::fs::create_dir_all(staging.join(RECORDINGS))?;
-    let refused = |error: anyhow::Error| Refused::Input(format!("{}: {error:#}", from.display()));
+    let refused = |error: anyhow::Error| RestoreRefused::Input(format!("{}: {error:#}", from.display()));
     archive::unpack(from, staging).map_err(refused)?;
     check_manifest(staging, manifest).map_err(refused)?;
     let report = verified(&staging.join(DATABASE), &staging.join(RECORDINGS)).await?;
     if let Some(first) = report.findings.first() {
         let more = report.findings.len() - 1;
-        return Err(Refused::Input(format!("{}: damaged: {first} ({more} more findings)", from.display())));
+        return Err(RestoreRefused::Input(format!("{}: damaged: {first} ({more} more findings)", from.display())));
     }
     let whole = staging.join(WHOLE);
     std::fs::write(&whole, serde_json::to_vec(manifest)?)?;
@@ -143,7 +146,7 @@ async fn unpack(from: &Path, staging: &Path, manifest: &Manifest) -> Result<Repo
     Ok(report)
 }
 
-fn refuse_database(database: &Path) -> Result<(), Refused> {
+fn refuse_database(database: &Path) -> Result<(), RestoreRefused> {
     // A log without its database belongs to another one, and would be read into this.
     for suffix in ["", "-wal", "-shm", "-journal"] {
         let mut file = database.as_os_str().to_owned();
@@ -151,16 +154,19 @@ fn refuse_database(database: &Path) -> Result<(), Refused> {
         let file = PathBuf::from(file);
         if file.exists() {
             let words = "exists; a backup is restored into an empty place, never over data";
-            return Err(Refused::Input(format!("{}: {words}", file.display())));
+            return Err(RestoreRefused::Input(format!("{}: {words}", file.display())));
         }
     }
     Ok(())
 }
 
-fn refuse_recordings(recordings: &Path) -> Result<(), Refused> {
+fn refuse_recordings(recordings: &Path) -> Result<(), RestoreRefused> {
     let holds_something = std::fs::read_dir(recordings).is_ok_and(|mut entries| entries.next().is_some());
     if holds_something {
-        return Err(Refused::Input(format!("{}: is not empty; restore into an empty folder", recordings.display())));
+        return Err(RestoreRefused::Input(format!(
+            "{}: is not empty; restore into an empty folder",
+            recordings.display()
+        )));
     }
     Ok(())
 }
@@ -180,7 +186,7 @@ fn check_manifest(folder: &Path, manifest: &Manifest) -> anyhow::Result<()> {
     Ok(())
 }
 
-async fn verified(database: &Path, recordings: &Path) -> Result<Report, Refused> {
+async fn verified(database: &Path, recordings: &Path) -> Result<VerificationReport, RestoreRefused> {
     let db = Database::open_existing(&format!("sqlite://{}", database.display())).await?;
     let report = verification::everything(&db, recordings).await;
     db.close().await;
@@ -188,7 +194,7 @@ async fn verified(database: &Path, recordings: &Path) -> Result<Report, Refused>
 }
 
 /// The database goes last: a restore that is stopped before leaves no service that could start, and is gone on with.
-fn put(staging: &Path, database: &Path, recordings: &Path) -> Result<(), Refused> {
+fn put(staging: &Path, database: &Path, recordings: &Path) -> Result<(), RestoreRefused> {
     let parents = [database.parent(), recordings.parent()].into_iter().flatten();
     for folder in parents.filter(|folder| !folder.as_os_str().is_empty()) {
         std::fs::create_dir_all(folder)?;

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 /// What a recording says of itself.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Told {
+pub struct RecordingFacts {
     /// Its metadata.
     pub session: Session,
     /// How long it is, in s.
@@ -21,7 +21,7 @@ pub struct Told {
     pub signature: Option<Signature>,
 }
 
-impl From<Recording> for Told {
+impl From<Recording> for RecordingFacts {
     fn from(recording: Recording) -> Self {
         let last = recording.samples.last();
         Self {
@@ -36,7 +36,7 @@ impl From<Recording> for Told {
 
 /// The same as it goes from one process to the other: metadata and signature as they stand in the file.
 #[derive(Debug, Serialize, Deserialize)]
-pub struct Reported {
+pub struct ReportedRecording {
     session: BTreeMap<String, String>,
     duration_s: f64,
     complete: bool,
@@ -44,10 +44,10 @@ pub struct Reported {
     signature: Option<BTreeMap<String, String>>,
 }
 
-impl TryFrom<&Told> for Reported {
+impl TryFrom<&RecordingFacts> for ReportedRecording {
     type Error = anyhow::Error;
 
-    fn try_from(told: &Told) -> anyhow::Result<Self> {
+    fn try_from(told: &RecordingFacts) -> anyhow::Result<Self> {
         Ok(Self {
             session: told.session.to_text().context("metadata that were just read")?,
             duration_s: told.duration_s,
@@ -58,10 +58,10 @@ impl TryFrom<&Told> for Reported {
     }
 }
 
-impl TryFrom<Reported> for Told {
+impl TryFrom<ReportedRecording> for RecordingFacts {
     type Error = anyhow::Error;
 
-    fn try_from(reported: Reported) -> anyhow::Result<Self> {
+    fn try_from(reported: ReportedRecording) -> anyhow::Result<Self> {
         Ok(Self {
             session: Session::from_text(&reported.session)?,
             duration_s: reported.duration_s,

@@ -15,16 +15,16 @@ use serde::{Deserialize, Serialize};
 use tissue::Specimen;
 
 use attempt::AttemptCurve;
-use model::draft::Verdict;
+use model::draft::DraftVerdict;
 use store::exercises::RevisionBytes;
 use store::sessions::Verified;
 
-pub use arrival::{Reported, Told};
+pub use arrival::{RecordingFacts, ReportedRecording};
 pub use draft::{DraftQuestion, publishable, same_id};
 
 /// What whoever judges can be asked.
 #[derive(Debug, Serialize, Deserialize)]
-pub enum Question {
+pub enum JudgeQuestion {
     /// What is made of a recording that is kept.
     Recording(Brief),
     /// What a recording says of itself that has just arrived.
@@ -43,12 +43,12 @@ pub struct Brief {
     /// Where its replay goes.
     pub replay: PathBuf,
     /// What else is asked.
-    pub task: Task,
+    pub task: JudgingTask,
 }
 
 /// What is asked of a recording.
 #[derive(Debug, Serialize, Deserialize)]
-pub enum Task {
+pub enum JudgingTask {
     /// Its score and its re-simulation, by this revision or else by its own exercise; and its replay.
     Judge(Option<RevisionBytes>),
     /// Its replay alone.
@@ -57,7 +57,7 @@ pub enum Task {
 
 /// What was made of a recording.
 #[derive(Debug, Serialize, Deserialize)]
-pub struct Outcome {
+pub struct JudgingOutcome {
     /// Metrics and score.
     pub assessment: Assessment,
     /// The re-simulation.
@@ -68,15 +68,15 @@ pub struct Outcome {
 
 /// How a question was answered.
 #[derive(Debug, Serialize, Deserialize)]
-pub enum Answer {
+pub enum JudgeAnswer {
     /// The recording was judged.
-    Judged(Box<Outcome>),
+    Judged(Box<JudgingOutcome>),
     /// Its replay is where it was wanted.
     Replayed,
     /// What arrived says this of itself.
-    Told(Box<Reported>),
+    Told(Box<ReportedRecording>),
     /// The draft comes to this.
-    Examined(Box<Verdict>),
+    Examined(Box<DraftVerdict>),
     /// It never will be answered.
     Permanent(String),
     /// It may be, later.
@@ -86,63 +86,66 @@ pub enum Answer {
 }
 
 /// Looks at a draft: what it comes to is drawn as pages draw it, which whoever judges does not know.
-pub type DraftExaminer = fn(&DraftQuestion) -> Verdict;
+pub type DraftExaminer = fn(&DraftQuestion) -> DraftVerdict;
 
 /// For whoever looks at no drafts.
 #[must_use]
-pub fn leave_unexamined(_: &DraftQuestion) -> Verdict {
-    Verdict { problems: vec![("draft".to_owned(), "nobody looks at drafts here".to_owned())], ..Verdict::default() }
+pub fn leave_unexamined(_: &DraftQuestion) -> DraftVerdict {
+    DraftVerdict {
+        problems: vec![("draft".to_owned(), "nobody looks at drafts here".to_owned())],
+        ..DraftVerdict::default()
+    }
 }
 
 /// Answers a question. Blocks.
 #[must_use]
-pub fn answer(question: Question, examine_draft: DraftExaminer) -> Answer {
+pub fn answer(question: JudgeQuestion, examine_draft: DraftExaminer) -> JudgeAnswer {
     match question {
-        Question::Recording(brief) => make_of(brief),
-        Question::Arrival(path) => match recording_files::read(&path).map(Told::from) {
-            Ok(told) => match Reported::try_from(&told) {
-                Ok(reported) => Answer::Told(Box::new(reported)),
-                Err(error) => Answer::Permanent(format!("{error:#}")),
+        JudgeQuestion::Recording(brief) => make_of(brief),
+        JudgeQuestion::Arrival(path) => match recording_files::read(&path).map(RecordingFacts::from) {
+            Ok(told) => match ReportedRecording::try_from(&told) {
+                Ok(reported) => JudgeAnswer::Told(Box::new(reported)),
+                Err(error) => JudgeAnswer::Permanent(format!("{error:#}")),
             },
-            Err(ReadError::Io(error)) => Answer::Passing(error.to_string()),
-            Err(scarce @ ReadError::OutOfMemory) => Answer::Died(scarce.to_string()),
-            Err(unreadable) => Answer::Permanent(unreadable.to_string()),
+            Err(ReadError::Io(error)) => JudgeAnswer::Passing(error.to_string()),
+            Err(scarce @ ReadError::OutOfMemory) => JudgeAnswer::Died(scarce.to_string()),
+            Err(unreadable) => JudgeAnswer::Permanent(unreadable.to_string()),
         },
-        Question::Draft(question) => Answer::Examined(Box::new(examine_draft(&question))),
+        JudgeQuestion::Draft(question) => JudgeAnswer::Examined(Box::new(examine_draft(&question))),
     }
 }
 
 /// Makes of a recording what a brief asks for.
-fn make_of(brief: Brief) -> Answer {
+fn make_of(brief: Brief) -> JudgeAnswer {
     let recording = match recording_files::read(&brief.recording) {
         Ok(recording) => recording,
         Err(unreadable) => return not_read(&brief, unreadable),
     };
     match brief.task {
-        Task::Judge(published) => match judge(&recording, published) {
+        JudgingTask::Judge(published) => match judge(&recording, published) {
             Ok(outcome) => {
                 keep_replay(&brief.replay, &recording);
-                Answer::Judged(Box::new(outcome))
+                JudgeAnswer::Judged(Box::new(outcome))
             }
-            Err(why) => Answer::Permanent(why),
+            Err(why) => JudgeAnswer::Permanent(why),
         },
-        Task::Replay => match replay_files::make(&brief.replay, &recording) {
-            Ok(()) => Answer::Replayed,
-            Err(error) => Answer::Passing(format!("{error:#}")),
+        JudgingTask::Replay => match replay_files::make(&brief.replay, &recording) {
+            Ok(()) => JudgeAnswer::Replayed,
+            Err(error) => JudgeAnswer::Passing(format!("{error:#}")),
         },
     }
 }
 
 /// Why a recording that is kept was not read. These very bytes were read when they arrived: then it is we who lack something, and no
 /// recording is refused for that.
-fn not_read(brief: &Brief, unreadable: ReadError) -> Answer {
+fn not_read(brief: &Brief, unreadable: ReadError) -> JudgeAnswer {
     match (unreadable, recording_files::hash_file(&brief.recording)) {
-        (ReadError::Io(error), _) | (_, Err(error)) => Answer::Passing(error.to_string()),
-        (scarce @ ReadError::OutOfMemory, _) => Answer::Died(scarce.to_string()),
+        (ReadError::Io(error), _) | (_, Err(error)) => JudgeAnswer::Passing(error.to_string()),
+        (scarce @ ReadError::OutOfMemory, _) => JudgeAnswer::Died(scarce.to_string()),
         (unreadable, Ok((sha256, _))) if sha256 == brief.sha256 => {
-            Answer::Died(format!("it was read when it arrived, and is not now: {unreadable}"))
+            JudgeAnswer::Died(format!("it was read when it arrived, and is not now: {unreadable}"))
         }
-        (unreadable, Ok(_)) => Answer::Permanent(format!("it is not what has arrived: {unreadable}")),
+        (unreadable, Ok(_)) => JudgeAnswer::Permanent(format!("it is not what has arrived: {unreadable}")),
     }
 }
 
@@ -154,7 +157,7 @@ fn keep_replay(folder: &Path, recording: &Recording) {
 }
 
 /// Scores and re-simulates. The published exercise judges; the recording's own only where the school has none like it.
-fn judge(recording: &Recording, published: Option<RevisionBytes>) -> Result<Outcome, String> {
+fn judge(recording: &Recording, published: Option<RevisionBytes>) -> Result<JudgingOutcome, String> {
     let bundle = match published {
         Some(bytes) => ExerciseBundle::from_parts(&bytes.exercise, &bytes.scene, &bytes.meshes)
             .map_err(|refused| refused.to_string())?,
@@ -162,7 +165,7 @@ fn judge(recording: &Recording, published: Option<RevisionBytes>) -> Result<Outc
     };
     let assessment = assess(recording, &bundle).map_err(|error| error.to_string())?;
     let verified = resimulate(recording, &bundle)?;
-    Ok(Outcome { assessment, verified, curve: AttemptCurve::draw(recording, &bundle) })
+    Ok(JudgingOutcome { assessment, verified, curve: AttemptCurve::draw(recording, &bundle) })
 }
 
 fn resimulate(recording: &Recording, bundle: &ExerciseBundle) -> Result<Verified, String> {

@@ -17,7 +17,7 @@ const MOST: usize = 20_000;
 
 /// What an answer is held to.
 #[derive(Clone, Debug)]
-pub enum Asked {
+pub enum PasskeyChallenge {
     /// A new passkey is to be made.
     ToMake {
         /// What it is to be called.
@@ -30,20 +30,20 @@ pub enum Asked {
 }
 
 #[derive(Clone, Debug)]
-struct Waiting {
+struct PendingCeremony {
     person_id: Uuid,
     until: Moment,
-    asked: Asked,
+    asked: PasskeyChallenge,
 }
 
 /// Everything that is waited for.
 #[derive(Debug, Default)]
-pub struct Ceremonies(Mutex<BTreeMap<Uuid, Waiting>>);
+pub struct Ceremonies(Mutex<BTreeMap<Uuid, PendingCeremony>>);
 
 impl Ceremonies {
     /// Waits for somebody's answer; the id by which it is taken. In place of their oldest where there are too many.
     #[must_use]
-    pub fn begin(&self, person_id: Uuid, asked: Asked, now: Moment) -> Uuid {
+    pub fn begin(&self, person_id: Uuid, asked: PasskeyChallenge, now: Moment) -> Uuid {
         let mut waiting = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         waiting.retain(|_, one| one.until > now);
         let own = waiting.values().filter(|one| one.person_id == person_id).count();
@@ -53,20 +53,20 @@ impl Ceremonies {
             forget_oldest(&mut waiting, |_| true);
         }
         let id = Uuid::new_v4();
-        waiting.insert(id, Waiting { person_id, until: now.plus_s(WAIT_S), asked });
+        waiting.insert(id, PendingCeremony { person_id, until: now.plus_s(WAIT_S), asked });
         id
     }
 
     /// What somebody was asked by an id, this once. None where it is too late, it was answered, or somebody else was asked.
     #[must_use]
-    pub fn take(&self, id: Uuid, person_id: Uuid, now: Moment) -> Option<Asked> {
+    pub fn take(&self, id: Uuid, person_id: Uuid, now: Moment) -> Option<PasskeyChallenge> {
         let mut waiting = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let taken = waiting.remove(&id)?;
         (taken.person_id == person_id && taken.until > now).then_some(taken.asked)
     }
 }
 
-fn forget_oldest(waiting: &mut BTreeMap<Uuid, Waiting>, whose: impl Fn(&Waiting) -> bool) {
+fn forget_oldest(waiting: &mut BTreeMap<Uuid, PendingCeremony>, whose: impl Fn(&PendingCeremony) -> bool) {
     let oldest = waiting.iter().filter(|(_, one)| whose(one)).min_by_key(|(_, one)| one.until).map(|(id, _)| *id);
     if let Some(id) = oldest {
         waiting.remove(&id);

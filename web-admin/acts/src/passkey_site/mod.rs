@@ -12,7 +12,7 @@ use webauthn_rs::{Webauthn, WebauthnBuilder};
 
 use crate::config::Config;
 
-pub use ceremonies::{Asked, Ceremonies};
+pub use ceremonies::{Ceremonies, PasskeyChallenge};
 
 /// What browsers are told of us.
 const NAME: &str = "Stylet";
@@ -56,7 +56,7 @@ pub enum AnswerRefused {
 
 /// Whom a passkey is made for.
 #[derive(Clone, Copy, Debug)]
-pub struct Owner<'a> {
+pub struct PasskeyOwner<'a> {
     /// Id, which the authenticator keeps.
     pub id: Uuid,
     /// Address, by which they tell their accounts apart.
@@ -97,7 +97,7 @@ impl Site {
     /// When the question cannot be made.
     pub fn ask_to_make(
         &self,
-        owner: Owner<'_>,
+        owner: PasskeyOwner<'_>,
         known: Vec<CredentialID>,
     ) -> anyhow::Result<(String, PasskeyRegistration)> {
         let started = self.webauthn.start_passkey_registration(owner.id, owner.email, owner.name, Some(known));
@@ -153,7 +153,7 @@ pub(crate) mod tests {
 
     use std::path::Path;
 
-    use super::ceremonies::Asked;
+    use super::ceremonies::PasskeyChallenge;
     use super::*;
 
     fn site(public_url: Option<&str>, listen: &str) -> Option<Site> {
@@ -162,10 +162,10 @@ pub(crate) mod tests {
     }
 
     /// A passkey to be made.
-    pub(super) fn asked_to_make() -> Asked {
-        let owner = Owner { id: Uuid::from_u128(1), email: "ada@example.org", name: "Ada" };
+    pub(super) fn asked_to_make() -> PasskeyChallenge {
+        let owner = PasskeyOwner { id: Uuid::from_u128(1), email: "ada@example.org", name: "Ada" };
         let (_, state) = site(None, "127.0.0.1:8080").unwrap().ask_to_make(owner, Vec::new()).unwrap();
-        Asked::ToMake { name: "Key".to_owned(), state: Box::new(state) }
+        PasskeyChallenge::ToMake { name: "Key".to_owned(), state: Box::new(state) }
     }
 
     #[test]
@@ -188,7 +188,7 @@ pub(crate) mod tests {
 
     #[test]
     fn nonsense_is_no_answer() {
-        let Asked::ToMake { state, .. } = asked_to_make() else { panic!("it is to be made") };
+        let PasskeyChallenge::ToMake { state, .. } = asked_to_make() else { panic!("it is to be made") };
         let site = site(None, "127.0.0.1:8080").unwrap();
         for answer in ["", "{}", "null", "{\"id\": 1}", "\u{0}"] {
             assert_eq!(site.made(answer, &state).err(), Some(AnswerRefused::Wrong), "{answer}");

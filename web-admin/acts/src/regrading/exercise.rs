@@ -7,15 +7,15 @@ use serde_json::json;
 use sha2::{Digest, Sha256};
 use uuid::Uuid;
 
-use super::{By, Rubric, ScoreChange, add};
+use super::{Regrader, Rubric, ScoreChange, add};
 use crate::error::{Error, refuse_trainees};
 use crate::service::Service;
 use model::regrading::{RegradingOutcome, RegradingState, count_attempts};
 use model::{CurrentPerson, SessionKey, judgement};
 use store::Write;
-use store::audit::{Actor, Entry};
+use store::audit::{Actor, AuditEntry};
 use store::regradings;
-use store::regradings::{Found, Regrading, Stood};
+use store::regradings::{RegradedAttempt, Regrading, Stood};
 use store::scores;
 use store::{exercises, grades, sessions};
 
@@ -86,7 +86,7 @@ pub async fn confirm(state: &Service, by: &CurrentPerson, id: Uuid, seen: &str, 
         "fails": count_attempts(&regrading.counts, &[RegradingOutcome::Fails]),
         "shown_sha256": seen,
     });
-    let entry = Entry::by(by, "exercise.regraded", regrading.exercise_id).with(told);
+    let entry = AuditEntry::by(by, "exercise.regraded", regrading.exercise_id).with(told);
     entry.append(&mut tx, state.clock.now()).await?;
     tx.commit().await?;
     state.jobs.notify_one();
@@ -147,18 +147,22 @@ async fn look_at_some(state: &Service, regrading: &Regrading) -> Result<(), Erro
 }
 
 /// What becomes of an attempt.
-async fn judge(state: &Service, regrading: &Regrading, rubric: &Rubric, id: Uuid) -> Result<Found, Error> {
+async fn judge(state: &Service, regrading: &Regrading, rubric: &Rubric, id: Uuid) -> Result<RegradedAttempt, Error> {
     let (reader, school) = (state.db.reader(), regrading.school_id);
     let session = sessions::find(reader, school, id).await?.context("an attempt that is gone")?;
     let before = scores::newest(reader, session.key()).await?.context("a scored attempt")?;
     if before.rubric_sha256 == rubric.sha256() {
-        return Ok(Found { outcome: RegradingOutcome::Same, assessment: None, why: None });
+        return Ok(RegradedAttempt { outcome: RegradingOutcome::Same, assessment: None, why: None });
     }
     let assessment = match rubric.judge(state, &session).await {
         Ok(assessment) => assessment,
         Err(error) => {
             tracing::warn!(session = %id, cause = format!("{error:?}"), "an attempt cannot be graded again");
-            return Ok(Found { outcome: RegradingOutcome::Unreadable, assessment: None, why: Some(error.to_string()) });
+            return Ok(RegradedAttempt {
+                outcome: RegradingOutcome::Unreadable,
+                assessment: None,
+                why: Some(error.to_string()),
+            });
         }
     };
     let overridden = grades::of(reader, session.key()).await?.is_some_and(|grade| grade.overridden);
@@ -169,7 +173,7 @@ async fn judge(state: &Service, regrading: &Regrading, rubric: &Rubric, id: Uuid
         _ if (before.score - assessment.score).abs() < EQUAL => RegradingOutcome::Equal,
         _ => RegradingOutcome::Changed,
     };
-    Ok(Found { outcome, assessment: Some(assessment), why: None })
+    Ok(RegradedAttempt { outcome, assessment: Some(assessment), why: None })
 }
 
 async fn grade_some(state: &Service, regrading: &Regrading) -> Result<(), Error> {
@@ -185,7 +189,7 @@ async fn grade_some(state: &Service, regrading: &Regrading) -> Result<(), Error>
             true => {
                 let change = ScoreChange { before: line.before, again: &line.assessment.0 };
                 // The reason stands in the re-grading, once for all of its attempts.
-                let by = By { actor: Actor::Person(regrading.made_by), reason: None };
+                let by = Regrader { actor: Actor::Person(regrading.made_by), reason: None };
                 Some(add(&mut tx, key, by, change, now).await?)
             }
             false => None,

@@ -18,7 +18,7 @@ use crate::recordings;
 use crate::secret;
 use crate::service::Service;
 use model::{Moment, SessionKey};
-use store::audit::{Actor, Entry};
+use store::audit::{Actor, AuditEntry};
 use store::regradings::{self, NewReason};
 use store::sessions::Session;
 use store::{exercises, practice, scores};
@@ -90,7 +90,7 @@ impl Rubric {
 
 /// Who grades one attempt again, and why.
 #[derive(Clone, Debug)]
-pub struct By<'a> {
+pub struct Regrader<'a> {
     /// Who.
     pub actor: Actor,
     /// Why, unless it stands in the re-grading that the attempt is part of.
@@ -101,7 +101,7 @@ pub struct By<'a> {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn apply(state: &Service, by: By<'_>, session: &Session, again: &Assessment) -> Result<(), Error> {
+pub async fn apply(state: &Service, by: Regrader<'_>, session: &Session, again: &Assessment) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     let before = scores::newest(&mut *tx, session.key()).await?.context("a scored attempt")?;
     let change = ScoreChange { before: before.score, again };
@@ -122,7 +122,7 @@ struct ScoreChange<'a> {
 async fn add(
     tx: &mut SqliteConnection,
     session: SessionKey,
-    by: By<'_>,
+    by: Regrader<'_>,
     change: ScoreChange<'_>,
     now: Moment,
 ) -> Result<Uuid, Error> {
@@ -137,6 +137,6 @@ async fn add(
         let why = NewReason { score_id: score, reason, made_by };
         regradings::add_reason(tx, session, why, now).await?;
     }
-    Entry::new(session.school_id, by.actor, "session.regraded", session.id).with(told).append(tx, now).await?;
+    AuditEntry::new(session.school_id, by.actor, "session.regraded", session.id).with(told).append(tx, now).await?;
     Ok(score)
 }

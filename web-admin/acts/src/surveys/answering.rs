@@ -15,9 +15,9 @@ use crate::service::Service;
 use model::survey::ResponseState;
 use model::survey::Survey;
 use model::{CurrentPerson, Moment};
-use store::audit::{Actor, Entry};
+use store::audit::{Actor, AuditEntry};
 use store::surveys;
-use store::surveys::{NewResponse, Response, Submission};
+use store::surveys::{NewResponse, Submission, SurveyResponse};
 
 pub(super) const ANSWERED: &str = "these answers were sent already; they can be taken back, not changed";
 
@@ -25,7 +25,7 @@ pub(super) const ANSWERED: &str = "these answers were sent already; they can be 
 #[derive(Clone, Debug)]
 pub struct Answering {
     /// The response so far.
-    pub response: Response,
+    pub response: SurveyResponse,
     /// Its survey.
     pub survey: Survey,
     /// What the survey asks.
@@ -151,7 +151,9 @@ impl Answering {
 
     /// Says that it happened, not who did it: the log is read by people who must not learn it.
     async fn note(&self, writer: &mut SqliteConnection, action: &str, now: Moment) -> Result<(), Error> {
-        Ok(Entry::new(self.survey.school_id, Actor::Respondent, action, self.survey.id).append(writer, now).await?)
+        Ok(AuditEntry::new(self.survey.school_id, Actor::Respondent, action, self.survey.id)
+            .append(writer, now)
+            .await?)
     }
 }
 
@@ -179,7 +181,7 @@ pub fn read_items(
 
 /// What somebody answers: a survey, for an attempt or not.
 #[derive(Clone, Copy, Debug)]
-pub struct Asked<'a> {
+pub struct SurveyOccasion<'a> {
     /// The survey.
     pub survey: &'a Survey,
     /// After which attempt.
@@ -192,8 +194,8 @@ pub struct Asked<'a> {
 ///
 /// # Errors
 /// [`Error::Conflict`] when they have sent an anonymous one already.
-pub async fn begin(state: &Service, person: &CurrentPerson, asked: Asked<'_>) -> Result<String, Error> {
-    let Asked { survey, session, language } = asked;
+pub async fn begin(state: &Service, person: &CurrentPerson, asked: SurveyOccasion<'_>) -> Result<String, Error> {
+    let SurveyOccasion { survey, session, language } = asked;
     let token = secret::random_hex()?;
     let token_sha256 = secret::token_sha256(&token);
     let mut tx = state.db.write().await?;

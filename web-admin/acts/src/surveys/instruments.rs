@@ -1,7 +1,7 @@
 //! Instruments: from documents to published revisions, and between TOML and JSON.
 
 use crate::error::Error;
-use crate::publishing::Publisher;
+use crate::publishing::DocumentPublisher;
 use crate::service::Service;
 use model::CurrentPerson;
 use std::fmt::Display;
@@ -14,10 +14,10 @@ use serde_json::json;
 use sqlx::SqliteConnection;
 use uuid::Uuid;
 
-use crate::publishing::{Published, Refused};
+use crate::publishing::{CourseRefused, Published};
 use model::Moment;
 use model::survey::Identity;
-use store::audit::{Actor, Entry};
+use store::audit::{Actor, AuditEntry};
 use store::instruments::{self as stored, NewInstrument};
 use store::surveys::{self, NewSurvey};
 
@@ -49,10 +49,10 @@ pub async fn publish(
     school: Uuid,
     path: &Path,
     now: Moment,
-) -> Result<Published, Refused> {
+) -> Result<Published, CourseRefused> {
     let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
     let instrument = Instrument::from_bytes(&path.display().to_string(), &bytes)?;
-    Ok(publish_text(writer, &Publisher { school, by: Actor::CommandLine, now }, &instrument, &bytes).await?)
+    Ok(publish_text(writer, &DocumentPublisher { school, by: Actor::CommandLine, now }, &instrument, &bytes).await?)
 }
 
 /// Publishes an instrument that was read already, with the bytes it was read from.
@@ -61,11 +61,11 @@ pub async fn publish(
 /// When the database fails.
 pub async fn publish_text(
     writer: &mut SqliteConnection,
-    publisher: &Publisher,
+    publisher: &DocumentPublisher,
     instrument: &Instrument,
     bytes: &[u8],
 ) -> anyhow::Result<Published> {
-    let Publisher { school, now, .. } = *publisher;
+    let DocumentPublisher { school, now, .. } = *publisher;
     let known = stored::by_sha256(&mut *writer, school, &instrument.sha256).await?;
     let first = instrument.languages.first().map_or("en", String::as_str);
     let new = NewInstrument {
@@ -137,8 +137,8 @@ async fn make_for_course(
     Ok(id)
 }
 
-fn entry(school: Uuid, action: &str, survey: Uuid) -> Entry<'_> {
-    Entry::new(school, Actor::CommandLine, action, survey).with(json!({ "by": "a course" }))
+fn entry(school: Uuid, action: &str, survey: Uuid) -> AuditEntry<'_> {
+    AuditEntry::new(school, Actor::CommandLine, action, survey).with(json!({ "by": "a course" }))
 }
 
 /// A document as JSON.
@@ -180,7 +180,7 @@ pub async fn publish_written(
     if new && stored::current(&mut *tx, school, &instrument.id).await?.is_some() {
         return Ok(false);
     }
-    publish_text(&mut tx, &Publisher { school, by: Actor::Person(by.id), now }, instrument, bytes).await?;
+    publish_text(&mut tx, &DocumentPublisher { school, by: Actor::Person(by.id), now }, instrument, bytes).await?;
     course_surveys(&mut tx, school, now).await?;
     tx.commit().await?;
     Ok(true)

@@ -11,7 +11,7 @@ use crate::service::Service;
 use model::survey::Survey;
 use model::survey::{Identity, PROFESSIONAL};
 use model::{CurrentPerson, Moment};
-use store::audit::Entry;
+use store::audit::AuditEntry;
 use store::surveys;
 use store::surveys::{NewResponse, NewSurvey, letters};
 
@@ -20,7 +20,7 @@ pub const LINK_LIFETIME_S: i64 = 60 * 24 * 3600;
 
 /// A survey as somebody wants it.
 #[derive(Clone, Debug)]
-pub struct Wanted {
+pub struct SurveyRequest {
     /// The revision that it asks.
     pub revision_id: Uuid,
     /// Title.
@@ -43,7 +43,7 @@ pub struct Wanted {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn make(state: &Service, person: &CurrentPerson, wanted: &Wanted) -> Result<Uuid, Error> {
+pub async fn make(state: &Service, person: &CurrentPerson, wanted: &SurveyRequest) -> Result<Uuid, Error> {
     let now = state.clock.now();
     let new = NewSurvey {
         school_id: person.school_id,
@@ -62,14 +62,14 @@ pub async fn make(state: &Service, person: &CurrentPerson, wanted: &Wanted) -> R
         surveys::add_cohort(&mut tx, person.school_id, id, *cohort).await?;
     }
     let details = json!({ "revision": wanted.revision_id, "identity": wanted.identity, "cohorts": wanted.cohorts });
-    Entry::by(person, "survey.made", id).with(details).append(&mut tx, now).await?;
+    AuditEntry::by(person, "survey.made", id).with(details).append(&mut tx, now).await?;
     tx.commit().await?;
     Ok(id)
 }
 
 /// A link that was made: shown once, for only its hash is kept.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Link {
+pub struct SurveyLink {
     /// Whom it is for.
     pub label: String,
     /// The secret in its address.
@@ -118,7 +118,7 @@ pub async fn mail_links(
         queued += usize::from(letters::queue(&mut tx, survey, name, email, now).await?);
     }
     let details = json!({ "letters": queued });
-    Entry::by(person, "survey.letters_queued", survey.id).with(details).append(&mut tx, now).await?;
+    AuditEntry::by(person, "survey.letters_queued", survey.id).with(details).append(&mut tx, now).await?;
     tx.commit().await?;
     state.mails.notify_one();
     Ok(queued)
@@ -133,7 +133,7 @@ pub async fn make_links(
     person: &CurrentPerson,
     survey: &Survey,
     labels: &[String],
-) -> Result<Vec<Link>, Error> {
+) -> Result<Vec<SurveyLink>, Error> {
     let now = state.clock.now();
     let expires_at = link_expiry(survey, now);
     let mut links = Vec::new();
@@ -153,9 +153,9 @@ pub async fn make_links(
             expires_at: Some(expires_at),
         };
         surveys::add(&mut tx, &new).await?;
-        links.push(Link { label: label.clone(), token });
+        links.push(SurveyLink { label: label.clone(), token });
     }
-    Entry::by(person, "survey.links_made", survey.id)
+    AuditEntry::by(person, "survey.links_made", survey.id)
         .with(json!({ "links": labels.len() }))
         .append(&mut tx, now)
         .await?;
@@ -172,6 +172,6 @@ pub async fn close(state: &Service, person: &CurrentPerson, survey: &Survey, clo
     let mut tx = state.db.write().await?;
     surveys::close(&mut tx, survey.school_id, survey.id, closed.then_some(now)).await?;
     let action = if closed { "survey.closed" } else { "survey.opened" };
-    Entry::by(person, action, survey.id).append(&mut tx, now).await?;
+    AuditEntry::by(person, action, survey.id).append(&mut tx, now).await?;
     Ok(tx.commit().await?)
 }

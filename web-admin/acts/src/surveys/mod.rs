@@ -7,8 +7,8 @@ mod taking;
 mod themes;
 
 pub use instruments::{course_surveys, documents_in, from_json, publish, publish_text, publish_written, to_json};
-pub use making::{Link, Wanted, close, letters_left, link_expiry, mail_links, make, make_links};
-pub use taking::{Sheet, take};
+pub use making::{SurveyLink, SurveyRequest, close, letters_left, link_expiry, mail_links, make, make_links};
+pub use taking::{AnsweredSheet, take};
 pub use themes::{Theme, set_theme};
 
 use documents::Instrument;

@@ -21,14 +21,14 @@ use model::survey::Survey;
 use store::people;
 use store::sessions::Session;
 use store::surveys;
-use store::surveys::{NewResponse, Practised, Response};
+use store::surveys::{NewResponse, Practised, SurveyResponse};
 
 /// Hexadecimal digits of a secret: 256 bits, as ours have.
 const SECRET_DIGITS: usize = 64;
 
 /// What was answered to a survey after an attempt.
 #[derive(Clone, Copy, Debug)]
-pub struct Sheet<'a> {
+pub struct AnsweredSheet<'a> {
     /// The attempt.
     pub session: &'a Session,
     /// The survey.
@@ -47,7 +47,7 @@ pub struct Sheet<'a> {
 ///
 /// # Errors
 /// When the survey is not asked after the attempt, an answer is not allowed, or the person has answered elsewhere.
-pub async fn take(state: &Service, sheet: &Sheet<'_>) -> Result<ResponseState, Error> {
+pub async fn take(state: &Service, sheet: &AnsweredSheet<'_>) -> Result<ResponseState, Error> {
     if sheet.secret.len() != SECRET_DIGITS || !sheet.secret.bytes().all(|digit| digit.is_ascii_hexdigit()) {
         return Err(Error::Unprocessable(format!("secret: allowed are {SECRET_DIGITS} hexadecimal digits")));
     }
@@ -61,7 +61,7 @@ pub async fn take(state: &Service, sheet: &Sheet<'_>) -> Result<ResponseState, E
     if matches!(response.state, ResponseState::Submitted | ResponseState::Withdrawn) {
         return Ok(response.state);
     }
-    let mut answering = Answering { response: Response { language, answers, ..response }, survey, instrument };
+    let mut answering = Answering { response: SurveyResponse { language, answers, ..response }, survey, instrument };
     answering.drop_unasked();
     answering.store(&mut tx, now).await?;
     if sheet.sent {
@@ -72,7 +72,7 @@ pub async fn take(state: &Service, sheet: &Sheet<'_>) -> Result<ResponseState, E
 }
 
 /// The survey, where it is asked after the attempt now, or was when it was made: answers may have waited at a station.
-async fn asked(state: &Service, sheet: &Sheet<'_>, now: Moment) -> Result<Survey, Error> {
+async fn asked(state: &Service, sheet: &AnsweredSheet<'_>, now: Moment) -> Result<Survey, Error> {
     let (reader, session) = (state.db.reader(), sheet.session);
     let survey = surveys::find(reader, session.school_id, sheet.survey).await?.ok_or(Error::NotFound)?;
     for at in [now, session.started_at] {
@@ -100,10 +100,10 @@ fn read(instrument: &Instrument, given: &BTreeMap<String, Vec<String>>) -> Resul
 /// The response of the sheet's secret: as it is, or begun now.
 async fn response(
     writer: &mut SqliteConnection,
-    sheet: &Sheet<'_>,
+    sheet: &AnsweredSheet<'_>,
     survey: &Survey,
     now: Moment,
-) -> Result<Response, Error> {
+) -> Result<SurveyResponse, Error> {
     let (session, token_sha256) = (sheet.session, secret::token_sha256(sheet.secret));
     if let Some(known) = surveys::by_token(&mut *writer, &token_sha256).await? {
         let own = known.survey_id == survey.id && known.session_id.is_none_or(|id| id == session.id);

@@ -3,7 +3,7 @@
 use model::CurrentPerson;
 use model::survey::Survey;
 use serde_json::json;
-use store::audit::{Actor, Entry};
+use store::audit::{Actor, AuditEntry};
 use store::surveys;
 use uuid::Uuid;
 
@@ -41,7 +41,7 @@ pub async fn set_theme(
     if !done {
         return Err(Error::NotFound);
     }
-    Entry::new(survey.school_id, Actor::Person(by.id), action, survey.id)
+    AuditEntry::new(survey.school_id, Actor::Person(by.id), action, survey.id)
         .with(json!({ "response": response, "item": item, "tag": tag }))
         .append(&mut tx, state.clock.now())
         .await?;

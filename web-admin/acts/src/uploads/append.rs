@@ -15,13 +15,14 @@ use crate::killpoints::KillPoint;
 use crate::recordings::Chunks;
 use crate::service::Service;
 use crate::turns::Turn;
-use store::uploads::{self, Owner, Upload};
+use store::uploads;
+use store::uploads::{Upload, UploadOwner};
 
 /// A piece without a checksum is acknowledged to ourselves this often, in bytes: so much is sent again after a crash.
 const CHECKPOINT_BYTES: i64 = 8 << 20;
 
 /// A piece as it arrives.
-pub struct Piece {
+pub struct UploadPiece {
     /// Where it begins, in bytes.
     pub offset: u64,
     /// What it must hash to.
@@ -38,7 +39,7 @@ pub struct Piece {
 /// # Errors
 /// When it is being taken in, the piece does not begin where the upload ends, is too long, breaks off or is not what
 /// its checksum says; when the whole is refused as a recording.
-pub async fn append(state: &Service, owner: Owner, id: Uuid, piece: Piece) -> Result<Upload, Error> {
+pub async fn append(state: &Service, owner: UploadOwner, id: Uuid, piece: UploadPiece) -> Result<Upload, Error> {
     let mut turn = take_over(state, owner, id).await?.ok_or(Error::Locked)?;
     let upload = look(state, owner, id, true).await?;
     check(&upload, &piece)?;
@@ -52,7 +53,7 @@ pub async fn append(state: &Service, owner: Owner, id: Uuid, piece: Piece) -> Re
 }
 
 /// Refuses what can be refused before a byte is read.
-fn check(upload: &Upload, piece: &Piece) -> Result<(), Error> {
+fn check(upload: &Upload, piece: &UploadPiece) -> Result<(), Error> {
     let (received, room) = (upload.received.unsigned_abs(), (upload.length - upload.received).unsigned_abs());
     if piece.offset != received {
         return Err(Error::Conflict(format!("Upload-Offset: {}; this upload has {received} bytes", piece.offset)));
@@ -73,7 +74,7 @@ struct Writing<'a> {
     end: i64,
 }
 
-async fn write(state: &Service, upload: Upload, piece: Piece, turn: &mut Turn) -> Result<Upload, Error> {
+async fn write(state: &Service, upload: Upload, piece: UploadPiece, turn: &mut Turn) -> Result<Upload, Error> {
     if upload.whole() {
         return nothing_more(state, upload, piece.body, turn).await;
     }

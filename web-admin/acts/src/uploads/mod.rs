@@ -16,10 +16,11 @@ use crate::recordings::{self, Received};
 use crate::service::Service;
 use model::new_id;
 use store::audit::Actor;
-use store::uploads::{self, Owner, Unfinished, Upload};
+use store::uploads;
+use store::uploads::{Unfinished, Upload, UploadOwner};
 use store::{stations, tries};
 
-pub use append::{Piece, append};
+pub use append::{UploadPiece, append};
 
 /// What the file of an unfinished upload ends in. At the start, `recordings::clear_uploads` deletes `part` files.
 const EXTENSION: &str = "tus";
@@ -39,7 +40,7 @@ pub struct Announced {
 ///
 /// # Errors
 /// When the disk or the database refuses.
-pub async fn begin(state: &Service, owner: Owner, announced: Announced) -> Result<Upload, Error> {
+pub async fn begin(state: &Service, owner: UploadOwner, announced: Announced) -> Result<Upload, Error> {
     recordings::ensure_room(state, announced.length)?;
     let now = state.clock.now();
     let upload = Upload {
@@ -58,7 +59,7 @@ pub async fn begin(state: &Service, owner: Owner, announced: Announced) -> Resul
     // Between the file and its row, tidying must not take the one for left over.
     let _turn = state.turns.take(upload.id);
     let mut tx = state.db.write().await?;
-    let whole_school = Owner { person_id: None, station_id: None, ..owner };
+    let whole_school = UploadOwner { person_id: None, station_id: None, ..owner };
     let counted =
         [(owner, state.config.owner_quota, "you have"), (whole_school, state.config.school_quota, "this school has")];
     for (whose, quota, who) in counted {
@@ -90,7 +91,7 @@ fn ensure_quota(begun: Unfinished, length: u64, quota: UploadQuota, who: &str) -
 ///
 /// # Errors
 /// When there is none, it has expired, or its file has gone.
-pub async fn find(state: &Service, owner: Owner, id: Uuid) -> Result<Upload, Error> {
+pub async fn find(state: &Service, owner: UploadOwner, id: Uuid) -> Result<Upload, Error> {
     let turn = take_over(state, owner, id).await?;
     // Whoever keeps the turn may just be moving the file to its place.
     look(state, owner, id, turn.is_some()).await
@@ -98,13 +99,13 @@ pub async fn find(state: &Service, owner: Owner, id: Uuid) -> Result<Upload, Err
 
 /// The turn at an upload of an owner. Whoever writes to it gives way, for the connection may be dead and nobody know it; who is taking it
 /// in does not, and then there is none.
-async fn take_over(state: &Service, owner: Owner, id: Uuid) -> Result<Option<Turn>, Error> {
+async fn take_over(state: &Service, owner: UploadOwner, id: Uuid) -> Result<Option<Turn>, Error> {
     uploads::find(state.db.reader(), owner, id).await?.ok_or(Error::NotFound)?;
     Ok(state.turns.take_over(id).await)
 }
 
 /// Finds an upload; `resting` where nobody else can be moving its file.
-async fn look(state: &Service, owner: Owner, id: Uuid, resting: bool) -> Result<Upload, Error> {
+async fn look(state: &Service, owner: UploadOwner, id: Uuid, resting: bool) -> Result<Upload, Error> {
     let upload = uploads::find(state.db.reader(), owner, id).await?.ok_or(Error::NotFound)?;
     let lost = resting && upload.session_id.is_none() && !tokio::fs::try_exists(place(state, id)).await?;
     if upload.is_set_aside() {

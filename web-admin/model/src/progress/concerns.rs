@@ -2,7 +2,7 @@
 
 use time::{Duration, OffsetDateTime};
 
-use super::{Attempt, Course, Progress, StepState};
+use super::{Course, Progress, ScoredAttempt, StepState};
 
 /// Straight fails on the current exercise that call for help.
 pub const STUCK_FAILS: usize = 3;
@@ -93,7 +93,7 @@ fn declining(course: &Course, progress: &Progress) -> Option<Concern> {
     (from - to >= DECLINE_POINTS).then_some(Concern::Declining { title, from, to })
 }
 
-fn mean(attempts: &[Attempt]) -> f64 {
+fn mean(attempts: &[ScoredAttempt]) -> f64 {
     let count = u32::try_from(attempts.len()).unwrap_or(u32::MAX);
     attempts.iter().map(|a| a.score).sum::<f64>() / f64::from(count.max(1))
 }

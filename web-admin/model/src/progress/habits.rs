@@ -13,7 +13,7 @@ pub const NAMED: usize = 3;
 
 /// A line of the rubric over several attempts.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Line {
+pub struct RubricHabit {
     /// Metric id.
     pub metric: String,
     /// Its name in words.
@@ -34,9 +34,9 @@ pub struct Line {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Habits {
     /// Dearest first, at most [`NAMED`].
-    pub habits: Vec<Line>,
+    pub habits: Vec<RubricHabit>,
     /// Cheapest first, at most [`NAMED`].
-    pub strengths: Vec<Line>,
+    pub strengths: Vec<RubricHabit>,
 }
 
 impl Habits {
@@ -50,9 +50,9 @@ impl Habits {
             }
         }
         let judged = by_metric.into_iter().filter(|(_, lost)| lost.len() >= LEAST_ATTEMPTS);
-        let mut lines: Vec<Line> = judged.map(|(metric, lost)| line(metric, &lost)).collect();
+        let mut lines: Vec<RubricHabit> = judged.map(|(metric, lost)| line(metric, &lost)).collect();
         lines.sort_by(|a, b| b.mean_points.total_cmp(&a.mean_points));
-        let costly = |line: &&Line| line.mean_points >= STRENGTH_POINTS;
+        let costly = |line: &&RubricHabit| line.mean_points >= STRENGTH_POINTS;
         Self {
             habits: lines.iter().filter(costly).take(NAMED).cloned().collect(),
             strengths: lines.iter().rev().filter(|line| !costly(line)).take(NAMED).cloned().collect(),
@@ -60,12 +60,12 @@ impl Habits {
     }
 }
 
-fn line(metric: &str, lost: &[(usize, f64)]) -> Line {
+fn line(metric: &str, lost: &[(usize, f64)]) -> RubricHabit {
     let definition = catalogue::newest(metric);
     let suffix = metric.split_once('.').map(|(_, suffix)| suffix);
     let label = definition.map(|d| suffix.map_or_else(|| d.label.to_owned(), |suffix| d.label_of(suffix)));
     let judged = u32::try_from(lost.len()).unwrap_or(u32::MAX);
-    Line {
+    RubricHabit {
         metric: metric.to_owned(),
         label: label.unwrap_or_else(|| metric.to_owned()),
         advice: definition.map_or("", |d| d.advice),
@@ -101,7 +101,7 @@ mod tests {
         ];
         let slices: Vec<&[Deduction]> = attempts.iter().map(Vec::as_slice).collect();
         let Habits { habits, strengths } = Habits::of(&slices);
-        let names = |lines: &[Line]| lines.iter().map(|l| l.metric.clone()).collect::<Vec<_>>();
+        let names = |lines: &[RubricHabit]| lines.iter().map(|l| l.metric.clone()).collect::<Vec<_>>();
         assert_eq!(names(&habits), ["overshoot_mm", "depth_error_mm"], "one slow attempt is no habit");
         assert_eq!(names(&strengths), ["peak_force_n"]);
         let dearest = &habits[0];

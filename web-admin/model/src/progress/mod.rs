@@ -15,11 +15,11 @@ use time::OffsetDateTime;
 use uuid::Uuid;
 
 pub use concerns::{Concern, DECLINE_POINTS, DECLINE_RUN, INACTIVE_DAYS, STUCK_FAILS};
-pub use habits::{Habits, Line};
+pub use habits::{Habits, RubricHabit};
 
 /// One scored attempt.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Attempt {
+pub struct ScoredAttempt {
     /// The session's id.
     pub session: Uuid,
     /// The exercise's id in its document, shared by the attempts at it.
@@ -36,7 +36,7 @@ pub struct Attempt {
 
 /// One exercise of a course.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Step {
+pub struct CourseStep {
     /// The exercise's id in its document.
     pub exercise: String,
     /// Title shown to people.
@@ -49,7 +49,7 @@ pub struct Step {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Course {
     /// Exercises in order.
-    pub steps: Vec<Step>,
+    pub steps: Vec<CourseStep>,
     /// Mastery rule.
     pub rule: Mastery,
 }
@@ -87,7 +87,7 @@ pub struct StepProgress {
     /// How far it has come.
     pub state: StepState,
     /// Scored attempts in order of time.
-    pub attempts: Vec<Attempt>,
+    pub attempts: Vec<ScoredAttempt>,
     /// The learning curve over them, where the rule is one.
     pub curve: Option<LearningCurve>,
 }
@@ -146,9 +146,9 @@ pub struct Progress {
 impl Progress {
     /// Judges attempts, in any order, at a moment.
     #[must_use]
-    pub fn of(course: &Course, attempts: &[Attempt], now: OffsetDateTime) -> Self {
+    pub fn of(course: &Course, attempts: &[ScoredAttempt], now: OffsetDateTime) -> Self {
         // Attempts at one exercise mostly stand together: whole runs of them are passed over at once.
-        let runs: Vec<&[Attempt]> = attempts.chunk_by(|a, b| a.exercise == b.exercise).collect();
+        let runs: Vec<&[ScoredAttempt]> = attempts.chunk_by(|a, b| a.exercise == b.exercise).collect();
         let mut steps: Vec<StepProgress> = course.steps.iter().map(|step| tried(step, &runs, &course.rule)).collect();
         lock(course, &mut steps);
         let next = next(&steps);
@@ -178,9 +178,9 @@ impl Progress {
 }
 
 /// A step with its attempts, judged as if nothing had to come before it.
-fn tried(step: &Step, runs: &[&[Attempt]], rule: &Mastery) -> StepProgress {
-    let at_it = |run: &&&[Attempt]| run.first().is_some_and(|attempt| *attempt.exercise == step.exercise);
-    let mut attempts: Vec<Attempt> = runs.iter().filter(at_it).copied().flatten().cloned().collect();
+fn tried(step: &CourseStep, runs: &[&[ScoredAttempt]], rule: &Mastery) -> StepProgress {
+    let at_it = |run: &&&[ScoredAttempt]| run.first().is_some_and(|attempt| *attempt.exercise == step.exercise);
+    let mut attempts: Vec<ScoredAttempt> = runs.iter().filter(at_it).copied().flatten().cloned().collect();
     attempts.sort_by_key(|a| a.at);
     let (reached, curve) = rule.judge(&passed(&attempts));
     let at = |attempt: usize| attempts[attempt].at;
@@ -192,7 +192,7 @@ fn tried(step: &Step, runs: &[&[Attempt]], rule: &Mastery) -> StepProgress {
     StepProgress { state, attempts, curve }
 }
 
-fn passed(attempts: &[Attempt]) -> Vec<bool> {
+fn passed(attempts: &[ScoredAttempt]) -> Vec<bool> {
     attempts.iter().map(|attempt| attempt.passed).collect()
 }
 

@@ -10,7 +10,7 @@ use super::*;
 const NOW: OffsetDateTime = datetime!(2026-05-20 12:00 UTC);
 
 fn course() -> Course {
-    let step = |id: &str, before: &[&str]| Step {
+    let step = |id: &str, before: &[&str]| CourseStep {
         exercise: id.to_owned(),
         title: id.to_uppercase(),
         prerequisites: before.iter().map(|b| (*b).to_owned()).collect(),
@@ -22,9 +22,9 @@ fn course() -> Course {
 }
 
 /// Attempts one hour apart, the last one hour ago; a score of 60 passes.
-fn attempts(tried: &[(&str, f64)]) -> Vec<Attempt> {
+fn attempts(tried: &[(&str, f64)]) -> Vec<ScoredAttempt> {
     let hours = |i: usize| i64::try_from(tried.len() - i).expect("few");
-    let attempt = |(i, (exercise, score)): (usize, &(&str, f64))| Attempt {
+    let attempt = |(i, (exercise, score)): (usize, &(&str, f64))| ScoredAttempt {
         session: Uuid::from_u128(i as u128),
         exercise: (*exercise).into(),
         at: NOW - Duration::hours(hours(i)),
@@ -131,7 +131,7 @@ fn a_learning_curve_declares_watches_and_withdraws() {
 #[test]
 fn a_change_of_revision_within_an_exercise_is_seen() {
     let mut tried = attempts(&[("a", 70.0), ("a", 70.0), ("b", 70.0)]);
-    let mixes = |tried: &[Attempt]| Progress::of(&course(), tried, NOW).steps[0].mixes_revisions();
+    let mixes = |tried: &[ScoredAttempt]| Progress::of(&course(), tried, NOW).steps[0].mixes_revisions();
     tried[2].revision = Some(Uuid::from_u128(2));
     assert!(!mixes(&tried));
     tried[1].revision = Some(Uuid::from_u128(1));

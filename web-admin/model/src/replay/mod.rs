@@ -10,13 +10,13 @@ use recording::Recording;
 use super::series::Pyramid;
 use attempt::AttemptCurve;
 pub use frames::{COLUMNS, Frames};
-pub use stage::Stage;
+pub use stage::ReplayStage;
 
 /// A recording, taken apart for the browser.
 #[derive(Clone, Debug)]
 pub struct Replay {
     /// What does not move.
-    pub stage: Stage,
+    pub stage: ReplayStage,
     /// What moves.
     pub frames: Frames,
     /// What is plotted.
@@ -30,7 +30,7 @@ impl Replay {
         let frames = Frames::of(recording, bundle);
         let curve = AttemptCurve::draw(recording, bundle);
         Self {
-            stage: Stage::of(recording, bundle, curve, frames.columns()),
+            stage: ReplayStage::of(recording, bundle, curve, frames.columns()),
             pyramid: Pyramid::of(&recording.samples),
             frames,
         }

@@ -12,7 +12,8 @@ const MOST_TRIANGLES: usize = 4000;
 
 /// What does not move. Lengths in mm in the patient frame, +z out of the body; along the needle where that is said.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-pub struct Stage {
+#[schema(as = Stage)]
+pub struct ReplayStage {
     /// Title of the exercise.
     pub title: String,
     /// Length of the attempt, in s.
@@ -20,7 +21,7 @@ pub struct Stage {
     /// What each frame holds, in order.
     pub columns: Vec<String>,
     /// Layers from the surface down.
-    pub layers: Vec<Layer>,
+    pub layers: Vec<StageLayer>,
     /// Where the needle should enter.
     pub entry_mm: [f64; 3],
     /// Where its tip should stop.
@@ -28,16 +29,17 @@ pub struct Stage {
     /// How far in that is, along the needle, in mm.
     pub target_depth_mm: f64,
     /// The needle.
-    pub needle: Needle,
+    pub needle: StageNeedle,
     /// Structures inside the body.
-    pub structures: Vec<Structure>,
+    pub structures: Vec<StageStructure>,
     /// What happened, in order of time.
     pub events: Vec<Happening>,
 }
 
 /// A layer.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-pub struct Layer {
+#[schema(as = Layer)]
+pub struct StageLayer {
     /// Name.
     pub name: String,
     /// The texture, which chooses its colour.
@@ -54,7 +56,8 @@ pub struct Layer {
 
 /// The needle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, ToSchema)]
-pub struct Needle {
+#[schema(as = Needle)]
+pub struct StageNeedle {
     /// Diameter, in mm.
     pub diameter_mm: f64,
     /// Length, in mm.
@@ -65,7 +68,8 @@ pub struct Needle {
 
 /// A structure.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-pub struct Structure {
+#[schema(as = Structure)]
+pub struct StageStructure {
     /// Name.
     pub name: String,
     /// target, vessel, nerve, bone or organ.
@@ -93,7 +97,7 @@ pub struct Happening {
     pub name: String,
 }
 
-impl Stage {
+impl ReplayStage {
     /// The stage of a recording, from its curve and its frames' columns.
     #[must_use]
     pub fn of(recording: &Recording, bundle: &ExerciseBundle, curve: AttemptCurve, columns: Vec<String>) -> Self {
@@ -107,7 +111,7 @@ impl Stage {
             entry_mm: [entry.x, entry.y, entry.z].map(to_mm),
             target_mm: [target.x, target.y, target.z].map(to_mm),
             target_depth_mm: curve.target_depth_mm,
-            needle: Needle {
+            needle: StageNeedle {
                 diameter_mm: needle.diameter_mm,
                 length_mm: needle.length_mm,
                 tip_to_rim_mm: needle.tip_to_rim_mm,
@@ -123,12 +127,12 @@ fn to_mm(metres: f64) -> f64 {
     (metres * 1e5).round() / 1e2
 }
 
-fn layers(recording: &Recording, bundle: &ExerciseBundle, bands: &[LayerSpan]) -> Vec<Layer> {
+fn layers(recording: &Recording, bundle: &ExerciseBundle, bands: &[LayerSpan]) -> Vec<StageLayer> {
     let mut top_mm = 0.0;
     let mut layers = Vec::with_capacity(bands.len());
     for (thickness_m, band) in patient_thicknesses_m(recording, bundle).into_iter().zip(bands) {
         let bottom_mm = top_mm + thickness_m * 1e3;
-        layers.push(Layer {
+        layers.push(StageLayer {
             name: band.name.clone(),
             texture: band.texture.clone(),
             top_mm,
@@ -141,14 +145,14 @@ fn layers(recording: &Recording, bundle: &ExerciseBundle, bands: &[LayerSpan]) -
     layers
 }
 
-fn structure(spec: &StructureSpec) -> Structure {
+fn structure(spec: &StructureSpec) -> StageStructure {
     let (corners, triangles) = spec.surface();
     let vertices_mm: Vec<f64> = corners.iter().flat_map(|c| [c.x, c.y, c.z]).map(to_mm).collect();
     let (vertices_mm, triangles) = match triangles.len() {
         ..=MOST_TRIANGLES => (vertices_mm, triangles.into_iter().flatten().collect()),
         _ => around(&vertices_mm),
     };
-    Structure { name: spec.name.clone(), kind: spec.kind, vertices_mm, triangles }
+    StageStructure { name: spec.name.clone(), kind: spec.kind, vertices_mm, triangles }
 }
 
 /// The box around some corners: eight corners, twelve triangles.

@@ -2,7 +2,7 @@
 
 /// What a column tells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Column {
+pub enum RosterColumn {
     /// The address.
     Email,
     /// What somebody signs in with elsewhere; an address in some systems.
@@ -24,14 +24,17 @@ pub enum Column {
 }
 
 /// Headings in plain form: lower case, letters and digits only.
-const HEADINGS: [(Column, &[&str]); 9] = [
+const HEADINGS: [(RosterColumn, &[&str]); 9] = [
     (
-        Column::Email,
+        RosterColumn::Email,
         &["email", "emailaddress", "mail", "mailaddress", "emailadresse", "mailadresse", "emailaddr", "studentemail"],
     ),
-    (Column::Login, &["loginid", "login", "username", "sisloginid", "benutzername", "benutzerkennung", "kennung"]),
     (
-        Column::Name,
+        RosterColumn::Login,
+        &["loginid", "login", "username", "sisloginid", "benutzername", "benutzerkennung", "kennung"],
+    ),
+    (
+        RosterColumn::Name,
         &[
             "name",
             "fullname",
@@ -43,10 +46,13 @@ const HEADINGS: [(Column, &[&str]); 9] = [
             "vollername",
         ],
     ),
-    (Column::Given, &["firstname", "givenname", "forename", "given", "first", "vorname", "vornamen", "rufname"]),
-    (Column::Family, &["lastname", "surname", "familyname", "family", "last", "nachname", "familienname", "zuname"]),
+    (RosterColumn::Given, &["firstname", "givenname", "forename", "given", "first", "vorname", "vornamen", "rufname"]),
     (
-        Column::RegistrarId,
+        RosterColumn::Family,
+        &["lastname", "surname", "familyname", "family", "last", "nachname", "familienname", "zuname"],
+    ),
+    (
+        RosterColumn::RegistrarId,
         &[
             "userid",
             "sisuserid",
@@ -64,7 +70,7 @@ const HEADINGS: [(Column, &[&str]); 9] = [
         ],
     ),
     (
-        Column::Cohort,
+        RosterColumn::Cohort,
         &[
             "cohort",
             "group",
@@ -79,13 +85,13 @@ const HEADINGS: [(Column, &[&str]); 9] = [
             "jahrgang",
         ],
     ),
-    (Column::Role, &["role", "declaredusertype", "usertype", "rolle", "funktion"]),
-    (Column::Status, &["status", "state", "workflowstate", "zustand"]),
+    (RosterColumn::Role, &["role", "declaredusertype", "usertype", "rolle", "funktion"]),
+    (RosterColumn::Status, &["status", "state", "workflowstate", "zustand"]),
 ];
 
 /// What a heading means, if anything.
 #[must_use]
-pub fn meaning(heading: &str) -> Option<Column> {
+pub fn meaning(heading: &str) -> Option<RosterColumn> {
     let plain: String = heading.to_lowercase().chars().filter(|c| c.is_alphanumeric()).collect();
     HEADINGS.iter().find(|(_, known)| known.contains(&plain.as_str())).map(|(column, _)| *column)
 }
@@ -97,17 +103,17 @@ mod tests {
     #[test]
     fn headings_are_known_however_they_are_written() {
         for (heading, column) in [
-            ("E-Mail", Column::Email),
-            ("email address", Column::Email),
-            ("E-Mail-Adresse", Column::Email),
-            ("login_id", Column::Login),
-            ("user_id", Column::RegistrarId),
-            ("Matrikel-Nr.", Column::RegistrarId),
-            ("Vorname", Column::Given),
-            ("last_name", Column::Family),
-            ("full_name", Column::Name),
-            ("Gruppe", Column::Cohort),
-            ("STATUS", Column::Status),
+            ("E-Mail", RosterColumn::Email),
+            ("email address", RosterColumn::Email),
+            ("E-Mail-Adresse", RosterColumn::Email),
+            ("login_id", RosterColumn::Login),
+            ("user_id", RosterColumn::RegistrarId),
+            ("Matrikel-Nr.", RosterColumn::RegistrarId),
+            ("Vorname", RosterColumn::Given),
+            ("last_name", RosterColumn::Family),
+            ("full_name", RosterColumn::Name),
+            ("Gruppe", RosterColumn::Cohort),
+            ("STATUS", RosterColumn::Status),
         ] {
             assert_eq!(meaning(heading), Some(column), "{heading}");
         }

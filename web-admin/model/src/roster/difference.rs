@@ -5,12 +5,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
-use super::{Entry, Refusal, Roster, Standing};
+use super::{AccountStanding, Refusal, Roster, RosterEntry};
 use crate::Role;
 
 /// A person of the school.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Known {
+pub struct SchoolPerson {
     /// Id.
     pub id: Uuid,
     /// What the registrar knows them by.
@@ -29,7 +29,7 @@ pub struct Known {
 
 /// What is asked of an import.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Wanted {
+pub struct RosterRequest {
     /// The cohort of everybody for whom the file names none.
     pub cohort: Option<String>,
     /// Trainees who are not in the file leave the cohorts that it fills.
@@ -38,7 +38,7 @@ pub struct Wanted {
 
 /// One thing that changes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Change {
+pub enum RosterChange {
     /// The name, from what.
     Name(String),
     /// The address, from what.
@@ -55,7 +55,7 @@ pub enum Change {
 
 /// What comes of a line.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Outcome {
+pub enum RosterOutcome {
     /// Somebody is added.
     New,
     /// Somebody is changed.
@@ -63,7 +63,7 @@ pub enum Outcome {
         /// Who.
         person: Uuid,
         /// In what.
-        changes: Vec<Change>,
+        changes: Vec<RosterChange>,
     },
     /// Everything is so already.
     Unchanged,
@@ -73,15 +73,15 @@ pub enum Outcome {
 
 /// A line and what comes of it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Line {
+pub struct LineOutcome {
     /// In the file, from 1.
     pub line: u64,
     /// What is shown of it.
     pub shown: String,
     /// Who it is about; absent where it could not be read.
-    pub entry: Option<Entry>,
+    pub entry: Option<RosterEntry>,
     /// What comes of it.
-    pub outcome: Outcome,
+    pub outcome: RosterOutcome,
 }
 
 /// Somebody who leaves a cohort since the file does not name them.
@@ -97,30 +97,33 @@ pub struct Leaving {
 
 /// What a roster would change.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Difference {
+pub struct RosterDifference {
     /// Every line.
-    pub lines: Vec<Line>,
+    pub lines: Vec<LineOutcome>,
     /// Who leaves a cohort.
     pub leaving: Vec<Leaving>,
 }
 
-impl Difference {
+impl RosterDifference {
     /// Compares a roster with the people of a school. `unusable` holds the addresses that cannot be used here.
     #[must_use]
-    pub fn of(roster: &Roster, known: &[Known], unusable: &BTreeSet<String>, wanted: &Wanted) -> Self {
+    pub fn of(roster: &Roster, known: &[SchoolPerson], unusable: &BTreeSet<String>, wanted: &RosterRequest) -> Self {
         let index = Index::new(known, unusable);
         let mut lines = Vec::with_capacity(roster.rows.len());
         for row in &roster.rows {
             let line = row.line;
             lines.push(match &row.entry {
-                Err((shown, refusal)) => {
-                    Line { line, shown: shown.clone(), entry: None, outcome: Outcome::Refused(refusal.clone()) }
-                }
+                Err((shown, refusal)) => LineOutcome {
+                    line,
+                    shown: shown.clone(),
+                    entry: None,
+                    outcome: RosterOutcome::Refused(refusal.clone()),
+                },
                 Ok(entry) => {
                     let mut entry = entry.clone();
                     entry.cohort = entry.cohort.or_else(|| wanted.cohort.clone());
                     let shown = format!("{} <{}>", entry.name, entry.email);
-                    Line { line, shown, outcome: index.outcome(&entry), entry: Some(entry) }
+                    LineOutcome { line, shown, outcome: index.outcome(&entry), entry: Some(entry) }
                 }
             });
         }
@@ -131,12 +134,12 @@ impl Difference {
     /// How many lines add, change, leave as it is, and are refused.
     #[must_use]
     pub fn counts(&self) -> [usize; 4] {
-        let count = |which: fn(&Outcome) -> bool| self.lines.iter().filter(|line| which(&line.outcome)).count();
+        let count = |which: fn(&RosterOutcome) -> bool| self.lines.iter().filter(|line| which(&line.outcome)).count();
         [
-            count(|outcome| matches!(outcome, Outcome::New)),
-            count(|outcome| matches!(outcome, Outcome::Changed { .. })),
-            count(|outcome| matches!(outcome, Outcome::Unchanged)),
-            count(|outcome| matches!(outcome, Outcome::Refused(_))),
+            count(|outcome| matches!(outcome, RosterOutcome::New)),
+            count(|outcome| matches!(outcome, RosterOutcome::Changed { .. })),
+            count(|outcome| matches!(outcome, RosterOutcome::Unchanged)),
+            count(|outcome| matches!(outcome, RosterOutcome::Refused(_))),
         ]
     }
 
@@ -150,13 +153,13 @@ impl Difference {
 
 /// The people of a school, to be found.
 struct Index<'a> {
-    by_email: BTreeMap<&'a str, &'a Known>,
-    by_number: BTreeMap<&'a str, &'a Known>,
+    by_email: BTreeMap<&'a str, &'a SchoolPerson>,
+    by_number: BTreeMap<&'a str, &'a SchoolPerson>,
     unusable: &'a BTreeSet<String>,
 }
 
 impl<'a> Index<'a> {
-    fn new(known: &'a [Known], unusable: &'a BTreeSet<String>) -> Self {
+    fn new(known: &'a [SchoolPerson], unusable: &'a BTreeSet<String>) -> Self {
         let numbered = known.iter().filter_map(|person| Some((person.registrar_id.as_deref()?, person)));
         Self {
             by_email: known.iter().map(|person| (person.email.as_str(), person)).collect(),
@@ -165,60 +168,60 @@ impl<'a> Index<'a> {
         }
     }
 
-    fn outcome(&self, entry: &Entry) -> Outcome {
+    fn outcome(&self, entry: &RosterEntry) -> RosterOutcome {
         let by_number = entry.registrar_id.as_deref().and_then(|number| self.by_number.get(number)).copied();
         let by_email = self.by_email.get(entry.email.as_str()).copied();
         if let (Some(one), Some(another)) = (by_number, by_email)
             && one.id != another.id
         {
-            return Outcome::Refused(Refusal::EmailOfAnother);
+            return RosterOutcome::Refused(Refusal::EmailOfAnother);
         }
         let Some(person) = by_number.or(by_email) else {
             let usable = !self.unusable.contains(&entry.email);
-            return if usable { Outcome::New } else { Outcome::Refused(Refusal::EmailUnusable) };
+            return if usable { RosterOutcome::New } else { RosterOutcome::Refused(Refusal::EmailUnusable) };
         };
         if by_email.is_none() && self.unusable.contains(&entry.email) {
-            return Outcome::Refused(Refusal::EmailUnusable);
+            return RosterOutcome::Refused(Refusal::EmailUnusable);
         }
         if person.role == Role::Administrator || entry.role.is_some_and(|role| role != person.role) {
-            return Outcome::Refused(Refusal::OtherRole(person.role));
+            return RosterOutcome::Refused(Refusal::OtherRole(person.role));
         }
         match changes(entry, person) {
-            changes if changes.is_empty() => Outcome::Unchanged,
-            changes => Outcome::Changed { person: person.id, changes },
+            changes if changes.is_empty() => RosterOutcome::Unchanged,
+            changes => RosterOutcome::Changed { person: person.id, changes },
         }
     }
 }
 
-fn changes(entry: &Entry, person: &Known) -> Vec<Change> {
+fn changes(entry: &RosterEntry, person: &SchoolPerson) -> Vec<RosterChange> {
     let mut changes = Vec::new();
     if entry.name != person.name {
-        changes.push(Change::Name(person.name.clone()));
+        changes.push(RosterChange::Name(person.name.clone()));
     }
     if entry.email != person.email {
-        changes.push(Change::Email(person.email.clone()));
+        changes.push(RosterChange::Email(person.email.clone()));
     }
     if entry.registrar_id.is_some() && entry.registrar_id != person.registrar_id {
-        changes.push(Change::RegistrarId(person.registrar_id.clone()));
+        changes.push(RosterChange::RegistrarId(person.registrar_id.clone()));
     }
     if let Some(cohort) = entry.cohort.as_ref().filter(|cohort| !person.cohorts.contains(cohort)) {
-        changes.push(Change::Joins(cohort.clone()));
+        changes.push(RosterChange::Joins(cohort.clone()));
     }
     match (entry.standing, person.enabled) {
-        (Some(Standing::Active), false) => changes.push(Change::Enabled),
-        (Some(Standing::Gone), true) => changes.push(Change::Disabled),
+        (Some(AccountStanding::Active), false) => changes.push(RosterChange::Enabled),
+        (Some(AccountStanding::Gone), true) => changes.push(RosterChange::Disabled),
         _ => {}
     }
     changes
 }
 
 /// Trainees in the cohorts that the roster fills whom no line names, not even a refused one that was readable.
-fn leaving(lines: &[Line], known: &[Known]) -> Vec<Leaving> {
+fn leaving(lines: &[LineOutcome], known: &[SchoolPerson]) -> Vec<Leaving> {
     let entries = || lines.iter().filter_map(|line| line.entry.as_ref());
     let filled: BTreeSet<&str> = entries().filter_map(|entry| entry.cohort.as_deref()).collect();
     let addresses: BTreeSet<&str> = entries().map(|entry| entry.email.as_str()).collect();
     let numbers: BTreeSet<&str> = entries().filter_map(|entry| entry.registrar_id.as_deref()).collect();
-    let named = |person: &Known| {
+    let named = |person: &SchoolPerson| {
         let by_number = person.registrar_id.as_deref().is_some_and(|number| numbers.contains(number));
         by_number || addresses.contains(person.email.as_str())
     };

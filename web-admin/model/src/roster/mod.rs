@@ -1,6 +1,6 @@
 //! A roster as registrars send it: read, checked line by line, and compared with the people of the school.
 //!
-//! Pure: bytes and people go in, a [`Difference`] comes out. Nothing is removed because a file does not name it, unless
+//! Pure: bytes and people go in, a [`RosterDifference`] comes out. Nothing is removed because a file does not name it, unless
 //! that is asked for.
 
 use std::collections::BTreeMap;
@@ -14,8 +14,10 @@ mod columns;
 mod difference;
 mod text;
 
-pub use columns::{Column, meaning};
-pub use difference::{Change, Difference, Known, Leaving, Line, Outcome, Wanted};
+pub use columns::{RosterColumn, meaning};
+pub use difference::{
+    Leaving, LineOutcome, RosterChange, RosterDifference, RosterOutcome, RosterRequest, SchoolPerson,
+};
 
 /// Most lines taken at once.
 pub const MAX_ROWS: usize = 20_000;
@@ -90,7 +92,7 @@ pub enum Refusal {
 
 /// Whether somebody is to be able to sign in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Standing {
+pub enum AccountStanding {
     /// Yes.
     Active,
     /// No.
@@ -99,7 +101,7 @@ pub enum Standing {
 
 /// A line that says who somebody is.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Entry {
+pub struct RosterEntry {
     /// In lower case.
     pub email: String,
     /// As it is shown.
@@ -111,23 +113,23 @@ pub struct Entry {
     /// What they are to be, where the file says so.
     pub role: Option<Role>,
     /// Whether they are to sign in, where the file says so.
-    pub standing: Option<Standing>,
+    pub standing: Option<AccountStanding>,
 }
 
 /// A line of a roster.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Row {
+pub struct RosterRow {
     /// Its line in the file, from 1.
     pub line: u64,
     /// Who, or why not; what was readable of the name and address comes along.
-    pub entry: Result<Entry, (String, Refusal)>,
+    pub entry: Result<RosterEntry, (String, Refusal)>,
 }
 
 /// A roster that was read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Roster {
     /// Its lines.
-    pub rows: Vec<Row>,
+    pub rows: Vec<RosterRow>,
     /// Headings that mean nothing here.
     pub ignored: Vec<String>,
 }
@@ -155,7 +157,7 @@ pub fn read(bytes: &[u8]) -> Result<Roster, Unreadable> {
             return Err(Unreadable::TooLong);
         }
         let line = record.position().map_or(0, |at| line_of(at, &text.body)) + text.skipped;
-        rows.push(Row { line, entry: entry(&record, &columns) });
+        rows.push(RosterRow { line, entry: entry(&record, &columns) });
     }
     if rows.is_empty() {
         return Err(Unreadable::Empty);
@@ -177,7 +179,7 @@ fn not_csv(error: &csv::Error, skipped: u64) -> Unreadable {
     Unreadable::NotCsv { line, why: "this is not a line of CSV".to_owned() }
 }
 
-type Columns = BTreeMap<Column, usize>;
+type Columns = BTreeMap<RosterColumn, usize>;
 
 /// Which column tells what, and the headings that tell nothing.
 fn assign(headings: &csv::StringRecord) -> Result<(Columns, Vec<String>), Unreadable> {
@@ -198,25 +200,27 @@ fn assign(headings: &csv::StringRecord) -> Result<(Columns, Vec<String>), Unread
         let found = headings.iter().map(|heading| format!("“{heading}”")).collect::<Vec<_>>().join(", ");
         Err(Unreadable::MissingColumn { missing, found, allowed })
     };
-    if !has(Column::Email) && !has(Column::Login) {
+    if !has(RosterColumn::Email) && !has(RosterColumn::Login) {
         return missing(sentence!("email address"), "“email”, “e-mail” or “login_id”");
     }
-    let named = has(Column::Name) || has(Column::Given) && has(Column::Family);
+    let named = has(RosterColumn::Name) || has(RosterColumn::Given) && has(RosterColumn::Family);
     if !named {
         return missing(sentence!("name"), "“name”, or “first_name” and “last_name”,");
     }
     Ok((columns, ignored))
 }
 
-fn entry(record: &csv::StringRecord, columns: &Columns) -> Result<Entry, (String, Refusal)> {
+fn entry(record: &csv::StringRecord, columns: &Columns) -> Result<RosterEntry, (String, Refusal)> {
     let field = |column| columns.get(&column).and_then(|index| record.get(*index)).unwrap_or_default();
     let given = |column| Some(field(column)).filter(|text| !text.is_empty());
-    let email = given(Column::Email).or_else(|| given(Column::Login)).unwrap_or_default().to_lowercase();
-    let whole = format!("{} {}", field(Column::Given), field(Column::Family)).trim().to_owned();
-    let name = if whole.is_empty() { field(Column::Name).to_owned() } else { whole };
+    let email = given(RosterColumn::Email).or_else(|| given(RosterColumn::Login)).unwrap_or_default().to_lowercase();
+    let whole = format!("{} {}", field(RosterColumn::Given), field(RosterColumn::Family)).trim().to_owned();
+    let name = if whole.is_empty() { field(RosterColumn::Name).to_owned() } else { whole };
     let shown = if name.is_empty() { email.clone() } else { format!("{name} <{email}>") };
     let refused = |refusal| (shown.clone(), refusal);
-    for column in [Column::Name, Column::Given, Column::Family, Column::RegistrarId, Column::Cohort] {
+    for column in
+        [RosterColumn::Name, RosterColumn::Given, RosterColumn::Family, RosterColumn::RegistrarId, RosterColumn::Cohort]
+    {
         check_text(field(column)).map_err(refused)?;
     }
     if email.is_empty() {
@@ -228,11 +232,11 @@ fn entry(record: &csv::StringRecord, columns: &Columns) -> Result<Entry, (String
     if name.is_empty() {
         return Err(refused(Refusal::NoName));
     }
-    Ok(Entry {
-        role: given(Column::Role).map(role).transpose().map_err(refused)?,
-        standing: given(Column::Status).map(standing).transpose().map_err(refused)?,
-        registrar_id: given(Column::RegistrarId).map(str::to_owned),
-        cohort: given(Column::Cohort).map(str::to_owned),
+    Ok(RosterEntry {
+        role: given(RosterColumn::Role).map(role).transpose().map_err(refused)?,
+        standing: given(RosterColumn::Status).map(standing).transpose().map_err(refused)?,
+        registrar_id: given(RosterColumn::RegistrarId).map(str::to_owned),
+        cohort: given(RosterColumn::Cohort).map(str::to_owned),
         email,
         name,
     })
@@ -272,16 +276,16 @@ fn role(text: &str) -> Result<Role, Refusal> {
     }
 }
 
-fn standing(text: &str) -> Result<Standing, Refusal> {
+fn standing(text: &str) -> Result<AccountStanding, Refusal> {
     match text.to_lowercase().as_str() {
-        "active" | "enrolled" | "aktiv" | "immatrikuliert" => Ok(Standing::Active),
-        "deleted" | "inactive" | "suspended" | "withdrawn" | "inaktiv" | "exmatrikuliert" => Ok(Standing::Gone),
+        "active" | "enrolled" | "aktiv" | "immatrikuliert" => Ok(AccountStanding::Active),
+        "deleted" | "inactive" | "suspended" | "withdrawn" | "inaktiv" | "exmatrikuliert" => Ok(AccountStanding::Gone),
         _ => Err(Refusal::BadStatus(text.to_owned())),
     }
 }
 
 /// Refuses every line whose address or number an earlier line has.
-fn refuse_repeats(rows: &mut [Row]) {
+fn refuse_repeats(rows: &mut [RosterRow]) {
     let mut addresses = BTreeMap::new();
     let mut numbers = BTreeMap::new();
     for row in rows {

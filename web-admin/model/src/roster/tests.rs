@@ -7,7 +7,7 @@ use uuid::Uuid;
 
 use super::*;
 
-fn entries(text: &str) -> Vec<Entry> {
+fn entries(text: &str) -> Vec<RosterEntry> {
     read(text.as_bytes()).unwrap().rows.into_iter().map(|row| row.entry.unwrap()).collect()
 }
 
@@ -32,8 +32,8 @@ fn canvas() {
     let roster = read(file.as_bytes()).unwrap();
     assert_eq!(roster.ignored, ["password"]);
     let entries = entries(file);
-    assert_eq!(entries[0].standing, Some(Standing::Active));
-    assert_eq!((entries[1].email.as_str(), entries[1].standing), ("bo@example.org", Some(Standing::Gone)));
+    assert_eq!(entries[0].standing, Some(AccountStanding::Active));
+    assert_eq!((entries[1].email.as_str(), entries[1].standing), ("bo@example.org", Some(AccountStanding::Gone)));
 }
 
 #[test]
@@ -80,8 +80,8 @@ fn a_hundred_thousand_lines_are_too_many() {
     assert_eq!(read(format!("email,name\n{lines}").as_bytes()), Err(Unreadable::TooLong));
 }
 
-fn known(number: u128, registrar: Option<&str>, email: &str, cohorts: &[&str]) -> Known {
-    Known {
+fn known(number: u128, registrar: Option<&str>, email: &str, cohorts: &[&str]) -> SchoolPerson {
+    SchoolPerson {
         id: Uuid::from_u128(number),
         registrar_id: registrar.map(str::to_owned),
         email: email.to_owned(),
@@ -92,9 +92,9 @@ fn known(number: u128, registrar: Option<&str>, email: &str, cohorts: &[&str]) -
     }
 }
 
-fn outcomes(file: &str, people: &[Known], wanted: &Wanted) -> Vec<Outcome> {
+fn outcomes(file: &str, people: &[SchoolPerson], wanted: &RosterRequest) -> Vec<RosterOutcome> {
     let unusable = BTreeSet::from(["elsewhere@b.c".to_owned()]);
-    let difference = Difference::of(&read(file.as_bytes()).unwrap(), people, &unusable, wanted);
+    let difference = RosterDifference::of(&read(file.as_bytes()).unwrap(), people, &unusable, wanted);
     difference.lines.into_iter().map(|line| line.outcome).collect()
 }
 
@@ -102,10 +102,10 @@ fn outcomes(file: &str, people: &[Known], wanted: &Wanted) -> Vec<Outcome> {
 fn the_number_finds_a_person_whose_address_and_name_are_new() {
     let people = [known(1, Some("7"), "ana@b.c", &["A"]), known(2, None, "bo@b.c", &[])];
     let file = "id,email,name,cohort\n7,ana.new@b.c,Ana Berg,A\n,bo@b.c,Ana Ek,\n8,bo@b.c,Ana Ek,\n9,new@b.c,New,B\n";
-    let [moved, same, _, new] = outcomes(file, &people, &Wanted::default()).try_into().unwrap();
-    let changes = vec![Change::Name("Ana Ek".to_owned()), Change::Email("ana@b.c".to_owned())];
-    assert_eq!(moved, Outcome::Changed { person: Uuid::from_u128(1), changes });
-    assert_eq!((same, new), (Outcome::Unchanged, Outcome::New));
+    let [moved, same, _, new] = outcomes(file, &people, &RosterRequest::default()).try_into().unwrap();
+    let changes = vec![RosterChange::Name("Ana Ek".to_owned()), RosterChange::Email("ana@b.c".to_owned())];
+    assert_eq!(moved, RosterOutcome::Changed { person: Uuid::from_u128(1), changes });
+    assert_eq!((same, new), (RosterOutcome::Unchanged, RosterOutcome::New));
 }
 
 #[test]
@@ -113,10 +113,10 @@ fn nobody_is_taken_for_somebody_else() {
     let mut people = [known(1, Some("7"), "ana@b.c", &[]), known(2, None, "bo@b.c", &[])];
     people[1].role = Role::Administrator;
     let file = "id,email,name\n7,bo@b.c,Ana Ek\n,elsewhere@b.c,Ana Ek\n";
-    let expected = [Refusal::EmailOfAnother, Refusal::EmailUnusable].map(Outcome::Refused);
-    assert_eq!(outcomes(file, &people, &Wanted::default()), expected);
-    let administrator = outcomes("email,name\nbo@b.c,Bo\n", &people, &Wanted::default());
-    assert_eq!(administrator, [Outcome::Refused(Refusal::OtherRole(Role::Administrator))]);
+    let expected = [Refusal::EmailOfAnother, Refusal::EmailUnusable].map(RosterOutcome::Refused);
+    assert_eq!(outcomes(file, &people, &RosterRequest::default()), expected);
+    let administrator = outcomes("email,name\nbo@b.c,Bo\n", &people, &RosterRequest::default());
+    assert_eq!(administrator, [RosterOutcome::Refused(Refusal::OtherRole(Role::Administrator))]);
 }
 
 #[test]
@@ -124,8 +124,8 @@ fn nobody_leaves_by_omission_unless_that_is_asked_and_then_only_the_cohorts_of_t
     let people = [known(1, None, "ana@b.c", &["A", "B"]), known(2, None, "bo@b.c", &["A"])];
     let roster = read(b"email,name\nbo@b.c,Ana Ek\n").unwrap();
     let leaving = |remove_missing| {
-        let wanted = Wanted { cohort: Some("A".to_owned()), remove_missing };
-        Difference::of(&roster, &people, &BTreeSet::new(), &wanted).leaving
+        let wanted = RosterRequest { cohort: Some("A".to_owned()), remove_missing };
+        RosterDifference::of(&roster, &people, &BTreeSet::new(), &wanted).leaving
     };
     assert_eq!(leaving(false), []);
     let [only] = leaving(true).try_into().unwrap();

@@ -7,7 +7,7 @@ const SEPARATORS: [u8; 4] = *b";,\t|";
 
 /// A file as text, with the separator of its fields.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Text {
+pub(super) struct RosterText {
     /// What stands in it, without mark of order or hint for spreadsheets; lines end in LF alone.
     pub body: String,
     /// Between fields.
@@ -18,16 +18,16 @@ pub(super) struct Text {
 
 /// Reads UTF-8 and UTF-16 by their marks, UTF-16 without one by its zeros, and anything that is none of them as Windows'
 /// western code page, which German and French Excel still write.
-pub(super) fn read(bytes: &[u8]) -> Text {
+pub(super) fn read(bytes: &[u8]) -> RosterText {
     let (decoded, _) = encoding(bytes).decode_with_bom_removal(bytes);
     // The reader of CSV counts a line that ends in CR LF when it reads on, so that every line is told one too early.
     let body = decoded.replace("\r\n", "\n").replace('\r', "\n");
     // Excel writes and obeys a first line that names the separator.
     let (head, rest) = body.split_once('\n').unwrap_or((body.as_str(), ""));
     if let Some(separator) = head.trim_end().strip_prefix("sep=").and_then(|s| s.bytes().next()) {
-        return Text { body: rest.to_owned(), separator, skipped: 1 };
+        return RosterText { body: rest.to_owned(), separator, skipped: 1 };
     }
-    Text { separator: separator(head), body, skipped: 0 }
+    RosterText { separator: separator(head), body, skipped: 0 }
 }
 
 fn encoding(bytes: &[u8]) -> &'static Encoding {
@@ -75,7 +75,11 @@ mod tests {
             utf16(b"", u16::to_le_bytes),
             western,
         ] {
-            assert_eq!(read(&bytes), Text { body: text.replace('\r', ""), separator: b';', skipped: 0 }, "{bytes:?}");
+            assert_eq!(
+                read(&bytes),
+                RosterText { body: text.replace('\r', ""), separator: b';', skipped: 0 },
+                "{bytes:?}"
+            );
         }
     }
 
@@ -86,6 +90,6 @@ mod tests {
         assert_eq!(separator("a\tb\tc"), '\t');
         assert_eq!(separator("\"a,b,c\";d"), ';');
         assert_eq!(separator("email"), ';');
-        assert_eq!(read(b"sep=|\r\na|b"), Text { body: "a|b".to_owned(), separator: b'|', skipped: 1 });
+        assert_eq!(read(b"sep=|\r\na|b"), RosterText { body: "a|b".to_owned(), separator: b'|', skipped: 1 });
     }
 }

@@ -10,14 +10,14 @@ pub const LEAST: usize = 5;
 
 /// Groups by name, and how many answers are in those that are hidden.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Groups<'a, T> {
+pub struct ResponseGroups<'a, T> {
     /// Name and answers.
     pub shown: Vec<(String, Vec<&'a T>)>,
     /// Answers in hidden groups.
     pub hidden: usize,
 }
 
-impl<'a, T> Groups<'a, T> {
+impl<'a, T> ResponseGroups<'a, T> {
     /// Answers by a name that each has; those without one are left out. `whole` hides nothing.
     pub fn new(rows: &[&'a T], name: impl Fn(&T) -> Option<String>, whole: bool) -> Self {
         let mut named: BTreeMap<String, Vec<&'a T>> = BTreeMap::new();
@@ -56,7 +56,7 @@ mod tests {
     fn groups(sizes: &[(&'static str, usize)], whole: bool) -> (Vec<(String, usize)>, usize) {
         let rows: Vec<&str> = sizes.iter().flat_map(|(name, n)| vec![*name; *n]).collect();
         let rows: Vec<&&str> = rows.iter().collect();
-        let groups = Groups::new(&rows, |name| Some((*name).to_owned()), whole);
+        let groups = ResponseGroups::new(&rows, |name| Some((*name).to_owned()), whole);
         assert_eq!(groups.all().len() + groups.hidden, rows.len());
         (groups.shown.iter().map(|(name, rows)| (name.clone(), rows.len())).collect(), groups.hidden)
     }

@@ -11,11 +11,11 @@ use phrase::Phrase;
 use serde::Serialize;
 use uuid::Uuid;
 
-use super::groups::Groups;
+use super::groups::ResponseGroups;
 
 /// A response, as it is analysed.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row<'a> {
+pub struct ResponseRow<'a> {
     /// The response: random, and all that is known of an anonymous one.
     pub id: Uuid,
     /// `professional`, or the person's role.
@@ -30,7 +30,7 @@ pub struct Row<'a> {
     pub scores: Vec<Option<f64>>,
 }
 
-impl Row<'_> {
+impl ResponseRow<'_> {
     fn number_at(&self, item: usize) -> Option<f64> {
         self.answers.get(item)?.as_ref()?.number()
     }
@@ -39,7 +39,7 @@ impl Row<'_> {
 /// A figure, or why there is none.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
-pub enum Figure<T> {
+pub enum SurveyFigure<T> {
     /// It.
     Value(T),
     /// Why there is none.
@@ -49,7 +49,7 @@ pub enum Figure<T> {
     },
 }
 
-impl<T> Figure<T> {
+impl<T> SurveyFigure<T> {
     fn of<U>(found: Result<U, NotComputable>, take: impl FnOnce(U) -> T) -> Self {
         match found {
             Ok(value) => Self::Value(take(value)),
@@ -80,7 +80,7 @@ pub struct Quartiles {
 
 /// A value with its 95 % interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Interval {
+pub struct ConfidenceInterval {
     /// The value.
     pub value: f64,
     /// Lower end.
@@ -91,14 +91,14 @@ pub struct Interval {
     pub n: usize,
 }
 
-impl From<statistics::Estimate> for Interval {
+impl From<statistics::Estimate> for ConfidenceInterval {
     fn from(e: statistics::Estimate) -> Self {
         Self { value: e.value, low: e.low, high: e.high, n: e.n }
     }
 }
 
-fn quartiles(values: &[f64]) -> Figure<Quartiles> {
-    Figure::of(statistics::summary(values), |s| Quartiles {
+fn quartiles(values: &[f64]) -> SurveyFigure<Quartiles> {
+    SurveyFigure::of(statistics::summary(values), |s| Quartiles {
         lower: s.lower_quartile,
         median: s.median,
         upper: s.upper_quartile,
@@ -117,7 +117,7 @@ pub struct Results {
     /// Every score.
     pub scores: Vec<ScoreResult>,
     /// Mean of the items' content validity, over all groups; absent where no item is judged for it.
-    pub scale_content_validity: Option<Figure<Interval>>,
+    pub scale_content_validity: Option<SurveyFigure<ConfidenceInterval>>,
 }
 
 /// How an item was answered.
@@ -138,7 +138,7 @@ pub struct ItemResult {
     /// Role by role.
     pub groups: Vec<ItemGroup>,
     /// Share of all who answered that call it relevant.
-    pub content_validity: Option<Figure<Interval>>,
+    pub content_validity: Option<SurveyFigure<ConfidenceInterval>>,
 }
 
 /// How a group answered an item.
@@ -153,7 +153,7 @@ pub struct ItemGroup {
     /// How often each label was given.
     pub counts: Vec<usize>,
     /// Of answers that are numbers.
-    pub quartiles: Figure<Quartiles>,
+    pub quartiles: SurveyFigure<Quartiles>,
 }
 
 /// How a score came out.
@@ -168,9 +168,9 @@ pub struct ScoreResult {
     /// Role by role.
     pub groups: Vec<ScoreGroup>,
     /// Cronbach's α: of each role, then of all.
-    pub alpha: Vec<(String, Figure<Alpha>)>,
+    pub alpha: Vec<(String, SurveyFigure<Alpha>)>,
     /// Agreement of all who answered every item about the items.
-    pub agreement: Figure<Agreement>,
+    pub agreement: SurveyFigure<RaterAgreement>,
 }
 
 /// The scores of a group.
@@ -183,9 +183,9 @@ pub struct ScoreGroup {
     /// Responses without a score.
     pub without: usize,
     /// Mean with its interval.
-    pub mean: Figure<Interval>,
+    pub mean: SurveyFigure<ConfidenceInterval>,
     /// Median and quartiles.
-    pub quartiles: Figure<Quartiles>,
+    pub quartiles: SurveyFigure<Quartiles>,
 }
 
 /// Cronbach's α.
@@ -203,7 +203,7 @@ pub struct Alpha {
 
 /// Intraclass correlations: items as objects, people as raters.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Agreement {
+pub struct RaterAgreement {
     /// ICC(2,1).
     pub icc_2_1: f64,
     /// ICC(2,k), where it can be computed.
@@ -223,8 +223,8 @@ pub struct Agreement {
 impl Results {
     /// What the rows of a survey say, small groups hidden unless the reader may see the whole.
     #[must_use]
-    pub fn new(instrument: &Instrument, rows: &[&Row<'_>], whole: bool) -> Self {
-        let groups = Groups::new(rows, |row: &Row<'_>| Some(row.role.to_owned()), whole);
+    pub fn new(instrument: &Instrument, rows: &[&ResponseRow<'_>], whole: bool) -> Self {
+        let groups = ResponseGroups::new(rows, |row: &ResponseRow<'_>| Some(row.role.to_owned()), whole);
         let pages = instrument.pages();
         let headed = pages.iter().flat_map(|(section, items)| items.iter().map(move |at| (*section, *at)));
         let items: Vec<ItemResult> = headed
@@ -266,7 +266,12 @@ pub fn answers_of(instrument: &Instrument, item: &Item) -> Vec<(String, String)>
 }
 
 /// The item's distribution; none for a text.
-fn item(instrument: &Instrument, at: usize, section: &str, groups: &Groups<'_, Row<'_>>) -> Option<ItemResult> {
+fn item(
+    instrument: &Instrument,
+    at: usize,
+    section: &str,
+    groups: &ResponseGroups<'_, ResponseRow<'_>>,
+) -> Option<ItemResult> {
     let item = &instrument.items[at];
     let scale = instrument.scale(item)?;
     if matches!(scale, ScaleKind::Text { .. }) {
@@ -283,13 +288,13 @@ fn item(instrument: &Instrument, at: usize, section: &str, groups: &Groups<'_, R
         groups: groups.shown.iter().map(|(name, rows)| item_group(name, rows, at, &ids)).collect(),
         content_validity: relevant_from(scale).map(|from| {
             let ratings = ratings(&groups.all(), at, from);
-            Figure::of(statistics::content_validity(&ratings), |found| interval_of_share(found.value, found.n))
+            SurveyFigure::of(statistics::content_validity(&ratings), |found| interval_of_share(found.value, found.n))
         }),
         labels: answers.into_iter().map(|(_, label)| label).collect(),
     })
 }
 
-fn item_group(name: &str, rows: &[&Row<'_>], at: usize, ids: &[&str]) -> ItemGroup {
+fn item_group(name: &str, rows: &[&ResponseRow<'_>], at: usize, ids: &[&str]) -> ItemGroup {
     let mut counts = vec![0; ids.len()];
     let mut numbers = Vec::new();
     let mut n = 0;
@@ -324,20 +329,23 @@ fn relevant_from(scale: &ScaleKind) -> Option<f64> {
 }
 
 /// Ratings as the index counts them: 4 for relevant, 1 for not.
-fn ratings(rows: &[&Row<'_>], at: usize, from: f64) -> Vec<Option<u8>> {
+fn ratings(rows: &[&ResponseRow<'_>], at: usize, from: f64) -> Vec<Option<u8>> {
     rows.iter().map(|row| row.number_at(at).map(|number| if number >= from { 4 } else { 1 })).collect()
 }
 
 /// A share with Wilson's interval.
-fn interval_of_share(share: f64, n: usize) -> Interval {
+fn interval_of_share(share: f64, n: usize) -> ConfidenceInterval {
     let relevant = (share * n as f64).round() as usize;
     match statistics::wilson(relevant, n) {
-        Ok(estimate) => Interval { value: share, ..estimate.into() },
-        Err(_) => Interval { value: share, low: share, high: share, n },
+        Ok(estimate) => ConfidenceInterval { value: share, ..estimate.into() },
+        Err(_) => ConfidenceInterval { value: share, low: share, high: share, n },
     }
 }
 
-fn scale_content_validity(instrument: &Instrument, rows: &[&Row<'_>]) -> Option<Figure<Interval>> {
+fn scale_content_validity(
+    instrument: &Instrument,
+    rows: &[&ResponseRow<'_>],
+) -> Option<SurveyFigure<ConfidenceInterval>> {
     let judged = instrument.items.iter().enumerate();
     let judged = judged.filter_map(|(at, item)| Some((at, relevant_from(instrument.scale(item)?)?)));
     let items: Vec<Vec<Option<u8>>> = judged.map(|(at, from)| ratings(rows, at, from)).collect();
@@ -346,12 +354,22 @@ fn scale_content_validity(instrument: &Instrument, rows: &[&Row<'_>]) -> Option<
     }
     // A mean of shares: it has no interval of its own.
     let found = statistics::scale_content_validity(&items);
-    Some(Figure::of(found, |found| Interval { value: found.value, low: found.value, high: found.value, n: found.n }))
+    Some(SurveyFigure::of(found, |found| ConfidenceInterval {
+        value: found.value,
+        low: found.value,
+        high: found.value,
+        n: found.n,
+    }))
 }
 
-fn score(instrument: &Instrument, at: usize, key: &ScoreKey, groups: &Groups<'_, Row<'_>>) -> ScoreResult {
+fn score(
+    instrument: &Instrument,
+    at: usize,
+    key: &ScoreKey,
+    groups: &ResponseGroups<'_, ResponseRow<'_>>,
+) -> ScoreResult {
     let (all, scorer) = (groups.all(), Scorer::new(instrument, key));
-    let mut alpha: Vec<(String, Figure<Alpha>)> =
+    let mut alpha: Vec<(String, SurveyFigure<Alpha>)> =
         groups.shown.iter().map(|(name, rows)| (name.clone(), alpha_of(&scorer, rows))).collect();
     if groups.shown.len() != 1 {
         alpha.push(("all".to_owned(), alpha_of(&scorer, &all)));
@@ -368,20 +386,20 @@ fn score(instrument: &Instrument, at: usize, key: &ScoreKey, groups: &Groups<'_,
 
 /// The scores of a group, by the place of the score in the instrument.
 #[must_use]
-pub fn score_group(name: &str, rows: &[&Row<'_>], at: usize) -> ScoreGroup {
+pub fn score_group(name: &str, rows: &[&ResponseRow<'_>], at: usize) -> ScoreGroup {
     let values: Vec<f64> = rows.iter().filter_map(|row| row.scores[at]).collect();
     ScoreGroup {
         group: name.to_owned(),
         n: values.len(),
         without: rows.len() - values.len(),
-        mean: Figure::of(statistics::mean(&values), Interval::from),
+        mean: SurveyFigure::of(statistics::mean(&values), ConfidenceInterval::from),
         quartiles: quartiles(&values),
     }
 }
 
-fn alpha_of(scorer: &Scorer<'_>, rows: &[&Row<'_>]) -> Figure<Alpha> {
+fn alpha_of(scorer: &Scorer<'_>, rows: &[&ResponseRow<'_>]) -> SurveyFigure<Alpha> {
     let table: Vec<Vec<Option<f64>>> = rows.iter().map(|row| scorer.item_counts(row.answers)).collect();
-    Figure::of(statistics::cronbach_alpha(&table), |found| Alpha {
+    SurveyFigure::of(statistics::cronbach_alpha(&table), |found| Alpha {
         alpha: found.alpha,
         items: found.items,
         n: found.n,
@@ -389,12 +407,12 @@ fn alpha_of(scorer: &Scorer<'_>, rows: &[&Row<'_>]) -> Figure<Alpha> {
     })
 }
 
-fn agreement(scorer: &Scorer<'_>, items: usize, rows: &[&Row<'_>]) -> Figure<Agreement> {
+fn agreement(scorer: &Scorer<'_>, items: usize, rows: &[&ResponseRow<'_>]) -> SurveyFigure<RaterAgreement> {
     let given = rows.iter().map(|row| scorer.item_counts(row.answers));
     let complete: Vec<Vec<Option<f64>>> = given.filter(|counts| counts.iter().all(Option::is_some)).collect();
     let by_item: Vec<Vec<Option<f64>>> =
         (0..items).map(|item| complete.iter().map(|counts| counts[item]).collect()).collect();
-    Figure::of(statistics::intraclass_correlation(&by_item), |found| Agreement {
+    SurveyFigure::of(statistics::intraclass_correlation(&by_item), |found| RaterAgreement {
         icc_2_1: found.single_random,
         icc_2_k: found.average_random,
         icc_3_1: found.single_fixed,
@@ -407,6 +425,6 @@ fn agreement(scorer: &Scorer<'_>, items: usize, rows: &[&Row<'_>]) -> Figure<Agr
 
 /// Spearman's ρ of scores with a figure of the attempts behind them.
 #[must_use]
-pub fn correlation(pairs: &[(f64, f64)]) -> Figure<Interval> {
-    Figure::of(statistics::spearman(pairs), Interval::from)
+pub fn correlation(pairs: &[(f64, f64)]) -> SurveyFigure<ConfidenceInterval> {
+    SurveyFigure::of(statistics::spearman(pairs), ConfidenceInterval::from)
 }

@@ -11,7 +11,7 @@ const HEIGHT: f64 = 200.0;
 
 /// The curve with its lines. `key` makes the ids unique on the page.
 #[must_use]
-pub fn draw_learning_curve(points: &[CurvePoint], rule: &Rule, key: &str, title: &str) -> String {
+pub fn draw_learning_curve(points: &[LearningPoint], rule: &Rule, key: &str, title: &str) -> String {
     let id = format!("curve-{key}");
     let caption = Caption { id: &id, class: "scores", title, description: &describe_crossings(points) };
     let area = Area { x: 40.0, y: 10.0, width: WIDTH - 112.0, height: HEIGHT - 48.0 };

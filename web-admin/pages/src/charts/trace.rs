@@ -1,6 +1,6 @@
 //! A strip of a force trace that says nothing else, with marks on it and, afterwards, the pops.
 
-use model::series::Span;
+use model::series::TimeSpan;
 
 use super::DrawingSize;
 use super::plot::Plot;
@@ -23,7 +23,7 @@ pub struct TraceStrip<'a> {
     /// Least and greatest force of the whole trace, in N.
     pub force_n: Extent,
     /// The force.
-    pub spans: &'a [Span],
+    pub spans: &'a [TimeSpan],
     /// Marks over the whole trace, in s.
     pub marks: &'a [f64],
     /// Pops over the whole trace, in s; none until they may be shown.
@@ -80,8 +80,8 @@ mod tests {
 
     use super::*;
 
-    fn span(t_s: f64) -> Span {
-        Span { t_s, depth_min_mm: 0.0, depth_max_mm: 0.0, force_min_n: 0.5, force_max_n: 1.0, lateral_max_n: 0.0 }
+    fn span(t_s: f64) -> TimeSpan {
+        TimeSpan { t_s, depth_min_mm: 0.0, depth_max_mm: 0.0, force_min_n: 0.5, force_max_n: 1.0, lateral_max_n: 0.0 }
     }
 
     #[test]

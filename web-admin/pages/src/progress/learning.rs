@@ -7,7 +7,7 @@ use assessment::statistics::{Estimate, Summary};
 use time::OffsetDateTime;
 
 use crate::{Shell, StatusWord, charts, format, metric};
-use model::progress::{Attempt, CurveRule, Habits, Line, StepProgress};
+use model::progress::{CurveRule, Habits, RubricHabit, ScoredAttempt, StepProgress};
 
 /// The page.
 #[derive(Debug, Template, WebTemplate)]
@@ -110,7 +110,7 @@ impl HabitsView {
     /// Habits over attempts, whose pages stand in the same order.
     #[must_use]
     pub fn new(found: Habits, pages: &[String]) -> Self {
-        let row = |line: Line| HabitRow {
+        let row = |line: RubricHabit| HabitRow {
             label: metric::metric_label(&line.metric),
             points: line.mean_points,
             costly: (line.costly, line.judged),
@@ -185,7 +185,7 @@ impl CurveRow {
     #[must_use]
     pub fn all(step: &StepProgress) -> Vec<Self> {
         let points = step.curve.as_ref().map_or(&[][..], |curve| &curve.points);
-        let row = |(i, attempt): (usize, &Attempt)| Self {
+        let row = |(i, attempt): (usize, &ScoredAttempt)| Self {
             number: i + 1,
             href: format!("/sessions/{}", attempt.session),
             at: attempt.at,
@@ -199,7 +199,7 @@ impl CurveRow {
     }
 }
 
-fn find_in_curve(points: &[CurvePoint], at: usize) -> CurveFinding {
+fn find_in_curve(points: &[LearningPoint], at: usize) -> CurveFinding {
     let before = at.checked_sub(1).and_then(|i| points.get(i)).map_or(Standing::NotYet, |p| p.standing);
     match (points.get(at).and_then(|p| p.crossed), before) {
         (None, _) => CurveFinding::Nothing,

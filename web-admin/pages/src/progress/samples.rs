@@ -13,7 +13,7 @@ use super::{
 use crate::trainee::score_points;
 use crate::{StatusWord, charts, samples};
 use model::Role;
-use model::progress::{Attempt, Concern, Course, Habits, Mastery, Progress};
+use model::progress::{Concern, Course, Habits, Mastery, Progress, ScoredAttempt};
 
 fn by_curve() -> (Course, Mastery) {
     let CusumParams { p0, p1, alpha, beta } = CusumParams { p0: 0.2, p1: 0.4, alpha: 0.05, beta: 0.1 };
@@ -23,7 +23,7 @@ fn by_curve() -> (Course, Mastery) {
 }
 
 /// So many attempts at the first exercise, one in seven failed, on two revisions.
-fn practised(attempts: usize) -> Vec<Attempt> {
+fn practised(attempts: usize) -> Vec<ScoredAttempt> {
     let scores: Vec<(&str, f64)> =
         (0..attempts).map(|i| ("feel-the-layers", if i % 7 == 2 { 41.0 } else { 74.0 + (i % 9) as f64 })).collect();
     let mut made = samples::history(&scores, 1);

@@ -127,7 +127,7 @@ mod tests {
     use super::*;
     use crate::samples;
     use model::Role;
-    use model::segments::Verdict;
+    use model::segments::MarksVerdict;
 
     fn task() -> TaskRow {
         TaskRow {
@@ -143,7 +143,7 @@ mod tests {
     }
 
     fn outcome() -> TraceOutcome {
-        let verdict = Verdict::of(&[1.0, 2.0, 3.0], &[1.05, 2.1, 7.0]);
+        let verdict = MarksVerdict::of(&[1.0, 2.0, 3.0], &[1.05, 2.1, 7.0]);
         TraceOutcome { sent: 1, traces: 3, verdict, late: true, extended_days: 2, ..TraceOutcome::default() }
     }
 

@@ -8,8 +8,8 @@ use crate::charts;
 use crate::charts::{Extent, TRACE_LEFT, TRACE_RIGHT, TraceStrip};
 use crate::segments::{TaskRow, as_milliseconds};
 use crate::{Shell, assets, format};
-use model::segments::{MOST_MARKS, TOLERANCE_S, Verdict};
-use model::series::Span;
+use model::segments::{MOST_MARKS, MarksVerdict, TOLERANCE_S};
+use model::series::TimeSpan;
 
 /// Empty fields beside those that are filled in.
 const SPARE: usize = 4;
@@ -55,7 +55,7 @@ pub struct StripView {
 #[derive(Clone, Debug, PartialEq)]
 pub struct TraceTruth {
     /// Marks against pops; absent where whoever teaches looks at the pops.
-    pub verdict: Option<Verdict>,
+    pub verdict: Option<MarksVerdict>,
     /// The pops, in s.
     pub pops: Vec<f64>,
 }
@@ -83,8 +83,8 @@ impl PopLine {
 impl StripView {
     /// The strips of a trace, with marks and, once they may be shown, pops.
     #[must_use]
-    pub fn all(spans: &[Vec<Span>], strips: &[(f64, f64)], marks: &[f64], pops: &[f64]) -> Vec<Self> {
-        let ends = |pick: fn(&Span) -> f64| spans.iter().flatten().map(pick);
+    pub fn all(spans: &[Vec<TimeSpan>], strips: &[(f64, f64)], marks: &[f64], pops: &[f64]) -> Vec<Self> {
+        let ends = |pick: fn(&TimeSpan) -> f64| spans.iter().flatten().map(pick);
         let low = ends(|span| span.force_min_n).fold(0.0, f64::min);
         let high = ends(|span| span.force_max_n).fold(0.0, f64::max);
         let view = |(at, (from_s, to_s)): (usize, &(f64, f64))| {
@@ -150,7 +150,7 @@ mod tests {
     use model::Role;
 
     fn page(found: Option<TraceTruth>) -> TracePage {
-        let span = |n: u32| Span {
+        let span = |n: u32| TimeSpan {
             t_s: f64::from(n) * 0.1,
             depth_min_mm: 0.0,
             depth_max_mm: 0.0,
@@ -195,7 +195,7 @@ mod tests {
     #[test]
     fn afterwards_pops_stand_beside_the_marks() {
         let pops = vec![2.1, 4.0];
-        let verdict = Verdict::of(&pops, &[2.0, 6.1]);
+        let verdict = MarksVerdict::of(&pops, &[2.0, 6.1]);
         let html = samples::keep_page("segments-trace-sent", &page(Some(TraceTruth { verdict: Some(verdict), pops })));
         for wanted in ["class=\"pop\"", "1 of 2", "−100 ms", "missed", "no pop here"] {
             assert!(html.contains(wanted), "{wanted} is missing in {html}");

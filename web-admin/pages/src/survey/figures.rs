@@ -1,19 +1,19 @@
 //! Figures of a survey in words.
 
 use crate::format;
-use model::survey::results::{Agreement, Alpha, Figure, Interval, Quartiles};
+use model::survey::results::{Alpha, ConfidenceInterval, Quartiles, RaterAgreement, SurveyFigure};
 
 /// A figure in words, or why there is none.
-fn say_figure<T>(figure: &Figure<T>, words: impl Fn(&T) -> String) -> String {
+fn say_figure<T>(figure: &SurveyFigure<T>, words: impl Fn(&T) -> String) -> String {
     match figure {
-        Figure::Value(value) => words(value),
-        Figure::None { not_computable } => tr!("not computable: {why}", why = words::phrase(not_computable)),
+        SurveyFigure::Value(value) => words(value),
+        SurveyFigure::None { not_computable } => tr!("not computable: {why}", why = words::phrase(not_computable)),
     }
 }
 
 /// 3.0 (2.0–4.0).
 #[must_use]
-pub fn say_quartiles(figure: &Figure<Quartiles>) -> String {
+pub fn say_quartiles(figure: &SurveyFigure<Quartiles>) -> String {
     say_figure(figure, |q| {
         format!(
             "{} ({}–{})",
@@ -26,7 +26,7 @@ pub fn say_quartiles(figure: &Figure<Quartiles>) -> String {
 
 /// 68.1 (60.2 to 76.0).
 #[must_use]
-pub fn say_interval(figure: &Figure<Interval>) -> String {
+pub fn say_interval(figure: &SurveyFigure<ConfidenceInterval>) -> String {
     say_figure(figure, |i| {
         tr!(
             "{value} ({low} to {high})",
@@ -39,7 +39,7 @@ pub fn say_interval(figure: &Figure<Interval>) -> String {
 
 /// 0.87 (12 of 12).
 #[must_use]
-pub fn say_validity(figure: &Figure<Interval>) -> String {
+pub fn say_validity(figure: &SurveyFigure<ConfidenceInterval>) -> String {
     say_figure(figure, |i| {
         tr!(
             "{value} (n = {n}, {low} to {high})",
@@ -53,7 +53,7 @@ pub fn say_validity(figure: &Figure<Interval>) -> String {
 
 /// α with what it rests on.
 #[must_use]
-pub fn say_alpha(figure: &Figure<Alpha>) -> String {
+pub fn say_alpha(figure: &SurveyFigure<Alpha>) -> String {
     say_figure(figure, |a| {
         tr!(
             "{value} (n = {n}, {missing} incomplete)",
@@ -66,7 +66,7 @@ pub fn say_alpha(figure: &Figure<Alpha>) -> String {
 
 /// The four correlations with what they rest on.
 #[must_use]
-pub fn say_agreement(figure: &Figure<Agreement>) -> String {
+pub fn say_agreement(figure: &SurveyFigure<RaterAgreement>) -> String {
     say_figure(figure, |a| {
         let [two_one, three_one, three_k] = [a.icc_2_1, a.icc_3_1, a.icc_3_k].map(format::format_number);
         let two_k = a.icc_2_k.map_or_else(|| "–".to_owned(), format::format_number);
@@ -82,7 +82,7 @@ pub fn say_agreement(figure: &Figure<Agreement>) -> String {
 
 /// S-CVI/Ave: a mean of shares has no interval of its own.
 #[must_use]
-pub fn say_scale_validity(figure: &Figure<Interval>) -> String {
+pub fn say_scale_validity(figure: &SurveyFigure<ConfidenceInterval>) -> String {
     say_figure(figure, |i| {
         trn!("{value}, over {n} item", "{value}, over {n} items", i.n, value = format::format_number(i.value))
     })

@@ -10,7 +10,9 @@ use crate::charts;
 use crate::charts::{BoxRow, Extent, LikertBar};
 use crate::{Shell, format};
 use model::survey::Identity;
-use model::survey::results::{Figure, Interval, ItemGroup, ItemResult, Results, ScoreGroup, ScoreResult};
+use model::survey::results::{
+    ConfidenceInterval, ItemGroup, ItemResult, Results, ScoreGroup, ScoreResult, SurveyFigure,
+};
 
 /// The results of a survey.
 #[derive(Debug, Template, WebTemplate)]
@@ -94,7 +96,7 @@ pub struct ScatteredScore {
     /// The figure and the score of each response; none where too few are to be shown.
     pub points: Vec<(f64, f64)>,
     /// Spearman's ρ.
-    pub rho: Figure<Interval>,
+    pub rho: SurveyFigure<ConfidenceInterval>,
 }
 
 /// Scores against a figure of the attempts.

@@ -15,7 +15,7 @@ use crate::charts::Extent;
 use crate::samples::{NOW, keep_page, shell};
 use model::mail::LetterDelivery;
 use model::survey::Identity;
-use model::survey::results::{Results, Row, correlation, score_group};
+use model::survey::results::{ResponseRow, Results, correlation, score_group};
 use model::{Moment, Role};
 use words::Language;
 
@@ -226,10 +226,10 @@ fn answers(instrument: &Instrument, n: usize) -> Vec<Vec<Option<Answer>>> {
 
 fn results_page(instrument: &Instrument, owner: bool) -> ResultsPage {
     let given = answers(instrument, 24);
-    let rows: Vec<Row<'_>> = given
+    let rows: Vec<ResponseRow<'_>> = given
         .iter()
         .enumerate()
-        .map(|(n, answers)| Row {
+        .map(|(n, answers)| ResponseRow {
             id: Uuid::from_u128(n as u128),
             role: if n % 2 == 0 { "professional" } else { "trainee" },
             attempt: [Some("stop-in-the-fat"), None, None],
@@ -238,7 +238,7 @@ fn results_page(instrument: &Instrument, owner: bool) -> ResultsPage {
             answers,
         })
         .collect();
-    let rows: Vec<&Row<'_>> = rows.iter().collect();
+    let rows: Vec<&ResponseRow<'_>> = rows.iter().collect();
     let points: Vec<(f64, f64)> =
         rows.iter().zip(1..).filter_map(|(row, n)| Some((f64::from(n), row.scores[0]?))).collect();
     let comment = SurveyComment {

@@ -10,7 +10,7 @@ use crate::worker;
 use acts::accounts;
 use acts::{drafting, ratings, regrading, roster_import, surveys};
 use model::CurrentPerson;
-use model::roster::Wanted;
+use model::roster::RosterRequest;
 use model::survey::Survey;
 use store::account_links::Purpose;
 use store::ratings::NewRound;
@@ -43,7 +43,7 @@ pub(super) async fn open_doors(state: &AppState, administrator: &CurrentPerson) 
     let exercise = exercises.first().context("an exercise")?;
     let draft = drafting::exercise(state, administrator, &exercise.exercise_id, None).await?;
     let roster = send_roster();
-    let wanted = Wanted { cohort: None, remove_missing: true };
+    let wanted = RosterRequest { cohort: None, remove_missing: true };
     let roster = roster_import::keep(state, administrator, "roster.csv", roster.as_bytes(), &wanted).await?;
     doors.administrator = vec![format!("/drafts/{draft}"), format!("/people/rosters/{roster}")];
     let regrading = regrading::exercise::look(state, &instructor, &exercise.exercise_id, exercise.id).await?;

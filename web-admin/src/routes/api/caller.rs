@@ -16,12 +16,12 @@ use crate::routes::auth::asked_by;
 use crate::routes::auth::person_of;
 use acts::error::Error;
 use acts::secret;
-use acts::stations::Station;
+use acts::stations::CallingStation;
 use model::CurrentPerson;
 use store::audit::Actor;
 use store::people::{self, Person};
 use store::tokens::{self, Token};
-use store::uploads::Owner;
+use store::uploads::UploadOwner;
 
 /// Who is calling.
 #[derive(Clone, Debug)]
@@ -29,7 +29,7 @@ pub(super) enum Caller {
     /// A person, by their own token or signed in.
     Person(CurrentPerson),
     /// A training station, which uploads for whoever the recording names.
-    Station(Station),
+    Station(CallingStation),
 }
 
 impl Caller {
@@ -64,7 +64,7 @@ impl Caller {
     }
 
     /// The station; a person is none.
-    pub(super) const fn station(&self) -> Result<&Station, Error> {
+    pub(super) const fn station(&self) -> Result<&CallingStation, Error> {
         match self {
             Self::Station(station) => Ok(station),
             Self::Person(_) => Err(Error::Forbidden("this needs the token of a training station")),
@@ -72,12 +72,12 @@ impl Caller {
     }
 
     /// As the owner of an upload in pieces.
-    pub(super) fn owner(&self) -> Owner {
+    pub(super) fn owner(&self) -> UploadOwner {
         let (person_id, station_id) = match self {
             Self::Person(person) => (Some(person.id), None),
             Self::Station(station) => (None, Some(station.id)),
         };
-        Owner { school_id: self.school_id(), person_id, station_id }
+        UploadOwner { school_id: self.school_id(), person_id, station_id }
     }
 }
 
@@ -136,7 +136,7 @@ async fn caller_of_token(state: &AppState, token: &str) -> Result<Option<Caller>
     }
     acts::stations::note_station_sight(state, &token).await?;
     let Token { id, school_id, station, .. } = token;
-    Ok(Some(Caller::Station(Station { school_id, id, name: station.unwrap_or_default() })))
+    Ok(Some(Caller::Station(CallingStation { school_id, id, name: station.unwrap_or_default() })))
 }
 
 impl<S: Send + Sync> FromRequestParts<S> for Caller {

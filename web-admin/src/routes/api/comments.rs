@@ -14,13 +14,14 @@ use super::{ApiId, ApiJson};
 use crate::AppState;
 use crate::error::{ApiError, ProblemDocument};
 use acts::error::Error;
-use model::comment::{Comment, Typed};
-use store::comments::{self, Kept};
+use model::comment::{Comment, TypedComment};
+use store::comments;
+use store::comments::CommentRecord;
 
 /// Comments by their moment, then answers by the time they were given.
 #[derive(Debug, Serialize, ToSchema)]
 pub(super) struct Comments {
-    comments: Vec<Kept>,
+    comments: Vec<CommentRecord>,
 }
 
 /// What was said about an attempt.
@@ -65,7 +66,7 @@ pub(super) async fn add_comment(
 ) -> Result<(StatusCode, Json<Added>), ApiError> {
     let session = find_session(&state, &caller, id).await?;
     let to_s = new.to_s.map_or_else(String::new, |to_s| to_s.to_string());
-    let typed = Typed { kind: new.kind, from_s: new.from_s.to_string(), to_s, body: new.body };
+    let typed = TypedComment { kind: new.kind, from_s: new.from_s.to_string(), to_s, body: new.body };
     let comment = Comment::parse(&typed, session.duration_s);
     let comment = comment.map_err(|refused| Error::Unprocessable(refused.to_string()))?;
     let id = said::add_comment(&state, caller.person()?, &session, &comment).await?;

@@ -15,10 +15,12 @@ use crate::error::{ApiError, ProblemDocument};
 use acts::assignments as teaching;
 use acts::error::Error;
 use model::Moment;
-use model::assignment::{self, Stage, Task};
+use model::assignment;
+use model::assignment::{AssignmentStage, AssignmentTask};
 use model::due::local;
 use model::progress::{Course, Mastery, Progress, StepProgress, StepState};
-use store::curricula::{self, Curriculum};
+use store::curricula;
+use store::curricula::TaughtCurriculum;
 use store::exercises::{self, Revision, RevisionBytes};
 use store::practice;
 
@@ -69,9 +71,9 @@ struct AssignedView {
 }
 
 impl AssignedView {
-    fn new(standing: &assignment::Standing) -> Self {
+    fn new(standing: &assignment::AssignmentStanding) -> Self {
         let assigned = &standing.assigned;
-        let left = if let Stage::Open { left } = standing.stage { left } else { None };
+        let left = if let AssignmentStage::Open { left } = standing.stage { left } else { None };
         Self {
             assignment_id: assigned.id,
             due_at: assigned.due_at.map(|at| local(at, &assigned.time_zone).machine),
@@ -84,11 +86,15 @@ impl AssignedView {
 }
 
 /// Notes which of the exercises were assigned, and puts those first, by their due date.
-fn assigned_views(mut open: Vec<Assignment>, standings: &[assignment::Standing]) -> Vec<Assignment> {
+fn assigned_views(mut open: Vec<Assignment>, standings: &[assignment::AssignmentStanding]) -> Vec<Assignment> {
     let place = |of: &Assignment| {
         standings.iter().position(|standing| match &standing.assigned.task {
-            Task::Exercise(id) => *id == of.exercise_id && matches!(standing.stage, Stage::Open { .. }),
-            Task::Course(id) => *id == of.curriculum_id && matches!(standing.stage, Stage::Open { .. }),
+            AssignmentTask::Exercise(id) => {
+                *id == of.exercise_id && matches!(standing.stage, AssignmentStage::Open { .. })
+            }
+            AssignmentTask::Course(id) => {
+                *id == of.curriculum_id && matches!(standing.stage, AssignmentStage::Open { .. })
+            }
         })
     };
     for exercise in &mut open {
@@ -100,10 +106,10 @@ fn assigned_views(mut open: Vec<Assignment>, standings: &[assignment::Standing])
 }
 
 /// An assigned exercise that no course asks for now: it was mastered before it was assigned, or is in none.
-fn mastered_before(standing: &assignment::Standing, open: &[Assignment]) -> Option<Assignment> {
-    let Task::Exercise(exercise_id) = &standing.assigned.task else { return None };
+fn mastered_before(standing: &assignment::AssignmentStanding, open: &[Assignment]) -> Option<Assignment> {
+    let AssignmentTask::Exercise(exercise_id) = &standing.assigned.task else { return None };
     let listed = open.iter().any(|assignment| assignment.exercise_id == *exercise_id);
-    let wanted = matches!(standing.stage, Stage::Open { .. }) && !listed;
+    let wanted = matches!(standing.stage, AssignmentStage::Open { .. }) && !listed;
     wanted.then(|| Assignment {
         curriculum_id: String::new(),
         curriculum_title: String::new(),
@@ -151,7 +157,7 @@ async fn courses_of_person(
     state: &AppState,
     school: Uuid,
     person: Uuid,
-) -> Result<Vec<(Curriculum, Course, Progress)>, Error> {
+) -> Result<Vec<(TaughtCurriculum, Course, Progress)>, Error> {
     let reader = state.db.reader();
     let attempts = practice::of_trainee(reader, school, person).await?;
     let mut courses = Vec::new();
@@ -163,7 +169,7 @@ async fn courses_of_person(
     Ok(courses)
 }
 
-fn open_exercises(curriculum: &Curriculum, course: &Course, progress: &Progress) -> Vec<Assignment> {
+fn open_exercises(curriculum: &TaughtCurriculum, course: &Course, progress: &Progress) -> Vec<Assignment> {
     let steps = course.steps.iter().zip(&progress.steps).enumerate();
     let assigned = steps.filter_map(|(index, (step, done))| {
         if !matches!(done.state, StepState::Open { .. } | StepState::Regressing { .. }) {

@@ -16,7 +16,7 @@ use crate::AppState;
 use crate::error::{ApiError, ProblemDocument};
 use acts::error::Error;
 use acts::ratings::attempt;
-use model::replay::Stage;
+use model::replay::ReplayStage;
 use store::sessions::Session;
 
 async fn find_rated_attempt(state: &AppState, caller: &Caller, id: Uuid) -> Result<Session, Error> {
@@ -57,7 +57,7 @@ pub(super) async fn show_rated_series(
 /// What does not move in the replay of an attempt to be rated, as `/sessions/{id}/replay`.
 #[utoipa::path(get, path = "/ratings/{id}/replay", operation_id = "show_rated_replay_stage",
     params(("id" = Uuid, Path, description = "a rating of the caller")),
-    responses((status = 200, body = Stage), (status = 404, body = ProblemDocument)))]
+    responses((status = 200, body = ReplayStage), (status = 404, body = ProblemDocument)))]
 pub(super) async fn show_rated_stage(
     State(state): State<AppState>,
     caller: Caller,

@@ -18,8 +18,9 @@ use crate::AppState;
 use crate::error::{ApiError, ProblemDocument};
 use acts::error::Error;
 use acts::replays;
-use model::replay::Stage;
-use model::series::{self, Span, Stretch};
+use model::replay::ReplayStage;
+use model::series;
+use model::series::{AttemptStretch, TimeSpan};
 use store::sessions::Session;
 
 /// What is asked for, as it was typed: each refusal names its field.
@@ -34,7 +35,7 @@ pub(super) struct SeriesQuery {
 #[derive(Debug, Serialize, ToSchema)]
 pub(super) struct Series {
     /// Spans of time in order.
-    spans: Vec<Span>,
+    spans: Vec<TimeSpan>,
 }
 
 /// Smallest and largest values over `points` spans of time, of the whole attempt or of a stretch of it.
@@ -68,7 +69,7 @@ pub(super) async fn series_of_spans(
         return Err(Error::BadRequest("to_s: before from_s; allowed is a moment after it".to_owned()).into());
     }
     let pyramid = replays::pyramid(state, session).await?;
-    Ok(Json(Series { spans: pyramid.spans(points, Stretch { from_s, to_s }) }))
+    Ok(Json(Series { spans: pyramid.spans(points, AttemptStretch { from_s, to_s }) }))
 }
 
 fn series_of_points(asked: Option<&str>) -> Result<usize, Error> {
@@ -90,7 +91,7 @@ fn round_seconds(field: &str, asked: Option<&str>) -> Result<Option<f64>, Error>
 
 /// What does not move in a replay: layers, needle, structures, events.
 #[utoipa::path(get, path = "/sessions/{id}/replay", operation_id = "show_replay_stage", params(("id" = Uuid, Path)),
-    responses((status = 200, body = Stage), (status = 404, body = ProblemDocument),
+    responses((status = 200, body = ReplayStage), (status = 404, body = ProblemDocument),
               (status = 410, body = ProblemDocument)))]
 pub(super) async fn show_stage(
     State(state): State<AppState>,

@@ -167,7 +167,7 @@ struct OverrideView {
 }
 
 impl OverrideView {
-    fn of(made: grades::Override) -> Option<Self> {
+    fn of(made: grades::OverrideRecord) -> Option<Self> {
         let (score, passed) = made.score.zip(made.passed)?;
         Some(Self { score, passed, reason: made.reason, made_at: made.made_at })
     }

@@ -16,7 +16,7 @@ use crate::error::{ApiError, ProblemDocument};
 use crate::routes::survey::{TermsOf, terms_of_survey};
 use acts::error::Error;
 use acts::surveys as asking;
-use acts::surveys::Sheet;
+use acts::surveys::AnsweredSheet;
 use model::survey::Survey;
 use model::survey::{Identity, ResponseState};
 use store::sessions::{self, Session};
@@ -177,7 +177,7 @@ pub(super) async fn take_answers(
     }
     let said = given.answers.into_iter().map(|(item, value)| Ok((item.clone(), values_of_answers(&item, value)?)));
     let answers = said.collect::<Result<BTreeMap<_, _>, Error>>()?;
-    let sheet = Sheet {
+    let sheet = AnsweredSheet {
         session: &session,
         survey,
         secret: &given.secret,

@@ -21,7 +21,7 @@ use crate::routes::Routes;
 use acts::checksum::Checksum;
 use acts::error::Error;
 use acts::uploads;
-use acts::uploads::{Announced, Piece};
+use acts::uploads::{Announced, UploadPiece};
 use model::Moment;
 use store::uploads::Upload;
 
@@ -204,7 +204,7 @@ async fn override_method(
 }
 
 /// A piece as the headers tell of it.
-fn receive_piece(headers: &HeaderMap, offset: u64, body: Body) -> Result<Piece, Error> {
+fn receive_piece(headers: &HeaderMap, offset: u64, body: Body) -> Result<UploadPiece, Error> {
     if header_text(headers, &CONTENT_TYPE) != Some(PIECE) {
         return Err(Error::UnsupportedMedia("Content-Type: only application/offset+octet-stream is allowed"));
     }
@@ -213,7 +213,7 @@ fn receive_piece(headers: &HeaderMap, offset: u64, body: Body) -> Result<Piece, 
         None => None,
     };
     let announced = header_text(headers, &CONTENT_LENGTH).and_then(|length| length.parse().ok());
-    Ok(Piece { offset, checksum, announced, body: receive_recording(body).chunks })
+    Ok(UploadPiece { offset, checksum, announced, body: receive_recording(body).chunks })
 }
 
 /// `Upload-Metadata`: nothing, or keys without spaces and commas, each once, each with a value in base64 or none.

@@ -16,7 +16,7 @@ use crate::error::{ApiError, ProblemDocument};
 use acts::checksum::Checksum;
 use acts::error::Error;
 use acts::intake;
-use acts::intake::{Bearer, Kept};
+use acts::intake::{Bearer, RecordingReceipt};
 use acts::recordings::{self, Arriving};
 use model::Moment;
 
@@ -45,8 +45,8 @@ pub(super) async fn upload_recording(
     // A task of its own: the server drops a handler whose client has gone, and a try that was begun must be ended.
     let taken = tokio::spawn(async move { intake::take_in(&state, &bearer, received).await });
     Ok(match taken.await?? {
-        Kept::Now(session) => (StatusCode::CREATED, Json(session.into())),
-        Kept::Before(session) => (StatusCode::OK, Json(session.into())),
+        RecordingReceipt::Now(session) => (StatusCode::CREATED, Json(session.into())),
+        RecordingReceipt::Before(session) => (StatusCode::OK, Json(session.into())),
     })
 }
 

@@ -15,7 +15,7 @@ use crate::error::PageError;
 use crate::refusals::KnownAsker;
 use crate::routes::language;
 use acts::error::Error;
-use acts::web_sessions::{SIGNED_IN_KEY, SignedIn};
+use acts::web_sessions::{SIGNED_IN_KEY, SignedInSession};
 use model::{CurrentPerson, Moment, Role};
 use store::{people, second_factors};
 
@@ -33,7 +33,7 @@ pub(crate) async fn start_session(
     session.cycle_id().await?;
     csrf::begin_token(session).await?;
     let until = Some(now.plus_s(SIGNED_IN_S));
-    Ok(session.insert(SIGNED_IN_KEY, SignedIn { person_id, credential_version, until }).await?)
+    Ok(session.insert(SIGNED_IN_KEY, SignedInSession { person_id, credential_version, until }).await?)
 }
 
 /// How a browser's session stands.
@@ -49,7 +49,9 @@ pub(crate) enum SignInStanding {
 
 /// How a browser's session stands, and with whom.
 pub(crate) async fn standing_of(state: &AppState, session: &Session) -> Result<SignInStanding, Error> {
-    let Some(signed_in) = session.get::<SignedIn>(SIGNED_IN_KEY).await? else { return Ok(SignInStanding::Stranger) };
+    let Some(signed_in) = session.get::<SignedInSession>(SIGNED_IN_KEY).await? else {
+        return Ok(SignInStanding::Stranger);
+    };
     if signed_in.until.is_none_or(|until| until <= state.clock.now()) {
         return Ok(SignInStanding::Stranger);
     }

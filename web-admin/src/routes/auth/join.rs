@@ -18,7 +18,7 @@ use acts::error::Error;
 use acts::passwords;
 use model::password_refused::PasswordRefused;
 use pages::account::{DeadLinkPage, ForgottenPage, JoinPage};
-use store::account_links::{Link, Purpose};
+use store::account_links::{AccountLink, Purpose};
 use store::people;
 
 /// The ways to a password, for anybody.
@@ -39,7 +39,7 @@ async fn show_join_page(
     }
 }
 
-fn make_join_page(csrf: &Csrf, token: String, link: Link, refused: Option<PasswordRefused>) -> JoinPage {
+fn make_join_page(csrf: &Csrf, token: String, link: AccountLink, refused: Option<PasswordRefused>) -> JoinPage {
     JoinPage {
         csrf: csrf.token().to_owned(),
         token,

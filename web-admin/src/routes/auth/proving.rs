@@ -12,9 +12,9 @@ use crate::AppState;
 use acts::error::Error;
 use acts::passkey_site::AnswerRefused;
 use acts::passkeys;
-use acts::passkeys::{Answer, Signed};
+use acts::passkeys::{PasskeyAnswer, PasskeyCheck};
 use acts::second_factor;
-use acts::second_factor::{Proof, Typed};
+use acts::second_factor::{SignInProof, TypedCode};
 use model::passkey::PasskeyQuestion;
 use pages::proving::FactorRefused;
 
@@ -57,18 +57,22 @@ impl FactorQuestion<'_> {
     ///
     /// # Errors
     /// When there were too many tries, or the database fails.
-    pub(crate) async fn prove(self, shown: &ShownFactor, from: IpAddr) -> Result<Result<Proof, FactorRefused>, Error> {
+    pub(crate) async fn prove(
+        self,
+        shown: &ShownFactor,
+        from: IpAddr,
+    ) -> Result<Result<SignInProof, FactorRefused>, Error> {
         let Self { state, session, key } = self;
         if shown.answer.is_empty() {
-            let proof = second_factor::check(state, key, Typed { code: &shown.code, from }).await?;
+            let proof = second_factor::check(state, key, TypedCode { code: &shown.code, from }).await?;
             return Ok(proof.ok_or(FactorRefused::Code));
         }
-        let answer = Answer { question: take_held_question(session).await?, json: &shown.answer, from };
+        let answer = PasskeyAnswer { question: take_held_question(session).await?, json: &shown.answer, from };
         Ok(match passkeys::check(state, key, answer).await? {
-            Signed::Proved(proof) => Ok(proof),
-            Signed::Late => Err(FactorRefused::Late),
-            Signed::Refused(AnswerRefused::Wrong) => Err(FactorRefused::Answer),
-            Signed::Refused(AnswerRefused::Copied) => Err(FactorRefused::Copied),
+            PasskeyCheck::Proved(proof) => Ok(proof),
+            PasskeyCheck::Late => Err(FactorRefused::Late),
+            PasskeyCheck::Refused(AnswerRefused::Wrong) => Err(FactorRefused::Answer),
+            PasskeyCheck::Refused(AnswerRefused::Copied) => Err(FactorRefused::Copied),
         })
     }
 }

@@ -14,7 +14,8 @@ use acts::stations as pairing;
 use model::{CurrentPerson, Moment, Needed};
 use pages::admin::{AdminHomePage, AdminPage, PairingCodePage, Queue, StationRow};
 use pages::{NavPlace, Shell};
-use store::reports::{self, Counts};
+use store::reports;
+use store::reports::SchoolCounts;
 use store::stations::{self, Station};
 use store::{cohorts as cohort_storage, retention, schools, second_factors};
 
@@ -113,12 +114,12 @@ pub(super) async fn revoke_station(
     }
 }
 
-pub(super) async fn count_people(state: &AppState, school: Uuid) -> Result<Counts, Error> {
+pub(super) async fn count_people(state: &AppState, school: Uuid) -> Result<SchoolCounts, Error> {
     let since: Moment = state.clock.now().plus_s(-WEEK_S);
     Ok(reports::counts(state.db.reader(), school, since).await?)
 }
 
-async fn queue_figures(state: &AppState, school: Uuid, counts: &Counts) -> Result<Queue, Error> {
+async fn queue_figures(state: &AppState, school: Uuid, counts: &SchoolCounts) -> Result<Queue, Error> {
     let failing = reports::failing_jobs(state.db.reader(), school).await?;
     let row = |job: reports::FailingJob| (format!("/sessions/{}", job.session_id), job.attempts, job.error);
     Ok(Queue {

@@ -13,7 +13,7 @@ use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields, Teacher, Visi
 use acts::assignments as teaching;
 use acts::deadlines;
 use acts::error::Error;
-use model::assignment::Task;
+use model::assignment::AssignmentTask;
 use model::due::{self, is_zone, local};
 use model::{CurrentPerson, Role};
 use pages::assignments::{
@@ -21,8 +21,10 @@ use pages::assignments::{
 };
 use pages::people::SelectOption;
 use pages::{NavPlace, Shell};
-use store::assignments::{self, Listed, NewAssignment};
-use store::reports::{self, Named};
+use store::assignments;
+use store::assignments::{ManagedAssignment, NewAssignment};
+use store::reports;
+use store::reports::NamedItem;
 use store::{curricula, exercises, people, schools};
 
 /// Assignments on the page of those who make them.
@@ -50,7 +52,7 @@ async fn managed_page(
 ) -> Result<ManagedAssignmentsPage, Error> {
     let rows = assignments::managed(state.db.reader(), person, None, LATEST).await?;
     let cohorts = reports::cohorts(state.db.reader(), person).await?;
-    let cohort = |c: Named| {
+    let cohort = |c: NamedItem| {
         let value = c.id.to_string();
         SelectOption { chosen: value == typed.cohort, value, label: c.name }
     };
@@ -82,7 +84,7 @@ async fn task_options(state: &AppState, school: Uuid, chosen: &str) -> Result<Ve
     Ok(courses.chain(exercises).collect())
 }
 
-fn make_managed_row(listed: Listed) -> ManagedRow {
+fn make_managed_row(listed: ManagedAssignment) -> ManagedRow {
     ManagedRow {
         href: format!("/assignments/{}", listed.id),
         title: listed.title,
@@ -144,8 +146,8 @@ async fn read_assignment(
         }
     };
     let attempt_limit = match (typed.limit.trim(), &task) {
-        ("", _) | (_, Task::Course(_)) => None,
-        (said, Task::Exercise(_)) => Some(read_attempt_limit(said)?),
+        ("", _) | (_, AssignmentTask::Course(_)) => None,
+        (said, AssignmentTask::Exercise(_)) => Some(read_attempt_limit(said)?),
     };
     let supervised = typed.supervised == "yes";
     Ok(NewAssignment { task, cohort_id, person_id, supervised, attempt_limit, due, time_zone })
@@ -156,14 +158,14 @@ fn read_attempt_limit(said: &str) -> Result<u32, Error> {
     number.ok_or_else(|| Error::Unprocessable(tr!("attempts that count: “{said}”; 1 to 100 are allowed", said = said)))
 }
 
-async fn read_task(state: &AppState, school: Uuid, said: &str) -> Result<Task, Error> {
+async fn read_task(state: &AppState, school: Uuid, said: &str) -> Result<AssignmentTask, Error> {
     let reader = state.db.reader();
     match said.split_once(':') {
         Some(("exercise", id)) if exercises::current(reader, school, id).await?.is_some() => {
-            Ok(Task::Exercise(id.to_owned()))
+            Ok(AssignmentTask::Exercise(id.to_owned()))
         }
         Some(("course", id)) if curricula::taught(reader, school).await?.iter().any(|c| c.curriculum_id == id) => {
-            Ok(Task::Course(id.to_owned()))
+            Ok(AssignmentTask::Course(id.to_owned()))
         }
         _ => Err(Error::NotFound),
     }
@@ -198,7 +200,7 @@ async fn read_assignee(
 }
 
 /// An assignment that the visitor manages.
-async fn find_assignment(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Listed, Error> {
+async fn find_assignment(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<ManagedAssignment, Error> {
     if person.role == Role::Trainee {
         return Err(Error::NotFound);
     }
@@ -216,7 +218,7 @@ pub(super) async fn show_assignment(
     let trainees = trainees_of_assignment(&state, &person, &listed).await?;
     let ids: Vec<Uuid> = trainees.iter().map(|trainee| trainee.id).collect();
     let standings = teaching::standings_at(&state, person.school_id, id, &ids).await?;
-    let row_of = |(trainee, standing): (Named, _)| {
+    let row_of = |(trainee, standing): (NamedItem, _)| {
         let href = format!("/trainees/{}", trainee.id);
         AssignmentRow::new(standing, trainee.name, href, trainee.id.to_string())
     };
@@ -228,8 +230,8 @@ pub(super) async fn show_assignment(
 async fn trainees_of_assignment(
     state: &AppState,
     person: &CurrentPerson,
-    listed: &Listed,
-) -> Result<Vec<Named>, Error> {
+    listed: &ManagedAssignment,
+) -> Result<Vec<NamedItem>, Error> {
     let reader = state.db.reader();
     Ok(match (listed.cohort_id, listed.person_id) {
         (Some(cohort), _) => reports::members(reader, person.school_id, cohort, Role::Trainee).await?,

@@ -18,7 +18,8 @@ use model::{CurrentPerson, Role};
 use pages::people::CohortPeoplePage;
 use pages::{NavPlace, Shell};
 use store::cohorts::{self};
-use store::reports::{self, Named};
+use store::reports;
+use store::reports::NamedItem;
 
 #[derive(Deserialize)]
 pub(super) struct CohortForm {
@@ -44,7 +45,7 @@ pub(super) async fn make_cohort(
 }
 
 /// A cohort that the visitor may change.
-async fn find_taught_cohort(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Named, Error> {
+async fn find_taught_cohort(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<NamedItem, Error> {
     let cohorts = reports::cohorts(state.db.reader(), person).await?;
     cohorts.into_iter().find(|cohort| cohort.id == id).ok_or(Error::NotFound)
 }
@@ -63,7 +64,7 @@ async fn make_people_page(
     state: &AppState,
     shell: Shell,
     school: Uuid,
-    cohort: Named,
+    cohort: NamedItem,
 ) -> Result<CohortPeoplePage, Error> {
     let mut members = Vec::new();
     for role in [Role::Instructor, Role::Trainee] {

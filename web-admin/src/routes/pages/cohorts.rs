@@ -13,13 +13,14 @@ use acts::error::Error;
 use model::{CurrentPerson, Role};
 use pages::cohort::{CohortLine, CohortPage, CohortsPage, CourseShare};
 use pages::{NavPlace, Shell};
-use store::reports::{self, Named};
+use store::reports;
+use store::reports::NamedItem;
 
 /// Cohorts on one page.
 const PER_PAGE: usize = 50;
 
 /// The page of a cohort.
-pub(super) fn cohort_href(cohort: &Named) -> String {
+pub(super) fn cohort_href(cohort: &NamedItem) -> String {
     format!("/cohorts/{}", cohort.id)
 }
 

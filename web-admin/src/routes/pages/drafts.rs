@@ -11,15 +11,16 @@ use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher};
 use acts::drafting;
-use acts::drafting::{Checked, Saved};
+use acts::drafting::{Checked, SaveOutcome};
 use acts::error::Error;
-use model::draft::Verdict;
+use model::draft::DraftVerdict;
 use pages::diff::compare_lines;
 use pages::draft::{
     DraftPage, DraftRow, DraftsPage, VerdictPart, verdict_of_course, verdict_of_refused, verdict_while_waiting,
 };
 use pages::{NavPlace, Shell};
-use store::drafts::{self, Draft, DraftKind, Texts};
+use store::drafts;
+use store::drafts::{DocumentDraft, DraftKind, Texts};
 use store::exercises;
 
 /// A copy to be begun.
@@ -147,8 +148,8 @@ pub(super) async fn write_draft(
     let shell = Shell::new(&person, csrf.token(), NavPlace::Curricula);
     let texts = Texts { document: unix_lines(&form.document), scene: unix_lines(&form.scene) };
     let draft = match drafting::save(&state, &person, id, form.seen, &texts).await? {
-        Saved::Kept(draft) => draft,
-        Saved::Elsewhere(theirs) => {
+        SaveOutcome::Kept(draft) => draft,
+        SaveOutcome::Elsewhere(theirs) => {
             return Ok((StatusCode::CONFLICT, answer_conflict(shell, theirs, texts)).into_response());
         }
     };
@@ -182,7 +183,7 @@ pub(super) async fn preview_draft(
 ) -> Result<Response, PageError> {
     let draft = drafts::find(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
     let texts = Texts { document: unix_lines(&typed.document), scene: unix_lines(&typed.scene) };
-    let checked = drafting::check(&state, person.school_id, &Draft { texts, ..draft }).await?;
+    let checked = drafting::check(&state, person.school_id, &DocumentDraft { texts, ..draft }).await?;
     Ok(answer_with_draft(&checked, VerdictPart { verdict: verdict_of_draft(&checked) }))
 }
 
@@ -202,14 +203,14 @@ pub(super) async fn discard_draft(
     }
 }
 
-fn published_moment(draft: &Draft) -> String {
+fn published_moment(draft: &DocumentDraft) -> String {
     match draft.kind {
         DraftKind::Exercise => format!("/exercises/{}/revisions", draft.document_id),
         DraftKind::Course => format!("/curricula/{}/revisions", draft.document_id),
     }
 }
 
-fn make_draft_row(draft: &Draft) -> DraftRow {
+fn make_draft_row(draft: &DocumentDraft) -> DraftRow {
     DraftRow {
         href: format!("/drafts/{}", draft.id),
         kind: match draft.kind {
@@ -222,7 +223,7 @@ fn make_draft_row(draft: &Draft) -> DraftRow {
     }
 }
 
-fn verdict_of_draft(checked: &Checked) -> Verdict {
+fn verdict_of_draft(checked: &Checked) -> DraftVerdict {
     match checked {
         Checked::Exercise(verdict) => (**verdict).clone(),
         Checked::Course(course, mastery) => verdict_of_course(course, mastery),
@@ -231,7 +232,7 @@ fn verdict_of_draft(checked: &Checked) -> Verdict {
     }
 }
 
-fn make_draft_page(shell: Shell, draft: Draft, checked: &Checked) -> DraftPage {
+fn make_draft_page(shell: Shell, draft: DocumentDraft, checked: &Checked) -> DraftPage {
     DraftPage {
         shell,
         draft: make_draft_row(&draft),
@@ -245,9 +246,9 @@ fn make_draft_page(shell: Shell, draft: Draft, checked: &Checked) -> DraftPage {
 }
 
 /// What was typed, kept, against what somebody else has saved.
-fn answer_conflict(shell: Shell, theirs: Draft, typed: Texts) -> DraftPage {
+fn answer_conflict(shell: Shell, theirs: DocumentDraft, typed: Texts) -> DraftPage {
     let mut lines = compare_lines(&theirs.texts.document, &typed.document);
     lines.extend(compare_lines(&theirs.texts.scene, &typed.scene));
-    let page = make_draft_page(shell, Draft { texts: typed, ..theirs }, &Checked::Refused(Vec::new()));
+    let page = make_draft_page(shell, DocumentDraft { texts: typed, ..theirs }, &Checked::Refused(Vec::new()));
     DraftPage { conflict: Some(lines), ..page }
 }

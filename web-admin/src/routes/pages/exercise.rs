@@ -10,7 +10,7 @@ use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, Visitor};
 use acts::error::Error;
-use model::progress::{Progress, Step, StepState};
+use model::progress::{CourseStep, Progress, StepState};
 use model::{CurrentPerson, Role};
 use pages::addresses::exercise_href;
 use pages::curricula::{CourseCard, CurriculaPage, ExerciseLine};
@@ -69,7 +69,7 @@ async fn visited_exercise(state: &AppState, person: &CurrentPerson) -> Result<Ve
 }
 
 fn make_course_card((taught, progress): &VisitedExercise) -> CourseCard {
-    let line = |(i, step): (usize, &Step)| ExerciseLine {
+    let line = |(i, step): (usize, &CourseStep)| ExerciseLine {
         href: exercise_href(&step.exercise),
         title: step.title.clone(),
         difficulty: taught.difficulties[i],
@@ -88,7 +88,10 @@ fn make_course_card((taught, progress): &VisitedExercise) -> CourseCard {
 }
 
 /// Title and page of the steps that satisfy a condition.
-fn exercise_links(taught: &TaughtCourse, wanted: impl Fn(&Step) -> bool) -> impl Iterator<Item = (String, String)> {
+fn exercise_links(
+    taught: &TaughtCourse,
+    wanted: impl Fn(&CourseStep) -> bool,
+) -> impl Iterator<Item = (String, String)> {
     let steps = taught.course.steps.iter().filter(move |step| wanted(step));
     steps.map(|step| (step.title.clone(), exercise_href(&step.exercise)))
 }

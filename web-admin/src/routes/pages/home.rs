@@ -13,7 +13,8 @@ use model::{CurrentPerson, Role};
 use pages::cohort::CohortCard;
 use pages::instructor::InstructorPage;
 use pages::{NavPlace, Shell};
-use store::reports::{self, Named};
+use store::reports;
+use store::reports::NamedItem;
 
 pub(super) async fn show_home(
     State(state): State<AppState>,
@@ -24,7 +25,7 @@ pub(super) async fn show_home(
     let shell = Shell::new(&person, csrf.token(), NavPlace::Home);
     Ok(match person.role {
         Role::Trainee => {
-            let own = Named { id: person.id, name: person.display_name.clone() };
+            let own = NamedItem { id: person.id, name: person.display_name.clone() };
             trainees::make_trainee_page(&state, shell, &person, own, query).await?.into_response()
         }
         Role::Instructor => make_instructor_home(&state, shell, &person).await?.into_response(),

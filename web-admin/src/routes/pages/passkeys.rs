@@ -18,7 +18,7 @@ use crate::routes::Routes;
 use crate::routes::auth::{Browser, CsrfForm, ShownFactor, Visitor, hold_question, take_held_question};
 use acts::error::Error;
 use acts::passkeys;
-use acts::passkeys::Answer;
+use acts::passkeys::PasskeyAnswer;
 use model::CurrentPerson;
 use pages::passkeys::{MakePasskeyPage, PasskeyPage, PasskeyRow};
 use pages::proving::FactorRefused;
@@ -118,7 +118,7 @@ async fn confirm_passkey(
     CsrfForm(form): CsrfForm<PasskeyAnswerForm>,
 ) -> Result<Response, PageError> {
     let answer =
-        Answer { question: take_held_question(&browser.session).await?, json: &form.answer, from: browser.from };
+        PasskeyAnswer { question: take_held_question(&browser.session).await?, json: &form.answer, from: browser.from };
     match passkeys::make(&state, &person, answer).await? {
         Some(made) => Ok(answer_enrolled(&state, &person, &browser.session, made).await?),
         None => show_factor_again(&state, &person, &browser, FactorRefused::NotMade).await,

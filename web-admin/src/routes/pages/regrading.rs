@@ -180,7 +180,8 @@ async fn confirm_regrading(
     csrf: Csrf,
     CsrfForm(form): CsrfForm<ConfirmRegradingForm>,
 ) -> Result<Response, PageError> {
-    let again = async || make_regrading_page(&state, Visit::new(&person, &csrf), id, RegradingLinesQuery::default()).await;
+    let again =
+        async || make_regrading_page(&state, Visit::new(&person, &csrf), id, RegradingLinesQuery::default()).await;
     match regrading::confirm(&state, &person, id, &form.digest, &form.reason).await {
         Ok(true) => Ok(Redirect::to(&regrading_href(id)).into_response()),
         Ok(false) => Ok((StatusCode::CONFLICT, RegradingPage { stale: true, ..again().await? }).into_response()),

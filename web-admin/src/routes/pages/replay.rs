@@ -14,12 +14,14 @@ use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visit, Visitor};
 use acts::error::Error;
 use attempt::AttemptCurve;
-use model::comment::{self, Comment, Typed};
+use model::comment;
+use model::comment::{Comment, TypedComment};
 use model::{CurrentPerson, Moment, Role, corridor};
 use pages::replay::{CommentForm, CommentView, OtherAttempt, ReplayPage, Utterance};
 use pages::session::Drawing;
 use pages::{NavPlace, Shell, charts, format};
-use store::comments::{self, Kept};
+use store::comments;
+use store::comments::CommentRecord;
 use store::experts::{self};
 use store::reports;
 use store::scores::{self};
@@ -136,15 +138,15 @@ async fn other_attempts(
 }
 
 /// Comments with their answers.
-fn comment_views(kept: &[Kept], visitor: &CurrentPerson) -> Vec<CommentView> {
-    let said = |kept: &Kept| Utterance {
+fn comment_views(kept: &[CommentRecord], visitor: &CurrentPerson) -> Vec<CommentView> {
+    let said = |kept: &CommentRecord| Utterance {
         body: kept.body.clone(),
         author: kept.author.clone(),
         at: kept.made_at.to_utc(),
         own: kept.author_id == visitor.id,
     };
     let answers = |id: Uuid| kept.iter().filter(move |k| k.answers == Some(id)).map(|k| (k.id, said(k))).collect();
-    let view = |k: &Kept| {
+    let view = |k: &CommentRecord| {
         let (kind, from_s) = k.kind.zip(k.from_s)?;
         Some(CommentView { id: k.id, kind, from_s, to_s: k.to_s, said: said(k), answers: answers(k.id) })
     };
@@ -157,7 +159,7 @@ pub(super) async fn add_comment(
     Visitor(person): Visitor,
     PathId(id): PathId,
     csrf: Csrf,
-    CsrfForm(typed): CsrfForm<Typed>,
+    CsrfForm(typed): CsrfForm<TypedComment>,
 ) -> Result<Response, PageError> {
     let session = find_visible_attempt(&state, &person, id).await?;
     match Comment::parse(&typed, session.duration_s) {
@@ -191,7 +193,7 @@ pub(super) async fn answer_comment(
     let body = match comment::words(&typed.body) {
         Ok(body) => body,
         Err(refused) => {
-            let typed = Typed { body: typed.body, ..Typed::default() };
+            let typed = TypedComment { body: typed.body, ..TypedComment::default() };
             let form = CommentForm { typed, error: Some(refused.to_string()), answers: Some(comment) };
             return show_replay_again(&state, Visit::new(&person, &csrf), &session, form).await;
         }

@@ -12,7 +12,7 @@ use crate::error::PageError;
 use crate::routes::auth::{Administrator, Csrf, CsrfForm, Visit};
 use acts::error::Error;
 use acts::retention as retaining;
-use acts::retention::Planned;
+use acts::retention::RetentionStep;
 use model::Moment;
 use pages::retention::{IdleRow, RetentionForm, RetentionPage};
 use pages::{NavPlace, Shell};
@@ -69,7 +69,7 @@ fn form_of_settings(settings: Settings) -> RetentionForm {
     }
 }
 
-fn make_idle_row(Planned { idle, step }: Planned) -> IdleRow {
+fn make_idle_row(RetentionStep { idle, step }: RetentionStep) -> IdleRow {
     IdleRow {
         href: format!("/people/{}", idle.id),
         name: idle.name,

@@ -14,10 +14,11 @@ use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visit, Visitor};
 use acts::error::Error;
 use acts::regrading;
-use acts::regrading::{By, Rubric};
+use acts::regrading::{Regrader, Rubric};
 use acts::surveys;
 use model::CurrentPerson;
-use model::judgement::{self, Override, TypedOverride};
+use model::judgement;
+use model::judgement::{ScoreOverride, TypedOverride};
 use model::rating::mean;
 use pages::review as views;
 use pages::review::{GradeAct, GradePage, JudgedAttempt, RatedMean, RegradePage, ReviewPage, WaitingRow};
@@ -26,7 +27,8 @@ use store::audit::Actor;
 use store::grades::{self, NewOverride};
 use store::ratings;
 use store::regradings;
-use store::reviews::{self, Waiting};
+use store::reviews;
+use store::reviews::WaitingReview;
 use store::scores::{self, Score};
 use store::sessions::{self, Session};
 use store::supervisions;
@@ -44,7 +46,7 @@ pub(super) async fn show_queue(
     Ok(ReviewPage { shell, waiting: waiting.into_iter().map(make_waiting_row).collect(), more, to_rate })
 }
 
-fn make_waiting_row(waiting: Waiting) -> WaitingRow {
+fn make_waiting_row(waiting: WaitingReview) -> WaitingRow {
     WaitingRow {
         session: waiting.id,
         at: waiting.started_at.to_utc(),
@@ -121,7 +123,7 @@ async fn means_of_ratings(
         let first = &round[0];
         let Some(instrument) = surveys::revision(state, session.school_id, first.revision_id).await? else { continue };
         for key in &instrument.scores {
-            let score = |given: &ratings::Finished| questionnaire::score(&instrument, key, &given.answers).ok();
+            let score = |given: &ratings::FinishedRating| questionnaire::score(&instrument, key, &given.answers).ok();
             let scores: Vec<Option<f64>> = round.iter().map(score).collect();
             means.extend(mean(&scores).map(|(mean, raters)| RatedMean {
                 round: first.title.clone(),
@@ -147,13 +149,14 @@ async fn judged_attempt(state: &AppState, person: &CurrentPerson, session: &Sess
 
 fn grade_history(
     computed: &[Score],
-    regraded: &[regradings::Act],
-    overrides: Vec<grades::Override>,
+    regraded: &[regradings::RegradingAct],
+    overrides: Vec<grades::OverrideRecord>,
 ) -> Vec<views::GradeHistoryEntry> {
     let computed = computed.iter().enumerate().map(|(i, score)| {
         let rubric = format::shorten_hash(&score.rubric_sha256).to_owned();
         let why = regraded.iter().find(|act| act.score_id == score.id);
-        let by = |act: &regradings::Act| act.by.clone().unwrap_or_else(|| tr!("At the command line").to_owned());
+        let by =
+            |act: &regradings::RegradingAct| act.by.clone().unwrap_or_else(|| tr!("At the command line").to_owned());
         let why = why.map(|act| (by(act), act.reason.clone()));
         let act = if i == 0 { GradeAct::Computed(rubric) } else { GradeAct::Regraded { rubric, why } };
         views::GradeHistoryEntry { at: score.computed_at.to_utc(), act, grade: Some((score.score, score.passed)) }
@@ -179,8 +182,8 @@ pub(super) async fn put_override(
     CsrfForm(typed): CsrfForm<TypedOverride>,
 ) -> Result<Response, PageError> {
     let session = find_scored(&state, &person, id).await?;
-    match Override::parse(&typed) {
-        Ok(Override { score, passed, reason }) => {
+    match ScoreOverride::parse(&typed) {
+        Ok(ScoreOverride { score, passed, reason }) => {
             let new = NewOverride { grade: Some((score, passed)), reason: &reason, made_by: person.id };
             reviewing::override_grade(&state, &person, &session, &new).await?;
             Ok(redirect_to_grade(id))
@@ -301,7 +304,7 @@ pub(super) async fn regrade_attempt(
     let after = assess_by_today(&state, &session).await?;
     match judgement::reason(&typed.reason) {
         Ok(reason) => {
-            let by = By { actor: Actor::Person(person.id), reason: Some(&reason) };
+            let by = Regrader { actor: Actor::Person(person.id), reason: Some(&reason) };
             regrading::apply(&state, by, &session, &after).await?;
             Ok(redirect_to_grade(id))
         }

@@ -71,7 +71,7 @@ pub(super) async fn compare_course_revisions(
     let (reader, school) = (state.db.reader(), person.school_id);
     let taught = curricula::taught(reader, school).await?;
     let current = taught.into_iter().find(|course| course.curriculum_id == id).ok_or(Error::NotFound)?;
-    let row = |revision: curricula::Listed| RevisionRow {
+    let row = |revision: curricula::CurriculumRevision| RevisionRow {
         id: revision.id,
         title: revision.title,
         hash: format::shorten_hash(&revision.sha256).to_owned(),

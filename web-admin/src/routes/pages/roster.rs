@@ -12,8 +12,8 @@ use crate::error::PageError;
 use crate::routes::auth::{Administrator, Csrf, CsrfForm, CsrfUpload, Visit};
 use acts::error::Error;
 use acts::roster_import;
-use acts::roster_import::Preview;
-use model::roster::{Wanted, is_name};
+use acts::roster_import::RosterPreview;
+use model::roster::{RosterRequest, is_name};
 use pages::roster::{RosterFilter, RosterPage, RosterPreviewPage};
 use pages::{NavPlace, Shell};
 use store::cohorts;
@@ -26,13 +26,13 @@ pub(super) async fn show_new_roster(
     Administrator(person): Administrator,
     csrf: Csrf,
 ) -> Result<RosterPage, PageError> {
-    Ok(make_roster_page(&state, Visit::new(&person, &csrf), &Wanted::default()).await?)
+    Ok(make_roster_page(&state, Visit::new(&person, &csrf), &RosterRequest::default()).await?)
 }
 
 async fn make_roster_page(
     state: &AppState,
     Visit { person, csrf }: Visit<'_>,
-    wanted: &Wanted,
+    wanted: &RosterRequest,
 ) -> Result<RosterPage, Error> {
     let cohorts = cohorts::all(state.db.reader(), person.school_id).await?;
     Ok(RosterPage {
@@ -51,7 +51,7 @@ pub(super) async fn send_roster(
     upload: CsrfUpload,
 ) -> Result<Response, PageError> {
     let cohort = Some(upload.field("cohort").to_owned()).filter(|cohort| !cohort.is_empty());
-    let wanted = Wanted { cohort, remove_missing: upload.field("remove_missing") == "yes" };
+    let wanted = RosterRequest { cohort, remove_missing: upload.field("remove_missing") == "yes" };
     let (name, body) = &upload.file;
     let refused = match &wanted.cohort {
         Some(cohort) if !is_name(cohort) => tr!("“{cohort}” cannot be the name of a cohort", cohort = cohort),
@@ -97,7 +97,7 @@ async fn make_preview_page(
     id: Uuid,
     query: RosterLinesQuery,
 ) -> Result<RosterPreviewPage, Error> {
-    let Preview { file_name, ignored, difference, digest } = roster_import::preview(state, school, id).await?;
+    let RosterPreview { file_name, ignored, difference, digest } = roster_import::preview(state, school, id).await?;
     let (lines, pages) = RosterPreviewPage::lines(&difference, query.show, query.page);
     Ok(RosterPreviewPage {
         shell,

@@ -18,7 +18,7 @@ use crate::routes::auth::{
 use acts::accounts;
 use acts::error::Error;
 use acts::second_factor;
-use acts::second_factor::{Enrolled, Typed};
+use acts::second_factor::{Enrolled, TypedCode};
 use model::{CurrentPerson, FactorRule, PersonKey};
 use pages::proving::FactorRefused;
 use pages::proving::ProofAsked;
@@ -205,7 +205,7 @@ async fn confirm_second_factor(
     browser: Browser,
     CsrfForm(form): CsrfForm<CodeForm>,
 ) -> Result<Response, PageError> {
-    let typed = Typed { code: &form.code, from: browser.from };
+    let typed = TypedCode { code: &form.code, from: browser.from };
     match second_factor::confirm(&state, &person, typed).await? {
         Some(made) => Ok(answer_enrolled(&state, &person, &browser.session, made).await?),
         None => show_factor_again(&state, &person, &browser, FactorRefused::Code).await,

@@ -9,7 +9,8 @@ use crate::error::PageError;
 use crate::routes::auth::{Administrator, Csrf};
 use pages::service::{ActRow, ServicePage};
 use pages::{NavPlace, Shell};
-use store::service::{self, Act};
+use store::service;
+use store::service::SchoolAct;
 use store::{reports, stations};
 
 /// Acts on one page.
@@ -56,7 +57,7 @@ pub(super) async fn show_service_log(
     })
 }
 
-fn make_act_row(act: Act) -> ActRow {
-    let Act { seq, at, actor, action, object, details } = act;
+fn make_act_row(act: SchoolAct) -> ActRow {
+    let SchoolAct { seq, at, actor, action, object, details } = act;
     ActRow { seq, at: at.to_utc(), actor, action, object, details }
 }

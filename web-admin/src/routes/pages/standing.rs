@@ -4,12 +4,14 @@ use uuid::Uuid;
 
 use crate::AppState;
 use acts::error::Error;
-use model::progress::{Attempt, Course, Progress};
+use model::progress::{Course, Progress, ScoredAttempt};
 use model::{Needed, Role};
 use pages::cohort::TraineeRow;
 use pages::trainee::CourseFacts;
-use store::curricula::{self, Curriculum};
-use store::reports::{self, ExerciseInShort, Named};
+use store::curricula;
+use store::curricula::TaughtCurriculum;
+use store::reports;
+use store::reports::{ExerciseInShort, NamedItem};
 use store::{practice, proofs, schools};
 
 /// A course with what its pages tell.
@@ -47,8 +49,8 @@ pub(super) async fn taught_courses(state: &AppState, school: Uuid) -> Result<Vec
     Ok(courses)
 }
 
-fn taught_course(curriculum: Curriculum, course: Course, exercises: &[ExerciseInShort]) -> TaughtCourse {
-    let Curriculum { curriculum_id: id, title, description, .. } = curriculum;
+fn taught_course(curriculum: TaughtCurriculum, course: Course, exercises: &[ExerciseInShort]) -> TaughtCourse {
+    let TaughtCurriculum { curriculum_id: id, title, description, .. } = curriculum;
     let known = |id: &str| exercises.iter().find(|e| e.exercise_id == id);
     let of_each = || course.steps.iter().map(|step| known(&step.exercise));
     let pass_marks = of_each().map(|e| e.map_or(0.0, |e| e.pass_mark)).collect();
@@ -59,7 +61,7 @@ fn taught_course(curriculum: Curriculum, course: Course, exercises: &[ExerciseIn
 /// A trainee's progress in every course, the one tried last first, each with the course's index.
 pub(super) fn progress_in_courses(
     courses: &[TaughtCourse],
-    attempts: &[Attempt],
+    attempts: &[ScoredAttempt],
     state: &AppState,
 ) -> Vec<(usize, Progress)> {
     let now = state.clock.now().to_utc();
@@ -74,15 +76,15 @@ pub(super) async fn proved_attempts(
     state: &AppState,
     school: Uuid,
     trainee: Uuid,
-    attempts: &[Attempt],
-) -> Result<(Needed, Vec<Attempt>), Error> {
+    attempts: &[ScoredAttempt],
+) -> Result<(Needed, Vec<ScoredAttempt>), Error> {
     let needed = schools::certificate_needs(state.db.reader(), school).await?;
     let enough = proofs::enough(state.db.reader(), school, trainee, needed).await?;
     Ok((needed, attempts.iter().filter(|attempt| enough.contains(&attempt.session)).cloned().collect()))
 }
 
 /// The trainees of a cohort by name, each with their progress in every course, the one tried last first, and the course's index.
-pub(super) struct CohortStanding(Vec<(Named, Vec<(usize, Progress)>)>);
+pub(super) struct CohortStanding(Vec<(NamedItem, Vec<(usize, Progress)>)>);
 
 impl CohortStanding {
     /// Everybody's progress in the course that they are on.
@@ -98,7 +100,7 @@ impl CohortStanding {
 
     /// The rows of those whose progress in the course that they are on is wanted.
     pub fn rows(&self, courses: &[TaughtCourse], wanted: impl Fn(&Progress) -> bool) -> Vec<TraineeRow> {
-        let row = |(trainee, progress): &(Named, Vec<(usize, Progress)>)| {
+        let row = |(trainee, progress): &(NamedItem, Vec<(usize, Progress)>)| {
             let (course, main) = progress.first().filter(|(_, main)| wanted(main))?;
             let href = format!("/trainees/{}", trainee.id);
             Some(TraineeRow::new(href, trainee.name.clone(), &courses[*course].facts(None), main))
@@ -117,7 +119,7 @@ pub(super) async fn standing_of_cohort(
     let reader = state.db.reader();
     let trainees = reports::members(reader, school, cohort, Role::Trainee).await?;
     let mut practised = practice::of_cohort(reader, school, cohort).await?;
-    let standing = |trainee: Named| {
+    let standing = |trainee: NamedItem| {
         let own = practised.remove(&trainee.id).unwrap_or_default();
         (trainee, progress_in_courses(courses, &own, state))
     };

@@ -14,7 +14,7 @@ use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
 use acts::accounts;
 use acts::error::Error;
 use acts::tokens;
-use acts::tokens::Wanted;
+use acts::tokens::TokenRequest;
 use model::CurrentPerson;
 use pages::tokens::{MadeTokenPage, TokenRow, TokensPage};
 use pages::{NavPlace, Shell};
@@ -73,7 +73,7 @@ async fn make_token(
 ) -> Result<Response, PageError> {
     state.logins.take_own(person.id)?;
     let made = if accounts::is_own_password(&state, &person, &form.password).await? {
-        tokens::make(&state, &person, Wanted { name: &form.name, days: form.days }).await
+        tokens::make(&state, &person, TokenRequest { name: &form.name, days: form.days }).await
     } else {
         Err(Error::Unprocessable(tr!("This is not your password of now.").to_owned()))
     };

@@ -13,18 +13,19 @@ use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
 use acts::assignments as teaching;
 use acts::error::Error;
 use acts::stations;
-use model::assignment::Standing;
+use model::assignment::AssignmentStanding;
 use model::progress::{Habits, Progress};
 use model::{CurrentPerson, Moment, Role};
 use pages::assignments::AssignmentRow;
 use pages::progress::HabitsView;
 use pages::trainee::{CourseView, PageNumbers, SignInCodePage, TraineePage, needed_in_words};
 use pages::{NavPlace, Shell};
-use store::reports::{self, ListedAttempt, Named, Stretch};
+use store::reports;
+use store::reports::{ListStretch, ListedAttempt, NamedItem};
 use store::{cohorts, practice, sign_in_codes};
 
 /// Attempts over which habits are looked for.
-const RECENT: Stretch = Stretch { limit: 20, offset: 0 };
+const RECENT: ListStretch = ListStretch { limit: 20, offset: 0 };
 /// Assignments on a trainee's home.
 const SHOWN_DUE: usize = 3;
 /// Attempts on one page of the list.
@@ -54,7 +55,7 @@ pub(super) async fn make_trainee_page(
     state: &AppState,
     shell: Shell,
     visitor: &CurrentPerson,
-    trainee: Named,
+    trainee: NamedItem,
     query: TraineePageQuery,
 ) -> Result<TraineePage, Error> {
     let (reader, school) = (state.db.reader(), visitor.school_id);
@@ -73,7 +74,7 @@ pub(super) async fn make_trainee_page(
         }
     };
     let pages = number_pages(reports::count_attempts(reader, school, trainee.id).await?, query);
-    let stretch = Stretch { limit: PER_PAGE, offset: pages.page.saturating_sub(1) * PER_PAGE };
+    let stretch = ListStretch { limit: PER_PAGE, offset: pages.page.saturating_sub(1) * PER_PAGE };
     let cohorts = cohorts::of_person(reader, school, trainee.id, Role::Trainee).await?;
     let own = trainee.id == visitor.id;
     let sign_in_code = match own {
@@ -85,7 +86,7 @@ pub(super) async fn make_trainee_page(
     let due = if own { teaching::standings(state, school, visitor.id).await? } else { Vec::new() };
     Ok(TraineePage {
         shell,
-        due: due.into_iter().filter(Standing::is_open).take(SHOWN_DUE).map(AssignmentRow::own).collect(),
+        due: due.into_iter().filter(AssignmentStanding::is_open).take(SHOWN_DUE).map(AssignmentRow::own).collect(),
         requests,
         habits: habits_of_attempts(&latest),
         name: trainee.name,

@@ -13,17 +13,17 @@ use super::super::Result;
 use model::Moment;
 
 /// A kind of rows, by school and person.
-struct Kind {
+struct RecordKind {
     key: &'static str,
     rows: &'static str,
 }
 
-const fn kind(key: &'static str, rows: &'static str) -> Kind {
-    Kind { key, rows }
+const fn kind(key: &'static str, rows: &'static str) -> RecordKind {
+    RecordKind { key, rows }
 }
 
 /// What others did about them, and what stands in their name.
-const ABOUT: [Kind; 19] = [
+const ABOUT: [RecordKind; 19] = [
     kind(
         "overrides",
         "SELECT o.session_id, o.score, o.passed AS is_pass, o.reason, p.display_name AS made_by, o.made_at
@@ -121,7 +121,7 @@ const ABOUT: [Kind; 19] = [
 ];
 
 /// What they did themselves, to others' or to the school's things.
-const DONE: [Kind; 17] = [
+const DONE: [RecordKind; 17] = [
     kind(
         "comments_made",
         "SELECT id, session_id, answers, kind, from_s, to_s, body, made_at, withdrawn_at FROM comments

@@ -20,7 +20,7 @@ use model::{Moment, PersonKey, Role};
 
 /// Everything held about a person.
 #[derive(Clone, Debug, Serialize)]
-pub struct Export {
+pub struct PersonExport {
     /// Who.
     pub person: PersonFacts,
     /// Cohorts, by name.
@@ -122,7 +122,7 @@ pub struct LogFacts {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of_person(reader: &SqlitePool, school: Uuid, person: Uuid) -> Result<Option<Export>> {
+pub async fn of_person(reader: &SqlitePool, school: Uuid, person: Uuid) -> Result<Option<PersonExport>> {
     let facts: Option<PersonFacts> = sqlx::query_as(
         "SELECT p.id, s.name AS school, p.role, p.email, p.display_name, p.pseudonym, p.registrar_id, p.language, p.created_at
          FROM people p JOIN schools s ON s.id = p.school_id WHERE p.school_id = $1 AND p.id = $2",
@@ -152,7 +152,7 @@ pub async fn of_person(reader: &SqlitePool, school: Uuid, person: Uuid) -> Resul
     for attempt in &mut attempts {
         attempt.recording = format!("/api/v1/sessions/{}/recording", attempt.session_id);
     }
-    Ok(Some(Export {
+    Ok(Some(PersonExport {
         cohorts: cohorts.bind(school).bind(person).fetch_all(reader).await?,
         attempts,
         metrics: metrics(reader, school, person).await?,

@@ -9,7 +9,7 @@ use uuid::Uuid;
 use crate::{Result, assignments};
 use attempt::AttemptCurve;
 use model::Moment;
-use model::segments::{Verdict, pops};
+use model::segments::{MarksVerdict, pops};
 
 /// A comment on an attempt of theirs, or an answer to one.
 #[derive(Clone, Debug, Serialize, FromRow)]
@@ -126,18 +126,18 @@ struct MarksRow {
 
 impl From<MarksRow> for MarksFacts {
     fn from(row: MarksRow) -> Self {
-        let verdict = row.sent_at.map(|_| Verdict::of(&pops(&row.curve), &row.marks));
+        let verdict = row.sent_at.map(|_| MarksVerdict::of(&pops(&row.curve), &row.marks));
         let verdict = verdict.as_ref();
         Self {
             task: row.task,
             trace: row.trace,
             marks_s: row.marks.0.clone(),
             sent_at: row.sent_at,
-            pops: verdict.map(Verdict::pops),
+            pops: verdict.map(MarksVerdict::pops),
             found: verdict.map(|verdict| verdict.hits.len()),
             false_marks: verdict.map(|verdict| verdict.false_marks.len()),
-            mean_error_ms: verdict.and_then(Verdict::mean_error_ms),
-            largest_error_ms: verdict.and_then(Verdict::largest_error_ms),
+            mean_error_ms: verdict.and_then(MarksVerdict::mean_error_ms),
+            largest_error_ms: verdict.and_then(MarksVerdict::largest_error_ms),
         }
     }
 }

@@ -5,11 +5,15 @@ use std::ops::Range;
 use sqlx::SqliteConnection;
 use uuid::Uuid;
 
-use super::{ATTEMPTS, Crowd, TRAINEES};
+use super::{ATTEMPTS, GeneratedCrowd, TRAINEES};
 use crate::Result;
 
 /// Each trainee goes through the school's exercises in turn, at the hours of a day. One re-simulation in a thousand differs.
-pub(super) async fn add(writer: &mut SqliteConnection, crowd: &Crowd<'_>, trainees: &Range<u32>) -> Result<()> {
+pub(super) async fn add(
+    writer: &mut SqliteConnection,
+    crowd: &GeneratedCrowd<'_>,
+    trainees: &Range<u32>,
+) -> Result<()> {
     sqlx::query(
         "WITH RECURSIVE t (i) AS (SELECT $7 UNION ALL SELECT i + 1 FROM t WHERE i + 1 < $2),
            a (j) AS (SELECT 0 UNION ALL SELECT j + 1 FROM a WHERE j + 1 < $3),
@@ -42,7 +46,12 @@ pub(super) async fn add(writer: &mut SqliteConnection, crowd: &Crowd<'_>, traine
 
 /// Scores at random, four of five passed; the model's metrics, scattered, for a trainee's latest attempt at each exercise
 /// and one in ten of the others; and the model's curve for one in fifty.
-pub(super) async fn score(writer: &mut SqliteConnection, crowd: &Crowd<'_>, from: Uuid, to: Uuid) -> Result<()> {
+pub(super) async fn score(
+    writer: &mut SqliteConnection,
+    crowd: &GeneratedCrowd<'_>,
+    from: Uuid,
+    to: Uuid,
+) -> Result<()> {
     for statement in [
         "INSERT INTO scores (id, school_id, session_id, score, passed, rubric_id, rubric_sha256, deductions, hard_fails,
            simulator_version, computed_at)
@@ -74,7 +83,12 @@ pub(super) async fn score(writer: &mut SqliteConnection, crowd: &Crowd<'_>, from
 }
 
 /// A row of practice for each trainee and exercise.
-pub(super) async fn sum_up(writer: &mut SqliteConnection, crowd: &Crowd<'_>, from: Uuid, to: Uuid) -> Result<()> {
+pub(super) async fn sum_up(
+    writer: &mut SqliteConnection,
+    crowd: &GeneratedCrowd<'_>,
+    from: Uuid,
+    to: Uuid,
+) -> Result<()> {
     sqlx::query(
         "INSERT INTO practice (school_id, trainee_id, exercise_id, attempts, passes, points, history)
          SELECT s.school_id, s.trainee_id, s.exercise_id, count(*), sum(g.passed), sum(g.score),
@@ -92,7 +106,7 @@ pub(super) async fn sum_up(writer: &mut SqliteConnection, crowd: &Crowd<'_>, fro
 }
 
 /// Sums by month, of each cohort and of the school.
-pub(super) async fn tally(writer: &mut SqliteConnection, crowd: &Crowd<'_>) -> Result<()> {
+pub(super) async fn tally(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
     sqlx::query(
         "INSERT INTO tallies (school_id, cohort_id, month, attempts, passes, points)
          SELECT $1, coalesce(cohort_id, zeroblob(16)), month, count(*), sum(passed), sum(score)

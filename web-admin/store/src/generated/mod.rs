@@ -30,7 +30,7 @@ const COHORTS_EACH: i64 = 4;
 
 /// What to generate in a school whose course is published.
 #[derive(Clone, Copy, Debug)]
-pub struct Crowd<'a> {
+pub struct GeneratedCrowd<'a> {
     /// School.
     pub school_id: Uuid,
     /// How many trainees.
@@ -49,7 +49,7 @@ pub struct Crowd<'a> {
     pub model: Uuid,
 }
 
-impl Crowd<'_> {
+impl GeneratedCrowd<'_> {
     fn cohorts(&self) -> i64 {
         i64::from(self.trainees.div_ceil(self.cohort_size.max(1)))
     }
@@ -86,7 +86,7 @@ pub fn instructor_email(place: u32) -> String {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn found(writer: &mut SqliteConnection, crowd: &Crowd<'_>) -> Result<()> {
+pub async fn found(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
     // 256 MB: the indices grow at random places.
     sqlx::query("PRAGMA cache_size = -256000").execute(&mut *writer).await?;
     trainees(writer, crowd).await?;
@@ -99,7 +99,7 @@ pub async fn found(writer: &mut SqliteConnection, crowd: &Crowd<'_>) -> Result<(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn practise(writer: &mut SqliteConnection, crowd: &Crowd<'_>, trainees: Range<u32>) -> Result<()> {
+pub async fn practise(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>, trainees: Range<u32>) -> Result<()> {
     attempts::add(writer, crowd, &trainees).await?;
     let (from, to) = crowd.attempts_of(&trainees);
     attempts::score(writer, crowd, from, to).await?;
@@ -112,12 +112,12 @@ pub async fn practise(writer: &mut SqliteConnection, crowd: &Crowd<'_>, trainees
 ///
 /// # Errors
 /// When the database fails.
-pub async fn conclude(writer: &mut SqliteConnection, crowd: &Crowd<'_>) -> Result<()> {
+pub async fn conclude(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
     sqlx::query("DELETE FROM tallies WHERE school_id = $1").bind(crowd.school_id).execute(&mut *writer).await?;
     attempts::tally(writer, crowd).await
 }
 
-async fn trainees(writer: &mut SqliteConnection, crowd: &Crowd<'_>) -> Result<()> {
+async fn trainees(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
     sqlx::query(counted!(
         "INSERT INTO people (id, school_id, role, email, display_name, pseudonym, password_hash, created_at, search)
          SELECT unhex(printf('%032x', $5 + i)), $1, 'trainee', printf('generated%d@example.org', i),
@@ -134,7 +134,7 @@ async fn trainees(writer: &mut SqliteConnection, crowd: &Crowd<'_>) -> Result<()
     .map(drop)
 }
 
-async fn instructors(writer: &mut SqliteConnection, crowd: &Crowd<'_>) -> Result<()> {
+async fn instructors(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
     sqlx::query(counted!(
         "INSERT INTO people (id, school_id, role, email, display_name, pseudonym, password_hash, created_at, search)
          SELECT unhex(printf('%032x', $5 + i)), $1, 'instructor', printf('instructor%d@example.org', i),
@@ -151,7 +151,7 @@ async fn instructors(writer: &mut SqliteConnection, crowd: &Crowd<'_>) -> Result
     .map(drop)
 }
 
-async fn cohorts(writer: &mut SqliteConnection, crowd: &Crowd<'_>) -> Result<()> {
+async fn cohorts(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
     sqlx::query(counted!(
         "INSERT INTO cohorts (id, school_id, name, created_at)
          SELECT unhex(printf('%032x', $4 + i)), $1, printf('Generated %03d', i), $3 FROM n"

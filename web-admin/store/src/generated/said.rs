@@ -3,11 +3,11 @@
 use sqlx::SqliteConnection;
 use uuid::Uuid;
 
-use super::{COHORTS, COHORTS_EACH, Crowd, INSTRUCTORS};
+use super::{COHORTS, COHORTS_EACH, GeneratedCrowd, INSTRUCTORS};
 use crate::Result;
 
 /// An exercise that is over and a course that is due in a month, for each cohort.
-pub(super) async fn assignments(writer: &mut SqliteConnection, crowd: &Crowd<'_>) -> Result<()> {
+pub(super) async fn assignments(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
     let until_us = crowd.from_us + crowd.every_us * i64::from(crowd.attempts_each);
     for statement in [
         counted!(
@@ -40,7 +40,12 @@ pub(super) async fn assignments(writer: &mut SqliteConnection, crowd: &Crowd<'_>
 }
 
 /// A trainee's question on one attempt in fifty.
-pub(super) async fn comments(writer: &mut SqliteConnection, crowd: &Crowd<'_>, from: Uuid, to: Uuid) -> Result<()> {
+pub(super) async fn comments(
+    writer: &mut SqliteConnection,
+    crowd: &GeneratedCrowd<'_>,
+    from: Uuid,
+    to: Uuid,
+) -> Result<()> {
     sqlx::query(
         "INSERT INTO comments (id, school_id, session_id, author_id, kind, from_s, body, made_at)
          SELECT randomblob(16), school_id, id, trainee_id, 'question', 1.0, 'Was this the fascia?', received_at
@@ -55,7 +60,12 @@ pub(super) async fn comments(writer: &mut SqliteConnection, crowd: &Crowd<'_>, f
 }
 
 /// Nine of ten attempts were looked at.
-pub(super) async fn reviews(writer: &mut SqliteConnection, crowd: &Crowd<'_>, from: Uuid, to: Uuid) -> Result<()> {
+pub(super) async fn reviews(
+    writer: &mut SqliteConnection,
+    crowd: &GeneratedCrowd<'_>,
+    from: Uuid,
+    to: Uuid,
+) -> Result<()> {
     sqlx::query(
         "INSERT INTO reviews (school_id, session_id, reviewed_by, reviewed_at)
          SELECT s.school_id, s.id, m.person_id, s.received_at

@@ -20,7 +20,7 @@ pub struct Rater {
 
 /// An attempt that can be rated.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
-pub struct Candidate {
+pub struct RateableAttempt {
     /// The attempt.
     pub id: Uuid,
     /// Who tried.
@@ -51,7 +51,7 @@ pub async fn raters(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<V
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of_assignment(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Vec<Candidate>> {
+pub async fn of_assignment(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Vec<RateableAttempt>> {
     sqlx::query_as(
         "SELECT s.id, p.display_name AS trainee, coalesce(x.title, s.exercise_id) AS exercise, s.started_at
          FROM (SELECT n.id FROM (

@@ -3,8 +3,8 @@
 mod candidates;
 mod results;
 
-pub use candidates::{Candidate, Rater, of_assignment, raters};
-pub use results::{Cell, Finished, cells, finished_of};
+pub use candidates::{RateableAttempt, Rater, of_assignment, raters};
+pub use results::{FinishedRating, RatingCell, cells, finished_of};
 
 use assessment::questionnaire::Answer;
 use sqlx::types::Json;

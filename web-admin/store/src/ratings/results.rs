@@ -11,7 +11,7 @@ use model::{CurrentPerson, Moment, Role, SessionKey};
 
 /// A rating as whoever asked for it sees it.
 #[derive(Clone, Debug, PartialEq, FromRow)]
-pub struct Cell {
+pub struct RatingCell {
     /// The attempt.
     pub session_id: Uuid,
     /// When it began.
@@ -40,7 +40,11 @@ pub struct Cell {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn cells(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson, round: &Round) -> Result<Vec<Cell>> {
+pub async fn cells(
+    executor: impl SqliteExecutor<'_>,
+    viewer: &CurrentPerson,
+    round: &Round,
+) -> Result<Vec<RatingCell>> {
     sqlx::query_as(
         "SELECT r.session_id, s.started_at, t.display_name AS trainee, t.id AS trainee_id, t.pseudonym,
            coalesce(x.title, s.exercise_id) AS exercise, r.rater_id, p.display_name AS rater, r.answers, r.finished_at,
@@ -65,7 +69,7 @@ pub async fn cells(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson, ro
 
 /// A finished rating of one attempt.
 #[derive(Clone, Debug, PartialEq, FromRow)]
-pub struct Finished {
+pub struct FinishedRating {
     /// Its round.
     pub round_id: Uuid,
     /// Title of the round.
@@ -86,7 +90,7 @@ pub async fn finished_of(
     executor: impl SqliteExecutor<'_>,
     session: SessionKey,
     viewer: Uuid,
-) -> Result<Vec<Finished>> {
+) -> Result<Vec<FinishedRating>> {
     sqlx::query_as(
         "SELECT r.round_id, o.title, o.revision_id, o.generated, r.answers
          FROM ratings r JOIN rating_rounds o ON o.id = r.round_id AND o.withdrawn_at IS NULL

@@ -26,7 +26,7 @@ impl Regrading {
 
 /// What was found out about an attempt.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Found {
+pub struct RegradedAttempt {
     /// What becomes of it.
     pub outcome: RegradingOutcome,
     /// How it is judged, where it gets a score.
@@ -66,7 +66,12 @@ pub async fn to_look(executor: impl SqliteExecutor<'_>, regrading: Uuid, most: u
 ///
 /// # Errors
 /// When the database fails.
-pub async fn found(writer: &mut SqliteConnection, regrading: &Regrading, session: Uuid, found: &Found) -> Result<()> {
+pub async fn found(
+    writer: &mut SqliteConnection,
+    regrading: &Regrading,
+    session: Uuid,
+    found: &RegradedAttempt,
+) -> Result<()> {
     let key = regrading.key(session);
     sqlx::query(
         "UPDATE regrading_lines SET outcome = $4, after = $5, passed_after = $6, assessment = $7, why = $8

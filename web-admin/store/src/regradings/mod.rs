@@ -11,7 +11,7 @@ use model::{CurrentPerson, Moment, Role, SessionKey, new_id};
 
 mod lines;
 
-pub use lines::{Found, ToGrade, found, graded, left, lines, looked_at, to_grade, to_look};
+pub use lines::{RegradedAttempt, ToGrade, found, graded, left, lines, looked_at, to_grade, to_look};
 
 /// A re-grading.
 #[derive(Clone, Debug, PartialEq, FromRow)]
@@ -282,7 +282,7 @@ pub async fn forget(writer: &mut SqliteConnection, id: Uuid) -> Result<()> {
 
 /// Who had a score of an attempt computed again, alone or with every other at its exercise, and why.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
-pub struct Act {
+pub struct RegradingAct {
     /// The score.
     pub score_id: Uuid,
     /// Their name; none at the command line.
@@ -331,7 +331,7 @@ pub async fn add_reason(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of_session(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Vec<Act>> {
+pub async fn of_session(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Vec<RegradingAct>> {
     // Left to itself, SQLite reads every line of the school.
     sqlx::query_as(
         "SELECT l.new_score_id AS score_id, p.display_name AS \"by\", g.reason

@@ -93,7 +93,7 @@ pub struct AttemptRecord {
 
 /// A stretch of a list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Stretch {
+pub struct ListStretch {
     /// At most so many.
     pub limit: u32,
     /// After so many.
@@ -108,7 +108,7 @@ pub async fn attempts_of(
     executor: impl SqliteExecutor<'_>,
     school: Uuid,
     trainee: Uuid,
-    stretch: Stretch,
+    stretch: ListStretch,
 ) -> Result<Vec<ListedAttempt>> {
     sqlx::query_as(listed!("", "sessions s", "WHERE s.school_id = $1 AND s.trainee_id = $2"))
         .bind(school)
@@ -128,7 +128,7 @@ pub async fn attempts_at(
     school: Uuid,
     trainee: Uuid,
     exercise: &str,
-    stretch: Stretch,
+    stretch: ListStretch,
 ) -> Result<Vec<ListedAttempt>> {
     sqlx::query_as(listed!("", "sessions s", "WHERE s.school_id = $1 AND s.trainee_id = $2 AND s.exercise_id = $5"))
         .bind(school)

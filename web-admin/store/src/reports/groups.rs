@@ -11,7 +11,7 @@ use model::{CurrentPerson, Role};
 
 /// A name and what it belongs to.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
-pub struct Named {
+pub struct NamedItem {
     /// Id of a person or a cohort.
     pub id: Uuid,
     /// Name.
@@ -33,7 +33,7 @@ macro_rules! cohorts {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn cohorts(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) -> Result<Vec<Named>> {
+pub async fn cohorts(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) -> Result<Vec<NamedItem>> {
     sqlx::query_as(cohorts!("ORDER BY c.name"))
         .bind(viewer.school_id)
         .bind(viewer.id)
@@ -46,7 +46,7 @@ pub async fn cohorts(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn cohort(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson, id: Uuid) -> Result<Option<Named>> {
+pub async fn cohort(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson, id: Uuid) -> Result<Option<NamedItem>> {
     sqlx::query_as(cohorts!("AND c.id = $4"))
         .bind(viewer.school_id)
         .bind(viewer.id)
@@ -89,7 +89,12 @@ pub async fn cohorts_in_short(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn members(executor: impl SqliteExecutor<'_>, school: Uuid, cohort: Uuid, role: Role) -> Result<Vec<Named>> {
+pub async fn members(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    cohort: Uuid,
+    role: Role,
+) -> Result<Vec<NamedItem>> {
     sqlx::query_as(
         "SELECT p.id, p.display_name AS name FROM cohort_members m
          JOIN people p ON p.school_id = m.school_id AND p.id = m.person_id
@@ -128,7 +133,7 @@ pub async fn pseudonyms(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn trainee(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson, id: Uuid) -> Result<Option<Named>> {
+pub async fn trainee(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson, id: Uuid) -> Result<Option<NamedItem>> {
     sqlx::query_as(
         "SELECT p.id, p.display_name AS name FROM people p
          WHERE p.school_id = $1 AND p.id = $3 AND p.role = 'trainee' AND ($4 OR p.id = $2 OR EXISTS (

@@ -5,8 +5,8 @@ mod groups;
 mod school;
 
 pub use attempts::{
-    AttemptRecord, ListedAttempt, Stretch, attempts_at, attempts_of, count_attempts, latest_at, latest_taught,
+    AttemptRecord, ListStretch, ListedAttempt, attempts_at, attempts_of, count_attempts, latest_at, latest_taught,
     records_after,
 };
-pub use groups::{Named, cohort, cohorts, cohorts_in_short, members, pseudonyms, trainee};
-pub use school::{Counts, ExerciseInShort, FailingJob, counts, exercises, failing_jobs};
+pub use groups::{NamedItem, cohort, cohorts, cohorts_in_short, members, pseudonyms, trainee};
+pub use school::{ExerciseInShort, FailingJob, SchoolCounts, counts, exercises, failing_jobs};

@@ -34,7 +34,7 @@ pub async fn exercises(executor: impl SqliteExecutor<'_>, school: Uuid) -> Resul
 
 /// The school at a glance.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
-pub struct Counts {
+pub struct SchoolCounts {
     /// The school's name.
     pub school: String,
     /// People who may sign in, by role.
@@ -59,7 +59,7 @@ pub struct Counts {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn counts(executor: impl SqliteExecutor<'_>, school: Uuid, since: Moment) -> Result<Counts> {
+pub async fn counts(executor: impl SqliteExecutor<'_>, school: Uuid, since: Moment) -> Result<SchoolCounts> {
     sqlx::query_as(
         "SELECT s.name AS school,
            (SELECT count(*) FROM people p WHERE p.school_id = s.id AND p.role = 'trainee' AND p.disabled_at IS NULL)

@@ -10,9 +10,9 @@ pub use links::{
     exercises, of_course, of_person, remove_tag,
 };
 pub use responses::{
-    NewResponse, Response, Submission, add, by_token, draft_of, put_answers, reset, set_token, submit, withdraw,
+    NewResponse, Submission, SurveyResponse, add, by_token, draft_of, put_answers, reset, set_token, submit, withdraw,
 };
-pub use results::{Attempt, Counts, Submitted, Tag, attempts, counts, submitted, tags};
+pub use results::{ResponseCounts, ResponseMetric, SubmittedResponse, Tag, attempts, counts, submitted, tags};
 
 use model::survey::Survey;
 use sqlx::{SqliteConnection, SqliteExecutor};

@@ -11,7 +11,7 @@ use model::survey::{Identity, ResponseState};
 
 /// A response.
 #[derive(Clone, Debug, PartialEq, FromRow)]
-pub struct Response {
+pub struct SurveyResponse {
     /// Id: random.
     pub id: Uuid,
     /// Its school.
@@ -93,7 +93,7 @@ pub async fn add(writer: &mut SqliteConnection, new: &NewResponse<'_>) -> Result
 ///
 /// # Errors
 /// When the database fails.
-pub async fn by_token(executor: impl SqliteExecutor<'_>, token_sha256: &[u8; 32]) -> Result<Option<Response>> {
+pub async fn by_token(executor: impl SqliteExecutor<'_>, token_sha256: &[u8; 32]) -> Result<Option<SurveyResponse>> {
     sqlx::query_as(
         "SELECT id, school_id, survey_id, state, person_id, session_id, language, answers, expires_at
          FROM survey_responses WHERE token_sha256 = $1",
@@ -113,7 +113,7 @@ pub async fn draft_of(
     survey: Uuid,
     person: Uuid,
     session: Option<Uuid>,
-) -> Result<Option<Response>> {
+) -> Result<Option<SurveyResponse>> {
     sqlx::query_as(
         "SELECT id, school_id, survey_id, state, person_id, session_id, language, answers, expires_at
          FROM survey_responses WHERE school_id = $1 AND survey_id = $2 AND person_id = $3
@@ -150,7 +150,7 @@ pub async fn set_token(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn put_answers(writer: &mut SqliteConnection, response: &Response, now: Moment) -> Result<bool> {
+pub async fn put_answers(writer: &mut SqliteConnection, response: &SurveyResponse, now: Moment) -> Result<bool> {
     sqlx::query(
         "UPDATE survey_responses SET answers = $3, language = $4, state = 'begun',
            consented_at = coalesce(consented_at, $5)
@@ -170,7 +170,7 @@ pub async fn put_answers(writer: &mut SqliteConnection, response: &Response, now
 #[derive(Clone, Copy, Debug)]
 pub struct Submission<'a> {
     /// What.
-    pub response: &'a Response,
+    pub response: &'a SurveyResponse,
     /// Whether it leads to who gave it.
     pub identity: Identity,
     /// When; of an anonymous one only the day is kept.
@@ -223,7 +223,7 @@ pub async fn submit(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn reset(writer: &mut SqliteConnection, response: &Response) -> Result<()> {
+pub async fn reset(writer: &mut SqliteConnection, response: &SurveyResponse) -> Result<()> {
     let statement = if response.person_id.is_some() {
         "DELETE FROM survey_responses WHERE school_id = $1 AND id = $2 AND state = 'begun'"
     } else {
@@ -237,7 +237,7 @@ pub async fn reset(writer: &mut SqliteConnection, response: &Response) -> Result
 ///
 /// # Errors
 /// When the database fails.
-pub async fn withdraw(writer: &mut SqliteConnection, response: &Response) -> Result<bool> {
+pub async fn withdraw(writer: &mut SqliteConnection, response: &SurveyResponse) -> Result<bool> {
     sqlx::query("DELETE FROM survey_tags WHERE school_id = $1 AND response_id = $2")
         .bind(response.school_id)
         .bind(response.id)

@@ -12,7 +12,7 @@ use model::survey::Survey;
 
 /// Sent answers.
 #[derive(Clone, Debug, PartialEq, FromRow)]
-pub struct Submitted {
+pub struct SubmittedResponse {
     /// The response.
     pub id: Uuid,
     /// `professional`, or the person's role.
@@ -41,8 +41,8 @@ pub struct Submitted {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn submitted(executor: impl SqliteExecutor<'_>, survey: &Survey) -> Result<Vec<Submitted>> {
-    let mut submitted: Vec<Submitted> = sqlx::query_as(
+pub async fn submitted(executor: impl SqliteExecutor<'_>, survey: &Survey) -> Result<Vec<SubmittedResponse>> {
+    let mut submitted: Vec<SubmittedResponse> = sqlx::query_as(
         "SELECT r.id, r.role, CASE $3 WHEN 'named' THEN coalesce(p.display_name, r.label)
              WHEN 'pseudonymous' THEN p.pseudonym END AS who,
            CASE WHEN $3 <> 'anonymous' THEN p.pseudonym END AS pseudonym, r.session_id, r.exercise_id, r.device, r.simulator_version, r.language, r.submitted_at, r.answers
@@ -61,7 +61,7 @@ pub async fn submitted(executor: impl SqliteExecutor<'_>, survey: &Survey) -> Re
 
 /// A figure of the attempt behind a response.
 #[derive(Clone, Debug, PartialEq, FromRow)]
-pub struct Attempt {
+pub struct ResponseMetric {
     /// The response.
     pub response_id: Uuid,
     /// The figure.
@@ -72,7 +72,7 @@ pub struct Attempt {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn attempts(executor: impl SqliteExecutor<'_>, survey: &Survey, metric: &str) -> Result<Vec<Attempt>> {
+pub async fn attempts(executor: impl SqliteExecutor<'_>, survey: &Survey, metric: &str) -> Result<Vec<ResponseMetric>> {
     if survey.identity == Identity::Anonymous {
         return Ok(Vec::new());
     }
@@ -92,7 +92,7 @@ pub async fn attempts(executor: impl SqliteExecutor<'_>, survey: &Survey, metric
 
 /// How many were asked and have answered.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, FromRow)]
-pub struct Counts {
+pub struct ResponseCounts {
     /// Links that were made.
     pub links: i64,
     /// Of them, those by which answers were sent.
@@ -111,7 +111,7 @@ pub struct Counts {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn counts(executor: impl SqliteExecutor<'_>, survey: &Survey, now: Moment) -> Result<Counts> {
+pub async fn counts(executor: impl SqliteExecutor<'_>, survey: &Survey, now: Moment) -> Result<ResponseCounts> {
     sqlx::query_as(
         "SELECT
            coalesce(sum(r.role = 'professional'), 0) AS links,

@@ -16,7 +16,7 @@ use acts::secret::PasswordCost;
 use axum::Router;
 use model::Role;
 use sqlx::SqliteConnection;
-use store::audit::{Actor, Entry};
+use store::audit::{Actor, AuditEntry};
 use store::cohorts::{self, Deed, Membership};
 use store::people::{self, NewPerson, Person};
 use store::schools;
@@ -91,7 +91,7 @@ impl App {
                 let person = people::add(tx, &new, now).await.unwrap();
                 let holder = TokenHolder { school_id: school, person_id: Some(person.id), station: None };
                 tokens::add(tx, &holder, &secret::token_sha256(&token), now).await.unwrap();
-                let entry = Entry::new(school, Actor::CommandLine, "person.added", person.id);
+                let entry = AuditEntry::new(school, Actor::CommandLine, "person.added", person.id);
                 entry.append(tx, now).await.unwrap();
                 person
             })

@@ -11,8 +11,7 @@ use uuid::Uuid;
 
 use crate::AppState;
 use crate::error::PageError;
-use crate::export;
-use crate::export::CsvCell;
+use crate::export::{CsvCell, stream_csv};
 use acts::error::Error;
 use model::AttemptPlace;
 use pages::format;
@@ -65,7 +64,7 @@ pub(super) async fn export_attempts(
         let (state, _held) = (state.clone(), &place);
         async move { next_attempts(&state, school, after).await }
     });
-    Ok(export::stream("attempts", &NAMES, rows)?)
+    Ok(stream_csv("attempts", &NAMES, rows)?)
 }
 
 /// The next rows, and the place after them; none where the attempts have ended.

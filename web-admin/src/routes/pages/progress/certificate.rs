@@ -19,8 +19,10 @@ use model::{CurrentPerson, Needed, PersonKey};
 use pages::certificate::CertificatePage;
 use pages::format;
 use pages::trainee::{needed_in_words, rule_in_words};
-use store::curricula::{self, Curriculum};
-use store::reports::{self, Named};
+use store::curricula;
+use store::curricula::TaughtCurriculum;
+use store::reports;
+use store::reports::NamedItem;
 use store::{people, practice, schools};
 use words::Language;
 
@@ -80,8 +82,8 @@ impl Earned {
 async fn earned_by_trainee(
     state: &AppState,
     person: &CurrentPerson,
-    trainee: &Named,
-    curriculum: &Curriculum,
+    trainee: &NamedItem,
+    curriculum: &TaughtCurriculum,
 ) -> Result<Earned, Error> {
     let (reader, school) = (state.db.reader(), person.school_id);
     let course = curricula::course(reader, school, curriculum).await?;

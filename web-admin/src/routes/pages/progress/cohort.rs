@@ -14,19 +14,19 @@ use super::metrics::make_scored_row;
 use super::trainee_cells;
 use crate::AppState;
 use crate::error::PageError;
-use crate::export;
-use crate::export::CsvCell;
+use crate::export::{CsvCell, download_csv};
 use crate::routes::auth::{Csrf, Visitor};
 use crate::routes::pages::standing;
 use crate::routes::pages::standing::TaughtCourse;
 use crate::routes::pages::{PathId, cohorts};
 use acts::error::Error;
-use model::progress::{Attempt, Progress};
+use model::progress::{Progress, ScoredAttempt};
 use model::{CurrentPerson, Role};
 use pages::progress::{CohortProgressPage, CourseHeat, Hardness, HeatRow, ScoredRow, Worry, make_heat_cell};
 use pages::{NavPlace, Shell};
 use store::practice;
-use store::reports::{self, Named};
+use store::reports;
+use store::reports::NamedItem;
 
 /// Days on the chart.
 const DAYS: i64 = 28;
@@ -35,9 +35,9 @@ const LEAST_ATTEMPTS: usize = 5;
 
 /// What both the page and its file are made of.
 struct CohortProgress {
-    cohort: Named,
+    cohort: NamedItem,
     courses: Vec<TaughtCourse>,
-    trainees: Vec<(Named, Vec<Attempt>)>,
+    trainees: Vec<(NamedItem, Vec<ScoredAttempt>)>,
 }
 
 /// A cohort that the visitor may see, with everything its trainees have practised.
@@ -46,7 +46,7 @@ async fn find_cohort_progress(state: &AppState, person: &CurrentPerson, id: Uuid
     let cohort = reports::cohort(reader, person, id).await?.ok_or(Error::NotFound)?;
     let mut practised = practice::of_cohort(reader, school, id).await?;
     let members = reports::members(reader, school, id, Role::Trainee).await?;
-    let with_attempts = |trainee: Named| {
+    let with_attempts = |trainee: NamedItem| {
         let attempts = practised.remove(&trainee.id).unwrap_or_default();
         (trainee, attempts)
     };
@@ -55,7 +55,7 @@ async fn find_cohort_progress(state: &AppState, person: &CurrentPerson, id: Uuid
 }
 
 /// A trainee's progress in one course.
-type JudgedTrainee<'a> = (&'a Named, Progress);
+type JudgedTrainee<'a> = (&'a NamedItem, Progress);
 
 impl CohortProgress {
     fn judged(&self, state: &AppState, taught: &TaughtCourse) -> Vec<JudgedTrainee<'_>> {
@@ -70,7 +70,7 @@ impl CohortProgress {
     }
 }
 
-fn curve_href(trainee: &Named, exercise: &str) -> String {
+fn curve_href(trainee: &NamedItem, exercise: &str) -> String {
     format!("/trainees/{}/exercises/{exercise}", trainee.id)
 }
 
@@ -113,7 +113,7 @@ fn attempts_on(found: &CohortProgress, date: Date) -> Vec<ScoredRow> {
     rows
 }
 
-fn heat_of_course(cohort: &Named, taught: &TaughtCourse, judged: &[JudgedTrainee<'_>]) -> CourseHeat {
+fn heat_of_course(cohort: &NamedItem, taught: &TaughtCourse, judged: &[JudgedTrainee<'_>]) -> CourseHeat {
     let row = |(trainee, progress): &JudgedTrainee<'_>| {
         let cells = taught.course.steps.iter().zip(&progress.steps).zip(&taught.pass_marks);
         HeatRow {
@@ -135,7 +135,7 @@ fn heat_of_course(cohort: &Named, taught: &TaughtCourse, judged: &[JudgedTrainee
     CourseHeat { title: taught.title.clone(), exercises, rows: judged.iter().map(row).collect() }
 }
 
-fn hardness_of_step(cohort: &Named, taught: &TaughtCourse, judged: &[JudgedTrainee<'_>], index: usize) -> Hardness {
+fn hardness_of_step(cohort: &NamedItem, taught: &TaughtCourse, judged: &[JudgedTrainee<'_>], index: usize) -> Hardness {
     let of = &taught.course.steps[index];
     let steps = || judged.iter().map(|(_, progress)| &progress.steps[index]);
     let (passes, attempts) = steps().fold((0, 0), |(p, a), step| (p + step.passes(), a + step.attempts.len()));
@@ -211,10 +211,10 @@ pub(super) async fn export_cohort_progress(
         "trainee_id",
         "pseudonym",
     ];
-    Ok(export::download(&format!("progress-{}", found.cohort.name), &names, &rows)?)
+    Ok(download_csv(&format!("progress-{}", found.cohort.name), &names, &rows)?)
 }
 
-fn progress_cells(taught: &TaughtCourse, trainee: &Named, progress: &Progress, index: usize) -> Vec<CsvCell> {
+fn progress_cells(taught: &TaughtCourse, trainee: &NamedItem, progress: &Progress, index: usize) -> Vec<CsvCell> {
     let (of, step) = (&taught.course.steps[index], &progress.steps[index]);
     let cell = make_heat_cell(String::new(), step, taught.pass_marks.get(index).copied().unwrap_or(0.0));
     let last_at = step.attempts.last().map(|a| pages::format::format_machine_time(a.at));

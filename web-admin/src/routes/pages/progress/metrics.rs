@@ -9,27 +9,27 @@ use uuid::Uuid;
 use super::trainee_cells;
 use crate::AppState;
 use crate::error::PageError;
-use crate::export;
-use crate::export::CsvCell;
+use crate::export::{CsvCell, stream_csv};
 use crate::routes::auth::{Csrf, Visitor};
 use crate::routes::pages::{cohorts, standing};
 use acts::error::Error;
-use model::progress::Attempt;
+use model::progress::ScoredAttempt;
 use model::{CurrentPerson, Role};
 use pages::addresses::exercise_href;
 use pages::progress::{MetricSpreadRow, MetricsPage, ScoredRow};
 use pages::{NavPlace, Shell, format, metric};
 use store::practice;
-use store::reports::{self, Named};
+use store::reports;
+use store::reports::NamedItem;
 use store::scores::{self, FoundMetric, MetricOfMany};
 
 /// What both the page and its file are made of.
 struct CohortMetrics {
-    cohort: Named,
+    cohort: NamedItem,
     /// Title of the exercise.
     title: String,
     /// Everybody's latest attempt at it.
-    latest: Vec<(Named, Attempt)>,
+    latest: Vec<(NamedItem, ScoredAttempt)>,
     metrics: Vec<MetricOfMany>,
 }
 
@@ -46,7 +46,7 @@ async fn find_cohort_metrics(
     let mut steps = courses.iter().flat_map(|taught| &taught.course.steps);
     let title = steps.find(|step| step.exercise == exercise).map(|step| step.title.clone()).ok_or(Error::NotFound)?;
     let mut practised = practice::of_cohort_at(reader, school, id, exercise).await?;
-    let last = |trainee: Named| Some((practised.remove(&trainee.id)?.pop()?, trainee));
+    let last = |trainee: NamedItem| Some((practised.remove(&trainee.id)?.pop()?, trainee));
     let members = reports::members(reader, school, id, Role::Trainee).await?;
     let latest: Vec<_> = members.into_iter().filter_map(last).map(|(attempt, trainee)| (trainee, attempt)).collect();
     let sessions: Vec<Uuid> = latest.iter().map(|(_, attempt)| attempt.session).collect();
@@ -88,7 +88,7 @@ fn distribution_of_metric(metric: &MetricOfMany) -> Option<MetricSpreadRow> {
     Some(MetricSpreadRow { label: metric::label_of(&metric.id, &metric.label), unit: metric.unit.clone(), five })
 }
 
-pub(super) fn make_scored_row(trainee: &Named, attempt: &Attempt, exercise: &str) -> ScoredRow {
+pub(super) fn make_scored_row(trainee: &NamedItem, attempt: &ScoredAttempt, exercise: &str) -> ScoredRow {
     ScoredRow {
         name: trainee.name.clone(),
         exercise: exercise.to_owned(),
@@ -129,10 +129,15 @@ pub(super) async fn export_cohort_metrics(
         };
         Ok(metrics.iter().filter_map(own).collect())
     });
-    Ok(export::stream(&format!("metrics-{exercise}"), &NAMES, stream::iter(rows))?)
+    Ok(stream_csv(&format!("metrics-{exercise}"), &NAMES, stream::iter(rows))?)
 }
 
-fn metric_cells(trainee: &Named, attempt: &Attempt, metric: &MetricOfMany, found: &FoundMetric) -> Vec<CsvCell> {
+fn metric_cells(
+    trainee: &NamedItem,
+    attempt: &ScoredAttempt,
+    metric: &MetricOfMany,
+    found: &FoundMetric,
+) -> Vec<CsvCell> {
     vec![
         CsvCell::from(trainee.name.clone()),
         CsvCell::from(attempt.session.to_string()),

@@ -7,8 +7,7 @@ use serde::Deserialize;
 
 use crate::AppState;
 use crate::error::PageError;
-use crate::export;
-use crate::export::CsvCell;
+use crate::export::{CsvCell, download_csv};
 use crate::routes::auth::{Administrator, Csrf};
 use crate::routes::pages::encode_in_query;
 use pages::progress::{MonthRow, SchoolProgressPage, YearRow};
@@ -105,7 +104,7 @@ pub(super) async fn export_school_progress(
     let cohorts = tallies::in_year(reader, school, year, "", u32::MAX).await?;
     let rows: Vec<Vec<CsvCell>> = cohorts.into_iter().map(make_year_row).map(|row| year_cells(year, row)).collect();
     let names = ["year", "cohort", "attempts", "share_passed", "share_low_95", "share_high_95", "mean_score"];
-    Ok(export::download(&format!("progress-{year}"), &names, &rows)?)
+    Ok(download_csv(&format!("progress-{year}"), &names, &rows)?)
 }
 
 fn year_cells(year: i64, row: YearRow) -> Vec<CsvCell> {

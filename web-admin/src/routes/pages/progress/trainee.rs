@@ -7,30 +7,30 @@ use uuid::Uuid;
 
 use crate::AppState;
 use crate::error::PageError;
-use crate::export;
-use crate::export::CsvCell;
+use crate::export::{CsvCell, download_csv};
 use crate::routes::auth::{Csrf, Visitor};
 use crate::routes::pages::standing;
 use crate::routes::pages::standing::TaughtCourse;
 use crate::routes::pages::trainees;
 use acts::error::Error;
-use model::progress::{Attempt, CurveRule, Mastery, Progress, StepProgress, StepState};
+use model::progress::{CurveRule, Mastery, Progress, ScoredAttempt, StepProgress, StepState};
 use model::{CurrentPerson, Role};
 use pages::addresses::exercise_href;
 use pages::progress::{Comparison, CurveFacts, CurveRow, LearningPage};
 use pages::trainee::{rule_in_words, score_points};
 use pages::{NavPlace, Shell, StatusWord, charts};
-use store::reports::{self, Named, Stretch};
+use store::reports;
+use store::reports::{ListStretch, NamedItem};
 use store::{cohorts, practice};
 
 /// Attempts over which habits are looked for.
-const RECENT: Stretch = Stretch { limit: 20, offset: 0 };
+const RECENT: ListStretch = ListStretch { limit: 20, offset: 0 };
 /// A comparison with fewer others would tell of single people.
 const MORE_OTHERS_THAN: usize = 5;
 
 /// What both the page and its file are made of.
 struct TraineeStep {
-    trainee: Named,
+    trainee: NamedItem,
     taught: TaughtCourse,
     index: usize,
     /// With the curve of the course's rule, or else of an example.
@@ -74,7 +74,7 @@ pub(super) async fn show_trainee_step(
     let found = find_trainee_step(&state, &person, &id, &exercise).await?;
     let (school, trainee) = (person.school_id, found.trainee.id);
     let latest = reports::attempts_at(state.db.reader(), school, trainee, &exercise, RECENT).await?;
-    let compare_with_others = compare_with_others(&state, school, &found).await?;
+    let comparison = compare_with_others(&state, school, &found).await?;
     let TraineeStep { trainee, taught, index, step } = found;
     let step_of = &taught.course.steps[index];
     Ok(LearningPage {
@@ -118,7 +118,7 @@ async fn compare_with_others(state: &AppState, school: Uuid, found: &TraineeStep
     let exercise = &found.taught.course.steps[found.index].exercise;
     let mut practised = practice::of_cohort_at(reader, school, cohort.id, exercise).await?;
     practised.remove(&found.trainee.id);
-    let best = |attempts: &Vec<Attempt>| attempts.iter().map(|a| a.score).fold(0.0, f64::max);
+    let best = |attempts: &Vec<ScoredAttempt>| attempts.iter().map(|a| a.score).fold(0.0, f64::max);
     let bests: Vec<f64> = practised.values().map(best).collect();
     let enough = bests.len() > MORE_OTHERS_THAN;
     let others = summary(&bests).ok().filter(|_| enough);
@@ -134,7 +134,7 @@ pub(super) async fn export_trainee_step(
     let rows: Vec<Vec<CsvCell>> =
         CurveRow::all(&found.step).into_iter().rev().map(|row| step_cells(&found, &row)).collect();
     let names = ["number", "session", "started_at", "exercise", "score", "passed", "curve", "curve_sum", "standing"];
-    Ok(export::download(&format!("attempts-{exercise}"), &names, &rows)?)
+    Ok(download_csv(&format!("attempts-{exercise}"), &names, &rows)?)
 }
 
 fn step_cells(found: &TraineeStep, row: &CurveRow) -> Vec<CsvCell> {

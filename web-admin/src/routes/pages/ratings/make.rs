@@ -16,7 +16,8 @@ use model::{CurrentPerson, line};
 use pages::people::SelectOption;
 use pages::rating::{AttemptChoice, NewRoundPage};
 use pages::{NavPlace, Shell};
-use store::ratings::{self as stored, Candidate, NewRound, Rater};
+use store::ratings as stored;
+use store::ratings::{NewRound, RateableAttempt, Rater};
 use store::{assignments, grades, instruments, reviews, sessions};
 
 /// Most raters of a round, and most attempts.
@@ -69,11 +70,11 @@ async fn offered_attempts(
     state: &AppState,
     person: &CurrentPerson,
     form: &NewRoundForm,
-) -> Result<Vec<Candidate>, Error> {
+) -> Result<Vec<RateableAttempt>, Error> {
     let reader = state.db.reader();
     if form.field("assignment").is_empty() {
         let waiting = reviews::queue(reader, person).await?;
-        let candidate = |waiting: reviews::Waiting| Candidate {
+        let candidate = |waiting: reviews::WaitingReview| RateableAttempt {
             id: waiting.id,
             trainee: waiting.trainee,
             exercise: waiting.exercise,
@@ -102,7 +103,7 @@ async fn make_new_round_page(
         let value = rater.id.to_string();
         SelectOption { chosen: is("rater", &value), value, label: rater.name }
     };
-    let attempt = |attempt: Candidate| AttemptChoice {
+    let attempt = |attempt: RateableAttempt| AttemptChoice {
         chosen: is("attempt", &attempt.id.to_string()),
         session: attempt.id,
         trainee: attempt.trainee,

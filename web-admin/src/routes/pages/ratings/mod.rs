@@ -17,11 +17,12 @@ use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher};
 use acts::error::Error;
 use acts::ratings;
 use acts::surveys;
-use model::rating::{Given, tables};
+use model::rating::{RatingAnswers, tables};
 use model::{CurrentPerson, Moment, Role};
 use pages::rating::{OwnRating, RatedAttemptRow, RaterRow, RatingsPage, RoundPage, RoundRow, ScoreView};
 use pages::{NavPlace, Shell, format};
-use store::ratings::{self as stored, Cell, Rating, Round};
+use store::ratings as stored;
+use store::ratings::{Rating, RatingCell, Round};
 
 mod make;
 mod rate;
@@ -121,11 +122,11 @@ async fn instrument_of_round(state: &AppState, round: &Round) -> Result<Instrume
 struct RatingsTable<'a> {
     attempts: Vec<Uuid>,
     raters: Vec<Uuid>,
-    given: Vec<Given<'a>>,
+    given: Vec<RatingAnswers<'a>>,
 }
 
 impl<'a> RatingsTable<'a> {
-    fn of(cells: &'a [Cell]) -> Self {
+    fn of(cells: &'a [RatingCell]) -> Self {
         let mut table = Self { attempts: Vec::new(), raters: Vec::new(), given: Vec::new() };
         for cell in cells {
             if table.attempts.last() != Some(&cell.session_id) {
@@ -135,12 +136,12 @@ impl<'a> RatingsTable<'a> {
                 table.raters.push(cell.rater_id);
             }
             let answers = cell.finished_at.map(|_| &cell.answers[..]);
-            table.given.push(Given { session: cell.session_id, rater: cell.rater_id, answers });
+            table.given.push(RatingAnswers { session: cell.session_id, rater: cell.rater_id, answers });
         }
         table
     }
 
-    fn progress(&self, cells: &[Cell]) -> Vec<RaterRow> {
+    fn progress(&self, cells: &[RatingCell]) -> Vec<RaterRow> {
         let row = |rater: &Uuid| {
             let own = || cells.iter().filter(|cell| cell.rater_id == *rater);
             RaterRow {
@@ -153,7 +154,7 @@ impl<'a> RatingsTable<'a> {
         self.raters.iter().map(row).collect()
     }
 
-    fn rows(&self, cells: &[Cell], owner: bool) -> Vec<RatedAttemptRow> {
+    fn rows(&self, cells: &[RatingCell], owner: bool) -> Vec<RatedAttemptRow> {
         let row = |attempt: &Uuid| {
             let cell = cells.iter().find(|cell| cell.session_id == *attempt)?;
             let link = |name: &String| (name.clone(), format!("/sessions/{attempt}/grade"));
@@ -168,7 +169,7 @@ impl<'a> RatingsTable<'a> {
 }
 
 /// Whether the visitor may be told which attempt a rating is of: who asked, and who sees the trainee anyway.
-fn known_ratings(owner: bool, cell: &Cell) -> bool {
+fn known_ratings(owner: bool, cell: &RatingCell) -> bool {
     owner || cell.trainee.is_some()
 }
 
@@ -194,14 +195,15 @@ async fn export_round(
         .chain(["trainee_id", "pseudonym", "rater_id", "may_know"])
         .collect();
     let (table, owner) = (RatingsTable::of(&cells), owns_round(&person, &round));
-    let place = |cell: &Cell| table.attempts.iter().position(|attempt| *attempt == cell.session_id).unwrap_or(0) + 1;
-    let shown = |cell: &Cell| known_ratings(owner, cell).then_some(cell.started_at).ok_or_else(|| place(cell));
+    let place =
+        |cell: &RatingCell| table.attempts.iter().position(|attempt| *attempt == cell.session_id).unwrap_or(0) + 1;
+    let shown = |cell: &RatingCell| known_ratings(owner, cell).then_some(cell.started_at).ok_or_else(|| place(cell));
     let rows: Vec<Vec<Column>> = cells.iter().map(|cell| line_of_rating(&instrument, cell, shown(cell))).collect();
     Ok(export::download_csv(&round.title, &names, &rows).map_err(Error::from)?)
 }
 
 /// A rating as it is written; of an attempt that stays unknown its place in the round alone.
-fn line_of_rating(instrument: &Instrument, cell: &Cell, shown: Result<Moment, usize>) -> Vec<Column> {
+fn line_of_rating(instrument: &Instrument, cell: &RatingCell, shown: Result<Moment, usize>) -> Vec<Column> {
     let time = |at: Moment| format::format_machine_time(at.to_utc());
     let mut line = vec![
         Column::from(shown.map_or_else(|place| place.to_string(), |_| cell.session_id.to_string())),

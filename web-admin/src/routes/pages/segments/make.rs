@@ -67,7 +67,7 @@ async fn make_new_task_page(
 ) -> Result<NewTaskPage, Error> {
     let reader = state.db.reader();
     let cohorts = reports::cohorts(reader, person).await?;
-    let cohort = |cohort: reports::Named| {
+    let cohort = |cohort: reports::NamedItem| {
         let value = cohort.id.to_string();
         SelectOption { chosen: value == form.field("cohort"), value, label: cohort.name }
     };

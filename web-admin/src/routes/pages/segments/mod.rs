@@ -22,8 +22,10 @@ use model::segments::TraceOutcome;
 use model::{CurrentPerson, Role};
 use pages::segments::{OwnTaskPage, ResultRow, SegmentsPage, TaskPage, TaskRow};
 use pages::{NavPlace, Shell};
-use store::reports::{self, Named};
-use store::segments::{self as stored, Task, Trace};
+use store::reports;
+use store::reports::NamedItem;
+use store::segments as stored;
+use store::segments::{SegmentTask, Trace};
 
 mod make;
 mod trace;
@@ -54,7 +56,7 @@ async fn list_tasks(
     Ok(SegmentsPage { shell, tasks: tasks.iter().map(|task| make_task_row(&state, task)).collect(), teaches })
 }
 
-fn make_task_row(state: &AppState, task: &Task) -> TaskRow {
+fn make_task_row(state: &AppState, task: &SegmentTask) -> TaskRow {
     TaskRow {
         href: format!("/segments/{}", task.id),
         title: task.title.clone(),
@@ -113,17 +115,25 @@ async fn show_task(
     Ok(TaskPage { shell, task: make_task_row(&state, &task), traces, rows }.into_response())
 }
 
-async fn trainees_of_task(state: &AppState, person: &CurrentPerson, task: &Task) -> Result<Vec<Named>, Error> {
+async fn trainees_of_task(
+    state: &AppState,
+    person: &CurrentPerson,
+    task: &SegmentTask,
+) -> Result<Vec<NamedItem>, Error> {
     Ok(reports::members(state.db.reader(), person.school_id, task.cohort_id, Role::Trainee).await?)
 }
 
 /// How every trainee of the cohort has done, by name.
-async fn results_of_task(state: &AppState, person: &CurrentPerson, task: &Task) -> Result<Vec<ResultRow>, Error> {
+async fn results_of_task(
+    state: &AppState,
+    person: &CurrentPerson,
+    task: &SegmentTask,
+) -> Result<Vec<ResultRow>, Error> {
     let trainees = trainees_of_task(state, person, task).await?;
     let ids: Vec<Uuid> = trainees.iter().map(|trainee| trainee.id).collect();
     let outcomes = segments::outcomes(state, person.school_id, task, &ids).await?;
     let named = trainees.into_iter().zip(outcomes);
-    let row = |(trainee, outcome): (Named, TraceOutcome)| ResultRow {
+    let row = |(trainee, outcome): (NamedItem, TraceOutcome)| ResultRow {
         id: trainee.id,
         name: trainee.name,
         due: outcome.due_at.map(|at| local(at, &task.time_zone)),

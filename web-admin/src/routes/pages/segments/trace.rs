@@ -14,12 +14,13 @@ use crate::routes::pages::PathId;
 use acts::error::Error;
 use acts::replays;
 use acts::segments;
-use model::segments::{Verdict, read, strips};
-use model::series::{Span, Stretch};
+use model::segments::{MarksVerdict, read, strips};
+use model::series::{AttemptStretch, TimeSpan};
 use model::{CurrentPerson, Role};
 use pages::segments::{StripView, TracePage, TraceTruth};
 use pages::{NavPlace, Shell};
-use store::segments::{self as stored, Task, Trace};
+use store::segments as stored;
+use store::segments::{SegmentTask, Trace};
 use store::sessions::{self, Session};
 
 /// Spans of a strip: finer than a pixel of its drawing.
@@ -27,7 +28,7 @@ const SPANS: usize = 500;
 
 /// A trace that the visitor may see, and its attempt.
 struct OpenTrace {
-    task: Task,
+    task: SegmentTask,
     trace: Trace,
     session: Session,
 }
@@ -67,7 +68,7 @@ async fn truth_of_trace(
         return Ok(None);
     }
     let pops = segments::truth(state, person.school_id, &open.trace).await?;
-    let verdict = (!teaches).then(|| Verdict::of(&pops, marks));
+    let verdict = (!teaches).then(|| MarksVerdict::of(&pops, marks));
     Ok(Some(TraceTruth { verdict, pops }))
 }
 
@@ -104,9 +105,13 @@ async fn make_trace_page(
     })
 }
 
-async fn spans_of_strips(state: &AppState, session: &Session, strips: &[(f64, f64)]) -> Result<Vec<Vec<Span>>, Error> {
+async fn spans_of_strips(
+    state: &AppState,
+    session: &Session,
+    strips: &[(f64, f64)],
+) -> Result<Vec<Vec<TimeSpan>>, Error> {
     let pyramid = replays::pyramid(state, session).await?;
-    let stretch = |(from_s, to_s): &(f64, f64)| Stretch { from_s: Some(*from_s), to_s: Some(*to_s) };
+    let stretch = |(from_s, to_s): &(f64, f64)| AttemptStretch { from_s: Some(*from_s), to_s: Some(*to_s) };
     Ok(strips.iter().map(|strip| pyramid.spans(SPANS, stretch(strip))).collect())
 }
 

@@ -20,9 +20,9 @@ use crate::export::{CsvCell, write_csv};
 use acts::error::Error;
 use acts::surveys::instrument_of;
 use model::survey::Survey;
-use model::survey::results::{Results, Row, answers_of};
+use model::survey::results::{ResponseRow, Results, answers_of};
 use store::surveys as stored;
-use store::surveys::Submitted;
+use store::surveys::SubmittedResponse;
 
 /// What is known of a response beside its answers.
 const FACTS: [&str; 9] =
@@ -50,7 +50,7 @@ const LONG: [&str; 11] = [
 struct SurveyExport<'a> {
     survey: &'a Survey,
     instrument: &'a Instrument,
-    rows: &'a [Row<'a>],
+    rows: &'a [ResponseRow<'a>],
 }
 
 /// A file of a survey. Single answers are for its owner: anybody else could count the groups that are hidden.
@@ -95,7 +95,7 @@ fn write_answer(answer: Option<&Answer>) -> CsvCell {
     }
 }
 
-fn response_facts(given: &Submitted) -> Vec<CsvCell> {
+fn response_facts(given: &SubmittedResponse) -> Vec<CsvCell> {
     let known = |text: &Option<String>| text.as_deref().map_or(CsvCell::Empty, CsvCell::from);
     vec![
         given.id.to_string().into(),
@@ -113,7 +113,7 @@ fn response_facts(given: &Submitted) -> Vec<CsvCell> {
 /// A row for each answer, response by response: they are written as they are taken, for there may be millions.
 fn long_table(
     instrument: Instrument,
-    submitted: Vec<Submitted>,
+    submitted: Vec<SubmittedResponse>,
 ) -> impl Iterator<Item = anyhow::Result<Vec<Vec<CsvCell>>>> {
     submitted.into_iter().map(move |given| {
         let row = |(item, answer): (&Item, &Option<Answer>)| {
@@ -124,13 +124,13 @@ fn long_table(
 }
 
 /// A row for each response with its scores, some at a time.
-fn wide_table(file: &str, instrument: Instrument, submitted: Vec<Submitted>) -> anyhow::Result<Response> {
+fn wide_table(file: &str, instrument: Instrument, submitted: Vec<SubmittedResponse>) -> anyhow::Result<Response> {
     let items = instrument.items.iter().map(|item| item.id.clone());
     let scores = instrument.scores.iter().map(|key| format!("score_{}", key.id));
     let names: Vec<String> = FACTS.map(str::to_owned).into_iter().chain(items).chain(scores).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let count = instrument.items.len();
-    let row = move |(given, row): (&Submitted, Row<'_>)| -> Vec<CsvCell> {
+    let row = move |(given, row): (&SubmittedResponse, ResponseRow<'_>)| -> Vec<CsvCell> {
         let answers = (0..count).map(|at| given.answers.0.get(at).and_then(Option::as_ref));
         let scores = row.scores.iter().map(|score| CsvCell::from(*score));
         response_facts(given).into_iter().chain(answers.map(write_answer)).chain(scores).collect()
@@ -165,7 +165,7 @@ impl SurveyExport<'_> {
     }
 
     fn results(&self, owner: bool) -> anyhow::Result<String> {
-        let all: Vec<&Row<'_>> = self.rows.iter().collect();
+        let all: Vec<&ResponseRow<'_>> = self.rows.iter().collect();
         let found = Results::new(self.instrument, &all, owner);
         let file = json!({
             "survey": self.survey.title,

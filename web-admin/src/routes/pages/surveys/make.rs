@@ -16,14 +16,15 @@ use crate::routes::auth::{Csrf, CsrfForm, PageHead, Teacher, Visitor};
 use crate::routes::pages::PathId;
 use acts::error::Error;
 use acts::surveys;
-use acts::surveys::Wanted;
+use acts::surveys::SurveyRequest;
 use model::roster::{is_email, is_name};
 use model::survey::Identity;
 use model::survey::Survey;
 use model::{CurrentPerson, Moment, line};
 use pages::survey::manage::{ManagePage, NewSurveyPage, SurveyLinksPage, TypedSurvey};
 use pages::{NavPlace, Shell, format};
-use store::reports::{self, Named};
+use store::reports;
+use store::reports::NamedItem;
 use store::surveys as stored;
 use store::surveys::letters;
 use store::{instruments, people};
@@ -111,7 +112,7 @@ impl NewSurveyForm {
         }
     }
 
-    fn cohorts(&self, known: &[Named]) -> Result<Vec<Uuid>, String> {
+    fn cohorts(&self, known: &[NamedItem]) -> Result<Vec<Uuid>, String> {
         let chosen = self.0.iter().filter(|(key, _)| key == "cohort").map(|(_, id)| id);
         let find = |id: &String| known.iter().find(|cohort| cohort.id.to_string() == *id).map(|cohort| cohort.id);
         chosen
@@ -175,7 +176,7 @@ async fn read_new_survey(
     state: &AppState,
     person: &CurrentPerson,
     form: &NewSurveyForm,
-) -> Result<Result<Wanted, String>, Error> {
+) -> Result<Result<SurveyRequest, String>, Error> {
     let reader = state.db.reader();
     let instrument = instruments::current(reader, person.school_id, form.field("instrument")).await?;
     let cohorts = form.cohorts(&reports::cohorts(reader, person).await?);
@@ -187,7 +188,7 @@ fn check_new_survey(
     revision: Option<Uuid>,
     cohorts: Result<Vec<Uuid>, String>,
     now: Moment,
-) -> Result<Wanted, String> {
+) -> Result<SurveyRequest, String> {
     let TypedSurvey { title, identity, after_attempts, opens, closes } = form.typed();
     let revision_id =
         revision.ok_or_else(|| tr!("instrument: “{id}”; there is none of that id", id = form.field("instrument")))?;
@@ -202,7 +203,7 @@ fn check_new_survey(
     if closes_at.is_some_and(|closes| closes <= opens_at || closes <= now) {
         return Err(tr!("last day: {closes}; allowed: a day that is not over, not before the first", closes = closes));
     }
-    Ok(Wanted {
+    Ok(SurveyRequest {
         revision_id,
         title,
         identity,

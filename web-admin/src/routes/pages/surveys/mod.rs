@@ -20,7 +20,7 @@ use crate::routes::auth::{Csrf, CsrfForm, PageHead, Visitor};
 use crate::routes::survey::{TermsOf, preferred_languages, terms_of_survey};
 use acts::error::Error;
 use acts::surveys::answering;
-use acts::surveys::answering::Asked;
+use acts::surveys::answering::SurveyOccasion;
 use acts::surveys::instrument_of;
 use model::survey::Survey;
 use model::{CurrentPerson, Moment, Role};
@@ -207,7 +207,8 @@ async fn begin_answer(
     }
     let instrument = instrument_of(&state, &survey).await?;
     let language = instrument.language_for(&form.lang);
-    let token = answering::begin(&state, &person, Asked { survey: &survey, session: form.session, language }).await?;
+    let token =
+        answering::begin(&state, &person, SurveyOccasion { survey: &survey, session: form.session, language }).await?;
     Ok(Redirect::to(&format!("/survey/{token}")).into_response())
 }
 

@@ -23,15 +23,15 @@ use acts::error::Error;
 use acts::surveys::instrument_of;
 use model::line;
 use model::survey::Survey;
-use model::survey::groups::{Groups, LEAST};
-use model::survey::results::{Results, Row, correlation, score_group};
+use model::survey::groups::{LEAST, ResponseGroups};
+use model::survey::results::{ResponseRow, Results, correlation, score_group};
 use pages::charts::Extent;
 use pages::survey::results::{
     AskedLine, CommentBlock, ResultsPage, ScatteredScore, ScatteredScores, SplitScore, SplitScores, SurveyComment,
 };
 use pages::{NavPlace, Shell};
 use store::surveys as stored;
-use store::surveys::{Submitted, Tag};
+use store::surveys::{SubmittedResponse, Tag};
 
 /// Figures of an attempt that scores can be held against: word and title.
 const METRICS: [(&str, &str); 5] = [
@@ -62,9 +62,12 @@ pub(super) struct ResultsQuery {
 }
 
 /// What was sent, ready to be analysed.
-pub(super) fn rows_of_responses<'a>(instrument: &Instrument, submitted: &'a [Submitted]) -> Vec<Row<'a>> {
+pub(super) fn rows_of_responses<'a>(
+    instrument: &Instrument,
+    submitted: &'a [SubmittedResponse],
+) -> Vec<ResponseRow<'a>> {
     let scorers = Scorer::all(instrument);
-    let row = |given: &'a Submitted| Row {
+    let row = |given: &'a SubmittedResponse| ResponseRow {
         id: given.id,
         role: &given.role,
         attempt: [given.exercise_id.as_deref(), given.device.as_deref(), given.simulator_version.as_deref()],
@@ -92,8 +95,8 @@ pub(super) async fn show_results(
     let submitted = stored::submitted(reader, &survey).await?;
     let owner = owns_survey(&person, &survey);
     let all = rows_of_responses(&instrument, &submitted);
-    let all: Vec<&Row<'_>> = all.iter().collect();
-    let visible = Groups::new(&all, |row| Some(row.role.to_owned()), owner).all();
+    let all: Vec<&ResponseRow<'_>> = all.iter().collect();
+    let visible = ResponseGroups::new(&all, |row| Some(row.role.to_owned()), owner).all();
     let tags = stored::tags(reader, &survey).await?;
     let metric = METRICS.iter().find(|(word, _)| *word == choice.metric).unwrap_or(&METRICS[0]).0;
     let figures = stored::attempts(reader, &survey, metric).await?;
@@ -139,16 +142,17 @@ async fn count_asked(state: &AppState, survey: &Survey) -> Result<Vec<AskedLine>
     Ok(lines)
 }
 
-fn split_scores(instrument: &Instrument, rows: &[&Row<'_>], by: &str, owner: bool) -> SplitScores {
+fn split_scores(instrument: &Instrument, rows: &[&ResponseRow<'_>], by: &str, owner: bool) -> SplitScores {
     let chosen = WAYS.iter().find(|(word, _)| *word == by).unwrap_or(&WAYS[0]).0;
-    let name = |row: &Row<'_>| match chosen {
+    let name = |row: &ResponseRow<'_>| match chosen {
         "exercise" => row.attempt[0].map(str::to_owned),
         "device" => row.attempt[1].map(str::to_owned),
         "simulator" => row.attempt[2].map(str::to_owned),
         _ => Some(row.month.clone()),
     };
     // Roles are never pooled, so each group is one of a role.
-    let groups = Groups::new(rows, |row| name(row).map(|name| format!("{name} · {}", words::known(row.role))), owner);
+    let groups =
+        ResponseGroups::new(rows, |row| name(row).map(|name| format!("{name} · {}", words::known(row.role))), owner);
     let score = |(at, key): (usize, &documents::instrument::ScoreKey)| {
         let (least, greatest) = assessment::questionnaire::range(instrument, key);
         SplitScore {
@@ -166,13 +170,13 @@ fn split_scores(instrument: &Instrument, rows: &[&Row<'_>], by: &str, owner: boo
 
 fn scatter_scores(
     instrument: &Instrument,
-    rows: &[&Row<'_>],
+    rows: &[&ResponseRow<'_>],
     metric: &str,
-    figures: &[stored::Attempt],
+    figures: &[stored::ResponseMetric],
 ) -> ScatteredScores {
     let by_response: BTreeMap<Uuid, f64> = figures.iter().map(|figure| (figure.response_id, figure.value)).collect();
     let score = |(at, key): (usize, &documents::instrument::ScoreKey)| {
-        let pair = |row: &&Row<'_>| Some((*by_response.get(&row.id)?, row.scores[at]?));
+        let pair = |row: &&ResponseRow<'_>| Some((*by_response.get(&row.id)?, row.scores[at]?));
         let points: Vec<(f64, f64)> = rows.iter().filter_map(pair).collect();
         ScatteredScore {
             title: key.title.in_language(words::current().code()).to_owned(),
@@ -187,8 +191,8 @@ fn scatter_scores(
 
 fn comment_blocks(
     instrument: &Instrument,
-    submitted: &[Submitted],
-    visible: &[&Row<'_>],
+    submitted: &[SubmittedResponse],
+    visible: &[&ResponseRow<'_>],
     tags: &[Tag],
     owner: bool,
 ) -> Vec<CommentBlock> {
@@ -197,7 +201,7 @@ fn comment_blocks(
     let texts = texts.filter(|(_, item)| matches!(instrument.scale(item), Some(ScaleKind::Text { .. })));
     let block = |(at, item): (usize, &documents::instrument::Item)| {
         let given = submitted.iter().filter(|given| seen.contains_key(&given.id));
-        let comment = |given: &Submitted| match given.answers.0.get(at) {
+        let comment = |given: &SubmittedResponse| match given.answers.0.get(at) {
             Some(Some(Answer::Text(text))) => Some(make_comment(given, &item.id, text, tags, owner)),
             _ => None,
         };
@@ -211,7 +215,7 @@ fn comment_blocks(
     texts.map(block).collect()
 }
 
-fn make_comment(given: &Submitted, item: &str, text: &str, tags: &[Tag], owner: bool) -> SurveyComment {
+fn make_comment(given: &SubmittedResponse, item: &str, text: &str, tags: &[Tag], owner: bool) -> SurveyComment {
     let own = tags.iter().filter(|tag| tag.response_id == given.id && tag.item_id == item);
     let who = given.who.as_ref().filter(|_| owner).map_or_else(String::new, |who| format!(" · {who}"));
     SurveyComment {
