@@ -42,9 +42,7 @@ impl AppState {
             pulse: Arc::default(),
         })
     }
-}
 
-impl AppState {
     /// The same service at another time.
     #[must_use]
     pub fn at(&self, now: Moment) -> Self {

@@ -24,8 +24,8 @@ pub async fn run_worker(state: AppState) {
     let mut desk = WorkerDesk::default();
     loop {
         let pause = match desk.go_on(&state).await {
-            Ok(()) => wait_for_next(&state).await,
-            Err(error) => is_stalled(&error),
+            Ok(()) => time_until_next_job(&state).await,
+            Err(error) => note_stall(&error),
         };
         let ended = tokio::select! {
             Some(ended) = desk.running.join_next() => desk.settle(ended),
@@ -34,19 +34,19 @@ pub async fn run_worker(state: AppState) {
         };
         if let Err(error) = ended {
             // It is still in the queue, and would fail again at once.
-            tokio::time::sleep(is_stalled(&error)).await;
+            tokio::time::sleep(note_stall(&error)).await;
         }
     }
 }
 
 /// Notes why nothing goes on; how long to wait.
-fn is_stalled(error: &anyhow::Error) -> Duration {
+fn note_stall(error: &anyhow::Error) -> Duration {
     tracing::error!(cause = format!("{error:#}"), "the queue cannot be worked off");
     LONGEST_SLEEP
 }
 
 /// How long until a job is due.
-async fn wait_for_next(state: &AppState) -> Duration {
+async fn time_until_next_job(state: &AppState) -> Duration {
     let now = state.clock.now();
     let Ok(Some(next)) = jobs::next_at(state.db.reader(), now).await else { return LONGEST_SLEEP };
     let wait_us = next.micros().saturating_sub(now.micros());

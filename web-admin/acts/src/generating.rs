@@ -93,12 +93,12 @@ pub async fn found_crowd(service: &Service, crowd: &GeneratedCrowd<'_>) -> anyho
 /// # Errors
 /// When the database fails.
 pub async fn practise_crowd(service: &Service, crowd: &GeneratedCrowd<'_>, trainees: Range<u32>) -> anyhow::Result<()> {
-    const ENTRIES_EACH: usize = 10;
+    const ENTRIES_EACH: u32 = 10;
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
     generated::practise(&mut tx, crowd, trainees.clone()).await?;
-    for place in trainees.flat_map(|place| [place; ENTRIES_EACH]) {
+    for place in trainees.flat_map(|place| [place; ENTRIES_EACH as usize]) {
         AuditEntry::new(crowd.school_id, Actor::CommandLine, "session.generated", format!("generated-{place}"))
-            .with(json!({ "attempts": crowd.attempts_each / 10 }))
+            .with(json!({ "attempts": crowd.attempts_each / ENTRIES_EACH }))
             .append(&mut tx, now)
             .await?;
     }

@@ -42,7 +42,7 @@ pub(super) async fn open_doors(state: &AppState, administrator: &CurrentPerson) 
     let exercises = exercises::all_current(state.db.reader(), administrator.school_id).await?;
     let exercise = exercises.first().context("an exercise")?;
     let draft = drafting::exercise(state, administrator, &exercise.exercise_id, None).await?;
-    let roster = send_roster();
+    let roster = write_roster();
     let wanted = RosterRequest { cohort: None, remove_missing: true };
     let roster = roster_import::keep(state, administrator, "roster.csv", roster.as_bytes(), &wanted).await?;
     doors.administrator = vec![format!("/drafts/{draft}"), format!("/people/rosters/{roster}")];
@@ -62,7 +62,7 @@ async fn find_person(state: &AppState, email: &str) -> anyhow::Result<CurrentPer
 }
 
 /// The trainees of the crowd's first cohort, one of them under another name.
-fn send_roster() -> String {
+fn write_roster() -> String {
     let line = |place: u32| {
         let name = if place == 0 { "Another Name".to_owned() } else { format!("Generated {place:05}") };
         format!("{},{name},Generated 000\n", generated::trainee_email(place))

@@ -84,7 +84,9 @@ async fn sign_in(
     state.logins.welcome(address, &form.email);
     let person = people::by_id(state.db.reader(), known.id).await?.ok_or(Error::NotFound)?;
     let to = match known.initial_until {
-        Some(until) if until <= state.clock.now() => return show_sign_in_again(&csrf, &form, is_outworn()),
+        Some(until) if until <= state.clock.now() => {
+            return show_sign_in_again(&csrf, &form, refuse_outworn_password());
+        }
         Some(_) => accounts::use_initial_password(&state, &person).await?,
         None => half::enter_session(&state, &session, &person, &form.next).await?,
     };
@@ -92,7 +94,7 @@ async fn sign_in(
 }
 
 /// What whoever comes too late with a password that was made for them is told.
-fn is_outworn() -> Error {
+fn refuse_outworn_password() -> Error {
     let why = tr!(
         "this password was made for you to sign in with once, and is too old now: ask for a link below, and choose your own"
     );
