@@ -38,9 +38,9 @@ pub fn await_scores(lab: &Lab) -> anyhow::Result<()> {
     let begun = clock::instant();
     runtime()?.block_on(async {
         let db = Database::open_existing(&Config::in_folder(&lab.data()).database_url).await?;
-        while jobs::count(db.reader()).await? > 0 {
+        while jobs::count_jobs(db.reader()).await? > 0 {
             if begun.elapsed() > PATIENCE {
-                bail!("{} recordings still wait to be scored", jobs::count(db.reader()).await?);
+                bail!("{} recordings still wait to be scored", jobs::count_jobs(db.reader()).await?);
             }
             tokio::time::sleep(Duration::from_millis(200)).await;
         }
@@ -60,9 +60,9 @@ pub fn pass(lab: &Lab, made: Vec<Made>) -> anyhow::Result<Verdict> {
     let config = Config::in_folder(&lab.data());
     runtime()?.block_on(async {
         let db = Database::open_existing(&config.database_url).await?;
-        let school_id = schools::all(db.reader()).await?.first().context("a school")?.id;
+        let school_id = schools::list_schools(db.reader()).await?.first().context("a school")?.id;
         let mut hashes: Vec<String> = made.into_iter().map(|made| made.sha256).collect();
-        for file in sessions::recordings(db.reader()).await? {
+        for file in sessions::list_recordings(db.reader()).await? {
             let Some(at) = hashes.iter().position(|sha256| *sha256 == file.recording_sha256) else {
                 verdict.surplus += 1;
                 continue;
@@ -71,7 +71,7 @@ pub fn pass(lab: &Lab, made: Vec<Made>) -> anyhow::Result<Verdict> {
             verdict.kept += 1;
             let on_disk = hash_file(&config.recordings_dir.join(&file.recording_path));
             verdict.hashed_right += usize::from(on_disk.is_ok_and(|(sha256, _)| sha256 == file.recording_sha256));
-            let scores = scores::all(db.reader(), SessionKey { school_id, id: file.id }).await?;
+            let scores = scores::list_scores(db.reader(), SessionKey { school_id, id: file.id }).await?;
             verdict.scored_once += usize::from(scores.len() == 1);
         }
         db.close().await;

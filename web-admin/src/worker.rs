@@ -48,7 +48,7 @@ fn note_stall(error: &anyhow::Error) -> Duration {
 /// How long until a job is due.
 async fn time_until_next_job(state: &AppState) -> Duration {
     let now = state.clock.now();
-    let Ok(Some(next)) = jobs::next_at(state.db.reader(), now).await else { return LONGEST_SLEEP };
+    let Ok(Some(next)) = jobs::find_next_job_time(state.db.reader(), now).await else { return LONGEST_SLEEP };
     let wait_us = next.micros().saturating_sub(now.micros());
     Duration::from_micros(u64::try_from(wait_us).unwrap_or(0)).min(LONGEST_SLEEP)
 }
@@ -103,12 +103,12 @@ impl WorkerDesk {
     /// The next job: of those that nobody has died of where there are any, of the school whose turn it is.
     async fn next(&self, state: &AppState) -> anyhow::Result<Option<Job>> {
         let (reader, now) = (state.db.reader(), state.clock.now());
-        let bench = Bench { judges: state.config.judges, several: schools::are_several(reader).await? };
+        let bench = Bench { judges: state.config.judges, several: schools::are_schools_several(reader).await? };
         let most = i64::try_from(self.held.len())? + 1;
         for deaths in 0..tries::MOST_DEATHS {
             let due = JobQuery { now, deaths };
-            for school in self.shares.order(jobs::schools(reader, due).await?, bench) {
-                let found = jobs::due(reader, school, due, most).await?;
+            for school in self.shares.order(jobs::list_waiting_schools(reader, due).await?, bench) {
+                let found = jobs::list_due_jobs(reader, school, due, most).await?;
                 if let Some(job) = found.into_iter().find(|job| !self.held.contains(&job.session())) {
                     return Ok(Some(job));
                 }

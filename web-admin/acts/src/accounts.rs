@@ -49,19 +49,19 @@ pub struct NewAccount<'a> {
 pub async fn add(state: &Service, by: &CurrentPerson, new: &NewAccount<'_>) -> Result<Option<Uuid>, Error> {
     let (school_id, now) = (by.school_id, state.clock.now());
     let mut tx = state.db.write().await?;
-    if people::by_email(&mut *tx, new.email).await?.is_some() {
+    if people::find_person_by_email(&mut *tx, new.email).await?.is_some() {
         return Ok(None);
     }
     let person = NewPerson { school_id, role: new.role, email: new.email, display_name: new.name, password_hash: "" };
-    let person = people::add(&mut tx, &person, now).await?;
+    let person = people::add_person(&mut tx, &person, now).await?;
     AuditEntry::by(by, "person.added", person.id)
         .with(json!({ "role": new.role }))
         .append(&mut tx, state.clock.now())
         .await?;
     if let Some(cohort_id) = new.cohort {
-        cohorts::find(&mut *tx, school_id, cohort_id).await?.ok_or(Error::NotFound)?;
+        cohorts::find_cohort(&mut *tx, school_id, cohort_id).await?.ok_or(Error::NotFound)?;
         let membership = Membership { school_id, cohort_id, person_id: person.id, role: new.role };
-        cohorts::join(&mut tx, membership, Deed { by: Some(by.id), at: now }).await?;
+        cohorts::join_cohort(&mut tx, membership, Deed { by: Some(by.id), at: now }).await?;
         AuditEntry::by(by, "cohort.joined", person.id)
             .with(json!({ "cohort": cohort_id }))
             .append(&mut tx, state.clock.now())
@@ -85,10 +85,10 @@ pub async fn change(
     role: Role,
 ) -> Result<bool, Error> {
     let mut tx = state.db.write().await?;
-    if people::by_email(&mut *tx, details.email).await?.is_some_and(|known| known.id != person.id) {
+    if people::find_person_by_email(&mut *tx, details.email).await?.is_some_and(|known| known.id != person.id) {
         return Ok(false);
     }
-    directory::change(&mut tx, by.school_id, person.id, details).await?;
+    directory::change_details(&mut tx, by.school_id, person.id, details).await?;
     let mut changed = json!({ "name": details.name != person.name, "email": details.email != person.email });
     if role != person.role {
         directory::change_role(&mut tx, by.school_id, person.id, role).await?;
@@ -174,7 +174,7 @@ pub(crate) async fn make_link_within(
 /// Makes a link and returns its path here.
 async fn make_path(tx: &mut SqliteConnection, link: NewLink) -> Result<String, Error> {
     let token = secret::random_hex()?;
-    account_links::add(tx, link, &secret::token_sha256(&token)).await?;
+    account_links::add_account_link(tx, link, &secret::token_sha256(&token)).await?;
     Ok(format!("/join/{token}"))
 }
 
@@ -202,7 +202,7 @@ pub async fn use_initial_password(state: &Service, person: &Person) -> Result<St
 /// # Errors
 /// When the database fails.
 pub async fn is_initial_password(state: &Service, email: &str, typed: &str) -> Result<bool, Error> {
-    let known = people::credentials(state.db.reader(), email).await?.filter(|known| known.initial_until.is_some());
+    let known = people::find_credentials(state.db.reader(), email).await?.filter(|known| known.initial_until.is_some());
     let Some(hash) = known.and_then(|known| known.password_hash) else { return Ok(false) };
     let typed = typed.to_owned();
     state.hash(move || secret::password_fits(&typed, &hash)).await
@@ -223,7 +223,7 @@ pub async fn queue_link(
         Purpose::Reset => MailKind::Reset,
     };
     let mail = NewMail { school_id, person_id, kind, assignment_id: None };
-    Ok(mails::queue(tx, mail, state.clock.now()).await?)
+    Ok(mails::queue_mail(tx, mail, state.clock.now()).await?)
 }
 
 /// Notes that a link to another password is asked for by an address. Whether somebody has it is looked up later, by
@@ -233,7 +233,7 @@ pub async fn queue_link(
 /// When the database fails.
 pub async fn ask_for_link(state: &Service, email: &str) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
-    account_links::ask(&mut tx, email, state.clock.now()).await?;
+    account_links::ask_for_link(&mut tx, email, state.clock.now()).await?;
     tx.commit().await?;
     state.mails.notify_one();
     Ok(())
@@ -244,9 +244,9 @@ pub async fn ask_for_link(state: &Service, email: &str) -> Result<(), Error> {
 /// # Errors
 /// When the database fails.
 pub async fn answer_asked(state: &Service) -> Result<(), Error> {
-    while let Some(email) = account_links::next_asked(state.db.reader()).await? {
+    while let Some(email) = account_links::find_next_asked_link(state.db.reader()).await? {
         let mut tx = state.db.write().await?;
-        if let Some(person) = people::by_email(&mut *tx, &email).await? {
+        if let Some(person) = people::find_person_by_email(&mut *tx, &email).await? {
             answer(&mut tx, state, &person).await?;
         }
         account_links::forget_asked(&mut tx, &email).await?;
@@ -256,10 +256,12 @@ pub async fn answer_asked(state: &Service) -> Result<(), Error> {
 }
 
 async fn answer(tx: &mut SqliteConnection, state: &Service, person: &Person) -> Result<(), Error> {
-    let Some(listed) = directory::find(&mut *tx, person.school_id, person.id).await? else { return Ok(()) };
+    let Some(listed) = directory::find_directory_entry(&mut *tx, person.school_id, person.id).await? else {
+        return Ok(());
+    };
     let Ok(purpose) = purpose(&listed) else { return Ok(()) };
     let made_lately = state.clock.now().plus_s(lifetime_s(purpose) - ASKED_AGAIN_S);
-    if account_links::lasts(&mut *tx, person.id, purpose, made_lately).await? {
+    if account_links::count_lasting_links(&mut *tx, person.id, purpose, made_lately).await? {
         return Ok(());
     }
     queue_link(tx, state, PersonKey { school_id: person.school_id, person_id: person.id }, purpose).await?;
@@ -272,7 +274,7 @@ async fn answer(tx: &mut SqliteConnection, state: &Service, person: &Person) -> 
 /// # Errors
 /// When the database fails.
 pub async fn link(state: &Service, token: &str) -> Result<Option<AccountLink>, Error> {
-    Ok(account_links::valid(state.db.reader(), &secret::token_sha256(token), state.clock.now()).await?)
+    Ok(account_links::find_valid_link(state.db.reader(), &secret::token_sha256(token), state.clock.now()).await?)
 }
 
 /// Sets the password that a link allows, which ends the link and every earlier sign-in. False when the link is not good
@@ -283,7 +285,7 @@ pub async fn link(state: &Service, token: &str) -> Result<Option<AccountLink>, E
 pub async fn set_password_by_link(state: &Service, token: &str, password: &str) -> Result<bool, Error> {
     let hash = hash(state, password).await?;
     let mut tx = state.db.write().await?;
-    let known = account_links::valid(&mut *tx, &secret::token_sha256(token), state.clock.now()).await?;
+    let known = account_links::find_valid_link(&mut *tx, &secret::token_sha256(token), state.clock.now()).await?;
     let Some(link) = known else { return Ok(false) };
     set_password(&mut tx, state, PersonKey { school_id: link.school_id, person_id: link.person_id }, &hash).await?;
     tx.commit().await?;
@@ -295,8 +297,8 @@ pub async fn set_password_by_link(state: &Service, token: &str, password: &str) 
 /// # Errors
 /// When the database fails.
 pub async fn is_own_password(state: &Service, person: &CurrentPerson, typed: &str) -> Result<bool, Error> {
-    let Some(known) = people::by_id(state.db.reader(), person.id).await? else { return Ok(false) };
-    let known = people::credentials(state.db.reader(), &known.email).await?.and_then(|known| known.password_hash);
+    let Some(known) = people::find_person(state.db.reader(), person.id).await? else { return Ok(false) };
+    let known = people::find_credentials(state.db.reader(), &known.email).await?.and_then(|known| known.password_hash);
     let Some(known) = known else { return Ok(false) };
     let typed = typed.to_owned();
     if state.hash(move || secret::password_fits(&typed, &known)).await? {
@@ -360,8 +362,8 @@ pub async fn disable_in(
     by: &CurrentPerson,
     person: Uuid,
 ) -> Result<(), Error> {
-    if people::disable(tx, person, state.clock.now()).await? {
-        let revoked = tokens::revoke_all(tx, person, state.clock.now()).await?;
+    if people::disable_person(tx, person, state.clock.now()).await? {
+        let revoked = tokens::revoke_all_tokens(tx, person, state.clock.now()).await?;
         AuditEntry::by(by, "person.disabled", person)
             .with(json!({ "tokens_revoked": revoked }))
             .append(tx, state.clock.now())
@@ -376,7 +378,7 @@ pub async fn disable_in(
 /// When the database fails.
 pub async fn enable(state: &Service, by: &CurrentPerson, person: Uuid) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
-    if directory::enable(&mut tx, by.school_id, person).await? {
+    if directory::enable_account(&mut tx, by.school_id, person).await? {
         AuditEntry::by(by, "person.enabled", person).append(&mut tx, state.clock.now()).await?;
     }
     Ok(tx.commit().await?)

@@ -55,7 +55,7 @@ pub async fn anchor(state: &Service) -> anyhow::Result<Option<PathBuf>> {
     let told = file.with_extension("mailed");
     let made = !tokio::fs::try_exists(&file).await?;
     if made {
-        let (rows, head) = audit::head(state.db.reader()).await?;
+        let (rows, head) = audit::find_audit_head(state.db.reader()).await?;
         let head = AuditHead { of: OF.to_owned(), format: FORMAT, made_at: now.to_string(), rows, head };
         let (data_dir, place) = (state.config.data_dir.clone(), file.clone());
         tokio::task::spawn_blocking(move || make(&data_dir, &place, &head)).await??;

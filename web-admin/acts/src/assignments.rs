@@ -24,7 +24,7 @@ use store::{practice, supervisions};
 /// When the database fails.
 pub async fn make(state: &Service, by: &CurrentPerson, new: &NewAssignment) -> Result<Uuid, Error> {
     let mut tx = state.db.write().await?;
-    let id = assignments::add(&mut tx, by, new, state.clock.now()).await?;
+    let id = assignments::add_assignment(&mut tx, by, new, state.clock.now()).await?;
     let told =
         json!({ "cohort": new.cohort_id, "person": new.person_id, "due": new.due.as_ref().map(|(local, _)| local) });
     AuditEntry::by(by, "assignment.made", id).with(told).append(&mut tx, state.clock.now()).await?;
@@ -49,7 +49,7 @@ pub fn dated(assignment: &ManagedAssignment) -> Dated<'_> {
 /// When the database fails.
 pub async fn withdraw(state: &Service, by: &CurrentPerson, assignment: Uuid) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
-    assignments::withdraw(&mut tx, by.school_id, assignment, state.clock.now()).await?;
+    assignments::withdraw_assignment(&mut tx, by.school_id, assignment, state.clock.now()).await?;
     AuditEntry::by(by, "assignment.withdrawn", assignment).append(&mut tx, state.clock.now()).await?;
     Ok(tx.commit().await?)
 }
@@ -61,8 +61,8 @@ pub async fn withdraw(state: &Service, by: &CurrentPerson, assignment: Uuid) -> 
 pub async fn taught(state: &Service, school: Uuid) -> Result<Vec<TaughtCourse>, Error> {
     let reader = state.db.reader();
     let mut taught = Vec::new();
-    for curriculum in curricula::taught(reader, school).await? {
-        let course = curricula::course(reader, school, &curriculum).await?;
+    for curriculum in curricula::list_taught_curricula(reader, school).await? {
+        let course = curricula::find_course(reader, school, &curriculum).await?;
         taught.push(TaughtCourse { id: curriculum.curriculum_id, course });
     }
     Ok(taught)
@@ -74,14 +74,14 @@ pub async fn taught(state: &Service, school: Uuid) -> Result<Vec<TaughtCourse>, 
 /// When the database fails.
 pub async fn standings(state: &Service, school: Uuid, person: Uuid) -> Result<Vec<AssignmentStanding>, Error> {
     let reader = state.db.reader();
-    let assigned: Vec<Assigned> = assignments::of_trainee(reader, school, person).await?;
+    let assigned: Vec<Assigned> = assignments::list_trainee_assignments(reader, school, person).await?;
     if assigned.is_empty() {
         return Ok(Vec::new());
     }
     let taught = taught(state, school).await?;
-    let attempts = practice::of_trainee(reader, school, person).await?;
+    let attempts = practice::list_trainee_practice(reader, school, person).await?;
     let supervised = match assigned.iter().any(|assigned| assigned.supervised) {
-        true => supervisions::of_trainee(reader, school, person).await?,
+        true => supervisions::list_trainee_supervisions(reader, school, person).await?,
         false => Vec::new(),
     };
     let supervised = supervised.into_iter().collect();
@@ -103,11 +103,12 @@ pub async fn standings_at(
     people: &[Uuid],
 ) -> Result<Vec<AssignmentStanding>, Error> {
     let reader = state.db.reader();
-    let assigned = assignments::find(reader, school, id).await?.ok_or(Error::NotFound)?;
+    let assigned = assignments::find_assignment(reader, school, id).await?.ok_or(Error::NotFound)?;
     let taught = taught(state, school).await?;
     let practised = practice::of_assignment(reader, school, id).await?;
     let longer =
-        deadlines::extensions(reader, DeadlineKey { school_id: school, kind: DeadlineKind::Assignment, id }).await?;
+        deadlines::list_extensions(reader, DeadlineKey { school_id: school, kind: DeadlineKind::Assignment, id })
+            .await?;
     let supervised = match assigned.supervised {
         true => supervisions::of_assignment(reader, school, id).await?.into_iter().collect(),
         false => BTreeSet::new(),

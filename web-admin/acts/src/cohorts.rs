@@ -21,14 +21,14 @@ fn deed(service: &Service, by: &CurrentPerson) -> Deed {
 pub async fn make_cohort(service: &Service, by: &CurrentPerson, name: &str) -> Result<Cohort, Error> {
     let school_id = by.school_id;
     let mut tx = service.db.write().await?;
-    let before = cohorts::all(&mut *tx, school_id).await?;
+    let before = cohorts::list_cohorts(&mut *tx, school_id).await?;
     if before.iter().any(|cohort| cohort.name == name) {
         return Err(Error::Conflict(tr!("there is a cohort “{name}” already", name = name)));
     }
     let cohort = cohorts::find_or_create(&mut tx, school_id, name, service.clock.now()).await?;
     if by.role == Role::Instructor {
         let own = Membership { school_id, cohort_id: cohort.id, person_id: by.id, role: Role::Instructor };
-        cohorts::join(&mut tx, own, deed(service, by)).await?;
+        cohorts::join_cohort(&mut tx, own, deed(service, by)).await?;
     }
     AuditEntry::by(by, "cohort.made", cohort.id).append(&mut tx, service.clock.now()).await?;
     tx.commit().await?;
@@ -42,19 +42,24 @@ pub async fn make_cohort(service: &Service, by: &CurrentPerson, name: &str) -> R
 /// When the database fails.
 pub async fn add_member(service: &Service, by: &CurrentPerson, cohort: Uuid, email: &str) -> Result<bool, Error> {
     let mut tx = service.db.write().await?;
-    let known = people::by_email(&mut *tx, email).await?;
+    let known = people::find_person_by_email(&mut *tx, email).await?;
     let known = known.filter(|known| known.school_id == by.school_id && known.role != Role::Administrator);
     let Some(known) = known else { return Ok(false) };
     let (school_id, deed) = (by.school_id, deed(service, by));
     let (done, action) = match by.role {
         Role::Administrator => {
             let membership = Membership { school_id, cohort_id: cohort, person_id: known.id, role: known.role };
-            cohorts::join(&mut tx, membership, deed).await?;
+            cohorts::join_cohort(&mut tx, membership, deed).await?;
             (true, "cohort.joined")
         }
         _ => (
-            cohorts::ask(&mut tx, MembershipKey { school_id, cohort_id: cohort, person_id: known.id }, by.id, deed.at)
-                .await?,
+            cohorts::ask_for_member(
+                &mut tx,
+                MembershipKey { school_id, cohort_id: cohort, person_id: known.id },
+                by.id,
+                deed.at,
+            )
+            .await?,
             "cohort.asked",
         ),
     };
@@ -86,13 +91,13 @@ pub async fn answer_request(
 ) -> Result<(), Error> {
     let (school_id, deed) = (by.school_id, deed(service, by));
     let mut tx = service.db.write().await?;
-    let asked = cohorts::requests(&mut *tx, school_id, Some(cohort_id), Some(person_id)).await?;
+    let asked = cohorts::list_membership_requests(&mut *tx, school_id, Some(cohort_id), Some(person_id)).await?;
     let role = asked.first().ok_or(Error::NotFound)?.role;
     let action = if joins {
-        cohorts::join(&mut tx, Membership { school_id, cohort_id, person_id, role }, deed).await?;
+        cohorts::join_cohort(&mut tx, Membership { school_id, cohort_id, person_id, role }, deed).await?;
         "cohort.joined"
     } else {
-        cohorts::decline(&mut tx, MembershipKey { school_id, cohort_id, person_id }, deed).await?;
+        cohorts::decline_request(&mut tx, MembershipKey { school_id, cohort_id, person_id }, deed).await?;
         "cohort.declined"
     };
     AuditEntry::by(by, action, person_id).with(json!({ "cohort": cohort_id })).append(&mut tx, deed.at).await?;
@@ -105,7 +110,7 @@ pub async fn answer_request(
 /// [`Error::NotFound`] when they are not in it; else when the database fails.
 pub async fn remove_member(service: &Service, by: &CurrentPerson, cohort: Uuid, member: Uuid) -> Result<(), Error> {
     let mut tx = service.db.write().await?;
-    if !cohorts::leave(
+    if !cohorts::leave_cohort(
         &mut tx,
         MembershipKey { school_id: by.school_id, cohort_id: cohort, person_id: member },
         deed(service, by),

@@ -23,7 +23,7 @@ pub async fn add_comment(
     comment: &Comment,
 ) -> Result<Uuid, Error> {
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
-    let made = comments::add(&mut tx, session.key(), by.id, comment, now).await?;
+    let made = comments::add_comment(&mut tx, session.key(), by.id, comment, now).await?;
     AuditEntry::by(by, "comment.added", session.id).with(json!({ "comment": made })).append(&mut tx, now).await?;
     tx.commit().await?;
     Ok(made)
@@ -42,7 +42,8 @@ pub async fn answer_comment(
 ) -> Result<Uuid, Error> {
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
     let made =
-        comments::answer(&mut tx, session.key(), by.id, CommentAnswer { comment_id: comment, body }, now).await?;
+        comments::answer_comment(&mut tx, session.key(), by.id, CommentAnswer { comment_id: comment, body }, now)
+            .await?;
     let made = made.ok_or(Error::NotFound)?;
     AuditEntry::by(by, "comment.answered", session.id).with(json!({ "comment": made })).append(&mut tx, now).await?;
     tx.commit().await?;
@@ -60,7 +61,7 @@ pub async fn withdraw_comment(
     comment: Uuid,
 ) -> Result<(), Error> {
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
-    if !comments::withdraw(&mut tx, session.key(), by.id, comment, now).await? {
+    if !comments::withdraw_comment(&mut tx, session.key(), by.id, comment, now).await? {
         return Err(Error::NotFound);
     }
     AuditEntry::by(by, "comment.withdrawn", session.id)

@@ -20,7 +20,7 @@ pub async fn record_consent(
     new: NewDeclaration<'_>,
 ) -> Result<(), Error> {
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
-    if !experts::consent(&mut tx, PersonKey { school_id: by.school_id, person_id: person }, new, now).await? {
+    if !experts::record_consent(&mut tx, PersonKey { school_id: by.school_id, person_id: person }, new, now).await? {
         return Err(Error::Conflict(tr!("a consent stands already; it is taken back first").to_owned()));
     }
     let told = json!({ "wording": new.wording, "given_at": new.given_at.to_string() });
@@ -35,7 +35,7 @@ pub async fn record_consent(
 pub async fn give_own_consent(service: &Service, by: &CurrentPerson, wording: &str) -> Result<(), Error> {
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
     let new = NewDeclaration { wording, how: "given by themselves, signed in", given_at: now, recorded_by: by.id };
-    if experts::consent(&mut tx, PersonKey { school_id: by.school_id, person_id: by.id }, new, now).await? {
+    if experts::record_consent(&mut tx, PersonKey { school_id: by.school_id, person_id: by.id }, new, now).await? {
         AuditEntry::by(by, "expert.consented", by.id).append(&mut tx, now).await?;
     }
     Ok(tx.commit().await?)
@@ -47,7 +47,7 @@ pub async fn give_own_consent(service: &Service, by: &CurrentPerson, wording: &s
 /// When the database fails.
 pub async fn withdraw_consent(service: &Service, by: &CurrentPerson, person: Uuid) -> Result<(), Error> {
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
-    if experts::withdraw(&mut tx, PersonKey { school_id: by.school_id, person_id: person }, by.id, now).await? {
+    if experts::withdraw_consent(&mut tx, PersonKey { school_id: by.school_id, person_id: person }, by.id, now).await? {
         AuditEntry::by(by, "expert.consent_withdrawn", person).append(&mut tx, now).await?;
     }
     Ok(tx.commit().await?)

@@ -61,7 +61,7 @@ pub async fn extend(
     };
     let mut tx = state.db.write().await?;
     let deadline = DeadlineKey { school_id: by.school_id, kind: dated.kind, id: dated.id };
-    deadlines::extend(&mut tx, deadline, person, longer).await?;
+    deadlines::extend_deadline(&mut tx, deadline, person, longer).await?;
     let told = json!({ "person": person, "days": days });
     AuditEntry::by(by, action, dated.id).with(told).append(&mut tx, state.clock.now()).await?;
     Ok(tx.commit().await?)
@@ -84,8 +84,8 @@ pub async fn run(state: Service) {
 pub async fn remind(state: &Service) -> Result<(), Error> {
     let now = state.clock.now();
     let soon = now.plus_s(REMIND_S);
-    let mut due = deadlines::to_remind(state.db.reader(), DeadlineKind::Assignment, now, soon).await?;
-    due.extend(deadlines::to_remind(state.db.reader(), DeadlineKind::Segments, now, soon).await?);
+    let mut due = deadlines::list_due_reminders(state.db.reader(), DeadlineKind::Assignment, now, soon).await?;
+    due.extend(deadlines::list_due_reminders(state.db.reader(), DeadlineKind::Segments, now, soon).await?);
     if due.is_empty() {
         return Ok(());
     }
@@ -93,7 +93,7 @@ pub async fn remind(state: &Service) -> Result<(), Error> {
     for due in due {
         let (school_id, person_id) = (due.school_id, due.person_id);
         let mail = NewMail { school_id, person_id, kind: MailKind::Reminder, assignment_id: Some(due.id) };
-        mails::queue(&mut tx, mail, now).await?;
+        mails::queue_mail(&mut tx, mail, now).await?;
     }
     tx.commit().await?;
     state.mails.notify_one();

@@ -59,13 +59,13 @@ pub async fn exercise(
 ) -> Result<Uuid, Error> {
     refuse_trainees(person)?;
     let (reader, school) = (state.db.reader(), person.school_id);
-    let current = exercises::current(reader, school, exercise_id).await?.ok_or(Error::NotFound)?;
-    let bytes = exercises::bytes(reader, school, current.id).await?.ok_or(Error::NotFound)?;
+    let current = exercises::find_current_revision(reader, school, exercise_id).await?.ok_or(Error::NotFound)?;
+    let bytes = exercises::read_exercise_bytes(reader, school, current.id).await?.ok_or(Error::NotFound)?;
     let mut texts = Texts { document: text(bytes.exercise)?, scene: text(bytes.scene)? };
     let document_id = new_id.unwrap_or(exercise_id);
     if let Some(new_id) = new_id {
         check_new_id(new_id)?;
-        if exercises::current(reader, school, new_id).await?.is_some() {
+        if exercises::find_current_revision(reader, school, new_id).await?.is_some() {
             return Err(Error::Conflict(tr!(
                 "id: “{id}” is an exercise already; choose another, or edit that one",
                 id = new_id
@@ -84,9 +84,9 @@ pub async fn exercise(
 pub async fn course(state: &Service, person: &CurrentPerson, course_id: &str) -> Result<Uuid, Error> {
     refuse_trainees(person)?;
     let (reader, school) = (state.db.reader(), person.school_id);
-    let taught = curricula::taught(reader, school).await?;
+    let taught = curricula::list_taught_curricula(reader, school).await?;
     let current = taught.into_iter().find(|course| course.curriculum_id == course_id).ok_or(Error::NotFound)?;
-    let bytes = curricula::bytes(reader, school, current.revision_id).await?.ok_or(Error::NotFound)?;
+    let bytes = curricula::read_curriculum_bytes(reader, school, current.revision_id).await?.ok_or(Error::NotFound)?;
     let texts = Texts { document: text(bytes)?, scene: String::new() };
     let draft = NewDocumentDraft { kind: DraftKind::Course, document_id: course_id, based_on: None, texts: &texts };
     begin(state, person, &draft).await
@@ -95,10 +95,10 @@ pub async fn course(state: &Service, person: &CurrentPerson, course_id: &str) ->
 async fn begin(state: &Service, person: &CurrentPerson, draft: &NewDocumentDraft<'_>) -> Result<Uuid, Error> {
     let by = by(state, person);
     let mut tx = state.db.write().await?;
-    if let Some(begun) = drafts::of(&mut *tx, by.school, draft.kind, draft.document_id).await? {
+    if let Some(begun) = drafts::find_draft_of(&mut *tx, by.school, draft.kind, draft.document_id).await? {
         return Ok(begun);
     }
-    let id = drafts::begin(&mut tx, by, draft).await?;
+    let id = drafts::begin_draft(&mut tx, by, draft).await?;
     AuditEntry::new(by.school, Actor::Person(by.person), "draft.begun", draft.document_id)
         .append(&mut tx, by.now)
         .await?;
@@ -148,8 +148,8 @@ pub async fn save(
     refuse_trainees(person)?;
     let by = by(state, person);
     let mut tx = state.db.write().await?;
-    let kept = drafts::save(&mut tx, by, id, seen, texts).await?;
-    let draft = drafts::find(&mut *tx, by.school, id).await?.ok_or(Error::NotFound)?;
+    let kept = drafts::save_draft(&mut tx, by, id, seen, texts).await?;
+    let draft = drafts::find_draft(&mut *tx, by.school, id).await?.ok_or(Error::NotFound)?;
     tx.commit().await?;
     Ok(if kept { SaveOutcome::Kept(draft) } else { SaveOutcome::Elsewhere(draft) })
 }
@@ -172,7 +172,7 @@ pub async fn publish(
         _ => None,
     };
     let mut tx = state.db.write().await?;
-    if !drafts::remove(&mut tx, by.school, draft.id, draft.version).await? {
+    if !drafts::remove_draft(&mut tx, by.school, draft.id, draft.version).await? {
         return Ok(false);
     }
     match (checked, exercise) {
@@ -198,8 +198,8 @@ pub async fn discard(state: &Service, person: &CurrentPerson, id: Uuid, seen: i6
     refuse_trainees(person)?;
     let by = by(state, person);
     let mut tx = state.db.write().await?;
-    let draft = drafts::find(&mut *tx, by.school, id).await?.ok_or(Error::NotFound)?;
-    let removed = drafts::remove(&mut tx, by.school, id, seen).await?;
+    let draft = drafts::find_draft(&mut *tx, by.school, id).await?.ok_or(Error::NotFound)?;
+    let removed = drafts::remove_draft(&mut tx, by.school, id, seen).await?;
     if removed {
         AuditEntry::new(by.school, Actor::Person(by.person), "draft.discarded", &draft.document_id)
             .append(&mut tx, by.now)
@@ -245,7 +245,9 @@ async fn course_checked(state: &Service, school: Uuid, draft: &DocumentDraft) ->
 /// What was written in the draft of an exercise, with the meshes of the revision that it is based on.
 async fn bytes(state: &Service, school: Uuid, draft: &DocumentDraft) -> Result<RevisionBytes, Error> {
     let meshes = match draft.based_on {
-        Some(revision) => exercises::bytes(state.db.reader(), school, revision).await?.map(|bytes| bytes.meshes),
+        Some(revision) => {
+            exercises::read_exercise_bytes(state.db.reader(), school, revision).await?.map(|bytes| bytes.meshes)
+        }
         None => None,
     };
     let Texts { document, scene } = draft.texts.clone();
@@ -289,11 +291,11 @@ impl ExerciseShelf {
     async fn of(state: &Service, school: Uuid, course_id: &str) -> Result<Self, Error> {
         let reader = state.db.reader();
         let documents = exercises::all_documents(reader, school).await?;
-        let taught = curricula::taught(reader, school).await?;
+        let taught = curricula::list_taught_curricula(reader, school).await?;
         let published = match taught.into_iter().find(|course| course.curriculum_id == course_id) {
             Some(current) => {
                 let ids = curricula::exercise_ids(reader, current.revision_id).await?;
-                curricula::bytes(reader, school, current.revision_id).await?.map(|bytes| (bytes, ids))
+                curricula::read_curriculum_bytes(reader, school, current.revision_id).await?.map(|bytes| (bytes, ids))
             }
             None => None,
         };

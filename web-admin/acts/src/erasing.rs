@@ -68,7 +68,7 @@ pub async fn erase(
         Erasure { at: state.clock.now(), school_id, person_id: person.id, pseudonym: person.pseudonym.clone(), wish };
     let list = ErasureList::of(&state.config);
     let mut tx = state.db.write().await?;
-    if retention::held_at(&mut *tx, school_id, person.id).await?.is_some() {
+    if retention::find_hold_time(&mut *tx, school_id, person.id).await?.is_some() {
         return Err(Error::Conflict(tr!("this person is on legal hold: end the hold first").to_owned()));
     }
     let (gone, mut told) = take_away(&mut tx, state, person, &erasure).await?;
@@ -106,12 +106,12 @@ async fn take_away(
     let mut told = json!({});
     if person.state != AccountState::Erased {
         let key = PersonKey { school_id: erasure.school_id, person_id: person.id };
-        tokens::revoke_all(tx, person.id, erasure.at).await?;
+        tokens::revoke_all_tokens(tx, person.id, erasure.at).await?;
         tokens::forget_names(tx, key).await?;
-        second_factors::remove(tx, key).await?;
-        let letters = directory::letters(&mut *tx, person, erasure.school_id).await?;
+        second_factors::remove_second_factor(tx, key).await?;
+        let letters = directory::list_letters_to(&mut *tx, person, erasure.school_id).await?;
         retention::forget_warning(tx, person.id).await?;
-        directory::erase(tx, person, erasure.school_id, erasure.at).await?;
+        directory::erase_person(tx, person, erasure.school_id, erasure.at).await?;
         // Before the commit: letters that cannot be removed are not forgotten.
         state.mailer.forget(&letters).await?;
     }
@@ -120,7 +120,7 @@ async fn take_away(
         (erasure.wish.about, TextSide::About, "texts_about"),
     ] {
         if wished {
-            told[word] = texts::redact(tx, whose, side).await?.into();
+            told[word] = texts::redact_texts(tx, whose, side).await?.into();
         }
     }
     let mut gone = Vec::new();
@@ -184,14 +184,14 @@ pub async fn catch_up(state: &Service) -> anyhow::Result<usize> {
 async fn outstanding(state: &Service, erasure: &Erasure) -> Result<Option<DirectoryEntry>, sqlx::Error> {
     let Erasure { at, school_id, person_id, wish, .. } = erasure;
     let reader = state.db.reader();
-    let Some(person) = directory::find(reader, *school_id, *person_id).await? else { return Ok(None) };
+    let Some(person) = directory::find_directory_entry(reader, *school_id, *person_id).await? else { return Ok(None) };
     if person.state != AccountState::Erased {
         return Ok(Some(person));
     }
     let whose = Whose { school_id: *school_id, person_id: *person_id, until: *at };
     let mut left = 0;
     if wish.written || wish.about {
-        let texts = texts::count(reader, whose).await?;
+        let texts = texts::count_texts(reader, whose).await?;
         left += if wish.written { texts.written } else { 0 };
         left += if wish.about { texts.about } else { 0 };
     }

@@ -67,13 +67,13 @@ async fn add_generated(
     now: Moment,
 ) -> anyhow::Result<Person> {
     let new = NewPerson { school_id, role: who.role, email: &who.email, display_name: who.name, password_hash };
-    let person = people::add(tx, &new, now).await?;
+    let person = people::add_person(tx, &new, now).await?;
     let entry = AuditEntry::new(school_id, Actor::CommandLine, "person.added", person.id);
     entry.with(json!({ "role": who.role })).append(tx, now).await?;
     if let Some(cohort) = who.cohort {
         let cohort_id = cohorts::find_or_create(tx, school_id, cohort, now).await?.id;
         let membership = Membership { school_id, cohort_id, person_id: person.id, role: who.role };
-        cohorts::join(tx, membership, Deed { by: None, at: now }).await?;
+        cohorts::join_cohort(tx, membership, Deed { by: None, at: now }).await?;
     }
     Ok(person)
 }
@@ -138,7 +138,7 @@ pub async fn ask_nobody(service: &Service, survey: GeneratedSurvey<'_>) -> anyho
     let instrument = Instrument::from_bytes("generated", document.as_bytes())?;
     let publisher = DocumentPublisher { school: school_id, by: Actor::CommandLine, now };
     surveys::publish_text(&mut tx, &publisher, &instrument, document.as_bytes()).await?;
-    let revision = instruments::current(&mut *tx, school_id, &instrument.id).await?;
+    let revision = instruments::find_current_instrument(&mut *tx, school_id, &instrument.id).await?;
     let new = NewSurvey {
         school_id,
         revision_id: revision.context("what was just published")?.id,

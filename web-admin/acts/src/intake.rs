@@ -113,7 +113,7 @@ async fn read_counted(state: &Service, school: Uuid, received: &Received) -> Res
     let mut tx = state.db.write().await?;
     match &told {
         Err(Error::Deadly(_)) => tries::note_reading_death(&mut tx, school, &received.sha256).await?,
-        _ => tries::end_reading(&mut tx, school, &received.sha256).await?,
+        _ => tries::end_reading_try(&mut tx, school, &received.sha256).await?,
     }
     tx.commit().await?;
     told
@@ -182,7 +182,7 @@ async fn describe(
 /// Whose attempt it is. A recording that names somebody belongs to them, and nobody else brings it as their own.
 async fn trainee(state: &Service, bearer: &Bearer, named: &str) -> Result<Uuid, Error> {
     let Some(id) = bearer.trainee_id else { return by_pseudonym(state, bearer.school_id, named).await };
-    let own = people::by_id(state.db.reader(), id).await?.ok_or(Error::NotFound)?.pseudonym;
+    let own = people::find_person(state.db.reader(), id).await?.ok_or(Error::NotFound)?.pseudonym;
     if named.is_empty() || named == own {
         return Ok(id);
     }
@@ -194,7 +194,7 @@ async fn trainee(state: &Service, bearer: &Bearer, named: &str) -> Result<Uuid, 
 /// The station that has signed it, where it is one of this school's that is paired now, and its signature is right.
 async fn signer(state: &Service, school: Uuid, told: &RecordingFacts) -> Result<Option<Signer>, Error> {
     let (Some(signature), Some(motion)) = (&told.signature, &told.motion) else { return Ok(None) };
-    let station = stations::signer(state.db.reader(), school, signature.station).await?;
+    let station = stations::find_station_signer(state.db.reader(), school, signature.station).await?;
     let signed = signature::statement(&told.session, signature.station, motion);
     Ok(station.filter(|station| keys::is_signed(&station.public_key, &signed, &signature.ed25519)))
 }
@@ -216,7 +216,7 @@ async fn keep(
 ) -> Result<RecordingReceipt, Error> {
     let mut tx = state.db.write().await?;
     let upload = received.upload;
-    if let Some(existing) = sessions::find(&mut *tx, session.school_id, session.id).await? {
+    if let Some(existing) = sessions::find_session(&mut *tx, session.school_id, session.id).await? {
         let kept = same(existing, &session).map(RecordingReceipt::Before)?;
         note_upload(&mut tx, upload, &session).await?;
         tx.commit().await?;
@@ -226,8 +226,9 @@ async fn keep(
     let place = state.config.recordings_dir.join(&session.recording_path);
     let received = tokio::task::spawn_blocking(move || received.place(&place).map(|()| received)).await??;
     KillPoint::RecordingLinked.pass();
-    sessions::insert(&mut tx, &session).await?;
-    jobs::enqueue(&mut tx, SessionKey { school_id: session.school_id, id: session.id }, session.received_at).await?;
+    sessions::insert_session(&mut tx, &session).await?;
+    jobs::enqueue_job(&mut tx, SessionKey { school_id: session.school_id, id: session.id }, session.received_at)
+        .await?;
     AuditEntry::new(session.school_id, bearer.actor.clone(), "session.uploaded", session.id)
         .with(noted(&session))
         .append(&mut tx, session.received_at)
@@ -245,7 +246,7 @@ async fn keep(
 /// Looks whether the same motion was brought before and counts. What counts nowhere anyway repeats nothing.
 async fn find_repeated(tx: &mut SqliteConnection, session: &mut Session) -> Result<(), Error> {
     let Some(motion) = session.motion_sha256.as_deref().filter(|_| session.uncounted.is_none()) else { return Ok(()) };
-    if let Some(first) = sessions::of_motion(tx, session.school_id, motion).await? {
+    if let Some(first) = sessions::find_session_of_motion(tx, session.school_id, motion).await? {
         (session.uncounted, session.repeats) = (Some(Uncounted::Duplicate), Some(first));
     }
     Ok(())
@@ -271,7 +272,7 @@ fn noted(session: &Session) -> Value {
 /// Says in the row of an upload in pieces what it has become, in the transaction that makes it so.
 async fn note_upload(tx: &mut SqliteConnection, upload: Option<Uuid>, session: &Session) -> Result<(), Error> {
     match upload {
-        Some(id) => Ok(uploads::finish(tx, session.school_id, id, session.id).await?),
+        Some(id) => Ok(uploads::finish_upload(tx, session.school_id, id, session.id).await?),
         None => Ok(()),
     }
 }

@@ -33,10 +33,10 @@ fn next_try(state: &Service, tries: i64) -> Option<model::Moment> {
 pub async fn note_mail(state: &Service, mail: &Mail, sent: LetterResult) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     match sent {
-        Ok(()) => mails::sent(&mut tx, mail.id, state.clock.now()).await?,
+        Ok(()) => mails::mark_mail_sent(&mut tx, mail.id, state.clock.now()).await?,
         Err(error) => {
             tracing::warn!(mail = %mail.id, tries = mail.tries + 1, cause = error, "a mail was not sent");
-            mails::failed(&mut tx, mail.id, &error, next_try(state, mail.tries)).await?;
+            mails::mark_mail_failed(&mut tx, mail.id, &error, next_try(state, mail.tries)).await?;
         }
     }
     Ok(tx.commit().await?)
@@ -48,7 +48,7 @@ pub async fn note_mail(state: &Service, mail: &Mail, sent: LetterResult) -> Resu
 /// When the database fails.
 pub async fn withdraw_mail(state: &Service, mail: &Mail) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
-    mails::withdraw(&mut tx, mail.id).await?;
+    mails::withdraw_mail(&mut tx, mail.id).await?;
     Ok(tx.commit().await?)
 }
 
@@ -92,7 +92,7 @@ pub async fn claim_survey_letter(state: &Service, letter: &SurveyLetter, survey:
             surveys::add(&mut tx, &new).await?
         }
     };
-    letters::claim(&mut tx, letter, response).await?;
+    letters::claim_survey_letter(&mut tx, letter, response).await?;
     tx.commit().await?;
     Ok(token)
 }
@@ -103,7 +103,7 @@ pub async fn claim_survey_letter(state: &Service, letter: &SurveyLetter, survey:
 /// When the database fails.
 pub async fn give_up_survey_letter(state: &Service, letter: &SurveyLetter, why: &str) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
-    letters::failed(&mut tx, letter, why, None).await?;
+    letters::mark_letter_failed(&mut tx, letter, why, None).await?;
     Ok(tx.commit().await?)
 }
 
@@ -114,10 +114,10 @@ pub async fn give_up_survey_letter(state: &Service, letter: &SurveyLetter, why: 
 pub async fn note_survey_letter(state: &Service, letter: &SurveyLetter, sent: LetterResult) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     match sent {
-        Ok(()) => letters::sent(&mut tx, letter, state.clock.now()).await?,
+        Ok(()) => letters::mark_letter_sent(&mut tx, letter, state.clock.now()).await?,
         Err(error) => {
             tracing::warn!(letter = %letter.id, tries = letter.tries + 1, cause = error, "a letter was not sent");
-            letters::failed(&mut tx, letter, &error, next_try(state, letter.tries)).await?;
+            letters::mark_letter_failed(&mut tx, letter, &error, next_try(state, letter.tries)).await?;
         }
     }
     Ok(tx.commit().await?)
@@ -134,6 +134,6 @@ pub async fn note_retention_letter(state: &Service, letter: &RetentionLetter, se
     }
     let mut tx = state.db.write().await?;
     let error = sent.as_ref().err().map(String::as_str);
-    retention::note_letter(&mut tx, letter.id, error, again, state.clock.now()).await?;
+    retention::note_warning_letter(&mut tx, letter.id, error, again, state.clock.now()).await?;
     Ok(tx.commit().await?)
 }

@@ -18,13 +18,13 @@ use store::{motions, practice};
 /// # Errors
 /// When the database fails, or nobody can be asked to read.
 pub async fn step(state: &Service) -> anyhow::Result<bool> {
-    let Some(session) = motions::unhashed(state.db.reader()).await? else { return Ok(false) };
+    let Some(session) = motions::list_unhashed_motions(state.db.reader()).await? else { return Ok(false) };
     let motion = read(state, &session).await?;
     let mut tx = state.db.write().await?;
     if let Some(motion) = motion {
         compare(state, &mut tx, &session, &motion).await?;
     }
-    motions::done(&mut tx, session.key()).await?;
+    motions::mark_motions_done(&mut tx, session.key()).await?;
     tx.commit().await?;
     Ok(true)
 }
@@ -46,21 +46,21 @@ async fn compare(state: &Service, tx: &mut SqliteConnection, session: &Session, 
     let own = session.key();
     let same = match session.uncounted {
         Some(_) => None,
-        None => sessions::of_motion(&mut *tx, own.school_id, motion).await?,
+        None => sessions::find_session_of_motion(&mut *tx, own.school_id, motion).await?,
     };
     if let Some(same) = same {
-        let other = sessions::find(&mut *tx, own.school_id, same).await?.context("an attempt that is gone")?;
-        let is_first = motions::came_before(&mut *tx, own, other.key()).await?;
+        let other = sessions::find_session(&mut *tx, own.school_id, same).await?.context("an attempt that is gone")?;
+        let is_first = motions::find_earlier_motion(&mut *tx, own, other.key()).await?;
         let (first, later) = if is_first { (session, &other) } else { (&other, session) };
         repeat(state, tx, first.key(), later).await?;
     }
-    Ok(motions::set(tx, own, motion).await?)
+    Ok(motions::set_motion(tx, own, motion).await?)
 }
 
 async fn repeat(state: &Service, tx: &mut SqliteConnection, first: SessionKey, later: &Session) -> anyhow::Result<()> {
     motions::mark_repeated(tx, later.key(), first).await?;
     if later.state == SessionState::Scored {
-        practice::refresh(tx, later.key()).await?;
+        practice::refresh_practice(tx, later.key()).await?;
     }
     AuditEntry::new(later.school_id, Actor::Worker, "session.repeats", later.id)
         .with(json!({ "repeats": first.id }))

@@ -60,7 +60,7 @@ pub fn no_site() -> Error {
 /// When the question cannot be made, or the database fails.
 pub async fn ask(state: &Service, key: PersonKey) -> Result<Option<PasskeyQuestion>, Error> {
     let Some(site) = state.passkeys.site() else { return Ok(None) };
-    let known = passkeys::of_person(state.db.reader(), key).await?;
+    let known = passkeys::list_passkeys(state.db.reader(), key).await?;
     if known.is_empty() {
         return Ok(None);
     }
@@ -113,7 +113,7 @@ async fn signed(
         Err(why) => return Ok(PasskeyCheck::Refused(why)),
     };
     let mut tx = state.db.write().await?;
-    let kept = passkeys::of_person(&mut *tx, key).await?;
+    let kept = passkeys::list_passkeys(&mut *tx, key).await?;
     // It may have been removed since it was asked.
     let Some(kept) = kept.into_iter().find(|kept| kept.public_key.cred_id() == result.cred_id()) else {
         return Ok(PasskeyCheck::Refused(AnswerRefused::Wrong));
@@ -122,7 +122,7 @@ async fn signed(
     public_key.update_credential(&result);
     let signature = PasskeySignature { public_key: &public_key, count: result.counter(), at: state.clock.now() };
     // By what is kept now: two questions may have been asked at one count.
-    if !passkeys::take(&mut tx, key, kept.id, signature).await? {
+    if !passkeys::take_signature(&mut tx, key, kept.id, signature).await? {
         return Ok(PasskeyCheck::Refused(AnswerRefused::Copied));
     }
     tx.commit().await?;
@@ -137,12 +137,12 @@ pub async fn ask_to_make(state: &Service, person: &CurrentPerson, name: &str) ->
     let site = state.passkeys.site().ok_or_else(no_site)?;
     let name = checked_name(name)?;
     let (reader, key) = (state.db.reader(), PersonKey::from(person));
-    let known = passkeys::of_person(reader, key).await?;
+    let known = passkeys::list_passkeys(reader, key).await?;
     if known.len() >= MOST {
         let why = tr!("there are {most} passkeys, the most allowed: remove one that is not used", most = MOST);
         return Err(Error::Unprocessable(why));
     }
-    let account = people::by_id(reader, person.id).await?.ok_or(Error::NotFound)?;
+    let account = people::find_person(reader, person.id).await?.ok_or(Error::NotFound)?;
     let owner = PasskeyOwner { id: person.id, email: &account.email, name: &person.display_name };
     let known = known.iter().map(|kept| kept.public_key.cred_id().clone()).collect();
     let (options, asked) = site.ask_to_make(owner, known)?;
@@ -171,12 +171,12 @@ pub async fn make(
         second_factor::note(state, key, "passkey.refused").await?;
         return Ok(None);
     };
-    let first = !second_factors::is_on(state.db.reader(), key).await?;
+    let first = !second_factors::is_second_factor_on(state.db.reader(), key).await?;
     let codes = if first { Some(second_factor::make_codes(state, key).await?) } else { None };
     let now = state.clock.now();
     let mut tx = state.db.write().await?;
     let new = NewPasskey { id: Uuid::new_v4(), name: &name, public_key: &made, made_at: now };
-    if !passkeys::add(&mut tx, key, new).await? {
+    if !passkeys::add_passkey(&mut tx, key, new).await? {
         return Err(Error::Conflict(tr!("this passkey is known here already: make another").to_owned()));
     }
     let details = json!({ "passkey": new.id, "first": first });
@@ -202,7 +202,7 @@ fn read_made(site: &Site, json: &str, state: &PasskeyRegistration) -> Option<Pas
 /// # Errors
 /// When there is none by this id, or the database fails.
 pub async fn find(state: &Service, person: &CurrentPerson, id: Uuid) -> Result<KeptPasskey, Error> {
-    passkeys::find(state.db.reader(), person.into(), id).await?.ok_or(Error::NotFound)
+    passkeys::find_passkey(state.db.reader(), person.into(), id).await?.ok_or(Error::NotFound)
 }
 
 /// Gives one's passkey another name.
@@ -212,7 +212,7 @@ pub async fn find(state: &Service, person: &CurrentPerson, id: Uuid) -> Result<K
 pub async fn rename(state: &Service, person: &CurrentPerson, id: Uuid, name: &str) -> Result<(), Error> {
     let name = checked_name(name)?;
     let mut tx = state.db.write().await?;
-    if !passkeys::rename(&mut tx, person.into(), id, &name).await? {
+    if !passkeys::rename_passkey(&mut tx, person.into(), id, &name).await? {
         return Err(Error::NotFound);
     }
     let details = json!({ "passkey": id });
@@ -227,7 +227,7 @@ pub async fn rename(state: &Service, person: &CurrentPerson, id: Uuid, name: &st
 pub async fn remove(state: &Service, person: &CurrentPerson, id: Uuid) -> Result<(), Error> {
     let key = PersonKey::from(person);
     let mut tx = state.db.write().await?;
-    if !passkeys::remove(&mut tx, key, id).await? {
+    if !passkeys::remove_passkey(&mut tx, key, id).await? {
         return Err(Error::NotFound);
     }
     let details = json!({ "passkey": id });

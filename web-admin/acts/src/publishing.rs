@@ -129,7 +129,7 @@ pub async fn exercise(
 ) -> anyhow::Result<Published> {
     let DocumentPublisher { school, now, .. } = *publisher;
     let bundle_sha256 = bundle_sha256(bundle);
-    let known = exercises::by_bundle(&mut *writer, school, &bundle_sha256).await?;
+    let known = exercises::find_revision_by_bundle(&mut *writer, school, &bundle_sha256).await?;
     let ExerciseBundle { exercise, scene, exercise_bytes, scene_bytes, meshes } = bundle;
     let new = NewRevision {
         exercise_id: &exercise.id,
@@ -145,9 +145,9 @@ pub async fn exercise(
     };
     let revision = match known {
         Some(revision) => revision,
-        None => exercises::publish(writer, school, &new, now).await?,
+        None => exercises::publish_exercise(writer, school, &new, now).await?,
     };
-    let before = exercises::current(&mut *writer, school, &exercise.id).await?.map(|current| current.id);
+    let before = exercises::find_current_revision(&mut *writer, school, &exercise.id).await?.map(|current| current.id);
     if before != Some(revision) {
         exercises::make_current(writer, school, &exercise.id, revision).await?;
         let details = json!({ "revision": revision, "sha256": exercise.sha256, "before": before });
@@ -169,7 +169,7 @@ pub async fn curriculum(
     let DocumentPublisher { school, now, .. } = *publisher;
     let mastery = Mastery::from_rule(&course.mastery)
         .map_err(|why| CourseRefused::Document(format!("course {}: {}", course.id, no_limit(why))))?;
-    let known = curricula::by_sha256(&mut *writer, school, &course.sha256).await?;
+    let known = curricula::find_curriculum_by_hash(&mut *writer, school, &course.sha256).await?;
     let entries: Vec<_> = course.entries.iter().map(entry).collect();
     let new = NewCurriculum {
         curriculum_id: &course.id,
@@ -182,9 +182,9 @@ pub async fn curriculum(
     };
     let revision = match known {
         Some(revision) => revision,
-        None => curricula::publish(writer, school, &new, now).await?,
+        None => curricula::publish_curriculum(writer, school, &new, now).await?,
     };
-    let taught = curricula::taught(&mut *writer, school).await?;
+    let taught = curricula::list_taught_curricula(&mut *writer, school).await?;
     if !taught.iter().any(|current| current.revision_id == revision) {
         curricula::make_current(writer, school, &course.id, revision).await?;
         let details = json!({ "revision": revision, "sha256": course.sha256 });

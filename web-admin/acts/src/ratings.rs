@@ -74,7 +74,7 @@ pub async fn open(state: &Service, rater: &CurrentPerson, id: Uuid) -> Result<Ra
 /// [`Error::NotFound`] where they are not asked.
 pub async fn attempt(state: &Service, rater: &CurrentPerson, id: Uuid) -> Result<Session, Error> {
     let rating = ratings::rating(state.db.reader(), rater, id).await?.ok_or(Error::NotFound)?;
-    sessions::find(state.db.reader(), rating.school_id, rating.session_id).await?.ok_or(Error::NotFound)
+    sessions::find_session(state.db.reader(), rating.school_id, rating.session_id).await?.ok_or(Error::NotFound)
 }
 
 impl Rated {

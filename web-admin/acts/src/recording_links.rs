@@ -24,7 +24,7 @@ pub async fn make_recording_link(service: &Service, by: &CurrentPerson, session:
     let mut tx = service.db.write().await?;
     let hash = secret::token_sha256(&token);
     let link = NewRecordingLink { session: session.key(), made_by: by.id, token_sha256: &hash, expires_at: until };
-    links::add(&mut tx, link, now).await?;
+    links::add_recording_link(&mut tx, link, now).await?;
     AuditEntry::by(by, "recording.linked", session.id).with(json!({ "until": until })).append(&mut tx, now).await?;
     tx.commit().await?;
     Ok(token)

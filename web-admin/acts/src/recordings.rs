@@ -201,7 +201,7 @@ impl Copied {
 /// # Errors
 /// When the recording cannot be read, or the disk refuses.
 pub async fn with_comments(state: &Service, session: &Session) -> Result<Copied, Error> {
-    let said = comments::of_session(state.db.reader(), session.key()).await?;
+    let said = comments::list_session_comments(state.db.reader(), session.key()).await?;
     let remarks = remarks(&said);
     ensure_room(state, session.recording_size.unsigned_abs())?;
     let part = PartFile { path: state.config.uploads_dir().join(format!("{}.part", Uuid::new_v4())), kept: false };

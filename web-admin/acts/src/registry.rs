@@ -71,7 +71,7 @@ pub async fn add_person(service: &Service, new: RegisteredPerson<'_>) -> Result<
     let password_hash = secret::hash_password(new.password, service.config.password_cost)?;
     let now = service.clock.now();
     let mut tx = service.db.write().await?;
-    if people::by_email(&mut *tx, new.email).await?.is_some() {
+    if people::find_person_by_email(&mut *tx, new.email).await?.is_some() {
         return Err(RegistryError::Usage(format!("--email: \"{}\"; somebody has this address already", new.email)));
     }
     let school = choose_in(&mut tx, new.school, now).await?;
@@ -82,7 +82,7 @@ pub async fn add_person(service: &Service, new: RegisteredPerson<'_>) -> Result<
         display_name: new.name,
         password_hash: &password_hash,
     };
-    let person = people::add(&mut tx, &row, now).await?;
+    let person = people::add_person(&mut tx, &row, now).await?;
     let until = now.plus_s(INITIAL_PASSWORD_S);
     people::make_initial(&mut tx, person.id, until).await?;
     AuditEntry::new(person.school_id, Actor::CommandLine, "person.added", person.id)
@@ -108,7 +108,7 @@ async fn join(tx: &mut SqliteConnection, person: &Person, cohort: &str, now: Mom
     let cohort = cohorts::find_or_create(tx, person.school_id, cohort, now).await?;
     let membership =
         Membership { school_id: person.school_id, cohort_id: cohort.id, person_id: person.id, role: person.role };
-    cohorts::join(tx, membership, Deed { by: None, at: now }).await?;
+    cohorts::join_cohort(tx, membership, Deed { by: None, at: now }).await?;
     let entry = AuditEntry::new(person.school_id, Actor::CommandLine, "cohort.joined", person.id);
     Ok(entry.with(json!({ "cohort": cohort.id })).append(tx, now).await?)
 }
@@ -137,10 +137,10 @@ pub async fn reset_password(service: &Service, person: &Person, password: &str) 
 pub async fn disable_person(service: &Service, person: &Person) -> Result<Option<u64>, RegistryError> {
     let now = service.clock.now();
     let mut tx = service.db.write().await?;
-    if !people::disable(&mut tx, person.id, now).await? {
+    if !people::disable_person(&mut tx, person.id, now).await? {
         return Ok(None);
     }
-    let revoked = tokens::revoke_all(&mut tx, person.id, now).await?;
+    let revoked = tokens::revoke_all_tokens(&mut tx, person.id, now).await?;
     AuditEntry::new(person.school_id, Actor::CommandLine, "person.disabled", person.id)
         .with(json!({ "tokens_revoked": revoked }))
         .append(&mut tx, now)
@@ -170,7 +170,7 @@ async fn give_in(
     let token = secret::random_hex()?;
     let owner = PersonKey { school_id: person.school_id, person_id: person.id };
     let new = NewToken { owner, name: &name, expires_at: end(now, wanted.days) };
-    let id = tokens::add_named(tx, new, &secret::token_sha256(&token), now).await?;
+    let id = tokens::add_personal_token(tx, new, &secret::token_sha256(&token), now).await?;
     AuditEntry::new(person.school_id, Actor::CommandLine, "token.made", id)
         .with(json!({ "person": person.id, "expires_at": new.expires_at }))
         .append(tx, now)
@@ -191,7 +191,7 @@ pub async fn give_station_token(
     let mut tx = service.db.write().await?;
     let school = choose_in(&mut tx, school, now).await?;
     let holder = TokenHolder { school_id: school.id, person_id: None, station: station.map(str::to_owned) };
-    let id = tokens::add(&mut tx, &holder, &secret::token_sha256(&token), now).await?;
+    let id = tokens::add_station_token(&mut tx, &holder, &secret::token_sha256(&token), now).await?;
     AuditEntry::new(school.id, Actor::CommandLine, "token.made", id)
         .with(json!({ "person": holder.person_id, "station": holder.station }))
         .append(&mut tx, now)
@@ -205,7 +205,7 @@ pub async fn give_station_token(
 /// # Errors
 /// When there is none of the name, or none is named and there are several; or the database fails.
 pub async fn find_school(service: &Service, name: Option<&str>) -> Result<School, RegistryError> {
-    let existing = schools::all(service.db.reader()).await?;
+    let existing = schools::list_schools(service.db.reader()).await?;
     match name {
         Some(name) => existing
             .into_iter()
@@ -233,7 +233,7 @@ pub(crate) async fn choose_in(
     name: Option<&str>,
     now: Moment,
 ) -> Result<School, RegistryError> {
-    let existing = schools::all(&mut *tx).await?;
+    let existing = schools::list_schools(&mut *tx).await?;
     let name = match name {
         Some(name) => name,
         None => match only_one(&existing)? {

@@ -52,11 +52,11 @@ pub struct RetentionResult {
 /// When the database fails.
 pub async fn plan(state: &Service, school: Uuid) -> Result<(Settings, Vec<RetentionStep>), Error> {
     let reader = state.db.reader();
-    let settings = retention::rule(reader, school).await?;
+    let settings = retention::find_retention_rule(reader, school).await?;
     let observed_s = retention::service_time(reader).await?.observed_s;
     let (now, rule) = (Now { at: state.clock.now(), observed_s }, settings.rule());
     let since = rule.map_or(Moment::from_micros(0), |rule| rule.warned_since(now.at));
-    let planned = retention::idle(reader, school, since).await?.into_iter().filter_map(|idle| {
+    let planned = retention::list_idle_people(reader, school, since).await?.into_iter().filter_map(|idle| {
         let step = step(rule, idle.active_at, idle.held_at.is_some(), idle.warned(), now)?;
         Some(RetentionStep { idle, step })
     });
@@ -76,7 +76,7 @@ pub async fn act(state: &Service, school: Uuid) -> Result<RetentionResult, Error
         let told = json!({ "active_at": idle.active_at, "months": settings.months });
         match step {
             RetentionAction::Warn => {
-                retention::warn(&mut tx, school, idle, now).await?;
+                retention::warn_person(&mut tx, school, idle, now).await?;
                 entry(school, "retention.warned", idle).with(told).append(&mut tx, now).await?;
                 done.warned += 1;
             }
@@ -92,7 +92,7 @@ pub async fn act(state: &Service, school: Uuid) -> Result<RetentionResult, Error
     state.mails.notify_one();
     let wish = erasing::wish_of_school(state, school, settings.texts, settings.texts).await?;
     for RetentionStep { idle, .. } in planned.iter().filter(|planned| planned.step == RetentionAction::Erase) {
-        let person = directory::find(state.db.reader(), school, idle.id).await?;
+        let person = directory::find_directory_entry(state.db.reader(), school, idle.id).await?;
         let Some(person) = person.filter(|person| person.state != AccountState::Erased) else { continue };
         let why = json!({ "active_at": idle.active_at, "told_at": idle.told_at, "months": settings.months });
         let by = Eraser { actor: Actor::Worker, why: Some(why) };
@@ -132,7 +132,7 @@ pub async fn tick(state: &Service, elapsed: Duration) -> Result<(), Error> {
         return Ok(());
     }
     let mut failed = None;
-    for school in schools::all(state.db.reader()).await? {
+    for school in schools::list_schools(state.db.reader()).await? {
         match act(state, school.id).await {
             Ok(done) if done == RetentionResult::default() => {}
             Ok(done) => tracing::info!(school = %school.id, ?done, "retention"),
@@ -155,7 +155,7 @@ pub async fn tick(state: &Service, elapsed: Duration) -> Result<(), Error> {
 pub async fn set_held(state: &Service, by: &CurrentPerson, person: Uuid, held: bool) -> Result<(), Error> {
     let (now, mut tx) = (state.clock.now(), state.db.write().await?);
     let (since, action) = if held { (Some(now), "person.held") } else { (None, "person.released") };
-    if retention::hold(&mut tx, PersonKey { school_id: by.school_id, person_id: person }, since).await? {
+    if retention::hold_person(&mut tx, PersonKey { school_id: by.school_id, person_id: person }, since).await? {
         AuditEntry::by(by, action, person).append(&mut tx, now).await?;
     }
     Ok(tx.commit().await?)

@@ -25,9 +25,9 @@ pub async fn set_supervised(
     }
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
     let (changed, action) = if was_there {
-        (supervisions::confirm(&mut tx, session, by.id, now).await?, "session.supervised")
+        (supervisions::confirm_supervision(&mut tx, session, by.id, now).await?, "session.supervised")
     } else {
-        (supervisions::withdraw(&mut tx, session.key()).await?, "session.supervision_withdrawn")
+        (supervisions::withdraw_supervision(&mut tx, session.key()).await?, "session.supervision_withdrawn")
     };
     if changed {
         AuditEntry::by(by, action, session.id).append(&mut tx, now).await?;
@@ -46,7 +46,7 @@ pub async fn override_grade(
     new: &NewOverride<'_>,
 ) -> Result<(), Error> {
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
-    grades::put(&mut tx, session.key(), new, now).await?;
+    grades::put_override(&mut tx, session.key(), new, now).await?;
     let action = if new.grade.is_some() { "grade.overridden" } else { "grade.override_withdrawn" };
     let details = json!({ "score": new.grade.map(|(score, _)| score), "passed": new.grade.map(|(_, passed)| passed) });
     AuditEntry::by(by, action, session.id).with(details).append(&mut tx, now).await?;
@@ -65,9 +65,9 @@ pub async fn set_reviewed(
 ) -> Result<(), Error> {
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
     let (changed, action) = if reviewed {
-        (reviews::mark(&mut tx, session.key(), by.id, now).await?, "session.reviewed")
+        (reviews::mark_reviewed(&mut tx, session.key(), by.id, now).await?, "session.reviewed")
     } else {
-        (reviews::unmark(&mut tx, session.key()).await?, "session.review_withdrawn")
+        (reviews::unmark_reviewed(&mut tx, session.key()).await?, "session.review_withdrawn")
     };
     if changed {
         AuditEntry::by(by, action, session.id).append(&mut tx, now).await?;

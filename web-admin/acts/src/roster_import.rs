@@ -50,7 +50,7 @@ pub async fn keep(
     parse(body).await?;
     let draft = NewRosterDraft { school_id: by.school_id, made_by: by.id, file_name, body, wanted };
     let mut tx = state.db.write().await?;
-    let id = rosters::keep(&mut tx, &draft, state.clock.now()).await?;
+    let id = rosters::keep_roster(&mut tx, &draft, state.clock.now()).await?;
     tx.commit().await?;
     Ok(id)
 }
@@ -66,7 +66,7 @@ async fn parse(body: &[u8]) -> Result<Roster, Error> {
 /// # Errors
 /// When there is none, or the database fails.
 pub async fn preview(state: &Service, school: Uuid, id: Uuid) -> Result<RosterPreview, Error> {
-    let draft = rosters::find(state.db.reader(), school, id).await?.ok_or(Error::NotFound)?;
+    let draft = rosters::find_roster(state.db.reader(), school, id).await?.ok_or(Error::NotFound)?;
     let mut connection = state.db.reader().acquire().await?;
     look(&mut connection, school, draft).await
 }
@@ -74,7 +74,7 @@ pub async fn preview(state: &Service, school: Uuid, id: Uuid) -> Result<RosterPr
 async fn look(connection: &mut SqliteConnection, school: Uuid, draft: RosterDraft) -> Result<RosterPreview, Error> {
     let roster = parse(&draft.body).await?;
     let about = about(&roster, &draft.wanted.0);
-    let known = rosters::known(connection, school, &about).await?;
+    let known = rosters::list_known_people(connection, school, &about).await?;
     let unusable = rosters::taken_elsewhere(connection, school, &about.emails).await?;
     let difference = RosterDifference::of(&roster, &known, &unusable, &draft.wanted.0);
     let shown = serde_json::to_vec(&difference).map_err(anyhow::Error::from)?;
@@ -106,7 +106,7 @@ pub async fn confirm(
     invite: bool,
 ) -> Result<Option<RosterDifference>, Error> {
     let mut tx = state.db.write().await?;
-    let draft = rosters::find(&mut *tx, by.school_id, id).await?.ok_or(Error::NotFound)?;
+    let draft = rosters::find_roster(&mut *tx, by.school_id, id).await?.ok_or(Error::NotFound)?;
     let RosterPreview { difference, digest: now, .. } = look(&mut tx, by.school_id, draft).await?;
     if now != digest {
         return Ok(None);
@@ -119,7 +119,7 @@ pub async fn confirm(
     for leaving in &difference.leaving {
         let cohort = import.cohort(&leaving.cohort).await?;
         let deed = import.deed();
-        cohorts::leave(
+        cohorts::leave_cohort(
             import.tx,
             MembershipKey { school_id: by.school_id, cohort_id: cohort, person_id: leaving.person },
             deed,
@@ -130,7 +130,7 @@ pub async fn confirm(
     let left: Vec<Uuid> = difference.leaving.iter().map(|leaving| leaving.person).collect();
     let told = json!({ "added": added, "changed": changed, "left_a_cohort": left, "difference_sha256": digest });
     audit::AuditEntry::by(by, "roster.imported", id).with(told).append(&mut tx, state.clock.now()).await?;
-    rosters::discard(&mut tx, by.school_id, id).await?;
+    rosters::discard_roster(&mut tx, by.school_id, id).await?;
     tx.commit().await?;
     state.mails.notify_one();
     Ok(Some(difference))
@@ -159,7 +159,7 @@ impl Import<'_> {
     async fn add(&mut self, entry: &RosterEntry, invite: bool) -> Result<(), Error> {
         let now = self.state.clock.now();
         let school = self.by.school_id;
-        let person = rosters::enrol(self.tx, school, entry, now).await?;
+        let person = rosters::enrol_person(self.tx, school, entry, now).await?;
         if let Some(cohort) = &entry.cohort {
             self.join(person, entry.role.unwrap_or(Role::Trainee), cohort).await?;
         }
@@ -181,14 +181,15 @@ impl Import<'_> {
     async fn change(&mut self, entry: &RosterEntry, person: Uuid, changes: &[RosterChange]) -> Result<(), Error> {
         let school = self.by.school_id;
         let details = Details { name: &entry.name, email: &entry.email, registrar_id: entry.registrar_id.as_deref() };
-        directory::change(self.tx, school, person, details).await?;
+        directory::change_details(self.tx, school, person, details).await?;
         for change in changes {
             match change {
                 RosterChange::Joins(cohort) => {
-                    let known = directory::find(&mut *self.tx, school, person).await?.ok_or(Error::NotFound)?;
+                    let known =
+                        directory::find_directory_entry(&mut *self.tx, school, person).await?.ok_or(Error::NotFound)?;
                     self.join(person, known.role, cohort).await?;
                 }
-                RosterChange::Enabled => drop(directory::enable(self.tx, school, person).await?),
+                RosterChange::Enabled => drop(directory::enable_account(self.tx, school, person).await?),
                 RosterChange::Disabled => accounts::disable_in(self.tx, self.state, self.by, person).await?,
                 RosterChange::Name(_) | RosterChange::Email(_) | RosterChange::RegistrarId(_) => {}
             }
@@ -201,7 +202,7 @@ impl Import<'_> {
         let cohort_id = self.cohort(cohort).await?;
         let membership = Membership { school_id: self.by.school_id, cohort_id, person_id, role };
         let deed = self.deed();
-        Ok(cohorts::join(self.tx, membership, deed).await?)
+        Ok(cohorts::join_cohort(self.tx, membership, deed).await?)
     }
 
     fn deed(&self) -> Deed {

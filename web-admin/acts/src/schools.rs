@@ -37,7 +37,7 @@ pub async fn set_time_zone(service: &Service, by: &CurrentPerson, zone: &str) ->
 /// When the database fails.
 pub async fn set_origins(service: &Service, by: &CurrentPerson, allowed: &[String]) -> Result<(), Error> {
     let mut tx = service.db.write().await?;
-    origins::replace(&mut tx, by.school_id, allowed).await?;
+    origins::replace_origins(&mut tx, by.school_id, allowed).await?;
     settle(service, tx, by, "school.origins_set", json!({ "origins": allowed })).await
 }
 
@@ -47,7 +47,7 @@ pub async fn set_origins(service: &Service, by: &CurrentPerson, allowed: &[Strin
 /// When the database fails.
 pub async fn set_second_factor_rule(service: &Service, by: &CurrentPerson, rule: FactorRule) -> Result<(), Error> {
     let mut tx = service.db.write().await?;
-    second_factors::set_rule(&mut tx, by.school_id, rule).await?;
+    second_factors::set_factor_rule(&mut tx, by.school_id, rule).await?;
     settle(service, tx, by, "school.second_factor_set", json!({ "asked_of": rule.word() })).await
 }
 
@@ -73,6 +73,6 @@ pub async fn set_retention(service: &Service, by: &CurrentPerson, settings: Sett
         "recordings": settings.recordings,
     });
     let mut tx = service.db.write().await?;
-    retention::set(&mut tx, by.school_id, settings).await?;
+    retention::set_retention_rule(&mut tx, by.school_id, settings).await?;
     settle(service, tx, by, "retention.set", told).await
 }

@@ -54,7 +54,7 @@ pub async fn score_recording(state: &Service, job: &Job) -> anyhow::Result<()> {
 }
 
 async fn outcome(state: &Service, job: &Job) -> Result<JudgingOutcome, ScoringFailure> {
-    let session = sessions::find(state.db.reader(), job.school_id, job.session_id).await?;
+    let session = sessions::find_session(state.db.reader(), job.school_id, job.session_id).await?;
     let session = session.context("the queue names a session that is not there")?;
     let task = JudgingTask::Judge(published(state, &session).await?);
     begin(state, job).await?;
@@ -73,14 +73,14 @@ async fn outcome(state: &Service, job: &Job) -> Result<JudgingOutcome, ScoringFa
 /// Writes down that a job is begun: should it be the end of us, it is known at the next start.
 async fn begin(state: &Service, job: &Job) -> anyhow::Result<()> {
     let mut tx = state.db.write().await?;
-    tries::begin_job(&mut tx, job.session()).await?;
+    tries::begin_job_try(&mut tx, job.session()).await?;
     Ok(tx.commit().await?)
 }
 
 /// The exercise as this school published it.
 async fn published(state: &Service, session: &Session) -> anyhow::Result<Option<RevisionBytes>> {
     let Some(revision) = session.revision_id else { return Ok(None) };
-    Ok(exercises::bytes(state.db.reader(), session.school_id, revision).await?)
+    Ok(exercises::read_exercise_bytes(state.db.reader(), session.school_id, revision).await?)
 }
 
 async fn keep_score(state: &Service, job: &Job, outcome: JudgingOutcome) -> anyhow::Result<()> {
@@ -88,12 +88,12 @@ async fn keep_score(state: &Service, job: &Job, outcome: JudgingOutcome) -> anyh
     let now = state.clock.now();
     let key = job.session();
     let mut tx = state.db.write().await?;
-    scores::add(&mut tx, key, &outcome.assessment, now).await?;
+    scores::add_score(&mut tx, key, &outcome.assessment, now).await?;
     KillPoint::ScoreAdded.pass();
     scores::put_curve(&mut tx, key, &outcome.curve).await?;
     sessions::mark_scored(&mut tx, job.school_id, job.session_id, outcome.verified).await?;
-    practice::refresh(&mut tx, key).await?;
-    jobs::done(&mut tx, key).await?;
+    practice::refresh_practice(&mut tx, key).await?;
+    jobs::finish_job(&mut tx, key).await?;
     let details = json!({
         "score": outcome.assessment.score,
         "rubric_sha256": outcome.assessment.rubric.sha256,
@@ -110,7 +110,7 @@ async fn keep_score(state: &Service, job: &Job, outcome: JudgingOutcome) -> anyh
 async fn refuse(state: &Service, job: &Job, why: &str) -> anyhow::Result<()> {
     let mut tx = state.db.write().await?;
     sessions::mark_refused(&mut tx, job.school_id, job.session_id, why).await?;
-    jobs::done(&mut tx, job.session()).await?;
+    jobs::finish_job(&mut tx, job.session()).await?;
     entry(job, "session.refused").with(json!({ "why": why })).append(&mut tx, state.clock.now()).await?;
     tx.commit().await?;
     tracing::warn!(session = %job.session_id, why, "recording refused");
@@ -124,7 +124,7 @@ async fn put_off(state: &Service, job: &Job, error: &anyhow::Error) -> anyhow::R
     }
     let until = state.clock.now().plus_s(FIRST_WAIT_S << job.attempts);
     let mut tx = state.db.write().await?;
-    jobs::put_off(&mut tx, job.session(), until, &why).await?;
+    jobs::put_off_job(&mut tx, job.session(), until, &why).await?;
     tx.commit().await?;
     tracing::warn!(session = %job.session_id, attempts = job.attempts + 1, why, "scoring put off");
     Ok(())
@@ -133,7 +133,7 @@ async fn put_off(state: &Service, job: &Job, error: &anyhow::Error) -> anyhow::R
 /// Puts a job behind those that nobody has died of, or aside where it was fatal before.
 async fn bury(state: &Service, job: &Job, how: &str) -> anyhow::Result<()> {
     let mut tx = state.db.write().await?;
-    tries::note_death(&mut tx, job.session(), how).await?;
+    tries::note_job_death(&mut tx, job.session(), how).await?;
     let is_last = job.deaths + 1 >= tries::MOST_DEATHS;
     if is_last {
         entry(job, "session.set_aside").with(json!({ "why": how })).append(&mut tx, state.clock.now()).await?;

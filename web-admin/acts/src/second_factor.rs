@@ -75,7 +75,7 @@ pub async fn offer(state: &Service, person: &CurrentPerson) -> Result<bool, Erro
     let sealed = sealing::seal(&state.config.data_dir, person.id.as_bytes(), &bytes)?;
     let (key, now) = (person.into(), state.clock.now());
     let mut tx = state.db.write().await?;
-    let offered = second_factors::offer(&mut tx, key, &sealed, now).await?;
+    let offered = second_factors::offer_second_factor(&mut tx, key, &sealed, now).await?;
     if offered {
         AuditEntry::by(person, "second_factor.offered", person.id).append(&mut tx, now).await?;
     }
@@ -88,7 +88,9 @@ pub async fn offer(state: &Service, person: &CurrentPerson) -> Result<bool, Erro
 /// # Errors
 /// When it cannot be opened, or the database fails.
 pub async fn offered(state: &Service, key: PersonKey) -> Result<Option<TotpSecret>, Error> {
-    let found = second_factors::find(state.db.reader(), key).await?.filter(|factor| factor.confirmed_at.is_none());
+    let found = second_factors::find_second_factor(state.db.reader(), key)
+        .await?
+        .filter(|factor| factor.confirmed_at.is_none());
     found.map(|factor| opened(state, key, &factor.sealed_secret)).transpose()
 }
 
@@ -120,10 +122,10 @@ pub async fn confirm(state: &Service, person: &CurrentPerson, typed: TypedCode<'
         note(state, key, "second_factor.refused").await?;
         return Ok(None);
     };
-    let first = !second_factors::is_on(state.db.reader(), key).await?;
+    let first = !second_factors::is_second_factor_on(state.db.reader(), key).await?;
     let codes = if first { Some(make_codes(state, key).await?) } else { None };
     let mut tx = state.db.write().await?;
-    if !second_factors::confirm(&mut tx, key, step, now).await? {
+    if !second_factors::confirm_second_factor(&mut tx, key, step, now).await? {
         return Err(nothing_offered());
     }
     let enrolled = match codes {
@@ -176,7 +178,9 @@ pub(crate) async fn take_try(state: &Service, key: PersonKey, from: IpAddr) -> R
 }
 
 async fn take_code(state: &Service, key: PersonKey, code: &str) -> Result<Option<SignInProof>, Error> {
-    let found = second_factors::find(state.db.reader(), key).await?.filter(|factor| factor.confirmed_at.is_some());
+    let found = second_factors::find_second_factor(state.db.reader(), key)
+        .await?
+        .filter(|factor| factor.confirmed_at.is_some());
     let Some(factor) = found else { return Ok(None) };
     let Some(step) = opened(state, key, &factor.sealed_secret)?.step_of(code, state.clock.now()) else {
         return Ok(None);
@@ -210,7 +214,7 @@ pub async fn remake_codes(state: &Service, person: &CurrentPerson) -> Result<Vec
     let key = PersonKey::from(person);
     let (codes, hashes) = make_codes(state, key).await?;
     let mut tx = state.db.write().await?;
-    if !second_factors::is_on(&mut *tx, key).await? {
+    if !second_factors::is_second_factor_on(&mut *tx, key).await? {
         return Err(nothing_on());
     }
     second_factors::put_recovery_codes(&mut tx, key, &hashes).await?;
@@ -278,10 +282,10 @@ pub async fn turn_off(state: &Service, person: &CurrentPerson) -> Result<bool, E
 /// # Errors
 /// When the database fails.
 pub(crate) async fn end_if_last(tx: &mut SqliteConnection, person: &CurrentPerson, now: Moment) -> Result<bool, Error> {
-    if second_factors::is_on(&mut *tx, person.into()).await? {
+    if second_factors::is_second_factor_on(&mut *tx, person.into()).await? {
         return Ok(false);
     }
-    second_factors::remove(tx, person.into()).await?;
+    second_factors::remove_second_factor(tx, person.into()).await?;
     note_off(tx, person.into(), RemovalAct { by: Actor::Person(person.id), action: "second_factor.off" }, now).await?;
     Ok(true)
 }
@@ -306,7 +310,7 @@ struct RemovalAct {
 }
 
 async fn remove(tx: &mut SqliteConnection, key: PersonKey, act: RemovalAct, state: &Service) -> Result<bool, Error> {
-    if !second_factors::remove(tx, key).await? {
+    if !second_factors::remove_second_factor(tx, key).await? {
         return Ok(false);
     }
     note_off(tx, key, act, state.clock.now()).await?;
@@ -318,7 +322,7 @@ async fn note_off(tx: &mut SqliteConnection, key: PersonKey, act: RemovalAct, no
     let PersonKey { school_id, person_id } = key;
     AuditEntry::new(school_id, act.by, act.action, person_id).append(tx, now).await?;
     let mail = NewMail { school_id, person_id, kind: MailKind::SecondFactorOff, assignment_id: None };
-    Ok(mails::queue(tx, mail, now).await?)
+    Ok(mails::queue_mail(tx, mail, now).await?)
 }
 
 /// Writes down that somebody has signed in, and by what.

@@ -23,7 +23,7 @@ use store::segments::{Marks, NewTask, SegmentTask, Trace};
 /// When an attempt or the cohort is not of the school, or the database fails.
 pub async fn make(state: &Service, by: &CurrentPerson, new: &NewTask) -> Result<Uuid, Error> {
     let mut tx = state.db.write().await?;
-    let id = segments::add(&mut tx, by, new, state.clock.now()).await?;
+    let id = segments::add_segment_task(&mut tx, by, new, state.clock.now()).await?;
     let told = json!({ "cohort": new.cohort_id, "attempts": new.sessions });
     AuditEntry::by(by, "segments.assigned", id).with(told).append(&mut tx, state.clock.now()).await?;
     tx.commit().await?;
@@ -47,7 +47,7 @@ pub fn dated(task: &SegmentTask) -> Dated<'_> {
 /// When the database fails.
 pub async fn withdraw(state: &Service, by: &CurrentPerson, task: Uuid) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
-    segments::withdraw(&mut tx, by.school_id, task, state.clock.now()).await?;
+    segments::withdraw_task(&mut tx, by.school_id, task, state.clock.now()).await?;
     AuditEntry::by(by, "segments.withdrawn", task).append(&mut tx, state.clock.now()).await?;
     Ok(tx.commit().await?)
 }
@@ -59,8 +59,8 @@ pub async fn withdraw(state: &Service, by: &CurrentPerson, task: Uuid) -> Result
 pub async fn task(state: &Service, person: &CurrentPerson, id: Uuid) -> Result<SegmentTask, Error> {
     let reader = state.db.reader();
     let found = match person.role {
-        Role::Trainee => segments::of_trainee(reader, person.school_id, person.id).await?,
-        Role::Instructor | Role::Administrator => segments::managed(reader, person, Some(id)).await?,
+        Role::Trainee => segments::list_trainee_tasks(reader, person.school_id, person.id).await?,
+        Role::Instructor | Role::Administrator => segments::list_managed_tasks(reader, person, Some(id)).await?,
     };
     found.into_iter().find(|task| task.id == id).ok_or(Error::NotFound)
 }
@@ -70,7 +70,7 @@ pub async fn task(state: &Service, person: &CurrentPerson, id: Uuid) -> Result<S
 /// # Errors
 /// [`Error::NotFound`] for any other.
 pub async fn trace(state: &Service, person: &CurrentPerson, id: Uuid) -> Result<(SegmentTask, Trace), Error> {
-    let trace = segments::trace(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
+    let trace = segments::find_trace(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
     let task = task(state, person, trace.task_id).await?;
     if person.role == Role::Trainee && trace.trainee_id == person.id {
         return Err(Error::NotFound);
@@ -92,7 +92,7 @@ pub async fn mark(
     let now = state.clock.now();
     let new = Marks { person_id: person.id, trace_id: trace.id, marks: Json(marks), sent_at: sent.then_some(now) };
     let mut tx = state.db.write().await?;
-    if !segments::put(&mut tx, person.school_id, &new).await? {
+    if !segments::put_marks(&mut tx, person.school_id, &new).await? {
         return Err(Error::Conflict(tr!("these marks were sent already; the pops have been shown").to_owned()));
     }
     if sent {
@@ -108,7 +108,7 @@ pub async fn mark(
 /// When it was not scored, or the database fails.
 pub async fn truth(state: &Service, school_id: Uuid, trace: &Trace) -> Result<Vec<f64>, Error> {
     let key = SessionKey { school_id, id: trace.session_id };
-    let curve = scores::curve(state.db.reader(), key).await?.ok_or(Error::NotFound)?;
+    let curve = scores::find_curve(state.db.reader(), key).await?.ok_or(Error::NotFound)?;
     Ok(pops(&curve))
 }
 
@@ -124,14 +124,16 @@ pub async fn outcomes(
 ) -> Result<Vec<TraceOutcome>, Error> {
     let reader = state.db.reader();
     let mut traces = Vec::new();
-    for trace in segments::traces(reader, school, task.id).await? {
+    for trace in segments::list_traces(reader, school, task.id).await? {
         let pops = truth(state, school, &trace).await?;
         traces.push((trace, pops));
     }
-    let marks = segments::marks(reader, school, task.id).await?;
-    let longer =
-        deadlines::extensions(reader, DeadlineKey { school_id: school, kind: DeadlineKind::Segments, id: task.id })
-            .await?;
+    let marks = segments::find_marks(reader, school, task.id).await?;
+    let longer = deadlines::list_extensions(
+        reader,
+        DeadlineKey { school_id: school, kind: DeadlineKind::Segments, id: task.id },
+    )
+    .await?;
     let of = |person: &Uuid| {
         let longer = longer.iter().find(|extension| extension.person_id == *person);
         let due_at = longer.map_or(task.due_at, |extension| Some(extension.due_at));

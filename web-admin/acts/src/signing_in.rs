@@ -16,7 +16,7 @@ use crate::service::Service;
 /// # Errors
 /// When the database fails.
 pub async fn note_way_in(service: &Service, person: Uuid, action: &str) -> Result<(), Error> {
-    let school_id = people::by_id(service.db.reader(), person).await?.map(|p| p.school_id);
+    let school_id = people::find_person(service.db.reader(), person).await?.map(|p| p.school_id);
     let mut tx = service.db.write().await?;
     AuditEntry::new(school_id, Actor::Person(person), action, person).append(&mut tx, service.clock.now()).await?;
     Ok(tx.commit().await?)
@@ -29,7 +29,7 @@ pub async fn note_way_in(service: &Service, person: Uuid, action: &str) -> Resul
 /// When the database fails.
 pub async fn note_refused_sign_in(service: &Service, email: &str, from: IpAddr, action: &str) -> Result<(), Error> {
     let mut tx = service.db.write().await?;
-    let person = people::by_email(&mut *tx, email).await?;
+    let person = people::find_person_by_email(&mut *tx, email).await?;
     let school_id = person.as_ref().map(|person| person.school_id);
     let hash = HEXLOWER.encode(&secret::token_sha256(&email.to_lowercase()));
     let object = person.map_or_else(|| format!("address {}", &hash[..16]), |person| person.id.to_string());

@@ -63,7 +63,7 @@ pub async fn make_pairing_code(state: &Service, maker: &CurrentPerson) -> Result
     let row =
         PairingCode { school_id: maker.school_id, made_by: maker.id, expires_at: now.plus_s(PAIRING_CODE_LIFETIME_S) };
     let mut tx = state.db.write().await?;
-    stations::add_code(&mut tx, &row, &secret::token_sha256(&code), now).await?;
+    stations::add_pairing_code(&mut tx, &row, &secret::token_sha256(&code), now).await?;
     AuditEntry::by(maker, "pairing_code.made", maker.school_id).append(&mut tx, now).await?;
     tx.commit().await?;
     Ok((in_groups(&code), row.expires_at))
@@ -81,25 +81,25 @@ pub async fn pair(state: &Service, code: &str, name: &str, public_key: Option<&s
     }
     let mut tx = state.db.write().await?;
     let code = secret::token_sha256(&secret::plain_code(code));
-    let Some(school_id) = stations::use_code(&mut tx, &code, now).await? else {
+    let Some(school_id) = stations::use_pairing_code(&mut tx, &code, now).await? else {
         return Err(Error::Forbidden("this code is unknown, used or expired: the administrator's page makes another"));
     };
-    if stations::is_taken(&mut *tx, school_id, &name).await? {
+    if stations::is_station_name_taken(&mut *tx, school_id, &name).await? {
         let why = format!("name: \"{name}\" is a station of this school; choose another name, or revoke that station");
         return Err(Error::Conflict(why));
     }
     let token = secret::random_hex()?;
     let holder = TokenHolder { school_id, person_id: None, station: Some(name.clone()) };
-    let station_id = tokens::add(&mut tx, &holder, &secret::token_sha256(&token), now).await?;
-    stations::saw(&mut tx, school_id, station_id, now).await?;
+    let station_id = tokens::add_station_token(&mut tx, &holder, &secret::token_sha256(&token), now).await?;
+    stations::note_station_seen(&mut tx, school_id, station_id, now).await?;
     if let Some(key) = public_key {
-        stations::set_key(&mut tx, school_id, station_id, key).await?;
+        stations::set_station_key(&mut tx, school_id, station_id, key).await?;
     }
     AuditEntry::new(school_id, Actor::Station(name.clone()), "station.paired", station_id)
         .with(json!({ "public_key": public_key }))
         .append(&mut tx, now)
         .await?;
-    let school = schools::name(&mut *tx, school_id).await?;
+    let school = schools::find_school_name(&mut *tx, school_id).await?;
     tx.commit().await?;
     tracing::info!(station = %station_id, "station paired");
     Ok(Paired { station_id, name, school, token })
@@ -124,7 +124,7 @@ fn checked_name(given: &str) -> Result<String, Error> {
 pub async fn revoke(state: &Service, by: &CurrentPerson, station: Uuid) -> Result<bool, Error> {
     let now = state.clock.now();
     let mut tx = state.db.write().await?;
-    if !stations::revoke(&mut tx, by.school_id, station, now).await? {
+    if !stations::revoke_station(&mut tx, by.school_id, station, now).await? {
         return Ok(false);
     }
     AuditEntry::by(by, "station.revoked", station).append(&mut tx, now).await?;
@@ -146,8 +146,13 @@ pub async fn make_sign_in_code(state: &Service, person: &CurrentPerson) -> Resul
         let now = state.clock.now();
         let mut tx = state.db.write().await?;
         // One in a million that somebody has it already: then it is another.
-        if sign_in_codes::put(&mut tx, PersonKey { school_id: person.school_id, person_id: person.id }, &hash, now)
-            .await?
+        if sign_in_codes::put_sign_in_code(
+            &mut tx,
+            PersonKey { school_id: person.school_id, person_id: person.id },
+            &hash,
+            now,
+        )
+        .await?
         {
             AuditEntry::by(person, "sign_in_code.made", person.id).append(&mut tx, now).await?;
             tx.commit().await?;
@@ -165,12 +170,12 @@ pub async fn sign_in(state: &Service, station: &CallingStation, code: &str) -> R
     take_try(state, station).await?;
     let hash = hash(state, station.school_id, secret::plain_code(code)).await?;
     let mut tx = state.db.write().await?;
-    let known = sign_in_codes::holder(&mut *tx, station.school_id, &hash).await?;
+    let known = sign_in_codes::find_code_holder(&mut *tx, station.school_id, &hash).await?;
     let known = known.filter(|person| person.role == Role::Trainee && person.disabled_at.is_none());
     let Some(person) = known else {
         return Err(Error::Forbidden("this is nobody's sign-in code; a trainee's own page makes one"));
     };
-    stations::forgive(&mut tx, station.school_id, station.id).await?;
+    stations::forgive_wrong_codes(&mut tx, station.school_id, station.id).await?;
     let actor = Actor::Station(station.name.clone());
     let entry = AuditEntry::new(station.school_id, actor, "trainee.signed_in_at_station", person.id);
     entry.append(&mut tx, state.clock.now()).await?;
@@ -181,7 +186,7 @@ pub async fn sign_in(state: &Service, station: &CallingStation, code: &str) -> R
 async fn take_try(state: &Service, station: &CallingStation) -> Result<(), Error> {
     let now = state.clock.now();
     let mut tx = state.db.write().await?;
-    let told = stations::wrong_codes(&mut *tx, station.school_id, station.id).await?;
+    let told = stations::find_wrong_codes(&mut *tx, station.school_id, station.id).await?;
     let wrong = match told.wrong_since {
         Some(since) if now < since.plus_s(LOCKOUT_S) => told,
         _ => WrongCodes { wrong_codes: 0, wrong_since: Some(now) },
@@ -218,7 +223,7 @@ pub async fn note_token_use(state: &Service, token: &Token) -> Result<(), Error>
     }
     let hour = Moment::from_micros(now.micros() - now.micros().rem_euclid(HOUR_S * 1_000_000));
     let mut tx = state.db.write().await?;
-    stations::saw(&mut tx, token.school_id, token.id, hour).await?;
+    stations::note_station_seen(&mut tx, token.school_id, token.id, hour).await?;
     Ok(tx.commit().await?)
 }
 
@@ -232,6 +237,6 @@ pub async fn note_station_sight(state: &Service, token: &Token) -> Result<(), Er
         return Ok(());
     }
     let mut tx = state.db.write().await?;
-    stations::saw(&mut tx, token.school_id, token.id, now).await?;
+    stations::note_station_seen(&mut tx, token.school_id, token.id, now).await?;
     Ok(tx.commit().await?)
 }

@@ -73,12 +73,12 @@ pub async fn make(state: &Service, person: &CurrentPerson, wanted: TokenRequest<
     let (now, token) = (state.clock.now(), secret::random_hex()?);
     let expires_at = end(now, wanted.days);
     let mut tx = state.db.write().await?;
-    if tokens::of_person(&mut *tx, person.into()).await?.len() >= MOST {
+    if tokens::list_tokens_of_person(&mut *tx, person.into()).await?.len() >= MOST {
         let why = tr!("there are {most} tokens, the most allowed: revoke one that is not used", most = MOST);
         return Err(Error::Unprocessable(why));
     }
     let new = NewToken { owner: person.into(), name: &name, expires_at };
-    let id = tokens::add_named(&mut tx, new, &secret::token_sha256(&token), now).await?;
+    let id = tokens::add_personal_token(&mut tx, new, &secret::token_sha256(&token), now).await?;
     let details = json!({ "person": person.id, "expires_at": expires_at });
     AuditEntry::by(person, "token.made", id).with(details).append(&mut tx, now).await?;
     tx.commit().await?;
@@ -92,7 +92,7 @@ pub async fn make(state: &Service, person: &CurrentPerson, wanted: TokenRequest<
 pub async fn revoke(state: &Service, person: &CurrentPerson, id: Uuid) -> Result<bool, Error> {
     let now = state.clock.now();
     let mut tx = state.db.write().await?;
-    let revoked = tokens::revoke(&mut tx, person.into(), id, now).await?;
+    let revoked = tokens::revoke_token(&mut tx, person.into(), id, now).await?;
     if revoked {
         AuditEntry::by(person, "token.revoked", id).with(json!({ "person": person.id })).append(&mut tx, now).await?;
     }

@@ -43,7 +43,7 @@ pub async fn count_deaths(service: &Service) -> Result<Vec<SetAside>, Error> {
 /// When the database fails.
 pub async fn take_back_begun(service: &Service) -> Result<(), Error> {
     let mut tx = service.db.write().await?;
-    tries::take_back(&mut tx).await?;
+    tries::take_back_tries(&mut tx).await?;
     Ok(tx.commit().await?)
 }
 
@@ -54,7 +54,7 @@ pub async fn take_back_begun(service: &Service) -> Result<(), Error> {
 pub async fn forgive_deaths(service: &Service) -> Result<u64, Error> {
     let mut tx = service.db.write().await?;
     let until = service.clock.now().plus_s(service.config.upload_lifetime_s);
-    let forgiven = tries::forgive(&mut tx, until).await?;
+    let forgiven = tries::forgive_deaths(&mut tx, until).await?;
     tx.commit().await?;
     Ok(forgiven)
 }

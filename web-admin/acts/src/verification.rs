@@ -36,11 +36,11 @@ pub struct VerificationReport {
 /// When the database cannot be read at all.
 pub async fn everything(db: &Database, recordings_dir: &Path) -> anyhow::Result<VerificationReport> {
     let mut findings = db.integrity().await?;
-    let recordings = sessions::recordings(db.reader()).await?;
+    let recordings = sessions::list_recordings(db.reader()).await?;
     findings.extend(check_files(recordings_dir, &recordings));
     findings.extend(unnamed(recordings_dir, &recordings)?);
     findings.extend(db.lost_triggers().await?);
-    let chain = audit::check(db.reader()).await?;
+    let chain = audit::check_audit_chain(db.reader()).await?;
     findings.extend(chain.findings);
     findings.extend(contradictions(db).await?);
     Ok(VerificationReport { recordings: recordings.len(), audit_rows: chain.rows, audit_head: chain.head, findings })
@@ -54,7 +54,7 @@ pub async fn everything(db: &Database, recordings_dir: &Path) -> anyhow::Result<
 pub async fn cut_tail(db: &Database, head: &str) -> anyhow::Result<Option<String>> {
     let finding =
         || format!("audit log: no row has the hash {head}: the log was cut or made anew since that was its end");
-    Ok((!audit::holds(db.reader(), head).await?).then(finding))
+    Ok((!audit::holds_hash(db.reader(), head).await?).then(finding))
 }
 
 /// Checks that the audit log still holds what a signed statement says of its end.
@@ -70,7 +70,7 @@ pub async fn strayed_from(
             "audit log: row {rows} has not the hash {head} that was stated at {made_at}: the log was cut or made anew since"
         )
     };
-    Ok((*rows > 0 && !audit::holds_at(db.reader(), *rows, head).await?).then(finding))
+    Ok((*rows > 0 && !audit::holds_hash_at(db.reader(), *rows, head).await?).then(finding))
 }
 
 /// People who were erased and are here all the same: a database that was put in its place without `web-admin restore` brings them back.
@@ -84,7 +84,7 @@ pub async fn unerased(db: &Database, list: &ErasureList) -> anyhow::Result<Vec<S
     };
     let mut findings = Vec::new();
     for Erasure { at, school_id, person_id, .. } in erasures {
-        let known = directory::find(db.reader(), school_id, person_id).await?;
+        let known = directory::find_directory_entry(db.reader(), school_id, person_id).await?;
         if known.is_some_and(|person| person.state != AccountState::Erased) {
             findings.push(format!(
                 "person {person_id}: was erased at {at} and is here again; start the service, which erases them"
@@ -138,7 +138,7 @@ pub fn refuse_lost_database(config: &Config) -> anyhow::Result<()> {
 /// # Errors
 /// When the database cannot be read.
 pub async fn contradictions(db: &Database) -> anyhow::Result<Vec<String>> {
-    let (told, kept) = (audit::told_scores(db.reader()).await?, scores::added(db.reader()).await?);
+    let (told, kept) = (audit::list_told_scores(db.reader()).await?, scores::count_added_scores(db.reader()).await?);
     let mut findings: Vec<String> = told
         .iter()
         .filter(|(session, told)| !is_same(told, kept.get(*session).map_or(&[][..], Vec::as_slice)))
@@ -147,7 +147,7 @@ pub async fn contradictions(db: &Database) -> anyhow::Result<Vec<String>> {
             format!("scores of session {session}: {kept:?}; the audit log tells of {told:?}")
         })
         .collect();
-    let strayed = grades::strayed(db.reader()).await?;
+    let strayed = grades::list_strayed_grades(db.reader()).await?;
     findings.extend(strayed.iter().map(|session| format!("grade of session {session}: it is not that of its score")));
     Ok(findings)
 }
@@ -193,8 +193,8 @@ fn entries(folder: &Path) -> std::io::Result<Vec<String>> {
 
 async fn damage(db: &Database) -> anyhow::Result<Vec<String>> {
     let mut findings = db.damaged_pages().await?;
-    if findings.is_empty() && audit::is_kept(db.reader()).await? {
-        findings.extend(audit::check(db.reader()).await?.findings);
+    if findings.is_empty() && audit::is_entry_kept(db.reader()).await? {
+        findings.extend(audit::check_audit_chain(db.reader()).await?.findings);
     }
     Ok(findings)
 }

@@ -37,7 +37,7 @@ pub(super) async fn run_rescore(args: &RescoreArgs) -> Result<(), CommandFailure
     let reason = reason.map_err(|refused| CommandFailure::Usage(refused.to_string()))?;
     let state = args.storage.open().await?;
     let school = registry::find_school(&state, args.school.as_deref()).await?;
-    let attempts = sessions::scored_at(state.db.reader(), school.id, &args.exercise).await?;
+    let attempts = sessions::list_scored_sessions(state.db.reader(), school.id, &args.exercise).await?;
     if attempts.is_empty() {
         return Err(CommandFailure::Usage(format!("{}: {} has no scored attempt at it", args.exercise, school.name)));
     }
@@ -70,7 +70,7 @@ async fn regrade_attempt(
     reason: Option<&str>,
     bar: &ProgressBar,
 ) -> Result<bool, CommandFailure> {
-    let before = scores::newest(state.db.reader(), attempt.key()).await?;
+    let before = scores::find_newest_score(state.db.reader(), attempt.key()).await?;
     let Some(before) = before.filter(|before| before.rubric_sha256 != rubric.sha256()) else { return Ok(false) };
     let again = rubric.judge(state, attempt).await.map_err(anyhow::Error::from)?;
     bar.suspend(|| {

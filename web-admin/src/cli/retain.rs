@@ -24,7 +24,7 @@ pub struct RetainArgs {
 
 pub(super) async fn run_retain(args: &RetainArgs) -> Result<(), CommandFailure> {
     let state = args.storage.open().await?;
-    let all = schools::all(state.db.reader()).await?;
+    let all = schools::list_schools(state.db.reader()).await?;
     let wanted: Vec<_> =
         all.iter().filter(|school| args.school.as_ref().is_none_or(|name| *name == school.name)).collect();
     if let (Some(name), true) = (&args.school, wanted.is_empty()) {

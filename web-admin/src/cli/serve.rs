@@ -182,7 +182,7 @@ fn start_log(format: LogFormat) {
 
 /// An empty service tells how to get in.
 async fn print_greeting(state: &AppState) -> Result<(), CommandFailure> {
-    if people::count(state.db.reader()).await? == 0 {
+    if people::count_people(state.db.reader()).await? == 0 {
         say_line(format_args!(
             "Nobody can sign in yet. Add the first person with: web-admin user add --data-dir {} \
              --role administrator --name NAME --email ADDRESS",

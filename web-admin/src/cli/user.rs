@@ -141,7 +141,7 @@ async fn add_person(args: &AddArgs) -> Result<(), CommandFailure> {
 async fn reset_person_password(args: &ResetArgs) -> Result<(), CommandFailure> {
     let state = args.who.storage.open().await?;
     let person = find_account(&state, &args.who.email).await?;
-    let school = schools::name(state.db.reader(), person.school_id).await?;
+    let school = schools::find_school_name(state.db.reader(), person.school_id).await?;
     let (password, told) = read_password(args.password.as_deref(), &[&person.display_name, &person.email, &school])?;
     let until = registry::reset_password(&state, &person, &password).await?;
     say_line(format_args!("{} has a new password and is signed out everywhere", person.email));
@@ -194,7 +194,7 @@ async fn make_person_token(args: &TokenArgs) -> Result<(), CommandFailure> {
 }
 
 async fn find_account(state: &AppState, email: &str) -> Result<Person, CommandFailure> {
-    let found = people::by_email(state.db.reader(), email).await?;
+    let found = people::find_person_by_email(state.db.reader(), email).await?;
     found.ok_or_else(|| CommandFailure::Usage(format!("--email: \"{email}\"; nobody has this address")))
 }
 

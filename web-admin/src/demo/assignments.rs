@@ -33,7 +33,7 @@ pub async fn assign_demo_tasks(state: &AppState, now: Moment) -> anyhow::Result<
     let exercise = AssignmentTask::Exercise("reach-the-muscle".to_owned());
     let late =
         make_demo_assignment(state, &instructor, exercise, now.plus_s(-14 * DAY_S), now.plus_s(-2 * DAY_S)).await?;
-    let listed = stored::managed(state.db.reader(), &instructor, Some(late), 1).await?;
+    let listed = stored::list_managed_assignments(state.db.reader(), &instructor, Some(late), 1).await?;
     let absent =
         LEARNERS.iter().find(|learner| learner.cohort == 0 && learner.absent_weeks > 0).context("an absent one")?;
     let absent = find_demo_person(state, absent.name).await?.id;
@@ -52,7 +52,7 @@ pub async fn remind_demo_people(state: &AppState, now: Moment) -> anyhow::Result
 }
 
 async fn find_demo_person(state: &AppState, name: &str) -> anyhow::Result<people::Person> {
-    people::by_email(state.db.reader(), &school::email_of(name))
+    people::find_person_by_email(state.db.reader(), &school::email_of(name))
         .await?
         .context("somebody of the demonstration is missing")
 }
@@ -67,7 +67,7 @@ async fn make_demo_assignment(
 ) -> anyhow::Result<Uuid> {
     let day = due::local(due_at, TIME_ZONE).machine;
     let due = due::read(&format!("{}T18:00", day.get(..10).context("a date")?), TIME_ZONE)?;
-    let cohorts = cohorts::all(state.db.reader(), by.school_id).await?;
+    let cohorts = cohorts::list_cohorts(state.db.reader(), by.school_id).await?;
     let cohort = cohorts.into_iter().find(|cohort| cohort.name == COHORTS[0].name).context("the first cohort")?;
     let new = NewAssignment {
         task,

@@ -47,6 +47,6 @@ pub(super) async fn gather_crowd(state: &AppState, trainee: &Trainee, wanted: &D
 }
 
 async fn latest_of_trainee(state: &AppState, trainee: &Trainee) -> anyhow::Result<Uuid> {
-    let attempts = practice::of_trainee(state.db.reader(), trainee.school_id, trainee.id).await?;
+    let attempts = practice::list_trainee_practice(state.db.reader(), trainee.school_id, trainee.id).await?;
     Ok(attempts.last().context("nobody has made an attempt that the generated ones could be like")?.session)
 }

@@ -46,9 +46,9 @@ pub(super) async fn demonstrate(state: &AppState, school: Uuid, seed: u64) -> an
     for name in COHORTS.iter().map(|cohort| cohort.instructor).chain(EXPERTS) {
         experts.push(find_expert(state, name).await?);
     }
-    let taught = curricula::taught(state.db.reader(), school).await?;
+    let taught = curricula::list_taught_curricula(state.db.reader(), school).await?;
     let taught = taught.iter().find(|taught| taught.curriculum_id == COURSE).context("the course is not taught")?;
-    let course = curricula::course(state.db.reader(), school, taught).await?;
+    let course = curricula::find_course(state.db.reader(), school, taught).await?;
     let begun = state.clock.now().plus_s(OPENING_S);
     for again in 0..TRIES {
         let open = list_open_steps(state, &course, &experts).await?;
@@ -67,7 +67,7 @@ pub(super) async fn demonstrate(state: &AppState, school: Uuid, seed: u64) -> an
 }
 
 pub(super) async fn find_expert(state: &AppState, name: &str) -> anyhow::Result<Person> {
-    people::by_email(state.db.reader(), &school::email_of(name))
+    people::find_person_by_email(state.db.reader(), &school::email_of(name))
         .await?
         .context("somebody of the demonstration is missing")
 }
@@ -75,7 +75,7 @@ pub(super) async fn find_expert(state: &AppState, name: &str) -> anyhow::Result<
 async fn list_open_steps(state: &AppState, course: &Course, experts: &[Person]) -> anyhow::Result<Vec<OpenStep>> {
     let mut open = Vec::new();
     for (expert, person) in experts.iter().zip(0..) {
-        let attempts = practice::of_trainee(state.db.reader(), expert.school_id, expert.id).await?;
+        let attempts = practice::list_trainee_practice(state.db.reader(), expert.school_id, expert.id).await?;
         let passed = |step: &usize| attempts.iter().any(|a| a.passed && *a.exercise == course.steps[*step].exercise);
         let steps = (0..course.steps.len().min(SHOWN)).filter(|step| !passed(step));
         open.extend(steps.map(|step| OpenStep { expert: expert.clone(), person, step }));
@@ -117,8 +117,8 @@ async fn demonstrate_open_steps(
 
 /// Nobody waits for a review of what an expert has shown.
 async fn look_through(state: &AppState, administrator: &CurrentPerson, expert: &Person) -> anyhow::Result<()> {
-    for attempt in practice::of_trainee(state.db.reader(), expert.school_id, expert.id).await? {
-        let session = sessions::find(state.db.reader(), expert.school_id, attempt.session).await?;
+    for attempt in practice::list_trainee_practice(state.db.reader(), expert.school_id, expert.id).await? {
+        let session = sessions::find_session(state.db.reader(), expert.school_id, attempt.session).await?;
         reviewing::set_reviewed(state, administrator, &session.context("an expert’s attempt")?, true).await?;
     }
     Ok(())

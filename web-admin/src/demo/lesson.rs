@@ -27,10 +27,10 @@ const LATER_S: i64 = 3600;
 pub async fn teach_lesson(state: &AppState) -> anyhow::Result<()> {
     state.clock.advance(LATER_S);
     let reader = state.db.reader();
-    let instructor = people::by_email(reader, &school::email_of(COHORTS[0].instructor)).await?;
+    let instructor = people::find_person_by_email(reader, &school::email_of(COHORTS[0].instructor)).await?;
     let instructor = instructor.and_then(Person::into_current).context("the first instructor")?;
     loop {
-        let waiting = reviews::queue(reader, &instructor).await?;
+        let waiting = reviews::list_review_queue(reader, &instructor).await?;
         if waiting.len() <= LEFT {
             break;
         }
@@ -54,13 +54,13 @@ pub async fn teach_lesson(state: &AppState) -> anyhow::Result<()> {
 }
 
 async fn pick_attempt(state: &AppState, viewer: &CurrentPerson, id: Uuid) -> anyhow::Result<Session> {
-    sessions::visible(state.db.reader(), viewer, id).await?.context("a taught attempt")
+    sessions::find_visible_session(state.db.reader(), viewer, id).await?.context("a taught attempt")
 }
 
 /// A comment at each of the moments that are worth one.
 async fn comment_on(state: &AppState, instructor: &CurrentPerson, session: &Session) -> anyhow::Result<()> {
-    let Some(curve) = scores::curve(state.db.reader(), session.key()).await? else { return Ok(()) };
-    let trainee = people::by_id(state.db.reader(), session.trainee_id).await?.and_then(Person::into_current);
+    let Some(curve) = scores::find_curve(state.db.reader(), session.key()).await? else { return Ok(()) };
+    let trainee = people::find_person(state.db.reader(), session.trainee_id).await?.and_then(Person::into_current);
     let trainee = trainee.filter(|person| person.role == Role::Trainee).context("who tried")?;
     let at = |kind| moment_in_attempt(&curve, kind);
     let said = [

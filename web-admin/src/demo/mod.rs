@@ -188,10 +188,10 @@ async fn practise_for_day(
 /// What the school's own rule says comes next; after the last exercise, the course from its beginning.
 async fn next_exercise(state: &AppState, trainee: &Trainee, n: u32) -> anyhow::Result<ExerciseBundle> {
     let reader = state.db.reader();
-    let taught = curricula::taught(reader, trainee.school_id).await?;
+    let taught = curricula::list_taught_curricula(reader, trainee.school_id).await?;
     let practised = taught.iter().find(|taught| taught.curriculum_id == COURSE).context("the course is not taught")?;
-    let course = curricula::course(reader, trainee.school_id, practised).await?;
-    let attempts = practice::of_trainee(reader, trainee.school_id, trainee.id).await?;
+    let course = curricula::find_course(reader, trainee.school_id, practised).await?;
+    let attempts = practice::list_trainee_practice(reader, trainee.school_id, trainee.id).await?;
     let progress = Progress::of(&course, &attempts, state.clock.now().to_utc());
     let step = progress.next.unwrap_or(n as usize % course.steps.len());
     current_bundle(state, trainee.school_id, &course, step).await
@@ -205,8 +205,11 @@ async fn current_bundle(
 ) -> anyhow::Result<ExerciseBundle> {
     let exercise = &course.steps[step].exercise;
     let reader = state.db.reader();
-    let revision = exercises::current(reader, school, exercise).await?.context("the course names no such exercise")?;
-    let bytes = exercises::bytes(reader, school, revision.id).await?.context("a revision without documents")?;
+    let revision = exercises::find_current_revision(reader, school, exercise)
+        .await?
+        .context("the course names no such exercise")?;
+    let bytes =
+        exercises::read_exercise_bytes(reader, school, revision.id).await?.context("a revision without documents")?;
     Ok(ExerciseBundle::from_parts(&bytes.exercise, &bytes.scene, &bytes.meshes)?)
 }
 

@@ -37,7 +37,7 @@ pub struct DemoAccount {
 /// # Errors
 /// When there are people already, or the database fails.
 pub async fn found_school(state: &AppState, password: &str) -> anyhow::Result<(Uuid, Vec<Trainee>, Vec<DemoAccount>)> {
-    let anybody = people::count(state.db.reader()).await?;
+    let anybody = people::count_people(state.db.reader()).await?;
     ensure!(
         anybody == 0,
         "{}: people are here already; a demonstration needs an empty folder",

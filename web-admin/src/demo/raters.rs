@@ -38,7 +38,7 @@ pub(super) async fn hold_rating_round(state: &AppState) -> anyhow::Result<()> {
     let asking = find_rater(state, COHORTS[0].instructor).await?;
     let latest = reports::latest_taught(reader, &asking).await?;
     let rated: Vec<ListedAttempt> = latest.into_iter().filter(|listed| listed.score.is_some()).take(RATED).collect();
-    let instrument = instruments::current(reader, asking.school_id, "global-rating-puncture").await?;
+    let instrument = instruments::find_current_instrument(reader, asking.school_id, "global-rating-puncture").await?;
     let (Some(instrument), 2..) = (instrument, rated.len()) else { return Ok(()) };
     let mut raters = Vec::new();
     for name in [COHORTS[1].instructor, EXPERTS[0], EXPERTS[1]] {
@@ -85,10 +85,10 @@ fn invent_rating(open: &mut Rated, score: f64, rater: u64, attempt: u64) {
 pub(super) async fn mark_pops(state: &AppState, now: Moment) -> anyhow::Result<()> {
     let reader = state.db.reader();
     let asking = find_rater(state, COHORTS[0].instructor).await?;
-    let shown = practice::of_trainee(reader, asking.school_id, asking.id).await?;
+    let shown = practice::list_trainee_practice(reader, asking.school_id, asking.id).await?;
     let sessions = shown.iter().filter(|attempt| attempt.passed).take(2).map(|attempt| attempt.session).collect();
     let cohort = reports::cohorts(reader, &asking).await?.into_iter().next().context("a cohort")?;
-    let time_zone = schools::time_zone(reader, asking.school_id).await?;
+    let time_zone = schools::find_time_zone(reader, asking.school_id).await?;
     let day = due::local(now.plus_s(DAY_S), &time_zone).machine;
     let due = due::read(&format!("{}T18:00", day.get(..10).context("a date")?), &time_zone)?;
     let new = NewTask {
@@ -99,7 +99,7 @@ pub(super) async fn mark_pops(state: &AppState, now: Moment) -> anyhow::Result<(
         sessions,
     };
     let task = segments::make(state, &asking, &new).await?;
-    let traces = traces::traces(reader, asking.school_id, task).await?;
+    let traces = traces::list_traces(reader, asking.school_id, task).await?;
     let trainees = LEARNERS.iter().filter(|learner| learner.cohort == 0).take(MARKERS);
     for (place, learner) in (0_u64..).zip(trainees) {
         let trainee = find_rater(state, learner.name).await?;

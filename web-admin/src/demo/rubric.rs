@@ -39,7 +39,7 @@ pub(super) async fn change_rubric(state: &AppState) -> anyhow::Result<()> {
     let change = choose_rubric(state, &instructor).await?.context("an attempt whose result a pass mark decides")?;
     publish_rubric(state, &instructor, &change).await?;
     let exercise = change.exercise.as_str();
-    let current = exercises::current(state.db.reader(), instructor.school_id, exercise).await?;
+    let current = exercises::find_current_revision(state.db.reader(), instructor.school_id, exercise).await?;
     let current = current.context("the exercise that was just published")?;
     let id = regrading::look(state, &instructor, exercise, current.id).await?;
     worker::work_off_jobs(state).await?;
@@ -53,7 +53,7 @@ pub(super) async fn change_rubric(state: &AppState) -> anyhow::Result<()> {
 /// be changed least, and of equals the one where that changes most.
 async fn choose_rubric(state: &AppState, instructor: &CurrentPerson) -> anyhow::Result<Option<RubricChange>> {
     let (mut milder, mut stricter) = (Vec::new(), Vec::new());
-    for taught in exercises::all_current(state.db.reader(), instructor.school_id).await? {
+    for taught in exercises::list_current_exercises(state.db.reader(), instructor.school_id).await? {
         let scores = wait_for_regrading(state, instructor, &taught.exercise_id).await?;
         milder.extend(RubricChange::milder(&taught.exercise_id, taught.pass_mark, &scores));
         stricter.extend(RubricChange::stricter(&taught.exercise_id, taught.pass_mark, &scores));
@@ -68,7 +68,7 @@ async fn wait_for_regrading(state: &AppState, instructor: &CurrentPerson, exerci
     let mut decided = Vec::new();
     for stood in regradings::standing(reader, instructor, exercise).await? {
         let key = SessionKey { school_id: instructor.school_id, id: stood.session_id };
-        let score = scores::newest(reader, key).await?.filter(|_| stood.override_id.is_none());
+        let score = scores::find_newest_score(reader, key).await?.filter(|_| stood.override_id.is_none());
         decided.extend(score.filter(|score| score.hard_fails.is_empty()).map(|score| score.score));
     }
     Ok(decided)
@@ -113,7 +113,8 @@ impl RubricChange {
 
 async fn publish_rubric(state: &AppState, instructor: &CurrentPerson, change: &RubricChange) -> anyhow::Result<()> {
     let id = drafting::exercise(state, instructor, &change.exercise, None).await?;
-    let draft = drafts::find(state.db.reader(), instructor.school_id, id).await?.context("the draft just begun")?;
+    let draft =
+        drafts::find_draft(state.db.reader(), instructor.school_id, id).await?.context("the draft just begun")?;
     let mut texts = draft.texts;
     texts.document = change.written(&texts.document);
     let saved = drafting::save(state, instructor, id, draft.version, &texts).await?;

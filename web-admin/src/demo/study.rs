@@ -120,17 +120,17 @@ pub(super) async fn hold_study(state: &AppState, school: Uuid, trainees: &[Train
 }
 
 async fn find_study_owner(state: &AppState) -> anyhow::Result<CurrentPerson> {
-    let instructor = people::by_email(state.db.reader(), &school::email_of(COHORTS[0].instructor)).await?;
+    let instructor = people::find_person_by_email(state.db.reader(), &school::email_of(COHORTS[0].instructor)).await?;
     instructor.and_then(Person::into_current).context("the demonstration has an instructor")
 }
 
 /// A trainee's latest scored attempt.
 async fn latest_basis(state: &AppState, trainee: &Trainee) -> anyhow::Result<Option<AnswerBasis>> {
     let reader = state.db.reader();
-    let attempts = practice::of_trainee(reader, trainee.school_id, trainee.id).await?;
+    let attempts = practice::list_trainee_practice(reader, trainee.school_id, trainee.id).await?;
     let Some(attempt) = attempts.iter().max_by_key(|attempt| attempt.at) else { return Ok(None) };
     let session = attempt.session;
-    let metrics = scores::metrics(reader, SessionKey { school_id: trainee.school_id, id: session }).await?;
+    let metrics = scores::list_score_metrics(reader, SessionKey { school_id: trainee.school_id, id: session }).await?;
     let force_n = metrics.iter().find(|metric| metric.id == "peak_force_n").and_then(|metric| metric.value);
     let force = (force_n.unwrap_or(3.0) / 10.0).clamp(0.0, 1.0);
     Ok(Some(AnswerBasis { session, score: attempt.score / 100.0, force }))
@@ -143,8 +143,10 @@ async fn make_study_survey(
     plan: &PlannedSurvey,
 ) -> anyhow::Result<Survey> {
     let reader = state.db.reader();
-    let current = instruments::current(reader, school, plan.instrument).await?.context("the instrument is shipped")?;
-    let administrator = people::by_email(reader, &school::email_of(school::ADMINISTRATOR)).await?;
+    let current = instruments::find_current_instrument(reader, school, plan.instrument)
+        .await?
+        .context("the instrument is shipped")?;
+    let administrator = people::find_person_by_email(reader, &school::email_of(school::ADMINISTRATOR)).await?;
     let administrator =
         administrator.and_then(Person::into_current).context("the demonstration has an administrator")?;
     let cohorts = reports::cohorts(reader, &administrator).await?;
@@ -170,7 +172,7 @@ struct SurveyStudy<'a> {
 
 impl SurveyStudy<'_> {
     async fn trainee(&self, trainee: &Trainee, participant: Participant) -> anyhow::Result<()> {
-        let person = people::by_id(self.state.db.reader(), trainee.id).await?;
+        let person = people::find_person(self.state.db.reader(), trainee.id).await?;
         let person = person.and_then(Person::into_current).context("a trainee of the demonstration")?;
         let session = self.survey.after_attempts.then_some(participant.basis.session);
         let asked = SurveyOccasion { survey: self.survey, session, language: "en" };

@@ -43,7 +43,7 @@ pub async fn run_outbox(state: AppState) {
 pub async fn work_off_letters(state: &AppState) -> Result<(), Error> {
     accounts::answer_asked(state).await?;
     loop {
-        let due = mails::due(state.db.reader(), state.clock.now(), BATCH).await?;
+        let due = mails::list_due_mails(state.db.reader(), state.clock.now(), BATCH).await?;
         if due.is_empty() {
             surveys::work_off_survey_letters(state).await?;
             return retention::work_off_retention_letters(state).await;
@@ -96,7 +96,7 @@ async fn compose_reminder(state: &AppState, mail: &Mail) -> Result<Option<(Strin
         };
         return Ok(assigned.due_at.map(remind));
     }
-    let tasks = segments::of_trainee(state.db.reader(), mail.school_id, mail.person_id).await?;
+    let tasks = segments::list_trainee_tasks(state.db.reader(), mail.school_id, mail.person_id).await?;
     let still = tasks.iter().find(|task| is_meant(task.id) && task.sent < task.traces);
     let remind = |(task, due_at): (&segments::SegmentTask, _)| {
         let stage = &AssignmentStage::Open { left: None };

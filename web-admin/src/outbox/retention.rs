@@ -16,7 +16,7 @@ use words::Language;
 /// When the database fails; a letter that cannot be sent waits for its next try.
 pub(super) async fn work_off_retention_letters(state: &AppState) -> Result<(), Error> {
     loop {
-        let due = retention::due_letters(state.db.reader(), state.clock.now(), BATCH).await?;
+        let due = retention::list_due_warnings(state.db.reader(), state.clock.now(), BATCH).await?;
         if due.is_empty() {
             return Ok(());
         }

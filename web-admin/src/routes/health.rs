@@ -56,7 +56,7 @@ async fn show_metrics(State(state): State<AppState>, headers: HeaderMap) -> Resu
         _ => {}
     }
     let reader = state.db.reader();
-    let totals = service::totals(reader).await?;
+    let totals = service::count_totals(reader).await?;
     let waited_us = totals.due_at.map_or(0, |due| state.clock.now().micros().saturating_sub(due.micros()).max(0));
     let text = write_gauges(&totals, waited_us as f64 / 1e6) + &state.counters.lines();
     Ok(([(header::CONTENT_TYPE, "text/plain; version=0.0.4")], text).into_response())

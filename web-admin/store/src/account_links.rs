@@ -50,7 +50,7 @@ pub struct NewLink {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn add(writer: &mut SqliteConnection, link: NewLink, token_sha256: &[u8; 32]) -> Result<()> {
+pub async fn add_account_link(writer: &mut SqliteConnection, link: NewLink, token_sha256: &[u8; 32]) -> Result<()> {
     sqlx::query("DELETE FROM account_links WHERE person_id = $1 AND purpose = $2")
         .bind(link.person_id)
         .bind(link.purpose)
@@ -73,7 +73,12 @@ pub async fn add(writer: &mut SqliteConnection, link: NewLink, token_sha256: &[u
 ///
 /// # Errors
 /// When the database fails.
-pub async fn lasts(executor: impl SqliteExecutor<'_>, person: Uuid, purpose: Purpose, until: Moment) -> Result<bool> {
+pub async fn count_lasting_links(
+    executor: impl SqliteExecutor<'_>,
+    person: Uuid,
+    purpose: Purpose,
+    until: Moment,
+) -> Result<bool> {
     sqlx::query_scalar(
         "SELECT EXISTS (SELECT 1 FROM account_links WHERE person_id = $1 AND purpose = $2 AND expires_at > $3)",
     )
@@ -88,7 +93,7 @@ pub async fn lasts(executor: impl SqliteExecutor<'_>, person: Uuid, purpose: Pur
 ///
 /// # Errors
 /// When the database fails.
-pub async fn valid(
+pub async fn find_valid_link(
     executor: impl SqliteExecutor<'_>,
     token_sha256: &[u8; 32],
     now: Moment,
@@ -109,7 +114,7 @@ pub async fn valid(
 ///
 /// # Errors
 /// When the database fails.
-pub(super) async fn end_all(writer: &mut SqliteConnection, person: Uuid) -> Result<()> {
+pub(super) async fn end_account_links(writer: &mut SqliteConnection, person: Uuid) -> Result<()> {
     for statement in [
         "DELETE FROM account_links WHERE person_id = $1",
         "DELETE FROM sign_in_codes WHERE person_id = $1",
@@ -127,7 +132,7 @@ const LONGEST_ADDRESS: usize = 254;
 ///
 /// # Errors
 /// When the database fails.
-pub async fn ask(writer: &mut SqliteConnection, email: &str, now: Moment) -> Result<()> {
+pub async fn ask_for_link(writer: &mut SqliteConnection, email: &str, now: Moment) -> Result<()> {
     let kept = if email.len() > LONGEST_ADDRESS { "" } else { email };
     sqlx::query("INSERT INTO asked_links (email, asked_at) VALUES ($1, $2) ON CONFLICT (email) DO NOTHING")
         .bind(kept.to_lowercase())
@@ -141,7 +146,7 @@ pub async fn ask(writer: &mut SqliteConnection, email: &str, now: Moment) -> Res
 ///
 /// # Errors
 /// When the database fails.
-pub async fn next_asked(executor: impl SqliteExecutor<'_>) -> Result<Option<String>> {
+pub async fn find_next_asked_link(executor: impl SqliteExecutor<'_>) -> Result<Option<String>> {
     sqlx::query_scalar("SELECT email FROM asked_links ORDER BY asked_at, email LIMIT 1").fetch_optional(executor).await
 }
 

@@ -30,7 +30,12 @@ pub struct NewAssignment {
 ///
 /// # Errors
 /// When exercise, course, cohort or person are not of the school, or the database fails.
-pub async fn add(writer: &mut SqliteConnection, by: &CurrentPerson, new: &NewAssignment, now: Moment) -> Result<Uuid> {
+pub async fn add_assignment(
+    writer: &mut SqliteConnection,
+    by: &CurrentPerson,
+    new: &NewAssignment,
+    now: Moment,
+) -> Result<Uuid> {
     let (exercise, course) = match &new.task {
         AssignmentTask::Exercise(id) => (Some(id), None),
         AssignmentTask::Course(id) => (None, Some(id)),
@@ -114,7 +119,7 @@ macro_rules! assigned {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Assigned>> {
+pub async fn find_assignment(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Assigned>> {
     let row: Option<AssignedRow> =
         sqlx::query_as(assigned!("= $3")).bind(school).bind(None::<Uuid>).bind(id).fetch_optional(executor).await?;
     Ok(row.map(Assigned::from))
@@ -124,7 +129,11 @@ pub async fn find(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of_trainee(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid) -> Result<Vec<Assigned>> {
+pub async fn list_trainee_assignments(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    person: Uuid,
+) -> Result<Vec<Assigned>> {
     let rows: Vec<AssignedRow> = sqlx::query_as(assigned!(
         "IN (SELECT id FROM assignments WHERE person_id = $2
              UNION SELECT b.id FROM cohort_members m JOIN assignments b ON b.cohort_id = m.cohort_id
@@ -168,7 +177,7 @@ pub struct ManagedAssignment {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn managed(
+pub async fn list_managed_assignments(
     executor: impl SqliteExecutor<'_>,
     by: &CurrentPerson,
     only: Option<Uuid>,
@@ -205,7 +214,7 @@ pub async fn managed(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn withdraw(writer: &mut SqliteConnection, school: Uuid, id: Uuid, now: Moment) -> Result<()> {
+pub async fn withdraw_assignment(writer: &mut SqliteConnection, school: Uuid, id: Uuid, now: Moment) -> Result<()> {
     sqlx::query("UPDATE assignments SET withdrawn_at = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)

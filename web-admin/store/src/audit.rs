@@ -124,11 +124,11 @@ impl<'a> AuditEntry<'a> {
             hash: Vec::new(),
         };
         row.hash = row.seal();
-        insert(writer, &row).await
+        insert_audit_entry(writer, &row).await
     }
 }
 
-async fn insert(writer: &mut SqliteConnection, row: &AuditRow) -> Result<()> {
+async fn insert_audit_entry(writer: &mut SqliteConnection, row: &AuditRow) -> Result<()> {
     sqlx::query(
         "INSERT INTO audit_log (seq, at, school_id, actor, action, object, details, prev_hash, hash)
          VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9)",
@@ -151,7 +151,7 @@ async fn insert(writer: &mut SqliteConnection, row: &AuditRow) -> Result<()> {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn told_scores(executor: impl SqliteExecutor<'_>) -> Result<BTreeMap<Uuid, Vec<f64>>> {
+pub async fn list_told_scores(executor: impl SqliteExecutor<'_>) -> Result<BTreeMap<Uuid, Vec<f64>>> {
     let rows: Vec<(String, Option<String>)> = sqlx::query_as(
         "SELECT object, CASE action WHEN 'session.scored' THEN details ->> '$.score'
                                     WHEN 'session.regraded' THEN details ->> '$.to' END || ''
@@ -183,7 +183,7 @@ pub struct AuditChain {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn is_kept(executor: impl SqliteExecutor<'_>) -> Result<bool> {
+pub async fn is_entry_kept(executor: impl SqliteExecutor<'_>) -> Result<bool> {
     sqlx::query_scalar("SELECT count(*) > 0 FROM sqlite_schema WHERE type = 'table' AND name = 'audit_log'")
         .fetch_one(executor)
         .await
@@ -193,7 +193,7 @@ pub async fn is_kept(executor: impl SqliteExecutor<'_>) -> Result<bool> {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn holds(executor: impl SqliteExecutor<'_>, hash: &str) -> Result<bool> {
+pub async fn holds_hash(executor: impl SqliteExecutor<'_>, hash: &str) -> Result<bool> {
     sqlx::query_scalar("SELECT count(*) > 0 FROM audit_log WHERE hash = $1")
         .bind(hex::decode(hash).unwrap_or_default())
         .fetch_one(executor)
@@ -204,7 +204,7 @@ pub async fn holds(executor: impl SqliteExecutor<'_>, hash: &str) -> Result<bool
 ///
 /// # Errors
 /// When the database fails.
-pub async fn head(executor: impl SqliteExecutor<'_>) -> Result<(i64, String)> {
+pub async fn find_audit_head(executor: impl SqliteExecutor<'_>) -> Result<(i64, String)> {
     let last: Option<(i64, Vec<u8>)> =
         sqlx::query_as("SELECT seq, hash FROM audit_log ORDER BY seq DESC LIMIT 1").fetch_optional(executor).await?;
     Ok(last.map_or_else(|| (0, "0".repeat(64)), |(rows, hash)| (rows, hex::encode(hash))))
@@ -214,7 +214,7 @@ pub async fn head(executor: impl SqliteExecutor<'_>) -> Result<(i64, String)> {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn holds_at(executor: impl SqliteExecutor<'_>, row: i64, hash: &str) -> Result<bool> {
+pub async fn holds_hash_at(executor: impl SqliteExecutor<'_>, row: i64, hash: &str) -> Result<bool> {
     sqlx::query_scalar("SELECT count(*) > 0 FROM audit_log WHERE seq = $1 AND hash = $2")
         .bind(row)
         .bind(hex::decode(hash).unwrap_or_default())
@@ -226,7 +226,7 @@ pub async fn holds_at(executor: impl SqliteExecutor<'_>, row: i64, hash: &str) -
 ///
 /// # Errors
 /// When the database fails.
-pub async fn check(executor: impl SqliteExecutor<'_>) -> Result<AuditChain> {
+pub async fn check_audit_chain(executor: impl SqliteExecutor<'_>) -> Result<AuditChain> {
     let mut rows = sqlx::query_as::<_, AuditRow>(
         "SELECT seq, at, school_id, actor, action, object, details, prev_hash, hash FROM audit_log ORDER BY seq",
     )

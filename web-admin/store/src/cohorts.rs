@@ -37,7 +37,7 @@ pub async fn find_or_create(writer: &mut SqliteConnection, school: Uuid, name: &
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Cohort>> {
+pub async fn find_cohort(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Cohort>> {
     sqlx::query_as("SELECT id, name FROM cohorts WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -49,7 +49,7 @@ pub async fn find(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn all(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<Cohort>> {
+pub async fn list_cohorts(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<Cohort>> {
     sqlx::query_as("SELECT id, name FROM cohorts WHERE school_id = $1 ORDER BY name")
         .bind(school)
         .fetch_all(executor)
@@ -93,7 +93,7 @@ pub struct Deed {
 ///
 /// # Errors
 /// When either is of another school, the role is neither trainee nor instructor, or the database fails.
-pub async fn join(writer: &mut SqliteConnection, membership: Membership, deed: Deed) -> Result<()> {
+pub async fn join_cohort(writer: &mut SqliteConnection, membership: Membership, deed: Deed) -> Result<()> {
     let Membership { school_id, cohort_id, person_id, role } = membership;
     sqlx::query(
         "INSERT INTO cohort_members (school_id, cohort_id, person_id, role) VALUES ($1, $2, $3, $4)
@@ -106,14 +106,14 @@ pub async fn join(writer: &mut SqliteConnection, membership: Membership, deed: D
     .execute(&mut *writer)
     .await?;
     forget_request(writer, MembershipKey { school_id, cohort_id, person_id }).await?;
-    note(writer, MembershipKey { school_id, cohort_id, person_id }, MembershipAct::Joined, deed).await
+    note_membership_act(writer, MembershipKey { school_id, cohort_id, person_id }, MembershipAct::Joined, deed).await
 }
 
 /// Takes a person out of a cohort. False when they were not in it.
 ///
 /// # Errors
 /// When the database fails.
-pub async fn leave(writer: &mut SqliteConnection, key: MembershipKey, deed: Deed) -> Result<bool> {
+pub async fn leave_cohort(writer: &mut SqliteConnection, key: MembershipKey, deed: Deed) -> Result<bool> {
     let left = sqlx::query("DELETE FROM cohort_members WHERE school_id = $1 AND cohort_id = $2 AND person_id = $3")
         .bind(key.school_id)
         .bind(key.cohort_id)
@@ -123,7 +123,7 @@ pub async fn leave(writer: &mut SqliteConnection, key: MembershipKey, deed: Deed
     if left.rows_affected() == 0 {
         return Ok(false);
     }
-    note(writer, key, MembershipAct::Left, deed).await?;
+    note_membership_act(writer, key, MembershipAct::Left, deed).await?;
     Ok(true)
 }
 
@@ -131,7 +131,7 @@ pub async fn leave(writer: &mut SqliteConnection, key: MembershipKey, deed: Deed
 ///
 /// # Errors
 /// When somebody is of another school, or the database fails.
-pub async fn ask(writer: &mut SqliteConnection, key: MembershipKey, by: Uuid, at: Moment) -> Result<bool> {
+pub async fn ask_for_member(writer: &mut SqliteConnection, key: MembershipKey, by: Uuid, at: Moment) -> Result<bool> {
     let asked = sqlx::query(
         "INSERT INTO cohort_requests (school_id, cohort_id, person_id, asked_by, asked_at)
          SELECT $1, $2, $3, $4, $5 WHERE NOT EXISTS (
@@ -148,7 +148,7 @@ pub async fn ask(writer: &mut SqliteConnection, key: MembershipKey, by: Uuid, at
     if asked.rows_affected() == 0 {
         return Ok(false);
     }
-    note(writer, key, MembershipAct::Asked, Deed { by: Some(by), at }).await?;
+    note_membership_act(writer, key, MembershipAct::Asked, Deed { by: Some(by), at }).await?;
     Ok(true)
 }
 
@@ -156,11 +156,11 @@ pub async fn ask(writer: &mut SqliteConnection, key: MembershipKey, by: Uuid, at
 ///
 /// # Errors
 /// When the database fails.
-pub async fn decline(writer: &mut SqliteConnection, key: MembershipKey, deed: Deed) -> Result<bool> {
+pub async fn decline_request(writer: &mut SqliteConnection, key: MembershipKey, deed: Deed) -> Result<bool> {
     if !forget_request(writer, key).await? {
         return Ok(false);
     }
-    note(writer, key, MembershipAct::Declined, deed).await?;
+    note_membership_act(writer, key, MembershipAct::Declined, deed).await?;
     Ok(true)
 }
 
@@ -174,7 +174,12 @@ async fn forget_request(writer: &mut SqliteConnection, key: MembershipKey) -> Re
         .map(|done| done.rows_affected() == 1)
 }
 
-async fn note(writer: &mut SqliteConnection, key: MembershipKey, act: MembershipAct, deed: Deed) -> Result<()> {
+async fn note_membership_act(
+    writer: &mut SqliteConnection,
+    key: MembershipKey,
+    act: MembershipAct,
+    deed: Deed,
+) -> Result<()> {
     sqlx::query(
         "INSERT INTO cohort_acts (id, school_id, cohort_id, person_id, act, done_by, done_at)
          VALUES ($1, $2, $3, $4, $5, $6, $7)",
@@ -195,7 +200,7 @@ async fn note(writer: &mut SqliteConnection, key: MembershipKey, act: Membership
 ///
 /// # Errors
 /// When the database fails.
-pub async fn requests(
+pub async fn list_membership_requests(
     executor: impl SqliteExecutor<'_>,
     school: Uuid,
     cohort: Option<Uuid>,
@@ -222,7 +227,11 @@ pub async fn requests(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn acts(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid) -> Result<Vec<MembershipEvent>> {
+pub async fn list_membership_acts(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    person: Uuid,
+) -> Result<Vec<MembershipEvent>> {
     sqlx::query_as(
         "SELECT c.name AS cohort, d.act, p.display_name AS \"by\", d.done_at FROM cohort_acts d
          JOIN cohorts c ON c.school_id = d.school_id AND c.id = d.cohort_id
@@ -239,7 +248,7 @@ pub async fn acts(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid)
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of_person(
+pub async fn list_cohorts_of_person(
     executor: impl SqliteExecutor<'_>,
     school: Uuid,
     person: Uuid,

@@ -40,7 +40,7 @@ pub struct CommentRecord {
 ///
 /// # Errors
 /// When attempt or author are of another school, or the database fails.
-pub async fn add(
+pub async fn add_comment(
     writer: &mut SqliteConnection,
     session: SessionKey,
     author: Uuid,
@@ -79,7 +79,7 @@ pub struct CommentAnswer<'a> {
 ///
 /// # Errors
 /// When the author is of another school, or the database fails.
-pub async fn answer(
+pub async fn answer_comment(
     writer: &mut SqliteConnection,
     session: SessionKey,
     author: Uuid,
@@ -108,7 +108,7 @@ pub async fn answer(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn withdraw(
+pub async fn withdraw_comment(
     writer: &mut SqliteConnection,
     session: SessionKey,
     author: Uuid,
@@ -134,7 +134,10 @@ pub async fn withdraw(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of_session(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Vec<CommentRecord>> {
+pub async fn list_session_comments(
+    executor: impl SqliteExecutor<'_>,
+    session: SessionKey,
+) -> Result<Vec<CommentRecord>> {
     sqlx::query_as(
         "SELECT c.id, c.answers, c.author_id, p.display_name AS author, p.role AS author_role, c.kind, c.from_s,
            c.to_s, c.body, c.made_at

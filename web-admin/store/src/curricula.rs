@@ -80,7 +80,11 @@ struct CurriculumStepRow {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn by_sha256(executor: impl SqliteExecutor<'_>, school: Uuid, sha256: &str) -> Result<Option<Uuid>> {
+pub async fn find_curriculum_by_hash(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    sha256: &str,
+) -> Result<Option<Uuid>> {
     sqlx::query_scalar("SELECT id FROM curriculum_revisions WHERE school_id = $1 AND sha256 = $2")
         .bind(school)
         .bind(sha256)
@@ -92,7 +96,7 @@ pub async fn by_sha256(executor: impl SqliteExecutor<'_>, school: Uuid, sha256: 
 ///
 /// # Errors
 /// When it was published before, or the database fails.
-pub async fn publish(
+pub async fn publish_curriculum(
     writer: &mut SqliteConnection,
     school: Uuid,
     curriculum: &NewCurriculum<'_>,
@@ -163,7 +167,7 @@ pub async fn make_current(writer: &mut SqliteConnection, school: Uuid, id: &str,
 ///
 /// # Errors
 /// When the database fails.
-pub async fn taught(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<TaughtCurriculum>> {
+pub async fn list_taught_curricula(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<TaughtCurriculum>> {
     sqlx::query_as(
         "SELECT r.id AS revision_id, r.curriculum_id, r.title, r.description, r.sha256, r.mastery_passes, r.mastery_of, r.mastery_curve
          FROM curricula c JOIN curriculum_revisions r ON r.id = c.revision_id
@@ -191,7 +195,11 @@ pub struct CurriculumRevision {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn revisions(executor: impl SqliteExecutor<'_>, school: Uuid, id: &str) -> Result<Vec<CurriculumRevision>> {
+pub async fn list_curriculum_revisions(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    id: &str,
+) -> Result<Vec<CurriculumRevision>> {
     sqlx::query_as(
         "SELECT id, title, sha256, published_at FROM curriculum_revisions
          WHERE school_id = $1 AND curriculum_id = $2 ORDER BY rowid DESC",
@@ -206,7 +214,11 @@ pub async fn revisions(executor: impl SqliteExecutor<'_>, school: Uuid, id: &str
 ///
 /// # Errors
 /// When the database fails.
-pub async fn bytes(executor: impl SqliteExecutor<'_>, school: Uuid, revision: Uuid) -> Result<Option<Vec<u8>>> {
+pub async fn read_curriculum_bytes(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    revision: Uuid,
+) -> Result<Option<Vec<u8>>> {
     sqlx::query_scalar("SELECT bytes FROM curriculum_revisions WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(revision)
@@ -229,7 +241,11 @@ pub async fn exercise_ids(executor: impl SqliteExecutor<'_>, revision: Uuid) -> 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn course(executor: impl SqliteExecutor<'_>, school: Uuid, curriculum: &TaughtCurriculum) -> Result<Course> {
+pub async fn find_course(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    curriculum: &TaughtCurriculum,
+) -> Result<Course> {
     let rows: Vec<CurriculumStepRow> = sqlx::query_as(
         "SELECT e.exercise_id, r.title, e.prerequisites
          FROM curriculum_entries e

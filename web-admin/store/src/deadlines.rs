@@ -98,7 +98,7 @@ pub struct DeadlineKey {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn extend(
+pub async fn extend_deadline(
     writer: &mut SqliteConnection,
     deadline: DeadlineKey,
     person: Uuid,
@@ -122,7 +122,7 @@ pub async fn extend(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn to_remind(
+pub async fn list_due_reminders(
     executor: impl SqliteExecutor<'_>,
     kind: DeadlineKind,
     from: Moment,
@@ -148,7 +148,7 @@ pub async fn to_remind(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn extensions(executor: impl SqliteExecutor<'_>, deadline: DeadlineKey) -> Result<Vec<Extension>> {
+pub async fn list_extensions(executor: impl SqliteExecutor<'_>, deadline: DeadlineKey) -> Result<Vec<Extension>> {
     let DeadlineKey { school_id, kind, id } = deadline;
     let longer = match kind {
         DeadlineKind::Assignment => {

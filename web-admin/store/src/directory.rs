@@ -26,7 +26,7 @@ pub struct Filter {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn list(
+pub async fn list_people(
     executor: impl SqliteExecutor<'_>,
     school: Uuid,
     filter: &Filter,
@@ -62,7 +62,11 @@ pub async fn list(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<DirectoryEntry>> {
+pub async fn find_directory_entry(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    id: Uuid,
+) -> Result<Option<DirectoryEntry>> {
     sqlx::query_as(
         "SELECT p.id, p.display_name AS name, p.email, p.role, p.pseudonym, p.registrar_id,
            CASE WHEN p.erased_at IS NOT NULL THEN 'erased' WHEN p.disabled_at IS NOT NULL THEN 'disabled'
@@ -92,7 +96,7 @@ pub struct Details<'a> {
 ///
 /// # Errors
 /// When the address or the number is taken, or the database fails.
-pub async fn change(writer: &mut SqliteConnection, school: Uuid, id: Uuid, details: Details<'_>) -> Result<()> {
+pub async fn change_details(writer: &mut SqliteConnection, school: Uuid, id: Uuid, details: Details<'_>) -> Result<()> {
     let moved: Option<bool> = sqlx::query_scalar("SELECT email <> $3 FROM people WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -100,7 +104,7 @@ pub async fn change(writer: &mut SqliteConnection, school: Uuid, id: Uuid, detai
         .fetch_optional(&mut *writer)
         .await?;
     if moved == Some(true) {
-        account_links::end_all(writer, id).await?;
+        account_links::end_account_links(writer, id).await?;
     }
     sqlx::query(
         "UPDATE people SET display_name = $3, email = $4, search = $5, registrar_id = coalesce($6, registrar_id)
@@ -110,7 +114,7 @@ pub async fn change(writer: &mut SqliteConnection, school: Uuid, id: Uuid, detai
     .bind(id)
     .bind(details.name)
     .bind(details.email.to_lowercase())
-    .bind(search(details.name, details.email))
+    .bind(search_people(details.name, details.email))
     .bind(details.registrar_id)
     .execute(writer)
     .await
@@ -118,7 +122,7 @@ pub async fn change(writer: &mut SqliteConnection, school: Uuid, id: Uuid, detai
 }
 
 /// What people are looked up by.
-pub(super) fn search(name: &str, email: &str) -> String {
+pub(super) fn search_people(name: &str, email: &str) -> String {
     format!("{name} {email}").to_lowercase()
 }
 
@@ -134,7 +138,7 @@ pub async fn change_role(writer: &mut SqliteConnection, school: Uuid, id: Uuid, 
         .execute(&mut *writer)
         .await?;
     if role == Role::Administrator {
-        return leave_all(writer, school, id).await;
+        return leave_all_cohorts(writer, school, id).await;
     }
     sqlx::query("UPDATE cohort_members SET role = $3 WHERE school_id = $1 AND person_id = $2")
         .bind(school)
@@ -145,7 +149,7 @@ pub async fn change_role(writer: &mut SqliteConnection, school: Uuid, id: Uuid, 
         .map(drop)
 }
 
-async fn leave_all(writer: &mut SqliteConnection, school: Uuid, id: Uuid) -> Result<()> {
+async fn leave_all_cohorts(writer: &mut SqliteConnection, school: Uuid, id: Uuid) -> Result<()> {
     sqlx::query("DELETE FROM cohort_members WHERE school_id = $1 AND person_id = $2")
         .bind(school)
         .bind(id)
@@ -158,7 +162,7 @@ async fn leave_all(writer: &mut SqliteConnection, school: Uuid, id: Uuid) -> Res
 ///
 /// # Errors
 /// When the database fails.
-pub async fn enable(writer: &mut SqliteConnection, school: Uuid, id: Uuid) -> Result<bool> {
+pub async fn enable_account(writer: &mut SqliteConnection, school: Uuid, id: Uuid) -> Result<bool> {
     sqlx::query(
         "UPDATE people SET disabled_at = NULL
          WHERE school_id = $1 AND id = $2 AND disabled_at IS NOT NULL AND erased_at IS NULL",
@@ -174,7 +178,11 @@ pub async fn enable(writer: &mut SqliteConnection, school: Uuid, id: Uuid) -> Re
 ///
 /// # Errors
 /// When the database fails.
-pub async fn letters(executor: impl SqliteExecutor<'_>, person: &DirectoryEntry, school: Uuid) -> Result<Vec<Uuid>> {
+pub async fn list_letters_to(
+    executor: impl SqliteExecutor<'_>,
+    person: &DirectoryEntry,
+    school: Uuid,
+) -> Result<Vec<Uuid>> {
     sqlx::query_scalar(
         "SELECT id FROM mails WHERE school_id = $1 AND person_id = $2
          UNION ALL SELECT id FROM survey_letters WHERE school_id = $1 AND email = $3
@@ -191,9 +199,14 @@ pub async fn letters(executor: impl SqliteExecutor<'_>, person: &DirectoryEntry,
 ///
 /// # Errors
 /// When the database fails.
-pub async fn erase(writer: &mut SqliteConnection, person: &DirectoryEntry, school: Uuid, now: Moment) -> Result<()> {
+pub async fn erase_person(
+    writer: &mut SqliteConnection,
+    person: &DirectoryEntry,
+    school: Uuid,
+    now: Moment,
+) -> Result<()> {
     let email = format!("{}@erased.invalid", person.pseudonym);
-    account_links::end_all(writer, person.id).await?;
+    account_links::end_account_links(writer, person.id).await?;
     account_links::forget_asked(writer, &person.email).await?;
     sqlx::query("DELETE FROM mails WHERE school_id = $1 AND person_id = $2")
         .bind(school)
@@ -216,7 +229,7 @@ pub async fn erase(writer: &mut SqliteConnection, person: &DirectoryEntry, schoo
     .bind(school)
     .bind(person.id)
     .bind(&email)
-    .bind(search(&person.pseudonym, ""))
+    .bind(search_people(&person.pseudonym, ""))
     .bind(now)
     .execute(writer)
     .await
@@ -227,7 +240,7 @@ pub async fn erase(writer: &mut SqliteConnection, person: &DirectoryEntry, schoo
 ///
 /// # Errors
 /// When the database fails.
-pub async fn created_at(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Moment>> {
+pub async fn find_creation_time(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Moment>> {
     sqlx::query_scalar("SELECT created_at FROM people WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)

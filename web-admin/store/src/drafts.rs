@@ -75,7 +75,7 @@ pub struct DraftEditor {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of(
+pub async fn find_draft_of(
     executor: impl SqliteExecutor<'_>,
     school: Uuid,
     kind: DraftKind,
@@ -93,7 +93,7 @@ pub async fn of(
 ///
 /// # Errors
 /// When the document has one already, or the database fails.
-pub async fn begin(writer: &mut SqliteConnection, by: DraftEditor, draft: &NewDocumentDraft<'_>) -> Result<Uuid> {
+pub async fn begin_draft(writer: &mut SqliteConnection, by: DraftEditor, draft: &NewDocumentDraft<'_>) -> Result<Uuid> {
     let id = new_id(by.now);
     sqlx::query(
         "INSERT INTO drafts (id, school_id, kind, document_id, based_on, document, scene, version, saved_by, saved_at)
@@ -117,7 +117,7 @@ pub async fn begin(writer: &mut SqliteConnection, by: DraftEditor, draft: &NewDo
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<DocumentDraft>> {
+pub async fn find_draft(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<DocumentDraft>> {
     sqlx::query_as(
         "SELECT d.id, d.kind, d.document_id, d.based_on, d.document, d.scene, d.version, p.display_name AS saved_by,
          d.saved_at
@@ -133,7 +133,7 @@ pub async fn find(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn all(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<DocumentDraft>> {
+pub async fn list_drafts(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<DocumentDraft>> {
     sqlx::query_as(
         "SELECT d.id, d.kind, d.document_id, d.based_on, d.document, d.scene, d.version, p.display_name AS saved_by,
          d.saved_at
@@ -148,7 +148,13 @@ pub async fn all(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<
 ///
 /// # Errors
 /// When the database fails.
-pub async fn save(writer: &mut SqliteConnection, by: DraftEditor, id: Uuid, seen: i64, texts: &Texts) -> Result<bool> {
+pub async fn save_draft(
+    writer: &mut SqliteConnection,
+    by: DraftEditor,
+    id: Uuid,
+    seen: i64,
+    texts: &Texts,
+) -> Result<bool> {
     let saved = sqlx::query(
         "UPDATE drafts SET document = $1, scene = $2, version = version + 1, saved_by = $3, saved_at = $4
          WHERE school_id = $5 AND id = $6 AND version = $7",
@@ -170,7 +176,7 @@ pub async fn save(writer: &mut SqliteConnection, by: DraftEditor, id: Uuid, seen
 ///
 /// # Errors
 /// When the database fails.
-pub async fn remove(writer: &mut SqliteConnection, school: Uuid, id: Uuid, seen: i64) -> Result<bool> {
+pub async fn remove_draft(writer: &mut SqliteConnection, school: Uuid, id: Uuid, seen: i64) -> Result<bool> {
     let removed = sqlx::query("DELETE FROM drafts WHERE school_id = $1 AND id = $2 AND version = $3")
         .bind(school)
         .bind(id)

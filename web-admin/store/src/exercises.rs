@@ -70,7 +70,11 @@ pub struct RevisionBytes {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn by_bundle(executor: impl SqliteExecutor<'_>, school: Uuid, bundle_sha256: &str) -> Result<Option<Uuid>> {
+pub async fn find_revision_by_bundle(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    bundle_sha256: &str,
+) -> Result<Option<Uuid>> {
     sqlx::query_scalar("SELECT id FROM exercise_revisions WHERE school_id = $1 AND bundle_sha256 = $2")
         .bind(school)
         .bind(bundle_sha256)
@@ -104,7 +108,7 @@ pub async fn by_documents(
 ///
 /// # Errors
 /// When it was published before, or the database fails.
-pub async fn publish(
+pub async fn publish_exercise(
     writer: &mut SqliteConnection,
     school: Uuid,
     revision: &NewRevision<'_>,
@@ -179,7 +183,11 @@ pub async fn make_current(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn current(executor: impl SqliteExecutor<'_>, school: Uuid, exercise_id: &str) -> Result<Option<Revision>> {
+pub async fn find_current_revision(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    exercise_id: &str,
+) -> Result<Option<Revision>> {
     sqlx::query_as(
         "SELECT r.id, r.exercise_id, r.title, r.difficulty, r.pass_mark, r.exercise_sha256, r.scene_sha256,
          r.published_at
@@ -196,7 +204,11 @@ pub async fn current(executor: impl SqliteExecutor<'_>, school: Uuid, exercise_i
 ///
 /// # Errors
 /// When the database fails.
-pub async fn revisions(executor: impl SqliteExecutor<'_>, school: Uuid, exercise_id: &str) -> Result<Vec<Revision>> {
+pub async fn list_exercise_revisions(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    exercise_id: &str,
+) -> Result<Vec<Revision>> {
     sqlx::query_as(
         "SELECT id, exercise_id, title, difficulty, pass_mark, exercise_sha256, scene_sha256, published_at
          FROM exercise_revisions WHERE school_id = $1 AND exercise_id = $2 ORDER BY rowid DESC",
@@ -211,7 +223,7 @@ pub async fn revisions(executor: impl SqliteExecutor<'_>, school: Uuid, exercise
 ///
 /// # Errors
 /// When the database fails.
-pub async fn all_current(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<Revision>> {
+pub async fn list_current_exercises(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<Revision>> {
     sqlx::query_as(
         "SELECT r.id, r.exercise_id, r.title, r.difficulty, r.pass_mark, r.exercise_sha256, r.scene_sha256,
          r.published_at
@@ -227,7 +239,11 @@ pub async fn all_current(executor: impl SqliteExecutor<'_>, school: Uuid) -> Res
 ///
 /// # Errors
 /// When the database fails.
-pub async fn bytes(reader: &sqlx::SqlitePool, school: Uuid, revision: Uuid) -> Result<Option<RevisionBytes>> {
+pub async fn read_exercise_bytes(
+    reader: &sqlx::SqlitePool,
+    school: Uuid,
+    revision: Uuid,
+) -> Result<Option<RevisionBytes>> {
     let documents: Option<(Vec<u8>, Vec<u8>)> =
         sqlx::query_as("SELECT exercise_bytes, scene_bytes FROM exercise_revisions WHERE school_id = $1 AND id = $2")
             .bind(school)

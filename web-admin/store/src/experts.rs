@@ -45,7 +45,7 @@ pub struct Declaration {
 ///
 /// # Errors
 /// When somebody is of another school, or the database fails.
-pub async fn consent(
+pub async fn record_consent(
     writer: &mut SqliteConnection,
     PersonKey { school_id: school, person_id: person }: PersonKey,
     new: NewDeclaration<'_>,
@@ -71,7 +71,7 @@ pub async fn consent(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn withdraw(
+pub async fn withdraw_consent(
     writer: &mut SqliteConnection,
     PersonKey { school_id: school, person_id: person }: PersonKey,
     by: Uuid,
@@ -94,7 +94,7 @@ pub async fn withdraw(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn consented(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid) -> Result<Option<Moment>> {
+pub async fn list_consents(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid) -> Result<Option<Moment>> {
     sqlx::query_scalar(
         "SELECT given_at FROM expert_declarations WHERE school_id = $1 AND person_id = $2 AND withdrawn_at IS NULL",
     )
@@ -127,7 +127,11 @@ pub async fn declarations(executor: impl SqliteExecutor<'_>, school: Uuid, perso
 ///
 /// # Errors
 /// When the database fails.
-pub async fn curves(executor: impl SqliteExecutor<'_>, school: Uuid, exercise: &str) -> Result<Vec<AttemptCurve>> {
+pub async fn list_expert_curves(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    exercise: &str,
+) -> Result<Vec<AttemptCurve>> {
     let curves: Vec<Json<AttemptCurve>> = sqlx::query_scalar(
         "SELECT c.body FROM expert_declarations e
          JOIN session_curves c ON c.school_id = e.school_id AND c.session_id = (

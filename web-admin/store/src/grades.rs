@@ -48,7 +48,7 @@ pub struct OverrideRecord {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Option<Grade>> {
+pub async fn find_grade(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Option<Grade>> {
     sqlx::query_as(
         "SELECT score, passed, override_id IS NOT NULL AS overridden FROM grades
          WHERE school_id = $1 AND session_id = $2",
@@ -63,7 +63,12 @@ pub async fn of(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Resul
 ///
 /// # Errors
 /// When the attempt or the person is of another school, the reason is empty, or the database fails.
-pub async fn put(writer: &mut SqliteConnection, session: SessionKey, new: &NewOverride<'_>, now: Moment) -> Result<()> {
+pub async fn put_override(
+    writer: &mut SqliteConnection,
+    session: SessionKey,
+    new: &NewOverride<'_>,
+    now: Moment,
+) -> Result<()> {
     sqlx::query(
         "INSERT INTO score_overrides (id, school_id, session_id, score, passed, reason, made_by, made_at)
          VALUES ($1, $2, $3, $4, $5, $6, $7, $8)",
@@ -78,14 +83,14 @@ pub async fn put(writer: &mut SqliteConnection, session: SessionKey, new: &NewOv
     .bind(now)
     .execute(&mut *writer)
     .await?;
-    practice::refresh(writer, session).await
+    practice::refresh_practice(writer, session).await
 }
 
 /// Attempts whose grade nobody has overridden and that is not that of the score it names.
 ///
 /// # Errors
 /// When the database fails.
-pub async fn strayed(executor: impl SqliteExecutor<'_>) -> Result<Vec<Uuid>> {
+pub async fn list_strayed_grades(executor: impl SqliteExecutor<'_>) -> Result<Vec<Uuid>> {
     sqlx::query_scalar(
         "SELECT g.session_id FROM grades g JOIN scores c ON c.id = g.score_id
          WHERE g.override_id IS NULL AND (g.score <> c.score OR g.passed <> c.passed)",
@@ -98,7 +103,7 @@ pub async fn strayed(executor: impl SqliteExecutor<'_>) -> Result<Vec<Uuid>> {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn overrides(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Vec<OverrideRecord>> {
+pub async fn list_overrides(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Vec<OverrideRecord>> {
     sqlx::query_as(
         "SELECT o.score, o.passed, o.reason, p.display_name AS by, o.made_at FROM score_overrides o
          JOIN people p ON p.school_id = o.school_id AND p.id = o.made_by

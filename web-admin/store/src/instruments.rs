@@ -42,7 +42,11 @@ pub struct NewInstrument<'a> {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn by_sha256(executor: impl SqliteExecutor<'_>, school: Uuid, sha256: &str) -> Result<Option<Uuid>> {
+pub async fn find_instrument_by_hash(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    sha256: &str,
+) -> Result<Option<Uuid>> {
     sqlx::query_scalar("SELECT id FROM instrument_revisions WHERE school_id = $1 AND sha256 = $2")
         .bind(school)
         .bind(sha256)
@@ -54,7 +58,7 @@ pub async fn by_sha256(executor: impl SqliteExecutor<'_>, school: Uuid, sha256: 
 ///
 /// # Errors
 /// When the bytes are known already, or the database fails.
-pub async fn publish(writer: &mut SqliteConnection, new: &NewInstrument<'_>, now: Moment) -> Result<Uuid> {
+pub async fn publish_instrument(writer: &mut SqliteConnection, new: &NewInstrument<'_>, now: Moment) -> Result<Uuid> {
     sqlx::query_scalar(
         "INSERT INTO instrument_revisions (id, school_id, instrument_id, title, sha256, bytes, published_at)
          VALUES ($1, $2, $3, $4, $5, $6, $7) RETURNING id",
@@ -91,7 +95,7 @@ pub async fn make_current(writer: &mut SqliteConnection, school: Uuid, instrumen
 ///
 /// # Errors
 /// When the database fails.
-pub async fn current(
+pub async fn find_current_instrument(
     executor: impl SqliteExecutor<'_>,
     school: Uuid,
     instrument: &str,
@@ -111,7 +115,10 @@ pub async fn current(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn all_current(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<InstrumentRevision>> {
+pub async fn list_current_instruments(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+) -> Result<Vec<InstrumentRevision>> {
     sqlx::query_as(
         "SELECT r.id, r.instrument_id, r.title, r.sha256, r.bytes, r.published_at FROM instruments i
          JOIN instrument_revisions r ON r.school_id = i.school_id AND r.id = i.revision_id
@@ -126,7 +133,11 @@ pub async fn all_current(executor: impl SqliteExecutor<'_>, school: Uuid) -> Res
 ///
 /// # Errors
 /// When the database fails.
-pub async fn revision(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<InstrumentRevision>> {
+pub async fn find_instrument_revision(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    id: Uuid,
+) -> Result<Option<InstrumentRevision>> {
     sqlx::query_as(
         "SELECT id, instrument_id, title, sha256, bytes, published_at FROM instrument_revisions
          WHERE school_id = $1 AND id = $2",

@@ -32,7 +32,7 @@ impl Job {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn enqueue(writer: &mut SqliteConnection, session: SessionKey, now: Moment) -> Result<()> {
+pub async fn enqueue_job(writer: &mut SqliteConnection, session: SessionKey, now: Moment) -> Result<()> {
     sqlx::query(
         "INSERT INTO jobs (school_id, session_id, kind, next_run_at) VALUES ($1, $2, 'score', $3)
          ON CONFLICT (school_id, session_id, kind) DO NOTHING",
@@ -61,7 +61,7 @@ pub struct JobQuery {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn schools(executor: impl SqliteExecutor<'_>, due: JobQuery) -> Result<Vec<Uuid>> {
+pub async fn list_waiting_schools(executor: impl SqliteExecutor<'_>, due: JobQuery) -> Result<Vec<Uuid>> {
     sqlx::query_scalar(
         "SELECT s.id FROM schools s WHERE EXISTS (SELECT 1 FROM jobs j
              WHERE j.school_id = s.id AND j.deaths = $1 AND (j.next_run_at <= $2 OR j.next_run_at > $3))",
@@ -77,7 +77,12 @@ pub async fn schools(executor: impl SqliteExecutor<'_>, due: JobQuery) -> Result
 ///
 /// # Errors
 /// When the database fails.
-pub async fn due(executor: impl SqliteExecutor<'_>, school: Uuid, due: JobQuery, most: i64) -> Result<Vec<Job>> {
+pub async fn list_due_jobs(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    due: JobQuery,
+    most: i64,
+) -> Result<Vec<Job>> {
     sqlx::query_as(
         "SELECT school_id, session_id, attempts, deaths FROM jobs
          WHERE school_id = $1 AND deaths = $2 AND deaths < $3 AND (next_run_at <= $4 OR next_run_at > $5)
@@ -97,7 +102,7 @@ pub async fn due(executor: impl SqliteExecutor<'_>, school: Uuid, due: JobQuery,
 ///
 /// # Errors
 /// When the database fails.
-pub async fn next_at(executor: impl SqliteExecutor<'_>, now: Moment) -> Result<Option<Moment>> {
+pub async fn find_next_job_time(executor: impl SqliteExecutor<'_>, now: Moment) -> Result<Option<Moment>> {
     sqlx::query_scalar("SELECT min(next_run_at) FROM jobs WHERE next_run_at > $1 AND deaths < $2")
         .bind(now)
         .bind(MOST_DEATHS)
@@ -109,7 +114,7 @@ pub async fn next_at(executor: impl SqliteExecutor<'_>, now: Moment) -> Result<O
 ///
 /// # Errors
 /// When the database fails.
-pub async fn put_off(writer: &mut SqliteConnection, session: SessionKey, until: Moment, why: &str) -> Result<()> {
+pub async fn put_off_job(writer: &mut SqliteConnection, session: SessionKey, until: Moment, why: &str) -> Result<()> {
     sqlx::query(
         "UPDATE jobs SET begun = 0, attempts = attempts + 1, next_run_at = $3, error = $4
          WHERE school_id = $1 AND session_id = $2",
@@ -127,7 +132,7 @@ pub async fn put_off(writer: &mut SqliteConnection, session: SessionKey, until: 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn done(writer: &mut SqliteConnection, session: SessionKey) -> Result<()> {
+pub async fn finish_job(writer: &mut SqliteConnection, session: SessionKey) -> Result<()> {
     sqlx::query("DELETE FROM jobs WHERE school_id = $1 AND session_id = $2")
         .bind(session.school_id)
         .bind(session.id)
@@ -140,6 +145,6 @@ pub async fn done(writer: &mut SqliteConnection, session: SessionKey) -> Result<
 ///
 /// # Errors
 /// When the database fails.
-pub async fn count(executor: impl SqliteExecutor<'_>) -> Result<i64> {
+pub async fn count_jobs(executor: impl SqliteExecutor<'_>) -> Result<i64> {
     sqlx::query_scalar("SELECT count(*) FROM jobs").fetch_one(executor).await
 }

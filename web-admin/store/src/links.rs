@@ -24,7 +24,7 @@ pub struct NewRecordingLink<'a> {
 ///
 /// # Errors
 /// When attempt or person are of another school, or the database fails.
-pub async fn add(writer: &mut SqliteConnection, link: NewRecordingLink<'_>, now: Moment) -> Result<()> {
+pub async fn add_recording_link(writer: &mut SqliteConnection, link: NewRecordingLink<'_>, now: Moment) -> Result<()> {
     sqlx::query("DELETE FROM recording_links WHERE expires_at <= $1").bind(now).execute(&mut *writer).await?;
     sqlx::query(
         "INSERT INTO recording_links (token_sha256, school_id, session_id, made_by, expires_at)
@@ -44,7 +44,7 @@ pub async fn add(writer: &mut SqliteConnection, link: NewRecordingLink<'_>, now:
 ///
 /// # Errors
 /// When the database fails.
-pub async fn session(
+pub async fn find_linked_session(
     executor: impl SqliteExecutor<'_>,
     token_sha256: &[u8; 32],
     now: Moment,

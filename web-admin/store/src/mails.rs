@@ -25,7 +25,7 @@ pub struct NewMail {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn queue(writer: &mut SqliteConnection, mail: NewMail, now: Moment) -> Result<()> {
+pub async fn queue_mail(writer: &mut SqliteConnection, mail: NewMail, now: Moment) -> Result<()> {
     sqlx::query(
         "INSERT INTO mails (id, school_id, person_id, kind, assignment_id, next_run_at)
          SELECT $1, $2, $3, $4, $5, $6
@@ -47,7 +47,7 @@ pub async fn queue(writer: &mut SqliteConnection, mail: NewMail, now: Moment) ->
 ///
 /// # Errors
 /// When the database fails.
-pub async fn due(executor: impl SqliteExecutor<'_>, now: Moment, limit: u32) -> Result<Vec<Mail>> {
+pub async fn list_due_mails(executor: impl SqliteExecutor<'_>, now: Moment, limit: u32) -> Result<Vec<Mail>> {
     sqlx::query_as(
         "SELECT m.id, m.school_id, m.person_id, m.kind, m.assignment_id, m.tries, p.display_name AS name, p.email,
            s.name AS school, s.time_zone, p.language, p.disabled_at IS NULL AS enabled
@@ -64,7 +64,7 @@ pub async fn due(executor: impl SqliteExecutor<'_>, now: Moment, limit: u32) -> 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn sent(writer: &mut SqliteConnection, id: Uuid, now: Moment) -> Result<()> {
+pub async fn mark_mail_sent(writer: &mut SqliteConnection, id: Uuid, now: Moment) -> Result<()> {
     sqlx::query("UPDATE mails SET sent_at = $2, next_run_at = NULL, error = NULL WHERE id = $1")
         .bind(id)
         .bind(now)
@@ -77,7 +77,12 @@ pub async fn sent(writer: &mut SqliteConnection, id: Uuid, now: Moment) -> Resul
 ///
 /// # Errors
 /// When the database fails.
-pub async fn failed(writer: &mut SqliteConnection, id: Uuid, error: &str, again: Option<Moment>) -> Result<()> {
+pub async fn mark_mail_failed(
+    writer: &mut SqliteConnection,
+    id: Uuid,
+    error: &str,
+    again: Option<Moment>,
+) -> Result<()> {
     sqlx::query("UPDATE mails SET tries = tries + 1, error = $2, next_run_at = $3 WHERE id = $1")
         .bind(id)
         .bind(error)
@@ -91,7 +96,7 @@ pub async fn failed(writer: &mut SqliteConnection, id: Uuid, error: &str, again:
 ///
 /// # Errors
 /// When the database fails.
-pub async fn withdraw(writer: &mut SqliteConnection, id: Uuid) -> Result<()> {
+pub async fn withdraw_mail(writer: &mut SqliteConnection, id: Uuid) -> Result<()> {
     sqlx::query("DELETE FROM mails WHERE id = $1").bind(id).execute(writer).await.map(drop)
 }
 
@@ -110,7 +115,11 @@ pub struct MailDelivery {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn latest(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid) -> Result<Option<MailDelivery>> {
+pub async fn find_latest_mail(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    person: Uuid,
+) -> Result<Option<MailDelivery>> {
     sqlx::query_as(
         "SELECT kind, sent_at, error FROM mails WHERE school_id = $1 AND person_id = $2 AND kind IN ('invitation', 'reset')
          ORDER BY id DESC LIMIT 1",

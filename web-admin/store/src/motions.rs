@@ -10,7 +10,7 @@ use model::{SessionKey, Uncounted};
 ///
 /// # Errors
 /// When the database fails.
-pub async fn unhashed(executor: impl SqliteExecutor<'_>) -> Result<Option<Session>> {
+pub async fn list_unhashed_motions(executor: impl SqliteExecutor<'_>) -> Result<Option<Session>> {
     sqlx::query_as(
         "SELECT s.* FROM (SELECT school_id, session_id FROM unhashed_motions ORDER BY rowid LIMIT 1) u
          CROSS JOIN sessions s ON s.school_id = u.school_id AND s.id = u.session_id",
@@ -23,7 +23,7 @@ pub async fn unhashed(executor: impl SqliteExecutor<'_>) -> Result<Option<Sessio
 ///
 /// # Errors
 /// When the database fails.
-pub async fn done(writer: &mut SqliteConnection, session: SessionKey) -> Result<()> {
+pub async fn mark_motions_done(writer: &mut SqliteConnection, session: SessionKey) -> Result<()> {
     sqlx::query("DELETE FROM unhashed_motions WHERE school_id = $1 AND session_id = $2")
         .bind(session.school_id)
         .bind(session.id)
@@ -36,7 +36,7 @@ pub async fn done(writer: &mut SqliteConnection, session: SessionKey) -> Result<
 ///
 /// # Errors
 /// When the database fails, or another attempt of this motion counts as this one does.
-pub async fn set(writer: &mut SqliteConnection, session: SessionKey, motion_sha256: &str) -> Result<()> {
+pub async fn set_motion(writer: &mut SqliteConnection, session: SessionKey, motion_sha256: &str) -> Result<()> {
     sqlx::query("UPDATE sessions SET motion_sha256 = $3 WHERE school_id = $1 AND id = $2")
         .bind(session.school_id)
         .bind(session.id)
@@ -50,7 +50,11 @@ pub async fn set(writer: &mut SqliteConnection, session: SessionKey, motion_sha2
 ///
 /// # Errors
 /// When the database fails.
-pub async fn came_before(executor: impl SqliteExecutor<'_>, session: SessionKey, other: SessionKey) -> Result<bool> {
+pub async fn find_earlier_motion(
+    executor: impl SqliteExecutor<'_>,
+    session: SessionKey,
+    other: SessionKey,
+) -> Result<bool> {
     sqlx::query_scalar(
         "SELECT (SELECT rowid FROM sessions WHERE school_id = $1 AND id = $2)
            < (SELECT rowid FROM sessions WHERE school_id = $3 AND id = $4)",

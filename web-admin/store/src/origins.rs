@@ -9,7 +9,7 @@ use super::Result;
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of_school(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<String>> {
+pub async fn list_school_origins(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<String>> {
     sqlx::query_scalar("SELECT origin FROM school_origins WHERE school_id = $1 ORDER BY origin")
         .bind(school)
         .fetch_all(executor)
@@ -20,7 +20,7 @@ pub async fn of_school(executor: impl SqliteExecutor<'_>, school: Uuid) -> Resul
 ///
 /// # Errors
 /// When the database fails.
-pub async fn is_allowed(executor: impl SqliteExecutor<'_>, origin: &str) -> Result<bool> {
+pub async fn is_origin_allowed(executor: impl SqliteExecutor<'_>, origin: &str) -> Result<bool> {
     sqlx::query_scalar("SELECT EXISTS (SELECT 1 FROM school_origins WHERE origin = $1)")
         .bind(origin)
         .fetch_one(executor)
@@ -31,7 +31,7 @@ pub async fn is_allowed(executor: impl SqliteExecutor<'_>, origin: &str) -> Resu
 ///
 /// # Errors
 /// When the database fails.
-pub async fn replace(writer: &mut SqliteConnection, school: Uuid, origins: &[String]) -> Result<()> {
+pub async fn replace_origins(writer: &mut SqliteConnection, school: Uuid, origins: &[String]) -> Result<()> {
     sqlx::query("DELETE FROM school_origins WHERE school_id = $1").bind(school).execute(&mut *writer).await?;
     for origin in origins {
         sqlx::query("INSERT INTO school_origins (school_id, origin) VALUES ($1, $2) ON CONFLICT DO NOTHING")

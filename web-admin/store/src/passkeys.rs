@@ -51,7 +51,7 @@ pub struct PasskeySignature<'a> {
 ///
 /// # Errors
 /// When the database fails, or holds a key that cannot be read.
-pub async fn of_person(executor: impl SqliteExecutor<'_>, key: PersonKey) -> Result<Vec<KeptPasskey>> {
+pub async fn list_passkeys(executor: impl SqliteExecutor<'_>, key: PersonKey) -> Result<Vec<KeptPasskey>> {
     sqlx::query_as(
         "SELECT id, name, public_key, made_at, last_used_at FROM passkeys
          WHERE person_id = $1 AND school_id = $2 ORDER BY made_at, id",
@@ -66,7 +66,7 @@ pub async fn of_person(executor: impl SqliteExecutor<'_>, key: PersonKey) -> Res
 ///
 /// # Errors
 /// When the database fails, or holds a key that cannot be read.
-pub async fn find(executor: impl SqliteExecutor<'_>, key: PersonKey, id: Uuid) -> Result<Option<KeptPasskey>> {
+pub async fn find_passkey(executor: impl SqliteExecutor<'_>, key: PersonKey, id: Uuid) -> Result<Option<KeptPasskey>> {
     sqlx::query_as(
         "SELECT id, name, public_key, made_at, last_used_at FROM passkeys
          WHERE id = $3 AND person_id = $1 AND school_id = $2",
@@ -82,7 +82,7 @@ pub async fn find(executor: impl SqliteExecutor<'_>, key: PersonKey, id: Uuid) -
 ///
 /// # Errors
 /// When the database fails.
-pub async fn add(writer: &mut SqliteConnection, key: PersonKey, new: NewPasskey<'_>) -> Result<bool> {
+pub async fn add_passkey(writer: &mut SqliteConnection, key: PersonKey, new: NewPasskey<'_>) -> Result<bool> {
     sqlx::query(
         "INSERT INTO passkeys (id, school_id, person_id, name, credential_id, public_key, sign_count, made_at)
          VALUES ($1, $2, $3, $4, $5, $6, 0, $7) ON CONFLICT (credential_id) DO NOTHING",
@@ -103,7 +103,7 @@ pub async fn add(writer: &mut SqliteConnection, key: PersonKey, new: NewPasskey<
 ///
 /// # Errors
 /// When the database fails.
-pub async fn rename(writer: &mut SqliteConnection, key: PersonKey, id: Uuid, name: &str) -> Result<bool> {
+pub async fn rename_passkey(writer: &mut SqliteConnection, key: PersonKey, id: Uuid, name: &str) -> Result<bool> {
     sqlx::query("UPDATE passkeys SET name = $4 WHERE id = $3 AND person_id = $1 AND school_id = $2")
         .bind(key.person_id)
         .bind(key.school_id)
@@ -118,7 +118,7 @@ pub async fn rename(writer: &mut SqliteConnection, key: PersonKey, id: Uuid, nam
 ///
 /// # Errors
 /// When the database fails.
-pub async fn remove(writer: &mut SqliteConnection, key: PersonKey, id: Uuid) -> Result<bool> {
+pub async fn remove_passkey(writer: &mut SqliteConnection, key: PersonKey, id: Uuid) -> Result<bool> {
     sqlx::query("DELETE FROM passkeys WHERE id = $3 AND person_id = $1 AND school_id = $2")
         .bind(key.person_id)
         .bind(key.school_id)
@@ -133,7 +133,7 @@ pub async fn remove(writer: &mut SqliteConnection, key: PersonKey, id: Uuid) -> 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn take(
+pub async fn take_signature(
     writer: &mut SqliteConnection,
     key: PersonKey,
     id: Uuid,

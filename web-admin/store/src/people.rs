@@ -5,7 +5,7 @@ use uuid::Uuid;
 
 use super::Result;
 use super::account_links;
-use super::directory::search;
+use super::directory::search_people;
 use model::{CurrentPerson, Moment, PersonKey, Role, new_id};
 use words::Language;
 
@@ -80,7 +80,7 @@ pub struct Credentials {
 ///
 /// # Errors
 /// When the address is taken, or the database fails.
-pub async fn add(writer: &mut SqliteConnection, person: &NewPerson<'_>, now: Moment) -> Result<Person> {
+pub async fn add_person(writer: &mut SqliteConnection, person: &NewPerson<'_>, now: Moment) -> Result<Person> {
     let id = new_id(now);
     // The last 48 bits of a UUIDv7 are random: the pseudonym tells neither the name nor the order of enrolment.
     let pseudonym = format!("p-{}", &id.simple().to_string()[20..]);
@@ -97,7 +97,7 @@ pub async fn add(writer: &mut SqliteConnection, person: &NewPerson<'_>, now: Mom
     .bind(pseudonym)
     .bind(person.password_hash)
     .bind(now)
-    .bind(search(person.display_name, person.email))
+    .bind(search_people(person.display_name, person.email))
     .fetch_one(writer)
     .await
 }
@@ -106,7 +106,7 @@ pub async fn add(writer: &mut SqliteConnection, person: &NewPerson<'_>, now: Mom
 ///
 /// # Errors
 /// When the database fails.
-pub async fn count(executor: impl SqliteExecutor<'_>) -> Result<i64> {
+pub async fn count_people(executor: impl SqliteExecutor<'_>) -> Result<i64> {
     sqlx::query_scalar("SELECT count(*) FROM people").fetch_one(executor).await
 }
 
@@ -114,7 +114,7 @@ pub async fn count(executor: impl SqliteExecutor<'_>) -> Result<i64> {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn by_id(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Person>> {
+pub async fn find_person(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Person>> {
     sqlx::query_as(
         "SELECT id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at, language
          FROM people WHERE id = $1",
@@ -128,7 +128,7 @@ pub async fn by_id(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option
 ///
 /// # Errors
 /// When the database fails.
-pub async fn by_email(executor: impl SqliteExecutor<'_>, email: &str) -> Result<Option<Person>> {
+pub async fn find_person_by_email(executor: impl SqliteExecutor<'_>, email: &str) -> Result<Option<Person>> {
     sqlx::query_as(
         "SELECT id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at, language
          FROM people WHERE email = $1",
@@ -157,7 +157,7 @@ pub async fn by_pseudonym(executor: impl SqliteExecutor<'_>, school: Uuid, name:
 ///
 /// # Errors
 /// When the database fails.
-pub async fn credentials(executor: impl SqliteExecutor<'_>, email: &str) -> Result<Option<Credentials>> {
+pub async fn find_credentials(executor: impl SqliteExecutor<'_>, email: &str) -> Result<Option<Credentials>> {
     sqlx::query_as(
         "SELECT id, nullif(password_hash, '') AS password_hash, credential_version, disabled_at,
            password_initial_until AS initial_until
@@ -173,7 +173,7 @@ pub async fn credentials(executor: impl SqliteExecutor<'_>, email: &str) -> Resu
 /// # Errors
 /// When the database fails.
 pub async fn set_password(writer: &mut SqliteConnection, person: Uuid, password_hash: &str) -> Result<bool> {
-    account_links::end_all(writer, person).await?;
+    account_links::end_account_links(writer, person).await?;
     sqlx::query(
         "UPDATE people SET password_hash = $2, credential_version = credential_version + 1, password_initial_until = NULL
          WHERE id = $1",
@@ -202,7 +202,7 @@ pub async fn make_initial(writer: &mut SqliteConnection, person: Uuid, until: Mo
 ///
 /// # Errors
 /// When the database fails.
-pub async fn language(
+pub async fn find_language(
     executor: impl SqliteExecutor<'_>,
     PersonKey { school_id: school, person_id: person }: PersonKey,
 ) -> Result<Option<Language>> {
@@ -249,8 +249,8 @@ pub async fn end_sign_ins(writer: &mut SqliteConnection, person: Uuid) -> Result
 ///
 /// # Errors
 /// When the database fails.
-pub async fn disable(writer: &mut SqliteConnection, person: Uuid, now: Moment) -> Result<bool> {
-    account_links::end_all(writer, person).await?;
+pub async fn disable_person(writer: &mut SqliteConnection, person: Uuid, now: Moment) -> Result<bool> {
+    account_links::end_account_links(writer, person).await?;
     sqlx::query(
         "UPDATE people SET disabled_at = $2, credential_version = credential_version + 1
          WHERE id = $1 AND disabled_at IS NULL",

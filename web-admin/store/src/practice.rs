@@ -1,6 +1,6 @@
 //! What trainees have practised, summed up: a row for each trainee and exercise. Sums by month are [`super::tallies`].
 //!
-//! [`refresh`] belongs into every transaction that changes which score counts: scoring, re-grading, an override.
+//! [`refresh_practice`] belongs into every transaction that changes which score counts: scoring, re-grading, an override.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -53,7 +53,7 @@ impl PracticeRow {
 /// Scored attempts by the trainee who made them, those at one exercise in order of time.
 pub type ByTrainee = BTreeMap<Uuid, Vec<ScoredAttempt>>;
 
-fn by_trainee(rows: Vec<PracticeRow>) -> ByTrainee {
+fn list_practice_by_trainee(rows: Vec<PracticeRow>) -> ByTrainee {
     let mut attempts = ByTrainee::new();
     for row in rows {
         attempts.entry(row.trainee_id).or_default().extend(row.attempts());
@@ -85,7 +85,7 @@ struct ChangedScore {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn refresh(writer: &mut SqliteConnection, session: SessionKey) -> Result<()> {
+pub async fn refresh_practice(writer: &mut SqliteConnection, session: SessionKey) -> Result<()> {
     let changed: ChangedScore =
         sqlx::query_as("SELECT trainee_id, exercise_id, started_at FROM sessions WHERE school_id = $1 AND id = $2")
             .bind(session.school_id)
@@ -105,7 +105,7 @@ pub async fn refresh(writer: &mut SqliteConnection, session: SessionKey) -> Resu
         passes: after.passes - before.passes,
         points: after.points - before.points,
     };
-    tallies::add(
+    tallies::add_to_tally(
         writer,
         PersonKey { school_id: session.school_id, person_id: changed.trainee_id },
         changed.started_at,
@@ -171,7 +171,11 @@ async fn put(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of_trainee(executor: impl SqliteExecutor<'_>, school: Uuid, trainee: Uuid) -> Result<Vec<ScoredAttempt>> {
+pub async fn list_trainee_practice(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    trainee: Uuid,
+) -> Result<Vec<ScoredAttempt>> {
     let rows: Vec<PracticeRow> = sqlx::query_as(
         "SELECT trainee_id, exercise_id, history FROM practice WHERE school_id = $1 AND trainee_id = $2",
     )
@@ -188,12 +192,12 @@ pub async fn of_trainee(executor: impl SqliteExecutor<'_>, school: Uuid, trainee
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of_cohort(executor: impl SqliteExecutor<'_>, school: Uuid, cohort: Uuid) -> Result<ByTrainee> {
+pub async fn list_cohort_practice(executor: impl SqliteExecutor<'_>, school: Uuid, cohort: Uuid) -> Result<ByTrainee> {
     let rows = sqlx::query_as(practised!(
         "SELECT person_id FROM cohort_members WHERE school_id = $1 AND cohort_id = $2 AND role = 'trainee'",
         ""
     ));
-    Ok(by_trainee(rows.bind(school).bind(cohort).fetch_all(executor).await?))
+    Ok(list_practice_by_trainee(rows.bind(school).bind(cohort).fetch_all(executor).await?))
 }
 
 /// Every scored attempt of a cohort's trainees at an exercise.
@@ -210,7 +214,7 @@ pub async fn of_cohort_at(
         "SELECT person_id FROM cohort_members WHERE school_id = $1 AND cohort_id = $2 AND role = 'trainee'",
         "AND p.exercise_id = $3"
     ));
-    Ok(by_trainee(rows.bind(school).bind(cohort).bind(exercise).fetch_all(executor).await?))
+    Ok(list_practice_by_trainee(rows.bind(school).bind(cohort).bind(exercise).fetch_all(executor).await?))
 }
 
 /// Every scored attempt of those to whom something was assigned.
@@ -223,5 +227,5 @@ pub async fn of_assignment(executor: impl SqliteExecutor<'_>, school: Uuid, assi
          WHERE a.id = $2 UNION ALL SELECT person_id FROM assignments WHERE id = $2 AND person_id IS NOT NULL",
         ""
     ));
-    Ok(by_trainee(rows.bind(school).bind(assignment).fetch_all(executor).await?))
+    Ok(list_practice_by_trainee(rows.bind(school).bind(assignment).fetch_all(executor).await?))
 }

@@ -12,7 +12,7 @@ use model::{Needed, Proof, SessionKey};
 ///
 /// # Errors
 /// When there is no such attempt, or the database fails.
-pub async fn of(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Proof> {
+pub async fn find_proof(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Proof> {
     sqlx::query_as("SELECT signed, resimulated, supervised FROM proofs WHERE school_id = $1 AND session_id = $2")
         .bind(session.school_id)
         .bind(session.id)
@@ -31,7 +31,7 @@ struct Proved {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn enough(
+pub async fn list_proved_sessions(
     executor: impl SqliteExecutor<'_>,
     school: Uuid,
     trainee: Uuid,

@@ -12,7 +12,7 @@ use model::{Moment, PersonKey, Role, new_id};
 ///
 /// # Errors
 /// When there is no such school, or the database fails.
-pub async fn rule(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Settings> {
+pub async fn find_retention_rule(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Settings> {
     sqlx::query_as(
         "SELECT retention_months AS months, retention_warn_days AS warn_days, retention_texts AS texts,
            erase_recordings AS recordings FROM schools WHERE id = $1",
@@ -38,7 +38,7 @@ pub struct Settings {
 impl Settings {
     /// The rule, where there is one.
     #[must_use]
-    pub fn rule(&self) -> Option<RetentionRule> {
+    pub fn find_retention_rule(&self) -> Option<RetentionRule> {
         self.months.map(|months| RetentionRule { months, warn_days: self.warn_days })
     }
 }
@@ -47,7 +47,7 @@ impl Settings {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn set(writer: &mut SqliteConnection, school: Uuid, settings: Settings) -> Result<()> {
+pub async fn set_retention_rule(writer: &mut SqliteConnection, school: Uuid, settings: Settings) -> Result<()> {
     sqlx::query(
         "UPDATE schools SET retention_months = $2, retention_warn_days = $3, retention_texts = $4, erase_recordings = $5
          WHERE id = $1",
@@ -102,7 +102,7 @@ impl Idle {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn idle(executor: impl SqliteExecutor<'_>, school: Uuid, since: Moment) -> Result<Vec<Idle>> {
+pub async fn list_idle_people(executor: impl SqliteExecutor<'_>, school: Uuid, since: Moment) -> Result<Vec<Idle>> {
     sqlx::query_as(
         "WITH everybody AS (
            SELECT p.id, p.display_name AS name, p.email, p.role, p.pseudonym, p.held_at, w.warned_at, w.told_at, w.told_observed_s,
@@ -126,7 +126,7 @@ pub async fn idle(executor: impl SqliteExecutor<'_>, school: Uuid, since: Moment
 ///
 /// # Errors
 /// When they were warned before, or the database fails.
-pub async fn warn(writer: &mut SqliteConnection, school: Uuid, idle: &Idle, now: Moment) -> Result<()> {
+pub async fn warn_person(writer: &mut SqliteConnection, school: Uuid, idle: &Idle, now: Moment) -> Result<()> {
     sqlx::query(
         "INSERT INTO retention_warnings (id, school_id, person_id, active_at, warned_at, next_run_at)
          VALUES ($1, $2, $3, $4, $5, $5)",
@@ -153,7 +153,11 @@ pub async fn forget_warning(writer: &mut SqliteConnection, person: Uuid) -> Resu
 ///
 /// # Errors
 /// When the database fails.
-pub async fn due_letters(executor: impl SqliteExecutor<'_>, now: Moment, limit: u32) -> Result<Vec<RetentionLetter>> {
+pub async fn list_due_warnings(
+    executor: impl SqliteExecutor<'_>,
+    now: Moment,
+    limit: u32,
+) -> Result<Vec<RetentionLetter>> {
     sqlx::query_as(
         "SELECT w.id, w.tries, p.display_name AS name, p.email, s.name AS school, p.language, s.retention_months AS months,
            s.retention_warn_days AS warn_days
@@ -170,7 +174,7 @@ pub async fn due_letters(executor: impl SqliteExecutor<'_>, now: Moment, limit: 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn note_letter(
+pub async fn note_warning_letter(
     writer: &mut SqliteConnection,
     letter: Uuid,
     error: Option<&str>,
@@ -232,7 +236,7 @@ pub async fn note_look(writer: &mut SqliteConnection) -> Result<()> {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn held_at(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid) -> Result<Option<Moment>> {
+pub async fn find_hold_time(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid) -> Result<Option<Moment>> {
     let held: Option<Option<Moment>> =
         sqlx::query_scalar("SELECT held_at FROM people WHERE school_id = $1 AND id = $2")
             .bind(school)
@@ -246,7 +250,7 @@ pub async fn held_at(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uu
 ///
 /// # Errors
 /// When the database fails.
-pub async fn hold(
+pub async fn hold_person(
     writer: &mut SqliteConnection,
     PersonKey { school_id: school, person_id: person }: PersonKey,
     since: Option<Moment>,
@@ -267,7 +271,7 @@ pub async fn hold(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn held(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<(Uuid, String)>> {
+pub async fn list_held_people(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<(Uuid, String)>> {
     sqlx::query_as(
         "SELECT id, display_name FROM people WHERE school_id = $1 AND held_at > 0 AND erased_at IS NULL
          ORDER BY display_name",

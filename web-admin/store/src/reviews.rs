@@ -66,7 +66,10 @@ macro_rules! waiting {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn queue(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) -> Result<Vec<WaitingReview>> {
+pub async fn list_review_queue(
+    executor: impl SqliteExecutor<'_>,
+    viewer: &CurrentPerson,
+) -> Result<Vec<WaitingReview>> {
     let statement = match viewer.role {
         Role::Administrator => waiting!("sessions n WHERE true"),
         // A cross join keeps this order: from the few who are taught to their attempts, not through the whole queue.
@@ -82,7 +85,7 @@ pub async fn queue(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) ->
 ///
 /// # Errors
 /// When attempt or person are of another school, or the database fails.
-pub async fn mark(writer: &mut SqliteConnection, session: SessionKey, by: Uuid, now: Moment) -> Result<bool> {
+pub async fn mark_reviewed(writer: &mut SqliteConnection, session: SessionKey, by: Uuid, now: Moment) -> Result<bool> {
     sqlx::query(
         "INSERT INTO reviews (school_id, session_id, reviewed_by, reviewed_at) VALUES ($1, $2, $3, $4)
          ON CONFLICT (school_id, session_id) DO NOTHING",
@@ -100,7 +103,7 @@ pub async fn mark(writer: &mut SqliteConnection, session: SessionKey, by: Uuid, 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn unmark(writer: &mut SqliteConnection, session: SessionKey) -> Result<bool> {
+pub async fn unmark_reviewed(writer: &mut SqliteConnection, session: SessionKey) -> Result<bool> {
     sqlx::query("DELETE FROM reviews WHERE school_id = $1 AND session_id = $2")
         .bind(session.school_id)
         .bind(session.id)
@@ -113,7 +116,7 @@ pub async fn unmark(writer: &mut SqliteConnection, session: SessionKey) -> Resul
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Option<Review>> {
+pub async fn find_review(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Option<Review>> {
     sqlx::query_as(
         "SELECT p.display_name AS by, r.reviewed_at FROM reviews r
          JOIN people p ON p.school_id = r.school_id AND p.id = r.reviewed_by

@@ -42,7 +42,7 @@ pub struct NewRosterDraft<'a> {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn keep(writer: &mut SqliteConnection, draft: &NewRosterDraft<'_>, now: Moment) -> Result<Uuid> {
+pub async fn keep_roster(writer: &mut SqliteConnection, draft: &NewRosterDraft<'_>, now: Moment) -> Result<Uuid> {
     let id = new_id(now);
     sqlx::query(
         "INSERT INTO rosters (id, school_id, made_by, file_name, body, wanted, made_at)
@@ -64,7 +64,7 @@ pub async fn keep(writer: &mut SqliteConnection, draft: &NewRosterDraft<'_>, now
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<RosterDraft>> {
+pub async fn find_roster(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<RosterDraft>> {
     sqlx::query_as("SELECT file_name, body, wanted, made_at FROM rosters WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -76,7 +76,7 @@ pub async fn find(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn discard(writer: &mut SqliteConnection, school: Uuid, id: Uuid) -> Result<bool> {
+pub async fn discard_roster(writer: &mut SqliteConnection, school: Uuid, id: Uuid) -> Result<bool> {
     sqlx::query("DELETE FROM rosters WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -118,7 +118,11 @@ pub struct About<'a> {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn known(connection: &mut SqliteConnection, school: Uuid, about: &About<'_>) -> Result<Vec<SchoolPerson>> {
+pub async fn list_known_people(
+    connection: &mut SqliteConnection,
+    school: Uuid,
+    about: &About<'_>,
+) -> Result<Vec<SchoolPerson>> {
     let rows: Vec<KnownRow> = sqlx::query_as(
         "SELECT p.id, p.registrar_id, p.email, p.display_name, p.role, p.disabled_at IS NULL AS enabled
          FROM (SELECT e.id FROM json_each($2) asked CROSS JOIN people e ON e.email = asked.value
@@ -185,7 +189,12 @@ pub async fn taken_elsewhere(
 ///
 /// # Errors
 /// When the address or the number is taken, or the database fails.
-pub async fn enrol(writer: &mut SqliteConnection, school: Uuid, entry: &RosterEntry, now: Moment) -> Result<Uuid> {
+pub async fn enrol_person(
+    writer: &mut SqliteConnection,
+    school: Uuid,
+    entry: &RosterEntry,
+    now: Moment,
+) -> Result<Uuid> {
     let new = people::NewPerson {
         school_id: school,
         role: entry.role.unwrap_or(Role::Trainee),
@@ -193,11 +202,11 @@ pub async fn enrol(writer: &mut SqliteConnection, school: Uuid, entry: &RosterEn
         display_name: &entry.name,
         password_hash: "",
     };
-    let person = people::add(writer, &new, now).await?;
+    let person = people::add_person(writer, &new, now).await?;
     if let Some(number) = &entry.registrar_id {
         let details =
             directory::Details { name: &entry.name, email: &entry.email, registrar_id: Some(number.as_str()) };
-        directory::change(writer, school, person.id, details).await?;
+        directory::change_details(writer, school, person.id, details).await?;
     }
     Ok(person.id)
 }

@@ -19,7 +19,7 @@ pub struct School {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn all(executor: impl SqliteExecutor<'_>) -> Result<Vec<School>> {
+pub async fn list_schools(executor: impl SqliteExecutor<'_>) -> Result<Vec<School>> {
     sqlx::query_as("SELECT id, name FROM schools ORDER BY name").fetch_all(executor).await
 }
 
@@ -27,7 +27,7 @@ pub async fn all(executor: impl SqliteExecutor<'_>) -> Result<Vec<School>> {
 ///
 /// # Errors
 /// When there is none, or the database fails.
-pub async fn name(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<String> {
+pub async fn find_school_name(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<String> {
     sqlx::query_scalar("SELECT name FROM schools WHERE id = $1").bind(id).fetch_one(executor).await
 }
 
@@ -35,7 +35,7 @@ pub async fn name(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<String>
 ///
 /// # Errors
 /// When there is none, or the database fails.
-pub async fn time_zone(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<String> {
+pub async fn find_time_zone(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<String> {
     sqlx::query_scalar("SELECT time_zone FROM schools WHERE id = $1").bind(id).fetch_one(executor).await
 }
 
@@ -96,6 +96,6 @@ pub async fn find_or_create(writer: &mut SqliteConnection, name: &str, now: Mome
 ///
 /// # Errors
 /// When the database fails.
-pub async fn are_several(executor: impl SqliteExecutor<'_>) -> Result<bool> {
+pub async fn are_schools_several(executor: impl SqliteExecutor<'_>) -> Result<bool> {
     sqlx::query_scalar("SELECT count(*) > 1 FROM (SELECT 1 FROM schools LIMIT 2)").fetch_one(executor).await
 }

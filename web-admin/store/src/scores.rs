@@ -72,7 +72,7 @@ const fn direction_word(direction: Direction) -> &'static str {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn add(
+pub async fn add_score(
     writer: &mut SqliteConnection,
     session: SessionKey,
     assessment: &Assessment,
@@ -132,7 +132,7 @@ async fn insert_metric(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn all(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Vec<Score>> {
+pub async fn list_scores(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Vec<Score>> {
     sqlx::query_as(
         "SELECT id, score, passed, rubric_id, rubric_sha256, deductions, hard_fails, simulator_version, computed_at
          FROM scores WHERE school_id = $1 AND session_id = $2 ORDER BY rowid",
@@ -147,7 +147,7 @@ pub async fn all(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Resu
 ///
 /// # Errors
 /// When the database fails.
-pub async fn added(executor: impl SqliteExecutor<'_>) -> Result<BTreeMap<Uuid, Vec<f64>>> {
+pub async fn count_added_scores(executor: impl SqliteExecutor<'_>) -> Result<BTreeMap<Uuid, Vec<f64>>> {
     let rows: Vec<(Uuid, f64)> =
         sqlx::query_as("SELECT session_id, score FROM scores ORDER BY rowid").fetch_all(executor).await?;
     let mut added: BTreeMap<Uuid, Vec<f64>> = BTreeMap::new();
@@ -157,11 +157,11 @@ pub async fn added(executor: impl SqliteExecutor<'_>) -> Result<BTreeMap<Uuid, V
     Ok(added)
 }
 
-/// The score that was added last, as the grade names it. Whether it counts is said by [`super::grades::of`].
+/// The score that was added last, as the grade names it. Whether it counts is said by [`super::grades::find_grade`].
 ///
 /// # Errors
 /// When the database fails.
-pub async fn newest(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Option<Score>> {
+pub async fn find_newest_score(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Option<Score>> {
     sqlx::query_as(
         "SELECT id, score, passed, rubric_id, rubric_sha256, deductions, hard_fails, simulator_version, computed_at
          FROM scores WHERE id = (SELECT score_id FROM grades WHERE school_id = $1 AND session_id = $2)",
@@ -176,7 +176,7 @@ pub async fn newest(executor: impl SqliteExecutor<'_>, session: SessionKey) -> R
 ///
 /// # Errors
 /// When the database fails.
-pub async fn metrics(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Vec<Metric>> {
+pub async fn list_score_metrics(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Vec<Metric>> {
     let rows: Vec<MetricRow> = sqlx::query_as(
         "SELECT id, version, value, unit, direction, applies, label, absent FROM metrics
          WHERE school_id = $1 AND session_id = $2 ORDER BY position, version",
@@ -266,7 +266,7 @@ pub async fn put_curve(writer: &mut SqliteConnection, session: SessionKey, curve
 ///
 /// # Errors
 /// When the database fails.
-pub async fn curve(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Option<AttemptCurve>> {
+pub async fn find_curve(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Option<AttemptCurve>> {
     let body: Option<Json<AttemptCurve>> =
         sqlx::query_scalar("SELECT body FROM session_curves WHERE school_id = $1 AND session_id = $2")
             .bind(session.school_id)

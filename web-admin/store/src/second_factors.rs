@@ -19,7 +19,7 @@ pub struct SecondFactor {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find(executor: impl SqliteExecutor<'_>, key: PersonKey) -> Result<Option<SecondFactor>> {
+pub async fn find_second_factor(executor: impl SqliteExecutor<'_>, key: PersonKey) -> Result<Option<SecondFactor>> {
     sqlx::query_as("SELECT sealed_secret, confirmed_at FROM second_factors WHERE person_id = $1 AND school_id = $2")
         .bind(key.person_id)
         .bind(key.school_id)
@@ -31,7 +31,7 @@ pub async fn find(executor: impl SqliteExecutor<'_>, key: PersonKey) -> Result<O
 ///
 /// # Errors
 /// When the database fails.
-pub async fn is_on(executor: impl SqliteExecutor<'_>, key: PersonKey) -> Result<bool> {
+pub async fn is_second_factor_on(executor: impl SqliteExecutor<'_>, key: PersonKey) -> Result<bool> {
     sqlx::query_scalar(
         "SELECT EXISTS (SELECT 1 FROM second_factors WHERE person_id = $1 AND school_id = $2 AND confirmed_at IS NOT NULL)
              OR EXISTS (SELECT 1 FROM passkeys WHERE person_id = $1 AND school_id = $2)",
@@ -46,7 +46,7 @@ pub async fn is_on(executor: impl SqliteExecutor<'_>, key: PersonKey) -> Result<
 ///
 /// # Errors
 /// When the database fails.
-pub async fn is_owed(executor: impl SqliteExecutor<'_>, key: PersonKey) -> Result<bool> {
+pub async fn is_second_factor_owed(executor: impl SqliteExecutor<'_>, key: PersonKey) -> Result<bool> {
     sqlx::query_scalar(
         "SELECT EXISTS (SELECT 1 FROM people p JOIN schools s ON s.id = p.school_id
                         WHERE p.id = $1 AND p.school_id = $2 AND (s.second_factor_of = 'everybody' OR s.second_factor_of = 'teachers' AND p.role <> 'trainee'))
@@ -63,7 +63,12 @@ pub async fn is_owed(executor: impl SqliteExecutor<'_>, key: PersonKey) -> Resul
 ///
 /// # Errors
 /// When the database fails.
-pub async fn offer(writer: &mut SqliteConnection, key: PersonKey, sealed_secret: &[u8], now: Moment) -> Result<bool> {
+pub async fn offer_second_factor(
+    writer: &mut SqliteConnection,
+    key: PersonKey,
+    sealed_secret: &[u8],
+    now: Moment,
+) -> Result<bool> {
     sqlx::query(
         "INSERT INTO second_factors (person_id, school_id, sealed_secret, made_at) VALUES ($1, $2, $3, $4)
          ON CONFLICT (person_id) DO UPDATE SET sealed_secret = excluded.sealed_secret, made_at = excluded.made_at
@@ -82,7 +87,12 @@ pub async fn offer(writer: &mut SqliteConnection, key: PersonKey, sealed_secret:
 ///
 /// # Errors
 /// When the database fails.
-pub async fn confirm(writer: &mut SqliteConnection, key: PersonKey, step: i64, now: Moment) -> Result<bool> {
+pub async fn confirm_second_factor(
+    writer: &mut SqliteConnection,
+    key: PersonKey,
+    step: i64,
+    now: Moment,
+) -> Result<bool> {
     sqlx::query(
         "UPDATE second_factors SET confirmed_at = $3, last_step = $4
          WHERE person_id = $1 AND school_id = $2 AND confirmed_at IS NULL",
@@ -130,8 +140,8 @@ pub async fn remove_app(writer: &mut SqliteConnection, key: PersonKey) -> Result
 ///
 /// # Errors
 /// When the database fails.
-pub async fn remove(writer: &mut SqliteConnection, key: PersonKey) -> Result<bool> {
-    let was_on = is_on(&mut *writer, key).await?;
+pub async fn remove_second_factor(writer: &mut SqliteConnection, key: PersonKey) -> Result<bool> {
+    let was_on = is_second_factor_on(&mut *writer, key).await?;
     for statement in [
         "DELETE FROM recovery_codes WHERE person_id = $1 AND school_id = $2",
         "DELETE FROM second_factors WHERE person_id = $1 AND school_id = $2",
@@ -193,7 +203,7 @@ pub async fn recovery_codes_left(executor: impl SqliteExecutor<'_>, key: PersonK
 ///
 /// # Errors
 /// When there is no such school, or the database fails.
-pub async fn rule(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<FactorRule> {
+pub async fn find_factor_rule(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<FactorRule> {
     sqlx::query_scalar("SELECT second_factor_of FROM schools WHERE id = $1").bind(school).fetch_one(executor).await
 }
 
@@ -201,7 +211,7 @@ pub async fn rule(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Fac
 ///
 /// # Errors
 /// When the database fails.
-pub async fn set_rule(writer: &mut SqliteConnection, school: Uuid, rule: FactorRule) -> Result<()> {
+pub async fn set_factor_rule(writer: &mut SqliteConnection, school: Uuid, rule: FactorRule) -> Result<()> {
     sqlx::query("UPDATE schools SET second_factor_of = $2 WHERE id = $1")
         .bind(school)
         .bind(rule)

@@ -79,7 +79,12 @@ pub struct Marks {
 ///
 /// # Errors
 /// When an attempt or the cohort is not of the school, or the database fails.
-pub async fn add(writer: &mut SqliteConnection, by: &CurrentPerson, new: &NewTask, now: Moment) -> Result<Uuid> {
+pub async fn add_segment_task(
+    writer: &mut SqliteConnection,
+    by: &CurrentPerson,
+    new: &NewTask,
+    now: Moment,
+) -> Result<Uuid> {
     let task: Uuid = sqlx::query_scalar(
         "INSERT INTO segment_tasks (id, school_id, title, cohort_id, due_local, time_zone, due_at, made_by, made_at)
          VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9) RETURNING id",
@@ -115,7 +120,7 @@ pub async fn add(writer: &mut SqliteConnection, by: &CurrentPerson, new: &NewTas
 ///
 /// # Errors
 /// When the database fails.
-pub async fn managed(
+pub async fn list_managed_tasks(
     executor: impl SqliteExecutor<'_>,
     by: &CurrentPerson,
     only: Option<Uuid>,
@@ -141,7 +146,11 @@ pub async fn managed(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of_trainee(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid) -> Result<Vec<SegmentTask>> {
+pub async fn list_trainee_tasks(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    person: Uuid,
+) -> Result<Vec<SegmentTask>> {
     sqlx::query_as(
         "SELECT k.id, k.title, k.cohort_id, c.name AS cohort, k.due_local, coalesce(x.due_at, k.due_at) AS due_at,
            coalesce(x.days, 0) AS extended_days, k.time_zone, count(*) AS traces, count(a.sent_at) AS sent
@@ -165,7 +174,7 @@ pub async fn of_trainee(executor: impl SqliteExecutor<'_>, school: Uuid, person:
 ///
 /// # Errors
 /// When the database fails.
-pub async fn traces(executor: impl SqliteExecutor<'_>, school: Uuid, task: Uuid) -> Result<Vec<Trace>> {
+pub async fn list_traces(executor: impl SqliteExecutor<'_>, school: Uuid, task: Uuid) -> Result<Vec<Trace>> {
     sqlx::query_as(
         "SELECT r.id, r.task_id, r.session_id, s.trainee_id, r.position FROM segment_traces r
          JOIN sessions s ON s.school_id = r.school_id AND s.id = r.session_id
@@ -181,7 +190,7 @@ pub async fn traces(executor: impl SqliteExecutor<'_>, school: Uuid, task: Uuid)
 ///
 /// # Errors
 /// When the database fails.
-pub async fn trace(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Trace>> {
+pub async fn find_trace(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Trace>> {
     sqlx::query_as(
         "SELECT r.id, r.task_id, r.session_id, s.trainee_id, r.position FROM segment_traces r
          JOIN sessions s ON s.school_id = r.school_id AND s.id = r.session_id
@@ -197,7 +206,7 @@ pub async fn trace(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) ->
 ///
 /// # Errors
 /// When the database fails.
-pub async fn marks(executor: impl SqliteExecutor<'_>, school: Uuid, task: Uuid) -> Result<Vec<Marks>> {
+pub async fn find_marks(executor: impl SqliteExecutor<'_>, school: Uuid, task: Uuid) -> Result<Vec<Marks>> {
     sqlx::query_as(
         "SELECT a.person_id, a.trace_id, a.marks, a.sent_at FROM segment_traces r
          JOIN segment_marks a ON a.trace_id = r.id
@@ -213,7 +222,7 @@ pub async fn marks(executor: impl SqliteExecutor<'_>, school: Uuid, task: Uuid) 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn marks_of(executor: impl SqliteExecutor<'_>, trace: Uuid, person: Uuid) -> Result<Option<Marks>> {
+pub async fn list_marks_of(executor: impl SqliteExecutor<'_>, trace: Uuid, person: Uuid) -> Result<Option<Marks>> {
     sqlx::query_as(
         "SELECT person_id, trace_id, marks, sent_at FROM segment_marks WHERE trace_id = $1 AND person_id = $2",
     )
@@ -227,7 +236,7 @@ pub async fn marks_of(executor: impl SqliteExecutor<'_>, trace: Uuid, person: Uu
 ///
 /// # Errors
 /// When the database fails.
-pub async fn put(writer: &mut SqliteConnection, school: Uuid, new: &Marks) -> Result<bool> {
+pub async fn put_marks(writer: &mut SqliteConnection, school: Uuid, new: &Marks) -> Result<bool> {
     sqlx::query(
         "INSERT INTO segment_marks (school_id, trace_id, person_id, marks, sent_at) VALUES ($1, $2, $3, $4, $5)
          ON CONFLICT (trace_id, person_id) DO UPDATE SET marks = excluded.marks, sent_at = excluded.sent_at
@@ -247,7 +256,7 @@ pub async fn put(writer: &mut SqliteConnection, school: Uuid, new: &Marks) -> Re
 ///
 /// # Errors
 /// When the database fails.
-pub async fn withdraw(writer: &mut SqliteConnection, school: Uuid, id: Uuid, now: Moment) -> Result<()> {
+pub async fn withdraw_task(writer: &mut SqliteConnection, school: Uuid, id: Uuid, now: Moment) -> Result<()> {
     sqlx::query("UPDATE segment_tasks SET withdrawn_at = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)

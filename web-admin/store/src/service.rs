@@ -44,7 +44,7 @@ pub struct Totals {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn totals(executor: impl SqliteExecutor<'_>) -> Result<Totals> {
+pub async fn count_totals(executor: impl SqliteExecutor<'_>) -> Result<Totals> {
     sqlx::query_as(
         "SELECT (SELECT count(*) FROM people WHERE role = 'trainee' AND disabled_at IS NULL) AS trainees,
            (SELECT count(*) FROM people WHERE role = 'instructor' AND disabled_at IS NULL) AS instructors,
@@ -98,7 +98,12 @@ pub struct SchoolAct {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn acts(executor: impl SqliteExecutor<'_>, school: Uuid, before: i64, limit: u32) -> Result<Vec<SchoolAct>> {
+pub async fn list_school_acts(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    before: i64,
+    limit: u32,
+) -> Result<Vec<SchoolAct>> {
     sqlx::query_as(
         "SELECT a.seq, a.at, coalesce(p.display_name, a.actor) AS actor, a.action, a.object, a.details
          FROM audit_log a

@@ -152,7 +152,7 @@ pub struct RecordingFile {
 ///
 /// # Errors
 /// When the id is taken, or the database fails.
-pub async fn insert(writer: &mut SqliteConnection, session: &Session) -> Result<()> {
+pub async fn insert_session(writer: &mut SqliteConnection, session: &Session) -> Result<()> {
     sqlx::query(
         "INSERT INTO sessions (id, school_id, trainee_id, exercise_id, exercise_sha256, scene_sha256, revision_id,
          started_at, received_at, duration_s, complete, device, simulator_version, seed, state, recording_path,
@@ -191,7 +191,11 @@ pub async fn insert(writer: &mut SqliteConnection, session: &Session) -> Result<
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of_motion(executor: impl SqliteExecutor<'_>, school: Uuid, motion_sha256: &str) -> Result<Option<Uuid>> {
+pub async fn find_session_of_motion(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    motion_sha256: &str,
+) -> Result<Option<Uuid>> {
     sqlx::query_scalar("SELECT id FROM sessions WHERE school_id = $1 AND motion_sha256 = $2 AND uncounted IS NULL")
         .bind(school)
         .bind(motion_sha256)
@@ -203,7 +207,7 @@ pub async fn of_motion(executor: impl SqliteExecutor<'_>, school: Uuid, motion_s
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Session>> {
+pub async fn find_session(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Session>> {
     sqlx::query_as("SELECT * FROM sessions WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -216,7 +220,11 @@ pub async fn find(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn visible(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson, id: Uuid) -> Result<Option<Session>> {
+pub async fn find_visible_session(
+    executor: impl SqliteExecutor<'_>,
+    viewer: &CurrentPerson,
+    id: Uuid,
+) -> Result<Option<Session>> {
     sqlx::query_as(
         "SELECT * FROM sessions s WHERE s.school_id = $1 AND s.id = $2 AND (s.trainee_id = $3 OR $4 OR EXISTS (
            SELECT 1 FROM taught_trainees taught WHERE taught.teacher_id = $3 AND taught.trainee_id = s.trainee_id))",
@@ -301,7 +309,11 @@ pub async fn mark_refused(writer: &mut SqliteConnection, school: Uuid, id: Uuid,
 ///
 /// # Errors
 /// When the database fails.
-pub async fn scored_at(executor: impl SqliteExecutor<'_>, school: Uuid, exercise: &str) -> Result<Vec<Session>> {
+pub async fn list_scored_sessions(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    exercise: &str,
+) -> Result<Vec<Session>> {
     sqlx::query_as(
         "SELECT * FROM sessions WHERE school_id = $1 AND exercise_id = $2 AND state = 'scored' AND uncounted IS NULL
          ORDER BY started_at, id",
@@ -316,7 +328,7 @@ pub async fn scored_at(executor: impl SqliteExecutor<'_>, school: Uuid, exercise
 ///
 /// # Errors
 /// When the database fails.
-pub async fn recordings(executor: impl SqliteExecutor<'_>) -> Result<Vec<RecordingFile>> {
+pub async fn list_recordings(executor: impl SqliteExecutor<'_>) -> Result<Vec<RecordingFile>> {
     sqlx::query_as(
         "SELECT id, recording_path, recording_sha256, recording_size FROM sessions
          WHERE recording_erased_at IS NULL ORDER BY school_id, id",

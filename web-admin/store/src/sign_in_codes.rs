@@ -11,7 +11,7 @@ use model::{Moment, PersonKey};
 ///
 /// # Errors
 /// When the database fails.
-pub async fn put(
+pub async fn put_sign_in_code(
     writer: &mut SqliteConnection,
     PersonKey { school_id: school, person_id: person }: PersonKey,
     code_hash: &[u8; 32],
@@ -35,7 +35,11 @@ pub async fn put(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn holder(executor: impl SqliteExecutor<'_>, school: Uuid, code_hash: &[u8; 32]) -> Result<Option<Person>> {
+pub async fn find_code_holder(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    code_hash: &[u8; 32],
+) -> Result<Option<Person>> {
     sqlx::query_as(
         "SELECT p.id, p.school_id, p.role, p.email, p.display_name, p.pseudonym, p.credential_version, p.disabled_at,
            p.language
@@ -52,7 +56,7 @@ pub async fn holder(executor: impl SqliteExecutor<'_>, school: Uuid, code_hash: 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn made_at(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid) -> Result<Option<Moment>> {
+pub async fn find_code_time(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid) -> Result<Option<Moment>> {
     sqlx::query_scalar("SELECT made_at FROM sign_in_codes WHERE school_id = $1 AND person_id = $2")
         .bind(school)
         .bind(person)

@@ -20,7 +20,12 @@ pub struct Supervision {
 ///
 /// # Errors
 /// When they are of another school, or the database fails.
-pub async fn confirm(writer: &mut SqliteConnection, session: &Session, by: Uuid, now: Moment) -> Result<bool> {
+pub async fn confirm_supervision(
+    writer: &mut SqliteConnection,
+    session: &Session,
+    by: Uuid,
+    now: Moment,
+) -> Result<bool> {
     sqlx::query(
         "INSERT INTO supervisions (school_id, session_id, trainee_id, confirmed_by, confirmed_at)
          VALUES ($1, $2, $3, $4, $5) ON CONFLICT (school_id, session_id) DO NOTHING",
@@ -39,7 +44,7 @@ pub async fn confirm(writer: &mut SqliteConnection, session: &Session, by: Uuid,
 ///
 /// # Errors
 /// When the database fails.
-pub async fn withdraw(writer: &mut SqliteConnection, session: SessionKey) -> Result<bool> {
+pub async fn withdraw_supervision(writer: &mut SqliteConnection, session: SessionKey) -> Result<bool> {
     sqlx::query("DELETE FROM supervisions WHERE school_id = $1 AND session_id = $2")
         .bind(session.school_id)
         .bind(session.id)
@@ -52,7 +57,7 @@ pub async fn withdraw(writer: &mut SqliteConnection, session: SessionKey) -> Res
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Option<Supervision>> {
+pub async fn find_supervision(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Option<Supervision>> {
     sqlx::query_as(
         "SELECT p.display_name AS \"by\", v.confirmed_at FROM supervisions v
          JOIN people p ON p.school_id = v.school_id AND p.id = v.confirmed_by
@@ -68,7 +73,11 @@ pub async fn of(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Resul
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of_trainee(executor: impl SqliteExecutor<'_>, school: Uuid, trainee: Uuid) -> Result<Vec<Uuid>> {
+pub async fn list_trainee_supervisions(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    trainee: Uuid,
+) -> Result<Vec<Uuid>> {
     sqlx::query_scalar("SELECT session_id FROM supervisions WHERE school_id = $1 AND trainee_id = $2")
         .bind(school)
         .bind(trainee)

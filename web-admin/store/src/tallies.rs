@@ -21,7 +21,7 @@ pub struct Sums {
 }
 
 /// Adds a difference to the school's month and to that of each cohort the trainee is in.
-pub(super) async fn add(
+pub(super) async fn add_to_tally(
     writer: &mut SqliteConnection,
     PersonKey { school_id: school, person_id: trainee }: PersonKey,
     at: Moment,
@@ -71,7 +71,7 @@ pub struct YearOfCohort {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn in_year(
+pub async fn list_tallies_in_year(
     executor: impl SqliteExecutor<'_>,
     school: Uuid,
     year: i64,
@@ -97,7 +97,7 @@ pub async fn in_year(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn by_month(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<(i64, Sums)>> {
+pub async fn list_tallies_by_month(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<(i64, Sums)>> {
     let rows: Vec<(i64, i64, i64, f64)> = sqlx::query_as(
         "SELECT month, attempts, passes, points FROM tallies WHERE school_id = $1 AND cohort_id = $2 ORDER BY month",
     )

@@ -46,7 +46,7 @@ macro_rules! plain {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn count(reader: &SqlitePool, whose: Whose) -> Result<TextCounts> {
+pub async fn count_texts(reader: &SqlitePool, whose: Whose) -> Result<TextCounts> {
     let mut texts = TextCounts::default();
     for (side, found) in [(TextSide::Written, &mut texts.written), (TextSide::About, &mut texts.about)] {
         *found = plain_texts(reader, whose, side).await?;
@@ -98,7 +98,7 @@ async fn plain_texts(reader: &SqlitePool, whose: Whose, side: TextSide) -> Resul
 ///
 /// # Errors
 /// When the database fails.
-pub async fn redact(writer: &mut SqliteConnection, whose: Whose, side: TextSide) -> Result<u64> {
+pub async fn redact_texts(writer: &mut SqliteConnection, whose: Whose, side: TextSide) -> Result<u64> {
     let mut redacted = 0;
     let statements = match side {
         TextSide::Written => [
@@ -213,7 +213,7 @@ async fn answers_of(connection: &mut SqliteConnection, whose: Whose, side: TextS
             .fetch_all(&mut *connection)
             .await?;
         let given = rows.into_iter().filter_map(|row| {
-            let answers = redacted(&row.document, &row.answers)?;
+            let answers = list_redacted_texts(&row.document, &row.answers)?;
             Some(TextAnswers { kind: *kind, id: row.id, answers })
         });
         found.extend(given);
@@ -222,7 +222,7 @@ async fn answers_of(connection: &mut SqliteConnection, whose: Whose, side: TextS
 }
 
 /// The answers without their free texts; none where there is no such text. Of a document that cannot be read any more every text is one.
-fn redacted(document: &[u8], answers: &[Option<Answer>]) -> Option<Vec<Option<Answer>>> {
+fn list_redacted_texts(document: &[u8], answers: &[Option<Answer>]) -> Option<Vec<Option<Answer>>> {
     let instrument = Instrument::from_bytes("published instrument", document).ok();
     let is_free = |at: usize| {
         instrument.as_ref().is_none_or(|instrument| {
@@ -255,7 +255,7 @@ pub struct Mention {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn mentions(reader: &SqlitePool, whose: Whose, words: &[String]) -> Result<Vec<Mention>> {
+pub async fn list_mentions(reader: &SqlitePool, whose: Whose, words: &[String]) -> Result<Vec<Mention>> {
     let mut found = Vec::new();
     let mut rows = sqlx::query_as::<_, (Uuid, String)>(
         "SELECT c.session_id, c.body FROM comments c JOIN sessions s ON s.school_id = c.school_id AND s.id = c.session_id

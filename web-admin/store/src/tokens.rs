@@ -64,7 +64,7 @@ pub struct OwnToken {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn add(
+pub async fn add_station_token(
     writer: &mut SqliteConnection,
     holder: &TokenHolder,
     token_sha256: &[u8; 32],
@@ -88,7 +88,7 @@ pub async fn add(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn add_named(
+pub async fn add_personal_token(
     writer: &mut SqliteConnection,
     new: NewToken<'_>,
     token_sha256: &[u8; 32],
@@ -113,7 +113,7 @@ pub async fn add_named(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find(executor: impl SqliteExecutor<'_>, token_sha256: &[u8; 32]) -> Result<Option<Token>> {
+pub async fn find_token(executor: impl SqliteExecutor<'_>, token_sha256: &[u8; 32]) -> Result<Option<Token>> {
     sqlx::query_as(
         "SELECT id, school_id, person_id, station, last_seen_at, expires_at FROM api_tokens
          WHERE token_sha256 = $1 AND revoked_at IS NULL",
@@ -127,7 +127,7 @@ pub async fn find(executor: impl SqliteExecutor<'_>, token_sha256: &[u8; 32]) ->
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of_person(executor: impl SqliteExecutor<'_>, owner: PersonKey) -> Result<Vec<OwnToken>> {
+pub async fn list_tokens_of_person(executor: impl SqliteExecutor<'_>, owner: PersonKey) -> Result<Vec<OwnToken>> {
     sqlx::query_as(
         "SELECT id, name, created_at, last_seen_at, expires_at FROM api_tokens
          WHERE person_id = $1 AND school_id = $2 AND revoked_at IS NULL ORDER BY created_at DESC, id DESC",
@@ -142,7 +142,7 @@ pub async fn of_person(executor: impl SqliteExecutor<'_>, owner: PersonKey) -> R
 ///
 /// # Errors
 /// When the database fails.
-pub async fn revoke(writer: &mut SqliteConnection, owner: PersonKey, id: Uuid, now: Moment) -> Result<bool> {
+pub async fn revoke_token(writer: &mut SqliteConnection, owner: PersonKey, id: Uuid, now: Moment) -> Result<bool> {
     sqlx::query(
         "UPDATE api_tokens SET revoked_at = $4
          WHERE id = $3 AND person_id = $1 AND school_id = $2 AND revoked_at IS NULL",
@@ -160,7 +160,7 @@ pub async fn revoke(writer: &mut SqliteConnection, owner: PersonKey, id: Uuid, n
 ///
 /// # Errors
 /// When the database fails.
-pub async fn revoke_all(writer: &mut SqliteConnection, person: Uuid, now: Moment) -> Result<u64> {
+pub async fn revoke_all_tokens(writer: &mut SqliteConnection, person: Uuid, now: Moment) -> Result<u64> {
     sqlx::query("UPDATE api_tokens SET revoked_at = $2 WHERE person_id = $1 AND revoked_at IS NULL")
         .bind(person)
         .bind(now)

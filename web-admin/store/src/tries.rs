@@ -17,7 +17,7 @@ const DIED: &str = "the service ended while it worked on this recording";
 ///
 /// # Errors
 /// When the database fails.
-pub async fn begin_job(writer: &mut SqliteConnection, session: SessionKey) -> Result<()> {
+pub async fn begin_job_try(writer: &mut SqliteConnection, session: SessionKey) -> Result<()> {
     sqlx::query("UPDATE jobs SET begun = 1 WHERE school_id = $1 AND session_id = $2")
         .bind(session.school_id)
         .bind(session.id)
@@ -30,7 +30,7 @@ pub async fn begin_job(writer: &mut SqliteConnection, session: SessionKey) -> Re
 ///
 /// # Errors
 /// When the database fails.
-pub async fn note_death(writer: &mut SqliteConnection, session: SessionKey, why: &str) -> Result<()> {
+pub async fn note_job_death(writer: &mut SqliteConnection, session: SessionKey, why: &str) -> Result<()> {
     sqlx::query(
         "UPDATE jobs SET begun = 0, deaths = deaths + 1, attempts = attempts + 1, error = $3
          WHERE school_id = $1 AND session_id = $2",
@@ -47,7 +47,7 @@ pub async fn note_death(writer: &mut SqliteConnection, session: SessionKey, why:
 ///
 /// # Errors
 /// When the database fails.
-pub async fn mark_upload(writer: &mut SqliteConnection, id: Uuid, begun: bool) -> Result<()> {
+pub async fn mark_upload_begun(writer: &mut SqliteConnection, id: Uuid, begun: bool) -> Result<()> {
     sqlx::query("UPDATE uploads SET begun = $2 WHERE id = $1").bind(id).bind(begun).execute(writer).await.map(drop)
 }
 
@@ -84,7 +84,7 @@ pub async fn begin_reading(writer: &mut SqliteConnection, school: Uuid, sha256: 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn end_reading(writer: &mut SqliteConnection, school: Uuid, sha256: &str) -> Result<()> {
+pub async fn end_reading_try(writer: &mut SqliteConnection, school: Uuid, sha256: &str) -> Result<()> {
     sqlx::query("DELETE FROM readings WHERE school_id = $1 AND sha256 = $2 AND begun <= 1")
         .bind(school)
         .bind(sha256)
@@ -155,7 +155,7 @@ pub async fn count_deaths(writer: &mut SqliteConnection) -> Result<Vec<SetAside>
 ///
 /// # Errors
 /// When the database fails.
-pub async fn take_back(writer: &mut SqliteConnection) -> Result<()> {
+pub async fn take_back_tries(writer: &mut SqliteConnection) -> Result<()> {
     sqlx::query("UPDATE jobs SET begun = 0 WHERE begun = 1").execute(&mut *writer).await?;
     sqlx::query("DELETE FROM readings WHERE begun > 0 AND deaths = 0").execute(&mut *writer).await?;
     sqlx::query("UPDATE readings SET begun = 0 WHERE begun > 0").execute(&mut *writer).await?;
@@ -167,7 +167,7 @@ pub async fn take_back(writer: &mut SqliteConnection) -> Result<()> {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn forgive(writer: &mut SqliteConnection, until: Moment) -> Result<u64> {
+pub async fn forgive_deaths(writer: &mut SqliteConnection, until: Moment) -> Result<u64> {
     let jobs = sqlx::query("UPDATE jobs SET deaths = 0, attempts = 0, next_run_at = 0 WHERE deaths >= $1");
     let jobs = jobs.bind(MOST_DEATHS).execute(&mut *writer).await?.rows_affected();
     let uploads = sqlx::query("UPDATE uploads SET deaths = 0, expires_at = $2 WHERE deaths >= $1");

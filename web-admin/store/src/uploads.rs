@@ -63,7 +63,7 @@ impl Upload {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn insert(writer: &mut SqliteConnection, upload: &Upload) -> Result<()> {
+pub async fn insert_upload(writer: &mut SqliteConnection, upload: &Upload) -> Result<()> {
     sqlx::query(
         "INSERT INTO uploads (id, school_id, person_id, station_id, length, metadata, expires_at, clock_offset_us)
          VALUES ($1, $2, $3, $4, $5, $6, $7, $8)",
@@ -94,7 +94,7 @@ pub struct Unfinished {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn unfinished(executor: impl SqliteExecutor<'_>, owner: UploadOwner) -> Result<Unfinished> {
+pub async fn count_unfinished_uploads(executor: impl SqliteExecutor<'_>, owner: UploadOwner) -> Result<Unfinished> {
     sqlx::query_as(
         "SELECT count(*) AS uploads, coalesce(sum(length), 0) AS bytes FROM uploads
          WHERE school_id = $1 AND session_id IS NULL
@@ -111,7 +111,7 @@ pub async fn unfinished(executor: impl SqliteExecutor<'_>, owner: UploadOwner) -
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find(executor: impl SqliteExecutor<'_>, owner: UploadOwner, id: Uuid) -> Result<Option<Upload>> {
+pub async fn find_upload(executor: impl SqliteExecutor<'_>, owner: UploadOwner, id: Uuid) -> Result<Option<Upload>> {
     sqlx::query_as(
         "SELECT * FROM uploads WHERE school_id = $1 AND id = $2
          AND person_id IS NOT DISTINCT FROM $3 AND station_id IS NOT DISTINCT FROM $4",
@@ -128,7 +128,7 @@ pub async fn find(executor: impl SqliteExecutor<'_>, owner: UploadOwner, id: Uui
 ///
 /// # Errors
 /// When the database fails.
-pub async fn advance(writer: &mut SqliteConnection, upload: &Upload) -> Result<()> {
+pub async fn advance_upload(writer: &mut SqliteConnection, upload: &Upload) -> Result<()> {
     sqlx::query("UPDATE uploads SET received = $3, expires_at = $4 WHERE school_id = $1 AND id = $2")
         .bind(upload.school_id)
         .bind(upload.id)
@@ -143,7 +143,7 @@ pub async fn advance(writer: &mut SqliteConnection, upload: &Upload) -> Result<(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn finish(writer: &mut SqliteConnection, school: Uuid, id: Uuid, session: Uuid) -> Result<()> {
+pub async fn finish_upload(writer: &mut SqliteConnection, school: Uuid, id: Uuid, session: Uuid) -> Result<()> {
     sqlx::query("UPDATE uploads SET session_id = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -157,7 +157,7 @@ pub async fn finish(writer: &mut SqliteConnection, school: Uuid, id: Uuid, sessi
 ///
 /// # Errors
 /// When the database fails.
-pub async fn remove(writer: &mut SqliteConnection, school: Uuid, id: Uuid) -> Result<()> {
+pub async fn remove_upload(writer: &mut SqliteConnection, school: Uuid, id: Uuid) -> Result<()> {
     sqlx::query("DELETE FROM uploads WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -170,7 +170,7 @@ pub async fn remove(writer: &mut SqliteConnection, school: Uuid, id: Uuid) -> Re
 ///
 /// # Errors
 /// When the database fails.
-pub async fn all(executor: impl SqliteExecutor<'_>) -> Result<Vec<Uuid>> {
+pub async fn list_uploads(executor: impl SqliteExecutor<'_>) -> Result<Vec<Uuid>> {
     sqlx::query_scalar("SELECT id FROM uploads ORDER BY id").fetch_all(executor).await
 }
 
@@ -178,7 +178,7 @@ pub async fn all(executor: impl SqliteExecutor<'_>) -> Result<Vec<Uuid>> {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn by_id(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Upload>> {
+pub async fn find_upload_by_id(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Upload>> {
     sqlx::query_as("SELECT * FROM uploads WHERE id = $1").bind(id).fetch_optional(executor).await
 }
 

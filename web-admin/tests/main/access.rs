@@ -69,7 +69,9 @@ async fn an_attempt_is_seen_by_its_trainee_their_teachers_and_the_administrator(
         let listed = client.get("/api/v1/sessions").await.json()["sessions"].as_array().unwrap().len();
         assert_eq!(listed, usize::from(sees), "{}", member.person.email);
     }
-    let taught = cohorts::of_person(app.state.db.reader(), north, teacher.person.id, Role::Instructor).await.unwrap();
+    let taught = cohorts::list_cohorts_of_person(app.state.db.reader(), north, teacher.person.id, Role::Instructor)
+        .await
+        .unwrap();
     assert_eq!(taught.iter().map(|cohort| cohort.name.as_str()).collect::<Vec<_>>(), ["A"]);
 }
 
@@ -84,7 +86,7 @@ async fn nobody_joins_a_cohort_of_another_school() {
     let deed = cohorts::Deed { by: None, at: now };
     for school_id in [north, south] {
         let join = cohorts::Membership { school_id, cohort_id: cohort.id, person_id: ada.id, role: Role::Trainee };
-        assert!(cohorts::join(&mut tx, join, deed).await.is_err(), "the database itself refuses");
+        assert!(cohorts::join_cohort(&mut tx, join, deed).await.is_err(), "the database itself refuses");
     }
 }
 
@@ -105,9 +107,9 @@ async fn revoked_and_disabled_means_out() {
     let ada = app.member(school, Role::Trainee, "ada@example.org").await;
     let bob = app.member(school, Role::Trainee, "bob@example.org").await;
     let now = app.state.clock.now();
-    let revoked = app.write(async |tx| tokens::revoke_all(tx, ada.person.id, now).await.unwrap()).await;
+    let revoked = app.write(async |tx| tokens::revoke_all_tokens(tx, ada.person.id, now).await.unwrap()).await;
     assert_eq!(revoked, 1);
-    app.write(async |tx| people::disable(tx, bob.person.id, now).await.unwrap()).await;
+    app.write(async |tx| people::disable_person(tx, bob.person.id, now).await.unwrap()).await;
     for member in [ada, bob] {
         app.with_token(&member.token).get("/api/v1/sessions").await.is_problem(401, "token");
     }

@@ -50,7 +50,7 @@ async fn known_and_unknown_addresses_take_as_long() {
     for n in 0..PEOPLE {
         app.member(school, Role::Trainee, &format!("known{n}@example.org")).await;
         let disabled = app.member(school, Role::Trainee, &format!("disabled{n}@example.org")).await.person.id;
-        app.write(async |tx| people::disable(tx, disabled, now).await.unwrap()).await;
+        app.write(async |tx| people::disable_person(tx, disabled, now).await.unwrap()).await;
     }
     let mut stranger = app.stranger();
     let csrf = csrf_in(&stranger.get("/login").await.text());

@@ -36,7 +36,7 @@ impl World {
         app.cohort(school, "A", &[&ada.person, &teacher.person]).await;
         app.publish(school).await;
         let teacher = app.signed_in("teacher@example.org").await;
-        let cohort = cohorts::all(app.state.db.reader(), school).await.unwrap()[0].id;
+        let cohort = cohorts::list_cohorts(app.state.db.reader(), school).await.unwrap()[0].id;
         Self { app, school, cohort, ada, teacher }
     }
 
@@ -117,7 +117,7 @@ async fn what_cannot_be_assigned_is_refused_and_what_was_typed_stays() {
     let cohort = world.cohort.to_string();
     let south = world.app.school("South").await;
     world.app.cohort(south, "S", &[]).await;
-    let abroad = cohorts::all(world.app.state.db.reader(), south).await.unwrap()[0].id.to_string();
+    let abroad = cohorts::list_cohorts(world.app.state.db.reader(), south).await.unwrap()[0].id.to_string();
     let nobody = Uuid::new_v4().to_string();
     let task = "exercise:feel-the-layers";
     for (task, cohort, due, status, words) in [

@@ -3,7 +3,7 @@
 
 use acts::verification;
 use model::Role;
-use store::audit::check;
+use store::audit::check_audit_chain;
 
 use super::support::App;
 use super::support::recordings::{Attempt, record};
@@ -29,7 +29,7 @@ async fn what_is_done_is_in_the_log_in_order() {
     let actions: Vec<String> =
         sqlx::query_scalar("SELECT action FROM audit_log ORDER BY seq").fetch_all(app.state.db.reader()).await.unwrap();
     assert_eq!(actions, ["person.added", "person.signed_in", "session.uploaded"]);
-    let chain = check(app.state.db.reader()).await.unwrap();
+    let chain = check_audit_chain(app.state.db.reader()).await.unwrap();
     assert_eq!((chain.rows, chain.findings.len()), (3, 0), "{chain:?}");
 }
 
@@ -47,7 +47,7 @@ async fn no_statement_alters_or_deletes_a_row() {
         let refused = execute(&app, statement).await.unwrap_err().to_string();
         assert!(refused.contains("append-only"), "{statement}: {refused}");
     }
-    assert!(check(app.state.db.reader()).await.unwrap().findings.is_empty());
+    assert!(check_audit_chain(app.state.db.reader()).await.unwrap().findings.is_empty());
 }
 
 #[tokio::test]
@@ -60,7 +60,7 @@ async fn a_row_changed_behind_the_triggers_back_is_found() {
         let app = with_some_rows().await;
         execute(&app, "DROP TRIGGER audit_log_never_changes; DROP TRIGGER audit_log_never_shrinks").await.unwrap();
         execute(&app, tampering).await.unwrap();
-        let chain = check(app.state.db.reader()).await.unwrap();
+        let chain = check_audit_chain(app.state.db.reader()).await.unwrap();
         assert!(chain.findings.iter().any(|found| found.contains(finding)), "{tampering}: {chain:?}");
     }
 }
@@ -69,13 +69,13 @@ async fn a_row_changed_behind_the_triggers_back_is_found() {
 async fn a_dropped_trigger_and_a_cut_tail_are_found() {
     let app = with_some_rows().await;
     let reader = app.state.db.reader();
-    let head = check(reader).await.unwrap().head;
+    let head = check_audit_chain(reader).await.unwrap().head;
     assert_eq!(app.state.db.lost_triggers().await.unwrap(), Vec::<String>::new());
     assert_eq!(verification::cut_tail(&app.state.db, &head).await.unwrap(), None);
     app.signed_in("ada@example.org").await;
     assert_eq!(verification::cut_tail(&app.state.db, &head).await.unwrap(), None, "a log that grew is whole");
     execute(&app, "DROP TRIGGER audit_log_never_shrinks; DELETE FROM audit_log WHERE seq >= 3").await.unwrap();
-    assert!(check(reader).await.unwrap().findings.is_empty(), "the chain alone does not tell");
+    assert!(check_audit_chain(reader).await.unwrap().findings.is_empty(), "the chain alone does not tell");
     let report = verification::everything(&app.state.db, &app.state.config.recordings_dir).await.unwrap();
     assert!(report.findings.iter().any(|found| found.contains("audit_log_never_shrinks")), "{report:?}");
     let cut = verification::cut_tail(&app.state.db, &head).await.unwrap();

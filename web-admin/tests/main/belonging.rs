@@ -110,7 +110,7 @@ async fn who_has_agreed_is_seen_and_sees_what_was_done() {
     }
     assert_eq!(world.log().await, ["cohort.asked", "cohort.joined", "cohort.left"], "asked for once");
     let reader = world.app.state.db.reader();
-    assert_eq!(cohorts::acts(reader, world.school, world.ada.person.id).await.unwrap().len(), 3);
+    assert_eq!(cohorts::list_membership_acts(reader, world.school, world.ada.person.id).await.unwrap().len(), 3);
 }
 
 #[tokio::test]

@@ -51,15 +51,15 @@ async fn a_crowd_is_what_the_service_would_have_written() {
     let app = crowded().await;
     let reader = app.state.db.reader();
     assert_eq!(app.state.db.integrity().await.unwrap(), Vec::<String>::new());
-    let instructor = store::people::by_email(reader, &generated::instructor_email(1)).await.unwrap();
+    let instructor = store::people::find_person_by_email(reader, &generated::instructor_email(1)).await.unwrap();
     let instructor = instructor.unwrap().into_current().unwrap();
     let taught = reports::cohorts(reader, &instructor).await.unwrap();
     assert_eq!(taught.len(), 3, "the second instructor has what the first leaves of seven cohorts");
     for cohort in &taught {
-        let attempts = practice::of_cohort(reader, instructor.school_id, cohort.id).await.unwrap();
+        let attempts = practice::list_cohort_practice(reader, instructor.school_id, cohort.id).await.unwrap();
         assert_eq!(attempts.values().map(Vec::len).sum::<usize>(), 10 * EACH as usize, "{}", cohort.name);
     }
-    let months = tallies::by_month(reader, instructor.school_id).await.unwrap();
+    let months = tallies::list_tallies_by_month(reader, instructor.school_id).await.unwrap();
     let all: i64 = months.iter().map(|(_, sums)| sums.attempts).sum();
     assert_eq!(all, i64::from(TRAINEES * EACH) + 1, "the crowd's and the one that was really made");
 }
@@ -68,11 +68,17 @@ async fn a_crowd_is_what_the_service_would_have_written() {
 async fn whoever_teaches_is_shown_the_latest_attempts_of_their_own_trainees() {
     let app = crowded().await;
     let reader = app.state.db.reader();
-    let instructor = store::people::by_email(reader, &generated::instructor_email(0)).await.unwrap();
+    let instructor = store::people::find_person_by_email(reader, &generated::instructor_email(0)).await.unwrap();
     let instructor = instructor.unwrap().into_current().unwrap();
     let mut own = Vec::new();
     for cohort in reports::cohorts(reader, &instructor).await.unwrap() {
-        own.extend(practice::of_cohort(reader, instructor.school_id, cohort.id).await.unwrap().into_values().flatten());
+        own.extend(
+            practice::list_cohort_practice(reader, instructor.school_id, cohort.id)
+                .await
+                .unwrap()
+                .into_values()
+                .flatten(),
+        );
     }
     own.sort_by_key(|attempt| std::cmp::Reverse(attempt.at));
     let latest = reports::latest_taught(reader, &instructor).await.unwrap();

@@ -19,9 +19,9 @@ async fn the_same_bytes_are_published_once() {
     assert_eq!(first.iter().map(|p| p.kind).filter(|kind| *kind == "exercise").count(), 7);
     assert!(first.iter().all(|published| published.new));
     assert!(app.publish(school).await.iter().all(|published| !published.new));
-    let taught = curricula::taught(app.state.db.reader(), school).await.unwrap();
+    let taught = curricula::list_taught_curricula(app.state.db.reader(), school).await.unwrap();
     assert_eq!(taught.len(), 1);
-    let course = curricula::course(app.state.db.reader(), school, &taught[0]).await.unwrap();
+    let course = curricula::find_course(app.state.db.reader(), school, &taught[0]).await.unwrap();
     assert_eq!(course.steps.len(), 7);
     assert_eq!(course.steps[1].prerequisites, ["feel-the-layers"]);
 }
@@ -46,7 +46,9 @@ async fn a_changed_scene_makes_a_new_revision_and_going_back_finds_the_old_one()
     let courses = publishing::courses_in(folder.path()).unwrap();
     let now = app.state.clock.now();
     let publish = async || app.write(async |tx| publishing::course(tx, school, &courses[0], now).await.unwrap()).await;
-    let current = async || exercises::current(app.state.db.reader(), school, "feel-the-layers").await.unwrap().unwrap();
+    let current = async || {
+        exercises::find_current_revision(app.state.db.reader(), school, "feel-the-layers").await.unwrap().unwrap()
+    };
     publish().await;
     let first = current().await;
     let scene = folder.path().join("scenes/lower-back-training.toml");
@@ -76,6 +78,6 @@ async fn a_wrong_document_is_refused_whole() {
     let refused = publishing::course(&mut tx, school, &course, app.state.clock.now()).await.unwrap_err();
     assert!(matches!(&refused, CourseRefused::Document(words) if words.contains("pass_mrk")), "{refused:?}");
     drop(tx);
-    assert!(curricula::taught(app.state.db.reader(), school).await.unwrap().is_empty());
+    assert!(curricula::list_taught_curricula(app.state.db.reader(), school).await.unwrap().is_empty());
     app.member(school, Role::Trainee, "ada@example.org").await;
 }

@@ -156,7 +156,7 @@ async fn a_backup_brings_neither_texts_nor_recordings_back() {
     assert!(verified.status.success(), "{}", words(&verified));
     let state = AppState::open(Config::in_folder(place.path()), Clock::system()).await.unwrap();
     let whose = Whose { school_id: said.ana.person.school_id, person_id: said.ana.person.id, until: state.clock.now() };
-    let left = texts::count(state.db.reader(), whose).await.unwrap();
+    let left = texts::count_texts(state.db.reader(), whose).await.unwrap();
     assert_eq!(left, TextCounts { written: 0, about: 0, sealed: 0 });
     let gone = said.recording().strip_prefix(&said.app.state.config.recordings_dir).unwrap().to_owned();
     assert!(!state.config.recordings_dir.join(gone).exists());

@@ -75,7 +75,7 @@ async fn known(folder: &Path) -> Vec<&'static str> {
     let state = AppState::open(Config::in_folder(folder), Clock::system()).await.unwrap();
     let mut found = Vec::new();
     for email in ["ada@example.org", "bo@example.org"] {
-        if people::by_email(state.db.reader(), email).await.unwrap().is_some() {
+        if people::find_person_by_email(state.db.reader(), email).await.unwrap().is_some() {
             found.push(email);
         }
     }
@@ -145,7 +145,7 @@ async fn what_the_list_holds_tells_no_name_and_what_was_taken_back_erases_nobody
     for telling in ["ada", "Somebody", "example.org", "North"] {
         assert!(!text.contains(telling), "{telling} is told by {text}");
     }
-    let bo = people::by_email(drill.app.state.db.reader(), "bo@example.org").await.unwrap().unwrap();
+    let bo = people::find_person_by_email(drill.app.state.db.reader(), "bo@example.org").await.unwrap().unwrap();
     let erasure = Erasure {
         at: drill.app.state.clock.now(),
         school_id: bo.school_id,
@@ -161,7 +161,7 @@ async fn what_the_list_holds_tells_no_name_and_what_was_taken_back_erases_nobody
     list.add(&erasure).unwrap();
     assert_eq!(erasing::catch_up(&drill.app.state).await.unwrap(), 1);
     assert_eq!(erasing::catch_up(&drill.app.state).await.unwrap(), 0, "once");
-    assert!(people::by_email(drill.app.state.db.reader(), "bo@example.org").await.unwrap().is_none());
+    assert!(people::find_person_by_email(drill.app.state.db.reader(), "bo@example.org").await.unwrap().is_none());
 }
 
 #[tokio::test]

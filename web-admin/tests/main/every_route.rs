@@ -138,7 +138,7 @@ impl World {
             visitors.push(signed_in(&app, column, member).await);
         }
         visitors.push(Visitor { token: Some(station), ..stranger("station") });
-        app.write(async |tx| people::disable(tx, gone.person.id, now).await.unwrap()).await;
+        app.write(async |tx| people::disable_person(tx, gone.person.id, now).await.unwrap()).await;
 
         let objects = objects(&app, [&own, &other, &teacher, &colleague, &admin], attempt.session_id).await;
         app.state.db.close().await;
@@ -203,7 +203,7 @@ async fn survey(app: &App, teacher: &Member, cohort: Uuid) -> [(&'static str, St
     let (school, now) = (teacher.person.school_id, app.state.clock.now());
     let document = course_folder().with_file_name("instruments").join("sus.toml");
     app.write(async |tx| surveys::publish(tx, school, &document, now).await.unwrap()).await;
-    let revision = instruments::current(app.state.db.reader(), school, "sus").await.unwrap().unwrap();
+    let revision = instruments::find_current_instrument(app.state.db.reader(), school, "sus").await.unwrap().unwrap();
     let wanted = surveys::SurveyRequest {
         revision_id: revision.id,
         title: "Survey".to_owned(),
@@ -230,7 +230,7 @@ async fn survey(app: &App, teacher: &Member, cohort: Uuid) -> [(&'static str, St
 /// A round of ratings that a teacher asks of themselves and of a colleague, and the colleague's rating.
 async fn round(app: &App, [teacher, colleague]: [&Member; 2], session: Uuid) -> [(&'static str, String); 2] {
     let (school, reader) = (teacher.person.school_id, app.state.db.reader());
-    let revision = instruments::current(reader, school, "sus").await.unwrap().unwrap();
+    let revision = instruments::find_current_instrument(reader, school, "sus").await.unwrap().unwrap();
     let new = ratings::NewRound {
         revision_id: revision.id,
         title: "Round".to_owned(),
@@ -256,14 +256,17 @@ async fn task(app: &App, teacher: &Member, cohort_id: Uuid, session: Uuid) -> [(
         sessions: vec![session],
     };
     let task = acts::segments::make(&app.state, &by, &new).await.unwrap();
-    let traces = segments::traces(app.state.db.reader(), by.school_id, task).await.unwrap();
+    let traces = segments::list_traces(app.state.db.reader(), by.school_id, task).await.unwrap();
     [("task", task.to_string()), ("trace", traces[0].id.to_string())]
 }
 
 /// A teacher's look at what a revision's rubric would change, and the revision.
 async fn regraded(app: &App, teacher: &Member) -> [(&'static str, String); 2] {
     let by = teacher.person.clone().into_current().unwrap();
-    let revision = exercises::current(app.state.db.reader(), by.school_id, "feel-the-layers").await.unwrap().unwrap();
+    let revision = exercises::find_current_revision(app.state.db.reader(), by.school_id, "feel-the-layers")
+        .await
+        .unwrap()
+        .unwrap();
     let look = regrading::look(&app.state, &by, "feel-the-layers", revision.id).await.unwrap();
     worker::work_off_jobs(&app.state).await.unwrap();
     [("regrading", look.to_string()), ("revision", revision.id.to_string())]
@@ -279,7 +282,7 @@ async fn objects(
     let reader = app.state.db.reader();
     let known = reports::cohorts(reader, &admin.person.clone().into_current().unwrap()).await.unwrap();
     let asked = MembershipKey { school_id: north, cohort_id: known[0].id, person_id: other.person.id };
-    app.write(async |tx| cohorts::ask(tx, asked, teacher.person.id, now).await.unwrap()).await;
+    app.write(async |tx| cohorts::ask_for_member(tx, asked, teacher.person.id, now).await.unwrap()).await;
     let owner = UploadOwner { school_id: north, person_id: Some(own.person.id), station_id: None };
     let announced = Announced { length: 10, metadata: String::new(), ahead_us: None };
     let upload = uploads::begin(&app.state, owner, announced).await.unwrap();
@@ -287,7 +290,7 @@ async fn objects(
     let draft = drafting::exercise(&app.state, &writer, "stop-in-the-fat", None).await.unwrap();
     let said = Comment { kind: CommentKind::Question, from_s: 0.1, to_s: None, body: "Why?".to_owned() };
     let key = SessionKey { school_id: north, id: session };
-    let comment = app.write(async |tx| comments::add(tx, key, own.person.id, &said, now).await.unwrap()).await;
+    let comment = app.write(async |tx| comments::add_comment(tx, key, own.person.id, &said, now).await.unwrap()).await;
     let file = "email,name\nnew@north.example,New\n".as_bytes();
     let by = admin.person.clone().into_current().unwrap();
     let roster = roster_import::keep(&app.state, &by, "roster.csv", file, &RosterRequest::default()).await.unwrap();
@@ -313,7 +316,7 @@ async fn objects(
         ("asked", other.person.id.to_string()),
         ("exercise", "feel-the-layers".to_owned()),
         ("upload", upload.id.to_string()),
-        ("station", stations::all(reader, north).await.unwrap()[0].id.to_string()),
+        ("station", stations::list_stations(reader, north).await.unwrap()[0].id.to_string()),
         ("asset", "style.css".to_owned()),
         ("join", "nobodys-token".to_owned()),
         ("roster", roster.to_string()),

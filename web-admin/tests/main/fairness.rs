@@ -65,7 +65,7 @@ async fn begun_before_the_other(judges: usize, deadline: Duration) -> usize {
 
 async fn is_scored(app: &App, school_id: Uuid, id: Uuid) -> bool {
     let key = SessionKey { school_id, id };
-    let found = sessions::find(app.state.db.reader(), key.school_id, key.id).await.unwrap();
+    let found = sessions::find_session(app.state.db.reader(), key.school_id, key.id).await.unwrap();
     found.is_some_and(|session| session.state == SessionState::Scored)
 }
 

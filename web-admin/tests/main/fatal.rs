@@ -83,8 +83,8 @@ async fn due_first(app: &App, now: Moment) -> Option<SessionKey> {
     let reader = app.state.db.reader();
     for deaths in 0..tries::MOST_DEATHS {
         let due = jobs::JobQuery { now, deaths };
-        for school in jobs::schools(reader, due).await.unwrap() {
-            if let Some(job) = jobs::due(reader, school, due, 1).await.unwrap().first() {
+        for school in jobs::list_waiting_schools(reader, due).await.unwrap() {
+            if let Some(job) = jobs::list_due_jobs(reader, school, due, 1).await.unwrap().first() {
                 return Some(job.session());
             }
         }
@@ -97,15 +97,15 @@ async fn who_was_fatal_once_goes_last_and_a_stop_is_no_death() {
     let (app, [first, second]) = two_jobs().await;
     let due = async || due_first(&app, app.state.clock.now()).await;
     let mut tx = app.state.db.write().await.unwrap();
-    tries::begin_job(&mut tx, first).await.unwrap();
-    tries::take_back(&mut tx).await.unwrap();
+    tries::begin_job_try(&mut tx, first).await.unwrap();
+    tries::take_back_tries(&mut tx).await.unwrap();
     assert_eq!(tries::count_deaths(&mut tx).await.unwrap(), []);
     tx.commit().await.unwrap();
     assert_eq!(due().await, Some(first), "it was asked to stop");
     let mut set_aside = Vec::new();
     for expected in [Some(second), Some(second)] {
         let mut tx = app.state.db.write().await.unwrap();
-        tries::begin_job(&mut tx, first).await.unwrap();
+        tries::begin_job_try(&mut tx, first).await.unwrap();
         // As a start does after the service has died.
         set_aside = tries::count_deaths(&mut tx).await.unwrap();
         tx.commit().await.unwrap();
@@ -114,7 +114,7 @@ async fn who_was_fatal_once_goes_last_and_a_stop_is_no_death() {
     assert_eq!(set_aside.iter().map(|found| found.id).collect::<Vec<_>>(), [first.id]);
     web_admin::worker::work_off_jobs(&app.state).await.unwrap();
     assert_eq!(due().await, None, "set aside, it is due no more");
-    assert_eq!(jobs::count(app.state.db.reader()).await.unwrap(), 1, "and it is kept");
+    assert_eq!(jobs::count_jobs(app.state.db.reader()).await.unwrap(), 1, "and it is kept");
 }
 
 #[tokio::test]
@@ -133,13 +133,13 @@ async fn an_upload_that_was_fatal_twice_is_kept_and_read_no_more() {
     let begin = Request::builder().method("POST").uri("/api/v1/uploads").header("tus-resumable", "1.0.0");
     let begun = ada.send(begin.header("upload-length", bytes.len()).body(Body::empty()).unwrap()).await;
     let place = begun.header("location").to_owned();
-    let id = rows::all(app.state.db.reader()).await.unwrap()[0];
+    let id = rows::list_uploads(app.state.db.reader()).await.unwrap()[0];
     let file = app.state.config.uploads_dir().join(format!("{id}.tus"));
     std::fs::write(&file, &bytes).unwrap();
     for _ in 0..2 {
         let mut tx = app.state.db.write().await.unwrap();
         sqlx::query("UPDATE uploads SET received = length").execute(&mut *tx).await.unwrap();
-        tries::mark_upload(&mut tx, id, true).await.unwrap();
+        tries::mark_upload_begun(&mut tx, id, true).await.unwrap();
         tries::count_deaths(&mut tx).await.unwrap();
         tx.commit().await.unwrap();
     }
@@ -152,7 +152,7 @@ async fn an_upload_that_was_fatal_twice_is_kept_and_read_no_more() {
     };
     assert_eq!((listed(&mut ada).await, file.exists()), (0, true));
     let mut tx = app.state.db.write().await.unwrap();
-    assert_eq!(tries::forgive(&mut tx, app.state.clock.now().plus_s(60)).await.unwrap(), 1);
+    assert_eq!(tries::forgive_deaths(&mut tx, app.state.clock.now().plus_s(60)).await.unwrap(), 1);
     tx.commit().await.unwrap();
     uploads::tidy(&app.state).await.unwrap();
     assert_eq!((listed(&mut ada).await, file.exists()), (1, false), "asked to, the service takes it in");
@@ -194,7 +194,7 @@ async fn what_came_at_once_and_kills_its_reader_is_tried_twice_and_the_service_l
     let metrics = app.stranger().get("/metrics").await.text();
     assert!(metrics.contains("stylet_set_aside 1\n"), "{metrics}");
     assert!(app.files().is_empty(), "{:?}", app.files());
-    app.write(async |tx| tries::forgive(tx, app.state.clock.now()).await.unwrap()).await;
+    app.write(async |tx| tries::forgive_deaths(tx, app.state.clock.now()).await.unwrap()).await;
     helper(&program, "nothing such", "exit 1");
     assert_eq!(ada.upload(&bytes).await.status, 201, "asked to, the service tries it again");
     let left: i64 = sqlx::query_scalar("SELECT count(*) FROM readings").fetch_one(app.state.db.reader()).await.unwrap();

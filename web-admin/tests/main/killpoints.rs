@@ -123,14 +123,14 @@ async fn check(folder: &Path, expected: &[&Attempt], point: KillPoint) {
     let verified = web_admin(folder, &["verify"], None);
     assert!(verified.status.success(), "{}: {}", point.name(), String::from_utf8_lossy(&verified.stdout));
     let db = Database::open_existing(&Config::in_folder(folder).database_url).await.unwrap();
-    let mut found: Vec<_> = sessions::recordings(db.reader()).await.unwrap().iter().map(|file| file.id).collect();
+    let mut found: Vec<_> = sessions::list_recordings(db.reader()).await.unwrap().iter().map(|file| file.id).collect();
     let mut wanted: Vec<_> = expected.iter().map(|attempt| attempt.session_id).collect();
     found.sort();
     wanted.sort();
     assert_eq!(found, wanted, "{}", point.name());
     let school_id = sqlx::query_scalar("SELECT id FROM schools").fetch_one(db.reader()).await.unwrap();
     for id in found {
-        let scores = scores::all(db.reader(), SessionKey { school_id, id }).await.unwrap();
+        let scores = scores::list_scores(db.reader(), SessionKey { school_id, id }).await.unwrap();
         assert_eq!(scores.len(), 1, "{}", point.name());
     }
     db.close().await;

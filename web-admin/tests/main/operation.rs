@@ -69,9 +69,9 @@ async fn a_backup_of_a_running_service_brings_everything_back() {
     assert!(web_admin(place.path(), &["verify"]).status.success());
     let state = AppState::open(Config::in_folder(place.path()), Clock::system()).await.unwrap();
     let (old, new) = (drill.app.state.db.reader(), state.db.reader());
-    assert_eq!(audit::check(old).await.unwrap(), audit::check(new).await.unwrap());
-    let files = sessions::recordings(new).await.unwrap();
-    assert_eq!(files, sessions::recordings(old).await.unwrap());
+    assert_eq!(audit::check_audit_chain(old).await.unwrap(), audit::check_audit_chain(new).await.unwrap());
+    let files = sessions::list_recordings(new).await.unwrap();
+    assert_eq!(files, sessions::list_recordings(old).await.unwrap());
     for attempt in &drill.attempts {
         let file = files.iter().find(|file| file.id == attempt.session_id).unwrap();
         let bytes = |config: &Config| std::fs::read(config.recordings_dir.join(&file.recording_path)).unwrap();

@@ -159,7 +159,10 @@ async fn what_is_in_a_table_about_somebody_is_in_their_file() {
     let app = world.open().await;
     let mut seen = BTreeSet::new();
     for name in ["own", "same", "other", "teacher", "colleague", "admin"] {
-        let person = people::by_email(app.state.db.reader(), &format!("{name}@north.example")).await.unwrap().unwrap();
+        let person = people::find_person_by_email(app.state.db.reader(), &format!("{name}@north.example"))
+            .await
+            .unwrap()
+            .unwrap();
         let held = held(&app, &person).await;
         for (reference, key) in HELD {
             let list = held

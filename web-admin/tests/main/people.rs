@@ -64,7 +64,7 @@ async fn confirm(client: &mut Client, address: &str, shown: &str) -> Answer {
 }
 
 async fn count(app: &App) -> i64 {
-    people::count(app.state.db.reader()).await.unwrap()
+    people::count_people(app.state.db.reader()).await.unwrap()
 }
 
 async fn post(client: &mut Client, page: &str, path: &str, fields: &[(&str, &str)]) -> Answer {

@@ -36,19 +36,19 @@ async fn sums_are_those_of_the_scores_and_stay_so_when_made_again() {
     let mut points = 0.0;
     for attempt in &attempts {
         let key = SessionKey { school_id: school, id: attempt.session_id };
-        points += scores::newest(reader, key).await.unwrap().unwrap().score;
-        app.write(async |tx| practice::refresh(tx, key).await.unwrap()).await;
+        points += scores::find_newest_score(reader, key).await.unwrap().unwrap().score;
+        app.write(async |tx| practice::refresh_practice(tx, key).await.unwrap()).await;
     }
-    let kept = practice::of_trainee(reader, school, ada.person.id).await.unwrap();
+    let kept = practice::list_trainee_practice(reader, school, ada.person.id).await.unwrap();
     assert_eq!(kept.len(), 3);
     assert!((kept.iter().map(|attempt| attempt.score).sum::<f64>() - points).abs() < 1e-9);
-    let months = tallies::by_month(reader, school).await.unwrap();
+    let months = tallies::list_tallies_by_month(reader, school).await.unwrap();
     assert_eq!(months.iter().map(|(_, sums)| sums.attempts).sum::<i64>(), 3, "nothing is counted twice");
     let year = months[0].0.div_euclid(12);
-    let cohorts = tallies::in_year(reader, school, year, "", 10).await.unwrap();
+    let cohorts = tallies::list_tallies_in_year(reader, school, year, "", 10).await.unwrap();
     assert!(cohorts.len() == 1 && cohorts[0].sums.attempts == 3 && (cohorts[0].sums.points - points).abs() < 1e-9);
-    assert_eq!(tallies::in_year(reader, school, year, &cohorts[0].cohort, 10).await.unwrap(), []);
-    assert_eq!(tallies::in_year(reader, school, year + 1, "", 10).await.unwrap(), []);
+    assert_eq!(tallies::list_tallies_in_year(reader, school, year, &cohorts[0].cohort, 10).await.unwrap(), []);
+    assert_eq!(tallies::list_tallies_in_year(reader, school, year + 1, "", 10).await.unwrap(), []);
 }
 
 #[tokio::test]
@@ -75,7 +75,9 @@ async fn a_cohort_sees_its_map_and_a_name_stays_a_name() {
     let cohort = teacher.get("/cohorts").await.link("/cohorts/");
     let map = teacher.get(&format!("{cohort}/progress")).await;
     let day =
-        practice::of_trainee(app.state.db.reader(), ada.person.school_id, ada.person.id).await.unwrap()[0].at.date();
+        practice::list_trainee_practice(app.state.db.reader(), ada.person.school_id, ada.person.id).await.unwrap()[0]
+            .at
+            .date();
     let opened = teacher.get(&format!("{cohort}/progress?day={day}")).await.text();
     for attempt in &attempts {
         let href = format!("/sessions/{}", attempt.session_id);

@@ -40,12 +40,13 @@ impl World {
 
     async fn counted(&self, member: &Member) -> usize {
         worker::work_off_jobs(&self.app.state).await.unwrap();
-        practice::of_trainee(self.app.state.db.reader(), self.school, member.person.id).await.unwrap().len()
+        practice::list_trainee_practice(self.app.state.db.reader(), self.school, member.person.id).await.unwrap().len()
     }
 
     /// What the session of an attempt says of when it began, and what its recording claims.
     async fn began(&self, attempt: &Attempt) -> (OffsetDateTime, Option<OffsetDateTime>) {
-        let found = sessions::find(self.app.state.db.reader(), self.school, attempt.session_id).await.unwrap().unwrap();
+        let found =
+            sessions::find_session(self.app.state.db.reader(), self.school, attempt.session_id).await.unwrap().unwrap();
         (found.started_at.to_utc(), found.claimed_started_at.map(Moment::to_utc))
     }
 
@@ -76,7 +77,7 @@ async fn an_exercise_that_the_school_never_published_masters_nothing() {
         assert_eq!((forged.status.as_u16(), &forged.json()["uncounted"]), (201, &json!("unpublished")));
     }
     assert_eq!(world.counted(&world.ada).await, 0);
-    let months = tallies::by_month(world.app.state.db.reader(), world.school).await.unwrap();
+    let months = tallies::list_tallies_by_month(world.app.state.db.reader(), world.school).await.unwrap();
     assert_eq!(months.iter().map(|(_, sums)| sums.attempts).sum::<i64>(), 0);
     let token = &mut world.app.with_token(&world.ada.token);
     let due = token.get("/api/v1/me/assignments").await.json();
@@ -185,7 +186,7 @@ async fn a_signature_counts_while_its_station_is_paired_and_only_for_what_it_was
     let reader = world.app.state.db.reader();
     let proof = async |attempt: &Attempt| {
         worker::work_off_jobs(&world.app.state).await.unwrap();
-        proofs::of(reader, SessionKey { school_id: world.school, id: attempt.session_id }).await.unwrap()
+        proofs::find_proof(reader, SessionKey { school_id: world.school, id: attempt.session_id }).await.unwrap()
     };
     let signed = |started_at| Attempt { station: Some(station.clone()), ..attempt_at(started_at) };
     let honest = signed(NOW);
@@ -244,13 +245,13 @@ async fn a_database_of_before_counts_again_without_what_was_forged() {
     assert_eq!(world.counted(&world.ada).await, 2);
     let (began, claimed) = world.began(&far).await;
     assert!(began < NOW && claimed.is_some_and(|claimed| claimed.year() == 9999), "{began} {claimed:?}");
-    let months = tallies::by_month(world.app.state.db.reader(), world.school).await.unwrap();
+    let months = tallies::list_tallies_by_month(world.app.state.db.reader(), world.school).await.unwrap();
     assert_eq!(months.iter().map(|(month, sums)| (*month, sums.attempts)).collect::<Vec<_>>(), [(2026 * 12 + 2, 2)]);
     for attempt in [&honest, &far] {
         let key = SessionKey { school_id: world.school, id: attempt.session_id };
-        world.app.write(async |tx| practice::refresh(tx, key).await.unwrap()).await;
+        world.app.write(async |tx| practice::refresh_practice(tx, key).await.unwrap()).await;
     }
-    let again = tallies::by_month(world.app.state.db.reader(), world.school).await.unwrap();
+    let again = tallies::list_tallies_by_month(world.app.state.db.reader(), world.school).await.unwrap();
     assert_eq!(again, months, "what the migration sums up is what scoring sums up");
 }
 
@@ -276,7 +277,7 @@ async fn motions_of_before_are_compared_when_nothing_else_waits() {
             sqlx::query(sqlx::AssertSqlSafe(statement)).bind(copy.session_id).execute(&mut connection).await.unwrap();
         }
         let key = SessionKey { school_id: world.school, id: copy.session_id };
-        world.app.write(async |tx| practice::refresh(tx, key).await.unwrap()).await;
+        world.app.write(async |tx| practice::refresh_practice(tx, key).await.unwrap()).await;
         assert_eq!(world.counted(&eve).await, 1, "as it was counted before");
         sqlx::raw_sql(sqlx::AssertSqlSafe(fill)).execute(&mut connection).await.unwrap();
 

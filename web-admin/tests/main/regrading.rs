@@ -46,7 +46,8 @@ impl School {
         app.cohort(north, "B", &[&ben.person, &colleague.person]).await;
         let attempts = [try_it(&app, &ada).await, try_it(&app, &ben).await];
         app.publish_with_pass_mark(north, 100).await;
-        let revisions = exercises::revisions(app.state.db.reader(), north, "feel-the-layers").await.unwrap();
+        let revisions =
+            exercises::list_exercise_revisions(app.state.db.reader(), north, "feel-the-layers").await.unwrap();
         let [strict, lenient] = [revisions[0].id, revisions[1].id];
         Self { app, ada, attempts, lenient, strict }
     }
@@ -227,7 +228,7 @@ async fn what_was_measured_is_judged_as_the_recording_is() {
     let school_id = school.ada.person.school_id;
     let rubric = Rubric::of_revision(state, school_id, school.strict).await.unwrap();
     let judge = async |attempt: Uuid| {
-        let attempt = sessions::find(state.db.reader(), school_id, attempt).await.unwrap().unwrap();
+        let attempt = sessions::find_session(state.db.reader(), school_id, attempt).await.unwrap().unwrap();
         rubric.judge(state, &attempt).await
     };
     let measured = judge(adas).await.unwrap();
@@ -256,7 +257,9 @@ async fn only_whoever_teaches_looks_and_only_whoever_has_looked_confirms() {
     for revision in [Uuid::new_v4().to_string(), "x".to_owned()] {
         assert_eq!(school.send(&mut teacher, &begin, &[("revision", &revision)]).await.status, 404);
     }
-    let other = exercises::current(school.app.state.db.reader(), school.ada.person.school_id, "stop-in-the-fat").await;
+    let other =
+        exercises::find_current_revision(school.app.state.db.reader(), school.ada.person.school_id, "stop-in-the-fat")
+            .await;
     let other = other.unwrap().unwrap().id.to_string();
     assert_eq!(school.send(&mut teacher, &begin, &[("revision", &other)]).await.status, 404, "of another exercise");
     let untried = "/exercises/stop-in-the-fat/regrade";

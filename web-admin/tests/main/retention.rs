@@ -75,7 +75,7 @@ impl School {
         let mut found = Vec::new();
         for (name, _) in PEOPLE {
             let email = format!("{name}@example.org");
-            if people::by_email(self.app.state.db.reader(), &email).await.unwrap().is_some() {
+            if people::find_person_by_email(self.app.state.db.reader(), &email).await.unwrap().is_some() {
                 found.push(name);
             }
         }
@@ -97,7 +97,7 @@ impl School {
     }
 
     async fn person(&self, name: &str) -> people::Person {
-        people::by_email(self.app.state.db.reader(), &format!("{name}@example.org")).await.unwrap().unwrap()
+        people::find_person_by_email(self.app.state.db.reader(), &format!("{name}@example.org")).await.unwrap().unwrap()
     }
 }
 
@@ -148,7 +148,7 @@ async fn whoever_does_nothing_is_told_and_then_erased_and_the_others_stay() {
         .await
         .unwrap();
     assert_eq!(by, ["worker"]);
-    assert!(audit::check(school.app.state.db.reader()).await.unwrap().findings.is_empty());
+    assert!(audit::check_audit_chain(school.app.state.db.reader()).await.unwrap().findings.is_empty());
     assert_eq!(school.letters().len(), 0, "letters go with whom they name");
     let list = std::fs::read_to_string(school.app.folder.path().join("erasures.jsonl")).unwrap();
     assert_eq!(list.lines().count(), 2, "by the same path as by hand: {list}");
@@ -210,7 +210,7 @@ async fn who_was_not_reached_is_not_erased_before_the_letter_is_given_up() {
 async fn a_dry_run_says_who_and_why_and_changes_nothing() {
     let school = School::new().await;
     school.set_rule().await;
-    let before = audit::check(school.app.state.db.reader()).await.unwrap();
+    let before = audit::check_audit_chain(school.app.state.db.reader()).await.unwrap();
     let retain = |more: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_web-admin"));
         command.arg("retain").args(more).arg("--data-dir").arg(school.app.folder.path());
@@ -224,7 +224,7 @@ async fn a_dry_run_says_who_and_why_and_changes_nothing() {
         words.lines().filter(|line| line.starts_with("  warn: ") && line.contains("last active on 2020-01-14"));
     assert_eq!(warned.count(), 4, "{words}");
     assert!(words.contains("North: keeps people for 12 months") && !words.contains("head@"), "{words}");
-    assert_eq!(audit::check(school.app.state.db.reader()).await.unwrap(), before);
+    assert_eq!(audit::check_audit_chain(school.app.state.db.reader()).await.unwrap(), before);
     assert_eq!(retain(&["--dry-run", "--school", "South"]).0, Some(2));
     let (_, words) = retain(&[]);
     assert!(words.contains("warned 4, called off 0, erased 0"), "{words}");

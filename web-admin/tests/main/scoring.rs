@@ -32,7 +32,7 @@ async fn scored(app: &App, client: &mut Client, (id, bytes): (uuid::Uuid, Vec<u8
     let waiting = client.get(&format!("/api/v1/sessions/{id}/score")).await;
     assert_eq!((waiting.status.as_u16(), &waiting.json()["state"]), (202, &"pending".into()));
     work_off_jobs(&app.state).await.unwrap();
-    assert_eq!(jobs::count(app.state.db.reader()).await.unwrap(), 0);
+    assert_eq!(jobs::count_jobs(app.state.db.reader()).await.unwrap(), 0);
     let session = client.get(&format!("/api/v1/sessions/{id}")).await.json();
     (session, client.get(&format!("/api/v1/sessions/{id}/score")).await.json())
 }
@@ -53,7 +53,7 @@ async fn a_recording_becomes_the_score_that_the_library_gives_it() {
     assert_eq!(proof, serde_json::json!({ "signed": false, "resimulated": true, "supervised": false }));
     assert_eq!(score, serde_json::to_value(&ours).unwrap());
     key.id = attempt.session_id;
-    let curve = scores::curve(app.state.db.reader(), key).await.unwrap().unwrap();
+    let curve = scores::find_curve(app.state.db.reader(), key).await.unwrap().unwrap();
     assert_eq!(curve, attempt::AttemptCurve::draw(&recording, &EXERCISE));
 }
 
@@ -128,7 +128,11 @@ async fn an_attempt_that_a_lost_device_has_ended_is_kept_and_counts_nowhere() {
     assert_eq!(session["state"], "refused");
     assert_eq!(session["refusal"], "void: ended after 1.0 s: device lost: the device is gone");
     assert_eq!(score["status"], 404);
-    assert_eq!(grades::of(app.state.db.reader(), key).await.unwrap(), None, "no page, export or rule counts it");
+    assert_eq!(
+        grades::find_grade(app.state.db.reader(), key).await.unwrap(),
+        None,
+        "no page, export or rule counts it"
+    );
     let kept = ada.get(&format!("/api/v1/sessions/{}/recording", key.id)).await;
     assert_eq!(kept.status, 200, "it is kept");
 }
@@ -142,13 +146,13 @@ async fn a_failure_that_may_pass_is_tried_again_later_and_given_up_in_the_end() 
     let away = path.with_extension("away");
     fs::rename(&path, &away).unwrap();
     work_off_jobs(&app.state).await.unwrap();
-    assert_eq!(jobs::count(app.state.db.reader()).await.unwrap(), 1, "it is put off");
+    assert_eq!(jobs::count_jobs(app.state.db.reader()).await.unwrap(), 1, "it is put off");
     fs::rename(&away, &path).unwrap();
     work_off_jobs(&app.state).await.unwrap();
-    assert_eq!(jobs::count(app.state.db.reader()).await.unwrap(), 1, "and not due yet");
+    assert_eq!(jobs::count_jobs(app.state.db.reader()).await.unwrap(), 1, "and not due yet");
     app.state.clock.advance(11);
     work_off_jobs(&app.state).await.unwrap();
-    let found = sessions::find(app.state.db.reader(), key.school_id, key.id).await.unwrap().unwrap();
+    let found = sessions::find_session(app.state.db.reader(), key.school_id, key.id).await.unwrap().unwrap();
     assert_eq!(found.state, sessions::SessionState::Scored);
 }
 
@@ -161,8 +165,8 @@ async fn what_keeps_failing_is_refused() {
         work_off_jobs(&app.state).await.unwrap();
         app.state.clock.advance(3600);
     }
-    assert_eq!(jobs::next_at(app.state.db.reader(), app.state.clock.now()).await.unwrap(), None);
-    let found = sessions::find(app.state.db.reader(), key.school_id, key.id).await.unwrap().unwrap();
+    assert_eq!(jobs::find_next_job_time(app.state.db.reader(), app.state.clock.now()).await.unwrap(), None);
+    let found = sessions::find_session(app.state.db.reader(), key.school_id, key.id).await.unwrap().unwrap();
     assert!(found.refusal.unwrap().contains("6 tries"));
 }
 
@@ -176,11 +180,12 @@ async fn the_score_that_was_added_last_counts_whatever_the_clock_said() {
     let mut again = assessment::assess(&recording, &EXERCISE).unwrap();
     again.score = 12.0;
     let mut tx = app.state.db.write().await.unwrap();
-    scores::add(&mut tx, key, &again, app.state.clock.now().plus_s(-3600)).await.unwrap();
+    scores::add_score(&mut tx, key, &again, app.state.clock.now().plus_s(-3600)).await.unwrap();
     tx.commit().await.unwrap();
     let reader = app.state.db.reader();
-    let (newest, counts) = (scores::newest(reader, key).await.unwrap(), grades::of(reader, key).await.unwrap());
+    let (newest, counts) =
+        (scores::find_newest_score(reader, key).await.unwrap(), grades::find_grade(reader, key).await.unwrap());
     assert_eq!((newest.unwrap().score, counts.unwrap().score), (12.0, 12.0));
-    let all: Vec<f64> = scores::all(reader, key).await.unwrap().iter().map(|score| score.score).collect();
+    let all: Vec<f64> = scores::list_scores(reader, key).await.unwrap().iter().map(|score| score.score).collect();
     assert_eq!((all.len(), all.last()), (2, Some(&12.0)));
 }

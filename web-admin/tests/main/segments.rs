@@ -107,7 +107,7 @@ impl School {
 
     async fn pops(&self, attempt: Uuid) -> Vec<f64> {
         let key = SessionKey { school_id: self.id, id: attempt };
-        pops(&scores::curve(self.app.state.db.reader(), key).await.unwrap().unwrap())
+        pops(&scores::find_curve(self.app.state.db.reader(), key).await.unwrap().unwrap())
     }
 }
 

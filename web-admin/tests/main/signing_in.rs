@@ -209,7 +209,7 @@ async fn log(app: &App) -> Vec<String> {
 #[tokio::test]
 async fn who_did_not_get_in_is_in_the_audit_log_without_what_was_typed() {
     let app = app().await;
-    let ada = people::by_email(app.state.db.reader(), "ada@example.org").await.unwrap().unwrap();
+    let ada = people::find_person_by_email(app.state.db.reader(), "ada@example.org").await.unwrap().unwrap();
     let mut eve = app.stranger();
     eve.sign_in("my-secret-in-the-wrong-field", "typed").await;
     for _ in 0..20 {
@@ -305,15 +305,15 @@ async fn signing_out_ends_the_session_everywhere() {
 async fn a_new_password_and_being_disabled_end_every_sign_in() {
     let app = app().await;
     let mut ada = app.signed_in("ada@example.org").await;
-    let person = people::by_email(app.state.db.reader(), "ada@example.org").await.unwrap().unwrap();
+    let person = people::find_person_by_email(app.state.db.reader(), "ada@example.org").await.unwrap().unwrap();
     let hash = secret::hash_password("another password", app.state.config.password_cost).unwrap();
     assert!(app.write(async |tx| people::set_password(tx, person.id, &hash).await.unwrap()).await);
     assert_eq!(ada.get("/").await.header("location"), "/login");
     assert_eq!(ada.sign_in("ada@example.org", PASSWORD).await.status, 401);
     assert_eq!(ada.sign_in("ada@example.org", "another password").await.status, 303);
     let now = app.state.clock.now();
-    assert!(app.write(async |tx| people::disable(tx, person.id, now).await.unwrap()).await);
-    assert!(!app.write(async |tx| people::disable(tx, person.id, now).await.unwrap()).await, "once is enough");
+    assert!(app.write(async |tx| people::disable_person(tx, person.id, now).await.unwrap()).await);
+    assert!(!app.write(async |tx| people::disable_person(tx, person.id, now).await.unwrap()).await, "once is enough");
     assert_eq!(ada.get("/").await.header("location"), "/login");
     assert_eq!(ada.sign_in("ada@example.org", "another password").await.status, 401);
 }

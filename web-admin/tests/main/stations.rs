@@ -66,7 +66,7 @@ impl School {
     }
 
     async fn pseudonym(&self) -> String {
-        people::by_email(self.app.state.db.reader(), "ada@example.org").await.unwrap().unwrap().pseudonym
+        people::find_person_by_email(self.app.state.db.reader(), "ada@example.org").await.unwrap().unwrap().pseudonym
     }
 }
 
@@ -147,9 +147,9 @@ async fn a_sign_in_code_ends_with_the_next_one_and_opens_no_other_school() {
     let south = school.app.school("South").await;
     let mut abroad = school.app.with_token(&school.app.station(south).await);
     post(&mut abroad, "sign-in", &json!({ "code": new })).await.is_problem(403, "nobody");
-    let ada = people::by_email(school.app.state.db.reader(), "ada@example.org").await.unwrap().unwrap();
+    let ada = people::find_person_by_email(school.app.state.db.reader(), "ada@example.org").await.unwrap().unwrap();
     let now = school.clock.now();
-    school.app.write(async |tx| people::disable(tx, ada.id, now).await.unwrap()).await;
+    school.app.write(async |tx| people::disable_person(tx, ada.id, now).await.unwrap()).await;
     post(&mut station, "sign-in", &json!({ "code": new })).await.is_problem(403, "nobody");
 }
 
@@ -224,5 +224,5 @@ async fn what_was_done_is_in_the_audit_log() {
         ["pairing_code.made", "station.paired", "sign_in_code.made", "trainee.signed_in_at_station", "station.revoked"];
     let found: Vec<_> = actions.iter().filter(|action| wanted.contains(&action.as_str())).collect();
     assert_eq!(found, wanted);
-    assert!(audit::check(reader).await.unwrap().findings.is_empty());
+    assert!(audit::check_audit_chain(reader).await.unwrap().findings.is_empty());
 }

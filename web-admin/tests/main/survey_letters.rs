@@ -149,10 +149,10 @@ async fn a_letter_under_way_when_the_service_dies_is_not_sent_again() {
     let link = school.links(&mut teacher, &survey, "Dr Ek").await.remove(0);
     ask(&mut teacher, &survey, "Dr Ek <ek@example.org>").await;
     let state = &school.app.state;
-    let due = letters::due(state.db.reader(), state.clock.now(), 10).await.unwrap();
+    let due = letters::list_due_survey_letters(state.db.reader(), state.clock.now(), 10).await.unwrap();
     let token = acts::secret::token_sha256(link.trim_start_matches("/survey/"));
     let response = stored::by_token(state.db.reader(), &token).await.unwrap().unwrap();
-    school.app.write(async |tx| letters::claim(tx, &due[0], response.id).await.unwrap()).await;
+    school.app.write(async |tx| letters::claim_survey_letter(tx, &due[0], response.id).await.unwrap()).await;
     state.clock.advance(7 * 24 * 3600);
     assert!(letters_out(&school).await.is_empty());
     let mut teacher = school.app.signed_in("teacher@example.org").await;

@@ -113,7 +113,7 @@ async fn there_is_a_most() {
     app.write(async |tx| {
         for n in 1..50 {
             let new = NewToken { owner, name: "x", expires_at: now.plus_s(DAY_S) };
-            tokens::add_named(tx, new, &secret::token_sha256(&n.to_string()), now).await.unwrap();
+            tokens::add_personal_token(tx, new, &secret::token_sha256(&n.to_string()), now).await.unwrap();
         }
     })
     .await;

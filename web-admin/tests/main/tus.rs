@@ -95,7 +95,7 @@ async fn a_recording_in_two_pieces_becomes_one_attempt() {
     assert_eq!((again.status.as_u16(), again.header("stylet-session")), (204, session.as_str()));
     assert_eq!(listed(&mut ada).await, 1);
     assert_eq!(ada.get(&format!("/api/v1/sessions/{session}/recording")).await.body, bytes);
-    assert_eq!(jobs::count(app.state.db.reader()).await.unwrap(), 1, "it is scored once");
+    assert_eq!(jobs::count_jobs(app.state.db.reader()).await.unwrap(), 1, "it is scored once");
     assert_eq!(app.files().len(), 1, "nothing stays behind: {:?}", app.files());
 }
 
@@ -369,9 +369,9 @@ async fn what_was_whole_when_the_service_stopped_is_taken_in_and_what_nobody_kno
     std::fs::write(folder.join(format!("{id}.tus")), &bytes).unwrap();
     std::fs::write(folder.join("00000000-0000-0000-0000-000000000000.tus"), "a file whose row was never written")
         .unwrap();
-    let mut upload = rows::by_id(app.state.db.reader(), id.parse().unwrap()).await.unwrap().unwrap();
+    let mut upload = rows::find_upload_by_id(app.state.db.reader(), id.parse().unwrap()).await.unwrap().unwrap();
     upload.received = upload.length;
-    app.write(async |tx| rows::advance(tx, &upload).await.unwrap()).await;
+    app.write(async |tx| rows::advance_upload(tx, &upload).await.unwrap()).await;
     assert_eq!((offset(&mut ada, &path).await, listed(&mut ada).await), (bytes.len(), 0));
     uploads::tidy(&app.state).await.unwrap();
     assert_eq!((listed(&mut ada).await, app.files().len()), (1, 1), "{:?}", app.files());

@@ -32,7 +32,7 @@ async fn a_recording_is_kept_byte_for_byte() {
     assert_eq!(session["unknown_exercise"], true, "this school has published nothing");
     let kept = ada.get(&format!("/api/v1/sessions/{}/recording", Uuid::nil())).await;
     assert_eq!(kept.body, bytes);
-    assert_eq!(jobs::count(app.state.db.reader()).await.unwrap(), 1);
+    assert_eq!(jobs::count_jobs(app.state.db.reader()).await.unwrap(), 1);
 }
 
 #[tokio::test]
@@ -53,7 +53,7 @@ async fn the_same_again_is_acknowledged_and_another_under_its_id_is_refused() {
     let kept = client.get(&format!("/api/v1/sessions/{}/recording", attempt.session_id)).await;
     assert_eq!(kept.body, first, "the first one stands");
     assert_eq!(app.files().len(), 1, "nothing else stays: {:?}", app.files());
-    assert_eq!(jobs::count(app.state.db.reader()).await.unwrap(), 1, "it is scored once");
+    assert_eq!(jobs::count_jobs(app.state.db.reader()).await.unwrap(), 1, "it is scored once");
 }
 
 #[tokio::test]

@@ -101,10 +101,10 @@ async fn settle(copy: &Path) -> anyhow::Result<(Vec<RecordingFile>, Verification
     let db = Database::open_existing(&format!("sqlite://{}", copy.display())).await?;
     let mut tx = db.write().await?;
     uploads::forget_unfinished(&mut tx).await?;
-    tries::take_back(&mut tx).await?;
+    tries::take_back_tries(&mut tx).await?;
     tx.commit().await?;
-    let recordings = sessions::recordings(db.reader()).await?;
-    let chain = audit::check(db.reader()).await?;
+    let recordings = sessions::list_recordings(db.reader()).await?;
+    let chain = audit::check_audit_chain(db.reader()).await?;
     let findings = [db.integrity().await?, chain.findings].concat();
     db.close().await;
     ensure!(findings.is_empty(), "the database is damaged, and nothing was backed up: {}", findings.join("; "));

@@ -34,7 +34,7 @@ const EQUAL: f64 = 1e-9;
 /// When they may not judge, there is no such revision of the exercise, or no attempt.
 pub async fn look(state: &Service, by: &CurrentPerson, exercise: &str, revision: Uuid) -> Result<Uuid, Error> {
     refuse_trainees(by)?;
-    let revisions = exercises::revisions(state.db.reader(), by.school_id, exercise).await?;
+    let revisions = exercises::list_exercise_revisions(state.db.reader(), by.school_id, exercise).await?;
     if !revisions.iter().any(|known| known.id == revision) {
         return Err(Error::NotFound);
     }
@@ -149,8 +149,8 @@ async fn look_at_some(state: &Service, regrading: &Regrading) -> Result<(), Erro
 /// What becomes of an attempt.
 async fn judge(state: &Service, regrading: &Regrading, rubric: &Rubric, id: Uuid) -> Result<RegradedAttempt, Error> {
     let (reader, school) = (state.db.reader(), regrading.school_id);
-    let session = sessions::find(reader, school, id).await?.context("an attempt that is gone")?;
-    let before = scores::newest(reader, session.key()).await?.context("a scored attempt")?;
+    let session = sessions::find_session(reader, school, id).await?.context("an attempt that is gone")?;
+    let before = scores::find_newest_score(reader, session.key()).await?.context("a scored attempt")?;
     if before.rubric_sha256 == rubric.sha256() {
         return Ok(RegradedAttempt { outcome: RegradingOutcome::Same, assessment: None, why: None });
     }
@@ -165,7 +165,7 @@ async fn judge(state: &Service, regrading: &Regrading, rubric: &Rubric, id: Uuid
             });
         }
     };
-    let overridden = grades::of(reader, session.key()).await?.is_some_and(|grade| grade.overridden);
+    let overridden = grades::find_grade(reader, session.key()).await?.is_some_and(|grade| grade.overridden);
     let outcome = match (before.passed, assessment.passed) {
         _ if overridden => RegradingOutcome::Overridden,
         (false, true) => RegradingOutcome::Passes,

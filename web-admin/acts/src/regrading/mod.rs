@@ -33,7 +33,7 @@ impl Rubric {
     /// # Errors
     /// When the database fails.
     pub async fn of_today(state: &Service, school: Uuid, exercise: &str) -> Result<Option<Self>, Error> {
-        match exercises::current(state.db.reader(), school, exercise).await? {
+        match exercises::find_current_revision(state.db.reader(), school, exercise).await? {
             Some(taught) => Self::of_revision(state, school, taught.id).await.map(Some),
             None => Ok(None),
         }
@@ -44,7 +44,8 @@ impl Rubric {
     /// # Errors
     /// When there is no such revision, or the database fails.
     pub async fn of_revision(state: &Service, school: Uuid, revision: Uuid) -> Result<Self, Error> {
-        let bytes = exercises::bytes(state.db.reader(), school, revision).await?.ok_or(Error::NotFound)?;
+        let bytes =
+            exercises::read_exercise_bytes(state.db.reader(), school, revision).await?.ok_or(Error::NotFound)?;
         let bundle = ExerciseBundle::from_parts(&bytes.exercise, &bytes.scene, &bytes.meshes);
         let bundle =
             bundle.map_err(|refused| anyhow::Error::new(refused).context("a published exercise is refused"))?;
@@ -64,7 +65,7 @@ impl Rubric {
     /// When the recording has to be read and cannot be, or cannot be judged.
     pub async fn judge(&self, state: &Service, session: &Session) -> Result<Assessment, Error> {
         let Self(rubric) = self;
-        let metrics = scores::metrics(state.db.reader(), session.key()).await?;
+        let metrics = scores::list_score_metrics(state.db.reader(), session.key()).await?;
         let judged = match suffices(rubric, &metrics) {
             true => assessment::judge(metrics, rubric, &session.simulator_version),
             false => self.judge_recording(state, session).await?,
@@ -103,7 +104,7 @@ pub struct Regrader<'a> {
 /// When the database fails.
 pub async fn apply(state: &Service, by: Regrader<'_>, session: &Session, again: &Assessment) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
-    let before = scores::newest(&mut *tx, session.key()).await?.context("a scored attempt")?;
+    let before = scores::find_newest_score(&mut *tx, session.key()).await?.context("a scored attempt")?;
     let change = ScoreChange { before: before.score, again };
     add(&mut tx, session.key(), by, change, state.clock.now()).await?;
     Ok(tx.commit().await?)
@@ -127,8 +128,8 @@ async fn add(
     now: Moment,
 ) -> Result<Uuid, Error> {
     let ScoreChange { before, again } = change;
-    let score = scores::add(tx, session, again, now).await?;
-    practice::refresh(tx, session).await?;
+    let score = scores::add_score(tx, session, again, now).await?;
+    practice::refresh_practice(tx, session).await?;
     let mut told = json!({ "from": before, "to": again.score, "rubric_sha256": again.rubric.sha256, "score": score });
     if let Some(reason) = by.reason {
         // The log never changes, and people are erased: it keeps the text's hash.

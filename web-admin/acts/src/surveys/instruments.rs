@@ -66,7 +66,7 @@ pub async fn publish_text(
     bytes: &[u8],
 ) -> anyhow::Result<Published> {
     let DocumentPublisher { school, now, .. } = *publisher;
-    let known = stored::by_sha256(&mut *writer, school, &instrument.sha256).await?;
+    let known = stored::find_instrument_by_hash(&mut *writer, school, &instrument.sha256).await?;
     let first = instrument.languages.first().map_or("en", String::as_str);
     let new = NewInstrument {
         school_id: school,
@@ -77,9 +77,9 @@ pub async fn publish_text(
     };
     let revision = match known {
         Some(revision) => revision,
-        None => stored::publish(writer, &new, now).await?,
+        None => stored::publish_instrument(writer, &new, now).await?,
     };
-    let before = stored::current(&mut *writer, school, &instrument.id).await?.map(|current| current.id);
+    let before = stored::find_current_instrument(&mut *writer, school, &instrument.id).await?.map(|current| current.id);
     if before != Some(revision) {
         stored::make_current(writer, school, &instrument.id, revision).await?;
         let details = json!({ "revision": revision, "sha256": instrument.sha256, "before": before });
@@ -177,7 +177,7 @@ pub async fn publish_written(
     new: bool,
 ) -> Result<bool, Error> {
     let (now, school, mut tx) = (state.clock.now(), by.school_id, state.db.write().await?);
-    if new && stored::current(&mut *tx, school, &instrument.id).await?.is_some() {
+    if new && stored::find_current_instrument(&mut *tx, school, &instrument.id).await?.is_some() {
         return Ok(false);
     }
     publish_text(&mut tx, &DocumentPublisher { school, by: Actor::Person(by.id), now }, instrument, bytes).await?;

@@ -115,7 +115,7 @@ pub async fn mail_links(
         )));
     }
     for (name, email) in addresses {
-        queued += usize::from(letters::queue(&mut tx, survey, name, email, now).await?);
+        queued += usize::from(letters::queue_survey_letter(&mut tx, survey, name, email, now).await?);
     }
     let details = json!({ "letters": queued });
     AuditEntry::by(person, "survey.letters_queued", survey.id).with(details).append(&mut tx, now).await?;

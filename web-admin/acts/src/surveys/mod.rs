@@ -40,7 +40,7 @@ pub async fn revision(state: &Service, school: Uuid, id: Uuid) -> Result<Option<
 /// # Errors
 /// When the database fails.
 pub async fn document(state: &Service, school: Uuid, id: Uuid) -> Result<Option<(Instrument, Vec<u8>)>, Error> {
-    let Some(found) = stored::revision(state.db.reader(), school, id).await? else { return Ok(None) };
+    let Some(found) = stored::find_instrument_revision(state.db.reader(), school, id).await? else { return Ok(None) };
     Ok(Some((read(&found.bytes)?, found.bytes)))
 }
 

@@ -114,7 +114,7 @@ async fn response(
     if begun.is_some() || surveys::answered(&mut *writer, survey, session.trainee_id, attempt).await? {
         return Err(Error::Conflict(ANSWERED.to_owned()));
     }
-    let person = people::by_id(&mut *writer, session.trainee_id).await?.ok_or(Error::NotFound)?;
+    let person = people::find_person(&mut *writer, session.trainee_id).await?.ok_or(Error::NotFound)?;
     let new = NewResponse {
         school_id: survey.school_id,
         survey_id: survey.id,

@@ -142,7 +142,7 @@ impl Writing<'_> {
         self.upload.expires_at = self.state.clock.now().plus_s(self.state.config.upload_lifetime_s);
         KillPoint::PieceSynced.pass();
         let mut tx = self.state.db.write().await?;
-        uploads::advance(&mut tx, &self.upload).await?;
+        uploads::advance_upload(&mut tx, &self.upload).await?;
         tx.commit().await?;
         KillPoint::PieceCounted.pass();
         Ok(())

@@ -63,12 +63,12 @@ pub async fn begin(state: &Service, owner: UploadOwner, announced: Announced) ->
     let counted =
         [(owner, state.config.owner_quota, "you have"), (whole_school, state.config.school_quota, "this school has")];
     for (whose, quota, who) in counted {
-        ensure_quota(uploads::unfinished(&mut *tx, whose).await?, announced.length, quota, who)?;
+        ensure_quota(uploads::count_unfinished_uploads(&mut *tx, whose).await?, announced.length, quota, who)?;
     }
     tokio::fs::File::create_new(place(state, upload.id)).await?;
     tokio::fs::File::open(state.config.uploads_dir()).await?.sync_all().await?;
     KillPoint::UploadMade.pass();
-    uploads::insert(&mut tx, &upload).await?;
+    uploads::insert_upload(&mut tx, &upload).await?;
     tx.commit().await?;
     Ok(upload)
 }
@@ -100,13 +100,13 @@ pub async fn find(state: &Service, owner: UploadOwner, id: Uuid) -> Result<Uploa
 /// The turn at an upload of an owner. Whoever writes to it gives way, for the connection may be dead and nobody know it; who is taking it
 /// in does not, and then there is none.
 async fn take_over(state: &Service, owner: UploadOwner, id: Uuid) -> Result<Option<Turn>, Error> {
-    uploads::find(state.db.reader(), owner, id).await?.ok_or(Error::NotFound)?;
+    uploads::find_upload(state.db.reader(), owner, id).await?.ok_or(Error::NotFound)?;
     Ok(state.turns.take_over(id).await)
 }
 
 /// Finds an upload; `resting` where nobody else can be moving its file.
 async fn look(state: &Service, owner: UploadOwner, id: Uuid, resting: bool) -> Result<Upload, Error> {
-    let upload = uploads::find(state.db.reader(), owner, id).await?.ok_or(Error::NotFound)?;
+    let upload = uploads::find_upload(state.db.reader(), owner, id).await?.ok_or(Error::NotFound)?;
     let lost = resting && upload.session_id.is_none() && !tokio::fs::try_exists(place(state, id)).await?;
     if upload.is_set_aside() {
         return Err(Error::Unprocessable(intake::SET_ASIDE.to_owned()));
@@ -149,7 +149,7 @@ async fn complete(state: &Service, upload: Upload) -> Result<Upload, Error> {
 /// Writes down that an upload is about to be read, or that nobody has died of it.
 async fn mark(state: &Service, id: Uuid, begun: bool) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
-    tries::mark_upload(&mut tx, id, begun).await?;
+    tries::mark_upload_begun(&mut tx, id, begun).await?;
     Ok(tx.commit().await?)
 }
 
@@ -190,7 +190,7 @@ async fn bearer(state: &Service, upload: &Upload) -> Result<Bearer, Error> {
     let actor = match (upload.person_id, upload.station_id) {
         (Some(person), _) => Actor::Person(person),
         (None, Some(station)) => {
-            let name = stations::name(state.db.reader(), upload.school_id, station).await?;
+            let name = stations::find_station_name(state.db.reader(), upload.school_id, station).await?;
             Actor::Station(name.unwrap_or_default())
         }
         (None, None) => return Err(anyhow::anyhow!("an upload without an owner").into()),
@@ -204,9 +204,9 @@ async fn bearer(state: &Service, upload: &Upload) -> Result<Bearer, Error> {
 /// # Errors
 /// When the disk or the database fails.
 pub async fn tidy(state: &Service) -> Result<(), Error> {
-    for id in uploads::all(state.db.reader()).await? {
+    for id in uploads::list_uploads(state.db.reader()).await? {
         let Some(_turn) = state.turns.take(id) else { continue };
-        let Some(upload) = uploads::by_id(state.db.reader(), id).await? else { continue };
+        let Some(upload) = uploads::find_upload_by_id(state.db.reader(), id).await? else { continue };
         if upload.is_set_aside() {
             continue;
         }
@@ -231,7 +231,7 @@ async fn clear_unknown(state: &Service) -> Result<(), Error> {
         let id = path.file_stem().and_then(|stem| Uuid::parse_str(&stem.to_string_lossy()).ok());
         let Some(id) = id.filter(|_| ours) else { continue };
         let Some(_turn) = state.turns.take(id) else { continue };
-        if uploads::by_id(state.db.reader(), id).await?.is_none() {
+        if uploads::find_upload_by_id(state.db.reader(), id).await?.is_none() {
             delete(path).await?;
         }
     }
@@ -241,7 +241,7 @@ async fn clear_unknown(state: &Service) -> Result<(), Error> {
 async fn remove(state: &Service, upload: &Upload) -> Result<(), Error> {
     delete(place(state, upload.id)).await?;
     let mut tx = state.db.write().await?;
-    uploads::remove(&mut tx, upload.school_id, upload.id).await?;
+    uploads::remove_upload(&mut tx, upload.school_id, upload.id).await?;
     Ok(tx.commit().await?)
 }
 

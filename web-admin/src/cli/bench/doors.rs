@@ -39,7 +39,7 @@ pub(super) struct Doors {
 pub(super) async fn open_doors(state: &AppState, administrator: &CurrentPerson) -> anyhow::Result<Doors> {
     let mut doors = Doors { stranger: OPEN.map(str::to_owned).to_vec(), ..Doors::default() };
     let instructor = find_person(state, &generated::instructor_email(0)).await?;
-    let exercises = exercises::all_current(state.db.reader(), administrator.school_id).await?;
+    let exercises = exercises::list_current_exercises(state.db.reader(), administrator.school_id).await?;
     let exercise = exercises.first().context("an exercise")?;
     let draft = drafting::exercise(state, administrator, &exercise.exercise_id, None).await?;
     let roster = write_roster();
@@ -57,7 +57,7 @@ pub(super) async fn open_doors(state: &AppState, administrator: &CurrentPerson) 
 }
 
 async fn find_person(state: &AppState, email: &str) -> anyhow::Result<CurrentPerson> {
-    let found = people::by_email(state.db.reader(), email).await?;
+    let found = people::find_person_by_email(state.db.reader(), email).await?;
     found.and_then(people::Person::into_current).with_context(|| format!("{email} can sign in"))
 }
 
@@ -73,7 +73,8 @@ fn write_roster() -> String {
 /// A round in which the instructor and another are to rate the latest attempts of those whom they teach.
 async fn open_rating_round(state: &AppState, instructor: &CurrentPerson) -> anyhow::Result<String> {
     let reader = state.db.reader();
-    let instrument = instruments::current(reader, instructor.school_id, "global-rating-puncture").await?;
+    let instrument =
+        instruments::find_current_instrument(reader, instructor.school_id, "global-rating-puncture").await?;
     let latest = reports::latest_taught(reader, instructor).await?;
     let other = find_person(state, &email_of(COHORTS[0].instructor)).await?;
     let new = NewRound {

@@ -53,7 +53,7 @@ pub(super) async fn prepare_school(folder: &Path, trainees: u32) -> anyhow::Resu
 }
 
 async fn find_administrator(state: &AppState) -> anyhow::Result<people::Person> {
-    let found = people::by_email(state.db.reader(), &email_of(ADMINISTRATOR)).await?;
+    let found = people::find_person_by_email(state.db.reader(), &email_of(ADMINISTRATOR)).await?;
     found.context("a demonstration has an administrator")
 }
 

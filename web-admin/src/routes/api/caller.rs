@@ -119,7 +119,7 @@ pub(crate) fn bearer_token(headers: &HeaderMap) -> Option<&str> {
 }
 
 async fn caller_of_token(state: &AppState, token: &str) -> Result<Option<Caller>, Error> {
-    let Some(token) = tokens::find(state.db.reader(), &secret::token_sha256(token)).await? else {
+    let Some(token) = tokens::find_token(state.db.reader(), &secret::token_sha256(token)).await? else {
         return Ok(None);
     };
     if let Some(end) = token.expires_at.filter(|end| *end <= state.clock.now()) {
@@ -131,7 +131,7 @@ async fn caller_of_token(state: &AppState, token: &str) -> Result<Option<Caller>
         if let Err(error) = acts::stations::note_token_use(state, &token).await {
             tracing::warn!(cause = %error, "the use of a token was not noted");
         }
-        let person = people::by_id(state.db.reader(), id).await?;
+        let person = people::find_person(state.db.reader(), id).await?;
         return Ok(person.and_then(Person::into_current).map(Caller::Person));
     }
     acts::stations::note_station_sight(state, &token).await?;

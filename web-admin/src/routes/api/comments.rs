@@ -33,7 +33,7 @@ pub(super) async fn list_comments(
     ApiId(id): ApiId,
 ) -> Result<Json<Comments>, ApiError> {
     let session = find_session(&state, &caller, id).await?;
-    Ok(Json(Comments { comments: comments::of_session(state.db.reader(), session.key()).await? }))
+    Ok(Json(Comments { comments: comments::list_session_comments(state.db.reader(), session.key()).await? }))
 }
 
 /// A comment on a moment, or on an interval.

@@ -49,5 +49,5 @@ pub(super) async fn share_with_origin(State(state): State<AppState>, request: Re
 async fn is_allowed_origin(state: &AppState, origin: &HeaderValue) -> bool {
     let Ok(origin) = origin.to_str() else { return false };
     state.config.allowed_origins.iter().any(|allowed| allowed == origin)
-        || origins::is_allowed(state.db.reader(), origin).await.unwrap_or(false)
+        || origins::is_origin_allowed(state.db.reader(), origin).await.unwrap_or(false)
 }

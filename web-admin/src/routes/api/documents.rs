@@ -159,10 +159,10 @@ async fn courses_of_person(
     person: Uuid,
 ) -> Result<Vec<(TaughtCurriculum, Course, Progress)>, Error> {
     let reader = state.db.reader();
-    let attempts = practice::of_trainee(reader, school, person).await?;
+    let attempts = practice::list_trainee_practice(reader, school, person).await?;
     let mut courses = Vec::new();
-    for curriculum in curricula::taught(reader, school).await? {
-        let course = curricula::course(reader, school, &curriculum).await?;
+    for curriculum in curricula::list_taught_curricula(reader, school).await? {
+        let course = curricula::find_course(reader, school, &curriculum).await?;
         let progress = Progress::of(&course, &attempts, state.clock.now().to_utc());
         courses.push((curriculum, course, progress));
     }
@@ -266,7 +266,7 @@ pub(super) async fn listed_exercises(
         exercise_sha256: revision.exercise_sha256,
         scene_sha256: revision.scene_sha256,
     };
-    let all = exercises::all_current(state.db.reader(), school).await?;
+    let all = exercises::list_current_exercises(state.db.reader(), school).await?;
     let mut listed: Vec<ListedExercise> = all.into_iter().map(view).collect();
     let place =
         |exercise: &ListedExercise| due.iter().position(|assignment| assignment.exercise_id == exercise.exercise_id);
@@ -307,8 +307,8 @@ pub(super) async fn show_exercise(
     Path(id): Path<String>,
 ) -> Result<Json<ExerciseDocument>, ApiError> {
     let (reader, school) = (state.db.reader(), caller.school_id());
-    let revision = exercises::current(reader, school, &id).await?.ok_or(Error::NotFound)?;
-    let bytes = exercises::bytes(reader, school, revision.id).await?.ok_or(Error::NotFound)?;
+    let revision = exercises::find_current_revision(reader, school, &id).await?.ok_or(Error::NotFound)?;
+    let bytes = exercises::read_exercise_bytes(reader, school, revision.id).await?.ok_or(Error::NotFound)?;
     let RevisionBytes { exercise, scene, meshes } = bytes;
     Ok(Json(ExerciseDocument {
         exercise_id: revision.exercise_id,

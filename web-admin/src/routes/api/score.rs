@@ -185,13 +185,13 @@ pub(super) async fn show_score(
 ) -> Result<Response, ApiError> {
     let session = find_session(&state, &caller, id).await?;
     let key = session.key();
-    let Some(score) = scores::newest(state.db.reader(), key).await? else {
+    let Some(score) = scores::find_newest_score(state.db.reader(), key).await? else {
         return match session.state {
             SessionState::Refused => Err(Error::Unscored(session.refusal.unwrap_or_default()).into()),
             waiting => Ok((StatusCode::ACCEPTED, Json(WaitingDocument { state: waiting })).into_response()),
         };
     };
-    let metrics = scores::metrics(state.db.reader(), key).await?;
+    let metrics = scores::list_score_metrics(state.db.reader(), key).await?;
     let computed = Assessment {
         score: score.score,
         passed: score.passed,
@@ -201,7 +201,7 @@ pub(super) async fn show_score(
         rubric: RubricRef { id: score.rubric_id, sha256: score.rubric_sha256 },
         simulator_version: score.simulator_version,
     };
-    let overridden = grades::overrides(state.db.reader(), key).await?.pop().and_then(OverrideView::of);
-    let (uncounted, proof) = (session.uncounted, proofs::of(state.db.reader(), key).await?);
+    let overridden = grades::list_overrides(state.db.reader(), key).await?.pop().and_then(OverrideView::of);
+    let (uncounted, proof) = (session.uncounted, proofs::find_proof(state.db.reader(), key).await?);
     Ok(Json(GradedDocument { computed, overridden, uncounted, proof }).into_response())
 }

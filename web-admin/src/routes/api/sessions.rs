@@ -174,7 +174,7 @@ pub(super) async fn list_sessions(
 
 /// The attempt of an id, if there is one that the caller may see.
 pub(super) async fn find_session(state: &AppState, caller: &Caller, id: Uuid) -> Result<Session, Error> {
-    sessions::visible(state.db.reader(), caller.person()?, id).await?.ok_or(Error::NotFound)
+    sessions::find_visible_session(state.db.reader(), caller.person()?, id).await?.ok_or(Error::NotFound)
 }
 
 /// An attempt.

@@ -72,7 +72,7 @@ pub(super) struct StationView {
     responses((status = 200, body = StationView), (status = 401, body = ProblemDocument), (status = 403, body = ProblemDocument)))]
 pub(super) async fn show_station(State(state): State<AppState>, caller: Caller) -> Result<Json<StationView>, ApiError> {
     let station = caller.station()?;
-    let school = schools::name(state.db.reader(), station.school_id).await?;
+    let school = schools::find_school_name(state.db.reader(), station.school_id).await?;
     Ok(Json(StationView { station_id: station.id, name: station.name.clone(), school }))
 }
 

@@ -124,7 +124,7 @@ pub(super) async fn list_surveys_after(
 
 /// An attempt, for the trainee themselves or a station of their school: it learns only what is asked.
 async fn find_own_session(state: &AppState, caller: &Caller, id: Uuid) -> Result<Session, Error> {
-    let session = sessions::find(state.db.reader(), caller.school_id(), id).await?;
+    let session = sessions::find_session(state.db.reader(), caller.school_id(), id).await?;
     let may_ask = |session: &Session| caller.person().map_or(true, |person| person.id == session.trainee_id);
     session.filter(may_ask).ok_or(Error::NotFound)
 }

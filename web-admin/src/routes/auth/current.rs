@@ -55,10 +55,10 @@ pub(crate) async fn standing_of(state: &AppState, session: &Session) -> Result<S
     if signed_in.until.is_none_or(|until| until <= state.clock.now()) {
         return Ok(SignInStanding::Stranger);
     }
-    let person = people::by_id(state.db.reader(), signed_in.person_id).await?;
+    let person = people::find_person(state.db.reader(), signed_in.person_id).await?;
     let person = person.filter(|p| p.credential_version == signed_in.credential_version);
     let Some(person) = person.and_then(people::Person::into_current) else { return Ok(SignInStanding::Stranger) };
-    let owes = second_factors::is_owed(state.db.reader(), (&person).into()).await?;
+    let owes = second_factors::is_second_factor_owed(state.db.reader(), (&person).into()).await?;
     Ok(if owes { SignInStanding::OwesFactor(person) } else { SignInStanding::SignedIn(person) })
 }
 

@@ -52,7 +52,7 @@ pub(super) async fn enter_session(
 ) -> Result<String, Error> {
     let key = key_of_person(person);
     let now = state.clock.now();
-    if !second_factors::is_on(state.db.reader(), key).await? {
+    if !second_factors::is_second_factor_on(state.db.reader(), key).await? {
         start_session(session, person.id, person.credential_version, now).await?;
         second_factor::note_sign_in(state, key, None).await?;
         return Ok(own_path(next).to_owned());
@@ -76,7 +76,7 @@ async fn half_signed_in(state: &AppState, session: &Session) -> Result<Option<(H
     if half.until <= state.clock.now() {
         return Ok(None);
     }
-    let person = people::by_id(state.db.reader(), half.person_id).await?;
+    let person = people::find_person(state.db.reader(), half.person_id).await?;
     let person = person.filter(|p| p.disabled_at.is_none() && p.credential_version == half.credential_version);
     Ok(person.map(|person| (half, person)))
 }
@@ -96,7 +96,9 @@ async fn make_code_page(
     error: Option<String>,
 ) -> Result<CodePage, Error> {
     let key = key_of_person(person);
-    let app = second_factors::find(state.db.reader(), key).await?.is_some_and(|factor| factor.confirmed_at.is_some());
+    let app = second_factors::find_second_factor(state.db.reader(), key)
+        .await?
+        .is_some_and(|factor| factor.confirmed_at.is_some());
     let question = FactorQuestion { state, session: &browser.session, key }.question().await?;
     Ok(CodePage { csrf: browser.csrf.token().to_owned(), app, question, error })
 }

@@ -84,7 +84,7 @@ async fn set_first_password(
     if !accounts::set_password_by_link(&state, &token, &form.password).await? {
         return Ok(answer_dead_link());
     }
-    let person = people::by_id(state.db.reader(), person).await?.ok_or(Error::NotFound)?;
+    let person = people::find_person(state.db.reader(), person).await?.ok_or(Error::NotFound)?;
     // Whoever reads somebody's mail has their password now, and not their app.
     Ok(Redirect::to(&half::enter_session(&state, &session, &person, "/").await?).into_response())
 }

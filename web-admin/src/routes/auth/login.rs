@@ -82,7 +82,7 @@ async fn sign_in(
         return show_sign_in_again(&csrf, &form, Error::Unauthorized);
     };
     state.logins.welcome(address, &form.email);
-    let person = people::by_id(state.db.reader(), known.id).await?.ok_or(Error::NotFound)?;
+    let person = people::find_person(state.db.reader(), known.id).await?.ok_or(Error::NotFound)?;
     let to = match known.initial_until {
         Some(until) if until <= state.clock.now() => {
             return show_sign_in_again(&csrf, &form, refuse_outworn_password());
@@ -103,7 +103,7 @@ fn refuse_outworn_password() -> Error {
 
 /// Whose address and password these are. Takes as long for an unknown address as for a wrong password.
 async fn check_password(state: &AppState, form: &LoginForm) -> Result<Option<Credentials>, Error> {
-    let known = people::credentials(state.db.reader(), &form.email).await?;
+    let known = people::find_credentials(state.db.reader(), &form.email).await?;
     let (password, cost) = (form.password.clone(), state.config.password_cost);
     let hash = known.as_ref().and_then(|known| known.password_hash.clone());
     let fits = state.hash(move || match hash {

@@ -30,17 +30,17 @@ pub(super) async fn show_account(
 
 async fn make_account_page(state: &AppState, person: &CurrentPerson, csrf: &Csrf) -> Result<AccountPage, Error> {
     let reader = state.db.reader();
-    let known = directory::find(reader, person.school_id, person.id).await?.ok_or(Error::NotFound)?;
+    let known = directory::find_directory_entry(reader, person.school_id, person.id).await?.ok_or(Error::NotFound)?;
     Ok(AccountPage {
         shell: Shell::new(person, csrf.token(), NavPlace::Account),
-        school: schools::name(reader, person.school_id).await?,
+        school: schools::find_school_name(reader, person.school_id).await?,
         email: known.email,
         pseudonym: known.pseudonym,
         cohorts: known.cohorts,
-        requests: cohorts::requests(reader, person.school_id, None, Some(person.id)).await?,
-        acts: cohorts::acts(reader, person.school_id, person.id).await?,
+        requests: cohorts::list_membership_requests(reader, person.school_id, None, Some(person.id)).await?,
+        acts: cohorts::list_membership_acts(reader, person.school_id, person.id).await?,
         language: person.language,
-        second_factor: second_factors::is_on(reader, person.into()).await?,
+        second_factor: second_factors::is_second_factor_on(reader, person.into()).await?,
         refused: None,
     })
 }
@@ -66,7 +66,7 @@ pub(super) async fn set_own_password(
     let refused = match passwords::check_typed(&form.password, &form.again, &own) {
         Err(refused) => refused,
         Ok(()) if accounts::change_own_password(&state, &person, &form.old, &form.password).await? => {
-            let known = people::by_id(state.db.reader(), person.id).await?.ok_or(Error::NotFound)?;
+            let known = people::find_person(state.db.reader(), person.id).await?.ok_or(Error::NotFound)?;
             start_session(&session, known.id, known.credential_version, state.clock.now()).await?;
             return Ok(Redirect::to("/account").into_response());
         }

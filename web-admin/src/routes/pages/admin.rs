@@ -58,10 +58,10 @@ pub(super) async fn show_administration(
         shell: Shell::new(&person, csrf.token(), NavPlace::Administration),
         queue: queue_figures(&state, school, &counts).await?,
         school: counts.school,
-        requests: cohort_storage::requests(reader, school, None, None).await?,
-        stations: stations::all(reader, school).await?.into_iter().map(make_station_row).collect(),
+        requests: cohort_storage::list_membership_requests(reader, school, None, None).await?,
+        stations: stations::list_stations(reader, school).await?.into_iter().map(make_station_row).collect(),
         needed: schools::certificate_needs(reader, school).await?,
-        factor_rule: second_factors::rule(reader, school).await?,
+        factor_rule: second_factors::find_factor_rule(reader, school).await?,
         warned: retention::count_warned(reader, school).await?,
     })
 }

@@ -50,7 +50,7 @@ async fn managed_page(
     person: &CurrentPerson,
     typed: &TypedAssignment,
 ) -> Result<ManagedAssignmentsPage, Error> {
-    let rows = assignments::managed(state.db.reader(), person, None, LATEST).await?;
+    let rows = assignments::list_managed_assignments(state.db.reader(), person, None, LATEST).await?;
     let cohorts = reports::cohorts(state.db.reader(), person).await?;
     let cohort = |c: NamedItem| {
         let value = c.id.to_string();
@@ -66,7 +66,7 @@ async fn managed_page(
             due: typed.due.clone(),
             limit: typed.limit.clone(),
             supervised: typed.supervised == "yes",
-            time_zone: schools::time_zone(state.db.reader(), person.school_id).await?,
+            time_zone: schools::find_time_zone(state.db.reader(), person.school_id).await?,
             refused: None,
         },
     })
@@ -76,10 +76,10 @@ async fn managed_page(
 async fn task_options(state: &AppState, school: Uuid, chosen: &str) -> Result<Vec<SelectOption>, Error> {
     let reader = state.db.reader();
     let choice = |value: String, label: String| SelectOption { chosen: value == chosen, value, label };
-    let courses = curricula::taught(reader, school).await?.into_iter();
+    let courses = curricula::list_taught_curricula(reader, school).await?.into_iter();
     let courses =
         courses.map(|c| choice(format!("course:{}", c.curriculum_id), tr!("Course: {title}", title = c.title)));
-    let exercises = exercises::all_current(reader, school).await?.into_iter();
+    let exercises = exercises::list_current_exercises(reader, school).await?.into_iter();
     let exercises = exercises.map(|e| choice(format!("exercise:{}", e.exercise_id), e.title));
     Ok(courses.chain(exercises).collect())
 }
@@ -132,7 +132,7 @@ async fn read_assignment(
     person: &CurrentPerson,
     typed: &TypedAssignment,
 ) -> Result<NewAssignment, Error> {
-    let time_zone = schools::time_zone(state.db.reader(), person.school_id).await?;
+    let time_zone = schools::find_time_zone(state.db.reader(), person.school_id).await?;
     let task = read_task(state, person.school_id, &typed.task).await?;
     let (cohort_id, person_id) = read_assignee(state, person, typed).await?;
     let due = match typed.due.trim() {
@@ -161,10 +161,12 @@ fn read_attempt_limit(said: &str) -> Result<u32, Error> {
 async fn read_task(state: &AppState, school: Uuid, said: &str) -> Result<AssignmentTask, Error> {
     let reader = state.db.reader();
     match said.split_once(':') {
-        Some(("exercise", id)) if exercises::current(reader, school, id).await?.is_some() => {
+        Some(("exercise", id)) if exercises::find_current_revision(reader, school, id).await?.is_some() => {
             Ok(AssignmentTask::Exercise(id.to_owned()))
         }
-        Some(("course", id)) if curricula::taught(reader, school).await?.iter().any(|c| c.curriculum_id == id) => {
+        Some(("course", id))
+            if curricula::list_taught_curricula(reader, school).await?.iter().any(|c| c.curriculum_id == id) =>
+        {
             Ok(AssignmentTask::Course(id.to_owned()))
         }
         _ => Err(Error::NotFound),
@@ -185,7 +187,9 @@ async fn read_assignee(
             Ok((Some(id), None))
         }
         ("", email) => {
-            let known = people::by_email(state.db.reader(), email).await?.filter(|known| known.role == Role::Trainee);
+            let known = people::find_person_by_email(state.db.reader(), email)
+                .await?
+                .filter(|known| known.role == Role::Trainee);
             let seen = match known {
                 Some(known) => reports::trainee(state.db.reader(), person, known.id).await?,
                 None => None,
@@ -204,7 +208,7 @@ async fn find_assignment(state: &AppState, person: &CurrentPerson, id: Uuid) -> 
     if person.role == Role::Trainee {
         return Err(Error::NotFound);
     }
-    let found = assignments::managed(state.db.reader(), person, Some(id), 1).await?;
+    let found = assignments::list_managed_assignments(state.db.reader(), person, Some(id), 1).await?;
     found.into_iter().next().ok_or(Error::NotFound)
 }
 

@@ -72,7 +72,7 @@ async fn make_people_page(
         members.extend(named.into_iter().map(|person| (person.id.to_string(), person.name, role)));
     }
     let href = format!("/cohorts/{}", cohort.id);
-    let requests = cohorts::requests(state.db.reader(), school, Some(cohort.id), None).await?;
+    let requests = cohorts::list_membership_requests(state.db.reader(), school, Some(cohort.id), None).await?;
     Ok(CohortPeoplePage { shell, href, name: cohort.name, members, requests, email: String::new(), unknown: false })
 }
 

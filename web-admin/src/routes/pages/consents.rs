@@ -45,7 +45,8 @@ pub(super) struct DeclarationForm {
 
 /// Somebody of the administrator's school who teaches.
 async fn find_expert(state: &AppState, visitor: &CurrentPerson, id: Uuid) -> Result<DirectoryEntry, PageError> {
-    let person = directory::find(state.db.reader(), visitor.school_id, id).await.map_err(Error::from)?;
+    let person =
+        directory::find_directory_entry(state.db.reader(), visitor.school_id, id).await.map_err(Error::from)?;
     let person = person.ok_or(Error::NotFound)?;
     if person.role == Role::Trainee {
         return Err(

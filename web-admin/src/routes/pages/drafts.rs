@@ -72,10 +72,10 @@ pub(super) async fn list_drafts(
     csrf: Csrf,
 ) -> Result<DraftsPage, PageError> {
     let (reader, school) = (state.db.reader(), person.school_id);
-    let exercises = exercises::all_current(reader, school).await?;
+    let exercises = exercises::list_current_exercises(reader, school).await?;
     Ok(DraftsPage {
         shell: Shell::new(&person, csrf.token(), NavPlace::Curricula),
-        drafts: drafts::all(reader, school).await?.iter().map(make_draft_row).collect(),
+        drafts: drafts::list_drafts(reader, school).await?.iter().map(make_draft_row).collect(),
         exercises: exercises.into_iter().map(|exercise| (exercise.exercise_id, exercise.title)).collect(),
     })
 }
@@ -118,7 +118,7 @@ pub(super) async fn show_draft(
     PathId(id): PathId,
     csrf: Csrf,
 ) -> Result<Response, PageError> {
-    let draft = drafts::find(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
+    let draft = drafts::find_draft(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
     let checked = drafting::check(&state, person.school_id, &draft).await?;
     Ok(answer_with_draft(
         &checked,
@@ -181,7 +181,7 @@ pub(super) async fn preview_draft(
     PathId(id): PathId,
     CsrfForm(typed): CsrfForm<TypedForm>,
 ) -> Result<Response, PageError> {
-    let draft = drafts::find(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
+    let draft = drafts::find_draft(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
     let texts = Texts { document: unix_lines(&typed.document), scene: unix_lines(&typed.scene) };
     let checked = drafting::check(&state, person.school_id, &DocumentDraft { texts, ..draft }).await?;
     Ok(answer_with_draft(&checked, VerdictPart { verdict: verdict_of_draft(&checked) }))

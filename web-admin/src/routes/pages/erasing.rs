@@ -47,13 +47,13 @@ async fn make_erase_page(
 ) -> Result<ErasePage, Error> {
     let (reader, school_id) = (state.db.reader(), visitor.school_id);
     let whose = Whose { school_id, person_id: person.id, until: state.clock.now() };
-    let mentions = texts::mentions(reader, whose, &texts::words_of(&person.name)).await?;
+    let mentions = texts::list_mentions(reader, whose, &texts::words_of(&person.name)).await?;
     Ok(ErasePage {
         shell: Shell::new(visitor, csrf.token(), NavPlace::People),
-        texts: texts::count(reader, whose).await?,
+        texts: texts::count_texts(reader, whose).await?,
         recordings: schools::erases_recordings(reader, school_id).await?,
         mentions: mentions.into_iter().map(|found| (format!("/sessions/{}", found.session_id), found.text)).collect(),
-        held: retention::held_at(reader, school_id, person.id).await?.is_some(),
+        held: retention::find_hold_time(reader, school_id, person.id).await?.is_some(),
         unconfirmed: false,
         person,
     })

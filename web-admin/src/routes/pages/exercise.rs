@@ -39,7 +39,8 @@ pub(super) async fn show_exercise(
     Path(id): Path<String>,
     csrf: Csrf,
 ) -> Result<ExercisePage, PageError> {
-    let current = exercises::current(state.db.reader(), person.school_id, &id).await?.ok_or(Error::NotFound)?;
+    let current =
+        exercises::find_current_revision(state.db.reader(), person.school_id, &id).await?.ok_or(Error::NotFound)?;
     let bundle = published_bundle(&state, person.school_id, current.id).await?.ok_or(Error::NotFound)?;
     let courses = visited_exercise(&state, &person).await?;
     let listed = reports::latest_at(state.db.reader(), &person, &id).await?;
@@ -59,7 +60,7 @@ async fn visited_exercise(state: &AppState, person: &CurrentPerson) -> Result<Ve
     if person.role != Role::Trainee {
         return Ok(courses.into_iter().map(|taught| (taught, None)).collect());
     }
-    let attempts = practice::of_trainee(state.db.reader(), person.school_id, person.id).await?;
+    let attempts = practice::list_trainee_practice(state.db.reader(), person.school_id, person.id).await?;
     let now = state.clock.now().to_utc();
     let judged = |taught: TaughtCourse| {
         let progress = Progress::of(&taught.course, &attempts, now);

@@ -38,7 +38,7 @@ pub(super) async fn make_link(
     head: PageHead,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<RecordingLinksPage, PageError> {
-    let session = sessions::visible(state.db.reader(), &person, id).await?.ok_or(Error::NotFound)?;
+    let session = sessions::find_visible_session(state.db.reader(), &person, id).await?.ok_or(Error::NotFound)?;
     let token = recording_links::make_recording_link(&state, &person, &session).await?;
     let recording = format!("{}/recordings/{token}/{id}.mcap", own_address(&state, &head.headers));
     let opened =
@@ -73,7 +73,7 @@ pub(super) async fn open_link(
         return Ok(share_with_viewers(StatusCode::NO_CONTENT.into_response(), origin.as_ref()));
     }
     let Path((token, _)) = path.map_err(|_| Error::NotFound)?;
-    let found = links::session(state.db.reader(), &secret::token_sha256(&token), state.clock.now()).await?;
+    let found = links::find_linked_session(state.db.reader(), &secret::token_sha256(&token), state.clock.now()).await?;
     let session = found.ok_or(Error::NotFound)?;
     let Ok(file) = ServeFile::new(recordings::file_of(&state, &session)?).oneshot(request).await;
     let mut response = file.into_response();

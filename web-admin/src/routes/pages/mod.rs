@@ -144,7 +144,9 @@ pub fn asset_routes() -> Routes {
 
 /// A revision as it was published. Publishing has checked it, so a refusal now is our fault.
 async fn published_bundle(state: &AppState, school: Uuid, revision: Uuid) -> Result<Option<ExerciseBundle>, Error> {
-    let Some(bytes) = exercises::bytes(state.db.reader(), school, revision).await? else { return Ok(None) };
+    let Some(bytes) = exercises::read_exercise_bytes(state.db.reader(), school, revision).await? else {
+        return Ok(None);
+    };
     let parsed = ExerciseBundle::from_parts(&bytes.exercise, &bytes.scene, &bytes.meshes);
     Ok(Some(parsed.map_err(|refused| anyhow::Error::new(refused).context("a published exercise is refused"))?))
 }

@@ -23,7 +23,7 @@ pub(super) async fn show_origins(
     Administrator(person): Administrator,
     csrf: Csrf,
 ) -> Result<OriginsPage, PageError> {
-    let allowed = origins::of_school(state.db.reader(), person.school_id).await.map_err(Error::from)?;
+    let allowed = origins::list_school_origins(state.db.reader(), person.school_id).await.map_err(Error::from)?;
     let shell = Shell::new(&person, csrf.token(), NavPlace::Administration);
     Ok(OriginsPage {
         shell,

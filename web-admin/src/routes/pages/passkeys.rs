@@ -88,7 +88,7 @@ async fn begin_passkey(
 
 /// Whoever owes a second factor sees nothing else meanwhile.
 async fn nav_place(state: &AppState, person: &CurrentPerson) -> Result<NavPlace, Error> {
-    let owed = second_factors::is_owed(state.db.reader(), person.into()).await?;
+    let owed = second_factors::is_second_factor_owed(state.db.reader(), person.into()).await?;
     Ok(if owed { NavPlace::Enrolment } else { NavPlace::Account })
 }
 
@@ -143,7 +143,7 @@ async fn make_passkey_page(
     let kept = passkeys::find(state, person, id).await?;
     let reader = state.db.reader();
     let proof = proof_to_ask(state, person, &browser.session).await?;
-    let last = !proof.app && stored::of_person(reader, person.into()).await?.len() == 1;
+    let last = !proof.app && stored::list_passkeys(reader, person.into()).await?.len() == 1;
     Ok(PasskeyPage {
         shell: Shell::new(person, browser.csrf.token(), NavPlace::Account),
         row: make_passkey_row(kept),

@@ -91,10 +91,10 @@ async fn make_directory_page(
     refused: Option<PersonRefused>,
 ) -> Result<PeoplePage, Error> {
     let (school, filter) = (person.school_id, query.filter());
-    let mut rows = directory::list(state.db.reader(), school, &filter, PER_PAGE + 1).await?;
+    let mut rows = directory::list_people(state.db.reader(), school, &filter, PER_PAGE + 1).await?;
     let more = rows.len() > PER_PAGE as usize;
     rows.truncate(PER_PAGE as usize);
-    let cohorts = cohorts::all(state.db.reader(), school).await?;
+    let cohorts = cohorts::list_cohorts(state.db.reader(), school).await?;
     let choices = |chosen: Option<Uuid>| -> Vec<SelectOption> {
         let choice = |c: &cohorts::Cohort| SelectOption {
             value: c.id.to_string(),
@@ -197,7 +197,7 @@ pub(super) async fn find_person(
     visitor: &CurrentPerson,
     id: Uuid,
 ) -> Result<DirectoryEntry, PageError> {
-    Ok(directory::find(state.db.reader(), visitor.school_id, id).await?.ok_or(Error::NotFound)?)
+    Ok(directory::find_directory_entry(state.db.reader(), visitor.school_id, id).await?.ok_or(Error::NotFound)?)
 }
 
 async fn make_person_page(
@@ -206,14 +206,14 @@ async fn make_person_page(
     person: DirectoryEntry,
     form: PersonForm,
 ) -> Result<PersonPage, Error> {
-    let delivery = mails::latest(state.db.reader(), visitor.school_id, person.id).await?;
+    let delivery = mails::find_latest_mail(state.db.reader(), visitor.school_id, person.id).await?;
     let (role, key) = (person.role, PersonKey { school_id: visitor.school_id, person_id: person.id });
     Ok(PersonPage {
         shell: Shell::new(visitor, csrf.token(), NavPlace::People),
         own: visitor.id == person.id,
         done: None,
-        second_factor: second_factors::is_on(state.db.reader(), key).await?,
-        held: retention::held_at(state.db.reader(), visitor.school_id, person.id).await?.is_some(),
+        second_factor: second_factors::is_second_factor_on(state.db.reader(), key).await?,
+        held: retention::find_hold_time(state.db.reader(), visitor.school_id, person.id).await?.is_some(),
         delivery: delivery.and_then(|delivery| delivery.error),
         form: PersonForm {
             roles: if form.roles.is_empty() { SelectOption::roles(Some(role)) } else { form.roles },

@@ -42,8 +42,8 @@ async fn choose_rubric(
     csrf: Csrf,
 ) -> Result<ChooseRubricPage, PageError> {
     let reader = state.db.reader();
-    let current = exercises::current(reader, person.school_id, &id).await?.ok_or(Error::NotFound)?;
-    let revisions = exercises::revisions(reader, person.school_id, &id).await?.into_iter();
+    let current = exercises::find_current_revision(reader, person.school_id, &id).await?.ok_or(Error::NotFound)?;
+    let revisions = exercises::list_exercise_revisions(reader, person.school_id, &id).await?.into_iter();
     let earlier = regradings::of_exercise(reader, &person, &id).await?.into_iter();
     Ok(ChooseRubricPage {
         shell: Shell::new(&person, csrf.token(), NavPlace::Curricula),
@@ -122,8 +122,9 @@ async fn make_regrading_page(
 ) -> Result<RegradingPage, Error> {
     let reader = state.db.reader();
     let regrading = regrading::find(state, person, id).await?;
-    let exercise =
-        exercises::current(reader, person.school_id, &regrading.exercise_id).await?.ok_or(Error::NotFound)?;
+    let exercise = exercises::find_current_revision(reader, person.school_id, &regrading.exercise_id)
+        .await?
+        .ok_or(Error::NotFound)?;
     let after = query.after.unwrap_or_default();
     let mut lines = regradings::lines(reader, &regrading, query.show.outcomes(), after, PER_PAGE + 1).await?;
     let more = lines.len() > PER_PAGE as usize;

@@ -48,7 +48,7 @@ pub(super) async fn show_replay(
 
 /// An attempt that a person may see.
 async fn find_visible_attempt(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Session, Error> {
-    sessions::visible(state.db.reader(), person, id).await?.ok_or(Error::NotFound)
+    sessions::find_visible_session(state.db.reader(), person, id).await?.ok_or(Error::NotFound)
 }
 
 async fn make_replay_page(
@@ -60,8 +60,8 @@ async fn make_replay_page(
 ) -> Result<ReplayPage, Error> {
     let reader = state.db.reader();
     let key = session.key();
-    let curve = scores::curve(reader, key).await?;
-    let said = comments::of_session(reader, key).await?;
+    let curve = scores::find_curve(reader, key).await?;
+    let said = comments::list_session_comments(reader, key).await?;
     Ok(ReplayPage {
         shell: Shell::new(person, csrf.token(), NavPlace::Elsewhere),
         session: session.id,
@@ -76,7 +76,7 @@ async fn make_replay_page(
         },
         consent: match person.role {
             Role::Trainee => None,
-            _ => Some(experts::consented(reader, person.school_id, person.id).await?.map(Moment::to_utc)),
+            _ => Some(experts::list_consents(reader, person.school_id, person.id).await?.map(Moment::to_utc)),
         },
         comments: comment_views(&said, person),
         form,
@@ -90,7 +90,7 @@ async fn draw_experts_corridor(
     session: &Session,
     curve: &AttemptCurve,
 ) -> Result<Option<String>, Error> {
-    let experts = experts::curves(state.db.reader(), session.school_id, &session.exercise_id).await?;
+    let experts = experts::list_expert_curves(state.db.reader(), session.school_id, &session.exercise_id).await?;
     let made = corridor::corridor(curve, &experts);
     Ok(made.map(|made| charts::draw_both_widths(|size| charts::draw_corridor(curve, &made, size))))
 }

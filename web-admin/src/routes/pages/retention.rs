@@ -48,7 +48,7 @@ async fn make_retention_page(
     typed: Option<RetentionForm>,
 ) -> Result<RetentionPage, Error> {
     let (settings, planned) = retaining::plan(state, person.school_id).await?;
-    let held = retention::held(state.db.reader(), person.school_id).await?;
+    let held = retention::list_held_people(state.db.reader(), person.school_id).await?;
     Ok(RetentionPage {
         shell: Shell::new(person, csrf.token(), NavPlace::Administration),
         form: typed.unwrap_or_else(|| form_of_settings(settings)),
@@ -148,7 +148,7 @@ pub(super) async fn hold_person(
     PathId(id): PathId,
     CsrfForm(form): CsrfForm<HoldForm>,
 ) -> Result<Redirect, PageError> {
-    directory::find(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
+    directory::find_directory_entry(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
     let held = match form.hold.as_str() {
         "yes" => true,
         "no" => false,

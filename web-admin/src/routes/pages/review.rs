@@ -38,7 +38,7 @@ pub(super) async fn show_queue(
     Teacher(person): Teacher,
     csrf: Csrf,
 ) -> Result<ReviewPage, PageError> {
-    let mut waiting = reviews::queue(state.db.reader(), &person).await?;
+    let mut waiting = reviews::list_review_queue(state.db.reader(), &person).await?;
     let more = waiting.len() > reviews::LISTED as usize;
     waiting.truncate(reviews::LISTED as usize);
     let shell = Shell::new(&person, csrf.token(), NavPlace::Review);
@@ -61,13 +61,13 @@ fn make_waiting_row(waiting: WaitingReview) -> WaitingRow {
 
 /// An attempt that a person may see.
 async fn find_visible_attempt(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Session, Error> {
-    sessions::visible(state.db.reader(), person, id).await?.ok_or(Error::NotFound)
+    sessions::find_visible_session(state.db.reader(), person, id).await?.ok_or(Error::NotFound)
 }
 
 /// An attempt that a person may judge, which is scored.
 pub(super) async fn find_scored(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Session, Error> {
     let session = find_visible_attempt(state, person, id).await?;
-    match grades::of(state.db.reader(), session.key()).await? {
+    match grades::find_grade(state.db.reader(), session.key()).await? {
         Some(_) => Ok(session),
         None => Err(Error::Conflict(tr!("this attempt has not been scored yet").to_owned())),
     }
@@ -91,10 +91,10 @@ async fn make_grade_page(
     refused: Option<String>,
 ) -> Result<GradePage, Error> {
     let (reader, key) = (state.db.reader(), session.key());
-    let computed = scores::all(reader, key).await?;
-    let grade = grades::of(reader, key).await?;
-    let review = reviews::of(reader, key).await?;
-    let supervised = supervisions::of(reader, key).await?;
+    let computed = scores::list_scores(reader, key).await?;
+    let grade = grades::find_grade(reader, key).await?;
+    let review = reviews::find_review(reader, key).await?;
+    let supervised = supervisions::find_supervision(reader, key).await?;
     let regraded = regradings::of_session(reader, key).await?;
     Ok(GradePage {
         shell: Shell::new(person, csrf.token(), NavPlace::Elsewhere),
@@ -102,7 +102,7 @@ async fn make_grade_page(
         counts: grade.map(|grade| (grade.score, grade.passed)),
         computed: computed.last().map(|score| score.score),
         overridden: grade.is_some_and(|grade| grade.overridden),
-        history: grade_history(&computed, &regraded, grades::overrides(reader, key).await?),
+        history: grade_history(&computed, &regraded, grades::list_overrides(reader, key).await?),
         reviewed: review.map(|review| (review.by, review.reviewed_at.to_utc())),
         supervised: supervised.map(|known| (known.by, known.confirmed_at.to_utc())),
         ratings: means_of_ratings(state, person, session).await?,
@@ -272,7 +272,7 @@ async fn make_regrade_page(
     session: &Session,
     after: Assessment,
 ) -> Result<RegradePage, Error> {
-    let before = scores::newest(state.db.reader(), session.key()).await?.ok_or(Error::NotFound)?;
+    let before = scores::find_newest_score(state.db.reader(), session.key()).await?.ok_or(Error::NotFound)?;
     Ok(RegradePage {
         shell: Shell::new(person, csrf.token(), NavPlace::Elsewhere),
         attempt: judged_attempt(state, person, session).await?,

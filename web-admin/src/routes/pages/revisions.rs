@@ -41,7 +41,7 @@ pub(super) async fn compare_exercise_revisions(
     csrf: Csrf,
 ) -> Result<RevisionsPage, PageError> {
     let (reader, school) = (state.db.reader(), person.school_id);
-    let current = exercises::current(reader, school, &id).await?.ok_or(Error::NotFound)?;
+    let current = exercises::find_current_revision(reader, school, &id).await?.ok_or(Error::NotFound)?;
     let row = |revision: exercises::Revision| RevisionRow {
         id: revision.id,
         title: revision.title,
@@ -49,10 +49,11 @@ pub(super) async fn compare_exercise_revisions(
         published_at: revision.published_at.to_utc(),
         current: revision.id == current.id,
     };
-    let revisions: Vec<_> = exercises::revisions(reader, school, &id).await?.into_iter().map(row).collect();
+    let revisions: Vec<_> =
+        exercises::list_exercise_revisions(reader, school, &id).await?.into_iter().map(row).collect();
     let (from, to) = compared.among(&revisions)?;
-    let older = exercises::bytes(reader, school, from).await?.ok_or(Error::NotFound)?;
-    let newer = exercises::bytes(reader, school, to).await?.ok_or(Error::NotFound)?;
+    let older = exercises::read_exercise_bytes(reader, school, from).await?.ok_or(Error::NotFound)?;
+    let newer = exercises::read_exercise_bytes(reader, school, to).await?.ok_or(Error::NotFound)?;
     let shell = Shell::new(&person, csrf.token(), NavPlace::Curricula);
     let parts = vec![
         (tr!("Exercise"), compare_documents(&older.exercise, &newer.exercise)),
@@ -69,7 +70,7 @@ pub(super) async fn compare_course_revisions(
     csrf: Csrf,
 ) -> Result<RevisionsPage, PageError> {
     let (reader, school) = (state.db.reader(), person.school_id);
-    let taught = curricula::taught(reader, school).await?;
+    let taught = curricula::list_taught_curricula(reader, school).await?;
     let current = taught.into_iter().find(|course| course.curriculum_id == id).ok_or(Error::NotFound)?;
     let row = |revision: curricula::CurriculumRevision| RevisionRow {
         id: revision.id,
@@ -78,10 +79,11 @@ pub(super) async fn compare_course_revisions(
         published_at: revision.published_at.to_utc(),
         current: revision.id == current.revision_id,
     };
-    let revisions: Vec<_> = curricula::revisions(reader, school, &id).await?.into_iter().map(row).collect();
+    let revisions: Vec<_> =
+        curricula::list_curriculum_revisions(reader, school, &id).await?.into_iter().map(row).collect();
     let (from, to) = compared.among(&revisions)?;
-    let older = curricula::bytes(reader, school, from).await?.ok_or(Error::NotFound)?;
-    let newer = curricula::bytes(reader, school, to).await?.ok_or(Error::NotFound)?;
+    let older = curricula::read_curriculum_bytes(reader, school, from).await?.ok_or(Error::NotFound)?;
+    let newer = curricula::read_curriculum_bytes(reader, school, to).await?.ok_or(Error::NotFound)?;
     let shell = Shell::new(&person, csrf.token(), NavPlace::Curricula);
     let parts = vec![(tr!("Course"), compare_documents(&older, &newer))];
     Ok(RevisionsPage { shell, title: current.title, href: "/curricula".to_owned(), revisions, from, to, parts })

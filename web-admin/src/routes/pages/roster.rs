@@ -34,7 +34,7 @@ async fn make_roster_page(
     Visit { person, csrf }: Visit<'_>,
     wanted: &RosterRequest,
 ) -> Result<RosterPage, Error> {
-    let cohorts = cohorts::all(state.db.reader(), person.school_id).await?;
+    let cohorts = cohorts::list_cohorts(state.db.reader(), person.school_id).await?;
     Ok(RosterPage {
         shell: Shell::new(person, csrf.token(), NavPlace::People),
         refused: None,

@@ -60,7 +60,7 @@ pub(super) async fn make_factor_page(
     browser: &Browser,
 ) -> Result<SecondFactorPage, Error> {
     let (reader, key) = (state.db.reader(), PersonKey::from(person));
-    let factor = match second_factors::find(reader, key).await? {
+    let factor = match second_factors::find_second_factor(reader, key).await? {
         None => FactorState::Off,
         Some(found) => match found.confirmed_at {
             Some(since) => FactorState::On { since: since.to_utc() },
@@ -75,7 +75,7 @@ pub(super) async fn make_factor_page(
     Ok(SecondFactorPage {
         shell: Shell::new(person, browser.csrf.token(), place),
         factor,
-        passkeys: stored::of_person(reader, key).await?.into_iter().map(passkeys::make_passkey_row).collect(),
+        passkeys: stored::list_passkeys(reader, key).await?.into_iter().map(passkeys::make_passkey_row).collect(),
         codes_left,
         proof,
         can_add: state.passkeys.site().is_some(),
@@ -88,7 +88,7 @@ pub(super) async fn make_factor_page(
 
 /// Whether the school asks somebody for a second factor.
 pub(super) async fn is_factor_asked(state: &AppState, person: &CurrentPerson) -> Result<bool, Error> {
-    let rule = second_factors::rule(state.db.reader(), person.school_id).await?;
+    let rule = second_factors::find_factor_rule(state.db.reader(), person.school_id).await?;
     Ok(rule.asks(person.role))
 }
 
@@ -99,9 +99,10 @@ pub(super) async fn proof_to_ask(
     session: &Session,
 ) -> Result<ProofAsked, Error> {
     let (reader, key) = (state.db.reader(), PersonKey::from(person));
-    let app = second_factors::find(reader, key).await?.is_some_and(|factor| factor.confirmed_at.is_some());
+    let app =
+        second_factors::find_second_factor(reader, key).await?.is_some_and(|factor| factor.confirmed_at.is_some());
     let question = FactorQuestion { state, session, key }.question().await?;
-    Ok(ProofAsked { on: second_factors::is_on(reader, key).await?, app, question })
+    Ok(ProofAsked { on: second_factors::is_second_factor_on(reader, key).await?, app, question })
 }
 
 /// What somebody proves by that they may change a second factor.
@@ -126,7 +127,7 @@ pub(super) async fn allow_factor_change(
         return Ok(Err(FactorRefused::Password));
     }
     let key = PersonKey::from(person);
-    if !second_factors::is_on(state.db.reader(), key).await? {
+    if !second_factors::is_second_factor_on(state.db.reader(), key).await? {
         return Ok(Ok(()));
     }
     let asked = FactorQuestion { state, session: &browser.session, key };
@@ -144,8 +145,8 @@ async fn offered_factor(state: &AppState, person: &CurrentPerson) -> Result<Fact
 async fn address_of_secret(state: &AppState, person: &CurrentPerson) -> Result<Option<String>, Error> {
     let Some(secret) = second_factor::offered(state, person.into()).await? else { return Ok(None) };
     let reader = state.db.reader();
-    let school = schools::name(reader, person.school_id).await?;
-    let known = people::by_id(reader, person.id).await?.ok_or(Error::NotFound)?;
+    let school = schools::find_school_name(reader, person.school_id).await?;
+    let known = people::find_person(reader, person.id).await?.ok_or(Error::NotFound)?;
     Ok(Some(secret.address(&format!("Stylet, {school}"), &known.email)))
 }
 
@@ -220,7 +221,7 @@ pub(super) async fn answer_enrolled(
     session: &Session,
     made: Enrolled,
 ) -> Result<Response, Error> {
-    let known = people::by_id(state.db.reader(), person.id).await?.ok_or(Error::NotFound)?;
+    let known = people::find_person(state.db.reader(), person.id).await?.ok_or(Error::NotFound)?;
     start_session(session, known.id, known.credential_version, state.clock.now()).await?;
     let Enrolled::First(codes) = made else { return Ok(Redirect::to(PAGE).into_response()) };
     let csrf = Csrf::of_session(session).await?;
@@ -231,7 +232,7 @@ pub(super) async fn answer_enrolled(
 /// Who has a second factor, for forms that only make sense with one.
 async fn key_with_factor(state: &AppState, person: &CurrentPerson) -> Result<PersonKey, Error> {
     let key = PersonKey::from(person);
-    let on = second_factors::is_on(state.db.reader(), key).await?;
+    let on = second_factors::is_second_factor_on(state.db.reader(), key).await?;
     if on { Ok(key) } else { Err(second_factor::nothing_on()) }
 }
 
@@ -275,7 +276,8 @@ async fn reset_factor(
     PathId(id): PathId,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
-    let person = directory::find(state.db.reader(), visitor.school_id, id).await?.ok_or(Error::NotFound)?;
+    let person =
+        directory::find_directory_entry(state.db.reader(), visitor.school_id, id).await?.ok_or(Error::NotFound)?;
     if person.id == visitor.id {
         let why = tr!("one's own second factor is turned off on one's own account's page, by a code");
         return Err(Error::Conflict(why.to_owned()).into());

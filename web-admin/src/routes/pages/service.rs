@@ -32,9 +32,9 @@ pub(super) async fn show_service_log(
     let reader = state.db.reader();
     let counts = admin::count_people(&state, person.school_id).await?;
     let failing = reports::failing_jobs(reader, person.school_id).await?.len();
-    let joined = stations::all(reader, person.school_id).await?;
+    let joined = stations::list_stations(reader, person.school_id).await?;
     let stations = i64::try_from(joined.iter().filter(|station| !station.revoked).count()).unwrap_or(i64::MAX);
-    let acts = service::acts(reader, person.school_id, query.before.unwrap_or(i64::MAX), PER_PAGE).await?;
+    let acts = service::list_school_acts(reader, person.school_id, query.before.unwrap_or(i64::MAX), PER_PAGE).await?;
     let full = acts.len() >= usize::try_from(PER_PAGE).unwrap_or(usize::MAX);
     let last = acts.last().filter(|_| full).map(|act| act.seq);
     Ok(ServicePage {

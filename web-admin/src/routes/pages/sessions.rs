@@ -24,15 +24,15 @@ pub(super) async fn show_session(
     csrf: Csrf,
 ) -> Result<SessionPage, PageError> {
     let reader = state.db.reader();
-    let session = sessions::visible(reader, &person, id).await?.ok_or(Error::NotFound)?;
+    let session = sessions::find_visible_session(reader, &person, id).await?.ok_or(Error::NotFound)?;
     let key = SessionKey { school_id: session.school_id, id };
     let bundle = match session.revision_id {
         Some(revision) => published_bundle(&state, session.school_id, revision).await?,
         None => None,
     };
-    let taught = exercises::current(reader, session.school_id, &session.exercise_id).await?;
+    let taught = exercises::find_current_revision(reader, session.school_id, &session.exercise_id).await?;
     let title = bundle.as_ref().map(|b| b.exercise.title.clone()).or(taught.as_ref().map(|t| t.title.clone()));
-    let curve = scores::curve(reader, key).await?;
+    let curve = scores::find_curve(reader, key).await?;
     Ok(SessionPage {
         shell: Shell::new(&person, csrf.token(), NavPlace::Elsewhere),
         exercise: title.unwrap_or_else(|| session.exercise_id.clone()),
@@ -47,7 +47,7 @@ pub(super) async fn show_session(
         uncounted: why_uncounted(&state, &person, &session).await?,
         verification: verification_of_session(&session),
         signed_by: name_of_signer(&state, &session).await?,
-        supervised_by: supervisions::of(reader, key).await?.map(|there| there.by),
+        supervised_by: supervisions::find_supervision(reader, key).await?.map(|there| there.by),
         surveys: surveys::list_surveys_after(&state, &person, &session).await?,
         facts: list_session_facts(&session),
     })
@@ -55,7 +55,7 @@ pub(super) async fn show_session(
 
 /// The title of the exercise that was attempted.
 pub(super) async fn title_of_exercise(state: &AppState, session: &Session) -> Result<String, Error> {
-    let taught = exercises::current(state.db.reader(), session.school_id, &session.exercise_id).await?;
+    let taught = exercises::find_current_revision(state.db.reader(), session.school_id, &session.exercise_id).await?;
     Ok(taught.map_or_else(|| session.exercise_id.clone(), |taught| taught.title))
 }
 
@@ -79,13 +79,13 @@ async fn outcome_of_session(
 ) -> Result<SessionOutcome, Error> {
     let reader = state.db.reader();
     let key = SessionKey { school_id: session.school_id, id: session.id };
-    let Some(score) = scores::newest(reader, key).await? else {
+    let Some(score) = scores::find_newest_score(reader, key).await? else {
         return Ok(match session.state {
             SessionState::Refused => SessionOutcome::Refused(session.refusal.clone().unwrap_or_default()),
             SessionState::Pending | SessionState::Scored => SessionOutcome::Waiting,
         });
     };
-    let metrics = scores::metrics(reader, key).await?;
+    let metrics = scores::list_score_metrics(reader, key).await?;
     let graded = GradedAttempt {
         score: score.score,
         passed: score.passed,
@@ -99,7 +99,7 @@ async fn outcome_of_session(
 
 /// The override that counts, if one does.
 async fn ruling_on_session(state: &AppState, session: &Session) -> Result<Option<Ruling>, Error> {
-    let newest = grades::overrides(state.db.reader(), session.key()).await?.pop();
+    let newest = grades::list_overrides(state.db.reader(), session.key()).await?.pop();
     Ok(newest.and_then(|made| {
         let (score, passed) = made.score.zip(made.passed)?;
         Some(Ruling { score, passed, by: made.by, reason: made.reason })
@@ -114,7 +114,7 @@ async fn why_uncounted(
 ) -> Result<Option<(Uncounted, Option<String>)>, Error> {
     let Some(why) = session.uncounted else { return Ok(None) };
     let first = match session.repeats {
-        Some(first) => sessions::visible(state.db.reader(), person, first).await?,
+        Some(first) => sessions::find_visible_session(state.db.reader(), person, first).await?,
         None => None,
     };
     Ok(Some((why, first.map(|first| format!("/sessions/{}", first.id)))))
@@ -123,7 +123,7 @@ async fn why_uncounted(
 /// The name of the station that has signed it.
 async fn name_of_signer(state: &AppState, session: &Session) -> Result<Option<String>, Error> {
     match session.signed_by {
-        Some(station) => Ok(stations::name(state.db.reader(), session.school_id, station).await?),
+        Some(station) => Ok(stations::find_station_name(state.db.reader(), session.school_id, station).await?),
         None => Ok(None),
     }
 }

@@ -42,8 +42,8 @@ pub(super) async fn taught_courses(state: &AppState, school: Uuid) -> Result<Vec
     let reader = state.db.reader();
     let exercises = reports::exercises(reader, school).await?;
     let mut courses = Vec::new();
-    for curriculum in curricula::taught(reader, school).await? {
-        let course = curricula::course(reader, school, &curriculum).await?;
+    for curriculum in curricula::list_taught_curricula(reader, school).await? {
+        let course = curricula::find_course(reader, school, &curriculum).await?;
         courses.push(taught_course(curriculum, course, &exercises));
     }
     Ok(courses)
@@ -79,7 +79,7 @@ pub(super) async fn proved_attempts(
     attempts: &[ScoredAttempt],
 ) -> Result<(Needed, Vec<ScoredAttempt>), Error> {
     let needed = schools::certificate_needs(state.db.reader(), school).await?;
-    let enough = proofs::enough(state.db.reader(), school, trainee, needed).await?;
+    let enough = proofs::list_proved_sessions(state.db.reader(), school, trainee, needed).await?;
     Ok((needed, attempts.iter().filter(|attempt| enough.contains(&attempt.session)).cloned().collect()))
 }
 
@@ -118,7 +118,7 @@ pub(super) async fn standing_of_cohort(
 ) -> Result<CohortStanding, Error> {
     let reader = state.db.reader();
     let trainees = reports::members(reader, school, cohort, Role::Trainee).await?;
-    let mut practised = practice::of_cohort(reader, school, cohort).await?;
+    let mut practised = practice::list_cohort_practice(reader, school, cohort).await?;
     let standing = |trainee: NamedItem| {
         let own = practised.remove(&trainee.id).unwrap_or_default();
         (trainee, progress_in_courses(courses, &own, state))

@@ -47,7 +47,7 @@ async fn make_tokens_page(state: &AppState, person: &CurrentPerson, csrf: &Csrf)
         ended: token.expires_at.is_some_and(|end| end <= now),
         revoke_href: format!("/account/tokens/{}/revoke", token.id),
     };
-    let tokens = stored::of_person(state.db.reader(), person.into()).await?;
+    let tokens = stored::list_tokens_of_person(state.db.reader(), person.into()).await?;
     Ok(TokensPage {
         shell: Shell::new(person, csrf.token(), NavPlace::Account),
         rows: tokens.into_iter().map(row).collect(),

@@ -60,7 +60,7 @@ pub(super) async fn make_trainee_page(
 ) -> Result<TraineePage, Error> {
     let (reader, school) = (state.db.reader(), visitor.school_id);
     let courses = standing::taught_courses(state, school).await?;
-    let attempts = practice::of_trainee(reader, school, trainee.id).await?;
+    let attempts = practice::list_trainee_practice(reader, school, trainee.id).await?;
     let progress = standing::progress_in_courses(&courses, &attempts, state);
     let href = format!("/trainees/{}", trainee.id);
     let (needed, proved) = standing::proved_attempts(state, school, trainee.id, &attempts).await?;
@@ -75,14 +75,15 @@ pub(super) async fn make_trainee_page(
     };
     let pages = number_pages(reports::count_attempts(reader, school, trainee.id).await?, query);
     let stretch = ListStretch { limit: PER_PAGE, offset: pages.page.saturating_sub(1) * PER_PAGE };
-    let cohorts = cohorts::of_person(reader, school, trainee.id, Role::Trainee).await?;
+    let cohorts = cohorts::list_cohorts_of_person(reader, school, trainee.id, Role::Trainee).await?;
     let own = trainee.id == visitor.id;
     let sign_in_code = match own {
-        true => Some(sign_in_codes::made_at(reader, school, visitor.id).await?.map(Moment::to_utc)),
+        true => Some(sign_in_codes::find_code_time(reader, school, visitor.id).await?.map(Moment::to_utc)),
         false => None,
     };
     let latest = reports::attempts_of(reader, school, trainee.id, RECENT).await?;
-    let requests = if own { cohorts::requests(reader, school, None, Some(visitor.id)).await? } else { Vec::new() };
+    let requests =
+        if own { cohorts::list_membership_requests(reader, school, None, Some(visitor.id)).await? } else { Vec::new() };
     let due = if own { teaching::standings(state, school, visitor.id).await? } else { Vec::new() };
     Ok(TraineePage {
         shell,

@@ -47,9 +47,11 @@ pub(super) async fn of(reader: &SqlitePool, key: PersonKey) -> Result<AccessFact
          WHERE person_id = $1 AND school_id = $2 ORDER BY created_at, id",
     );
     Ok(AccessFacts {
-        second_factor_since: second_factors::find(reader, key).await?.and_then(|factor| factor.confirmed_at),
+        second_factor_since: second_factors::find_second_factor(reader, key)
+            .await?
+            .and_then(|factor| factor.confirmed_at),
         recovery_codes_left: second_factors::recovery_codes_left(reader, key).await?,
-        passkeys: passkeys::of_person(reader, key).await?.into_iter().map(PasskeyFacts::of).collect(),
+        passkeys: passkeys::list_passkeys(reader, key).await?.into_iter().map(PasskeyFacts::of).collect(),
         tokens: tokens.bind(key.person_id).bind(key.school_id).fetch_all(reader).await?,
     })
 }

@@ -87,7 +87,7 @@ pub(super) async fn comments(reader: &SqlitePool, school: Uuid, person: Uuid) ->
 }
 
 pub(super) async fn assignments(reader: &SqlitePool, school: Uuid, person: Uuid) -> Result<Vec<AssignmentFacts>> {
-    let assigned = assignments::of_trainee(reader, school, person).await?;
+    let assigned = assignments::list_trainee_assignments(reader, school, person).await?;
     let facts = assigned.into_iter().map(|assigned| AssignmentFacts {
         id: assigned.id,
         title: assigned.title,

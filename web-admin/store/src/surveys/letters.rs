@@ -12,7 +12,7 @@ use model::{Moment, new_id};
 ///
 /// # Errors
 /// When the database fails.
-pub async fn queue(
+pub async fn queue_survey_letter(
     writer: &mut SqliteConnection,
     survey: &Survey,
     name: &str,
@@ -52,7 +52,11 @@ pub async fn queued_since(executor: impl SqliteExecutor<'_>, school: Uuid, since
 ///
 /// # Errors
 /// When the database fails.
-pub async fn due(executor: impl SqliteExecutor<'_>, now: Moment, limit: u32) -> Result<Vec<SurveyLetter>> {
+pub async fn list_due_survey_letters(
+    executor: impl SqliteExecutor<'_>,
+    now: Moment,
+    limit: u32,
+) -> Result<Vec<SurveyLetter>> {
     sqlx::query_as(
         "SELECT l.id, l.school_id, l.survey_id, l.name, l.email, l.response_id, l.tries, s.name AS school
          FROM survey_letters l JOIN schools s ON s.id = l.school_id
@@ -68,7 +72,7 @@ pub async fn due(executor: impl SqliteExecutor<'_>, now: Moment, limit: u32) -> 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn claim(writer: &mut SqliteConnection, letter: &SurveyLetter, response: Uuid) -> Result<()> {
+pub async fn claim_survey_letter(writer: &mut SqliteConnection, letter: &SurveyLetter, response: Uuid) -> Result<()> {
     sqlx::query(
         "UPDATE survey_letters SET next_run_at = NULL, tries = tries + 1, response_id = $3
          WHERE school_id = $1 AND id = $2",
@@ -85,7 +89,7 @@ pub async fn claim(writer: &mut SqliteConnection, letter: &SurveyLetter, respons
 ///
 /// # Errors
 /// When the database fails.
-pub async fn sent(writer: &mut SqliteConnection, letter: &SurveyLetter, now: Moment) -> Result<()> {
+pub async fn mark_letter_sent(writer: &mut SqliteConnection, letter: &SurveyLetter, now: Moment) -> Result<()> {
     sqlx::query(
         "UPDATE survey_letters SET sent_at = $3, response_id = NULL, next_run_at = NULL, error = NULL
          WHERE school_id = $1 AND id = $2",
@@ -102,7 +106,7 @@ pub async fn sent(writer: &mut SqliteConnection, letter: &SurveyLetter, now: Mom
 ///
 /// # Errors
 /// When the database fails.
-pub async fn failed(
+pub async fn mark_letter_failed(
     writer: &mut SqliteConnection,
     letter: &SurveyLetter,
     error: &str,
@@ -122,7 +126,7 @@ pub async fn failed(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn deliveries(executor: impl SqliteExecutor<'_>, survey: &Survey) -> Result<Vec<LetterDelivery>> {
+pub async fn list_deliveries(executor: impl SqliteExecutor<'_>, survey: &Survey) -> Result<Vec<LetterDelivery>> {
     sqlx::query_as(
         "SELECT name, email, sent_at, error, next_run_at FROM survey_letters
          WHERE school_id = $1 AND survey_id = $2 ORDER BY email",

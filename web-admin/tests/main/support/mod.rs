@@ -88,9 +88,9 @@ impl App {
         let new = NewPerson { school_id: school, role, email, display_name: "Somebody", password_hash: &hash };
         let person = self
             .write(async |tx| {
-                let person = people::add(tx, &new, now).await.unwrap();
+                let person = people::add_person(tx, &new, now).await.unwrap();
                 let holder = TokenHolder { school_id: school, person_id: Some(person.id), station: None };
-                tokens::add(tx, &holder, &secret::token_sha256(&token), now).await.unwrap();
+                tokens::add_station_token(tx, &holder, &secret::token_sha256(&token), now).await.unwrap();
                 let entry = AuditEntry::new(school, Actor::CommandLine, "person.added", person.id);
                 entry.append(tx, now).await.unwrap();
                 person
@@ -103,7 +103,10 @@ impl App {
     pub async fn station(&self, school: Uuid) -> String {
         let (now, token) = (self.state.clock.now(), secret::random_hex().unwrap());
         let holder = TokenHolder { school_id: school, person_id: None, station: Some("room 2".to_owned()) };
-        self.write(async |tx| tokens::add(tx, &holder, &secret::token_sha256(&token), now).await.unwrap()).await;
+        self.write(async |tx| {
+            tokens::add_station_token(tx, &holder, &secret::token_sha256(&token), now).await.unwrap()
+        })
+        .await;
         token
     }
 
@@ -115,7 +118,7 @@ impl App {
             for person in people {
                 let membership =
                     Membership { school_id: school, cohort_id: cohort.id, person_id: person.id, role: person.role };
-                cohorts::join(tx, membership, Deed { by: None, at: now }).await.unwrap();
+                cohorts::join_cohort(tx, membership, Deed { by: None, at: now }).await.unwrap();
             }
         })
         .await;

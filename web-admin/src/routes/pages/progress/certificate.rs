@@ -38,12 +38,13 @@ pub(super) async fn issue_certificate(
 ) -> Result<Response, PageError> {
     let id: Uuid = id.parse().map_err(|_| Error::NotFound)?;
     let trainee = reports::trainee(state.db.reader(), &person, id).await?.ok_or(Error::NotFound)?;
-    let taught = curricula::taught(state.db.reader(), person.school_id).await?;
+    let taught = curricula::list_taught_curricula(state.db.reader(), person.school_id).await?;
     let curriculum = taught.into_iter().find(|c| c.curriculum_id == course).ok_or(Error::NotFound)?;
     let earned = earned_by_trainee(&state, &person, &trainee, &curriculum).await?;
     let certificate = sign_statement(&certificates::signing_key(&state.config.data_dir)?, &earned.statement)?;
     let theirs =
-        people::language(state.db.reader(), PersonKey { school_id: person.school_id, person_id: trainee.id }).await?;
+        people::find_language(state.db.reader(), PersonKey { school_id: person.school_id, person_id: trainee.id })
+            .await?;
     let language = theirs.unwrap_or_else(words::current);
     let file = format!("certificate-{}.html", curriculum.curriculum_id);
     let page = words::within(language, || earned.page(&certificate, &file))?;
@@ -86,8 +87,8 @@ async fn earned_by_trainee(
     curriculum: &TaughtCurriculum,
 ) -> Result<Earned, Error> {
     let (reader, school) = (state.db.reader(), person.school_id);
-    let course = curricula::course(reader, school, curriculum).await?;
-    let attempts = practice::of_trainee(reader, school, trainee.id).await?;
+    let course = curricula::find_course(reader, school, curriculum).await?;
+    let attempts = practice::list_trainee_practice(reader, school, trainee.id).await?;
     let (needed, proved) = standing::proved_attempts(state, school, trainee.id, &attempts).await?;
     let now = state.clock.now();
     let progress = Progress::of(&course, &proved, now.to_utc());
@@ -101,7 +102,7 @@ async fn earned_by_trainee(
     let mastered = mastered_steps(&course, &progress);
     let statement = Statement {
         format: Statement::FORMAT,
-        school: schools::name(reader, school).await?,
+        school: schools::find_school_name(reader, school).await?,
         trainee: trainee.name.clone(),
         curriculum_id: curriculum.curriculum_id.clone(),
         course: curriculum.title.clone(),

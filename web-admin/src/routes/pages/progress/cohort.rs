@@ -44,7 +44,7 @@ struct CohortProgress {
 async fn find_cohort_progress(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<CohortProgress, Error> {
     let (reader, school) = (state.db.reader(), person.school_id);
     let cohort = reports::cohort(reader, person, id).await?.ok_or(Error::NotFound)?;
-    let mut practised = practice::of_cohort(reader, school, id).await?;
+    let mut practised = practice::list_cohort_practice(reader, school, id).await?;
     let members = reports::members(reader, school, id, Role::Trainee).await?;
     let with_attempts = |trainee: NamedItem| {
         let attempts = practised.remove(&trainee.id).unwrap_or_default();

@@ -55,10 +55,10 @@ pub(super) async fn show_school_progress(
     Query(query): Query<YearQuery>,
 ) -> Result<SchoolProgressPage, PageError> {
     let (reader, school) = (state.db.reader(), person.school_id);
-    let months = tallies::by_month(reader, school).await?;
+    let months = tallies::list_tallies_by_month(reader, school).await?;
     let years = years_with_attempts(&months);
     let year = query.chosen(&years);
-    let mut cohorts = tallies::in_year(reader, school, year, &query.after, PER_PAGE + 1).await?;
+    let mut cohorts = tallies::list_tallies_in_year(reader, school, year, &query.after, PER_PAGE + 1).await?;
     let more = cohorts.len() > PER_PAGE as usize;
     cohorts.truncate(PER_PAGE as usize);
     let next = cohorts.last().filter(|_| more);
@@ -100,8 +100,8 @@ pub(super) async fn export_school_progress(
     Query(query): Query<YearQuery>,
 ) -> Result<Response, PageError> {
     let (reader, school) = (state.db.reader(), person.school_id);
-    let year = query.chosen(&years_with_attempts(&tallies::by_month(reader, school).await?));
-    let cohorts = tallies::in_year(reader, school, year, "", u32::MAX).await?;
+    let year = query.chosen(&years_with_attempts(&tallies::list_tallies_by_month(reader, school).await?));
+    let cohorts = tallies::list_tallies_in_year(reader, school, year, "", u32::MAX).await?;
     let rows: Vec<Vec<CsvCell>> = cohorts.into_iter().map(make_year_row).map(|row| year_cells(year, row)).collect();
     let names = ["year", "cohort", "attempts", "share_passed", "share_low_95", "share_high_95", "mean_score"];
     Ok(download_csv(&format!("progress-{year}"), &names, &rows)?)

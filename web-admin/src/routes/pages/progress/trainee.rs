@@ -50,7 +50,7 @@ async fn find_trainee_step(
     let place = |taught: &TaughtCourse| taught.course.steps.iter().position(|step| step.exercise == exercise);
     let found = courses.into_iter().find_map(|taught| place(&taught).map(|index| (taught, index)));
     let (taught, index) = found.ok_or(Error::NotFound)?;
-    let attempts = practice::of_trainee(reader, school, id).await?;
+    let attempts = practice::list_trainee_practice(reader, school, id).await?;
     let mut progress = Progress::of(&taught.course, &attempts, state.clock.now().to_utc());
     let mut step = progress.steps.swap_remove(index);
     step.curve = step.curve.take().or_else(|| CurveRule::example().map(|rule| rule.over(&step.passed())));
@@ -113,7 +113,7 @@ pub(super) fn status_of_step(state: &StepState) -> StatusWord {
 async fn compare_with_others(state: &AppState, school: Uuid, found: &TraineeStep) -> Result<Option<Comparison>, Error> {
     let reader = state.db.reader();
     let Some(own) = found.step.best() else { return Ok(None) };
-    let joined = cohorts::of_person(reader, school, found.trainee.id, Role::Trainee).await?;
+    let joined = cohorts::list_cohorts_of_person(reader, school, found.trainee.id, Role::Trainee).await?;
     let Some(cohort) = joined.into_iter().next() else { return Ok(None) };
     let exercise = &found.taught.course.steps[found.index].exercise;
     let mut practised = practice::of_cohort_at(reader, school, cohort.id, exercise).await?;

@@ -73,7 +73,7 @@ async fn offered_attempts(
 ) -> Result<Vec<RateableAttempt>, Error> {
     let reader = state.db.reader();
     if form.field("assignment").is_empty() {
-        let waiting = reviews::queue(reader, person).await?;
+        let waiting = reviews::list_review_queue(reader, person).await?;
         let candidate = |waiting: reviews::WaitingReview| RateableAttempt {
             id: waiting.id,
             trainee: waiting.trainee,
@@ -83,7 +83,7 @@ async fn offered_attempts(
         return Ok(waiting.into_iter().map(candidate).collect());
     }
     let id: Uuid = form.field("assignment").parse().map_err(|_| Error::NotFound)?;
-    let managed = assignments::managed(reader, person, Some(id), 1).await?;
+    let managed = assignments::list_managed_assignments(reader, person, Some(id), 1).await?;
     if managed.is_empty() {
         return Err(Error::NotFound);
     }
@@ -129,7 +129,7 @@ async fn scored_instruments(state: &AppState, school: Uuid, form: &NewRoundForm)
         typed => typed,
     };
     let mut choices = Vec::new();
-    for known in instruments::all_current(state.db.reader(), school).await? {
+    for known in instruments::list_current_instruments(state.db.reader(), school).await? {
         if !surveys::read(&known.bytes)?.scores.is_empty() {
             let chosen = known.instrument_id == wanted;
             choices.push(SelectOption { value: known.instrument_id, label: known.title, chosen });
@@ -162,7 +162,8 @@ async fn read_new_round(state: &AppState, person: &CurrentPerson, form: &NewRoun
     let refused = |why: String| Err(Error::Unprocessable(why));
     let title = line::title(form.field("title")).map_err(Error::Unprocessable)?.to_owned();
     let asked = form.field("instrument");
-    let Some(instrument) = instruments::current(state.db.reader(), person.school_id, asked).await? else {
+    let Some(instrument) = instruments::find_current_instrument(state.db.reader(), person.school_id, asked).await?
+    else {
         return refused(tr!("instrument: “{id}”; there is none of that id", id = asked));
     };
     let raters = read_raters(state, person, form).await?;
@@ -203,7 +204,7 @@ async fn read_attempts(
     let mut attempts = Vec::new();
     for id in chosen {
         let id: Uuid = id.parse().map_err(|_| Error::NotFound)?;
-        let session = sessions::visible(state.db.reader(), person, id).await?.ok_or(Error::NotFound)?;
+        let session = sessions::find_visible_session(state.db.reader(), person, id).await?.ok_or(Error::NotFound)?;
         if raters.contains(&session.trainee_id) {
             return Err(Error::Unprocessable(
                 tr!("attempts: one is a rater’s own; nobody rates themselves").to_owned(),
@@ -212,7 +213,7 @@ async fn read_attempts(
         if session.uncounted.is_some() {
             return Err(Error::Unprocessable(tr!("attempts: one counts nowhere, and is not rated").to_owned()));
         }
-        grades::of(state.db.reader(), session.key()).await?.ok_or(Error::NotFound)?;
+        grades::find_grade(state.db.reader(), session.key()).await?.ok_or(Error::NotFound)?;
         attempts.push(id);
     }
     Ok(attempts)

@@ -39,7 +39,7 @@ async fn make_rate_page(
     refusals: &Refusals,
 ) -> Result<RatePage, Error> {
     let session = ratings::attempt(state, person, rated.rating.id).await?;
-    let curve = scores::curve(state.db.reader(), session.key()).await?;
+    let curve = scores::find_curve(state.db.reader(), session.key()).await?;
     let own = stored::own(state.db.reader(), person, rated.round.id).await?;
     let finished = rated.rating.finished_at.is_some();
     Ok(RatePage {

@@ -75,7 +75,7 @@ async fn make_new_task_page(
         shell: Shell::new(person, csrf.token(), NavPlace::Assignments),
         title: form.field("title").to_owned(),
         due: form.field("due").to_owned(),
-        time_zone: schools::time_zone(reader, person.school_id).await?,
+        time_zone: schools::find_time_zone(reader, person.school_id).await?,
         cohorts: cohorts.into_iter().map(cohort).collect(),
         attempts: offered_attempts(state, person, form).await?,
         refused,
@@ -100,7 +100,7 @@ async fn offered_attempts(
     for id in chosen.iter().filter(|id| !choices.iter().any(|choice| choice.value == **id)).copied().collect::<Vec<_>>()
     {
         let Ok(session) = id.parse() else { continue };
-        if let Some(session) = sessions::visible(state.db.reader(), person, session).await? {
+        if let Some(session) = sessions::find_visible_session(state.db.reader(), person, session).await? {
             let trainee = reports::trainee(state.db.reader(), person, session.trainee_id).await?;
             let name = trainee.map_or_else(String::new, |trainee| trainee.name);
             let label = attempt_label(&name, &session.exercise_id, session.started_at.to_utc());
@@ -133,7 +133,7 @@ pub(super) async fn make_task(
 async fn read_new_task(state: &AppState, person: &CurrentPerson, form: &NewTaskForm) -> Result<NewTask, Error> {
     let reader = state.db.reader();
     let title = line::title(form.field("title")).map_err(Error::Unprocessable)?.to_owned();
-    let time_zone = schools::time_zone(reader, person.school_id).await?;
+    let time_zone = schools::find_time_zone(reader, person.school_id).await?;
     let due = read_due_date(form.field("due"), &time_zone, state.clock.now())?;
     let cohort: Uuid = form.field("cohort").parse().map_err(|_| Error::NotFound)?;
     reports::cohort(reader, person, cohort).await?.ok_or(Error::NotFound)?;
@@ -164,8 +164,8 @@ async fn read_attempts(state: &AppState, person: &CurrentPerson, form: &NewTaskF
     let mut attempts = Vec::new();
     for id in chosen {
         let id: Uuid = id.parse().map_err(|_| Error::NotFound)?;
-        let session = sessions::visible(state.db.reader(), person, id).await?.ok_or(Error::NotFound)?;
-        scores::curve(state.db.reader(), session.key()).await?.ok_or(Error::NotFound)?;
+        let session = sessions::find_visible_session(state.db.reader(), person, id).await?.ok_or(Error::NotFound)?;
+        scores::find_curve(state.db.reader(), session.key()).await?.ok_or(Error::NotFound)?;
         attempts.push(id);
     }
     Ok(attempts)

@@ -49,8 +49,8 @@ async fn list_tasks(
     let reader = state.db.reader();
     let teaches = person.role != Role::Trainee;
     let tasks = match teaches {
-        true => stored::managed(reader, &person, None).await?,
-        false => stored::of_trainee(reader, person.school_id, person.id).await?,
+        true => stored::list_managed_tasks(reader, &person, None).await?,
+        false => stored::list_trainee_tasks(reader, person.school_id, person.id).await?,
     };
     let shell = Shell::new(&person, csrf.token(), NavPlace::Assignments);
     Ok(SegmentsPage { shell, tasks: tasks.iter().map(|task| make_task_row(&state, task)).collect(), teaches })
@@ -76,12 +76,12 @@ fn trace_href(trace: &Trace) -> String {
 /// The traces of a trainee, in order, each with whether it was sent.
 async fn list_own_traces(state: &AppState, person: &CurrentPerson, task: Uuid) -> Result<Vec<(Trace, bool)>, Error> {
     let reader = state.db.reader();
-    let marks = stored::marks(reader, person.school_id, task).await?;
+    let marks = stored::find_marks(reader, person.school_id, task).await?;
     let sent = |trace: &Trace| {
         let own = marks.iter().find(|marks| marks.person_id == person.id && marks.trace_id == trace.id);
         own.is_some_and(|own| own.sent_at.is_some())
     };
-    let traces = stored::traces(reader, person.school_id, task).await?;
+    let traces = stored::list_traces(reader, person.school_id, task).await?;
     let others = traces.into_iter().filter(|trace| trace.trainee_id != person.id);
     Ok(others
         .map(|trace| {
@@ -107,7 +107,7 @@ async fn show_task(
         return Ok(OwnTaskPage { shell, task: make_task_row(&state, &task), traces, outcome }.into_response());
     }
     let mut traces = Vec::new();
-    for trace in stored::traces(state.db.reader(), person.school_id, id).await? {
+    for trace in stored::list_traces(state.db.reader(), person.school_id, id).await? {
         let pops = segments::truth(&state, person.school_id, &trace).await?;
         traces.push((trace_href(&trace), format!("/sessions/{}/replay", trace.session_id), pops.len()));
     }

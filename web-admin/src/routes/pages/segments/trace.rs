@@ -35,7 +35,7 @@ struct OpenTrace {
 
 async fn open_trace(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<OpenTrace, Error> {
     let (task, trace) = segments::trace(state, person, id).await?;
-    let session = sessions::find(state.db.reader(), person.school_id, trace.session_id).await?;
+    let session = sessions::find_session(state.db.reader(), person.school_id, trace.session_id).await?;
     Ok(OpenTrace { task, trace, session: session.ok_or(Error::NotFound)? })
 }
 
@@ -46,7 +46,7 @@ pub(super) async fn show_trace(
     csrf: Csrf,
 ) -> Result<TracePage, PageError> {
     let open = open_trace(&state, &person, id).await?;
-    let marks = stored::marks_of(state.db.reader(), id, person.id).await?;
+    let marks = stored::list_marks_of(state.db.reader(), id, person.id).await?;
     let sent = marks.as_ref().is_some_and(|marks| marks.sent_at.is_some());
     let marks = marks.map(|marks| marks.marks.0).unwrap_or_default();
     let found = truth_of_trace(&state, &person, &open, &marks, sent).await?;
@@ -149,7 +149,7 @@ pub(super) async fn mark_trace(
             Ok(Redirect::to(&trace_href(&open.trace)).into_response())
         }
         Err(refused) => {
-            let kept = stored::marks_of(state.db.reader(), id, person.id).await?;
+            let kept = stored::list_marks_of(state.db.reader(), id, person.id).await?;
             if kept.as_ref().is_some_and(|kept| kept.sent_at.is_some()) {
                 return Err(Error::Conflict(tr!("these marks were sent already").to_owned()).into());
             }

@@ -55,7 +55,7 @@ pub(super) async fn list_instruments(
     Teacher(person): Teacher,
     csrf: Csrf,
 ) -> Result<InstrumentsPage, PageError> {
-    let all = instruments::all_current(state.db.reader(), person.school_id).await?;
+    let all = instruments::list_current_instruments(state.db.reader(), person.school_id).await?;
     let row =
         |i: InstrumentRevision| (i.title, instrument_href(&i.instrument_id), i.instrument_id, i.published_at.to_utc());
     Ok(InstrumentsPage {
@@ -65,7 +65,7 @@ pub(super) async fn list_instruments(
 }
 
 async fn find_current(state: &AppState, person: &CurrentPerson, id: &str) -> Result<InstrumentRevision, PageError> {
-    Ok(instruments::current(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?)
+    Ok(instruments::find_current_instrument(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?)
 }
 
 pub(super) async fn show_instrument(

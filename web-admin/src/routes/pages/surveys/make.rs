@@ -51,7 +51,7 @@ pub(super) async fn make_manage_page(
         owner: owns_survey(person, &survey),
         identity: survey.identity,
         letters: if owns_survey(person, &survey) {
-            letters::deliveries(state.db.reader(), &survey).await?
+            letters::list_deliveries(state.db.reader(), &survey).await?
         } else {
             Vec::new()
         },
@@ -66,7 +66,7 @@ async fn list_survey_facts(state: &AppState, survey: &Survey) -> Result<Vec<(&'s
     let reader = state.db.reader();
     let cohorts = stored::cohort_names(reader, survey.school_id, survey.id).await?;
     let owner = match survey.owner_id {
-        Some(id) => people::by_id(reader, id).await?.map_or_else(String::new, |person| person.display_name),
+        Some(id) => people::find_person(reader, id).await?.map_or_else(String::new, |person| person.display_name),
         None => tr!("a course; the administrators").to_owned(),
     };
     let asked = match (survey.after_attempts, cohorts.is_empty()) {
@@ -129,7 +129,7 @@ async fn make_new_survey_page(
     refusal: Option<String>,
 ) -> Result<NewSurveyPage, Error> {
     let reader = state.db.reader();
-    let known = instruments::all_current(reader, person.school_id).await?;
+    let known = instruments::list_current_instruments(reader, person.school_id).await?;
     let cohorts = reports::cohorts(reader, person).await?;
     let chosen = |key: &str, id: &str| form.0.iter().any(|(name, value)| name == key && value == id);
     Ok(NewSurveyPage {
@@ -178,7 +178,7 @@ async fn read_new_survey(
     form: &NewSurveyForm,
 ) -> Result<Result<SurveyRequest, String>, Error> {
     let reader = state.db.reader();
-    let instrument = instruments::current(reader, person.school_id, form.field("instrument")).await?;
+    let instrument = instruments::find_current_instrument(reader, person.school_id, form.field("instrument")).await?;
     let cohorts = form.cohorts(&reports::cohorts(reader, person).await?);
     Ok(check_new_survey(form, instrument.map(|i| i.id), cohorts, state.clock.now()))
 }

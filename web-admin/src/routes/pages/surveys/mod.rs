@@ -171,7 +171,7 @@ async fn find_asked_survey(
     let asked = match session {
         None => surveys::of_person(reader, person.school_id, person.id, now).await?,
         Some(session) => {
-            let session = sessions::find(reader, person.school_id, session).await?;
+            let session = sessions::find_session(reader, person.school_id, session).await?;
             let own = session.filter(|session| session.trainee_id == person.id).ok_or(Error::NotFound)?;
             surveys::after_attempt(reader, Practised::by(&own), now).await?
         }
