@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use acts::clock;
 use anyhow::{Context, ensure};
+use data_encoding::HEXLOWER;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
@@ -81,7 +82,7 @@ impl Station {
         let mut command = self.lab.program("stylet");
         command.arg("simulate").arg(exercise).args(["--operator", "constant:8", "--seed", &seed.to_string(), "--out"]);
         said(&command.arg(self.folder.join(&name)).output()?).context("stylet simulate")?;
-        let sha256 = hex::encode(Sha256::digest(std::fs::read(self.folder.join(&name))?));
+        let sha256 = HEXLOWER.encode(&Sha256::digest(std::fs::read(self.folder.join(&name))?));
         self.made.insert(name.clone(), Made { sha256, acknowledged: false });
         Ok(name)
     }

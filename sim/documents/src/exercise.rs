@@ -1,5 +1,6 @@
 //! An exercise: what to do in a scene and how it is judged.
 
+use data_encoding::HEXLOWER;
 use law::operator::Plan;
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -174,7 +175,7 @@ impl Exercise {
             required: self.required.as_ref(),
         };
         // A judgement holds only text and numbers under text keys: its serialisation has no way to fail.
-        hex::encode(Sha256::digest(serde_json::to_vec(&judgement).unwrap_or_default()))
+        HEXLOWER.encode(&Sha256::digest(serde_json::to_vec(&judgement).unwrap_or_default()))
     }
 }
 

@@ -1,5 +1,6 @@
 //! The text of a document and the places in it.
 
+use data_encoding::HEXLOWER;
 use phrase::{Phrase, phrase};
 use sha2::{Digest, Sha256};
 
@@ -24,7 +25,7 @@ impl Source {
     /// # Errors
     /// Too many bytes, or bytes that are not UTF-8.
     pub(crate) fn new(file: &str, bytes: &[u8]) -> Result<Self, DocumentError> {
-        let sha256 = hex::encode(Sha256::digest(bytes));
+        let sha256 = HEXLOWER.encode(&Sha256::digest(bytes));
         if bytes.len() > MOST_BYTES {
             let source = Self { file: file.to_owned(), text: String::new(), sha256 };
             let found = phrase!("{count} bytes", count = bytes.len());

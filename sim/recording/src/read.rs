@@ -4,6 +4,7 @@ use crate::error::ReadError;
 use std::collections::BTreeMap;
 use std::io::{BufReader, Read};
 
+use data_encoding::HEXLOWER;
 use mcap::records::{Channel, Record, SchemaHeader, op};
 use prost::Message;
 use sha2::{Digest, Sha256};
@@ -172,7 +173,7 @@ impl Contents {
         let Some(found) = self.attachments.iter().find(|a| a.name == name) else {
             return Err(ReadError::missing(what, self.absence()));
         };
-        let is = hex::encode(Sha256::digest(&found.data));
+        let is = HEXLOWER.encode(&Sha256::digest(&found.data));
         match is == sha256 {
             true => Ok(()),
             false => Err(ReadError::missing(what, format!("its SHA-256 is {is}, the metadata name {sha256:?}"))),

@@ -3,6 +3,7 @@
 use crate::asking;
 use std::time::Duration;
 
+use data_encoding::HEXLOWER;
 use recording::signature;
 use serde_json::{Value, json};
 use sqlx::SqliteConnection;
@@ -172,7 +173,7 @@ async fn describe(
         verify_event_differences: None,
         verify_flagged: None,
         uncounted: revision_id.is_none().then_some(Uncounted::Unpublished),
-        motion_sha256: motion.map(hex::encode),
+        motion_sha256: motion.map(|hash| HEXLOWER.encode(&hash)),
         repeats: None,
         signed_by: signer.map(|station| station.id),
         recording_erased_at: None,

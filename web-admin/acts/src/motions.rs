@@ -3,6 +3,7 @@
 
 use crate::asking;
 use anyhow::Context;
+use data_encoding::HEXLOWER;
 use model::SessionKey;
 use serde_json::json;
 use sqlx::SqliteConnection;
@@ -33,7 +34,9 @@ pub async fn step(state: &Service) -> anyhow::Result<bool> {
 async fn read(state: &Service, session: &Session) -> anyhow::Result<Option<String>> {
     let path = state.config.recordings_dir.join(&session.recording_path);
     match asking::ask(state, JudgeQuestion::Arrival(path)).await? {
-        JudgeAnswer::Told(reported) => Ok(RecordingFacts::try_from(*reported)?.motion.map(hex::encode)),
+        JudgeAnswer::Told(reported) => {
+            Ok(RecordingFacts::try_from(*reported)?.motion.map(|hash| HEXLOWER.encode(&hash)))
+        }
         other => {
             tracing::warn!(session = %session.id, answer = format!("{other:?}"), "a motion of before is compared with none");
             Ok(None)

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use assessment::statistics::NotComputable;
+use data_encoding::HEXLOWER;
 use documents::load::{Document, read};
 use documents::{Curriculum, DocumentError, ExerciseBundle, Issue};
 use phrase::phrase;
@@ -227,5 +228,5 @@ fn bundle_sha256(bundle: &ExerciseBundle) -> String {
         part(name.as_bytes());
         part(bytes);
     }
-    hex::encode(hash.finalize())
+    HEXLOWER.encode(&hash.finalize())
 }

@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
 
+use data_encoding::HEXLOWER;
 use recording::{Budget, ReadError, Recording};
 use sha2::{Digest, Sha256};
 
@@ -27,7 +28,7 @@ pub fn hash_file(path: &Path) -> std::io::Result<(String, u64)> {
     let mut piece = vec![0; 1 << 16];
     loop {
         match file.read(&mut piece)? {
-            0 => return Ok((hex::encode(hash.finalize()), size)),
+            0 => return Ok((HEXLOWER.encode(&hash.finalize()), size)),
             read => {
                 hash.update(&piece[..read]);
                 size += read as u64;

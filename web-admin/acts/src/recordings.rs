@@ -6,6 +6,7 @@ use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use bytes::Bytes;
+use data_encoding::HEXLOWER;
 use futures::StreamExt;
 use futures::stream::BoxStream;
 use recording::annotate::{Annotation, annotate};
@@ -157,7 +158,7 @@ pub async fn receive(state: &Service, body: Arriving, checksum: Option<Checksum>
     }
     file.flush().await?;
     file.sync_all().await?;
-    Ok(Received { part, sha256: hex::encode(hash.finalize()), size, upload: None })
+    Ok(Received { part, sha256: HEXLOWER.encode(&hash.finalize()), size, upload: None })
 }
 
 /// Reads a recording where blocking is allowed, when there is room for one in memory, and makes something of it.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use data_encoding::HEXLOWER;
 use serde_json::json;
 use sha2::{Digest, Sha256};
 use sqlx::SqliteConnection;
@@ -78,7 +79,7 @@ async fn look(connection: &mut SqliteConnection, school: Uuid, draft: RosterDraf
     let unusable = rosters::taken_elsewhere(connection, school, &about.emails).await?;
     let difference = RosterDifference::of(&roster, &known, &unusable, &draft.wanted.0);
     let shown = serde_json::to_vec(&difference).map_err(anyhow::Error::from)?;
-    let digest = hex::encode(Sha256::digest(shown));
+    let digest = HEXLOWER.encode(&Sha256::digest(shown));
     Ok(RosterPreview { file_name: draft.file_name, ignored: roster.ignored, difference, digest })
 }
 

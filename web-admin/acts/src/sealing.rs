@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, ensure};
 use chacha20poly1305::aead::{Aead, Payload};
 use chacha20poly1305::{ChaCha20Poly1305, KeyInit, Nonce};
+use data_encoding::HEXLOWER_PERMISSIVE;
 
 use crate::secret;
 
@@ -51,7 +52,8 @@ pub fn file_key(path: &Path) -> anyhow::Result<[u8; 32]> {
         make_key(path).with_context(|| format!("cannot make {}", path.display()))?;
     }
     let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
-    let key: Option<[u8; 32]> = hex::decode(text.trim()).ok().and_then(|bytes| bytes.try_into().ok());
+    let key: Option<[u8; 32]> =
+        HEXLOWER_PERMISSIVE.decode(text.trim().as_bytes()).ok().and_then(|bytes| bytes.try_into().ok());
     key.with_context(|| format!("{}: allowed are 64 hexadecimal digits", path.display()))
 }
 
@@ -61,7 +63,7 @@ pub fn file_key(path: &Path) -> anyhow::Result<[u8; 32]> {
 /// When it is no key, another one is there, or the disk refuses.
 pub fn restore_file_key(path: &Path, digits: &str) -> anyhow::Result<()> {
     let key = digits.trim();
-    ensure!(key.len() == 64 && hex::decode(key).is_ok(), "allowed are 64 hexadecimal digits");
+    ensure!(key.len() == 64 && HEXLOWER_PERMISSIVE.decode(key.as_bytes()).is_ok(), "allowed are 64 hexadecimal digits");
     if !path.exists() {
         path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
         put_key(path, key).with_context(|| format!("cannot make {}", path.display()))?;

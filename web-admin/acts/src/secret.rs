@@ -5,6 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use argon2::password_hash::phc::{Output, ParamsString, PasswordHash, Salt};
 use argon2::password_hash::try_generate_salt;
 use argon2::{Algorithm, Argon2, Block, Params, Version};
+use data_encoding::HEXLOWER;
 use sha2::{Digest, Sha256};
 
 /// 32 random bytes from the operating system, in hexadecimal.
@@ -12,7 +13,7 @@ use sha2::{Digest, Sha256};
 /// # Errors
 /// When the operating system has none to give.
 pub fn random_hex() -> anyhow::Result<String> {
-    Ok(hex::encode(random_16()?) + &hex::encode(random_16()?))
+    Ok(HEXLOWER.encode(&random_16()?) + &HEXLOWER.encode(&random_16()?))
 }
 
 /// Random bytes from the operating system.

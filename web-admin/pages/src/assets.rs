@@ -2,6 +2,7 @@
 
 use std::sync::LazyLock;
 
+use data_encoding::HEXLOWER;
 use rust_embed::{Embed, EmbeddedFile};
 
 #[derive(Embed)]
@@ -12,7 +13,7 @@ struct Assets;
 #[must_use]
 pub fn find_asset(name: &str) -> Option<(EmbeddedFile, String)> {
     let file = Assets::get(name)?;
-    let hash = hex::encode(&file.metadata.sha256_hash()[..8]);
+    let hash = HEXLOWER.encode(&file.metadata.sha256_hash()[..8]);
     Some((file, hash))
 }
 

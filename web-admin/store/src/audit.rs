@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use data_encoding::{HEXLOWER, HEXLOWER_PERMISSIVE};
 use futures::TryStreamExt;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
@@ -195,7 +196,7 @@ pub async fn is_entry_kept(executor: impl SqliteExecutor<'_>) -> Result<bool> {
 /// When the database fails.
 pub async fn holds_hash(executor: impl SqliteExecutor<'_>, hash: &str) -> Result<bool> {
     sqlx::query_scalar("SELECT count(*) > 0 FROM audit_log WHERE hash = $1")
-        .bind(hex::decode(hash).unwrap_or_default())
+        .bind(HEXLOWER_PERMISSIVE.decode(hash.as_bytes()).unwrap_or_default())
         .fetch_one(executor)
         .await
 }
@@ -207,7 +208,7 @@ pub async fn holds_hash(executor: impl SqliteExecutor<'_>, hash: &str) -> Result
 pub async fn find_audit_head(executor: impl SqliteExecutor<'_>) -> Result<(i64, String)> {
     let last: Option<(i64, Vec<u8>)> =
         sqlx::query_as("SELECT seq, hash FROM audit_log ORDER BY seq DESC LIMIT 1").fetch_optional(executor).await?;
-    Ok(last.map_or_else(|| (0, "0".repeat(64)), |(rows, hash)| (rows, hex::encode(hash))))
+    Ok(last.map_or_else(|| (0, "0".repeat(64)), |(rows, hash)| (rows, HEXLOWER.encode(&hash))))
 }
 
 /// Whether a row of the log has this number and hash, in hexadecimal.
@@ -217,7 +218,7 @@ pub async fn find_audit_head(executor: impl SqliteExecutor<'_>) -> Result<(i64, 
 pub async fn holds_hash_at(executor: impl SqliteExecutor<'_>, row: i64, hash: &str) -> Result<bool> {
     sqlx::query_scalar("SELECT count(*) > 0 FROM audit_log WHERE seq = $1 AND hash = $2")
         .bind(row)
-        .bind(hex::decode(hash).unwrap_or_default())
+        .bind(HEXLOWER_PERMISSIVE.decode(hash.as_bytes()).unwrap_or_default())
         .fetch_one(executor)
         .await
 }
@@ -248,6 +249,6 @@ pub async fn check_audit_chain(executor: impl SqliteExecutor<'_>) -> Result<Audi
         expected += 1;
         prev = row.hash;
     }
-    chain.head = hex::encode(prev);
+    chain.head = HEXLOWER.encode(&prev);
     Ok(chain)
 }

@@ -16,6 +16,7 @@ use acts::killpoints::KillPoint;
 use acts::uploads;
 use axum::body::Body;
 use axum::http::Request;
+use data_encoding::HEXLOWER;
 use model::{Moment, Role, SessionKey};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
@@ -243,7 +244,7 @@ fn with_whatever_memory_nobody_calls_a_recording_damaged() {
         let path = folder.path().join("attempt.mcap");
         let bytes = record(&Attempt { depth_mm, ..Attempt::default() });
         std::fs::write(&path, &bytes).unwrap();
-        let sha256 = hex::encode(Sha256::digest(&bytes));
+        let sha256 = HEXLOWER.encode(&Sha256::digest(&bytes));
         for memory_mb in (1..16).chain([400]) {
             let (recording, replay) = (path.clone(), folder.path().join(format!("{depth_mm}-{memory_mb}")));
             let brief = Brief { recording, sha256: sha256.clone(), replay, task: JudgingTask::Judge(None) };
@@ -269,7 +270,7 @@ async fn what_was_read_when_it_arrived_is_set_aside_and_not_refused_and_what_has
         JudgeQuestion::Recording(Brief { recording, sha256: sha256.to_owned(), replay, task: JudgingTask::Judge(None) })
     };
     let answer =
-        |arrived: &str| judging::answer(brief(&hex::encode(Sha256::digest(arrived))), judging::leave_unexamined);
+        |arrived: &str| judging::answer(brief(&HEXLOWER.encode(&Sha256::digest(arrived))), judging::leave_unexamined);
     let same = answer("not a recording");
     assert!(matches!(&same, JudgeAnswer::Died(why) if why.contains("it was read when it arrived")), "{same:?}");
     let changed = answer("a recording");

@@ -2,6 +2,7 @@
 //! another id or a date that cannot be is counted, or when a certificate asks for less than the school does.
 
 use acts::clock::Clock;
+use data_encoding::HEXLOWER;
 use ed25519_dalek::SigningKey;
 use model::{Moment, Role, SessionKey};
 use serde_json::json;
@@ -57,7 +58,8 @@ impl World {
         let csrf = csrf_in(&head.get("/admin").await.text());
         let page = head.form("/admin/pairing-codes", &[("csrf", &csrf)]).await.text();
         let code = page.split("code-to-type\">").nth(1).unwrap().split('<').next().unwrap().to_owned();
-        let body = json!({ "code": code, "name": "lab", "public_key": hex::encode(key.verifying_key().as_bytes()) });
+        let body =
+            json!({ "code": code, "name": "lab", "public_key": HEXLOWER.encode(&key.verifying_key().as_bytes()) });
         let request = axum::http::Request::post("/api/v1/stations/pair").header("content-type", "application/json");
         let answer = self.app.stranger().send(request.body(axum::body::Body::from(body.to_string())).unwrap()).await;
         assert_eq!(answer.status, 201, "{}", answer.text());

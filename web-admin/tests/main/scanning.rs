@@ -12,6 +12,7 @@ use acts::scanning::{ScanVerdict, Scanner};
 use acts::uploads;
 use axum::body::Body;
 use axum::http::Request;
+use data_encoding::HEXLOWER;
 use model::Role;
 use tempfile::TempDir;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -204,7 +205,7 @@ impl Clamd {
     fn start(folder: &Path) -> Option<Self> {
         let signatures = folder.join("signatures");
         std::fs::create_dir(&signatures).unwrap();
-        std::fs::write(signatures.join("own.ndb"), format!("Eicar-Own:0:0:{}\n", hex::encode(eicar()))).unwrap();
+        std::fs::write(signatures.join("own.ndb"), format!("Eicar-Own:0:0:{}\n", HEXLOWER.encode(&eicar()))).unwrap();
         let configuration = folder.join("clamd.conf");
         let (socket, at) = (folder.join("real"), signatures.display());
         let text =

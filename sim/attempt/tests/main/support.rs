@@ -1,5 +1,6 @@
 //! A session, and files in memory.
 
+use data_encoding::HEXLOWER;
 use law::axial::ForceLaw;
 use recording::session::{EXERCISE_ATTACHMENT, SCENE_ATTACHMENT};
 use recording::write::SceneDrawing;
@@ -12,7 +13,7 @@ const EXERCISE: &[u8] = b"id = \"feel-the-layers\"\n";
 const SCENE: [u8; 4] = [0, 159, 146, 150];
 
 fn sha256(document: &[u8]) -> String {
-    hex::encode(Sha256::digest(document))
+    HEXLOWER.encode(&Sha256::digest(document))
 }
 
 fn session() -> Session {

@@ -1,5 +1,6 @@
 //! A session, samples that look like a puncture, and files made of them.
 
+use data_encoding::HEXLOWER;
 use law::axial::ForceLaw;
 use law::ledger::{LayerEnergy, Ledger};
 use law::structures::{Shape, StructureKind, StructureSpec};
@@ -16,7 +17,7 @@ const EXERCISE: &[u8] = b"id = \"feel-the-layers\"\n";
 const SCENE: [u8; 4] = [0, 159, 146, 150];
 
 fn sha256(document: &[u8]) -> String {
-    hex::encode(Sha256::digest(document))
+    HEXLOWER.encode(&Sha256::digest(document))
 }
 
 pub fn session() -> Session {

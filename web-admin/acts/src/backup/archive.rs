@@ -6,6 +6,7 @@ use std::io::{BufReader, BufWriter, Read, Write};
 use std::path::Path;
 
 use anyhow::{Context, bail, ensure};
+use data_encoding::HEXLOWER;
 use sha2::{Digest, Sha256};
 use tar::{Archive, Builder, EntryType, Header, HeaderMode};
 
@@ -123,7 +124,7 @@ fn hash(content: &mut dyn Read) -> std::io::Result<String> {
     let mut piece = vec![0; 1 << 16];
     loop {
         match content.read(&mut piece)? {
-            0 => return Ok(hex::encode(hash.finalize())),
+            0 => return Ok(HEXLOWER.encode(&hash.finalize())),
             read => hash.update(&piece[..read]),
         }
     }

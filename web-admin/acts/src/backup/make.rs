@@ -7,6 +7,7 @@ use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
+use data_encoding::HEXLOWER;
 use sha2::{Digest, Sha256};
 
 use super::archive::{self, Sources};
@@ -50,7 +51,7 @@ pub async fn make(
     let program_version = env!("CARGO_PKG_VERSION").to_owned();
     // After the copy of the database: whoever is erased there is on the list.
     let small = small_files(config, passphrase)?;
-    let files = small.iter().map(|(name, bytes)| (name.clone(), hex::encode(Sha256::digest(bytes)))).collect();
+    let files = small.iter().map(|(name, bytes)| (name.clone(), HEXLOWER.encode(&Sha256::digest(bytes)))).collect();
     let manifest = Manifest { format: FORMAT, made_at: now.to_string(), program_version, database_sha256, files };
     let sources = Sources { database: &copy.0, small: &small, recordings_dir: &config.recordings_dir };
     archive::write(file, &manifest, &sources, &recordings)?;

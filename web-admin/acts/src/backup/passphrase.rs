@@ -3,6 +3,7 @@
 use anyhow::Context;
 use chacha20poly1305::aead::{Aead, KeyInit};
 use chacha20poly1305::{XChaCha20Poly1305, XNonce};
+use data_encoding::{HEXLOWER, HEXLOWER_PERMISSIVE};
 use serde::{Deserialize, Serialize};
 
 use crate::secret;
@@ -37,7 +38,7 @@ struct Sealed {
 /// # Errors
 /// When the operating system's random source fails.
 pub fn seal(what: &[u8], passphrase: &str) -> anyhow::Result<Vec<u8>> {
-    let random = hex::decode(secret::random_hex()? + &secret::random_hex()?)?;
+    let random = HEXLOWER_PERMISSIVE.decode((secret::random_hex()? + &secret::random_hex()?).as_bytes())?;
     let (salt, nonce): ([u8; 16], [u8; 24]) = (random[..16].try_into()?, random[16..40].try_into()?);
     let sealed = cipher(passphrase, &salt, COST)?
         .encrypt(&XNonce::from(nonce), what)
@@ -46,9 +47,9 @@ pub fn seal(what: &[u8], passphrase: &str) -> anyhow::Result<Vec<u8>> {
         format: FORMAT,
         memory_kib: COST.memory_kib,
         passes: COST.passes,
-        salt: hex::encode(salt),
-        nonce: hex::encode(nonce),
-        sealed: hex::encode(sealed),
+        salt: HEXLOWER.encode(&salt),
+        nonce: HEXLOWER.encode(&nonce),
+        sealed: HEXLOWER.encode(&sealed),
     })?)
 }
 
@@ -67,10 +68,11 @@ pub fn open(file: &[u8], passphrase: &str) -> anyhow::Result<Vec<u8>> {
         MOST.memory_kib,
         MOST.passes
     );
-    let salt: [u8; 16] = hex::decode(salt)?.try_into().ok().context("a salt has 16 bytes")?;
-    let nonce: [u8; 24] = hex::decode(nonce)?.try_into().ok().context("a nonce has 24 bytes")?;
+    let salt: [u8; 16] = HEXLOWER_PERMISSIVE.decode(salt.as_bytes())?.try_into().ok().context("a salt has 16 bytes")?;
+    let nonce: [u8; 24] =
+        HEXLOWER_PERMISSIVE.decode(nonce.as_bytes())?.try_into().ok().context("a nonce has 24 bytes")?;
     cipher(passphrase, &salt, PasswordCost { memory_kib, passes })?
-        .decrypt(&XNonce::from(nonce), hex::decode(sealed)?.as_slice())
+        .decrypt(&XNonce::from(nonce), HEXLOWER_PERMISSIVE.decode(sealed.as_bytes())?.as_slice())
         .map_err(|_| anyhow::anyhow!("this is not its passphrase, or it was changed"))
 }
 

@@ -2,6 +2,7 @@
 //! and confirms it, with a reason; the worker adds the scores that were shown. Each step is stored, so a crash repeats one.
 
 use anyhow::Context;
+use data_encoding::HEXLOWER;
 use futures::future::join_all;
 use serde_json::json;
 use sha2::{Digest, Sha256};
@@ -59,7 +60,7 @@ pub async fn find(state: &Service, by: &CurrentPerson, id: Uuid) -> Result<Regra
 /// Stands for the attempts and their grades: what is confirmed is what was shown.
 fn digest(regrading: &Regrading, attempts: &[Stood]) -> Result<String, Error> {
     let shown = serde_json::to_vec(&(regrading.id, attempts)).map_err(anyhow::Error::from)?;
-    Ok(hex::encode(Sha256::digest(shown)))
+    Ok(HEXLOWER.encode(&Sha256::digest(shown)))
 }
 
 /// Lets the scores that were shown be added. False where attempts or their grades have changed since: nothing is done.

@@ -7,6 +7,7 @@ pub mod exercise;
 
 use anyhow::Context;
 use assessment::{AssessError, Assessment, assess, own_exercise, suffices};
+use data_encoding::HEXLOWER;
 use documents::Exercise;
 use documents::ExerciseBundle;
 use serde_json::json;
@@ -133,7 +134,7 @@ async fn add(
     let mut told = json!({ "from": before, "to": again.score, "rubric_sha256": again.rubric.sha256, "score": score });
     if let Some(reason) = by.reason {
         // The log never changes, and people are erased: it keeps the text's hash.
-        told["reason_sha256"] = hex::encode(secret::token_sha256(reason)).into();
+        told["reason_sha256"] = HEXLOWER.encode(&secret::token_sha256(reason)).into();
         let made_by = if let Actor::Person(id) = by.actor { Some(id) } else { None };
         let why = NewReason { score_id: score, reason, made_by };
         regradings::add_reason(tx, session, why, now).await?;

@@ -4,6 +4,7 @@ use std::io::Cursor;
 use std::sync::LazyLock;
 
 use attempt::simulate::{Clock, MotionSource, simulate};
+use data_encoding::HEXLOWER;
 use documents::{ExerciseBundle, Patient};
 use ed25519_dalek::{Signer, SigningKey};
 use law::operator::Motion;
@@ -141,7 +142,7 @@ fn write(attempt: &Attempt, spoil: impl FnOnce(&mut Writer<Cursor<Vec<u8>>>), mo
     spoil(&mut writer);
     if let Some(Station { id, key }) = &attempt.station {
         let signed = signature::statement(&session, *id, &writer.motion().sha256());
-        let ed25519 = hex::encode(key.sign(&signed).to_bytes());
+        let ed25519 = HEXLOWER.encode(&key.sign(&signed).to_bytes());
         writer.sign(&Signature { station: *id, ed25519 }).unwrap();
     }
     writer.finish().unwrap().into_inner()
