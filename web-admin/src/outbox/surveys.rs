@@ -17,7 +17,7 @@ use crate::AppState;
 /// When the database fails; a letter that cannot be sent waits for its next try.
 pub(super) async fn work_off_survey_letters(state: &AppState) -> Result<(), Error> {
     loop {
-        let due = surveys::letters::due(state.db.reader(), state.clock.now(), BATCH).await?;
+        let due = surveys::letters::list_due_survey_letters(state.db.reader(), state.clock.now(), BATCH).await?;
         if due.is_empty() {
             return Ok(());
         }

@@ -38,7 +38,7 @@ pub struct Settings {
 impl Settings {
     /// The rule, where there is one.
     #[must_use]
-    pub fn find_retention_rule(&self) -> Option<RetentionRule> {
+    pub fn rule(&self) -> Option<RetentionRule> {
         self.months.map(|months| RetentionRule { months, warn_days: self.warn_days })
     }
 }

@@ -59,7 +59,7 @@ impl World {
         let page = head.form("/admin/pairing-codes", &[("csrf", &csrf)]).await.text();
         let code = page.split("code-to-type\">").nth(1).unwrap().split('<').next().unwrap().to_owned();
         let body =
-            json!({ "code": code, "name": "lab", "public_key": HEXLOWER.encode(&key.verifying_key().as_bytes()) });
+            json!({ "code": code, "name": "lab", "public_key": HEXLOWER.encode(key.verifying_key().as_bytes()) });
         let request = axum::http::Request::post("/api/v1/stations/pair").header("content-type", "application/json");
         let answer = self.app.stranger().send(request.body(axum::body::Body::from(body.to_string())).unwrap()).await;
         assert_eq!(answer.status, 201, "{}", answer.text());
