@@ -33,7 +33,7 @@ impl<'e> Coach<'e> {
         self.smooth(sample);
         let mut said = Vec::new();
         for (rule, armed) in self.rules.iter().zip(&mut self.armed) {
-            let value = quantity(&rule.quantity, sample, &self.planned, self.speed_m_per_s);
+            let value = live_quantity(&rule.quantity, sample, &self.planned, self.speed_m_per_s);
             if *armed && value > rule.above {
                 *armed = false;
                 said.push(rule.message.as_str());
@@ -54,7 +54,7 @@ impl<'e> Coach<'e> {
 }
 
 /// A live quantity, in the unit of its name. Outside the body there is neither depth nor force to speak of; the needle may hurry.
-fn quantity(name: &str, sample: &Sample, planned: &Vector3<f64>, speed_m_per_s: f64) -> f64 {
+fn live_quantity(name: &str, sample: &Sample, planned: &Vector3<f64>, speed_m_per_s: f64) -> f64 {
     if sample.flags & flags::INSIDE == 0 {
         return 0.0;
     }

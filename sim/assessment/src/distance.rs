@@ -33,16 +33,20 @@ pub(crate) fn resolution_m(shape: &Shape) -> f64 {
 pub(crate) fn to_structure_m(spec: &StructureSpec, segment: &Segment) -> f64 {
     let centre = spec.position_m;
     match &spec.shape {
-        Shape::Sphere { radius_m } => (to_point(segment, centre) - radius_m).max(0.0),
+        Shape::Sphere { radius_m } => (distance_to_point(segment, centre) - radius_m).max(0.0),
         Shape::Capsule { half_axis_m, radius_m } => {
             let core = Segment { from: centre - half_axis_m, to: centre + half_axis_m };
             (between_segments(segment, &core) - radius_m).max(0.0)
         }
-        Shape::Box { half_extents_m } => to_box(segment, centre, half_extents_m),
+        Shape::Box { half_extents_m } => distance_to_box(segment, centre, half_extents_m),
         Shape::Mesh { vertices_m, triangles } => {
             let vertex = |i: u32| vertices_m.get(i as usize).map(|v| centre + v.coords);
             let corners = |t: &[u32; 3]| Some([vertex(t[0])?, vertex(t[1])?, vertex(t[2])?]);
-            triangles.iter().filter_map(corners).map(|t| to_triangle(segment, &t)).fold(f64::INFINITY, f64::min)
+            triangles
+                .iter()
+                .filter_map(corners)
+                .map(|t| distance_to_triangle(segment, &t))
+                .fold(f64::INFINITY, f64::min)
         }
     }
 }
@@ -54,7 +58,7 @@ fn nearest_share(segment: &Segment, point: Point3<f64>) -> f64 {
     if length_squared > 0.0 { ((point - segment.from).dot(&along) / length_squared).clamp(0.0, 1.0) } else { 0.0 }
 }
 
-fn to_point(segment: &Segment, point: Point3<f64>) -> f64 {
+fn distance_to_point(segment: &Segment, point: Point3<f64>) -> f64 {
     (segment.at(nearest_share(segment, point)) - point).norm()
 }
 
@@ -66,13 +70,18 @@ fn between_segments(a: &Segment, b: &Segment) -> f64 {
     let crossing = (uv * v.dot(&w) - vv * u.dot(&w)) / determinant;
     let inner = if determinant > 0.0 { crossing.clamp(0.0, 1.0) } else { 0.0 };
     // Each end against the other segment covers parallel, degenerate and skew pairs that meet beyond an end.
-    let ends = [to_point(a, b.from), to_point(a, b.to), to_point(b, a.from), to_point(b, a.to)];
-    ends.into_iter().fold(to_point(b, a.at(inner)), f64::min)
+    let ends = [
+        distance_to_point(a, b.from),
+        distance_to_point(a, b.to),
+        distance_to_point(b, a.from),
+        distance_to_point(b, a.to),
+    ];
+    ends.into_iter().fold(distance_to_point(b, a.at(inner)), f64::min)
 }
 
 /// The squared distance along the segment is convex and, between the planes of the box's faces, a parabola: the least is
 /// at an end, at a plane, or at a parabola's vertex.
-fn to_box(segment: &Segment, centre: Point3<f64>, half: &Vector3<f64>) -> f64 {
+fn distance_to_box(segment: &Segment, centre: Point3<f64>, half: &Vector3<f64>) -> f64 {
     let (start, along) = (segment.from - centre, segment.to - segment.from);
     let outside = |share: f64| (start + along * share).zip_map(half, |c, h| c - c.clamp(-h, h));
     let mut shares = vec![0.0, 1.0];
@@ -93,22 +102,23 @@ fn to_box(segment: &Segment, centre: Point3<f64>, half: &Vector3<f64>) -> f64 {
 }
 
 /// 0 where the segment passes through; else the least of its ends against the face and itself against the edges.
-fn to_triangle(segment: &Segment, triangle: &[Point3<f64>; 3]) -> f64 {
+fn distance_to_triangle(segment: &Segment, triangle: &[Point3<f64>; 3]) -> f64 {
     let [a, b, c] = *triangle;
     let normal = (b - a).cross(&(c - a));
     let (from_side, to_side) = (normal.dot(&(segment.from - a)), normal.dot(&(segment.to - a)));
-    if from_side * to_side < 0.0 && is_above(segment.at(from_side / (from_side - to_side)), triangle, &normal) {
+    if from_side * to_side < 0.0 && is_above_triangle(segment.at(from_side / (from_side - to_side)), triangle, &normal)
+    {
         return 0.0;
     }
     let edges = [(a, b), (b, c), (c, a)].map(|(from, to)| between_segments(segment, &Segment { from, to }));
     let length = normal.norm();
     let faces = [(segment.from, from_side), (segment.to, to_side)]
-        .map(|(end, side)| if is_above(end, triangle, &normal) { side.abs() / length } else { f64::INFINITY });
+        .map(|(end, side)| if is_above_triangle(end, triangle, &normal) { side.abs() / length } else { f64::INFINITY });
     edges.into_iter().chain(faces).fold(f64::INFINITY, f64::min)
 }
 
 /// A point whose foot on the triangle's plane is in the triangle; never above a triangle without area.
-fn is_above(point: Point3<f64>, triangle: &[Point3<f64>; 3], normal: &Vector3<f64>) -> bool {
+fn is_above_triangle(point: Point3<f64>, triangle: &[Point3<f64>; 3], normal: &Vector3<f64>) -> bool {
     let edge = |i: usize| (triangle[(i + 1) % 3] - triangle[i]).cross(&(point - triangle[i])).dot(normal) >= 0.0;
     normal.norm_squared() > 0.0 && (0..3).all(edge)
 }

@@ -21,7 +21,7 @@ impl<'a> Timeline<'a> {
     /// Keeps the usable samples; what is left out is bridged by straight lines.
     pub(crate) fn new(samples: &'a [Sample]) -> Result<Self, AssessError> {
         let mut kept: Vec<&Sample> = Vec::with_capacity(samples.len());
-        let usable = samples.iter().filter(|s| is_usable(s));
+        let usable = samples.iter().filter(|s| is_usable_sample(s));
         for sample in usable {
             if kept.last().is_none_or(|last| sample.t_s > last.t_s) {
                 kept.push(sample);
@@ -98,7 +98,7 @@ impl<'a> Timeline<'a> {
     }
 }
 
-fn is_usable(s: &Sample) -> bool {
+fn is_usable_sample(s: &Sample) -> bool {
     let norm_squared: f64 = s.orientation.iter().map(|q| q * q).sum();
     let wide = [s.t_s, s.x_m].into_iter().chain(s.position_m);
     let narrow = [s.depth_m, s.tip_n, s.rim_n, s.viscous_n, s.friction_n, s.cutting_n];
@@ -107,7 +107,7 @@ fn is_usable(s: &Sample) -> bool {
     (norm_squared - 1.0).abs() < 1e-3 && wide.chain(narrow.map(f64::from)).all(f64::is_finite)
 }
 
-fn axis_of([x, y, z, w]: [f64; 4]) -> Vector3<f64> {
+fn needle_axis_of([x, y, z, w]: [f64; 4]) -> Vector3<f64> {
     UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)) * Vector3::z()
 }
 
@@ -147,7 +147,7 @@ impl TipMotion {
 
     /// Needle axis at a grid point, unit length.
     pub(crate) fn axis(&self, k: usize) -> Vector3<f64> {
-        axis_of(std::array::from_fn(|part| self.orientation[part][k]))
+        needle_axis_of(std::array::from_fn(|part| self.orientation[part][k]))
     }
 
     /// Grid points.
@@ -157,17 +157,17 @@ impl TipMotion {
 
     /// Speed of the tip at each grid point, in m/s.
     pub(crate) fn speed_m_per_s(&self) -> Vec<f64> {
-        norms(self.position_m.iter().map(|column| derivative(column)))
+        euclidean_norms(self.position_m.iter().map(|column| derivative(column)))
     }
 
     /// Jerk of the tip at each grid point, in m/s³.
     pub(crate) fn jerk_m_per_s3(&self) -> Vec<f64> {
-        norms(self.position_m.iter().map(|column| derivative(&derivative(&derivative(column)))))
+        euclidean_norms(self.position_m.iter().map(|column| derivative(&derivative(&derivative(column)))))
     }
 
     /// Angular speed of the needle, rolling included, at each grid point, in rad/s: 2‖dq/dt‖ for a unit quaternion.
     pub(crate) fn turning_rad_per_s(&self) -> Vec<f64> {
-        let halves = norms(self.orientation.iter().map(|column| derivative(column)));
+        let halves = euclidean_norms(self.orientation.iter().map(|column| derivative(column)));
         halves.into_iter().map(|half| 2.0 * half).collect()
     }
 }
@@ -190,7 +190,7 @@ fn hemisphere_signs(samples: &[&Sample]) -> Vec<f64> {
 }
 
 /// Euclidean norm of columns, point by point; one component is held at a time.
-fn norms(components: impl Iterator<Item = Vec<f64>>) -> Vec<f64> {
+fn euclidean_norms(components: impl Iterator<Item = Vec<f64>>) -> Vec<f64> {
     let mut squares: Vec<f64> = Vec::new();
     for component in components {
         squares.resize(component.len(), 0.0);

@@ -4,7 +4,7 @@ use documents::{Exercise, Required};
 
 use serde::{Deserialize, Serialize};
 
-use crate::catalogue::{Metric, first};
+use crate::catalogue::{Metric, first_version};
 use crate::catalogue::{find_metric, is_untouched};
 
 /// Something that is required and did not happen.
@@ -58,7 +58,7 @@ struct Demand {
     most: f64,
 }
 
-fn demands(required: &Required) -> impl Iterator<Item = Demand> {
+fn list_demands(required: &Required) -> impl Iterator<Item = Demand> {
     let demand = |unmet, metric: &str| Demand { unmet, metric: metric.to_owned(), least: 1.0, most: f64::INFINITY };
     let reached = required.reached.as_ref().map(|layer| demand(UnmetRequirement::Reached, &format!("reached.{layer}")));
     let within = required.within_mm.map(|most| Demand {
@@ -72,16 +72,16 @@ fn demands(required: &Required) -> impl Iterator<Item = Demand> {
 }
 
 /// The metrics, each in its first version, that tell whether it happened.
-pub(crate) fn asked(exercise: &Exercise) -> impl Iterator<Item = String> {
-    exercise.required.iter().flat_map(demands).map(|demand| demand.metric)
+pub(crate) fn required_metrics(exercise: &Exercise) -> impl Iterator<Item = String> {
+    exercise.required.iter().flat_map(list_demands).map(|demand| demand.metric)
 }
 
 /// What is required and did not happen. Nothing of a needle that never touched the skin: that is reason enough by itself.
 pub(crate) fn find_unmet(exercise: &Exercise, metrics: &[Metric]) -> Vec<UnmetRequirement> {
     let is_met = |Demand { metric, least, most, .. }: &Demand| {
-        let size = find_metric(metrics, metric, first()).and_then(|found| found.value).map(f64::abs);
+        let size = find_metric(metrics, metric, first_version()).and_then(|found| found.value).map(f64::abs);
         size.is_some_and(|size| (*least..=*most).contains(&size))
     };
     let required = exercise.required.iter().filter(|_| !is_untouched(metrics));
-    required.flat_map(demands).filter(|demand| !is_met(demand)).map(|demand| demand.unmet).collect()
+    required.flat_map(list_demands).filter(|demand| !is_met(demand)).map(|demand| demand.unmet).collect()
 }

@@ -3,35 +3,35 @@
 use documents::{ExerciseBundle, HardFail, Remark, RubricLine, StructureKind};
 use phrase::{Phrase, phrase};
 
-use crate::catalogue::{Direction, definition};
+use crate::catalogue::{Direction, find_definition};
 
 /// What an author should change: lines that reward the worse value, limits that fail the better one, and metrics that no rubric
 /// should ask for. The exercise can be read and judged all the same.
 #[must_use]
-pub fn review(bundle: &ExerciseBundle) -> Vec<Remark> {
+pub fn review_rubric(bundle: &ExerciseBundle) -> Vec<Remark> {
     let lines = bundle.exercise.rubric.iter().enumerate();
     let of_lines = lines.flat_map(|(i, line)| {
         let path = format!("rubric[{i}]");
-        [unoffered(&path, &line.metric, line.version), reversed(&path, line, bundle)]
+        [find_unoffered_metric(&path, &line.metric, line.version), find_reversed_line(&path, line, bundle)]
     });
     let limits = bundle.exercise.hard_fails.iter().enumerate();
     let of_limits = limits.flat_map(|(i, limit)| {
         let path = format!("hard_fail[{i}]");
-        [unoffered(&path, &limit.metric, limit.version), backwards(&path, limit, bundle)]
+        [find_unoffered_metric(&path, &limit.metric, limit.version), find_backward_limit(&path, limit, bundle)]
     });
     of_lines.chain(of_limits).flatten().collect()
 }
 
-fn unoffered(path: &str, metric: &str, version: u32) -> Option<Remark> {
-    let definition = definition(metric, version).filter(|definition| !definition.unoffered.is_empty())?;
+fn find_unoffered_metric(path: &str, metric: &str, version: u32) -> Option<Remark> {
+    let definition = find_definition(metric, version).filter(|definition| !definition.unoffered.is_empty())?;
     let found = phrase!("{metric}, version {version}", metric = metric, version = u64::from(version));
     let why = Phrase::Sentence { words: definition.unoffered, values: Vec::new() };
     let allowed = phrase!("not offered for rubrics: {why}", why = why);
     Some(Remark { field: format!("{path}.metric"), found, allowed })
 }
 
-fn reversed(path: &str, line: &RubricLine, bundle: &ExerciseBundle) -> Option<Remark> {
-    let direction = direction(&line.metric, line.version, bundle)?;
+fn find_reversed_line(path: &str, line: &RubricLine, bundle: &ExerciseBundle) -> Option<Remark> {
+    let direction = metric_direction(&line.metric, line.version, bundle)?;
     let wrong = match direction {
         Direction::Higher => line.full < line.zero,
         Direction::Lower | Direction::Range => line.full > line.zero,
@@ -46,16 +46,16 @@ fn reversed(path: &str, line: &RubricLine, bundle: &ExerciseBundle) -> Option<Re
     wrong.then(|| Remark { field: format!("{path}.full"), found, allowed })
 }
 
-fn backwards(path: &str, limit: &HardFail, bundle: &ExerciseBundle) -> Option<Remark> {
-    let is_higher = direction(&limit.metric, limit.version, bundle)? == Direction::Higher;
+fn find_backward_limit(path: &str, limit: &HardFail, bundle: &ExerciseBundle) -> Option<Remark> {
+    let is_higher = metric_direction(&limit.metric, limit.version, bundle)? == Direction::Higher;
     let allowed = phrase!("of {metric} more is better: a limit fails what is above it", metric = limit.metric.as_str());
     let found = Phrase::data(limit.above);
     is_higher.then(|| Remark { field: format!("{path}.above"), found, allowed })
 }
 
 /// Which way is better. The clearance to a target is turned.
-fn direction(metric: &str, version: u32, bundle: &ExerciseBundle) -> Option<Direction> {
-    let direction = definition(metric, version)?.direction;
+fn metric_direction(metric: &str, version: u32, bundle: &ExerciseBundle) -> Option<Direction> {
+    let direction = find_definition(metric, version)?.direction;
     let structure = metric.strip_prefix("structure_clearance_mm.");
     let is_target =
         |name: &str| bundle.scene.structures.iter().any(|s| s.spec.name == name && s.kind() == StructureKind::Target);

@@ -4,7 +4,7 @@ use crate::catalogue::{find_metric, is_untouched};
 use documents::{Exercise, RubricLine};
 
 use crate::absent::Absent;
-use crate::catalogue::{Direction, Metric, first};
+use crate::catalogue::{Direction, Metric, first_version};
 use crate::cause::{Deduction, DeductionCause, FailureCause, HardFailure};
 use crate::error::AssessError;
 use crate::required::{self, UnmetRequirement};
@@ -29,12 +29,12 @@ pub fn suffices(exercise: &Exercise, metrics: &[Metric]) -> bool {
     let known = |id: &str, version| find_metric(metrics, id, version).is_some();
     let lines = exercise.rubric.iter().all(|line| known(&line.metric, line.version));
     let limits = exercise.hard_fails.iter().all(|limit| known(&limit.metric, limit.version));
-    lines && limits && required::asked(exercise).all(|id| known(&id, first()))
+    lines && limits && required::required_metrics(exercise).all(|id| known(&id, first_version()))
 }
 
 /// One deduction per rubric line, the dearest first; what they leave of 100 points is the score.
 pub(crate) fn find_deductions(exercise: &Exercise, metrics: &[Metric]) -> Result<Vec<Deduction>, AssessError> {
-    let total: f64 = exercise.rubric.iter().map(weight).sum();
+    let total: f64 = exercise.rubric.iter().map(line_weight).sum();
     if total <= 0.0 || !total.is_finite() {
         return Err(AssessError::Document(format!(
             "exercise {}: rubric weights add up to {total}; there must be a line with a finite weight above 0",
@@ -46,10 +46,10 @@ pub(crate) fn find_deductions(exercise: &Exercise, metrics: &[Metric]) -> Result
         .rubric
         .iter()
         .map(|line| {
-            let finding = finding(line, metrics, unmet.first());
-            let share = earned(line, &finding, exercise.required.is_none());
-            let points = 100.0 * weight(line) / total * (1.0 - share);
-            let cause = cause(line, &finding);
+            let finding = find_line_value(line, metrics, unmet.first());
+            let share = earned_share(line, &finding, exercise.required.is_none());
+            let points = 100.0 * line_weight(line) / total * (1.0 - share);
+            let cause = deduction_cause(line, &finding);
             Deduction { metric: line.metric.clone(), version: line.version, points, cause }
         })
         .collect();
@@ -57,7 +57,7 @@ pub(crate) fn find_deductions(exercise: &Exercise, metrics: &[Metric]) -> Result
     Ok(deductions)
 }
 
-fn cause(line: &RubricLine, finding: &LineFinding) -> DeductionCause {
+fn deduction_cause(line: &RubricLine, finding: &LineFinding) -> DeductionCause {
     match *finding {
         LineFinding::Value(_, value) => DeductionCause::Measured { value, full: line.full, zero: line.zero },
         LineFinding::Absent(reason) => DeductionCause::Absent { reason },
@@ -66,12 +66,12 @@ fn cause(line: &RubricLine, finding: &LineFinding) -> DeductionCause {
     }
 }
 
-fn weight(line: &RubricLine) -> f64 {
+fn line_weight(line: &RubricLine) -> f64 {
     if line.weight > 0.0 { line.weight } else { 0.0 }
 }
 
 /// An attempt that never reached the skin earns nothing, not even for being quick; nor does one that lacks what is required.
-fn finding<'a>(line: &RubricLine, metrics: &'a [Metric], unmet: Option<&UnmetRequirement>) -> LineFinding<'a> {
+fn find_line_value<'a>(line: &RubricLine, metrics: &'a [Metric], unmet: Option<&UnmetRequirement>) -> LineFinding<'a> {
     let Some(found) = find_metric(metrics, &line.metric, line.version) else { return LineFinding::Unknown };
     match (found.value, found.absent) {
         _ if is_untouched(metrics) => LineFinding::Absent(Absent::Untouched),
@@ -84,21 +84,21 @@ fn finding<'a>(line: &RubricLine, metrics: &'a [Metric], unmet: Option<&UnmetReq
 
 /// Share of the line's points that the attempt earned, 0–1. What was not met earns everything in documents of before there was a
 /// table of what is required, and nothing since.
-fn earned(line: &RubricLine, finding: &LineFinding, unmet_earns: bool) -> f64 {
+fn earned_share(line: &RubricLine, finding: &LineFinding, unmet_earns: bool) -> f64 {
     match finding {
-        LineFinding::Value(metric, value) => linear(line, judged(metric.direction, *value)),
+        LineFinding::Value(metric, value) => linear_share(line, judged_value(metric.direction, *value)),
         LineFinding::Absent(absent) if absent.is_harmless() && unmet_earns => 1.0,
         LineFinding::Absent(_) | LineFinding::Unearned(_) | LineFinding::Unknown => 0.0,
     }
 }
 
 /// What is compared with `full` and `zero`: a range metric's distance from 0, any other's value.
-fn judged(direction: Direction, value: f64) -> f64 {
+fn judged_value(direction: Direction, value: f64) -> f64 {
     if direction == Direction::Range { value.abs() } else { value }
 }
 
 /// 1 at `full`, 0 at `zero`, linear between, clamped. Where both are one, that value still earns everything.
-fn linear(line: &RubricLine, value: f64) -> f64 {
+fn linear_share(line: &RubricLine, value: f64) -> f64 {
     let rising = line.full > line.zero;
     if (rising && value >= line.full) || (!rising && value <= line.full) {
         return 1.0;
@@ -133,23 +133,23 @@ mod tests {
     #[test]
     fn lower_and_higher_lines_are_linear_and_clamped() {
         for (value, share) in [(0.0, 1.0), (2.0, 1.0), (3.0, 0.75), (5.0, 0.25), (6.0, 0.0), (60.0, 0.0)] {
-            assert!((linear(&line(2.0, 6.0), value) - share).abs() < 1e-12, "lower at {value}");
+            assert!((linear_share(&line(2.0, 6.0), value) - share).abs() < 1e-12, "lower at {value}");
         }
         for (value, share) in [(-9.0, 0.0), (-8.0, 0.0), (-6.5, 0.5), (-5.0, 1.0), (1.0, 1.0)] {
-            assert!((linear(&line(-5.0, -8.0), value) - share).abs() < 1e-12, "higher at {value}");
+            assert!((linear_share(&line(-5.0, -8.0), value) - share).abs() < 1e-12, "higher at {value}");
         }
     }
 
     #[test]
     fn a_line_without_width_is_a_step() {
-        assert!((linear(&line(2.0, 2.0), 2.0) - 1.0).abs() < 1e-12);
-        assert!(linear(&line(2.0, 2.0), 2.1).abs() < 1e-12);
-        assert!(linear(&line(f64::NAN, 2.0), 2.1).abs() < 1e-12);
+        assert!((linear_share(&line(2.0, 2.0), 2.0) - 1.0).abs() < 1e-12);
+        assert!(linear_share(&line(2.0, 2.0), 2.1).abs() < 1e-12);
+        assert!(linear_share(&line(f64::NAN, 2.0), 2.1).abs() < 1e-12);
     }
 
     #[test]
     fn a_range_is_judged_by_its_distance_from_zero() {
-        assert!((judged(Direction::Range, -3.0) - 3.0).abs() < 1e-12);
-        assert!((judged(Direction::Higher, -3.0) + 3.0).abs() < 1e-12);
+        assert!((judged_value(Direction::Range, -3.0) - 3.0).abs() < 1e-12);
+        assert!((judged_value(Direction::Higher, -3.0) + 3.0).abs() < 1e-12);
     }
 }

@@ -6,7 +6,7 @@ use recording::Recording;
 use serde::{Deserialize, Serialize};
 
 use crate::attempt::Attempt;
-use crate::catalogue::{Metric, first};
+use crate::catalogue::{Metric, first_version};
 use crate::cause::{Deduction, HardFailure};
 use crate::void::{self};
 use crate::{metrics, rubric};
@@ -61,7 +61,7 @@ impl Assessment {
     /// metrics.
     #[must_use]
     pub fn value(&self, metric_id: &str) -> Option<f64> {
-        self.value_of(metric_id, first())
+        self.value_of(metric_id, first_version())
     }
 
     /// The value of a metric by a version of its definition, as [`Self::value`].
@@ -93,7 +93,7 @@ pub fn assess(recording: &Recording, bundle: &ExerciseBundle) -> Result<Assessme
     if let Some(why) = void::find_void_reason(recording) {
         return Err(AssessError::Void(why));
     }
-    let metrics = metrics::measure(&Attempt::new(recording, bundle)?);
+    let metrics = metrics::measure_attempt(&Attempt::new(recording, bundle)?);
     judge(metrics, &bundle.exercise, &recording.session.simulator_version)
 }
 

@@ -1,13 +1,13 @@
 //! What a rubric pays for: attempts that are worth next to nothing, and one that is careless, are simulated and judged.
 
-use documents::{ExerciseBundle, Patient, Remark, along_path};
+use documents::{ExerciseBundle, Patient, Remark, spec_along_path};
 use law::closed_form;
 use law::operator::{Operator, Plan};
 use phrase::{Phrase, phrase};
 use recording::{Contactor, EventKind, Recording};
 
 use crate::error::AssessError;
-use crate::review::review;
+use crate::review::review_rubric;
 use crate::score::Assessment;
 use crate::tryout::Tryout;
 
@@ -27,20 +27,21 @@ const HOLD_S: f64 = 0.5;
 ///
 /// # Errors
 /// When the scene cannot be simulated, or an attempt not be judged.
-pub fn appraise(bundle: &ExerciseBundle) -> Result<Vec<Remark>, AssessError> {
+pub fn appraise_rubric(bundle: &ExerciseBundle) -> Result<Vec<Remark>, AssessError> {
     let tryout = Tryout::new(bundle, Patient::nominal(&bundle.scene))?;
-    let mut remarks = review(bundle);
-    for (what, target_x_m, speed_m_per_s) in worthless(&tryout) {
-        let judged = tryout.judge(&stiff(&tryout, target_x_m, speed_m_per_s))?;
+    let mut remarks = review_rubric(bundle);
+    for (what, target_x_m, speed_m_per_s) in find_worthless_act(&tryout) {
+        let judged = tryout.judge(&stiff_scene(&tryout, target_x_m, speed_m_per_s))?;
         if judged.score > NEXT_TO_NOTHING || judged.passed {
-            remarks.push(pays_for(what, &judged));
+            remarks.push(pays_for_attempt(what, &judged));
         }
     }
-    let whole = stiff(&tryout, bundle.exercise.target_depth_mm * 1e-3, STEADY_M_PER_S);
+    let whole = stiff_scene(&tryout, bundle.exercise.target_depth_mm * 1e-3, STEADY_M_PER_S);
     let best = tryout.judge(&whole)?;
-    for (what, careless) in
-        [(phrase!("never confirmed"), unconfirmed(&whole)), (phrase!("never withdrawn"), left_inside(&whole))]
-    {
+    for (what, careless) in [
+        (phrase!("never confirmed"), unconfirmed_attempt(&whole)),
+        (phrase!("never withdrawn"), attempt_left_inside(&whole)),
+    ] {
         let judged = tryout.judge(&careless)?;
         if judged.score > best.score - CARELESS && judged.passed == best.passed {
             remarks.push(does_not_care(what, [&best, &judged]));
@@ -50,7 +51,7 @@ pub fn appraise(bundle: &ExerciseBundle) -> Result<Vec<Remark>, AssessError> {
 }
 
 /// Attempts that are worth next to nothing: in words, how deep in m, how fast in m/s.
-fn worthless(tryout: &Tryout<'_>) -> Vec<(Phrase, f64, f64)> {
+fn find_worthless_act(tryout: &Tryout<'_>) -> Vec<(Phrase, f64, f64)> {
     let bundle = tryout.bundle;
     let target_m = bundle.exercise.target_depth_mm * 1e-3;
     let prick = |x_m: f64| (phrase!("a prick of {depth} mm", depth = Phrase::number(x_m * 1e3, 1)), x_m, PRICK_M_PER_S);
@@ -67,25 +68,25 @@ fn worthless(tryout: &Tryout<'_>) -> Vec<(Phrase, f64, f64)> {
 
 /// Where the tip opens the skin of the nominal patient, in m along the needle.
 fn skin_m(tryout: &Tryout<'_>) -> f64 {
-    let axial = along_path(tryout.specimen().spec().axial.clone(), tryout.bundle.exercise.angle_deg);
-    let mut ruptures = closed_form::ruptures(&axial).into_iter();
+    let axial = spec_along_path(tryout.specimen().spec().axial.clone(), tryout.bundle.exercise.angle_deg);
+    let mut ruptures = closed_form::predict_ruptures(&axial).into_iter();
     let skin = ruptures.find(|rupture| rupture.boundary == 0 && rupture.contactor == Contactor::Tip);
     skin.map_or(0.0, |rupture| rupture.x_m)
 }
 
 /// A stiff hand: to a depth, a hold, a confirm, and out.
-fn stiff(tryout: &Tryout<'_>, target_x_m: f64, speed_m_per_s: f64) -> Recording {
+fn stiff_scene(tryout: &Tryout<'_>, target_x_m: f64, speed_m_per_s: f64) -> Recording {
     let plan = Plan { target_x_m, hold_s: HOLD_S, ..tryout.bundle.exercise.plan() };
     tryout.perform(&mut Operator::constant(speed_m_per_s, &plan))
 }
 
-fn unconfirmed(whole: &Recording) -> Recording {
+fn unconfirmed_attempt(whole: &Recording) -> Recording {
     let mut recording = whole.clone();
     recording.events.retain(|event| event.kind != EventKind::Confirm);
     recording
 }
 
-fn left_inside(whole: &Recording) -> Recording {
+fn attempt_left_inside(whole: &Recording) -> Recording {
     let mut recording = whole.clone();
     let confirm = whole.events.iter().find(|event| event.kind == EventKind::Confirm);
     let until_s = confirm.map_or(f64::INFINITY, |event| event.t_s);
@@ -94,7 +95,7 @@ fn left_inside(whole: &Recording) -> Recording {
     recording
 }
 
-fn pays_for(what: Phrase, judged: &Assessment) -> Remark {
+fn pays_for_attempt(what: Phrase, judged: &Assessment) -> Remark {
     let score = Phrase::number(judged.score, 0);
     let found = match judged.passed {
         true => phrase!("{what} earns {score} points and passes", what = what, score = score),

@@ -85,8 +85,8 @@ impl AttemptCurve {
         let stages = span_stages(recording, &bands, bundle.scene.needle.tip_to_rim_mm);
         Self {
             bands,
-            points: thin(&recording.samples, MAX_CURVE_POINTS).into_iter().map(point).collect(),
-            marks: recording.events.iter().filter_map(|event| mark(event, &recording.samples)).collect(),
+            points: thin(&recording.samples, MAX_CURVE_POINTS).into_iter().map(curve_point).collect(),
+            marks: recording.events.iter().filter_map(|event| event_mark(event, &recording.samples)).collect(),
             stages,
             target_depth_mm: bundle.exercise.target_depth_mm,
             duration_s: recording.samples.last().map_or(0.0, |s| s.t_s),
@@ -94,16 +94,20 @@ impl AttemptCurve {
     }
 }
 
-fn point(sample: &Sample) -> CurvePoint {
-    CurvePoint { t_s: round(sample.t_s), advance_mm: round(sample.x_m * 1e3), force_n: round(sample.axial_n()) }
+fn curve_point(sample: &Sample) -> CurvePoint {
+    CurvePoint {
+        t_s: round_to_micro(sample.t_s),
+        advance_mm: round_to_micro(sample.x_m * 1e3),
+        force_n: round_to_micro(sample.axial_n()),
+    }
 }
 
 /// Four decimals: a tenth of a micrometre and of a millinewton, far below a pixel, and a third of the bytes.
-fn round(value: f64) -> f64 {
+fn round_to_micro(value: f64) -> f64 {
     (value * 1e4).round() / 1e4
 }
 
-fn mark(event: &Event, samples: &[Sample]) -> Option<CurveMark> {
+fn event_mark(event: &Event, samples: &[Sample]) -> Option<CurveMark> {
     let kind = match event.kind {
         EventKind::Contact => MarkKind::Contact,
         EventKind::TipRupture => MarkKind::TipRupture,

@@ -48,7 +48,7 @@ impl Verification {
 /// The force sent to the device is compared where the device takes any force; elsewhere it is what the safety chain
 /// made of it. Coaching and faults are not compared: they come from outside the force law.
 #[must_use]
-pub fn verify(recording: &Recording, specimen: &Specimen) -> Verification {
+pub fn verify_recording(recording: &Recording, specimen: &Specimen) -> Verification {
     let device_takes_all = recording.session.device_max_force_n.is_infinite();
     let follows = recording.tents.first().map_or(Follows::Needle, |tent| tent.follows);
     let mut attempt = TickedAttempt::following(specimen, follows);
@@ -67,12 +67,12 @@ pub fn verify(recording: &Recording, specimen: &Specimen) -> Verification {
     let mut tents = Vec::new();
     for recorded in &recording.samples {
         let tick = attempt.step(&TickInput::from(recorded));
-        events.extend(tick.events.into_iter().filter(comparable));
+        events.extend(tick.events.into_iter().filter(is_comparable));
         verification.compare(recorded, &tick.sample, device_takes_all);
         tents.extend(tick.tent);
     }
-    let recorded: Vec<&Event> = recording.events.iter().filter(|e| comparable(e)).collect();
-    verification.event_differences = differences(&recorded, &events);
+    let recorded: Vec<&Event> = recording.events.iter().filter(|e| is_comparable(e)).collect();
+    verification.event_differences = count_event_differences(&recorded, &events);
     if verification.tents > 0 {
         verification.compare_field(&recording.tents, &tents);
     }
@@ -81,16 +81,16 @@ pub fn verify(recording: &Recording, specimen: &Specimen) -> Verification {
 
 impl Verification {
     fn compare(&mut self, recorded: &Sample, again: &Sample, device_takes_all: bool) {
-        for ((channel, a), (_, b)) in channels(recorded).into_iter().zip(channels(again)) {
+        for ((channel, a), (_, b)) in force_channels(recorded).into_iter().zip(force_channels(again)) {
             if channel.starts_with("device_n") && !device_takes_all {
                 continue;
             }
-            self.note(deviation(a.into(), b.into()), recorded.t_s, channel);
+            self.note(force_deviation(a.into(), b.into()), recorded.t_s, channel);
         }
-        let depth_m = deviation(recorded.depth_m.into(), again.depth_m.into());
-        let x_m = deviation(recorded.x_m, again.x_m);
+        let depth_m = force_deviation(recorded.depth_m.into(), again.depth_m.into());
+        let x_m = force_deviation(recorded.x_m, again.x_m);
         let bends = recorded.bend_m.into_iter().zip(again.bend_m);
-        let bend_m = bends.map(|(a, b)| deviation(a.into(), b.into())).fold(0.0, f64::max);
+        let bend_m = bends.map(|(a, b)| force_deviation(a.into(), b.into())).fold(0.0, f64::max);
         self.largest_depth_deviation_m = self.largest_depth_deviation_m.max(depth_m).max(x_m).max(bend_m);
     }
 
@@ -106,21 +106,22 @@ impl Verification {
     /// Compares the steps of the field one by one. One at another time, or of another scene, is a difference and ends it: what
     /// follows has nothing to be compared with.
     fn compare_field(&mut self, recorded: &[Tent], again: &[Tent]) {
-        let alike =
-            |a: &Tent, b: &Tent| a.t_s.total_cmp(&b.t_s).is_eq() && shape(a) == shape(b) && a.follows == b.follows;
+        let alike = |a: &Tent, b: &Tent| {
+            a.t_s.total_cmp(&b.t_s).is_eq() && tent_shape(a) == tent_shape(b) && a.follows == b.follows
+        };
         let same = recorded.iter().zip(again).take_while(|(a, b)| alike(a, b)).count();
         self.tent_differences = (recorded.len().max(again.len()) - same) as u64;
         for (a, b) in recorded.iter().zip(again).take(same) {
-            let tent_m = largest(&a.tent_m, &b.tent_m);
+            let tent_m = largest_deviation(&a.tent_m, &b.tent_m);
             self.largest_tent_deviation_m = self.largest_tent_deviation_m.max(tent_m);
-            self.note(largest(&a.contactor_n, &b.contactor_n), a.t_s, "contactor_n");
-            self.note(largest(&a.drag_n, &b.drag_n), a.t_s, "drag_n");
+            self.note(largest_deviation(&a.contactor_n, &b.contactor_n), a.t_s, "contactor_n");
+            self.note(largest_deviation(&a.drag_n, &b.drag_n), a.t_s, "drag_n");
         }
     }
 }
 
 /// Every force of a sample, in N.
-fn channels(s: &Sample) -> [(&'static str, f32); 14] {
+fn force_channels(s: &Sample) -> [(&'static str, f32); 14] {
     [
         ("tip_n", s.tip_n),
         ("rim_n", s.rim_n),
@@ -140,17 +141,17 @@ fn channels(s: &Sample) -> [(&'static str, f32); 14] {
 }
 
 /// How many boundaries and layers a step of the field knows.
-fn shape(tent: &Tent) -> [usize; 3] {
+fn tent_shape(tent: &Tent) -> [usize; 3] {
     [tent.tent_m.len(), tent.contactor_n.len(), tent.drag_n.len()]
 }
 
 /// The largest deviation between two lists.
-fn largest(a: &[f32], b: &[f32]) -> f64 {
-    a.iter().zip(b).map(|(&a, &b)| deviation(a.into(), b.into())).fold(0.0, f64::max)
+fn largest_deviation(a: &[f32], b: &[f32]) -> f64 {
+    a.iter().zip(b).map(|(&a, &b)| force_deviation(a.into(), b.into())).fold(0.0, f64::max)
 }
 
 #[expect(clippy::float_cmp, reason = "verification asks for the very same number")]
-fn deviation(a: f64, b: f64) -> f64 {
+fn force_deviation(a: f64, b: f64) -> f64 {
     // Comparing first, because the difference of two equal infinities is no number.
     let same = a == b || (a.is_nan() && b.is_nan());
     let difference = (a - b).abs();
@@ -162,12 +163,12 @@ fn deviation(a: f64, b: f64) -> f64 {
     }
 }
 
-fn comparable(event: &Event) -> bool {
+fn is_comparable(event: &Event) -> bool {
     !matches!(event.kind, EventKind::Coaching | EventKind::Fault | EventKind::Interrupted)
 }
 
 /// Events that only one of two lists in order of time holds.
-fn differences(recorded: &[&Event], again: &[Event]) -> u64 {
+fn count_event_differences(recorded: &[&Event], again: &[Event]) -> u64 {
     let (mut i, mut j, mut count) = (0, 0, 0);
     while let (Some(&a), Some(b)) = (recorded.get(i), again.get(j)) {
         let order = if a == b { Ordering::Equal } else { a.t_s.total_cmp(&b.t_s) };

@@ -6,7 +6,7 @@
 
 use super::scenes::{AxialRun, make_layer, needle_through};
 use law::axial::AxialSpec;
-use law::closed_form::ruptures;
+use law::closed_form::predict_ruptures;
 use law::operator::Draw;
 use law::soundness;
 use tissue::calibrate::{CalibrateError, Curve, Fit, Fresh, ParameterEstimate, Quantity, Start, fit, residual_rms_n};
@@ -135,7 +135,7 @@ pub fn sample(origin: Origin<'_>, measurement: Measurement, seed: u64) -> Option
             Origin::Blind { layers, tip_to_rim_m } => random_layers(layers, tip_to_rim_m, &mut draw),
             Origin::Changed(scene) => changed(scene, &mut draw),
         };
-        if !soundness::check(&truth).is_empty() {
+        if !soundness::find_unsound_ruptures(&truth).is_empty() {
             continue;
         }
         let beyond_m = between(&mut draw, 0.002, 0.008);
@@ -233,7 +233,7 @@ fn track(truth: &AxialSpec, measurement: &Measurement, beyond_m: f64) -> Option<
     let mut slow = truth.clone();
     slow.rate = None;
     slow.layers.iter_mut().for_each(|layer| layer.damping_n_s_per_m2 = 0.0);
-    let deepest_m = ruptures(&slow).last()?.x_m + beyond_m;
+    let deepest_m = predict_ruptures(&slow).last()?.x_m + beyond_m;
     let steps = (measurement.spacing_m / STEP_M).round().max(1.0) as u32;
     let samples = (deepest_m / measurement.spacing_m).round() as u32;
     let mut run = AxialRun::new(slow).ok()?;
@@ -256,7 +256,7 @@ fn is_clear(truth: &AxialSpec, clean: &[(f64, f64)], measurement: &Measurement) 
     let peak_n = clean.iter().map(|sample| sample.1).fold(0.0, f64::max);
     let least_n = (CLEAR_NOISE * measurement.noise_n).max(CLEAR_PART * peak_n);
     let gap = |x_m: f64| libm::ceil(x_m / measurement.spacing_m) as usize;
-    let predicted = ruptures(truth);
+    let predicted = predict_ruptures(truth);
     let alternates = predicted.chunks(2).all(|pair| match pair {
         [tip, rim] if truth.tip_to_rim_m > 0.0 => tip.contactor != rim.contactor && tip.boundary == rim.boundary,
         _ => truth.tip_to_rim_m <= 0.0,

@@ -27,5 +27,5 @@ mod window;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    output::report(cli::parse(std::env::args_os()).and_then(|command| command.run()))
+    output::report_outcome(cli::parse(std::env::args_os()).and_then(|command| command.run()))
 }

@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::exit::{Failure, Outcome};
 
 /// Prints through a buffered, locked standard output.
-pub fn with(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Outcome {
+pub fn print_buffered(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Outcome {
     let mut out = BufWriter::new(io::stdout().lock());
     write(&mut out).and_then(|()| out.flush()).map_err(|error| match error.kind() {
         ErrorKind::BrokenPipe => Failure::ReaderGone,
@@ -18,28 +18,28 @@ pub fn with(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Outcome {
 }
 
 /// Prints one line for people.
-pub fn line(text: Arguments<'_>) -> Outcome {
-    with(|out| writeln!(out, "{text}"))
+pub fn print_line(text: Arguments<'_>) -> Outcome {
+    print_buffered(|out| writeln!(out, "{text}"))
 }
 
 /// Prints one JSON value for programs.
-pub fn json(value: &impl Serialize) -> Outcome {
+pub fn print_json(value: &impl Serialize) -> Outcome {
     let text = serde_json::to_string_pretty(value)
         .map_err(|error| Failure::work(format_args!("the result cannot be written as JSON: {error}")))?;
-    line(format_args!("{text}"))
+    print_line(format_args!("{text}"))
 }
 
 /// Says one thing that went wrong, on one line whatever it quotes.
-pub fn error(text: impl Display) {
-    say("error", text);
+pub fn print_error(text: impl Display) {
+    print_to_stderr("error", text);
 }
 
 /// Says one thing the user should know, on one line whatever it quotes.
-pub fn warning(text: impl Display) {
-    say("warning", text);
+pub fn print_warning(text: impl Display) {
+    print_to_stderr("warning", text);
 }
 
-fn say(kind: &str, text: impl Display) {
+fn print_to_stderr(kind: &str, text: impl Display) {
     let text = one_line(&text.to_string());
     // Standard error that cannot be written to leaves nobody to tell.
     let _ = writeln!(io::stderr().lock(), "{kind}: {text}");
@@ -53,7 +53,7 @@ pub fn one_line(text: &str) -> String {
 }
 
 /// Says on standard error what went wrong and turns the outcome into the exit status.
-pub fn report(outcome: Outcome) -> ExitCode {
+pub fn report_outcome(outcome: Outcome) -> ExitCode {
     let (lines, status) = match outcome {
         Ok(()) | Err(Failure::ReaderGone) => (Vec::new(), 0),
         Err(Failure::Found) => (Vec::new(), 1),
@@ -61,7 +61,7 @@ pub fn report(outcome: Outcome) -> ExitCode {
         Err(Failure::Input(lines)) => (lines, 2),
     };
     for line in &lines {
-        error(line);
+        print_error(line);
     }
     ExitCode::from(status)
 }

@@ -25,7 +25,7 @@ pub struct Service {
 impl Service {
     /// A service at an address.
     pub fn new(address: &str, token: HeaderValue) -> Self {
-        Self { agent: agent(), address: address.trim_end_matches('/').to_owned(), token }
+        Self { agent: http_agent(), address: address.trim_end_matches('/').to_owned(), token }
     }
 }
 
@@ -79,7 +79,7 @@ impl Reply {
 
     /// What the answer says, in words.
     pub fn words(&self) -> String {
-        format!("HTTP {}: {}", self.status, explained(self.status, self.json().as_ref()))
+        format!("HTTP {}: {}", self.status, explain_refusal(self.status, self.json().as_ref()))
     }
 
     /// The service says that the token was good once.
@@ -106,7 +106,7 @@ impl Reply {
 }
 
 /// Asks, and reads the answer.
-pub fn answer(address: &str, asked: Result<Response<ureq::Body>, ureq::Error>) -> Result<Reply, Trouble> {
+pub fn ask_service(address: &str, asked: Result<Response<ureq::Body>, ureq::Error>) -> Result<Reply, Trouble> {
     let mut response = asked.map_err(|error| no_answer(address, &error))?;
     let mut text = String::new();
     // What cannot be read of an explanation only makes it shorter.
@@ -115,7 +115,7 @@ pub fn answer(address: &str, asked: Result<Response<ureq::Body>, ureq::Error>) -
 }
 
 /// What asks. A redirect to a sign-in page is an answer, not a place to send a recording or a token to.
-pub fn agent() -> Agent {
+pub fn http_agent() -> Agent {
     let config = Agent::config_builder()
         .http_status_as_error(false)
         .max_redirects(0)
@@ -130,7 +130,7 @@ pub fn agent() -> Agent {
 }
 
 /// The service's own words (RFC 9457 problem details), or ours where it has none.
-fn explained(status: u16, body: Option<&Value>) -> String {
+fn explain_refusal(status: u16, body: Option<&Value>) -> String {
     let member = |name: &str| body.and_then(|body| body.get(name)).and_then(Value::as_str);
     let ours = match status {
         200..=299 => "not what the service should say; is this its address?",
@@ -161,7 +161,7 @@ fn no_answer(address: &str, error: &ureq::Error) -> Trouble {
 }
 
 /// An address with a scheme and a host, to which `/api/v1/…` can be added.
-pub fn server(text: &str) -> Result<Uri, String> {
+pub fn parse_server_address(text: &str) -> Result<Uri, String> {
     let uri: Uri =
         text.parse().map_err(|error| format!("{error}; an address such as https://example.org is allowed"))?;
     match (uri.scheme_str(), uri.host(), uri.query()) {
@@ -177,7 +177,7 @@ pub fn is_in_the_clear(server: &Uri) -> bool {
 }
 
 /// A bearer token as a header value; absent where it is not one word of printable ASCII.
-pub fn bearer(token: &str) -> Option<HeaderValue> {
+pub fn bearer_header(token: &str) -> Option<HeaderValue> {
     let valid = !token.is_empty() && token.chars().all(|c| c.is_ascii_graphic());
     let mut value = HeaderValue::from_str(&format!("Bearer {token}")).ok().filter(|_| valid)?;
     value.set_sensitive(true);

@@ -62,7 +62,7 @@ impl Shelf {
             } else {
                 let refused =
                     |kind| Failure::refused(path, format_args!("is {kind}; an exercise or a curriculum is needed"));
-                match documents::load::read(path) {
+                match documents::load::read_document(path) {
                     Ok(Document::Scene(_)) => shelf.put_aside(path, &refused("a scene")),
                     Ok(Document::Instrument(_)) => shelf.put_aside(path, &refused("an instrument")),
                     Ok(document) => shelf.take(path, document),
@@ -88,7 +88,7 @@ impl Shelf {
             if path.is_dir() {
                 self.take_folder(&path);
             } else if path.extension().is_some_and(|extension| extension == "toml") {
-                match documents::load::read(&path) {
+                match documents::load::read_document(&path) {
                     Ok(document) => self.take(&path, document),
                     Err(error) => self.put_aside(&path, &Failure::from(error)),
                 }

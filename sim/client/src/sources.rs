@@ -51,7 +51,7 @@ pub fn read_recording(path: &Path) -> Result<Recording, Failure> {
 /// Warns that a recording ends too soon.
 pub fn warn_of_cut(path: &Path) {
     let name = path.display();
-    output::warning(format_args!(
+    output::print_warning(format_args!(
         "{name}: the recording is cut; what it holds is used (stylet recover makes it whole)"
     ));
 }

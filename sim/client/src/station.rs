@@ -122,7 +122,7 @@ impl StationKey {
     /// Signs what a hand has done in a session.
     pub fn sign(&self, session: &Session, motion: &MotionDigest) -> Option<Signature> {
         let key = SigningKey::from_bytes(&seed(&self.key)?);
-        let signed = key.sign(&signature::statement(session, self.station, &motion.sha256()));
+        let signed = key.sign(&signature::signed_statement(session, self.station, &motion.sha256()));
         Some(Signature { station: self.station, ed25519: HEXLOWER.encode(&signed.to_bytes()) })
     }
 }

@@ -366,7 +366,7 @@ fn the_metrics_are_measured_and_the_catalogue_offers_what_the_report_bears_out()
         assert_eq!(measured, known, "every version of every metric, after the score");
     }
     for row in read(&repository("sim/bench/reports/metrics.csv")).iter().skip(1) {
-        let definition = assessment::catalogue::definition(&row[0], row[1].parse().expect("a version"));
+        let definition = assessment::catalogue::find_definition(&row[0], row[1].parse().expect("a version"));
         let definition = definition
             .or_else(|| assessment::catalogue::DEFINITIONS.iter().find(|d| d.id == &row[0]).filter(|d| !d.plain));
         let unoffered = definition.expect("of the catalogue").unoffered;

@@ -9,7 +9,7 @@ use tissue::follow::FollowError;
 
 use crate::describe::{EXERCISE, SCENE};
 use crate::error::{DocumentError, Issue, Remark};
-use crate::load::{Document, ExerciseBundle, beside, read, read_file};
+use crate::load::{Document, ExerciseBundle, path_beside, read_document, read_file};
 use crate::model::Scene;
 use crate::patient::Patient;
 use crate::source::Source;
@@ -44,7 +44,7 @@ impl Scene {
         for (patient, drawn) in patients {
             for &angle_deg in &angles_deg {
                 let axial = self.coupled_spec(&drawn, angle_deg)?;
-                for unsound in soundness::check(&along_path(axial, angle_deg)) {
+                for unsound in soundness::find_unsound_ruptures(&spec_along_path(axial, angle_deg)) {
                     let is_same = |f: &Finding| {
                         (f.unsound.boundary, f.unsound.contactor) == (unsound.boundary, unsound.contactor)
                     };
@@ -60,7 +60,7 @@ impl Scene {
 
 /// An axial law along a path at an angle to the surface normal, in degrees: every thickness is d/cos θ.
 #[must_use]
-pub fn along_path(mut spec: AxialSpec, angle_deg: f64) -> AxialSpec {
+pub fn spec_along_path(mut spec: AxialSpec, angle_deg: f64) -> AxialSpec {
     let along = 1.0 / libm::cos(angle_deg.to_radians());
     spec.layers.iter_mut().for_each(|layer| layer.thickness_m *= along);
     spec
@@ -70,16 +70,16 @@ pub fn along_path(mut spec: AxialSpec, angle_deg: f64) -> AxialSpec {
 ///
 /// # Errors
 /// Every issue found.
-pub fn check(path: &Path) -> Result<Document, DocumentError> {
-    let document = read(path)?;
-    let issues = unsound(path, &document)?;
+pub fn check_documents(path: &Path) -> Result<Document, DocumentError> {
+    let document = read_document(path)?;
+    let issues = list_unsound_layers(path, &document)?;
     if issues.is_empty() { Ok(document) } else { Err(DocumentError { issues }) }
 }
 
 /// An issue for each unsound rupture in the scenes of a document that was read from `path`.
-fn unsound(path: &Path, document: &Document) -> Result<Vec<Issue>, DocumentError> {
+fn list_unsound_layers(path: &Path, document: &Document) -> Result<Vec<Issue>, DocumentError> {
     let mut issues: Vec<Issue> = Vec::new();
-    for (path, scene, angle_deg) in scenes(path, document) {
+    for (path, scene, angle_deg) in list_scenes(path, document) {
         let source = || Source::new(&path.display().to_string(), &read_file(&path)?);
         for issue in unsound_issues(scene, angle_deg, source)? {
             let is_same = |i: &Issue| (&i.file, i.line, &i.field) == (&issue.file, issue.line, &issue.field);
@@ -92,16 +92,16 @@ fn unsound(path: &Path, document: &Document) -> Result<Vec<Issue>, DocumentError
 }
 
 /// Every scene of a document with its path, and the angle at which it is met.
-fn scenes<'d>(path: &Path, document: &'d Document) -> Vec<(PathBuf, &'d Scene, f64)> {
+fn list_scenes<'d>(path: &Path, document: &'d Document) -> Vec<(PathBuf, &'d Scene, f64)> {
     let of_exercise = |path: &Path, bundle: &'d ExerciseBundle| {
-        (beside(path, &bundle.exercise.scene), &bundle.scene, bundle.exercise.angle_deg)
+        (path_beside(path, &bundle.exercise.scene), &bundle.scene, bundle.exercise.angle_deg)
     };
     match document {
         Document::Scene(scene) => vec![(path.to_owned(), scene.as_ref(), 0.0)],
         Document::Exercise(bundle) => vec![of_exercise(path, bundle)],
         Document::Curriculum(curriculum, bundles) => {
             let entries = curriculum.entries.iter().zip(bundles);
-            entries.map(|(entry, bundle)| of_exercise(&beside(path, &entry.file), bundle)).collect()
+            entries.map(|(entry, bundle)| of_exercise(&path_beside(path, &entry.file), bundle)).collect()
         }
         Document::Instrument(_) => Vec::new(),
     }
@@ -145,7 +145,7 @@ fn unsound_issues(
     // The scene keeps no places: they are found again, only when there is something to place.
     let doc = Walked::new(source()?, &SCENE)?;
     Ok(match findings {
-        Ok(findings) => findings.iter().map(|finding| issue(&doc, scene, finding)).collect(),
+        Ok(findings) => findings.iter().map(|finding| document_issue(&doc, scene, finding)).collect(),
         Err(why) => {
             let allowed = phrase!("allowed: a tissue that a model can be made of");
             vec![doc.issue("tissue.coupling", why.in_words(), allowed)]
@@ -153,7 +153,7 @@ fn unsound_issues(
     })
 }
 
-fn issue(doc: &Walked, scene: &Scene, finding: &Finding) -> Issue {
+fn document_issue(doc: &Walked, scene: &Scene, finding: &Finding) -> Issue {
     let Finding { patient, angle_deg, unsound } = finding;
     let Unsound { boundary, layer, threshold_n, force_rise_n, energy_rise_mj, largest_sound_n, .. } = unsound;
     let as_written = scene.layers.get(*boundary);

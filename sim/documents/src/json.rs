@@ -30,7 +30,7 @@ impl Json<'_> {
 
     /// A number that cannot be, placed where it is written.
     pub(crate) fn refused(self, ParamError { field, value, unit, allowed }: ParamError) -> DocumentError {
-        let (line, column) = find_position(self.text, offset(self.text, &field));
+        let (line, column) = find_position(self.text, byte_offset(self.text, &field));
         self.issue(line, column, &field, [Phrase::data(format_args!("{value} {unit}")), Phrase::data(allowed)])
     }
 
@@ -44,7 +44,7 @@ impl Json<'_> {
 ///
 /// Every table of a list has each of its keys exactly once, so table n holds the n-th place where the key stands. A number
 /// in a list is placed where the list begins.
-fn offset(json: &str, field: &str) -> usize {
+fn byte_offset(json: &str, field: &str) -> usize {
     let (parent, key) = field.rsplit_once('.').unwrap_or(("", field));
     let key = key.split_once('[').map_or(key, |(list, _)| list);
     let nth = parent.split(['[', ']']).nth(1).and_then(|n| n.parse().ok()).unwrap_or(0);

@@ -33,7 +33,7 @@ mod suggest;
 mod tissue;
 mod walk;
 
-pub use check::{along_path, check};
+pub use check::{check_documents, spec_along_path};
 pub use curriculum::{Curriculum, MasteryRule};
 pub use error::{DocumentError, Issue, Remark};
 pub use exercise::{CoachingRule, Exercise, HardFail, Required, RubricLine};
@@ -43,4 +43,4 @@ pub use law::structures::{Shape, StructureKind, StructureSpec};
 pub use load::{Document, DocumentKind, ExerciseBundle};
 pub use model::{Needle, Scene, SceneLayer, SceneSkin, SceneStructure, TissueOptions};
 pub use patient::Patient;
-pub use schema::schema;
+pub use schema::document_schema;

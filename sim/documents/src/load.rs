@@ -135,15 +135,15 @@ impl ExerciseBundle {
 ///
 /// # Errors
 /// Every issue found.
-pub fn read(path: &Path) -> Result<Document, DocumentError> {
+pub fn read_document(path: &Path) -> Result<Document, DocumentError> {
     let bytes = read_file(path)?;
     let source = Source::new(&path.display().to_string(), &bytes)?;
-    match kind_of(&walk::parse(&source)?) {
+    match document_kind(&walk::parse_document(&source)?) {
         Some(DocumentKind::Scene) => Ok(Document::Scene(Box::new(scene_from_disk(path, bytes)?.scene))),
         Some(DocumentKind::Exercise) => Ok(Document::Exercise(Box::new(ExerciseBundle::from_disk(path, bytes)?))),
         Some(DocumentKind::Curriculum) => {
             let (curriculum, bundles) =
-                read_curriculum(source, |file| read_named(path, file, ExerciseBundle::from_disk).map(named))?;
+                read_curriculum(source, |file| read_named(path, file, ExerciseBundle::from_disk).map(named_reference))?;
             Ok(Document::Curriculum(Box::new(curriculum), bundles))
         }
         Some(DocumentKind::Instrument) => Ok(Document::Instrument(Box::new(read_instrument(source)?))),
@@ -172,7 +172,7 @@ pub fn read_scene_text(path: &Path, text: &str) -> Result<Scene, DocumentError> 
 ///
 /// The key that every document of a kind needs comes first; the others tell the kind of one that lacks it, so that the
 /// lack is reported as what it is.
-fn kind_of(document: &DeTable<'_>) -> Option<DocumentKind> {
+fn document_kind(document: &DeTable<'_>) -> Option<DocumentKind> {
     const TELLING: [(DocumentKind, &[&str]); 8] = [
         (DocumentKind::Scene, &["layer"]),
         (DocumentKind::Exercise, &["scene"]),
@@ -187,7 +187,7 @@ fn kind_of(document: &DeTable<'_>) -> Option<DocumentKind> {
     TELLING.iter().find(|(_, keys)| keys.iter().any(has)).map(|(kind, _)| *kind)
 }
 
-fn named(exercise: ExerciseBundle) -> NamedExercise<ExerciseBundle> {
+fn named_reference(exercise: ExerciseBundle) -> NamedExercise<ExerciseBundle> {
     NamedExercise { id: exercise.exercise.id.clone(), exercise }
 }
 
@@ -199,14 +199,15 @@ impl Curriculum {
     pub fn from_parts(document: &[u8], find: impl Fn(&str) -> Option<ExerciseBundle>) -> Result<Self, DocumentError> {
         let missing = |file: &str| NamedError::Missing(phrase!("{file}: no exercise of this name", file = file));
         let source = Source::new("course", document)?;
-        let (curriculum, _) = read_curriculum(source, |file| find(file).map(named).ok_or_else(|| missing(file)))?;
+        let (curriculum, _) =
+            read_curriculum(source, |file| find(file).map(named_reference).ok_or_else(|| missing(file)))?;
         Ok(curriculum)
     }
 }
 
 fn scene_from_disk(path: &Path, bytes: Vec<u8>) -> Result<SceneParts, DocumentError> {
     let source = Source::new(&path.display().to_string(), &bytes)?;
-    let find = |file: &str| std::fs::read(beside(path, file)).map_err(Phrase::data);
+    let find = |file: &str| std::fs::read(path_beside(path, file)).map_err(Phrase::data);
     let (scene, meshes) = read_scene(source, &find)?;
     Ok(SceneParts { scene, bytes, meshes })
 }
@@ -217,7 +218,7 @@ fn read_named<T>(
     file: &str,
     read: impl FnOnce(&Path, Vec<u8>) -> Result<T, DocumentError>,
 ) -> Result<T, NamedError> {
-    let path = beside(naming, file);
+    let path = path_beside(naming, file);
     let bytes =
         std::fs::read(&path).map_err(|e| NamedError::Missing(Phrase::data(format_args!("{}: {e}", path.display()))))?;
     read(&path, bytes).map_err(NamedError::Refused)
@@ -225,7 +226,7 @@ fn read_named<T>(
 
 /// The path of a file that a document names relative to itself.
 #[must_use]
-pub fn beside(document: &Path, file: &str) -> PathBuf {
+pub fn path_beside(document: &Path, file: &str) -> PathBuf {
     document.parent().unwrap_or(Path::new("")).join(file)
 }
 

@@ -26,21 +26,27 @@ struct Edit {
 ///
 /// # Errors
 /// Text that is not TOML.
-pub fn rewrite(text: &str, scene: &Scene, spec: &AxialSpec, id: &str, source: &str) -> Result<String, DocumentError> {
+pub fn rewrite_document(
+    text: &str,
+    scene: &Scene,
+    spec: &AxialSpec,
+    id: &str,
+    source: &str,
+) -> Result<String, DocumentError> {
     let parsed = Source::new("scene", text.as_bytes())?;
-    let document = walk::parse(&parsed)?;
+    let document = walk::parse_document(&parsed)?;
     let has_rim = scene.needle.tip_to_rim_mm > 0.0;
-    let mut edits: Vec<Edit> = edit(&document, "id", &quoted(id)).into_iter().collect();
+    let mut edits: Vec<Edit> = edit_document(&document, "id", &quoted_string(id)).into_iter().collect();
     let layers = scene.layers.iter().zip(scene.layers_of(spec));
-    for (table, (old, new)) in tables(&document).zip(layers) {
-        let numbers = numbers(&new, has_rim);
-        if numbers == self::numbers(old, has_rim) {
+    for (table, (old, new)) in rewrite_tables(&document).zip(layers) {
+        let numbers = rewrite_numbers(&new, has_rim);
+        if numbers == self::rewrite_numbers(old, has_rim) {
             continue;
         }
         for (key, value) in numbers {
-            edits.extend(edit(table, key, &format!("{value:?}")));
+            edits.extend(edit_document(table, key, &format!("{value:?}")));
         }
-        edits.extend(edit(table, "source", &quoted(source)));
+        edits.extend(edit_document(table, "source", &quoted_string(source)));
     }
     edits.sort_by_key(|edit| std::cmp::Reverse(edit.at.start));
     let mut rewritten = text.to_owned();
@@ -49,7 +55,7 @@ pub fn rewrite(text: &str, scene: &Scene, spec: &AxialSpec, id: &str, source: &s
 }
 
 /// What a fit changes of a layer, as it is written.
-fn numbers(layer: &SceneLayer, has_rim: bool) -> Vec<(&'static str, f64)> {
+fn rewrite_numbers(layer: &SceneLayer, has_rim: bool) -> Vec<(&'static str, f64)> {
     let rim = has_rim.then_some(("rim_rupture_n", layer.rim_rupture_n));
     let numbers = [
         ("thickness_mm", layer.thickness_mm),
@@ -58,11 +64,11 @@ fn numbers(layer: &SceneLayer, has_rim: bool) -> Vec<(&'static str, f64)> {
         ("friction_n_per_m", layer.friction_n_per_m),
         ("cutting_n", layer.cutting_n),
     ];
-    numbers.into_iter().chain(rim).map(|(key, value)| (key, rounded(value))).collect()
+    numbers.into_iter().chain(rim).map(|(key, value)| (key, rounded_number(value))).collect()
 }
 
-fn tables<'d, 'i>(document: &'d DeTable<'i>) -> impl Iterator<Item = &'d DeTable<'i>> {
-    let layers = value(document, "layer").and_then(|layers| match layers.get_ref() {
+fn rewrite_tables<'d, 'i>(document: &'d DeTable<'i>) -> impl Iterator<Item = &'d DeTable<'i>> {
+    let layers = rewrite_value(document, "layer").and_then(|layers| match layers.get_ref() {
         DeValue::Array(layers) => Some(layers),
         _ => None,
     });
@@ -72,27 +78,27 @@ fn tables<'d, 'i>(document: &'d DeTable<'i>) -> impl Iterator<Item = &'d DeTable
     })
 }
 
-fn value<'d, 'i>(table: &'d DeTable<'i>, key: &str) -> Option<&'d Spanned<DeValue<'i>>> {
+fn rewrite_value<'d, 'i>(table: &'d DeTable<'i>, key: &str) -> Option<&'d Spanned<DeValue<'i>>> {
     table.iter().find(|(name, _)| name.get_ref() == key).map(|(_, value)| value)
 }
 
 /// A value in the place of another, or a new key below the layer's name.
-fn edit(table: &DeTable<'_>, key: &str, with: &str) -> Option<Edit> {
-    if let Some(old) = value(table, key) {
+fn edit_document(table: &DeTable<'_>, key: &str, with: &str) -> Option<Edit> {
+    if let Some(old) = rewrite_value(table, key) {
         return Some(Edit { at: old.span(), with: with.to_owned() });
     }
-    let below = value(table, "name")?.span().end;
+    let below = rewrite_value(table, "name")?.span().end;
     Some(Edit { at: below..below, with: format!("\n{key} = {with}") })
 }
 
 /// A number with so many significant digits.
-fn rounded(value: f64) -> f64 {
+fn rounded_number(value: f64) -> f64 {
     let text = format!("{value:.*e}", DIGITS - 1);
     text.parse().unwrap_or(value)
 }
 
 /// A TOML string on one line.
-fn quoted(text: &str) -> String {
+fn quoted_string(text: &str) -> String {
     let mut quoted = String::from("\"");
     for c in text.chars() {
         match c {

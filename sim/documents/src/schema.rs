@@ -12,23 +12,23 @@ use crate::load::DocumentKind;
 /// It states what each field may be. What relates fields or files to each other (unique names, metric ids, cycles,
 /// sound thresholds) only `stylet check` can tell.
 #[must_use]
-pub fn schema(kind: DocumentKind) -> Value {
+pub fn document_schema(kind: DocumentKind) -> Value {
     let (name, description) = match kind {
         DocumentKind::Scene => ("scene", &SCENE),
         DocumentKind::Exercise => ("exercise", &EXERCISE),
         DocumentKind::Curriculum => ("curriculum", &CURRICULUM),
         DocumentKind::Instrument => ("instrument", &INSTRUMENT),
     };
-    let mut schema = table(description);
+    let mut schema = table_schema(description);
     schema["$schema"] = json!("https://json-schema.org/draft/2020-12/schema");
     schema["title"] = json!(format!("Stylet {name}"));
     schema
 }
 
-fn table(table: &DescribedTable) -> Value {
+fn table_schema(table: &DescribedTable) -> Value {
     let required: Vec<_> =
         table.fields.iter().filter(|f| matches!(f.presence, Presence::Required)).map(|f| f.key).collect();
-    let properties: Map<_, _> = table.fields.iter().map(|f| (f.key.to_owned(), field(f))).collect();
+    let properties: Map<_, _> = table.fields.iter().map(|f| (f.key.to_owned(), field_schema(f))).collect();
     json!({
         "type": "object",
         "description": table.doc,
@@ -38,8 +38,8 @@ fn table(table: &DescribedTable) -> Value {
     })
 }
 
-fn field(field: &DescribedField) -> Value {
-    let mut schema = kind(&field.kind);
+fn field_schema(field: &DescribedField) -> Value {
+    let mut schema = kind_schema(&field.kind);
     schema["description"] = match field.unit() {
         "" => json!(format!("{}.", field.doc)),
         unit => json!(format!("{}; in {unit}.", field.doc)),
@@ -54,29 +54,29 @@ fn field(field: &DescribedField) -> Value {
     schema
 }
 
-fn kind(kind: &FieldKind) -> Value {
+fn kind_schema(kind: &FieldKind) -> Value {
     match kind {
-        FieldKind::Number { min, max, .. } => range(*min, *max),
+        FieldKind::Number { min, max, .. } => range_schema(*min, *max),
         FieldKind::Integer { min, max } => json!({"type": "integer", "minimum": min, "maximum": max}),
         FieldKind::Flag => json!({"type": "boolean"}),
-        FieldKind::Text(form) => text(form),
+        FieldKind::Text(form) => schema_text(form),
         FieldKind::Choice(words) => json!({"enum": words}),
         FieldKind::Vector { len, min, max, .. } => {
-            json!({"type": "array", "items": range(*min, *max), "minItems": len, "maxItems": len})
+            json!({"type": "array", "items": range_schema(*min, *max), "minItems": len, "maxItems": len})
         }
-        FieldKind::Texts(form) => json!({"type": "array", "items": text(form)}),
-        FieldKind::Table(inner) => table(inner),
+        FieldKind::Texts(form) => json!({"type": "array", "items": schema_text(form)}),
+        FieldKind::Table(inner) => table_schema(inner),
         FieldKind::Tables { table: inner, min, max } => {
-            json!({"type": "array", "items": table(inner), "minItems": min, "maxItems": max})
+            json!({"type": "array", "items": table_schema(inner), "minItems": min, "maxItems": max})
         }
     }
 }
 
-fn range(min: f64, max: f64) -> Value {
+fn range_schema(min: f64, max: f64) -> Value {
     json!({"type": "number", "minimum": min, "maximum": max})
 }
 
-fn text(form: &Text) -> Value {
+fn schema_text(form: &Text) -> Value {
     let mut schema = json!({"type": "string", "minLength": form.min, "maxLength": form.max});
     if !form.pattern.is_empty() {
         schema["pattern"] = json!(form.pattern);

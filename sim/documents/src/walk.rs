@@ -37,7 +37,7 @@ pub(crate) enum NamedError {
 }
 
 /// Parses TOML; every syntax error is an issue.
-pub(crate) fn parse(source: &Source) -> Result<DeTable<'_>, DocumentError> {
+pub(crate) fn parse_document(source: &Source) -> Result<DeTable<'_>, DocumentError> {
     let (table, errors) = DeTable::parse_recoverable(source.text());
     let issues: Vec<Issue> = errors
         .iter()
@@ -56,7 +56,7 @@ impl Walked {
     /// Text that is not TOML. What the description refuses is kept for [`Walked::finish`].
     pub(crate) fn new(source: Source, description: &'static DescribedTable) -> Result<Self, DocumentError> {
         let (value, walker) = {
-            let table = parse(&source)?;
+            let table = parse_document(&source)?;
             let mut walker = Walker { source: &source, places: BTreeMap::new(), issues: Vec::new() };
             let value = walker.table(description, &table, "", 0);
             (value, (walker.places, walker.issues))
@@ -135,7 +135,7 @@ impl Walked {
 }
 
 /// A path of keys, safe to print on one line.
-fn join(parent: &str, key: &str) -> String {
+fn join_key_path(parent: &str, key: &str) -> String {
     let key: String = key.chars().map(|c| if c.is_control() { '�' } else { c }).collect();
     if parent.is_empty() { key } else { format!("{parent}.{key}") }
 }
@@ -152,16 +152,16 @@ impl Walker<'_> {
             if !table.fields.iter().any(|f| f.key == key.get_ref().as_ref()) {
                 let issue = self.source.issue(
                     key.span().start,
-                    &join(path, key.get_ref()),
+                    &join_key_path(path, key.get_ref()),
                     phrase!("unknown key"),
-                    suggestion(key.get_ref(), table),
+                    suggest_key(key.get_ref(), table),
                 );
                 self.issues.push(issue);
             }
         }
         let mut checked = Map::new();
         for field in table.fields {
-            let path = join(path, field.key);
+            let path = join_key_path(path, field.key);
             let value = match found.iter().find(|(k, _)| k.get_ref() == field.key) {
                 Some((_, value)) => {
                     self.places.insert(path.clone(), value.span().start);
@@ -195,7 +195,7 @@ impl Walker<'_> {
 
     fn value(&mut self, field: &DescribedField, value: &Spanned<DeValue<'_>>, path: &str) -> Option<Value> {
         let checked = match (&field.kind, value.get_ref()) {
-            (FieldKind::Number { min, max, .. }, found) => number(found, *min, *max),
+            (FieldKind::Number { min, max, .. }, found) => number_value(found, *min, *max),
             (FieldKind::Integer { min, max }, DeValue::Integer(i)) => {
                 parse_integer(i.as_str(), i.radix()).filter(|i| (min..=max).contains(&i)).map(Value::from)
             }
@@ -209,7 +209,7 @@ impl Walker<'_> {
                 return self.tables(table, a.iter(), path);
             }
             (FieldKind::Vector { len, min, max, .. }, DeValue::Array(a)) if a.len() == *len => {
-                a.iter().map(|e| number(e.get_ref(), *min, *max)).collect::<Option<Vec<_>>>().map(Value::Array)
+                a.iter().map(|e| number_value(e.get_ref(), *min, *max)).collect::<Option<Vec<_>>>().map(Value::Array)
             }
             (FieldKind::Texts(text), DeValue::Array(a)) => a
                 .iter()
@@ -259,7 +259,7 @@ impl Walker<'_> {
 }
 
 /// What to say of an unknown key.
-fn suggestion(key: &str, table: &DescribedTable) -> Phrase {
+fn suggest_key(key: &str, table: &DescribedTable) -> Phrase {
     match find_nearest_key(key, table) {
         Some(field) if !field.unit().is_empty() => {
             phrase!("did you mean `{key}`? the unit is in the key", key = field.key)
@@ -281,7 +281,7 @@ fn default_number(field: &DescribedField, number: f64) -> Option<Value> {
 }
 
 /// A finite number within the ends; NaN and infinities are in no range.
-fn number(found: &DeValue<'_>, min: f64, max: f64) -> Option<Value> {
+fn number_value(found: &DeValue<'_>, min: f64, max: f64) -> Option<Value> {
     let number = match found {
         DeValue::Float(f) => f.as_str().parse::<f64>().ok()?,
         DeValue::Integer(i) if i.radix() == 10 => i.as_str().parse::<f64>().ok()?,

@@ -107,7 +107,7 @@ fn met(spec: &AxialSpec, reach_m: f64) -> &[Layer] {
 ///
 /// What comes at a tent's peak: nothing cuts, and viscosity is small at the speeds of a puncture.
 fn peak_n(spec: &AxialSpec, boundaries: usize) -> f64 {
-    let ruptures = closed_form::ruptures(spec);
+    let ruptures = closed_form::predict_ruptures(spec);
     let met = ruptures.iter().filter(|rupture| rupture.boundary < boundaries);
     met.map(|rupture| rupture.force_before_n + friction_n(&spec.layers, rupture.boundary)).fold(0.0, f64::max)
 }

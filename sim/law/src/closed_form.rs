@@ -26,7 +26,7 @@ pub struct PredictedRupture {
 /// Tip i opens at x = max(previous tip, D_i + P_tip,i/k_i), rim i at
 /// max(previous rim, tip i, D_i + L + P_rim,i/k_i).
 #[must_use]
-pub fn ruptures(spec: &AxialSpec) -> Vec<PredictedRupture> {
+pub fn predict_ruptures(spec: &AxialSpec) -> Vec<PredictedRupture> {
     let mut boundaries_m = Vec::with_capacity(spec.layers.len() + 1);
     lay_boundaries(&spec.layers, 1.0, &mut boundaries_m);
     let path = Path::new(spec, &boundaries_m, 1.0);
@@ -41,7 +41,7 @@ pub fn ruptures(spec: &AxialSpec) -> Vec<PredictedRupture> {
                 Contactor::Rim => open.rim += 1,
             }
         }
-        predicted.extend(cascade.iter().map(|event| predict(&path, event, before, open)));
+        predicted.extend(cascade.iter().map(|event| predict_rupture(&path, event, before, open)));
     }
     predicted
 }
@@ -59,10 +59,10 @@ pub(crate) fn predict_positions(spec: &AxialSpec, boundaries_m: &[f64]) -> Vec<O
     let (mut tip_m, mut rim_m) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
     let (mut tips, mut rims) = (Vec::new(), Vec::new());
     for (boundary, (layer, depth_m)) in spec.layers.iter().zip(boundaries_m).enumerate() {
-        tip_m = tip_m.max(depth_m + reach_m(layer, layer.tip_rupture_n));
+        tip_m = tip_m.max(depth_m + deflection_at_rupture_m(layer, layer.tip_rupture_n));
         tips.push(Opening { x_m: tip_m, contactor: Contactor::Tip, boundary });
         if lag_m > 0.0 {
-            rim_m = rim_m.max(tip_m).max(depth_m + lag_m + reach_m(layer, layer.rim_rupture_n));
+            rim_m = rim_m.max(tip_m).max(depth_m + lag_m + deflection_at_rupture_m(layer, layer.rim_rupture_n));
             rims.push(Opening { x_m: rim_m, contactor: Contactor::Rim, boundary });
         }
     }
@@ -72,11 +72,11 @@ pub(crate) fn predict_positions(spec: &AxialSpec, boundaries_m: &[f64]) -> Vec<O
 }
 
 /// Deflection at which a boundary gives way, in m.
-fn reach_m(layer: &Layer, threshold_n: f64) -> f64 {
+fn deflection_at_rupture_m(layer: &Layer, threshold_n: f64) -> f64 {
     threshold_n / layer.stiffness_n_per_m
 }
 
-fn predict(path: &Path<'_>, event: &Opening, before: Open, after: Open) -> PredictedRupture {
+fn predict_rupture(path: &Path<'_>, event: &Opening, before: Open, after: Open) -> PredictedRupture {
     let x_m = event.x_m;
     let force_n = |open: Open| path.tip(open, x_m).force_n + path.rim(open, x_m).force_n;
     PredictedRupture {

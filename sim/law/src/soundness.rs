@@ -1,7 +1,7 @@
 //! Sound scenes: no rupture of a monotonic insertion may raise the elastic energy or the force.
 
 use crate::axial::{AxialSpec, Contactor};
-use crate::closed_form::{PredictedRupture, ruptures};
+use crate::closed_form::{PredictedRupture, predict_ruptures};
 
 /// A threshold too high for its stiffness: its rupture would create energy or force.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -35,40 +35,40 @@ const HALVINGS: u32 = 45;
 ///
 /// A cascade is judged as a whole and named by the rupture that sets it off.
 #[must_use]
-pub fn check(spec: &AxialSpec) -> Vec<Unsound> {
-    let predicted = ruptures(spec);
+pub fn find_unsound_ruptures(spec: &AxialSpec) -> Vec<Unsound> {
+    let predicted = predict_ruptures(spec);
     predicted
         .chunk_by(|a, b| a.x_m.total_cmp(&b.x_m).is_eq())
         .filter_map(|cascade| cascade.first())
-        .filter(|trigger| !is_sound(trigger))
-        .map(|trigger| describe(spec, trigger))
+        .filter(|trigger| !is_rupture_sound(trigger))
+        .map(|trigger| describe_unsound(spec, trigger))
         .collect()
 }
 
-fn rise(before: f64, after: f64) -> f64 {
+fn relative_rise(before: f64, after: f64) -> f64 {
     let rise = after - before;
     if rise > ROUND_OFF * before.max(after) { rise } else { 0.0 }
 }
 
-fn is_sound(rupture: &PredictedRupture) -> bool {
-    rise(rupture.force_before_n, rupture.force_after_n) <= 0.0
-        && rise(rupture.energy_before_j, rupture.energy_after_j) <= 0.0
+fn is_rupture_sound(rupture: &PredictedRupture) -> bool {
+    relative_rise(rupture.force_before_n, rupture.force_after_n) <= 0.0
+        && relative_rise(rupture.energy_before_j, rupture.energy_after_j) <= 0.0
 }
 
-fn describe(spec: &AxialSpec, trigger: &PredictedRupture) -> Unsound {
-    let threshold_n = threshold(spec, trigger.contactor, trigger.boundary);
+fn describe_unsound(spec: &AxialSpec, trigger: &PredictedRupture) -> Unsound {
+    let threshold_n = rupture_threshold(spec, trigger.contactor, trigger.boundary);
     Unsound {
         boundary: trigger.boundary,
         layer: spec.layers.get(trigger.boundary).map_or_else(String::new, |layer| layer.name.clone()),
         contactor: trigger.contactor,
         threshold_n,
-        force_rise_n: rise(trigger.force_before_n, trigger.force_after_n),
-        energy_rise_mj: rise(trigger.energy_before_j, trigger.energy_after_j) * 1e3,
+        force_rise_n: relative_rise(trigger.force_before_n, trigger.force_after_n),
+        energy_rise_mj: relative_rise(trigger.energy_before_j, trigger.energy_after_j) * 1e3,
         largest_sound_n: largest_sound_n(spec, trigger, threshold_n),
     }
 }
 
-fn threshold(spec: &AxialSpec, contactor: Contactor, boundary: usize) -> f64 {
+fn rupture_threshold(spec: &AxialSpec, contactor: Contactor, boundary: usize) -> f64 {
     spec.layers.get(boundary).map_or(0.0, |layer| match contactor {
         Contactor::Tip => layer.tip_rupture_n,
         Contactor::Rim => layer.rim_rupture_n,
@@ -85,10 +85,10 @@ fn largest_sound_n(spec: &AxialSpec, trigger: &PredictedRupture, stated_n: f64) 
                 Contactor::Rim => layer.rim_rupture_n = threshold_n,
             }
         }
-        ruptures(&trial)
+        predict_ruptures(&trial)
             .iter()
             .find(|rupture| rupture.contactor == trigger.contactor && rupture.boundary == trigger.boundary)
-            .is_none_or(is_sound)
+            .is_none_or(is_rupture_sound)
     };
     let step_n = stated_n / f64::from(TRIES);
     let Some(low) = (0..TRIES).rev().map(|n| f64::from(n) * step_n).find(|&n| sound_at(n)) else { return 0.0 };

@@ -63,19 +63,19 @@ impl Intrusion {
         if let Some(held) = pressed.iter().flatten().find(|pressed| pressed.boundary == boundary) {
             return [held.dent_m; 2];
         }
-        let tip = front(self.tip_m - own_m, boundary < self.tip_open, pressed[0]);
+        let tip = boundary_front(self.tip_m - own_m, boundary < self.tip_open, pressed[0]);
         // The rim meets only what the tip is through.
         if !self.has_rim() || boundary >= self.tip_open || own_m > self.tip_m {
             return tip;
         }
-        let rim = front(self.rim_m() - own_m, boundary < self.rim_open, pressed[1]);
+        let rim = boundary_front(self.rim_m() - own_m, boundary < self.rim_open, pressed[1]);
         [tip[0].max(rim[0]), tip[1].min(rim[1])]
     }
 }
 
 /// Between which dents a boundary can stand beside a contactor that is `ahead_m` beyond its resting place, in m. The law lets a contactor
 /// meet each boundary at its resting place, so a boundary moves no farther than the contactor is from there, and stands on its own side.
-fn front(ahead_m: f64, opened: bool, pressed: Option<Pressed>) -> [f64; 2] {
+fn boundary_front(ahead_m: f64, opened: bool, pressed: Option<Pressed>) -> [f64; 2] {
     match (opened, ahead_m > 0.0) {
         // Carried along by the boundary that is pressed, no farther than it.
         (false, true) => [ahead_m, pressed.map_or(ahead_m, |pressed| pressed.dent_m.max(ahead_m))],
@@ -93,15 +93,15 @@ pub fn settle_dents(needle: Option<&Intrusion>, rest_m: &[f64], dents_m: &mut [f
         *dent_m = 0.0;
     }
     let needle = needle.filter(|needle| needle.is_finite());
-    hold(needle, rest_m, dents_m);
+    hold_boundaries(needle, rest_m, dents_m);
     for boundary in 1..dents_m.len().min(rest_m.len()) {
         let thickness_m = rest_m[boundary] - rest_m[boundary - 1];
         dents_m[boundary] = dents_m[boundary].max(dents_m[boundary - 1] - (1.0 - KEPT) * thickness_m);
     }
-    hold(needle, rest_m, dents_m);
+    hold_boundaries(needle, rest_m, dents_m);
 }
 
-fn hold(needle: Option<&Intrusion>, rest_m: &[f64], dents_m: &mut [f64]) {
+fn hold_boundaries(needle: Option<&Intrusion>, rest_m: &[f64], dents_m: &mut [f64]) {
     let Some(needle) = needle else { return };
     for (boundary, dent_m) in dents_m.iter_mut().enumerate() {
         let [least_m, most_m] = needle.bounds_m(boundary, rest_m);

@@ -93,12 +93,12 @@ impl StructureSpec {
         let (corners, triangles) = match &self.shape {
             Shape::Sphere { radius_m } => Ball::new(*radius_m).to_trimesh(STEPS_A_TURN, STEPS_A_TURN / 2),
             Shape::Capsule { half_axis_m, radius_m } => {
-                let half = to_parry(half_axis_m);
+                let half = parry_vector(half_axis_m);
                 shape::Capsule::new(-half, half, *radius_m).to_trimesh(STEPS_A_TURN, STEPS_A_TURN / 2)
             }
-            Shape::Box { half_extents_m } => Cuboid::new(to_parry(half_extents_m)).to_trimesh(),
+            Shape::Box { half_extents_m } => Cuboid::new(parry_vector(half_extents_m)).to_trimesh(),
             Shape::Mesh { vertices_m, triangles } => {
-                (vertices_m.iter().map(|vertex| to_parry(&vertex.coords)).collect(), triangles.clone())
+                (vertices_m.iter().map(|vertex| parry_vector(&vertex.coords)).collect(), triangles.clone())
             }
         };
         let place = |corner: Vector| self.position_m + Vector3::new(corner.x, corner.y, corner.z);
@@ -205,8 +205,8 @@ impl Structure {
             Domain::Positive.check(format!("{name}.wall.stiffness_n_per_m"), wall.stiffness_n_per_m, "N/m")?;
             Domain::NotNegative.check(format!("{name}.wall.rupture_n"), wall.rupture_n, "N")?;
         }
-        let solid = build(&name, &spec.shape)?;
-        Ok(Self { kind: spec.kind, wall: spec.wall, position: to_parry(&spec.position_m.coords), solid })
+        let solid = build_solid(&name, &spec.shape)?;
+        Ok(Self { kind: spec.kind, wall: spec.wall, position: parry_vector(&spec.position_m.coords), solid })
     }
 
     pub fn kind(&self) -> StructureKind {
@@ -215,8 +215,8 @@ impl Structure {
 
     /// Distance of the shaft, and whether the tip is inside.
     pub fn meet(&self, shaft: &Shaft) -> Meeting {
-        let tip = to_parry(&shaft.tip_m.coords) - self.position;
-        let entry = to_parry(&shaft.entry_m.coords) - self.position;
+        let tip = parry_vector(&shaft.tip_m.coords) - self.position;
+        let entry = parry_vector(&shaft.entry_m.coords) - self.position;
         let nearest = self.solid.project(tip, true);
         if nearest.is_inside {
             return Meeting { distance_m: 0.0, tip_inside: true };
@@ -253,7 +253,7 @@ impl Structure {
 
     /// The shortest way out for a tip inside, in m; 0 for one outside.
     fn outward_m(&self, tip_m: &Point3<f64>) -> Vector3<f64> {
-        let tip = to_parry(&tip_m.coords) - self.position;
+        let tip = parry_vector(&tip_m.coords) - self.position;
         let nearest = self.solid.project(tip, false);
         let outward = nearest.point - tip;
         // At the very centre of a ball no direction is outward.
@@ -265,7 +265,7 @@ impl Structure {
     }
 }
 
-fn to_parry(vector: &Vector3<f64>) -> Vector {
+fn parry_vector(vector: &Vector3<f64>) -> Vector {
     Vector::new(vector.x, vector.y, vector.z)
 }
 
@@ -273,7 +273,7 @@ fn check_vector(field: &str, vector: &Vector3<f64>) -> Result<(), ParamError> {
     vector.iter().try_for_each(|&coordinate| Domain::Coordinate.check(field, coordinate, "m"))
 }
 
-fn build(name: &str, shape: &Shape) -> Result<Solid, ParamError> {
+fn build_solid(name: &str, shape: &Shape) -> Result<Solid, ParamError> {
     match shape {
         Shape::Sphere { radius_m } => {
             Domain::Positive.check(format!("{name}.radius_m"), *radius_m, "m")?;
@@ -282,14 +282,14 @@ fn build(name: &str, shape: &Shape) -> Result<Solid, ParamError> {
         Shape::Capsule { half_axis_m, radius_m } => {
             Domain::Positive.check(format!("{name}.radius_m"), *radius_m, "m")?;
             check_vector(&format!("{name}.half_axis_m"), half_axis_m)?;
-            let half = to_parry(half_axis_m);
+            let half = parry_vector(half_axis_m);
             Ok(Solid::Capsule(shape::Capsule::new(-half, half, *radius_m)))
         }
         Shape::Box { half_extents_m } => {
             half_extents_m
                 .iter()
                 .try_for_each(|&half| Domain::Positive.check(format!("{name}.half_extents_m"), half, "m"))?;
-            Ok(Solid::Cuboid(Cuboid::new(to_parry(half_extents_m))))
+            Ok(Solid::Cuboid(Cuboid::new(parry_vector(half_extents_m))))
         }
         Shape::Mesh { vertices_m, triangles } => build_mesh(name, vertices_m, triangles),
     }
@@ -306,7 +306,7 @@ fn build_mesh(name: &str, vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) ->
     if let Some(index) = triangles.iter().flatten().find(|index| **index as usize >= known) {
         return Err(refuse(f64::from(*index), "(vertex index)", "must be the index of a vertex"));
     }
-    let vertices = vertices_m.iter().map(|vertex| to_parry(&vertex.coords)).collect();
+    let vertices = vertices_m.iter().map(|vertex| parry_vector(&vertex.coords)).collect();
     let flags = TriMeshFlags::ORIENTED | TriMeshFlags::MERGE_DUPLICATE_VERTICES;
     let mesh = TriMesh::with_flags(vertices, triangles.to_vec(), flags)
         .map_err(|_| refuse(triangles.len() as f64, "triangles", "must form a surface"))?;

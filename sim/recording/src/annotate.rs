@@ -11,7 +11,7 @@ use crate::rate::nanoseconds;
 use crate::read::Recording;
 use crate::recover::{Copy, find_records};
 use crate::wire::EventMessage;
-use crate::write::start_ns;
+use crate::write::start_unix_ns;
 
 /// Something that was said about a moment.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,7 +29,7 @@ pub struct Annotation {
 /// When it is no recording, or the disk refuses.
 pub fn annotate<W: Write>(bytes: &[u8], sink: W, remarks: &[Annotation]) -> Result<W, ReadError> {
     let recording = Recording::read(bytes)?;
-    let start_ns = start_ns(&recording.session).map_err(|error| ReadError::missing("started_at", error))?;
+    let start_ns = start_unix_ns(&recording.session).map_err(|error| ReadError::missing("started_at", error))?;
     let found = find_records(bytes)?;
     let mut copy = Copy::new(sink)?;
     copy.remarks = remarks

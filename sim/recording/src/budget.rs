@@ -61,62 +61,62 @@ impl Purse {
     /// Pays for a record of so many bytes that came out of a chunk, or lay in the file.
     pub(crate) fn unpack(&mut self, bytes: usize) -> Result<(), String> {
         let whole = self.whole.unpacked_bytes;
-        spend(&mut self.left.unpacked_bytes, bytes, || format!("it unpacks to more than {whole} bytes"))
+        spend_budget(&mut self.left.unpacked_bytes, bytes, || format!("it unpacks to more than {whole} bytes"))
     }
 
     pub(crate) fn message(&mut self) -> Result<(), String> {
         let whole = self.whole.messages;
-        spend(&mut self.left.messages, 1, || format!("more than {whole} messages"))
+        spend_budget(&mut self.left.messages, 1, || format!("more than {whole} messages"))
     }
 
     /// Pays for what is kept.
     pub(crate) fn keep(&mut self, bytes: usize) -> Result<(), String> {
         let whole = self.whole.kept_bytes;
-        spend(&mut self.left.kept_bytes, bytes, || format!("it takes more than {whole} bytes of memory"))
+        spend_budget(&mut self.left.kept_bytes, bytes, || format!("it takes more than {whole} bytes of memory"))
     }
 
     pub(crate) fn sample(&mut self, sample: &Sample) -> Result<(), String> {
-        moment("a sample", sample.t_s)?;
+        check_moment("a sample", sample.t_s)?;
         self.keep(size_of::<Sample>())
     }
 
     pub(crate) fn event(&mut self, event: &Event) -> Result<(), String> {
-        moment("an event", event.t_s)?;
+        check_moment("an event", event.t_s)?;
         self.events += 1;
-        at_most("events", self.events, MOST_EVENTS)?;
-        at_most("bytes of an event's text", event.text.len(), LONGEST_TEXT)?;
+        check_at_most("events", self.events, MOST_EVENTS)?;
+        check_at_most("bytes of an event's text", event.text.len(), LONGEST_TEXT)?;
         self.keep(size_of::<Event>() + event.text.len())
     }
 
     pub(crate) fn energy(&mut self, energy: &Energy) -> Result<(), String> {
-        moment("a ledger", energy.t_s)?;
+        check_moment("a ledger", energy.t_s)?;
         self.keep(size_of::<Energy>() + energy.ledger.layers.len() * size_of::<LayerEnergy>())
     }
 
     pub(crate) fn tent(&mut self, tent: &Tent) -> Result<(), String> {
-        moment("a tent", tent.t_s)?;
+        check_moment("a tent", tent.t_s)?;
         let numbers = tent.tent_m.len() + tent.contactor_n.len() + tent.drag_n.len();
         self.keep(size_of::<Tent>() + numbers * size_of::<f32>())
     }
 
     pub(crate) fn attachment(&mut self, found: &Attachment) -> Result<(), String> {
         self.attachments += 1;
-        at_most("attachments", self.attachments, MOST_ATTACHMENTS)?;
-        at_most("bytes of an attachment's name", found.name.len().max(found.media_type.len()), LONGEST_NAME)?;
+        check_at_most("attachments", self.attachments, MOST_ATTACHMENTS)?;
+        check_at_most("bytes of an attachment's name", found.name.len().max(found.media_type.len()), LONGEST_NAME)?;
         self.keep(size_of::<Attachment>() + found.name.len() + found.media_type.len() + found.data.len())
     }
 }
 
-fn spend(left: &mut u64, cost: usize, broke: impl FnOnce() -> String) -> Result<(), String> {
+fn spend_budget(left: &mut u64, cost: usize, broke: impl FnOnce() -> String) -> Result<(), String> {
     *left = left.checked_sub(cost as u64).ok_or_else(broke)?;
     Ok(())
 }
 
-fn at_most(what: &str, count: usize, most: usize) -> Result<(), String> {
+fn check_at_most(what: &str, count: usize, most: usize) -> Result<(), String> {
     if count <= most { Ok(()) } else { Err(format!("{count} {what}, allowed are {most}")) }
 }
 
-fn moment(what: &str, t_s: f64) -> Result<(), String> {
+fn check_moment(what: &str, t_s: f64) -> Result<(), String> {
     match (0.0..=LATEST_S).contains(&t_s) {
         true => Ok(()),
         false => Err(format!("{what} at {t_s} s, allowed are 0 to {LATEST_S} s")),

@@ -62,20 +62,20 @@ pub(crate) fn stamp_time(unix_ns: u64) -> Timestamp {
     sec.and_then(|sec| Timestamp::new_checked(sec, nsec)).unwrap_or(Timestamp::MAX)
 }
 
-fn vector([x, y, z]: [f64; 3]) -> Option<Vector3> {
+fn viewer_vector([x, y, z]: [f64; 3]) -> Option<Vector3> {
     Some(Vector3 { x, y, z })
 }
 
-fn quaternion([x, y, z, w]: [f64; 4]) -> Option<Quaternion> {
+fn viewer_quaternion([x, y, z, w]: [f64; 4]) -> Option<Quaternion> {
     Some(Quaternion { x, y, z, w })
 }
 
 /// A pose without rotation.
-fn at(position: [f64; 3]) -> Option<Pose> {
-    Some(Pose { position: vector(position), orientation: quaternion([0.0, 0.0, 0.0, 1.0]) })
+fn unrotated_pose(position: [f64; 3]) -> Option<Pose> {
+    Some(Pose { position: viewer_vector(position), orientation: viewer_quaternion([0.0, 0.0, 0.0, 1.0]) })
 }
 
-fn rgba(r: f64, g: f64, b: f64, a: f64) -> Option<Color> {
+fn viewer_colour(r: f64, g: f64, b: f64, a: f64) -> Option<Color> {
     Some(Color { r, g, b, a })
 }
 
@@ -84,11 +84,14 @@ pub(crate) fn draw_pose(sample: &Sample, unix_ns: u64) -> PoseInFrame {
     PoseInFrame {
         timestamp: Some(stamp_time(unix_ns)),
         frame_id: PATIENT.to_owned(),
-        pose: Some(Pose { position: vector(sample.position_m), orientation: quaternion(sample.orientation) }),
+        pose: Some(Pose {
+            position: viewer_vector(sample.position_m),
+            orientation: viewer_quaternion(sample.orientation),
+        }),
     }
 }
 
-fn transform(parent: &str, child: &str, pose: Option<Pose>, unix_ns: u64) -> FrameTransform {
+fn frame_transform(parent: &str, child: &str, pose: Option<Pose>, unix_ns: u64) -> FrameTransform {
     let Pose { position, orientation } = pose.unwrap_or_default();
     FrameTransform {
         timestamp: Some(stamp_time(unix_ns)),
@@ -103,9 +106,9 @@ fn transform(parent: &str, child: &str, pose: Option<Pose>, unix_ns: u64) -> Fra
 ///
 /// A viewer that jumps back forgets the frames and reads the last message of a topic, so each message holds them all.
 pub(crate) fn draw_transforms(sample: &Sample, unix_ns: u64) -> FrameTransforms {
-    let pose = Pose { position: vector(sample.position_m), orientation: quaternion(sample.orientation) };
-    let patient = transform(WORLD, PATIENT, at([0.0; 3]), unix_ns);
-    FrameTransforms { transforms: vec![patient, transform(PATIENT, NEEDLE, Some(pose), unix_ns)] }
+    let pose = Pose { position: viewer_vector(sample.position_m), orientation: viewer_quaternion(sample.orientation) };
+    let patient = frame_transform(WORLD, PATIENT, unrotated_pose([0.0; 3]), unix_ns);
+    FrameTransforms { transforms: vec![patient, frame_transform(PATIENT, NEEDLE, Some(pose), unix_ns)] }
 }
 
 /// A line for the viewer's log.
@@ -134,9 +137,9 @@ pub(crate) fn log_line(event: &Event, unix_ns: u64) -> Log {
 
 /// The scene at a time: layers as translucent slabs, structures, and the needle in its own frame.
 pub(crate) fn draw_scene(drawing: &SceneDrawing, unix_ns: u64) -> SceneUpdate {
-    let mut entities = vec![needle(drawing)];
-    entities.extend(layers(drawing));
-    entities.extend(drawing.structures.iter().enumerate().map(|(i, s)| structure(i, s)));
+    let mut entities = vec![needle_entity(drawing)];
+    entities.extend(layer_entities(drawing));
+    entities.extend(drawing.structures.iter().enumerate().map(|(i, s)| structure_entity(i, s)));
     for entity in &mut entities {
         entity.timestamp = Some(stamp_time(unix_ns));
         entity.frame_locked = true;
@@ -144,35 +147,35 @@ pub(crate) fn draw_scene(drawing: &SceneDrawing, unix_ns: u64) -> SceneUpdate {
     SceneUpdate { deletions: Vec::new(), entities }
 }
 
-fn entity(frame: &str, id: String) -> SceneEntity {
+fn scene_entity(frame: &str, id: String) -> SceneEntity {
     SceneEntity { frame_id: frame.to_owned(), id, ..SceneEntity::default() }
 }
 
-fn needle(drawing: &SceneDrawing) -> SceneEntity {
+fn needle_entity(drawing: &SceneDrawing) -> SceneEntity {
     let (length, width) = (drawing.needle_length_m, 2.0 * drawing.needle_radius_m);
-    let mut entity = entity(NEEDLE, "needle".to_owned());
+    let mut entity = scene_entity(NEEDLE, "needle".to_owned());
     // The tip is the frame's origin and the hub lies towards -z.
     entity.cylinders.push(CylinderPrimitive {
-        pose: at([0.0, 0.0, -0.5 * length]),
-        size: vector([width, width, length]),
+        pose: unrotated_pose([0.0, 0.0, -0.5 * length]),
+        size: viewer_vector([width, width, length]),
         bottom_scale: 1.0,
         top_scale: 1.0,
-        color: rgba(0.75, 0.77, 0.8, 1.0),
+        color: viewer_colour(0.75, 0.77, 0.8, 1.0),
     });
     entity
 }
 
-fn layers(drawing: &SceneDrawing) -> Vec<SceneEntity> {
+fn layer_entities(drawing: &SceneDrawing) -> Vec<SceneEntity> {
     let mut top_m = 0.0;
     let mut entities = Vec::new();
     for (i, (name, thickness_m)) in drawing.layers.iter().enumerate() {
         let [r, g, b] = LAYER_COLOURS[i % LAYER_COLOURS.len()];
         let drawn_m = thickness_m.max(THINNEST_SLAB_M);
-        let mut entity = entity(PATIENT, format!("layer {i}: {name}"));
+        let mut entity = scene_entity(PATIENT, format!("layer {i}: {name}"));
         entity.cubes.push(CubePrimitive {
-            pose: at([0.0, 0.0, top_m - 0.5 * drawn_m]),
-            size: vector([SLAB_M, SLAB_M, drawn_m]),
-            color: rgba(r, g, b, LAYER_ALPHA),
+            pose: unrotated_pose([0.0, 0.0, top_m - 0.5 * drawn_m]),
+            size: viewer_vector([SLAB_M, SLAB_M, drawn_m]),
+            color: viewer_colour(r, g, b, LAYER_ALPHA),
         });
         entities.push(entity);
         top_m -= thickness_m;
@@ -180,31 +183,31 @@ fn layers(drawing: &SceneDrawing) -> Vec<SceneEntity> {
     entities
 }
 
-fn colour(kind: StructureKind) -> Option<Color> {
+fn structure_colour(kind: StructureKind) -> Option<Color> {
     match kind {
-        StructureKind::Target => rgba(0.1, 0.7, 0.3, 0.6),
-        StructureKind::Vessel => rgba(0.8, 0.1, 0.1, 0.8),
-        StructureKind::Nerve => rgba(0.95, 0.8, 0.1, 0.8),
-        StructureKind::Bone => rgba(0.95, 0.93, 0.85, 1.0),
-        StructureKind::Organ => rgba(0.6, 0.25, 0.4, 0.6),
+        StructureKind::Target => viewer_colour(0.1, 0.7, 0.3, 0.6),
+        StructureKind::Vessel => viewer_colour(0.8, 0.1, 0.1, 0.8),
+        StructureKind::Nerve => viewer_colour(0.95, 0.8, 0.1, 0.8),
+        StructureKind::Bone => viewer_colour(0.95, 0.93, 0.85, 1.0),
+        StructureKind::Organ => viewer_colour(0.6, 0.25, 0.4, 0.6),
     }
 }
 
-fn structure(index: usize, spec: &StructureSpec) -> SceneEntity {
-    let color = colour(spec.kind);
+fn structure_entity(index: usize, spec: &StructureSpec) -> SceneEntity {
+    let color = structure_colour(spec.kind);
     let centre = spec.position_m;
-    let mut entity = entity(PATIENT, format!("structure {index}: {}", spec.name));
+    let mut entity = scene_entity(PATIENT, format!("structure {index}: {}", spec.name));
     match &spec.shape {
-        Shape::Sphere { radius_m } => entity.spheres.push(ball(&centre, *radius_m, color)),
+        Shape::Sphere { radius_m } => entity.spheres.push(sphere_primitive(&centre, *radius_m, color)),
         Shape::Capsule { half_axis_m, radius_m } => {
-            entity.spheres.push(ball(&(centre + half_axis_m), *radius_m, color));
-            entity.spheres.push(ball(&(centre - half_axis_m), *radius_m, color));
-            entity.cylinders.push(tube(&centre, half_axis_m, *radius_m, color));
+            entity.spheres.push(sphere_primitive(&(centre + half_axis_m), *radius_m, color));
+            entity.spheres.push(sphere_primitive(&(centre - half_axis_m), *radius_m, color));
+            entity.cylinders.push(cylinder_primitive(&centre, half_axis_m, *radius_m, color));
         }
-        Shape::Box { half_extents_m } => entity.cubes.push(block(&centre, half_extents_m, color)),
+        Shape::Box { half_extents_m } => entity.cubes.push(cube_primitive(&centre, half_extents_m, color)),
         Shape::Mesh { vertices_m, triangles } if triangles.len() <= MOST_TRIANGLES => {
             entity.triangles.push(TriangleListPrimitive {
-                pose: at(centre.into()),
+                pose: unrotated_pose(centre.into()),
                 points: vertices_m.iter().map(|p| Point3 { x: p.x, y: p.y, z: p.z }).collect(),
                 color,
                 colors: Vec::new(),
@@ -214,28 +217,33 @@ fn structure(index: usize, spec: &StructureSpec) -> SceneEntity {
         Shape::Mesh { vertices_m, .. } => {
             let low = vertices_m.iter().fold(Vector::repeat(f64::INFINITY), |low, v| low.inf(&v.coords));
             let high = vertices_m.iter().fold(Vector::repeat(f64::NEG_INFINITY), |high, v| high.sup(&v.coords));
-            entity.cubes.push(block(&(centre + (low + high) * 0.5), &((high - low) * 0.5), color));
+            entity.cubes.push(cube_primitive(&(centre + (low + high) * 0.5), &((high - low) * 0.5), color));
         }
     }
     entity
 }
 
-fn ball(centre: &Point<f64>, radius_m: f64, color: Option<Color>) -> SpherePrimitive {
-    SpherePrimitive { pose: at((*centre).into()), size: vector([2.0 * radius_m; 3]), color }
+fn sphere_primitive(centre: &Point<f64>, radius_m: f64, color: Option<Color>) -> SpherePrimitive {
+    SpherePrimitive { pose: unrotated_pose((*centre).into()), size: viewer_vector([2.0 * radius_m; 3]), color }
 }
 
-fn block(centre: &Point<f64>, half_extents_m: &Vector<f64>, color: Option<Color>) -> CubePrimitive {
-    CubePrimitive { pose: at((*centre).into()), size: vector((half_extents_m * 2.0).into()), color }
+fn cube_primitive(centre: &Point<f64>, half_extents_m: &Vector<f64>, color: Option<Color>) -> CubePrimitive {
+    CubePrimitive { pose: unrotated_pose((*centre).into()), size: viewer_vector((half_extents_m * 2.0).into()), color }
 }
 
-fn tube(centre: &Point<f64>, half_axis_m: &Vector<f64>, radius_m: f64, color: Option<Color>) -> CylinderPrimitive {
+fn cylinder_primitive(
+    centre: &Point<f64>,
+    half_axis_m: &Vector<f64>,
+    radius_m: f64,
+    color: Option<Color>,
+) -> CylinderPrimitive {
     // An axis along -z has no unique rotation from +z; half a turn about x is one.
     let turn = UnitQuaternion::rotation_between(&Vector::z(), half_axis_m)
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector::x_axis(), std::f64::consts::PI));
     let [x, y, z, w] = turn.coords.into();
     CylinderPrimitive {
-        pose: Some(Pose { position: vector((*centre).into()), orientation: quaternion([x, y, z, w]) }),
-        size: vector([2.0 * radius_m, 2.0 * radius_m, 2.0 * half_axis_m.norm()]),
+        pose: Some(Pose { position: viewer_vector((*centre).into()), orientation: viewer_quaternion([x, y, z, w]) }),
+        size: viewer_vector([2.0 * radius_m, 2.0 * radius_m, 2.0 * half_axis_m.norm()]),
         bottom_scale: 1.0,
         top_scale: 1.0,
         color,

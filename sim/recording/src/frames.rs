@@ -42,7 +42,7 @@ struct FileWalk {
 
 /// Shows every record of the data section to `visit`, chunks whole. `true` where the file is complete to its last
 /// byte; `false` where it was cut, or is damaged behind its data.
-pub(crate) fn walk(
+pub(crate) fn walk_records(
     mut source: impl Read,
     mut visit: impl FnMut(RecordFrame<'_>) -> Result<(), ReadError>,
 ) -> Result<bool, ReadError> {
@@ -113,7 +113,7 @@ impl FileWalk {
                 let why = format!("a record claims {len} bytes, allowed are {MOST_RECORD_BYTES}");
                 Err(ReadError::damaged(self.next, why))
             }
-            error => Err(broken(self.next, error)),
+            error => Err(broken_record(self.next, error)),
         }
     }
 }
@@ -122,7 +122,7 @@ impl FileWalk {
 const NO_MEMORY: &str = "Allocation error : not enough memory";
 
 /// What the library's failure at a place says of the file, or of us.
-fn broken(offset: u64, error: McapError) -> ReadError {
+fn broken_record(offset: u64, error: McapError) -> ReadError {
     match error {
         McapError::DecompressionError(why) if why == NO_MEMORY => ReadError::OutOfMemory,
         error => ReadError::damaged(offset, error),
@@ -162,7 +162,7 @@ impl ChunkReader {
                 Some(Ok(LinearReadEvent::Record { opcode, data })) => visit(RecordFrame { offset, opcode, data }),
                 // It wants the next record: this chunk has been shown to its end.
                 None | Some(Ok(LinearReadEvent::ReadRequest(_))) => return Ok(()),
-                Some(Err(error)) => Err(broken(offset, error)),
+                Some(Err(error)) => Err(broken_record(offset, error)),
             };
             if result.is_err() {
                 *self = Self::new();
@@ -174,7 +174,7 @@ impl ChunkReader {
 
 /// A chunk must be compressed as the contract says and fill its record exactly: the library would skip bytes behind it.
 fn check_chunk(data: &[u8]) -> Result<(), McapError> {
-    match record(op::CHUNK, data)? {
+    match parse_record(op::CHUNK, data)? {
         Record::Chunk { header, .. } if header.compression != "zstd" => {
             Err(McapError::UnsupportedCompression(header.compression))
         }
@@ -199,7 +199,7 @@ pub(crate) fn chunk_header_bytes(compression: &str) -> usize {
 
 /// A record of the data section. The library makes room for a text of whatever length it claims, up to 4 GB, before it looks
 /// whether so much is there: a false length is refused before. Indices, which have no place there, are not looked into.
-pub(crate) fn record(opcode: u8, data: &[u8]) -> Result<Record<'_>, McapError> {
+pub(crate) fn parse_record(opcode: u8, data: &[u8]) -> Result<Record<'_>, McapError> {
     match opcode {
         op::CHUNK_INDEX | op::ATTACHMENT_INDEX | op::METADATA_INDEX => {
             Ok(Record::Unknown { opcode, data: data.into() })
@@ -242,12 +242,12 @@ fn behind_texts(mut data: &[u8], texts: usize) -> Option<&[u8]> {
 }
 
 /// The attachment of a record, its checksum found right.
-pub(crate) fn attachment(data: &[u8]) -> Result<mcap::Attachment<'_>, McapError> {
+pub(crate) fn parse_attachment(data: &[u8]) -> Result<mcap::Attachment<'_>, McapError> {
     // The library takes for granted that four bytes follow the two times, the two strings and the content.
     if !attachment_fits(data).unwrap_or(false) {
         return Err(McapError::BadAttachmentLength { header: 0, available: data.len() as u64 });
     }
-    match record(op::ATTACHMENT, data)? {
+    match parse_record(op::ATTACHMENT, data)? {
         Record::Attachment { header, data, .. } => Ok(mcap::Attachment {
             log_time: header.log_time,
             create_time: header.create_time,

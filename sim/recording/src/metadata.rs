@@ -79,15 +79,15 @@ pub(crate) fn to_text(session: &Session) -> Result<BTreeMap<String, String>, Wri
 
 /// The session that a metadata record states.
 pub(crate) fn from_text(text: &BTreeMap<String, String>) -> Result<Session, ReadError> {
-    let owned = |key: &str| name(text, key);
-    let device_max_force_n: f64 = parsed(text, "device_max_force_n", "a number of N or inf")?;
-    let tick_hz: f64 = parsed(text, "tick_hz", "a number of Hz")?;
-    check("device_max_force_n", device_max_force_n, device_max_force_n >= 0.0, "0 N or more")?;
-    check("tick_hz", tick_hz, tick_hz > 0.0 && tick_hz.is_finite(), "a finite rate above 0 Hz")?;
-    let started_at = field(text, "started_at")?;
-    let thickness = field(text, "patient_thickness_mm")?;
+    let owned = |key: &str| read_name(text, key);
+    let device_max_force_n: f64 = parse_field(text, "device_max_force_n", "a number of N or inf")?;
+    let tick_hz: f64 = parse_field(text, "tick_hz", "a number of Hz")?;
+    check_number("device_max_force_n", device_max_force_n, device_max_force_n >= 0.0, "0 N or more")?;
+    check_number("tick_hz", tick_hz, tick_hz > 0.0 && tick_hz.is_finite(), "a finite rate above 0 Hz")?;
+    let started_at = read_field(text, "started_at")?;
+    let thickness = read_field(text, "patient_thickness_mm")?;
     Ok(Session {
-        session_id: parsed(text, "session_id", "a UUID")?,
+        session_id: parse_field(text, "session_id", "a UUID")?,
         exercise_id: owned("exercise_id")?,
         exercise_sha256: owned("exercise_sha256")?,
         scene_sha256: owned("scene_sha256")?,
@@ -95,26 +95,26 @@ pub(crate) fn from_text(text: &BTreeMap<String, String>) -> Result<Session, Read
         git: owned("git")?,
         device: owned("device")?,
         device_max_force_n,
-        law: law(text)?,
-        judging: judging(text)?,
+        law: read_force_law(text)?,
+        judging: read_judging(text)?,
         tick_hz,
-        seed: parsed(text, "seed", "a whole number of 64 bits")?,
+        seed: parse_field(text, "seed", "a whole number of 64 bits")?,
         trainee: owned("trainee")?,
         started_at: OffsetDateTime::parse(started_at, &Rfc3339)
             .ok()
             .filter(|time| YEARS.contains(&time.to_offset(time::UtcOffset::UTC).year()))
-            .ok_or_else(|| bad("started_at", started_at, "a time as in RFC 3339, from 1970 to 2105"))?,
+            .ok_or_else(|| bad_field("started_at", started_at, "a time as in RFC 3339, from 1970 to 2105"))?,
         patient_thickness_mm: serde_json::from_str(thickness)
             .ok()
             .filter(|layers: &Vec<f64>| layers.len() <= MOST_LAYERS)
-            .ok_or_else(|| bad("patient_thickness_mm", thickness, "a JSON list of at most 256 numbers in mm"))?,
+            .ok_or_else(|| bad_field("patient_thickness_mm", thickness, "a JSON list of at most 256 numbers in mm"))?,
     })
 }
 
 /// A name, a version or a hash: what fits into a line.
-fn name(text: &BTreeMap<String, String>, key: &str) -> Result<String, ReadError> {
-    let value = field(text, key)?;
-    if is_name(value) { Ok(value.to_owned()) } else { Err(bad(key, value, NAME)) }
+fn read_name(text: &BTreeMap<String, String>, key: &str) -> Result<String, ReadError> {
+    let value = read_field(text, key)?;
+    if is_name(value) { Ok(value.to_owned()) } else { Err(bad_field(key, value, NAME)) }
 }
 
 fn is_name(text: &str) -> bool {
@@ -122,34 +122,34 @@ fn is_name(text: &str) -> bool {
 }
 
 /// The version of the force law. Files of before there was a second one do not say.
-fn law(text: &BTreeMap<String, String>) -> Result<ForceLaw, ReadError> {
+fn read_force_law(text: &BTreeMap<String, String>) -> Result<ForceLaw, ReadError> {
     let Some(value) = text.get("law") else { return Ok(ForceLaw::Version1) };
     let law = value.parse().ok().and_then(|number: u32| ForceLaw::try_from(number).ok());
-    law.ok_or_else(|| bad("law", value, "1 or 2"))
+    law.ok_or_else(|| bad_field("law", value, "1 or 2"))
 }
 
 /// How the field was judged. Files of before there was a second way do not say.
-fn judging(text: &BTreeMap<String, String>) -> Result<Judging, ReadError> {
+fn read_judging(text: &BTreeMap<String, String>) -> Result<Judging, ReadError> {
     let Some(value) = text.get("field") else { return Ok(Judging::First) };
     let judging = value.parse().ok().and_then(Judging::of_number);
-    judging.ok_or_else(|| bad("field", value, "1 or 2"))
+    judging.ok_or_else(|| bad_field("field", value, "1 or 2"))
 }
 
-fn field<'a>(text: &'a BTreeMap<String, String>, key: &str) -> Result<&'a str, ReadError> {
+fn read_field<'a>(text: &'a BTreeMap<String, String>, key: &str) -> Result<&'a str, ReadError> {
     let value = text.get(key).map(String::as_str);
     value.ok_or_else(|| ReadError::missing(format!("metadata {RECORD}: {key}"), "not there"))
 }
 
-fn parsed<T: FromStr>(text: &BTreeMap<String, String>, key: &str, allowed: &str) -> Result<T, ReadError> {
-    let value = field(text, key)?;
-    value.parse().map_err(|_| bad(key, value, allowed))
+fn parse_field<T: FromStr>(text: &BTreeMap<String, String>, key: &str, allowed: &str) -> Result<T, ReadError> {
+    let value = read_field(text, key)?;
+    value.parse().map_err(|_| bad_field(key, value, allowed))
 }
 
-fn check(key: &str, value: f64, good: bool, allowed: &str) -> Result<(), ReadError> {
-    if good { Ok(()) } else { Err(bad(key, value, allowed)) }
+fn check_number(key: &str, value: f64, good: bool, allowed: &str) -> Result<(), ReadError> {
+    if good { Ok(()) } else { Err(bad_field(key, value, allowed)) }
 }
 
-fn bad(key: &str, value: impl Display, allowed: &str) -> ReadError {
+fn bad_field(key: &str, value: impl Display, allowed: &str) -> ReadError {
     // As much of it as tells which it is.
     let value: String = value.to_string().chars().take(80).collect();
     ReadError::missing(format!("metadata {RECORD}: {key} = {value}"), format!("allowed is {allowed}"))

@@ -11,7 +11,7 @@ use sha2::{Digest, Sha256};
 
 use crate::budget::{Budget, Purse};
 use crate::event::Event;
-use crate::frames::{ChunkReader, PREFIX_BYTES, RecordFrame, attachment, record, walk};
+use crate::frames::{ChunkReader, PREFIX_BYTES, RecordFrame, parse_attachment, parse_record, walk_records};
 use crate::metadata;
 use crate::sample::{Energy, Sample};
 use crate::session::{Attachment, EXERCISE_ATTACHMENT, SCENE_ATTACHMENT, Session};
@@ -154,7 +154,7 @@ impl Contents {
     fn read_within(source: impl Read, budget: Budget) -> Result<Self, ReadError> {
         let mut contents = Self { purse: Purse::new(budget), ..Self::default() };
         let mut chunks = ChunkReader::new();
-        let complete = walk(BufReader::new(source), |frame| match frame.opcode {
+        let complete = walk_records(BufReader::new(source), |frame| match frame.opcode {
             op::CHUNK => chunks.walk(&frame, |inner| contents.take(&inner)),
             _ => contents.take(&frame),
         })?;
@@ -183,18 +183,18 @@ impl Contents {
     fn take(&mut self, frame: &RecordFrame<'_>) -> Result<(), ReadError> {
         self.purse.unpack(PREFIX_BYTES + frame.data.len()).map_err(|why| frame.damaged(why))?;
         if frame.opcode == op::ATTACHMENT {
-            let found = attachment(frame.data).map_err(|e| frame.damaged(e))?;
+            let found = parse_attachment(frame.data).map_err(|e| frame.damaged(e))?;
             return self.take_attachment(frame, found);
         }
-        match record(frame.opcode, frame.data).map_err(|e| frame.damaged(e))? {
+        match parse_record(frame.opcode, frame.data).map_err(|e| frame.damaged(e))? {
             Record::Header(header) => check_profile(&header.profile),
             Record::Metadata(record) if record.name == metadata::RECORD => {
                 let session = metadata::from_text(&record.metadata)?;
-                once(self.session.replace(session).is_none(), &record.name)
+                expect_once(self.session.replace(session).is_none(), &record.name)
             }
             Record::Metadata(record) if record.name == signature::RECORD => {
                 let found = Signature::from_text(&record.metadata)?;
-                once(self.signature.replace(found).is_none(), &record.name)
+                expect_once(self.signature.replace(found).is_none(), &record.name)
             }
             Record::Schema { header, .. } => {
                 self.purse.keep(header.name.len()).map_err(|why| frame.damaged(why))?;
@@ -210,7 +210,7 @@ impl Contents {
     }
 
     fn take_attachment(&mut self, frame: &RecordFrame<'_>, found: mcap::Attachment<'_>) -> Result<(), ReadError> {
-        once(self.attachments.iter().all(|a| a.name != found.name), &found.name)?;
+        expect_once(self.attachments.iter().all(|a| a.name != found.name), &found.name)?;
         let mcap::Attachment { name, media_type, data, .. } = found;
         let found = Attachment { name, media_type, data: data.into_owned() };
         self.purse.attachment(&found).map_err(|why| frame.damaged(why))?;
@@ -222,19 +222,19 @@ impl Contents {
         self.messages += 1;
         self.purse.message()?;
         match self.channels.topic(channel)? {
-            Some(Topic::Sample) => self.take_sample(decode::<NeedleSample>(data)?.into())?,
+            Some(Topic::Sample) => self.take_sample(decode_message::<NeedleSample>(data)?.into())?,
             Some(Topic::Events) => {
-                let event = decode::<EventMessage>(data)?.try_into()?;
+                let event = decode_message::<EventMessage>(data)?.try_into()?;
                 self.purse.event(&event)?;
                 self.events.push(event);
             }
             Some(Topic::Energy) => {
-                let energy = decode::<EnergyLedger>(data)?.into();
+                let energy = decode_message::<EnergyLedger>(data)?.into();
                 self.purse.energy(&energy)?;
                 self.energies.push(energy);
             }
             Some(Topic::Tent) => {
-                let tent = decode::<TissueTent>(data)?.into();
+                let tent = decode_message::<TissueTent>(data)?.into();
                 self.purse.tent(&tent)?;
                 self.tents.push(tent);
             }
@@ -255,10 +255,10 @@ impl Contents {
     }
 }
 
-fn decode<M: Message + Default>(data: &[u8]) -> Result<M, String> {
+fn decode_message<M: Message + Default>(data: &[u8]) -> Result<M, String> {
     M::decode(data).map_err(|error| error.to_string())
 }
 
-fn once(first: bool, name: &str) -> Result<(), ReadError> {
+fn expect_once(first: bool, name: &str) -> Result<(), ReadError> {
     if first { Ok(()) } else { Err(ReadError::missing(name, "there twice, allowed is once")) }
 }

@@ -11,7 +11,7 @@ use mcap::write::{Metadata, NoSeek};
 use mcap::{MAGIC, McapError};
 
 use crate::error::ReadError;
-use crate::frames::{ChunkReader, PREFIX_BYTES, RecordFrame, attachment, chunk_header_bytes, record};
+use crate::frames::{ChunkReader, PREFIX_BYTES, RecordFrame, chunk_header_bytes, parse_attachment, parse_record};
 use crate::metadata;
 use crate::read::Contents;
 use crate::topics::{Topic, declare};
@@ -114,8 +114,8 @@ fn good_record<'a>(bytes: &'a [u8], offset: u64, chunks: &mut ChunkReader) -> Op
             let frame = RecordFrame { offset, opcode, data };
             return chunks.walk(&frame, |_| Ok(())).is_ok().then_some((frame, PREFIX_BYTES + data.len()));
         }
-        op::ATTACHMENT => attachment(data?).is_ok(),
-        op::METADATA => record(opcode, data?).is_ok(),
+        op::ATTACHMENT => parse_attachment(data?).is_ok(),
+        op::METADATA => parse_record(opcode, data?).is_ok(),
         // These two have no checksum and little structure: behind damage, anything might look like one.
         op::HEADER => offset == MAGIC.len() as u64,
         op::MESSAGE_INDEX => index_fits(data?),
@@ -179,7 +179,7 @@ pub(crate) struct Copy<W: Write> {
 }
 
 /// A failure of the library while writing is the disk's.
-fn disk(error: McapError) -> ReadError {
+fn disk_failure(error: McapError) -> ReadError {
     match error {
         McapError::Io(error) => ReadError::Io(error),
         other => ReadError::Io(std::io::Error::other(other)),
@@ -188,32 +188,32 @@ fn disk(error: McapError) -> ReadError {
 
 impl<W: Write> Copy<W> {
     pub(crate) fn new(sink: W) -> Result<Self, ReadError> {
-        let out = write::open(sink).map_err(disk)?;
+        let out = write::open(sink).map_err(disk_failure)?;
         Ok(Self { out, schemas: BTreeMap::new(), channels: BTreeMap::new(), messages: 0, remarks: Vec::new() })
     }
 
     /// Copies metadata or an attachment.
     pub(crate) fn document(&mut self, frame: &RecordFrame<'_>) -> Result<(), ReadError> {
         if frame.opcode == op::ATTACHMENT {
-            let attachment = attachment(frame.data).map_err(|e| frame.damaged(e))?;
-            return self.out.attach(&attachment).map_err(disk);
+            let attachment = parse_attachment(frame.data).map_err(|e| frame.damaged(e))?;
+            return self.out.attach(&attachment).map_err(disk_failure);
         }
-        match record(frame.opcode, frame.data).map_err(|e| frame.damaged(e))? {
-            Record::Metadata(metadata) => self.out.write_metadata(&metadata).map_err(disk),
+        match parse_record(frame.opcode, frame.data).map_err(|e| frame.damaged(e))? {
+            Record::Metadata(metadata) => self.out.write_metadata(&metadata).map_err(disk_failure),
             _ => Ok(()),
         }
     }
 
     fn note(&mut self, damage: &str) -> Result<(), ReadError> {
         let metadata = BTreeMap::from([("damage".to_owned(), damage.to_owned())]);
-        self.out.write_metadata(&Metadata { name: "stylet.recovery".to_owned(), metadata }).map_err(disk)
+        self.out.write_metadata(&Metadata { name: "stylet.recovery".to_owned(), metadata }).map_err(disk_failure)
     }
 
     /// Copies the messages of every chunk.
     pub(crate) fn messages(&mut self, frames: &[RecordFrame<'_>]) -> Result<(), ReadError> {
         // Channels are declared once, in the first chunk. Where that is lost, their fixed order still tells them apart.
         for (channel, topic) in (1..).zip(Topic::ALL) {
-            self.channels.insert(channel, declare(&mut self.out, topic).map_err(disk)?);
+            self.channels.insert(channel, declare(&mut self.out, topic).map_err(disk_failure)?);
         }
         let mut chunks = ChunkReader::new();
         for chunk in frames.iter().filter(|frame| frame.opcode == op::CHUNK) {
@@ -223,7 +223,7 @@ impl<W: Write> Copy<W> {
     }
 
     fn record(&mut self, frame: &RecordFrame<'_>) -> Result<(), ReadError> {
-        match record(frame.opcode, frame.data).map_err(|e| frame.damaged(e))? {
+        match parse_record(frame.opcode, frame.data).map_err(|e| frame.damaged(e))? {
             Record::Schema { header, data } => {
                 self.schemas.insert(header.id, (header.name, header.encoding, data.into_owned()));
             }
@@ -232,15 +232,15 @@ impl<W: Write> Copy<W> {
                     .schemas
                     .get(&channel.schema_id)
                     .ok_or_else(|| frame.damaged(format!("topic {} without a schema", channel.topic)))?;
-                let schema = self.out.add_schema(name, encoding, data).map_err(disk)?;
+                let schema = self.out.add_schema(name, encoding, data).map_err(disk_failure)?;
                 let to = self.out.add_channel(schema, &channel.topic, &channel.message_encoding, &channel.metadata);
-                self.channels.insert(channel.id, to.map_err(disk)?);
+                self.channels.insert(channel.id, to.map_err(disk_failure)?);
             }
             Record::Message { header, data } => {
                 self.add_remarks(header.log_time)?;
                 if let Some(&channel_id) = self.channels.get(&header.channel_id) {
                     let header = MessageHeader { channel_id, ..header };
-                    self.out.write_to_known_channel(&header, &data).map_err(disk)?;
+                    self.out.write_to_known_channel(&header, &data).map_err(disk_failure)?;
                     self.messages += 1;
                 }
             }
@@ -252,9 +252,9 @@ impl<W: Write> Copy<W> {
     /// Adds the remarks whose time has come.
     fn add_remarks(&mut self, until_ns: u64) -> Result<(), ReadError> {
         while let Some((log_time, data)) = self.remarks.pop_if(|(at_ns, _)| *at_ns <= until_ns) {
-            let channel_id = declare(&mut self.out, Topic::Events).map_err(disk)?;
+            let channel_id = declare(&mut self.out, Topic::Events).map_err(disk_failure)?;
             let header = MessageHeader { channel_id, sequence: 0, log_time, publish_time: log_time };
-            self.out.write_to_known_channel(&header, &data).map_err(disk)?;
+            self.out.write_to_known_channel(&header, &data).map_err(disk_failure)?;
             self.messages += 1;
         }
         Ok(())
@@ -262,7 +262,7 @@ impl<W: Write> Copy<W> {
 
     pub(crate) fn finish(mut self) -> Result<(u64, W), ReadError> {
         self.add_remarks(u64::MAX)?;
-        self.out.finish().map_err(disk)?;
+        self.out.finish().map_err(disk_failure)?;
         let mut sink = self.out.into_inner().into_inner();
         sink.flush()?;
         Ok((self.messages, sink))

@@ -53,7 +53,7 @@ impl Signature {
 /// What a station signs of a session and of its motion: fields in this order, each after its length in bytes as four bytes,
 /// little-endian.
 #[must_use]
-pub fn statement(session: &Session, station: Uuid, motion_sha256: &[u8; 32]) -> Vec<u8> {
+pub fn signed_statement(session: &Session, station: Uuid, motion_sha256: &[u8; 32]) -> Vec<u8> {
     let started_ns = session.started_at.unix_timestamp_nanos();
     let thickness = session.patient_thickness_mm.iter().flat_map(|mm| mm.to_bits().to_le_bytes()).collect();
     let fields: [Vec<u8>; 12] = [

@@ -9,7 +9,7 @@ use mcap::records::{Record, op};
 use prost_reflect::{DescriptorPool, DynamicMessage, FieldDescriptor, MessageDescriptor, ReflectMessage, Value};
 
 use crate::error::ReadError;
-use crate::frames::{ChunkReader, RecordFrame, record, walk};
+use crate::frames::{ChunkReader, RecordFrame, parse_record, walk_records};
 use crate::read::{Channels, check_profile};
 use crate::topics::Topic;
 use crate::wire::DESCRIPTORS;
@@ -126,7 +126,7 @@ pub trait TableSink {
 pub fn read_tables(source: impl Read, sink: &mut impl TableSink) -> Result<bool, ReadError> {
     let mut reader = TableReader::new(sink)?;
     let mut chunks = ChunkReader::new();
-    let complete = walk(BufReader::new(source), |frame| match frame.opcode {
+    let complete = walk_records(BufReader::new(source), |frame| match frame.opcode {
         op::CHUNK => chunks.walk(&frame, |inner| reader.take(&inner)),
         _ => reader.take(&frame),
     })?;
@@ -155,7 +155,7 @@ impl<'a, S: TableSink> TableReader<'a, S> {
         if frame.opcode == op::ATTACHMENT {
             return Ok(());
         }
-        match record(frame.opcode, frame.data).map_err(|error| frame.damaged(error))? {
+        match parse_record(frame.opcode, frame.data).map_err(|error| frame.damaged(error))? {
             Record::Header(header) => check_profile(&header.profile),
             Record::Schema { header, .. } => {
                 self.channels.declare_schema(header);
@@ -218,7 +218,7 @@ impl Row {
     fn message(&mut self, place: &str, message: &DynamicMessage) {
         for field in message.descriptor().fields() {
             let name = self.name(place, field.name());
-            if is_optional(&field) && !message.has_field(&field) {
+            if is_field_optional(&field) && !message.has_field(&field) {
                 self.add(&name, &field, &field.default_value(), true);
                 continue;
             }
@@ -244,12 +244,12 @@ impl Row {
             Value::I64(number) => (ColumnKind::Whole, Cell::Whole(*number)),
             Value::Bool(yes) => (ColumnKind::Whole, Cell::Whole((*yes).into())),
             Value::String(text) => (ColumnKind::Text, Cell::Text(text.clone())),
-            Value::EnumNumber(number) => (ColumnKind::Text, Cell::Text(word(field, *number))),
+            Value::EnumNumber(number) => (ColumnKind::Text, Cell::Text(enumeration_word(field, *number))),
             // A test holds that no message of ours has any of these.
             Value::U64(_) | Value::Bytes(_) | Value::List(_) | Value::Map(_) => return,
         };
         if self.naming {
-            self.columns.push(Column { name: name.to_owned(), kind, optional: is_optional(field) });
+            self.columns.push(Column { name: name.to_owned(), kind, optional: is_field_optional(field) });
         }
         self.cells.push(if absent { Cell::Empty } else { cell });
     }
@@ -269,12 +269,12 @@ impl Row {
 }
 
 /// Whether a number or a text may be left out; parts that are messages are zero then.
-fn is_optional(field: &FieldDescriptor) -> bool {
+fn is_field_optional(field: &FieldDescriptor) -> bool {
     field.supports_presence() && field.kind().as_message().is_none()
 }
 
 /// The name of a value of an enumeration; its number, where a later version has added one.
-fn word(field: &FieldDescriptor, number: i32) -> String {
+fn enumeration_word(field: &FieldDescriptor, number: i32) -> String {
     let value = field.kind().as_enum().and_then(|kind| kind.get_value(number));
     value.map_or_else(|| number.to_string(), |value| value.name().to_owned())
 }

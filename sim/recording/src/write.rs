@@ -72,12 +72,12 @@ impl<W: Write> Writer<W> {
         attachments: &[Attachment],
         drawing: &SceneDrawing,
     ) -> Result<Self, WriteError> {
-        let start_ns = start_ns(session)?;
+        let start_ns = start_unix_ns(session)?;
         let mut mcap = open(sink)?;
         let metadata = metadata::to_text(session)?;
         mcap.write_metadata(&Metadata { name: metadata::RECORD.to_owned(), metadata })?;
         for attachment in attachments {
-            attach(&mut mcap, attachment, start_ns)?;
+            write_attachment(&mut mcap, attachment, start_ns)?;
         }
         let mut channels = [None; Topic::ALL.len()];
         for topic in Topic::ALL.into_iter().filter(|topic| topic.is_always_declared()) {
@@ -218,7 +218,7 @@ impl<W: Write> Writer<W> {
 }
 
 /// The start as Unix time in ns. Viewers count seconds in 32 bits.
-pub(crate) fn start_ns(session: &Session) -> Result<u64, WriteError> {
+pub(crate) fn start_unix_ns(session: &Session) -> Result<u64, WriteError> {
     let nanoseconds = session.started_at.unix_timestamp_nanos();
     let seconds = session.started_at.unix_timestamp();
     u32::try_from(seconds)
@@ -227,7 +227,7 @@ pub(crate) fn start_ns(session: &Session) -> Result<u64, WriteError> {
         .ok_or_else(|| WriteError::invalid("started_at", session.started_at, "the years 1970 to 2105 are allowed"))
 }
 
-fn attach<W: Write>(
+fn write_attachment<W: Write>(
     mcap: &mut mcap::Writer<NoSeek<W>>,
     attachment: &Attachment,
     start_ns: u64,

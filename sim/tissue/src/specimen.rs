@@ -88,7 +88,7 @@ fn couple(axial: &mut AxialSpec, field: &Field) -> Result<(), SpecimenError> {
     field.couple(axial);
     // Checked first: what is not a number has no closed form.
     AxialParams::new(axial.clone())?;
-    match soundness::check(axial).into_iter().next() {
+    match soundness::find_unsound_ruptures(axial).into_iter().next() {
         Some(unsound) => Err(SpecimenError::Unsound(unsound)),
         None => Ok(()),
     }

@@ -196,7 +196,7 @@ async fn trainee(state: &Service, bearer: &Bearer, named: &str) -> Result<Uuid, 
 async fn signer(state: &Service, school: Uuid, told: &RecordingFacts) -> Result<Option<Signer>, Error> {
     let (Some(signature), Some(motion)) = (&told.signature, &told.motion) else { return Ok(None) };
     let station = stations::find_station_signer(state.db.reader(), school, signature.station).await?;
-    let signed = signature::statement(&told.session, signature.station, motion);
+    let signed = signature::signed_statement(&told.session, signature.station, motion);
     Ok(station.filter(|station| keys::is_signed(&station.public_key, &signed, &signature.ed25519)))
 }
 

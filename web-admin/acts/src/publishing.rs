@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use assessment::statistics::NotComputable;
 use data_encoding::HEXLOWER;
-use documents::load::{Document, read};
+use documents::load::{Document, read_document};
 use documents::{Curriculum, DocumentError, ExerciseBundle, Issue};
 use phrase::phrase;
 use serde_json::json;
@@ -106,7 +106,7 @@ pub async fn course(
     path: &Path,
     now: Moment,
 ) -> Result<Vec<Published>, CourseRefused> {
-    let Document::Curriculum(course, bundles) = read(path)? else {
+    let Document::Curriculum(course, bundles) = read_document(path)? else {
         return Err(CourseRefused::Document(format!("{}: not a curriculum", path.display())));
     };
     let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;

@@ -53,13 +53,15 @@ pub fn tables(
         given.iter().filter_map(|given| Some(((given.session, given.rater), given.answers?))).collect();
     let score = |key: &ScoreKey| {
         let cell = |attempt: Uuid, rater: &Uuid| {
-            finished.get(&(attempt, *rater)).and_then(|answers| questionnaire::score(instrument, key, answers).ok())
+            finished
+                .get(&(attempt, *rater))
+                .and_then(|answers| questionnaire::score_response(instrument, key, answers).ok())
         };
         let row = |attempt: &Uuid| raters.iter().map(|rater| cell(*attempt, rater)).collect();
         let rows: Vec<Vec<Option<f64>>> = attempts.iter().map(row).collect();
         ScoreTable {
             title: key.title.in_language("en").to_owned(),
-            range: questionnaire::range(instrument, key),
+            range: questionnaire::score_range(instrument, key),
             agreement: intraclass_correlation(&rows),
             rows,
         }

@@ -173,7 +173,7 @@ fn say_hard_fail(limit: &documents::HardFail) -> (String, String) {
 
 /// Label, definition and unit of a version of a metric, plain or split.
 fn metric_words(id: &str, version: u32) -> (String, String, &'static str) {
-    let unit = assessment::catalogue::definition(id, version).map_or("", |definition| definition.unit);
+    let unit = assessment::catalogue::find_definition(id, version).map_or("", |definition| definition.unit);
     (metric::metric_label(id), metric::metric_definition(id, version), unit)
 }
 

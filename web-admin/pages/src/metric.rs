@@ -18,7 +18,7 @@ pub fn metric_label(id: &str) -> String {
 /// Name of a metric that was measured, with a capital; its own where the catalogue has it no more.
 #[must_use]
 pub fn label_of(id: &str, label: &str) -> String {
-    if catalogue::newest(id).is_none() && !label.is_empty() {
+    if catalogue::newest_definition(id).is_none() && !label.is_empty() {
         return format::as_sentence(label);
     }
     metric_label(id)
@@ -27,7 +27,7 @@ pub fn label_of(id: &str, label: &str) -> String {
 /// How a version of a metric is defined; empty for one that the catalogue has not. A later version than the first says so.
 #[must_use]
 pub fn metric_definition(id: &str, version: u32) -> String {
-    let definition = catalogue::definition(id, version).map_or_else(String::new, |d| words::known(d.definition));
+    let definition = catalogue::find_definition(id, version).map_or_else(String::new, |d| words::known(d.definition));
     match version {
         0 | 1 => definition,
         _ if definition.is_empty() => definition,
@@ -36,7 +36,7 @@ pub fn metric_definition(id: &str, version: u32) -> String {
 }
 
 fn words_of(id: &str) -> String {
-    let Some(definition) = catalogue::newest(id) else { return id.to_owned() };
+    let Some(definition) = catalogue::newest_definition(id) else { return id.to_owned() };
     let metric = words::known(definition.label);
     let Some((_, part)) = id.split_once('.') else { return metric };
     match (definition.split, part.rsplit_once('.')) {
@@ -80,7 +80,7 @@ fn value_in_words(deduction: &Deduction, advised: bool) -> String {
 
 /// A value; where it cost something, also what earns full marks, whether more than that does, and advice.
 fn say_measured(deduction: &Deduction, value: f64, full: Option<(f64, bool)>) -> String {
-    let definition = catalogue::definition(&deduction.metric, deduction.version);
+    let definition = catalogue::find_definition(&deduction.metric, deduction.version);
     let unit = definition.map_or("", |definition| definition.unit);
     if definition.is_some_and(|definition| definition.direction == Direction::Range) {
         let found = say_figure(value.abs(), unit);
@@ -102,7 +102,7 @@ fn say_measured(deduction: &Deduction, value: f64, full: Option<(f64, bool)>) ->
 
 /// A value with its unit, in the reader's language.
 fn say_figure(value: f64, unit: &str) -> String {
-    words::decimal(&assessment::words::figure(value, unit))
+    words::decimal(&assessment::words::say_figure(value, unit))
 }
 
 /// Why an attempt failed whatever its points: the author's words, and the figures in the reader's language.
@@ -111,7 +111,7 @@ pub fn say_failure(failure: &HardFailure) -> String {
     match &failure.cause {
         FailureCause::Required { unmet } => words::known(unmet.failure_words()),
         FailureCause::Limit { words, metric, version, value, limit } => {
-            let unit = catalogue::definition(metric, *version).map_or("", |definition| definition.unit);
+            let unit = catalogue::find_definition(metric, *version).map_or("", |definition| definition.unit);
             let found = format!("{} {}", words_of(metric), say_figure(*value, unit));
             tr!("{why} ({found}, limit {limit})", why = words, found = found, limit = say_figure(*limit, unit))
         }

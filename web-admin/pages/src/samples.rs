@@ -210,7 +210,7 @@ pub(super) fn metrics() -> Vec<Metric> {
 }
 
 fn metric(id: &str, value: Option<f64>) -> Metric {
-    let definition = assessment::catalogue::newest(id);
+    let definition = assessment::catalogue::newest_definition(id);
     let label = definition.map_or_else(String::new, |d| {
         id.split_once('.').map_or_else(|| d.label.to_owned(), |(_, part)| d.label_of(part))
     });

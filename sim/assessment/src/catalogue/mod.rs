@@ -109,24 +109,24 @@ impl Definition {
 
 /// A version of the definition behind a metric id, plain or split.
 #[must_use]
-pub fn definition(metric_id: &str, version: u32) -> Option<&'static Definition> {
-    versions(metric_id).find(|definition| definition.version == version)
+pub fn find_definition(metric_id: &str, version: u32) -> Option<&'static Definition> {
+    definition_versions(metric_id).find(|definition| definition.version == version)
 }
 
 /// The newest definition behind a metric id, plain or split. All its versions have one label, unit and direction.
 #[must_use]
-pub fn newest(metric_id: &str) -> Option<&'static Definition> {
-    versions(metric_id).max_by_key(|definition| definition.version)
+pub fn newest_definition(metric_id: &str) -> Option<&'static Definition> {
+    definition_versions(metric_id).max_by_key(|definition| definition.version)
 }
 
-fn versions(metric_id: &str) -> impl Iterator<Item = &'static Definition> {
+fn definition_versions(metric_id: &str) -> impl Iterator<Item = &'static Definition> {
     let base = metric_id.split_once('.').map_or(metric_id, |(base, _)| base);
     let is_split = base.len() < metric_id.len();
     DEFINITIONS.iter().filter(move |d| d.id == base && if is_split { d.split.is_some() } else { d.plain })
 }
 
 /// The version that whoever names none means.
-pub(crate) const fn first() -> u32 {
+pub(crate) const fn first_version() -> u32 {
     1
 }
 
@@ -142,7 +142,7 @@ pub(crate) fn is_untouched(metrics: &[Metric]) -> bool {
 
 /// The version of the metric is one of the catalogue's, and its reason for having no value is one of today's.
 fn is_current(metric: &Metric) -> bool {
-    let defined = definition(&metric.id, metric.version).is_some();
+    let defined = find_definition(&metric.id, metric.version).is_some();
     defined && (metric.value.is_some() || metric.absent.is_some_and(|absent| absent != Absent::OfAnotherVersion))
 }
 
@@ -170,23 +170,23 @@ mod tests {
 
     #[test]
     fn plain_and_split_ids_are_told_apart() {
-        assert_eq!(newest("peak_force_n").map(|d| d.unit), Some("N"));
-        assert_eq!(newest("peak_force_layer_n.deep fat").map(|d| d.id), Some("peak_force_layer_n"));
-        assert_eq!(newest("peak_force_layer_n"), None, "only by layer");
-        assert_eq!(newest("peak_force_n.skin"), None, "not by layer");
-        assert_eq!(newest("charm"), None);
+        assert_eq!(newest_definition("peak_force_n").map(|d| d.unit), Some("N"));
+        assert_eq!(newest_definition("peak_force_layer_n.deep fat").map(|d| d.id), Some("peak_force_layer_n"));
+        assert_eq!(newest_definition("peak_force_layer_n"), None, "only by layer");
+        assert_eq!(newest_definition("peak_force_n.skin"), None, "not by layer");
+        assert_eq!(newest_definition("charm"), None);
     }
 
     #[test]
     fn every_version_is_found_and_no_other() {
-        let versions = [1, 2, 3].map(|version| definition("stop_time_s.skin.rim", version).map(|d| d.version));
+        let versions = [1, 2, 3].map(|version| find_definition("stop_time_s.skin.rim", version).map(|d| d.version));
         assert_eq!(versions, [Some(1), Some(2), None]);
-        assert_eq!(newest("stop_time_s").map(|d| d.version), Some(2));
+        assert_eq!(newest_definition("stop_time_s").map(|d| d.version), Some(2));
     }
 
     #[test]
     fn split_labels_read_as_words() {
-        let label = |id: &str| newest(id).map(|d| d.label_of(id.split_once('.').map_or("", |(_, s)| s)));
+        let label = |id: &str| newest_definition(id).map(|d| d.label_of(id.split_once('.').map_or("", |(_, s)| s)));
         assert_eq!(label("peak_force_layer_n.fat").as_deref(), Some("peak force in fat"));
         assert_eq!(label("over_insertion_mm.fat.rim").as_deref(), Some("advance after the pop, rim into fat"));
         assert_eq!(label("structure_clearance_mm.left kidney").as_deref(), Some("clearance to left kidney"));

@@ -5,7 +5,7 @@ pub mod words;
 use serde::{Deserialize, Serialize};
 
 use crate::absent::Absent;
-use crate::catalogue::first;
+use crate::catalogue::first_version;
 use crate::required::UnmetRequirement;
 
 /// Why a line of a rubric cost what it cost.
@@ -58,7 +58,7 @@ pub struct Deduction {
 #[derive(Serialize, Deserialize)]
 struct StoredDeduction {
     metric: String,
-    #[serde(default = "first")]
+    #[serde(default = "first_version")]
     version: u32,
     points: f64,
     cause: Option<DeductionCause>,

@@ -1,6 +1,6 @@
 //! The CUSUM of failures: a sequential test between an acceptable and an unacceptable failure rate.
 
-use super::{REACHED, share, steps};
+use super::{REACHED, check_share, count_steps};
 use crate::statistics::NotComputable;
 
 /// What a CUSUM tells apart, and how often it may be wrong.
@@ -53,7 +53,7 @@ impl Cusum {
     /// For a rate or an error outside 0–1, `p1` not above `p0`, or errors that sum to 1 or more.
     pub fn new(params: &CusumParams) -> Result<Self, NotComputable> {
         let CusumParams { p0, p1, alpha, beta } = *params;
-        [p0, p1, alpha, beta].into_iter().try_for_each(share)?;
+        [p0, p1, alpha, beta].into_iter().try_for_each(check_share)?;
         if p1 <= p0 || alpha + beta >= 1.0 {
             return Err(NotComputable::OutOfRange);
         }
@@ -93,6 +93,6 @@ impl Cusum {
     /// Straight successes that take a count to the lower line.
     #[must_use]
     pub fn successes_needed(&self, count: f64) -> u32 {
-        steps(count + self.h0, self.s)
+        count_steps(count + self.h0, self.s)
     }
 }

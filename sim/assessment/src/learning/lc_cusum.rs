@@ -2,7 +2,7 @@
 //! "Quantitative and individualized assessment of the learning curve using LC-CUSUM", British Journal of Surgery 95).
 
 use super::chain::Chain;
-use super::{REACHED, share, steps};
+use super::{REACHED, check_share, count_steps};
 use crate::statistics::NotComputable;
 
 /// What an LC-CUSUM tells apart, and how often it may be wrong.
@@ -43,7 +43,7 @@ impl LcCusum {
     /// For a rate or probability outside 0–1, for too many attempts, or when no value that S can reach is rare enough.
     pub fn new(params: &LcCusumParams) -> Result<Self, NotComputable> {
         let LcCusumParams { p0, delta, within, probability } = *params;
-        [p0, delta, p0 + delta, probability].into_iter().try_for_each(share)?;
+        [p0, delta, p0 + delta, probability].into_iter().try_for_each(check_share)?;
         if !(1..=LcCusumParams::MOST_ATTEMPTS).contains(&within) {
             return Err(NotComputable::OutOfRange);
         }
@@ -71,6 +71,6 @@ impl LcCusum {
     /// Straight successes that take S to the limit.
     #[must_use]
     pub fn successes_needed(&self, s: f64) -> u32 {
-        steps(self.h - s, self.success)
+        count_steps(self.h - s, self.success)
     }
 }

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use documents::MasteryRule;
 use serde::{Deserialize, Serialize};
 
-use super::{CusumParams, LearningCurve, Rule, Standing, curve};
+use super::{CusumParams, LearningCurve, Rule, Standing, learning_curve};
 use crate::statistics::NotComputable;
 
 /// The rule by which an exercise of a course counts as mastered.
@@ -80,7 +80,7 @@ impl CurveRule {
     #[must_use]
     pub fn over(&self, passed: &[bool]) -> LearningCurve {
         let failures: Vec<bool> = passed.iter().map(|passed| !passed).collect();
-        curve(&self.rule, &failures)
+        learning_curve(&self.rule, &failures)
     }
 }
 
@@ -102,34 +102,34 @@ impl Mastery {
     #[must_use]
     pub fn judge(&self, passed: &[bool]) -> (Reached, Option<LearningCurve>) {
         match self {
-            Self::Passes { passes, of } => (by_passes(passed, *passes, *of), None),
+            Self::Passes { passes, of } => (master_by_passes(passed, *passes, *of), None),
             Self::Curve(rule) => {
                 let curve = rule.over(passed);
-                (by_curve(passed, &curve), Some(curve))
+                (master_by_curve(passed, &curve), Some(curve))
             }
         }
     }
 }
 
 /// Mastered while the curve says competent. What a curve has declared opens the next exercise for good, as with passes.
-fn by_curve(passed: &[bool], curve: &LearningCurve) -> Reached {
+fn master_by_curve(passed: &[bool], curve: &LearningCurve) -> Reached {
     let lost = || curve.points.iter().rposition(|p| p.standing == Standing::Competent).map_or(0, |last| last + 1);
     match (curve.standing, curve.competent_at) {
         (Standing::Competent, Some(by)) => Reached::Mastered { by },
         (Standing::Regressing, Some(by)) => Reached::Regressing { by, since: lost() },
-        _ => Reached::Open { passes: passes(passed) },
+        _ => Reached::Open { passes: count_passes(passed) },
     }
 }
 
-fn passes(passed: &[bool]) -> u32 {
+fn count_passes(passed: &[bool]) -> u32 {
     u32::try_from(passed.iter().filter(|passed| **passed).count()).unwrap_or(u32::MAX)
 }
 
 /// Mastered by the first attempt that completes `needed` passes among `of` in a row. Once reached it stays: what comes after shows as a
 /// decline, and an exercise that opened another is not closed again under a trainee's hands.
-fn by_passes(passed: &[bool], needed: u32, of: u32) -> Reached {
+fn master_by_passes(passed: &[bool], needed: u32, of: u32) -> Reached {
     let of = usize::try_from(of).unwrap_or(usize::MAX);
-    let completes = |by: &usize| passes(&passed[(by + 1).saturating_sub(of)..=*by]) >= needed;
-    let open = || Reached::Open { passes: passes(&passed[passed.len().saturating_sub(of)..]) };
+    let completes = |by: &usize| count_passes(&passed[(by + 1).saturating_sub(of)..=*by]) >= needed;
+    let open = || Reached::Open { passes: count_passes(&passed[passed.len().saturating_sub(of)..]) };
     (0..passed.len()).find(completes).map_or_else(open, |by| Reached::Mastered { by })
 }

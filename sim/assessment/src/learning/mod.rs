@@ -9,7 +9,7 @@ mod standing;
 pub use cusum::{Crossing, Cusum, CusumParams, CusumPoint};
 pub use lc_cusum::{LcCusum, LcCusumParams};
 pub use mastery::{CurveRule, Mastery, Reached};
-pub use standing::{LearningCurve, LearningPoint, Rule, Standing, curve};
+pub use standing::{LearningCurve, LearningPoint, Rule, Standing, learning_curve};
 
 use crate::statistics::NotComputable;
 
@@ -17,13 +17,13 @@ use crate::statistics::NotComputable;
 const REACHED: f64 = 1e-9;
 
 /// Straight steps of one length that a distance takes; 0 when it is covered already.
-fn steps(distance: f64, step: f64) -> u32 {
+fn count_steps(distance: f64, step: f64) -> u32 {
     let steps = libm::ceil((distance - REACHED) / step);
     // In range: distances and steps are finite, and a step has a least size by the parameters' ranges.
     if steps > 0.0 { steps as u32 } else { 0 }
 }
 
 /// Refuses a share outside 0–1, its ends excluded.
-fn share(value: f64) -> Result<(), NotComputable> {
+fn check_share(value: f64) -> Result<(), NotComputable> {
     if value > 0.0 && value < 1.0 { Ok(()) } else { Err(NotComputable::OutOfRange) }
 }

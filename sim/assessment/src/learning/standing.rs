@@ -74,9 +74,9 @@ struct State {
 ///
 /// After a regression an LC-CUSUM learns anew from 0: competence has to be shown again.
 #[must_use]
-pub fn curve(rule: &Rule, failures: &[bool]) -> LearningCurve {
+pub fn learning_curve(rule: &Rule, failures: &[bool]) -> LearningCurve {
     let mut state = State { value: 0.0, learning: rule.learning.is_some(), standing: Standing::NotYet };
-    let points: Vec<LearningPoint> = failures.iter().map(|failed| step(rule, &mut state, *failed)).collect();
+    let points: Vec<LearningPoint> = failures.iter().map(|failed| step_curve(rule, &mut state, *failed)).collect();
     let successes_needed = match (state.standing, rule.learning) {
         (Standing::Competent, _) => 0,
         (_, Some(learning)) => learning.successes_needed(state.value),
@@ -86,7 +86,7 @@ pub fn curve(rule: &Rule, failures: &[bool]) -> LearningCurve {
     LearningCurve { points, standing: state.standing, successes_needed, competent_at }
 }
 
-fn step(rule: &Rule, state: &mut State, failed: bool) -> LearningPoint {
+fn step_curve(rule: &Rule, state: &mut State, failed: bool) -> LearningPoint {
     let learning = state.learning;
     let (value, crossed) = match rule.learning {
         Some(lc) if learning => {

@@ -5,7 +5,7 @@ use recording::Contactor;
 use super::MetricSheet;
 use crate::attempt::{Attempt, Outcome};
 
-pub(super) fn measure(attempt: &Attempt, sheet: &mut MetricSheet) {
+pub(super) fn measure_depth(attempt: &Attempt, sheet: &mut MetricSheet) {
     sheet.put("depth_error_mm", depth_error_mm(attempt));
     sheet.put("overshoot_mm", overshoot_mm(attempt));
     sheet.put("tip_error_mm", tip_error_mm(attempt));

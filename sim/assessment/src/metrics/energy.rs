@@ -4,16 +4,16 @@ use super::MetricSheet;
 use crate::absent::Absent;
 use crate::attempt::{Attempt, Outcome};
 
-pub(super) fn measure(attempt: &Attempt, sheet: &mut MetricSheet) {
-    put(attempt, sheet, "rupture_energy_mj", 0);
-    put(attempt, sheet, "cutting_energy_mj", 1);
-    put(attempt, sheet, "friction_energy_mj", 2);
-    put(attempt, sheet, "lateral_work_mj", 3);
+pub(super) fn measure_energy(attempt: &Attempt, sheet: &mut MetricSheet) {
+    put_energy(attempt, sheet, "rupture_energy_mj", 0);
+    put_energy(attempt, sheet, "cutting_energy_mj", 1);
+    put_energy(attempt, sheet, "friction_energy_mj", 2);
+    put_energy(attempt, sheet, "lateral_work_mj", 3);
 }
 
-/// Puts down one of [`parts_mj`], summed over the layers and for each.
-fn put(attempt: &Attempt, sheet: &mut MetricSheet, id: &str, part: usize) {
-    let parts = parts_mj(attempt);
+/// Puts down one of [`layer_works_mj`], summed over the layers and for each.
+fn put_energy(attempt: &Attempt, sheet: &mut MetricSheet, id: &str, part: usize) {
+    let parts = layer_works_mj(attempt);
     let part_of = |layer: Option<usize>| -> Outcome {
         let parts = parts.as_ref().map_err(|absent| *absent)?;
         Ok(parts.iter().enumerate().filter(|(i, _)| layer.is_none_or(|l| l == *i)).map(|(_, p)| p[part]).sum())
@@ -25,7 +25,7 @@ fn put(attempt: &Attempt, sheet: &mut MetricSheet, id: &str, part: usize) {
 }
 
 /// Rupture, cutting, friction and lateral work of each layer, in mJ.
-fn parts_mj(attempt: &Attempt) -> Result<Vec<[f64; 4]>, Absent> {
+fn layer_works_mj(attempt: &Attempt) -> Result<Vec<[f64; 4]>, Absent> {
     attempt.touched()?;
     let energy = attempt.recording.energies.last().ok_or(Absent::NoLedger)?;
     if energy.ledger.layers.len() != attempt.bundle.scene.layers.len() {

@@ -15,7 +15,7 @@ use crate::signal::{RATE_HZ, derivative};
 /// How near to a rupture the force rate is not looked at, in s: what a fall leaves in the filter is gone by then.
 const BESIDE_RUPTURE_S: f64 = 0.05;
 
-pub(super) fn measure(attempt: &Attempt, sheet: &mut MetricSheet) {
+pub(super) fn measure_force(attempt: &Attempt, sheet: &mut MetricSheet) {
     let axial_n = attempt.axial_n();
     sheet.put("force_impulse_ns", impulse_ns(attempt, &axial_n));
     sheet.put("force_rate_peak_n_per_s", rate_peak_n_per_s(attempt, &axial_n));
@@ -24,12 +24,12 @@ pub(super) fn measure(attempt: &Attempt, sheet: &mut MetricSheet) {
     sheet.put("peak_force_n", attempt.touched().map(|_| peaks_n.iter().copied().fold(0.0, f64::max)));
     let by_layer = layer_peaks_n(attempt, &peaks_n);
     for (layer, peak_n) in attempt.bundle.scene.layers.iter().zip(by_layer) {
-        let outcome = attempt.touched().and_then(|_| peak_n.ok_or(not_reached(attempt)));
+        let outcome = attempt.touched().and_then(|_| peak_n.ok_or(absent_if_not_reached(attempt)));
         sheet.put_for("peak_force_layer_n", &layer.name, outcome);
     }
 }
 
-fn not_reached(attempt: &Attempt) -> Absent {
+fn absent_if_not_reached(attempt: &Attempt) -> Absent {
     attempt.inside().err().unwrap_or(Absent::LayerNotReached)
 }
 

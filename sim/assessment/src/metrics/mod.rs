@@ -90,16 +90,16 @@ impl MetricSheet {
 }
 
 /// Every version of every metric of the catalogue, in its order; the plain form first, then the scene's layers or structures.
-pub(crate) fn measure(attempt: &Attempt) -> Vec<Metric> {
+pub(crate) fn measure_attempt(attempt: &Attempt) -> Vec<Metric> {
     let mut sheet = MetricSheet::default();
-    depth::measure(attempt, &mut sheet);
-    force::measure(attempt, &mut sheet);
-    rupture::measure(attempt, &mut sheet);
-    energy::measure(attempt, &mut sheet);
-    structures::measure(attempt, &mut sheet);
-    path::measure(attempt, &mut sheet);
-    time::measure(attempt, &mut sheet);
-    procedure::measure(attempt, &mut sheet);
+    depth::measure_depth(attempt, &mut sheet);
+    force::measure_force(attempt, &mut sheet);
+    rupture::measure_ruptures(attempt, &mut sheet);
+    energy::measure_energy(attempt, &mut sheet);
+    structures::measure_structures(attempt, &mut sheet);
+    path::measure_path(attempt, &mut sheet);
+    time::measure_times(attempt, &mut sheet);
+    procedure::measure_procedure(attempt, &mut sheet);
     sheet.rows.sort_by_key(|(order, _)| *order);
     sheet.rows.into_iter().map(|(_, metric)| metric).collect()
 }

@@ -15,10 +15,10 @@ const REDIRECTED_RAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
 /// A direction is held while the axis turns slower than this, in rad/s.
 const HELD_RAD_PER_S: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
-pub(super) fn measure(attempt: &Attempt, sheet: &mut MetricSheet) {
+pub(super) fn measure_path(attempt: &Attempt, sheet: &mut MetricSheet) {
     let (motion, intent) = (attempt.motion(), attempt.intent());
-    sheet.put("path_length_mm", motion.map(|motion| path_mm(motion, |_| true)));
-    sheet.put_anew("path_length_mm", intent.map(|intent| path_mm(intent, |_| true)));
+    sheet.put("path_length_mm", motion.map(|motion| path_length_mm(motion, |_| true)));
+    sheet.put_anew("path_length_mm", intent.map(|intent| path_length_mm(intent, |_| true)));
     let inside = |of: Result<&TipMotion, Absent>, metric: fn(&TipMotion) -> f64| attempt.inside().and(of.map(metric));
     sheet.put("path_in_tissue_mm", inside(motion, path_in_tissue_mm));
     sheet.put_anew("path_in_tissue_mm", inside(intent, path_in_tissue_mm));
@@ -36,13 +36,13 @@ fn step_inside(motion: &TipMotion, k: usize) -> bool {
     motion.inside[k - 1] && motion.inside[k]
 }
 
-fn path_mm(motion: &TipMotion, counts: impl Fn(usize) -> bool) -> f64 {
+fn path_length_mm(motion: &TipMotion, counts: impl Fn(usize) -> bool) -> f64 {
     let step = |k: usize| (motion.position(k) - motion.position(k - 1)).norm();
     (1..motion.len()).filter(|k| counts(*k)).map(step).sum::<f64>() * 1e3
 }
 
 fn path_in_tissue_mm(motion: &TipMotion) -> f64 {
-    path_mm(motion, |k| step_inside(motion, k))
+    path_length_mm(motion, |k| step_inside(motion, k))
 }
 
 fn axis_travel_mm(motion: &TipMotion) -> f64 {
@@ -51,10 +51,10 @@ fn axis_travel_mm(motion: &TipMotion) -> f64 {
 }
 
 fn sweep_area_mm2(motion: &TipMotion) -> f64 {
-    let shaft_at = |k: usize| shaft(motion.position(k), &motion.axis(k));
+    let shaft_at = |k: usize| shaft_in_body(motion.position(k), &motion.axis(k));
     let swept = |k: usize| {
         let ((entry, tip), (next_entry, next_tip)) = (shaft_at(k - 1), shaft_at(k));
-        triangle_m2(entry, tip, next_tip) + triangle_m2(entry, next_tip, next_entry)
+        triangle_area_m2(entry, tip, next_tip) + triangle_area_m2(entry, next_tip, next_entry)
     };
     (1..motion.len()).filter(|k| step_inside(motion, *k)).map(swept).sum::<f64>() * 1e6
 }
@@ -63,13 +63,13 @@ fn sweep_area_mm2(motion: &TipMotion) -> f64 {
 ///
 /// It moves with the needle, while the entry that the simulation latched does not: a needle shifted sideways sweeps a
 /// rectangle. The tip alone outside the body, and for a shaft so nearly parallel to the skin that it has no crossing to speak of.
-fn shaft(tip_m: Point3<f64>, axis: &Vector3<f64>) -> (Point3<f64>, Point3<f64>) {
+fn shaft_in_body(tip_m: Point3<f64>, axis: &Vector3<f64>) -> (Point3<f64>, Point3<f64>) {
     let steep = axis.z < -0.05;
     let entry_m = if tip_m.z < 0.0 && steep { tip_m - axis * (tip_m.z / axis.z) } else { tip_m };
     (entry_m, tip_m)
 }
 
-fn triangle_m2(a: Point3<f64>, b: Point3<f64>, c: Point3<f64>) -> f64 {
+fn triangle_area_m2(a: Point3<f64>, b: Point3<f64>, c: Point3<f64>) -> f64 {
     (b - a).cross(&(c - a)).norm() / 2.0
 }
 

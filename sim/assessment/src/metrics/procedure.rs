@@ -6,13 +6,13 @@ use recording::{Contactor, EventKind};
 use super::MetricSheet;
 use crate::attempt::{Attempt, Outcome};
 
-pub(super) fn measure(attempt: &Attempt, sheet: &mut MetricSheet) {
+pub(super) fn measure_procedure(attempt: &Attempt, sheet: &mut MetricSheet) {
     for (i, layer) in attempt.bundle.scene.layers.iter().enumerate() {
         let opened = attempt.ruptures.iter().any(|r| r.boundary == i && r.contactor == Contactor::Tip);
         sheet.put_for("reached", &layer.name, attempt.touched().map(|_| one_if(opened)));
     }
     sheet.put("confirmed", attempt.touched().map(|_| one_if(is_confirmed(attempt))));
-    sheet.put("withdrawn", withdrawn(attempt));
+    sheet.put("withdrawn", was_withdrawn(attempt));
 }
 
 fn one_if(happened: bool) -> f64 {
@@ -26,7 +26,7 @@ fn is_confirmed(attempt: &Attempt) -> bool {
     attempt.recording.events.iter().any(|e| e.kind == EventKind::Confirm && inside(e.t_s))
 }
 
-fn withdrawn(attempt: &Attempt) -> Outcome {
+fn was_withdrawn(attempt: &Attempt) -> Outcome {
     attempt.inside()?;
     Ok(one_if(attempt.timeline.samples().last().is_some_and(|last| !is_inserted(last))))
 }

@@ -17,32 +17,32 @@ const STOPPED_M_PER_S: f64 = 0.5e-3;
 const BAND_M: f64 = 0.1e-3;
 const STANDS_S: f64 = 0.2;
 
-pub(super) fn measure(attempt: &Attempt, sheet: &mut MetricSheet) {
-    put(attempt, sheet, Id::first("rupture_force_n"), &|rupture| Ok(rupture.force_n));
-    put(attempt, sheet, Id::first("over_insertion_mm"), &|rupture| Ok(over_insertion_mm(attempt, rupture)));
+pub(super) fn measure_ruptures(attempt: &Attempt, sheet: &mut MetricSheet) {
+    put_largest(attempt, sheet, Id::first("rupture_force_n"), &|rupture| Ok(rupture.force_n));
+    put_largest(attempt, sheet, Id::first("over_insertion_mm"), &|rupture| Ok(over_insertion_mm(attempt, rupture)));
     let speeds = attempt.motion().map(|motion| derivative(&motion.axial_m));
     let stop = |rupture: &RecordedRupture| stop_time_s(attempt, speeds.as_ref().map_err(|absent| *absent)?, rupture);
-    put(attempt, sheet, Id::first("stop_time_s"), &stop);
-    let stands = stands(attempt);
+    put_largest(attempt, sheet, Id::first("stop_time_s"), &stop);
+    let stands = find_standstills(attempt);
     let stop = |rupture: &RecordedRupture| stands_after_s(attempt, stands.as_ref().map_err(|absent| *absent)?, rupture);
-    put(attempt, sheet, Id::second("stop_time_s"), &stop);
+    put_largest(attempt, sheet, Id::second("stop_time_s"), &stop);
 }
 
 /// Puts down the largest over all ruptures, and over those of each boundary and contactor.
-fn put(attempt: &Attempt, sheet: &mut MetricSheet, id: Id<'_>, of: &dyn Fn(&RecordedRupture) -> Outcome) {
-    sheet.enter(id, largest(attempt, of, |_| true));
+fn put_largest(attempt: &Attempt, sheet: &mut MetricSheet, id: Id<'_>, of: &dyn Fn(&RecordedRupture) -> Outcome) {
+    sheet.enter(id, largest_over_ruptures(attempt, of, |_| true));
     let rim = attempt.bundle.scene.needle.tip_to_rim_mm > 0.0;
     for (i, layer) in attempt.bundle.scene.layers.iter().enumerate() {
         for contactor in [Contactor::Tip, Contactor::Rim].into_iter().take(1 + usize::from(rim)) {
             let suffix = format!("{}.{}", layer.name, contactor.name());
-            let outcome = largest(attempt, of, |r| r.boundary == i && r.contactor == contactor);
+            let outcome = largest_over_ruptures(attempt, of, |r| r.boundary == i && r.contactor == contactor);
             sheet.enter(id.by(&suffix), outcome);
         }
     }
 }
 
 /// The largest over the chosen ruptures; one of them without a value leaves the whole without.
-fn largest(
+fn largest_over_ruptures(
     attempt: &Attempt,
     of: &dyn Fn(&RecordedRupture) -> Outcome,
     chosen: impl Fn(&RecordedRupture) -> bool,
@@ -81,7 +81,7 @@ fn stop_time_s(attempt: &Attempt, speed_m_per_s: &[f64], rupture: &RecordedRuptu
 
 /// Whether the needle stands from each grid point on: the largest and the least advance of the time that follows lie within the
 /// band. A point with less than that time after it tells nothing, and counts as moving.
-fn stands(attempt: &Attempt) -> Result<Vec<bool>, Absent> {
+fn find_standstills(attempt: &Attempt) -> Result<Vec<bool>, Absent> {
     let advance_m = &attempt.intent()?.axial_m;
     let within = |window: &[f64]| {
         let ends = window.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), m| (a.min(*m), b.max(*m)));

@@ -18,10 +18,10 @@ const KINDS: [(StructureKind, &str); 5] = [
     (StructureKind::Target, "target"),
 ];
 
-pub(super) fn measure(attempt: &Attempt, sheet: &mut MetricSheet) {
-    sheet.put("structure_hits", hits(attempt, |kind| kind != Some(StructureKind::Target)));
+pub(super) fn measure_structures(attempt: &Attempt, sheet: &mut MetricSheet) {
+    sheet.put("structure_hits", count_structure_hits(attempt, |kind| kind != Some(StructureKind::Target)));
     for (kind, name) in KINDS {
-        sheet.put_for("structure_hits", name, hits(attempt, |hit| hit == Some(kind)));
+        sheet.put_for("structure_hits", name, count_structure_hits(attempt, |hit| hit == Some(kind)));
     }
     for structure in &attempt.bundle.scene.structures {
         let outcome = attempt.touched().map(|_| clearance_mm(attempt, structure));
@@ -33,7 +33,7 @@ pub(super) fn measure(attempt: &Attempt, sheet: &mut MetricSheet) {
 }
 
 /// A hit of a structure that the scene does not know has no kind, and counts against the trainee.
-fn hits(attempt: &Attempt, counts: impl Fn(Option<StructureKind>) -> bool) -> Outcome {
+fn count_structure_hits(attempt: &Attempt, counts: impl Fn(Option<StructureKind>) -> bool) -> Outcome {
     attempt.touched()?;
     let kind = |index: Option<u32>| {
         let index = usize::try_from(index?).ok()?;

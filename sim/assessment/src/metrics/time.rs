@@ -19,7 +19,7 @@ const TURNING_RAD_PER_S: f64 = 50.0 * std::f64::consts::PI / 180.0;
 /// An action lasts longer than this, in s.
 const ACTION_S: f64 = 0.2;
 
-pub(super) fn measure(attempt: &Attempt, sheet: &mut MetricSheet) {
+pub(super) fn measure_times(attempt: &Attempt, sheet: &mut MetricSheet) {
     sheet.put("time_total_s", time_total_s(attempt));
     sheet.put("time_in_tissue_s", time_in_tissue_s(attempt));
     let (motion, intent) = (attempt.motion(), attempt.intent());
@@ -27,11 +27,11 @@ pub(super) fn measure(attempt: &Attempt, sheet: &mut MetricSheet) {
         |of: Result<&TipMotion, Absent>, below| attempt.inside().and(of.map(|motion| idle_fraction(motion, below)));
     sheet.put("idle_fraction", idle(motion, IDLE_M_PER_S));
     sheet.put_anew("idle_fraction", idle(intent, IDLE_INTENT_M_PER_S));
-    sheet.put("translational_actions", motion.map(|motion| runs(&motion.speed_m_per_s(), MOVING_M_PER_S)));
-    let moves = intent.map(|intent| debounced(&intent.speed_m_per_s(), PERKTUTOR_M_PER_S));
+    sheet.put("translational_actions", motion.map(|motion| time_above(&motion.speed_m_per_s(), MOVING_M_PER_S)));
+    let moves = intent.map(|intent| count_debounced(&intent.speed_m_per_s(), PERKTUTOR_M_PER_S));
     sheet.put_anew("translational_actions", moves);
-    sheet.put("rotational_actions", motion.map(|motion| runs(&motion.turning_rad_per_s(), TURNING_RAD_PER_S)));
-    let turns = intent.map(|intent| debounced(&intent.turning_rad_per_s(), TURNING_RAD_PER_S));
+    sheet.put("rotational_actions", motion.map(|motion| time_above(&motion.turning_rad_per_s(), TURNING_RAD_PER_S)));
+    let turns = intent.map(|intent| count_debounced(&intent.turning_rad_per_s(), TURNING_RAD_PER_S));
     sheet.put_anew("rotational_actions", turns);
 }
 
@@ -54,7 +54,7 @@ fn idle_fraction(motion: &TipMotion, below_m_per_s: f64) -> f64 {
 }
 
 /// Runs of grid points above a limit; n points span n − 1 steps.
-fn runs(column: &[f64], above: f64) -> f64 {
+fn time_above(column: &[f64], above: f64) -> f64 {
     let runs = column.chunk_by(|a, b| (*a > above) == (*b > above));
     let long = |run: &&[f64]| run[0] > above && (run.len() - 1) as f64 / RATE_HZ > ACTION_S;
     runs.filter(long).count() as f64
@@ -62,7 +62,7 @@ fn runs(column: &[f64], above: f64) -> f64 {
 
 /// How often a column came to be above a limit, as PerkTutor counts: a state is given up for the other once that has lasted longer
 /// than [`ACTION_S`], so that neither a twitch nor a short pause counts.
-fn debounced(column: &[f64], above: f64) -> f64 {
+fn count_debounced(column: &[f64], above: f64) -> f64 {
     let (mut active, mut lasts, mut count) = (false, 0_usize, 0_u32);
     for value in column {
         lasts = if (*value > above) == active { 0 } else { lasts + 1 };

@@ -152,54 +152,57 @@ pub fn read_answer(item: &Item, scale: &ScaleKind, said: &[&str]) -> Result<Opti
     let said: Vec<&str> = said.iter().copied().filter(|value| !value.trim().is_empty()).collect();
     let Some(first) = said.first() else { return Ok(None) };
     let answer = match scale {
-        ScaleKind::Likert { points, .. } => whole(first, *points)?,
-        ScaleKind::Slider { min, max, step, .. } => mark(first, *min, *max, *step)?,
-        ScaleKind::Number { min, max, unit } => number(first, *min, *max, unit)?,
-        ScaleKind::Pair => Answer::Text(one_of(first, item.pair.iter().map(String::as_str))?),
-        ScaleKind::Choice { options } => Answer::Text(one_of(first, options.iter().map(|o| o.id.as_str()))?),
+        ScaleKind::Likert { points, .. } => read_whole_number(first, *points)?,
+        ScaleKind::Slider { min, max, step, .. } => read_scale_mark(first, *min, *max, *step)?,
+        ScaleKind::Number { min, max, unit } => read_number(first, *min, *max, unit)?,
+        ScaleKind::Pair => Answer::Text(read_one_option(first, item.pair.iter().map(String::as_str))?),
+        ScaleKind::Choice { options } => Answer::Text(read_one_option(first, options.iter().map(|o| o.id.as_str()))?),
         ScaleKind::Choices { options } => {
-            let chosen = said.iter().map(|id| one_of(id, options.iter().map(|o| o.id.as_str())));
+            let chosen = said.iter().map(|id| read_one_option(id, options.iter().map(|o| o.id.as_str())));
             let mut chosen = chosen.collect::<Result<Vec<_>, _>>()?;
             chosen.sort();
             chosen.dedup();
             Answer::Several(chosen)
         }
-        ScaleKind::Text { max_characters } => text(first, *max_characters)?,
+        ScaleKind::Text { max_characters } => read_text_answer(first, *max_characters)?,
     };
     Ok(Some(answer))
 }
 
-fn parse(said: &str) -> Option<f64> {
+fn parse_finite(said: &str) -> Option<f64> {
     // Half of Europe writes a comma.
     said.trim().replace(',', ".").parse::<f64>().ok().filter(|number| number.is_finite())
 }
 
-fn whole(said: &str, points: u32) -> Result<Answer, Refused> {
+fn read_whole_number(said: &str, points: u32) -> Result<Answer, Refused> {
     let point = said.trim().parse::<u32>().ok().filter(|point| (1..=points).contains(point));
     point.map(|point| Answer::Number(f64::from(point))).ok_or_else(|| Refused::new(said, Allowed::Points(points)))
 }
 
-fn mark(said: &str, min: f64, max: f64, step: f64) -> Result<Answer, Refused> {
+fn read_scale_mark(said: &str, min: f64, max: f64, step: f64) -> Result<Answer, Refused> {
     let on_a_step = |number: &f64| {
         let steps = (number - min) / step;
         (min..=max).contains(number) && (steps - steps.round()).abs() < 1e-6
     };
-    parse(said).filter(on_a_step).map(Answer::Number).ok_or_else(|| Refused::new(said, Allowed::Steps(min, max, step)))
+    parse_finite(said)
+        .filter(on_a_step)
+        .map(Answer::Number)
+        .ok_or_else(|| Refused::new(said, Allowed::Steps(min, max, step)))
 }
 
-fn number(said: &str, min: f64, max: f64, unit: &str) -> Result<Answer, Refused> {
-    parse(said)
+fn read_number(said: &str, min: f64, max: f64, unit: &str) -> Result<Answer, Refused> {
+    parse_finite(said)
         .filter(|number| (min..=max).contains(number))
         .map(Answer::Number)
         .ok_or_else(|| Refused::new(said, Allowed::Range(min, max, unit.to_owned())))
 }
 
-fn one_of<'a>(said: &str, ids: impl Iterator<Item = &'a str> + Clone) -> Result<String, Refused> {
+fn read_one_option<'a>(said: &str, ids: impl Iterator<Item = &'a str> + Clone) -> Result<String, Refused> {
     let found = ids.clone().find(|id| *id == said);
     found.map(str::to_owned).ok_or_else(|| Refused::new(said, Allowed::OneOf(ids.map(str::to_owned).collect())))
 }
 
-fn text(said: &str, most: usize) -> Result<Answer, Refused> {
+fn read_text_answer(said: &str, most: usize) -> Result<Answer, Refused> {
     // A form sends line ends as CRLF, which would count twice against the limit.
     let plain = said.replace("\r\n", "\n");
     let length = plain.chars().count();

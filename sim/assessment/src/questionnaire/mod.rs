@@ -4,4 +4,4 @@ mod answer;
 mod score;
 
 pub use answer::{Allowed, Answer, Found, Refused, asked_pages, is_asked, read_answer};
-pub use score::{NoScore, Scorer, range, score};
+pub use score::{NoScore, Scorer, score_range, score_response};

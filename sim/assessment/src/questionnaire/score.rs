@@ -108,13 +108,13 @@ impl<'a> Scorer<'a> {
 ///
 /// # Errors
 /// When an item is missing and the key's policy does not do without it.
-pub fn score(instrument: &Instrument, key: &ScoreKey, answers: &[Option<Answer>]) -> Result<f64, NoScore> {
+pub fn score_response(instrument: &Instrument, key: &ScoreKey, answers: &[Option<Answer>]) -> Result<f64, NoScore> {
     Scorer::new(instrument, key).score(answers)
 }
 
 /// The least and the largest that a score can be.
 #[must_use]
-pub fn range(instrument: &Instrument, key: &ScoreKey) -> (f64, f64) {
+pub fn score_range(instrument: &Instrument, key: &ScoreKey) -> (f64, f64) {
     let ranges = key.items.iter().filter_map(|id| instrument.scale(instrument.item(id)?.1)?.range());
     let (low, high) =
         ranges.fold((0.0, 0.0), |(low, high), (least, largest)| (low + least + key.shift, high + largest + key.shift));

@@ -1,6 +1,6 @@
 //! Content validity: the share of experts who call an item relevant (Lynn 1986; Polit and Beck 2006).
 
-use super::{NotComputable, count};
+use super::{NotComputable, count_as_number};
 
 /// Content validity of an item or a scale, a share 0–1.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -26,7 +26,7 @@ pub fn content_validity(ratings: &[Option<u8>]) -> Result<ContentValidity, NotCo
         return Err(NotComputable::OutOfRange);
     }
     let relevant = given.iter().filter(|rating| **rating >= 3).count();
-    let value = count(relevant) / count(given.len());
+    let value = count_as_number(relevant) / count_as_number(given.len());
     Ok(ContentValidity { value, n: given.len(), missing: ratings.len() - given.len() })
 }
 
@@ -46,6 +46,6 @@ pub fn scale_content_validity(items: &[Vec<Option<u8>>]) -> Result<ContentValidi
     if values.is_empty() {
         return Err(NotComputable::TooFewItems { found: 0, needed: 1 });
     }
-    let value = values.iter().sum::<f64>() / count(values.len());
+    let value = values.iter().sum::<f64>() / count_as_number(values.len());
     Ok(ContentValidity { value, n: values.len(), missing: items.len() - values.len() })
 }

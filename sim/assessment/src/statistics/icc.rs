@@ -4,7 +4,7 @@
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::table::Complete;
-use super::{NotComputable, ROUNDING, average, count};
+use super::{NotComputable, ROUNDING, arithmetic_mean, count_as_number};
 
 /// Nearer than this to its pole, ICC(2,k) is rounding.
 const POLE: f64 = 1e-9;
@@ -50,19 +50,19 @@ pub fn intraclass_correlation(rows: &[Vec<Option<f64>>]) -> Result<IntraclassCor
     table.at_least_two()?;
     let squares = mean_squares(&table);
     let MeanSquares { rows: msr, columns: msc, error: mse } = squares;
-    let (n, k) = (count(table.rows.len()), count(table.columns));
+    let (n, k) = (count_as_number(table.rows.len()), count_as_number(table.columns));
     if msr <= 0.0 {
         return Err(NotComputable::NoVariance);
     }
-    let single_random = ratio(msr - mse, msr + (k - 1.0) * mse + k * (msc - mse) / n)?;
-    let interval = interval(&squares, single_random, n, k);
+    let single_random = checked_ratio(msr - mse, msr + (k - 1.0) * mse + k * (msc - mse) / n)?;
+    let interval = icc_interval(&squares, single_random, n, k);
     Ok(IntraclassCorrelation {
         single_random,
-        average_random: of_mean(single_random, k),
+        average_random: icc_of_mean(single_random, k),
         single_random_95: interval,
-        average_random_95: interval.and_then(|(low, high)| Some((of_mean(low, k)?, of_mean(high, k)?))),
-        single_fixed: ratio(msr - mse, msr + (k - 1.0) * mse)?,
-        average_fixed: ratio(msr - mse, msr)?,
+        average_random_95: interval.and_then(|(low, high)| Some((icc_of_mean(low, k)?, icc_of_mean(high, k)?))),
+        single_fixed: checked_ratio(msr - mse, msr + (k - 1.0) * mse)?,
+        average_fixed: checked_ratio(msr - mse, msr)?,
         n: table.rows.len(),
         raters: table.columns,
         missing: table.missing,
@@ -70,7 +70,7 @@ pub fn intraclass_correlation(rows: &[Vec<Option<f64>>]) -> Result<IntraclassCor
 }
 
 /// The interval of ICC(2,1), with Satterthwaite's degrees of freedom for what raters and error share.
-fn interval(squares: &MeanSquares, single: f64, n: f64, k: f64) -> Option<(f64, f64)> {
+fn icc_interval(squares: &MeanSquares, single: f64, n: f64, k: f64) -> Option<(f64, f64)> {
     let MeanSquares { rows: msr, columns: msc, error: mse } = *squares;
     let a = k * single / (n * (1.0 - single));
     let b = 1.0 + k * single * (n - 1.0) / (n * (1.0 - single));
@@ -86,20 +86,20 @@ fn interval(squares: &MeanSquares, single: f64, n: f64, k: f64) -> Option<(f64, 
 }
 
 /// What the mean of `k` ratings gains over one (Spearman and Brown); none at the pole, −1/(k − 1), and below it.
-fn of_mean(single: f64, k: f64) -> Option<f64> {
+fn icc_of_mean(single: f64, k: f64) -> Option<f64> {
     let share = 1.0 + (k - 1.0) * single;
     (share > POLE).then(|| k * single / share)
 }
 
-fn ratio(above: f64, below: f64) -> Result<f64, NotComputable> {
+fn checked_ratio(above: f64, below: f64) -> Result<f64, NotComputable> {
     if below > 0.0 { Ok(above / below) } else { Err(NotComputable::NoVariance) }
 }
 
 fn mean_squares(table: &Complete) -> MeanSquares {
-    let (n, k) = (count(table.rows.len()), count(table.columns));
-    let row_means: Vec<f64> = table.rows.iter().map(|row| average(row)).collect();
-    let column_means: Vec<f64> = (0..table.columns).map(|c| average(&table.column(c))).collect();
-    let grand = average(&row_means);
+    let (n, k) = (count_as_number(table.rows.len()), count_as_number(table.columns));
+    let row_means: Vec<f64> = table.rows.iter().map(|row| arithmetic_mean(row)).collect();
+    let column_means: Vec<f64> = (0..table.columns).map(|c| arithmetic_mean(&table.column(c))).collect();
+    let grand = arithmetic_mean(&row_means);
     let squares = |means: &[f64]| means.iter().map(|m| (m - grand) * (m - grand)).sum::<f64>();
     let residual = |(row, r): (&Vec<f64>, &f64)| -> f64 {
         row.iter().zip(&column_means).map(|(x, c)| x - r - c + grand).map(|e| e * e).sum()

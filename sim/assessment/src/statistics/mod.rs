@@ -18,7 +18,7 @@ pub use icc::{IntraclassCorrelation, intraclass_correlation};
 pub use mean::mean;
 pub use proportion::wilson;
 pub use quantile::{Summary, quantile, summary};
-pub use rank::{area_under_curve, spearman};
+pub use rank::{area_under_curve, rank_correlation};
 pub use reliability::{Reliability, cronbach_alpha};
 
 /// The standard normal quantile of 97.5 %.
@@ -86,12 +86,12 @@ pub struct Estimate {
 }
 
 /// A count as a number.
-fn count(n: usize) -> f64 {
+fn count_as_number(n: usize) -> f64 {
     f64::from(u32::try_from(n).unwrap_or(u32::MAX))
 }
 
 /// Refuses too few values, and any that is not finite.
-fn checked(values: &[f64], needed: usize) -> Result<(), NotComputable> {
+fn check_sample(values: &[f64], needed: usize) -> Result<(), NotComputable> {
     if values.len() < needed {
         return Err(NotComputable::TooFew { found: values.len(), needed });
     }
@@ -99,17 +99,17 @@ fn checked(values: &[f64], needed: usize) -> Result<(), NotComputable> {
 }
 
 /// Arithmetic mean; the caller sees to it that there are values.
-fn average(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / count(values.len())
+fn arithmetic_mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / count_as_number(values.len())
 }
 
 /// Sample variance (divided by n − 1); exactly 0 where the values differ by rounding only.
-fn variance(values: &[f64]) -> f64 {
-    let centre = average(values);
+fn sample_variance(values: &[f64]) -> f64 {
+    let centre = arithmetic_mean(values);
     let largest = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
     let spread = values.iter().fold(0.0, |m: f64, v| m.max((v - centre).abs()));
     if spread <= ROUNDING * largest {
         return 0.0;
     }
-    values.iter().map(|v| (v - centre) * (v - centre)).sum::<f64>() / (count(values.len()) - 1.0)
+    values.iter().map(|v| (v - centre) * (v - centre)).sum::<f64>() / (count_as_number(values.len()) - 1.0)
 }

@@ -1,6 +1,6 @@
 //! Quantiles, by linear interpolation between order statistics.
 
-use super::{NotComputable, checked, count};
+use super::{NotComputable, check_sample, count_as_number};
 
 /// Five numbers that describe a sample, in its unit.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -45,7 +45,7 @@ pub fn summary(values: &[f64]) -> Result<Summary, NotComputable> {
 }
 
 fn sorted(values: &[f64]) -> Result<Vec<f64>, NotComputable> {
-    checked(values, 1)?;
+    check_sample(values, 1)?;
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     Ok(sorted)
@@ -55,9 +55,9 @@ fn of_sorted(sorted: &[f64], share: f64) -> Result<f64, NotComputable> {
     if !(0.0..=1.0).contains(&share) {
         return Err(NotComputable::OutOfRange);
     }
-    let rank = share * count(sorted.len() - 1);
+    let rank = share * count_as_number(sorted.len() - 1);
     // Not negative, and at most the last place: cutting it off rounds it down.
     let below = (rank as usize).min(sorted.len() - 1);
     let above = (below + 1).min(sorted.len() - 1);
-    Ok(sorted[below] + (rank - count(below)) * (sorted[above] - sorted[below]))
+    Ok(sorted[below] + (rank - count_as_number(below)) * (sorted[above] - sorted[below]))
 }

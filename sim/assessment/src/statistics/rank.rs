@@ -1,6 +1,6 @@
 //! Correlation of ranks, and how well a value tells two groups apart.
 
-use super::{Estimate, NotComputable, Z_95, average, checked, count, variance};
+use super::{Estimate, NotComputable, Z_95, arithmetic_mean, check_sample, count_as_number, sample_variance};
 
 /// Spearman's ρ of pairs, ties at their mean rank, with an interval by Fisher's z and the variance
 /// (1 + ρ²/2)/(n − 3) of Bonett and Wright (2000), "Sample size requirements for estimating Pearson, Kendall and
@@ -8,12 +8,12 @@ use super::{Estimate, NotComputable, Z_95, average, checked, count, variance};
 ///
 /// # Errors
 /// With fewer than four pairs, without variance on either side, or with a value that is not finite.
-pub fn spearman(pairs: &[(f64, f64)]) -> Result<Estimate, NotComputable> {
+pub fn rank_correlation(pairs: &[(f64, f64)]) -> Result<Estimate, NotComputable> {
     let (left, right): (Vec<f64>, Vec<f64>) = pairs.iter().copied().unzip();
-    checked(&left, 4)?;
-    checked(&right, 4)?;
+    check_sample(&left, 4)?;
+    check_sample(&right, 4)?;
     let rho = pearson(&ranks(&left), &ranks(&right))?;
-    let half = Z_95 * libm::sqrt((1.0 + rho * rho / 2.0) / (count(pairs.len()) - 3.0));
+    let half = Z_95 * libm::sqrt((1.0 + rho * rho / 2.0) / (count_as_number(pairs.len()) - 3.0));
     let z = libm::atanh(rho);
     Ok(Estimate { value: rho, low: libm::tanh(z - half), high: libm::tanh(z + half), n: pairs.len() })
 }
@@ -26,7 +26,7 @@ fn ranks(values: &[f64]) -> Vec<f64> {
     let mut start = 0;
     // Not `total_cmp`: −0 and 0 are one value.
     for tied in order.chunk_by(|&a, &b| values[a].partial_cmp(&values[b]).is_some_and(std::cmp::Ordering::is_eq)) {
-        let rank = count(start) + (count(tied.len()) + 1.0) / 2.0;
+        let rank = count_as_number(start) + (count_as_number(tied.len()) + 1.0) / 2.0;
         tied.iter().for_each(|&i| ranks[i] = rank);
         start += tied.len();
     }
@@ -35,12 +35,13 @@ fn ranks(values: &[f64]) -> Vec<f64> {
 
 /// Pearson's correlation of two columns of one length.
 fn pearson(left: &[f64], right: &[f64]) -> Result<f64, NotComputable> {
-    let product = variance(left) * variance(right);
+    let product = sample_variance(left) * sample_variance(right);
     if product <= 0.0 {
         return Err(NotComputable::NoVariance);
     }
-    let (l, r) = (average(left), average(right));
-    let covariance = left.iter().zip(right).map(|(a, b)| (a - l) * (b - r)).sum::<f64>() / (count(left.len()) - 1.0);
+    let (l, r) = (arithmetic_mean(left), arithmetic_mean(right));
+    let covariance =
+        left.iter().zip(right).map(|(a, b)| (a - l) * (b - r)).sum::<f64>() / (count_as_number(left.len()) - 1.0);
     Ok((covariance / libm::sqrt(product)).clamp(-1.0, 1.0))
 }
 
@@ -51,9 +52,9 @@ fn pearson(left: &[f64], right: &[f64]) -> Result<f64, NotComputable> {
 /// # Errors
 /// With fewer than two values on either side, or with a value that is not finite.
 pub fn area_under_curve(above: &[f64], below: &[f64]) -> Result<Estimate, NotComputable> {
-    checked(above, 2)?;
-    checked(below, 2)?;
-    let (n, m) = (count(above.len()), count(below.len()));
+    check_sample(above, 2)?;
+    check_sample(below, 2)?;
+    let (n, m) = (count_as_number(above.len()), count_as_number(below.len()));
     let together: Vec<f64> = above.iter().chain(below).copied().collect();
     let rank_sum: f64 = ranks(&together)[..above.len()].iter().sum();
     let area = (rank_sum - n * (n + 1.0) / 2.0) / (n * m);

@@ -1,7 +1,7 @@
 //! Internal consistency of a scale.
 
 use super::table::Complete;
-use super::{NotComputable, count, variance};
+use super::{NotComputable, count_as_number, sample_variance};
 
 /// Cronbach's α and what it is of.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -24,12 +24,12 @@ pub fn cronbach_alpha(rows: &[Vec<Option<f64>>]) -> Result<Reliability, NotCompu
     let table = Complete::from_rows(rows)?;
     table.at_least_two()?;
     let sums: Vec<f64> = table.rows.iter().map(|row| row.iter().sum()).collect();
-    let of_sums = variance(&sums);
+    let of_sums = sample_variance(&sums);
     if of_sums <= 0.0 {
         return Err(NotComputable::NoVariance);
     }
-    let of_items: f64 = (0..table.columns).map(|item| variance(&table.column(item))).sum();
-    let k = count(table.columns);
+    let of_items: f64 = (0..table.columns).map(|item| sample_variance(&table.column(item))).sum();
+    let k = count_as_number(table.columns);
     let alpha = k / (k - 1.0) * (1.0 - of_items / of_sums);
     Ok(Reliability { alpha, items: table.columns, n: table.rows.len(), missing: table.missing })
 }

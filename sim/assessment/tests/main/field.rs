@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use attempt::simulate::{Clock, simulate};
-use attempt::verify::verify;
+use attempt::verify::verify_recording;
 use documents::{Document, ExerciseBundle, Patient};
 use law::closed_form;
 use law::operator::{Operator, Plan};
@@ -22,7 +22,7 @@ fn exercises() -> Vec<ExerciseBundle> {
     let files = folders.flat_map(|folder| std::fs::read_dir(folder.expect("a folder").path()).expect("its files"));
     let mut paths: Vec<PathBuf> = files.map(|file| file.expect("a file").path()).collect();
     paths.sort();
-    let exercise = |path: PathBuf| match documents::load::read(&path) {
+    let exercise = |path: PathBuf| match documents::load::read_document(&path) {
         Ok(Document::Exercise(bundle)) => Some(*bundle),
         _ => None,
     };
@@ -34,8 +34,8 @@ fn exercises() -> Vec<ExerciseBundle> {
 /// In past every rupture of the nominal patient at 5 mm/s, and out.
 fn insertion(bundle: &ExerciseBundle, specimen: &Specimen) -> Recording {
     let exercise = &bundle.exercise;
-    let path = documents::along_path(specimen.spec().axial.clone(), exercise.angle_deg);
-    let last_m = closed_form::ruptures(&path).last().expect("a rupture").x_m;
+    let path = documents::spec_along_path(specimen.spec().axial.clone(), exercise.angle_deg);
+    let last_m = closed_form::predict_ruptures(&path).last().expect("a rupture").x_m;
     let plan = Plan { target_x_m: last_m + 0.004, approach_m: 0.001, hold_s: 0.3, ..exercise.plan() };
     let session = session_of(bundle, empty().session);
     let mut writer = Writer::create(Vec::new(), &session, &assessment::attachments(bundle), &Default::default())
@@ -75,8 +75,8 @@ fn every_boundary_of_every_shipped_exercise_tents_up_to_each_of_its_pops() {
             let (load_n, tent_m) = (|tent: &Tent| tent.contactor_n[boundary], |tent: &Tent| tent.tent_m[boundary]);
             let just_before = |event: &Event| (event.t_s - 1.0 / 120.0 - 1e-3, event.t_s - 1e-6);
             let (_, peak_m) = range(&recording.tents, just_before(tip), tent_m);
-            let rest_m: f64 = documents::along_path(specimen.spec().axial.clone(), bundle.exercise.angle_deg).layers
-                [..boundary]
+            let rest_m: f64 = documents::spec_along_path(specimen.spec().axial.clone(), bundle.exercise.angle_deg)
+                .layers[..boundary]
                 .iter()
                 .map(|layer| layer.thickness_m)
                 .sum();
@@ -98,7 +98,7 @@ fn every_boundary_of_every_shipped_exercise_tents_up_to_each_of_its_pops() {
             let (_, after_m) = range(&recording.tents, (tip.t_s, tip.t_s + 0.03), tent_m);
             assert!(after_m < 0.95 * before_m && before_m > 0.0, "{what}: {before_m} m, then {after_m} m");
         }
-        assert!(verify(&recording, &specimen).exact(), "{}", bundle.exercise.id);
+        assert!(verify_recording(&recording, &specimen).exact(), "{}", bundle.exercise.id);
         out_again(&bundle, &recording);
     }
     assert!(tented >= 30, "{tented} boundaries were tented");

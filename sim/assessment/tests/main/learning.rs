@@ -1,7 +1,7 @@
 //! CUSUM and LC-CUSUM against published vectors, the limit against brute force, and the three states.
 //! Fails when a weight, a line or a restart is wrong, or when the limit is that of an approximation.
 
-use assessment::learning::{Crossing, Cusum, CusumParams, LcCusum, LcCusumParams, Rule, Standing, curve};
+use assessment::learning::{Crossing, Cusum, CusumParams, LcCusum, LcCusumParams, Rule, Standing, learning_curve};
 use assessment::statistics::NotComputable;
 use proptest::prelude::*;
 
@@ -118,17 +118,17 @@ fn competence_is_declared_watched_lost_and_shown_again() {
     let needed = learning.successes_needed(0.0);
     assert_eq!(needed, 25);
     let mut failures = vec![false; 25];
-    let declared = curve(&rule, &failures);
+    let declared = learning_curve(&rule, &failures);
     assert_eq!(
         (declared.standing, declared.competent_at, declared.successes_needed),
         (Standing::Competent, Some(24), 0)
     );
     failures.extend([FAIL; 5]);
-    let lost = curve(&rule, &failures);
+    let lost = learning_curve(&rule, &failures);
     assert_eq!((lost.standing, lost.successes_needed), (Standing::Regressing, 25));
     assert_eq!(lost.points[29].crossed, Some(Crossing::Unacceptable));
     failures.extend([false; 25]);
-    let again = curve(&rule, &failures);
+    let again = learning_curve(&rule, &failures);
     assert_eq!((again.standing, again.competent_at), (Standing::Competent, Some(24)));
 }
 
@@ -136,9 +136,9 @@ fn competence_is_declared_watched_lost_and_shown_again() {
 fn failures_from_the_start_are_not_a_regression() {
     for within in [None, Some(50)] {
         let rule = Rule::new(&TENTH, within).unwrap();
-        assert_eq!(curve(&rule, &[FAIL; 30]).standing, Standing::NotYet);
+        assert_eq!(learning_curve(&rule, &[FAIL; 30]).standing, Standing::NotYet);
     }
-    assert_eq!(curve(&Rule::new(&TENTH, None).unwrap(), &[]).successes_needed, 19);
+    assert_eq!(learning_curve(&Rule::new(&TENTH, None).unwrap(), &[]).successes_needed, 19);
 }
 
 proptest! {
@@ -147,10 +147,10 @@ proptest! {
         failures in prop::collection::vec(prop::bool::weighted(0.3), 0..60), learning in prop::bool::ANY
     ) {
         let rule = Rule::new(&CusumParams { p0: 0.2, p1: 0.4, alpha: 0.05, beta: 0.1 }, learning.then_some(50)).unwrap();
-        let needed = curve(&rule, &failures).successes_needed;
+        let needed = learning_curve(&rule, &failures).successes_needed;
         let after = |successes: u32| {
             let more = std::iter::repeat_n(false, usize::try_from(successes).unwrap());
-            curve(&rule, &failures.iter().copied().chain(more).collect::<Vec<_>>()).standing
+            learning_curve(&rule, &failures.iter().copied().chain(more).collect::<Vec<_>>()).standing
         };
         prop_assert_eq!(after(needed), Standing::Competent);
         if needed > 0 {

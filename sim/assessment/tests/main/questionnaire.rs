@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use assessment::questionnaire::{Answer, NoScore, range, read_answer, score};
+use assessment::questionnaire::{Answer, NoScore, read_answer, score_range, score_response};
 use documents::instrument::Instrument;
 
 type Answers = Vec<Option<Answer>>;
@@ -40,9 +40,9 @@ fn workload(instrument: &Instrument) -> Answers {
 fn sus_by_its_vector() {
     let sus = shipped("sus");
     let answers = numbers(&[5.0, 2.0, 4.0, 1.0, 5.0, 2.0, 5.0, 1.0, 4.0, 2.0]);
-    assert!((score(&sus, &sus.scores[0], &answers).unwrap() - 87.5).abs() < 1e-4);
-    assert_eq!(range(&sus, &sus.scores[0]), (0.0, 100.0));
-    let neutral = score(&sus, &sus.scores[0], &numbers(&[3.0; 10])).unwrap();
+    assert!((score_response(&sus, &sus.scores[0], &answers).unwrap() - 87.5).abs() < 1e-4);
+    assert_eq!(score_range(&sus, &sus.scores[0]), (0.0, 100.0));
+    let neutral = score_response(&sus, &sus.scores[0], &numbers(&[3.0; 10])).unwrap();
     assert!((neutral - 50.0).abs() < 1e-12);
 }
 
@@ -50,11 +50,11 @@ fn sus_by_its_vector() {
 fn workload_raw_and_weighted_by_their_vector() {
     let tlx = shipped("nasa-tlx-weighted");
     let answers = workload(&tlx);
-    let by = |id: &str| score(&tlx, tlx.scores.iter().find(|s| s.id == id).unwrap(), &answers).unwrap();
+    let by = |id: &str| score_response(&tlx, tlx.scores.iter().find(|s| s.id == id).unwrap(), &answers).unwrap();
     assert!((by("raw") - 47.5).abs() < 1e-4, "{}", by("raw"));
     assert!((by("weighted") - 56.0).abs() < 1e-4, "{}", by("weighted"));
     let raw = shipped("nasa-tlx");
-    assert!((score(&raw, &raw.scores[0], &answers[..6]).unwrap() - 47.5).abs() < 1e-4);
+    assert!((score_response(&raw, &raw.scores[0], &answers[..6]).unwrap() - 47.5).abs() < 1e-4);
 }
 
 #[test]
@@ -62,13 +62,13 @@ fn without_a_policy_a_missing_item_means_no_score_and_says_which() {
     let sus = shipped("sus");
     let mut answers = numbers(&[3.0; 10]);
     answers[3] = None;
-    assert_eq!(score(&sus, &sus.scores[0], &answers), Err(NoScore::Missing(vec!["support".to_owned()])));
+    assert_eq!(score_response(&sus, &sus.scores[0], &answers), Err(NoScore::Missing(vec!["support".to_owned()])));
     let tlx = shipped("nasa-tlx-weighted");
     let mut answers = workload(&tlx);
     answers[8] = None;
-    let refused = score(&tlx, &tlx.scores[1], &answers).unwrap_err();
+    let refused = score_response(&tlx, &tlx.scores[1], &answers).unwrap_err();
     assert_eq!(refused.to_string(), "no answer to mental-or-performance");
-    assert!(score(&tlx, &tlx.scores[0], &answers).is_ok(), "the raw score asks for no pairs");
+    assert!(score_response(&tlx, &tlx.scores[0], &answers).is_ok(), "the raw score asks for no pairs");
 }
 
 #[test]
@@ -79,10 +79,10 @@ fn a_stated_policy_does_without_as_many_as_it_says() {
     for (id, x) in key.items.iter().zip([5.0, 4.0, 3.0]) {
         answers[validity.item(id).unwrap().0] = Some(Answer::Number(x));
     }
-    let Err(NoScore::Missing(missing)) = score(&validity, key, &answers) else { panic!("three are too few") };
+    let Err(NoScore::Missing(missing)) = score_response(&validity, key, &answers) else { panic!("three are too few") };
     assert_eq!(missing.len(), 3);
     answers[validity.item(&missing[0]).unwrap().0] = Some(Answer::Number(4.0));
-    assert!((score(&validity, key, &answers).unwrap() - 4.0).abs() < 1e-12);
+    assert!((score_response(&validity, key, &answers).unwrap() - 4.0).abs() < 1e-12);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 
 use assessment::statistics::{
     NotComputable, area_under_curve, content_validity, cronbach_alpha, intraclass_correlation, mean, quantile,
-    scale_content_validity, spearman, summary, wilson,
+    rank_correlation, scale_content_validity, summary, wilson,
 };
 use proptest::prelude::*;
 
@@ -159,13 +159,13 @@ fn spearmans_rho_has_the_interval_of_bonett_and_wright() {
     let left = [106.0, 100.0, 86.0, 101.0, 99.0, 103.0, 97.0, 113.0, 112.0, 110.0];
     let right = [7.0, 27.0, 2.0, 50.0, 28.0, 29.0, 20.0, 12.0, 6.0, 17.0];
     let pairs: Vec<_> = left.into_iter().zip(right).collect();
-    let rho = spearman(&pairs).unwrap();
+    let rho = rank_correlation(&pairs).unwrap();
     close(rho.value, -29.0 / 165.0);
     close(rho.low, -0.7278);
     close(rho.high, 0.5145);
-    assert_eq!(spearman(&pairs[..3]), Err(NotComputable::TooFew { found: 3, needed: 4 }));
+    assert_eq!(rank_correlation(&pairs[..3]), Err(NotComputable::TooFew { found: 3, needed: 4 }));
     let flat: Vec<_> = pairs.iter().map(|(l, _)| (*l, 1.0)).collect();
-    assert_eq!(spearman(&flat), Err(NotComputable::NoVariance));
+    assert_eq!(rank_correlation(&flat), Err(NotComputable::NoVariance));
 }
 
 proptest! {
@@ -197,7 +197,7 @@ proptest! {
         let pairs: Vec<_> = values.iter().map(|(a, b)| (f64::from(*a), f64::from(*b))).collect();
         let bent: Vec<_> = pairs.iter().map(|(a, b)| (a.powi(3), b * 2.0 + 1.0)).collect();
         let mirrored: Vec<_> = pairs.iter().map(|(a, b)| (*a, -b)).collect();
-        match (spearman(&pairs), spearman(&bent), spearman(&mirrored)) {
+        match (rank_correlation(&pairs), rank_correlation(&bent), rank_correlation(&mirrored)) {
             (Ok(a), Ok(b), Ok(c)) => {
                 prop_assert!((a.value - b.value).abs() < ROUNDING && (a.value + c.value).abs() < ROUNDING);
                 prop_assert!(a.low <= a.value && a.value <= a.high && a.low >= -1.0 && a.high <= 1.0);

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use assessment::words::{deduction_in_words, failure_in_words};
-use assessment::{Assessment, Tryout, review};
+use assessment::{Assessment, Tryout, review_rubric};
 use documents::{ExerciseBundle, Patient, Required, Shape, StructureKind};
 use law::operator::{Operator, Plan};
 use recording::{EventKind, Recording};
@@ -177,12 +177,12 @@ fn an_author_is_told_of_lines_that_reward_the_worse_value() {
     ];
     bundle.exercise.rubric = right.to_vec();
     bundle.exercise.hard_fails = vec![limit("peak_force_n", 10.0, "Too hard.")];
-    assert_eq!(review(&bundle), []);
+    assert_eq!(review_rubric(&bundle), []);
     for (i, line) in bundle.exercise.rubric.iter_mut().enumerate() {
         (line.full, line.zero) = (right[i].zero, right[i].full);
     }
     bundle.exercise.hard_fails.push(limit("structure_clearance_mm.artery", 5.0, "Too near."));
-    let fields: Vec<String> = review(&bundle).into_iter().map(|remark| remark.field).collect();
+    let fields: Vec<String> = review_rubric(&bundle).into_iter().map(|remark| remark.field).collect();
     assert_eq!(
         fields,
         [
@@ -200,7 +200,7 @@ fn an_author_is_told_of_lines_that_reward_the_worse_value() {
 fn an_author_is_told_of_metrics_that_no_rubric_should_ask_for() {
     let mut bundle = bundle();
     bundle.exercise.rubric = vec![line("stop_time_s", 0.3, 2.0, 1.0)];
-    let [remark] = &review(&bundle)[..] else { panic!("one line, one remark") };
+    let [remark] = &review_rubric(&bundle)[..] else { panic!("one line, one remark") };
     assert_eq!(remark.field, "rubric[0].metric");
     assert!(remark.allowed.to_string().contains("version 2"), "{}", remark.allowed);
 }

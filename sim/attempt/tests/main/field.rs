@@ -5,9 +5,9 @@
 use std::collections::BTreeSet;
 
 use attempt::simulate::{Clock, MotionSource, simulate};
-use attempt::verify::{Verification, verify};
+use attempt::verify::{Verification, verify_recording};
 use law::axial::{AxialSpec, ForceLaw, Layer};
-use law::closed_form::ruptures;
+use law::closed_form::predict_ruptures;
 use law::operator::{Motion, needle_pose};
 use law::puncture::PunctureSpec;
 use nalgebra::{Point3, Vector3};
@@ -233,7 +233,7 @@ fn seconds(what: &dyn Fn() -> Specimen) -> f64 {
 }
 
 fn verified(recording: &Recording) -> Verification {
-    verify(recording, &params(axial(), Some(lower_back())))
+    verify_recording(recording, &params(axial(), Some(lower_back())))
 }
 
 #[test]
@@ -258,7 +258,7 @@ fn the_field_re_simulates_to_the_bit_and_a_forged_one_is_found() {
     assert!(forged(&|tents| drop(tents.remove(3))).tent_differences > 400);
     assert!(forged(&|tents| tents[7].tent_m.truncate(1)).tent_differences > 400);
     // Another tissue is not this one.
-    assert!(verify(&honest, &params(axial(), None)).tent_differences > 0);
+    assert!(verify_recording(&honest, &params(axial(), None)).tent_differences > 0);
     let cut = verified(&read(&bytes[..bytes.len() / 2]));
     assert!(cut.exact() && cut.tents > 100, "{cut:?}");
 }
@@ -269,8 +269,8 @@ fn the_field_re_simulates_to_the_bit_and_a_forged_one_is_found() {
 fn a_recording_from_before_the_field_was_judged_by_every_load_still_verifies_to_the_bit() {
     let before = |judging| params(axial(), Some(TissueSpec { judging, ..lower_back() }));
     let old = read(&attempt(&before(Judging::First), &IN_AND_OUT_M, 0.01));
-    assert!(verify(&old, &before(Judging::First)).exact());
-    let verification = verify(&old, &before(Judging::Second));
+    assert!(verify_recording(&old, &before(Judging::First)).exact());
+    let verification = verify_recording(&old, &before(Judging::Second));
     assert!(verification.tents > 0 && verification.largest_tent_deviation_m > 0.0, "{verification:?}");
 }
 
@@ -291,7 +291,7 @@ fn a_coupled_law_has_the_fields_stiffness_and_its_ruptures_are_where_the_closed_
     assert!(used.iter().zip(&axial().layers).all(|(k, own)| (k - own.stiffness_n_per_m).abs() > 1.0), "{used:?}");
     let recording = read(&attempt(&coupled, &[0.03], 0.002));
     let found = recording.events.iter().filter(|e| e.kind.contactor().is_some());
-    let predicted = ruptures(&coupled.spec().axial);
+    let predicted = predict_ruptures(&coupled.spec().axial);
     assert_eq!(found.clone().count(), 6);
     for (event, expected) in found.zip(&predicted) {
         assert!((-1e-9..2.001e-6).contains(&(event.x_m - expected.x_m)), "{event:?} {expected:?}");
@@ -300,7 +300,7 @@ fn a_coupled_law_has_the_fields_stiffness_and_its_ruptures_are_where_the_closed_
     let only = recording.tents.iter().rfind(|tent| tent.contactor_n[0] > 0.0 && tent.t_s < 0.85).unwrap();
     let sample = recording.samples.iter().find(|sample| sample.t_s == only.t_s).unwrap();
     assert!((f64::from(only.tent_m[0]) / sample.x_m - 1.0).abs() < 1e-5, "{only:?} at {} m", sample.x_m);
-    assert!(verify(&recording, &coupled).exact());
+    assert!(verify_recording(&recording, &coupled).exact());
 }
 
 #[test]

@@ -4,9 +4,9 @@
 use std::f64::consts::{PI, TAU};
 
 use attempt::simulate::{Clock, MotionSource, Simulated, rehearse, simulate};
-use attempt::verify::{Verification, verify};
+use attempt::verify::{Verification, verify_recording};
 use bench::scenes::training_axial_spec;
-use law::closed_form::ruptures;
+use law::closed_form::predict_ruptures;
 use law::operator::{Motion, Operator, Plan, Skill};
 use law::puncture::PunctureSpec;
 use law::structures::{Shape, StructureKind, StructureSpec};
@@ -155,7 +155,7 @@ fn ruptures_are_where_the_closed_form_puts_them() {
     let (_, bytes) = attempt(&mut straight(), &CLOCK);
     let recording = read(&bytes);
     let found: Vec<_> = recording.events.iter().filter(|e| e.kind.contactor().is_some()).collect();
-    let predicted = ruptures(&specimen().spec().axial);
+    let predicted = predict_ruptures(&specimen().spec().axial);
     assert_eq!(found.len(), 6);
     for (event, expected) in found.iter().zip(&predicted) {
         assert_eq!(event.kind.contactor(), Some(expected.contactor));
@@ -205,7 +205,7 @@ fn the_ledger_is_kept_ten_times_a_second_at_ruptures_and_at_the_end() {
 }
 
 fn verified(recording: &Recording) -> Verification {
-    verify(recording, &specimen())
+    verify_recording(recording, &specimen())
 }
 
 #[test]
@@ -243,13 +243,13 @@ fn a_needle_that_bends_re_simulates_to_the_bit_and_is_not_taken_for_a_rigid_one(
     let mut writer = writer();
     simulate(&bent, &mut Script::default(), &mut writer, &CLOCK).unwrap();
     let recording = read(&writer.finish().unwrap());
-    assert!(verify(&recording, &bent).exact());
+    assert!(verify_recording(&recording, &bent).exact());
     assert!(recording.samples.iter().any(|s| s.bend_m[0].abs() > 1e-4), "it must have bent");
     let as_rigid = verified(&recording);
     assert!(as_rigid.largest_deviation_n > 1e-3 && as_rigid.largest_depth_deviation_m > 1e-4, "{as_rigid:?}");
     let mut moved = recording.clone();
     moved.samples[1300].bend_m[1] += 1e-4;
-    assert!(verify(&moved, &bent).largest_depth_deviation_m > 0.9e-4);
+    assert!(verify_recording(&moved, &bent).largest_depth_deviation_m > 0.9e-4);
 }
 
 #[test]

@@ -113,7 +113,7 @@ pub(super) fn same_track_force() -> Measured {
 }
 
 pub(super) fn beside_intact() -> Measured {
-    let wanted = closed_form::ruptures(&paper_axial_spec()).len();
+    let wanted = closed_form::predict_ruptures(&paper_axial_spec()).len();
     Ok(wanted.abs_diff(ruptures(&enter_again(0.003)?).len()) as f64)
 }
 
@@ -127,5 +127,5 @@ pub(super) fn oblique_lateness() -> Measured {
     for layer in &mut doubled.layers {
         layer.thickness_m *= 2.0;
     }
-    Ok(latest_m(&ruptures(&ticks), &closed_form::ruptures(&doubled)) * 1e6)
+    Ok(latest_m(&ruptures(&ticks), &closed_form::predict_ruptures(&doubled)) * 1e6)
 }

@@ -69,7 +69,7 @@ const ROUND_OFF_M: f64 = 1e-12;
 /// # Errors
 /// When the scene makes no sense.
 pub fn lateness_m(spec: AxialSpec, leg: &Leg) -> Result<f64, ParamError> {
-    let predicted = closed_form::ruptures(&spec);
+    let predicted = closed_form::predict_ruptures(&spec);
     let mut found = Vec::with_capacity(predicted.len());
     AxialRun::new(spec)?.travel(leg, |run, _, _| found.extend_from_slice(run.ruptures()));
     Ok(latest_m(&found, &predicted))

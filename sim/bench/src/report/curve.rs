@@ -54,7 +54,7 @@ fn insertion(spec: &AxialSpec) -> Result<Vec<Point>, BenchError> {
 }
 
 fn end_mm(spec: &AxialSpec) -> f64 {
-    closed_form::ruptures(spec).last().map_or(0.0, |last| last.x_m * 1e3) + BEYOND_MM
+    closed_form::predict_ruptures(spec).last().map_or(0.0, |last| last.x_m * 1e3) + BEYOND_MM
 }
 
 fn sheet(points: &[Point]) -> ReportSheet {
@@ -172,7 +172,7 @@ struct Mark {
 }
 
 fn marks(spec: &AxialSpec, top_n: f64) -> Vec<Mark> {
-    let ruptures = closed_form::ruptures(spec);
+    let ruptures = closed_form::predict_ruptures(spec);
     let marks = ruptures.iter().enumerate().map(|(index, rupture)| {
         let x_mm = rupture.x_m * 1e3;
         // Neighbouring labels would overlap on one line: four heights take turns.

@@ -80,7 +80,7 @@ fn grid(specs: &[AxialSpec], quick: bool) -> Result<Vec<Case>, BenchError> {
 fn insert(spec: &AxialSpec, advance_m: f64, rate_hz: f64, offset: f64, worst: &mut Worst) -> Result<(), BenchError> {
     let params = AxialParams::new(spec.clone()).map_err(BenchError::work)?;
     let (mut state, mut scratch) = (AxialState::new(&params), AxialScratch::new(&params));
-    let exact = closed_form::ruptures(spec);
+    let exact = closed_form::predict_ruptures(spec);
     let end_m = exact.last().map_or(0.0, |last| last.x_m) + BEYOND_M;
     let ticks = ((end_m - FROM_M) / advance_m) as u32 + 1;
     let mut met = 0;

@@ -102,7 +102,7 @@ pub fn run(args: &BenchArgs) -> Outcome {
     for subject in args.what.subjects() {
         written.extend(subject.report(&order)?);
     }
-    output::with(|out| written.iter().try_for_each(|path| writeln!(out, "{}", path.display())))
+    output::print_buffered(|out| written.iter().try_for_each(|path| writeln!(out, "{}", path.display())))
 }
 
 impl From<BenchError> for Failure {

@@ -39,11 +39,11 @@ pub fn run(args: &ForceArgs) -> Outcome {
     let case = documents::force_case::parse(&args.scene.display().to_string(), &json)?;
     let params = AxialParams::new(case.spec).map_err(|error| Failure::refused(&args.scene, error))?;
     let trajectory = trajectory::read_axial(&args.trajectory)?;
-    for unsound in soundness::check(params.spec()) {
-        output::warning(format_args!("{}: unsound scene: {unsound}", args.scene.display()));
+    for unsound in soundness::find_unsound_ruptures(params.spec()) {
+        output::print_warning(format_args!("{}: unsound scene: {unsound}", args.scene.display()));
     }
     let path_factor = 1.0 / libm::cos(case.angle_rad);
-    output::with(|out| table(&params, path_factor, &trajectory, out))
+    output::print_buffered(|out| table(&params, path_factor, &trajectory, out))
 }
 
 /// Runs the law over the trajectory and writes a row per sample.

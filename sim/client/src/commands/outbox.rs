@@ -56,7 +56,7 @@ struct SendArgs {
     #[arg(long, conflicts_with = "ids")]
     watch: bool,
     /// Address of a service other than the paired one
-    #[arg(long, value_name = "URL", value_parser = service::server)]
+    #[arg(long, value_name = "URL", value_parser = service::parse_server_address)]
     server: Option<Uri>,
     /// File holding the bearer token for --server
     #[arg(long, value_name = "F", requires = "server")]
@@ -83,7 +83,7 @@ pub fn run(args: &OutboxArgs) -> Outcome {
         Some(OutboxCommand::Discard(discard)) => {
             for entry in named(&outbox, &discard.ids)? {
                 entry.remove().map_err(|error| Failure::work(format_args!("{}: {error}", entry.file.display())))?;
-                output::line(format_args!("{}: discarded", entry.note.name))?;
+                output::print_line(format_args!("{}: discarded", entry.note.name))?;
             }
             Ok(())
         }
@@ -131,16 +131,16 @@ fn rfc3339(at: OffsetDateTime) -> String {
 fn list(outbox: &Outbox, json: bool) -> Outcome {
     let entries = outbox.entries()?;
     if json {
-        return output::json(&entries.iter().map(Waiting::from).collect::<Vec<_>>());
+        return output::print_json(&entries.iter().map(Waiting::from).collect::<Vec<_>>());
     }
     if entries.is_empty() {
-        return output::line(format_args!("nothing waits in {}", outbox.folder().display()));
+        return output::print_line(format_args!("nothing waits in {}", outbox.folder().display()));
     }
     entries.iter().try_for_each(|entry| {
         let Waiting { id, name, bytes, kept_at, state, .. } = Waiting::from(entry);
         let megabytes = bytes as f64 * 1e-6;
         let why = output::one_line(&why(entry));
-        output::line(format_args!("{id}  {name}  {megabytes:.1} MB  since {kept_at}  {state}: {why}"))
+        output::print_line(format_args!("{id}  {name}  {megabytes:.1} MB  since {kept_at}  {state}: {why}"))
     })
 }
 

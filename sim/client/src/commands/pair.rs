@@ -7,7 +7,7 @@ use serde_json::json;
 use ureq::http::Uri;
 
 use crate::exit::{Failure, Outcome};
-use crate::service::{self, answer};
+use crate::service::{self, ask_service};
 use crate::station::{self, NewKey, Pairing, StationKey};
 use crate::{machine, output};
 
@@ -21,7 +21,7 @@ use crate::{machine, output};
 #[command(after_help = "Example:\n  stylet pair --server https://training.example.org --name 'Skills lab 2'")]
 pub struct PairArgs {
     /// Address of the service, http or https
-    #[arg(long, value_name = "URL", value_parser = service::server)]
+    #[arg(long, value_name = "URL", value_parser = service::parse_server_address)]
     server: Uri,
     /// The pairing code; asked for on a terminal where it is not given
     #[arg(long, value_name = "CODE")]
@@ -47,7 +47,7 @@ struct Joined<'a> {
 pub fn run(args: &PairArgs) -> Outcome {
     if service::is_in_the_clear(&args.server) {
         let warning = "http is not encrypted: others on the network can read the station's token";
-        output::warning(format_args!("{}: {warning}", args.server));
+        output::print_warning(format_args!("{}: {warning}", args.server));
     }
     // Before the code is used up: the token must have a place.
     let (file, _) = (station::file()?, StationKey::file()?);
@@ -61,8 +61,8 @@ pub fn run(args: &PairArgs) -> Outcome {
     pairing.save()?;
     let Pairing { server, school, name, .. } = &pairing;
     match args.json {
-        true => output::json(&Joined { server, school, name, file: file.display().to_string() }),
-        false => output::line(format_args!("this station is now \"{name}\" of {school} at {server}")),
+        true => output::print_json(&Joined { server, school, name, file: file.display().to_string() }),
+        false => output::print_line(format_args!("this station is now \"{name}\" of {school} at {server}")),
     }
 }
 
@@ -84,13 +84,13 @@ fn join(server: &Uri, code: &str, name: &str) -> Result<(Pairing, StationKey), F
     let server = server.to_string().trim_end_matches('/').to_owned();
     let address = format!("{server}/api/v1/stations/pair");
     let body = json!({ "code": code, "name": name, "public_key": key.public() }).to_string();
-    let asked = service::agent().post(&address).content_type("application/json").send(body);
-    let reply = answer(&address, asked).map_err(|trouble| Failure::work(trouble.detail))?;
+    let asked = service::http_agent().post(&address).content_type("application/json").send(body);
+    let reply = ask_service(&address, asked).map_err(|trouble| Failure::work(trouble.detail))?;
     let said = reply.json().unwrap_or_default();
     let member = |name: &str| said.get(name).and_then(|value| value.as_str()).map(str::to_owned);
     let station = member("station_id").and_then(|id| id.parse().ok());
     match (reply.status, station.zip(member("token")), member("school"), member("name")) {
-        (201, Some((station, token)), Some(school), Some(name)) if service::bearer(&token).is_some() => {
+        (201, Some((station, token)), Some(school), Some(name)) if service::bearer_header(&token).is_some() => {
             Ok((Pairing { server, school, name, token }, key.for_station(station)))
         }
         _ => Err(Failure::work(format_args!("{address}: not paired: {}", reply.words()))),

@@ -45,13 +45,13 @@ pub fn run(args: &RecoverArgs) -> Outcome {
     drop(progress);
     fixed.keep()?;
     if args.json {
-        return output::json(&recovered);
+        return output::print_json(&recovered);
     }
     let damage = match recovered.damage.as_str() {
         "" => "the input was whole",
         damage => damage,
     };
-    output::line(format_args!(
+    output::print_line(format_args!(
         "{}: {} messages, {} of them samples, out of {} bytes; {damage}",
         args.out.display(),
         recovered.messages,

@@ -157,7 +157,7 @@ fn of_recording(args: &RenderArgs) -> Result<Film, Failure> {
 fn still(headless: &mut Headless, frame: &Frame, PictureSize(size): PictureSize, out: &Path) -> Outcome {
     let picture = headless.next(frame, size).map_err(|error| failure(&error))?;
     picture.save_with_format(out, image::ImageFormat::Png).map_err(|error| cannot_write(out, &error))?;
-    output::line(format_args!("{}: {} × {} pixels on {}", out.display(), size[0], size[1], headless.adapter()))
+    output::print_line(format_args!("{}: {} × {} pixels on {}", out.display(), size[0], size[1], headless.adapter()))
 }
 
 fn frames(headless: &mut Headless, film: &mut Film, args: &RenderArgs, folder: &Path) -> Outcome {
@@ -172,7 +172,7 @@ fn frames(headless: &mut Headless, film: &mut Film, args: &RenderArgs, folder: &
         progress.set(at + 1);
     }
     drop(progress);
-    output::line(format_args!(
+    output::print_line(format_args!(
         "{}: {count} frames at {} a second on {}",
         folder.display(),
         args.fps,

@@ -34,5 +34,5 @@ pub fn run(args: &SchemaArgs) -> Outcome {
         SchemaKind::Curriculum => documents::DocumentKind::Curriculum,
         SchemaKind::Instrument => documents::DocumentKind::Instrument,
     };
-    output::json(&documents::schema(kind))
+    output::print_json(&documents::document_schema(kind))
 }

@@ -43,16 +43,16 @@ pub fn run(args: &ScoreArgs) -> Outcome {
         Err(error) => return Err(Failure::refused(&args.recording, error)),
     };
     match args.json {
-        true => output::json(&judged),
-        false => output::with(|out| report(&bundle, &judged, out)),
+        true => output::print_json(&judged),
+        false => output::print_buffered(|out| report(&bundle, &judged, out)),
     }
 }
 
 /// An attempt that tells nothing of whoever made it.
 fn void(why: &Void, as_json: bool) -> Outcome {
     match as_json {
-        true => output::json(&json!({ "score": null, "passed": null, "void": why, "why": why.to_string() }))?,
-        false => output::with(|out| writeln!(out, "Void, counts nowhere: {why}"))?,
+        true => output::print_json(&json!({ "score": null, "passed": null, "void": why, "why": why.to_string() }))?,
+        false => output::print_buffered(|out| writeln!(out, "Void, counts nowhere: {why}"))?,
     }
     Err(Failure::Found)
 }

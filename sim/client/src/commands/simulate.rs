@@ -102,7 +102,7 @@ pub fn run(args: &SimulateArgs) -> Outcome {
         times_real_time: simulated.duration_s / wall_s,
     };
     match args.json {
-        true => output::json(&summary),
+        true => output::print_json(&summary),
         false => report(&summary),
     }
 }
@@ -111,11 +111,14 @@ pub fn run(args: &SimulateArgs) -> Outcome {
 fn record(args: &SimulateArgs, session: &Session, bundle: &ExerciseBundle) -> Result<Simulated, Failure> {
     let patient = Patient { thickness_mm: session.patient_thickness_mm.clone() };
     let specimen = sources::prepare_specimen(&args.exercise, bundle, &patient)?;
-    for unsound in soundness::check(&documents::along_path(specimen.spec().axial.clone(), bundle.exercise.angle_deg)) {
+    for unsound in soundness::find_unsound_ruptures(&documents::spec_along_path(
+        specimen.spec().axial.clone(),
+        bundle.exercise.angle_deg,
+    )) {
         if bundle.scene.is_coupled() {
             return Err(Failure::refused(&args.exercise, SpecimenError::Unsound(unsound)));
         }
-        output::warning(format_args!("{}: unsound scene: {unsound}", args.exercise.display()));
+        output::print_warning(format_args!("{}: unsound scene: {unsound}", args.exercise.display()));
     }
     let source = args.operator.source(bundle, args.seed)?;
     let clock = Clock { tick_hz: session.tick_hz, time_limit_s: bundle.exercise.time_limit_s };
@@ -148,7 +151,7 @@ fn session(args: &SimulateArgs, bundle: &ExerciseBundle) -> Session {
 fn report(summary: &SimulationSummary) -> Outcome {
     let SimulationSummary { recording, session_id, duration_s, ruptures, wall_s, times_real_time, .. } = summary;
     let megabytes = summary.bytes as f64 * 1e-6;
-    output::line(format_args!(
+    output::print_line(format_args!(
         "{recording}: {duration_s:.2} s simulated in {wall_s:.2} s ({times_real_time:.0} × real time), \
          {ruptures} ruptures, {megabytes:.2} MB, session {session_id}"
     ))

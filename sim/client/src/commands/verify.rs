@@ -37,9 +37,9 @@ pub fn run(args: &VerifyArgs) -> Outcome {
     }
     let spec = bundle.recorded_spec(&patient, recording.session.judging);
     let specimen = Specimen::new(spec).map_err(|error| Failure::refused(&args.recording, error))?;
-    let verification = verify::verify(&recording, &specimen);
+    let verification = verify::verify_recording(&recording, &specimen);
     match args.json {
-        true => output::json(&verification)?,
+        true => output::print_json(&verification)?,
         false => report(&verification)?,
     }
     if verification.exact() { Ok(()) } else { Err(Failure::Found) }
@@ -49,12 +49,12 @@ fn report(verification: &Verification) -> Outcome {
     let Verification { ticks, largest_deviation_n, at_s, channel, event_differences, tents, tent_differences, .. } =
         verification;
     if verification.exact() {
-        return output::line(format_args!(
+        return output::print_line(format_args!(
             "same to the bit: largest deviation 0 N over {ticks} ticks and {tents} steps of the field, events identical"
         ));
     }
     let place = if channel.is_empty() { String::new() } else { format!(" in {channel} at {at_s} s") };
-    output::line(format_args!(
+    output::print_line(format_args!(
         "different: largest deviation {largest_deviation_n} N{place} over {ticks} ticks, {} mm in depth, {event_differences} event differences; \
          field: {} mm, {tent_differences} steps differ",
         verification.largest_depth_deviation_m * 1e3,

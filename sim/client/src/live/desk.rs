@@ -17,7 +17,7 @@ use uuid::Uuid;
 
 use crate::exit::Failure;
 use crate::outbox::{Access, AnswerSheet, Outbox, Patience};
-use crate::service::{self, answer};
+use crate::service::{self, ask_service};
 use crate::station::Pairing;
 
 /// Who sits at the station.
@@ -151,10 +151,11 @@ fn ask<T: Send + 'static>(work: impl FnOnce() -> Result<T, String> + Send + 'sta
 pub fn sign_in(pairing: Pairing, code: String) -> Call<SignedIn> {
     ask(move || {
         let address = format!("{}/api/v1/stations/sign-in", pairing.server);
-        let token = service::bearer(&pairing.token).ok_or("the station's token is spoilt: pair it again")?;
-        let request = service::agent().post(&address).header("Authorization", token).content_type("application/json");
-        let reply =
-            answer(&address, request.send(json!({ "code": code }).to_string())).map_err(|trouble| trouble.detail)?;
+        let token = service::bearer_header(&pairing.token).ok_or("the station's token is spoilt: pair it again")?;
+        let request =
+            service::http_agent().post(&address).header("Authorization", token).content_type("application/json");
+        let reply = ask_service(&address, request.send(json!({ "code": code }).to_string()))
+            .map_err(|trouble| trouble.detail)?;
         let signed_in = reply.json().filter(|_| reply.status == 200).and_then(|said| serde_json::from_value(said).ok());
         signed_in.ok_or_else(|| reply.words())
     })

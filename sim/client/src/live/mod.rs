@@ -172,7 +172,7 @@ pub mod tests {
         let (recording, bundle) = recorded(Fault::None, Some(Arc::new(key.for_station(station))), folder.path());
         let signature = recording.signature.clone().expect("the station has signed it");
         let motion = MotionDigest::from_samples(&recording.samples).sha256();
-        let signed = signature::statement(&recording.session, station, &motion);
+        let signed = signature::signed_statement(&recording.session, station, &motion);
         let key = HEXLOWER.decode(public.as_bytes()).ok().and_then(|key| VerifyingKey::try_from(&key[..]).ok());
         let bytes = HEXLOWER.decode(signature.ed25519.as_bytes()).expect("hexadecimal");
         let right = key.expect("a key").verify(&signed, &Signature::from_slice(&bytes).expect("a signature"));

@@ -33,7 +33,7 @@ impl<'a> Try<'a> {
         let progress = Progress::new(self.entry.bytes, "uploading");
         let mut file = File::open(&self.entry.file).map_err(unreadable)?;
         let mut standing = match self.entry.note.upload.clone() {
-            Some(id) => tus::ask(self.service, &id)?,
+            Some(id) => tus::ask_upload_standing(self.service, &id)?,
             None => UploadStanding::Gone,
         };
         let mut begun = false;
@@ -50,7 +50,7 @@ impl<'a> Try<'a> {
                 }
                 UploadStanding::Gone => {
                     begun = true;
-                    let id = tus::begin(self.service, &self.entry.note.name, self.entry.bytes)?;
+                    let id = tus::begin_upload(self.service, &self.entry.note.name, self.entry.bytes)?;
                     self.entry.began(id).map_err(unreadable)?;
                     UploadStanding::At(0)
                 }
@@ -61,7 +61,7 @@ impl<'a> Try<'a> {
     fn piece(&mut self, file: &mut File, offset: u64) -> Result<UploadStanding, Trouble> {
         let id = self.entry.note.upload.clone().unwrap_or_default();
         let piece = read_piece(file, offset).map_err(unreadable)?;
-        let standing = tus::send(self.service, &id, offset, &piece)?;
+        let standing = tus::send_upload_piece(self.service, &id, offset, &piece)?;
         match standing {
             UploadStanding::At(now) if now >= self.entry.bytes && piece.is_empty() => {
                 Err(Trouble::new(Outlook::Soon, "the service has every byte and has made no attempt of them yet"))

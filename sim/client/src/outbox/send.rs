@@ -24,7 +24,7 @@ impl Access {
     /// # Errors
     /// When the pairing cannot be read.
     pub fn new(named: Option<Service>, pairing: Option<&Pairing>) -> Self {
-        let paired = pairing.and_then(|p| Some(Service::new(&p.server, service::bearer(&p.token)?)));
+        let paired = pairing.and_then(|p| Some(Service::new(&p.server, service::bearer_header(&p.token)?)));
         Self(named.into_iter().chain(paired).collect())
     }
 

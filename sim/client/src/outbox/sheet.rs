@@ -18,7 +18,7 @@ use uuid::Uuid;
 
 use super::{Entry, ID_DIGITS, Outbox};
 use crate::exit::Failure;
-use crate::service::{Outlook, Service, Trouble, answer};
+use crate::service::{Outlook, Service, Trouble, ask_service};
 
 /// What answers that wait end in.
 pub(super) const ANSWERS: &str = "answers";
@@ -136,7 +136,7 @@ pub(super) fn deliver(service: &Service, file: &Path) -> Result<String, Trouble>
         "sent": sheet.sent,
     });
     let request = service.agent.put(&address).header("Authorization", &service.token);
-    let reply = answer(&address, request.content_type("application/json").send(given.to_string()))?;
+    let reply = ask_service(&address, request.content_type("application/json").send(given.to_string()))?;
     let taken = reply.status == 200 && reply.json().is_some_and(|said| said.get("state").is_some());
     match (taken, reply.status) {
         (true, _) => Ok(sheet.session.to_string()),

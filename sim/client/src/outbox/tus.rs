@@ -7,7 +7,7 @@ use ureq::RequestBuilder;
 use ureq::http::header::AUTHORIZATION;
 
 use crate::clock;
-use crate::service::{Outlook, Reply, Service, Trouble, answer};
+use crate::service::{Outlook, Reply, Service, Trouble, ask_service};
 
 const VERSION: (&str, &str) = ("Tus-Resumable", "1.0.0");
 const PIECE_TYPE: &str = "application/offset+octet-stream";
@@ -24,20 +24,20 @@ pub enum UploadStanding {
 }
 
 /// Begins an upload of `length` bytes; its id.
-pub fn begin(service: &Service, name: &str, length: u64) -> Result<String, Trouble> {
+pub fn begin_upload(service: &Service, name: &str, length: u64) -> Result<String, Trouble> {
     let address = format!("{}/api/v1/uploads", service.address);
-    let asked = signed(service.agent.post(&address), service)
+    let asked = signed_request(service.agent.post(&address), service)
         .header("Upload-Length", length)
         .header("Stylet-Clock", clock::now().format(&Rfc3339).unwrap_or_default())
         .header("Upload-Metadata", format!("filename {}", BASE64.encode(name.as_bytes())))
         .send_empty();
-    let reply = answer(&address, asked)?;
+    let reply = ask_service(&address, asked)?;
     let id = match (reply.status, reply.header("location")) {
         // Only the id is taken: the token goes to no address but the one we were given.
         (201, Some(location)) => location.rsplit('/').next().filter(|id| is_plain(id)).map(str::to_owned),
         _ => None,
     };
-    id.ok_or_else(|| strange(&reply, 201, "without an upload"))
+    id.ok_or_else(|| strange_answer(&reply, 201, "without an upload"))
 }
 
 fn is_plain(id: &str) -> bool {
@@ -45,37 +45,37 @@ fn is_plain(id: &str) -> bool {
 }
 
 /// Asks how an upload stands.
-pub fn ask(service: &Service, id: &str) -> Result<UploadStanding, Trouble> {
-    let address = address(service, id);
-    let asked = signed(service.agent.head(&address), service).call();
-    let reply = answer(&address, asked)?;
+pub fn ask_upload_standing(service: &Service, id: &str) -> Result<UploadStanding, Trouble> {
+    let address = upload_address(service, id);
+    let asked = signed_request(service.agent.head(&address), service).call();
+    let reply = ask_service(&address, asked)?;
     match reply.status {
         404 | 410 => Ok(UploadStanding::Gone),
-        200 | 204 => standing(&reply).ok_or_else(|| strange(&reply, reply.status, "without an offset")),
+        200 | 204 => upload_standing(&reply).ok_or_else(|| strange_answer(&reply, reply.status, "without an offset")),
         _ => Err(reply.trouble()),
     }
 }
 
 /// Sends a piece that begins at `offset`. An empty one asks the service to make an attempt of what it has.
-pub fn send(service: &Service, id: &str, offset: u64, piece: &[u8]) -> Result<UploadStanding, Trouble> {
-    let address = address(service, id);
-    let asked = signed(service.agent.patch(&address), service)
+pub fn send_upload_piece(service: &Service, id: &str, offset: u64, piece: &[u8]) -> Result<UploadStanding, Trouble> {
+    let address = upload_address(service, id);
+    let asked = signed_request(service.agent.patch(&address), service)
         .header("Upload-Offset", offset)
         .header("Upload-Checksum", format!("sha256 {}", BASE64.encode(&Sha256::digest(piece))))
         .content_type(PIECE_TYPE)
         .send(piece);
-    let reply = answer(&address, asked)?;
+    let reply = ask_service(&address, asked)?;
     match reply.status {
-        204 => match standing(&reply) {
+        204 => match upload_standing(&reply) {
             Some(UploadStanding::At(now)) if now != offset + piece.len() as u64 => {
-                Err(strange(&reply, 204, "elsewhere"))
+                Err(strange_answer(&reply, 204, "elsewhere"))
             }
             Some(standing) => Ok(standing),
-            None => Err(strange(&reply, 204, "without an offset")),
+            None => Err(strange_answer(&reply, 204, "without an offset")),
         },
         404 | 410 => Ok(UploadStanding::Gone),
         // Another offset, which asking again settles; or another recording of this session, and then it is gone.
-        409 => match ask(service, id)? {
+        409 => match ask_upload_standing(service, id)? {
             UploadStanding::Gone => Err(reply.trouble()),
             _ => Err(Trouble { outlook: Outlook::Soon, ..reply.trouble() }),
         },
@@ -84,15 +84,15 @@ pub fn send(service: &Service, id: &str, offset: u64, piece: &[u8]) -> Result<Up
 }
 
 /// A request with what every one carries: the protocol's version and our token.
-fn signed<B>(request: RequestBuilder<B>, service: &Service) -> RequestBuilder<B> {
+fn signed_request<B>(request: RequestBuilder<B>, service: &Service) -> RequestBuilder<B> {
     request.header(VERSION.0, VERSION.1).header(AUTHORIZATION, &service.token)
 }
 
-fn address(service: &Service, id: &str) -> String {
+fn upload_address(service: &Service, id: &str) -> String {
     format!("{}/api/v1/uploads/{id}", service.address)
 }
 
-fn standing(reply: &Reply) -> Option<UploadStanding> {
+fn upload_standing(reply: &Reply) -> Option<UploadStanding> {
     if let Some(session) = reply.header("stylet-session") {
         return Some(UploadStanding::Session(session.to_owned()));
     }
@@ -100,7 +100,7 @@ fn standing(reply: &Reply) -> Option<UploadStanding> {
 }
 
 /// A right status with a wrong answer: a portal, a proxy, another program.
-fn strange(reply: &Reply, hoped: u16, what: &str) -> Trouble {
+fn strange_answer(reply: &Reply, hoped: u16, what: &str) -> Trouble {
     if reply.status != hoped {
         return reply.trouble();
     }

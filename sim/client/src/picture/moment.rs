@@ -350,8 +350,8 @@ mod tests {
 
     /// In past every boundary, and out, at 5 mm/s, leaning as planned.
     fn attempt(bundle: &ExerciseBundle, specimen: &Specimen, patient: &Patient) -> Recording {
-        let path = documents::along_path(specimen.spec().axial.clone(), bundle.exercise.angle_deg);
-        let last_m = law::closed_form::ruptures(&path).last().map_or(0.03, |rupture| rupture.x_m);
+        let path = documents::spec_along_path(specimen.spec().axial.clone(), bundle.exercise.angle_deg);
+        let last_m = law::closed_form::predict_ruptures(&path).last().map_or(0.03, |rupture| rupture.x_m);
         let plan = Plan { target_x_m: last_m + 0.004, approach_m: 0.001, hold_s: 0.2, ..bundle.exercise.plan() };
         let maker = crate::maker::Maker { device: "test", device_max_force_n: f64::INFINITY, seed: 0, tick_hz: 1000.0 };
         let session =
@@ -401,7 +401,7 @@ mod tests {
             let now = attempt(bundle, &specimen, &patient);
             let before = as_before(&now, &specimen);
             for (recording, when) in [(now, "now"), (before, "before")] {
-                let verified = attempt::verify::verify(&recording, &specimen);
+                let verified = attempt::verify::verify_recording(&recording, &specimen);
                 assert!(verified.exact(), "{} as recorded {when}: {verified:?}", bundle.exercise.id);
                 let [shown_m, alone_m] = disagreement_m(recording, bundle);
                 assert!(shown_m < 1e-4, "{} as recorded {when}: {shown_m} m", bundle.exercise.id);

@@ -23,12 +23,12 @@ pub fn build_stage(file: &Path, bundle: &ExerciseBundle, specimen: &Specimen) ->
     let spec = specimen.spec();
     let profiles = specimen.profiles().map_err(|error| Failure::refused(file, error))?;
     Ok(Stage {
-        layers: layers(scene, spec),
-        needle: needle(scene, spec),
-        skin: scene.skin.as_ref().map(|skin| mesh(&skin.vertices_m, &skin.triangles)),
-        structures: spec.structures.iter().map(structure).collect(),
-        field: profiles.map(table).unwrap_or_default(),
-        ..planned(exercise)
+        layers: drawn_layers(scene, spec),
+        needle: drawn_needle(scene, spec),
+        skin: scene.skin.as_ref().map(|skin| drawn_mesh(&skin.vertices_m, &skin.triangles)),
+        structures: spec.structures.iter().map(drawn_structure).collect(),
+        field: profiles.map(field_table).unwrap_or_default(),
+        ..planned_stage(exercise)
     })
 }
 
@@ -47,21 +47,22 @@ pub fn hide_what_is_withheld(stage: &Stage, feedback: Feedback) -> Stage {
 }
 
 /// A stage with the exercise's plan and nothing else.
-fn planned(exercise: &Exercise) -> Stage {
+fn planned_stage(exercise: &Exercise) -> Stage {
     Stage {
-        entry_m: point(&exercise.entry_m()),
-        axis: vector(&exercise.axis()),
-        target_m: Some(point(&exercise.target_m())),
+        entry_m: picture_point(&exercise.entry_m()),
+        axis: picture_vector(&exercise.axis()),
+        target_m: Some(picture_point(&exercise.target_m())),
         ..Stage::default()
     }
 }
 
-fn layers(scene: &Scene, spec: &PunctureSpec) -> Vec<DrawnLayer> {
+fn drawn_layers(scene: &Scene, spec: &PunctureSpec) -> Vec<DrawnLayer> {
     let mut top_m = 0.0;
     let both = scene.layers.iter().zip(&spec.axial.layers);
     both.map(|(document, layer)| {
         let thickness_m = layer.thickness_m as f32;
-        let drawn = DrawnLayer { name: layer.name.clone(), material: material(&document.texture), top_m, thickness_m };
+        let drawn =
+            DrawnLayer { name: layer.name.clone(), material: drawn_material(&document.texture), top_m, thickness_m };
         top_m += thickness_m;
         drawn
     })
@@ -69,7 +70,7 @@ fn layers(scene: &Scene, spec: &PunctureSpec) -> Vec<DrawnLayer> {
 }
 
 /// A scene may name a texture that is not known here: it is drawn as muscle, which most of a body is.
-fn material(texture: &str) -> DrawnMaterial {
+fn drawn_material(texture: &str) -> DrawnMaterial {
     match texture {
         "skin" => DrawnMaterial::Skin,
         "fat" => DrawnMaterial::Fat,
@@ -80,7 +81,7 @@ fn material(texture: &str) -> DrawnMaterial {
     }
 }
 
-fn needle(scene: &Scene, spec: &PunctureSpec) -> DrawnNeedle {
+fn drawn_needle(scene: &Scene, spec: &PunctureSpec) -> DrawnNeedle {
     let tip = match scene.needle.tip.as_str() {
         "bevel" => Tip::Bevel,
         "conical" => Tip::Conical,
@@ -95,7 +96,7 @@ fn needle(scene: &Scene, spec: &PunctureSpec) -> DrawnNeedle {
     }
 }
 
-fn structure(spec: &StructureSpec) -> DrawnStructure {
+fn drawn_structure(spec: &StructureSpec) -> DrawnStructure {
     let (corners, triangles) = spec.surface();
     let kind = match spec.kind {
         StructureKind::Target => frame::DrawnStructureKind::Target,
@@ -104,14 +105,14 @@ fn structure(spec: &StructureSpec) -> DrawnStructure {
         StructureKind::Bone => frame::DrawnStructureKind::Bone,
         StructureKind::Organ => frame::DrawnStructureKind::Organ,
     };
-    DrawnStructure { name: spec.name.clone(), kind, mesh: mesh(&corners, &triangles) }
+    DrawnStructure { name: spec.name.clone(), kind, mesh: drawn_mesh(&corners, &triangles) }
 }
 
-fn mesh(corners: &[Point3<f64>], triangles: &[[u32; 3]]) -> Mesh {
-    Mesh { positions_m: corners.iter().map(point).collect(), triangles: triangles.to_vec() }
+fn drawn_mesh(corners: &[Point3<f64>], triangles: &[[u32; 3]]) -> Mesh {
+    Mesh { positions_m: corners.iter().map(picture_point).collect(), triangles: triangles.to_vec() }
 }
 
-fn table(profiles: Profiles) -> FieldTable {
+fn field_table(profiles: Profiles) -> FieldTable {
     let single = |values: Vec<f64>| values.into_iter().map(|value| value as f32).collect();
     FieldTable {
         radii_m: single(profiles.radii_m),
@@ -120,10 +121,10 @@ fn table(profiles: Profiles) -> FieldTable {
     }
 }
 
-fn point(point: &Point3<f64>) -> [f32; 3] {
-    vector(&point.coords)
+fn picture_point(point: &Point3<f64>) -> [f32; 3] {
+    picture_vector(&point.coords)
 }
 
-fn vector(vector: &Vector3<f64>) -> [f32; 3] {
+fn picture_vector(vector: &Vector3<f64>) -> [f32; 3] {
     vector.map(|c| c as f32).into()
 }

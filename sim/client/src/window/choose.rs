@@ -23,7 +23,7 @@ pub enum Decision {
 }
 
 /// A page to read, with margins.
-fn page(ui: &Ui) -> egui::Frame {
+fn reading_page(ui: &Ui) -> egui::Frame {
     egui::Frame::central_panel(ui.style()).inner_margin(egui::Margin::symmetric(48, 32))
 }
 
@@ -66,7 +66,7 @@ impl ExerciseChoice<'_> {
             Some(listed) if listed.due => "not mastered yet".to_owned(),
             Some(_) => "not open yet".to_owned(),
             None if self.school.is_some() => "not among your school's exercises".to_owned(),
-            None => told(&self.history.tally(&exercise.id), course.map(|course| course.mastery)),
+            None => say_standing(&self.history.tally(&exercise.id), course.map(|course| course.mastery)),
         };
         // What the school has opened is open, whatever came before it.
         let asked = course.into_iter().filter(|_| listed.is_none_or(|listed| !listed.due));
@@ -84,21 +84,21 @@ impl ExerciseChoice<'_> {
 }
 
 /// What became of the attempts on this machine, in words, and how far that is from mastery in a course.
-fn told(Tally { passed, best }: &Tally, mastery: Option<Mastery>) -> String {
+fn say_standing(Tally { passed, best }: &Tally, mastery: Option<Mastery>) -> String {
     let passes = passed.iter().filter(|passed| **passed).count();
     let tried = match passed.len() {
         0 => return "not tried here yet".to_owned(),
         1 => format!("1 attempt here, {}, {best:.0} points", if passes > 0 { "passed" } else { "not passed" }),
         attempts => format!("{attempts} attempts here, {passes} passed, best {best:.0} points"),
     };
-    [mastery.map(|mastery| how_far(&mastery, passed)), Some(tried)]
+    [mastery.map(|mastery| say_distance(&mastery, passed)), Some(tried)]
         .into_iter()
         .flatten()
         .collect::<Vec<_>>()
         .join(" · ")
 }
 
-fn how_far(mastery: &Mastery, passed: &[bool]) -> String {
+fn say_distance(mastery: &Mastery, passed: &[bool]) -> String {
     let (reached, curve) = mastery.judge(passed);
     let needed = curve.map_or(0, |curve| curve.successes_needed);
     match (reached, mastery) {
@@ -112,8 +112,8 @@ fn how_far(mastery: &Mastery, passed: &[bool]) -> String {
 }
 
 /// The list of exercises. Answers the one that is chosen.
-pub fn choose(ui: &mut Ui, choice: &ExerciseChoice<'_>) -> Option<usize> {
-    let chosen = egui::CentralPanel::default().frame(page(ui)).show(ui, |ui| {
+pub fn choose_exercise(ui: &mut Ui, choice: &ExerciseChoice<'_>) -> Option<usize> {
+    let chosen = egui::CentralPanel::default().frame(reading_page(ui)).show(ui, |ui| {
         ui.heading("Exercises");
         ui.add_space(8.0);
         let exercises = &choice.shelf.exercises;
@@ -127,8 +127,8 @@ pub fn choose(ui: &mut Ui, choice: &ExerciseChoice<'_>) -> Option<usize> {
         order.sort_by_key(place);
         let scrolled = ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             let rows = order.iter().filter_map(|&at| exercises.get(at).map(|offer| (at, offer)));
-            let chosen = rows.filter_map(|(at, offer)| row(ui, choice, offer).then_some(at)).last();
-            broken(ui, &choice.shelf.broken);
+            let chosen = rows.filter_map(|(at, offer)| exercise_row(ui, choice, offer).then_some(at)).last();
+            list_unreadable(ui, &choice.shelf.broken);
             chosen
         });
         scrolled.inner
@@ -136,7 +136,7 @@ pub fn choose(ui: &mut Ui, choice: &ExerciseChoice<'_>) -> Option<usize> {
     chosen.inner
 }
 
-fn row(ui: &mut Ui, choice: &ExerciseChoice<'_>, offer: &Offer) -> bool {
+fn exercise_row(ui: &mut Ui, choice: &ExerciseChoice<'_>, offer: &Offer) -> bool {
     let exercise = &offer.bundle.exercise;
     let clicked = ui.horizontal(|ui| {
         let clicked =
@@ -147,7 +147,7 @@ fn row(ui: &mut Ui, choice: &ExerciseChoice<'_>, offer: &Offer) -> bool {
                 ui.label("●".repeat(harder) + &"○".repeat(5_usize.saturating_sub(harder))).on_hover_text("Difficulty");
                 ui.label(format!("target {:.0} mm, {:.0}°", exercise.target_depth_mm, exercise.angle_deg));
                 if let Some(due) = choice.listed(exercise).filter(|listed| listed.due) {
-                    let (colour, words) = when(due, clock::now());
+                    let (colour, words) = say_due_time(due, clock::now());
                     ui.colored_label(colour, words);
                 }
             });
@@ -159,7 +159,7 @@ fn row(ui: &mut Ui, choice: &ExerciseChoice<'_>, offer: &Offer) -> bool {
 }
 
 /// What could not be read, and why.
-fn broken(ui: &mut Ui, broken: &[Broken]) {
+fn list_unreadable(ui: &mut Ui, broken: &[Broken]) {
     if broken.is_empty() {
         return;
     }
@@ -174,7 +174,7 @@ fn broken(ui: &mut Ui, broken: &[Broken]) {
 }
 
 /// Until when an exercise is to be done, in words. Where nobody has set a day it is simply next.
-fn when(due: &Listed, now: OffsetDateTime) -> (Color32, String) {
+fn say_due_time(due: &Listed, now: OffsetDateTime) -> (Color32, String) {
     let Some(at) = due.due_at() else { return (colours::WARN, "→ to do".to_owned()) };
     let format = format_description!("[day padding:none] [month repr:short] [year], [hour]:[minute]");
     let day = at.format(format).unwrap_or_default();
@@ -198,7 +198,7 @@ pub struct Briefing<'a> {
 }
 
 /// The briefing.
-pub fn brief(ui: &mut Ui, briefing: Briefing<'_>) -> Decision {
+pub fn show_briefing(ui: &mut Ui, briefing: Briefing<'_>) -> Decision {
     let Briefing { exercise, device, by_hand, guided, ready, error } = briefing;
     let decision = egui::Panel::bottom("begin").show(ui, |ui| {
         ui.add_space(8.0);
@@ -217,14 +217,14 @@ pub fn brief(ui: &mut Ui, briefing: Briefing<'_>) -> Decision {
         ui.add_space(8.0);
         decision.inner
     });
-    egui::CentralPanel::default().frame(page(ui)).show(ui, |ui| {
+    egui::CentralPanel::default().frame(reading_page(ui)).show(ui, |ui| {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             ui.heading(&exercise.title);
             ui.add_space(8.0);
             let beside = ui.available_width() >= BESIDE;
             let layout = if beside { Layout::left_to_right(Align::TOP) } else { Layout::top_down(Align::LEFT) };
             ui.with_layout(layout, |ui| {
-                column(ui, |ui| {
+                reading_column(ui, |ui| {
                     ui.label(RichText::new(&exercise.briefing).size(16.5).line_height(Some(24.0)));
                     if let Some(error) = error {
                         ui.add_space(8.0);
@@ -232,8 +232,8 @@ pub fn brief(ui: &mut Ui, briefing: Briefing<'_>) -> Decision {
                     }
                 });
                 ui.add_space(if beside { 40.0 } else { 12.0 });
-                column(ui, |ui| {
-                    facts(ui, exercise, device);
+                reading_column(ui, |ui| {
+                    show_exercise_facts(ui, exercise, device);
                     ui.add_space(12.0);
                     help::how_to_move(ui, by_hand);
                 });
@@ -247,7 +247,7 @@ pub fn brief(ui: &mut Ui, briefing: Briefing<'_>) -> Decision {
 const COLUMN: f32 = 540.0;
 const BESIDE: f32 = 2.0 * COLUMN + 60.0;
 
-fn column(ui: &mut Ui, show: impl FnOnce(&mut Ui)) {
+fn reading_column(ui: &mut Ui, show: impl FnOnce(&mut Ui)) {
     ui.vertical(|ui| {
         ui.set_width(COLUMN);
         show(ui);
@@ -255,13 +255,13 @@ fn column(ui: &mut Ui, show: impl FnOnce(&mut Ui)) {
 }
 
 /// What is shown while an attempt is prepared.
-pub fn preparing(ui: &mut Ui) {
+pub fn show_preparing(ui: &mut Ui) {
     egui::CentralPanel::default().show(ui, |ui| {
         ui.centered_and_justified(|ui| ui.label(RichText::new("Preparing the patient …").size(22.0)));
     });
 }
 
-fn facts(ui: &mut Ui, exercise: &Exercise, device: &str) {
+fn show_exercise_facts(ui: &mut Ui, exercise: &Exercise, device: &str) {
     let [x_mm, y_mm] = exercise.entry_mm;
     let facts = [
         ("Target", format!("{:.1} mm along the needle", exercise.target_depth_mm)),
@@ -342,7 +342,7 @@ mod tests {
     fn a_day_is_told_on_the_schools_clock_and_a_past_one_as_past() {
         let listed =
             |due_at| serde_json::from_value::<Listed>(json!({ "exercise_id": "x", "due": true, "due_at": due_at }));
-        let told = |due_at, now| when(&listed(due_at).unwrap(), now).1;
+        let told = |due_at, now| say_due_time(&listed(due_at).unwrap(), now).1;
         let day = json!("2026-11-30T18:00:00+01:00");
         assert_eq!(told(day.clone(), datetime!(2026-11-30 16:59 UTC)), "→ due 30 Nov 2026, 18:00");
         assert_eq!(told(day, datetime!(2026-11-30 17:01 UTC)), "× was due 30 Nov 2026, 18:00");

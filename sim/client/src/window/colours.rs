@@ -17,14 +17,14 @@ const TEXT: Color32 = Color32::from_rgb(222, 228, 233);
 const WEAK: Color32 = Color32::from_rgb(164, 174, 182);
 
 /// Dresses the window.
-pub fn apply(context: &Context) {
+pub fn apply_colours(context: &Context) {
     context.set_theme(Theme::Dark);
-    context.set_fonts(fonts());
-    context.style_mut_of(Theme::Dark, style);
+    context.set_fonts(window_fonts());
+    context.style_mut_of(Theme::Dark, adjust_style);
 }
 
 /// The proportional fonts have few signs of their own: arrows and dots come from the monospaced one.
-fn fonts() -> FontDefinitions {
+fn window_fonts() -> FontDefinitions {
     let mut fonts = FontDefinitions::default();
     if let Some(family) = fonts.families.get_mut(&FontFamily::Proportional) {
         family.insert(1.min(family.len()), "Hack".to_owned());
@@ -32,7 +32,7 @@ fn fonts() -> FontDefinitions {
     fonts
 }
 
-fn style(style: &mut Style) {
+fn adjust_style(style: &mut Style) {
     style.visuals.panel_fill = GROUND;
     style.visuals.window_fill = GROUND;
     style.visuals.override_text_color = Some(TEXT);
@@ -60,7 +60,7 @@ mod tests {
     #[test]
     fn every_sign_has_a_glyph() {
         let context = Context::default();
-        apply(&context);
+        apply_colours(&context);
         context.run_ui(RawInput::default(), |_| ()).textures_delta.clear();
         for sign in "●○▲×→←↑↓−·•°²µ…".chars() {
             let there = context.fonts_mut(|fonts| fonts.has_glyph(&FontId::proportional(14.0), sign));

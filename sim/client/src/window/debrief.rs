@@ -129,7 +129,7 @@ impl Debrief {
     /// One frame.
     pub fn ui(&mut self, ui: &mut Ui, trial: &LiveTrial) -> Result<AfterDebrief, Failure> {
         if let Err(rescue) = &mut self.kept {
-            let wish = page(ui, |ui| rescue.ui(ui));
+            let wish = scrolling_page(ui, |ui| rescue.ui(ui));
             return self.rescue(wish, trial);
         }
         Ok(self.judged_ui(ui))
@@ -137,11 +137,11 @@ impl Debrief {
 
     fn judged_ui(&mut self, ui: &mut Ui) -> AfterDebrief {
         let Ok(judged) = &self.kept else { return AfterDebrief::Stay };
-        let next = egui::Panel::bottom("next").show(ui, |ui| buttons(ui, judged)).inner;
+        let next = egui::Panel::bottom("next").show(ui, |ui| show_next_buttons(ui, judged)).inner;
         if self.survey.as_mut().is_some_and(|survey| survey.ui(ui)) {
             self.survey = None;
         }
-        page(ui, |ui| {
+        scrolling_page(ui, |ui| {
             judged.ui(ui);
             self.delivery_ui(ui);
             self.servo.iter().for_each(|servo| drop(ui.label(RichText::new(servo).weak().small())));
@@ -170,13 +170,13 @@ impl Debrief {
 }
 
 /// A page with margins that scrolls.
-fn page<T>(ui: &mut Ui, show: impl FnOnce(&mut Ui) -> T) -> T {
+fn scrolling_page<T>(ui: &mut Ui, show: impl FnOnce(&mut Ui) -> T) -> T {
     let frame = egui::Frame::central_panel(ui.style()).inner_margin(egui::Margin::same(24));
     let shown = egui::CentralPanel::default().frame(frame).show(ui, |ui| ScrollArea::vertical().show(ui, show));
     shown.inner.inner
 }
 
-fn buttons(ui: &mut Ui, judged: &JudgedAttempt) -> AfterDebrief {
+fn show_next_buttons(ui: &mut Ui, judged: &JudgedAttempt) -> AfterDebrief {
     ui.add_space(6.0);
     // Whoever types an answer does not ask for another attempt.
     let typing = ui.ctx().text_edit_focused();
@@ -216,7 +216,7 @@ impl JudgedAttempt {
 
     fn ui(&self, ui: &mut Ui) {
         match &self.judged {
-            Ok(assessment) => verdict(ui, assessment, self.pass_mark, self.curves.entered()),
+            Ok(assessment) => show_verdict(ui, assessment, self.pass_mark, self.curves.entered()),
             Err(why @ AssessError::Void(_)) => {
                 ui.label(RichText::new(format!("▲ {why}")).size(20.0).color(colours::WARN));
                 ui.label("This says nothing of you: the recording is kept, and counts nowhere.");
@@ -227,15 +227,15 @@ impl JudgedAttempt {
         let height = (ui.clip_rect().bottom() - ui.cursor().top() - 110.0).clamp(180.0, 640.0);
         if self.curves.entered() {
             ui.columns(2, |columns| {
-                plots::over_depth(&mut columns[0], &[&self.curves], &self.layers, height);
-                plots::over_time(&mut columns[1], &[&self.curves], None, height);
+                plots::plot_over_depth(&mut columns[0], &[&self.curves], &self.layers, height);
+                plots::plot_over_time(&mut columns[1], &[&self.curves], None, height);
             });
         }
         ui.label(RichText::new(format!("recorded in {}", self.kept.path.display())).weak());
     }
 }
 
-fn verdict(ui: &mut Ui, assessment: &Assessment, pass_mark: f64, entered: bool) {
+fn show_verdict(ui: &mut Ui, assessment: &Assessment, pass_mark: f64, entered: bool) {
     let (sign, word, colour) =
         if assessment.passed { ("●", "passed", colours::GOOD) } else { ("×", "not passed", colours::BAD) };
     ui.horizontal(|ui| {
@@ -249,7 +249,7 @@ fn verdict(ui: &mut Ui, assessment: &Assessment, pass_mark: f64, entered: bool) 
         ui.colored_label(colours::BAD, format!("× {}", failure_in_words(failure)));
     }
     ui.add_space(6.0);
-    let costliest = costliest(&assessment.deductions);
+    let costliest = costliest_deductions(&assessment.deductions);
     let nothing_earned = assessment.score < 0.5 && !assessment.hard_fails.is_empty();
     if !entered {
         ui.label("The needle never entered the body.");
@@ -265,7 +265,7 @@ fn verdict(ui: &mut Ui, assessment: &Assessment, pass_mark: f64, entered: bool) 
 }
 
 /// The deductions that cost most, the costliest first; nothing that rounds to no point.
-fn costliest(deductions: &[Deduction]) -> Vec<&Deduction> {
+fn costliest_deductions(deductions: &[Deduction]) -> Vec<&Deduction> {
     let mut cost: Vec<&Deduction> = deductions.iter().filter(|deduction| deduction.points >= 0.5).collect();
     cost.sort_by(|a, b| b.points.total_cmp(&a.points));
     cost.truncate(COSTLIEST);

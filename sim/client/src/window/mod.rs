@@ -171,7 +171,7 @@ fn open_window(
     let create = |context: &CreationContext<'_>| {
         let state =
             context.wgpu_render_state.as_ref().ok_or("no graphics adapter; stylet doctor says what is missing")?;
-        colours::apply(&context.egui_ctx);
+        colours::apply_colours(&context.egui_ctx);
         context.egui_ctx.send_viewport_cmd(egui::ViewportCommand::Maximized(true));
         Ok(Box::new(make(Canvas::new(state))?) as Box<dyn App>)
     };
@@ -240,7 +240,7 @@ impl Window {
         let listed = self.desk.signed_in().map(|who| who.exercises);
         let choice =
             choose::ExerciseChoice { shelf: &station.shelf, history: &station.history, school: listed.as_deref() };
-        match choose::choose(ui, &choice) {
+        match choose::choose_exercise(ui, &choice) {
             Some(at) => Screen::Briefing { at, error: None },
             None => Screen::Choose,
         }
@@ -264,7 +264,7 @@ impl Window {
             ready: !self.desk.is_asking(),
             error: error.as_deref(),
         };
-        match choose::brief(ui, briefing) {
+        match choose::show_briefing(ui, briefing) {
             Decision::Stay => Screen::Briefing { at, error },
             Decision::Back => Screen::Choose,
             Decision::Begin => Screen::Preparing { at, told: false },
@@ -272,7 +272,7 @@ impl Window {
     }
 
     fn prepare(&mut self, ui: &mut Ui, at: usize, told: bool) -> Screen {
-        choose::preparing(ui);
+        choose::show_preparing(ui);
         if !told {
             ui.ctx().request_repaint();
             return Screen::Preparing { at, told: true };

@@ -46,7 +46,7 @@ impl Instruments<'_> {
 }
 
 /// The instruments at the side. True when the person ends the attempt.
-pub fn side(ui: &mut Ui, instruments: &Instruments<'_>, sound: &mut Sound) -> bool {
+pub fn show_side_panel(ui: &mut Ui, instruments: &Instruments<'_>, sound: &mut Sound) -> bool {
     let panel = egui::Panel::right("instruments").exact_size(SIDE).resizable(false);
     panel
         .show(ui, |ui| {
@@ -58,14 +58,14 @@ pub fn side(ui: &mut Ui, instruments: &Instruments<'_>, sound: &mut Sound) -> bo
 fn instruments_ui(ui: &mut Ui, instruments: &Instruments<'_>, sound: &mut Sound) -> bool {
     let feedback = instruments.feedback();
     ui.add_space(8.0);
-    time(ui, instruments.shown);
+    show_elapsed_time(ui, instruments.shown);
     if feedback.gives(Channel::Readings) {
         ui.separator();
-        readings(ui, instruments);
-        trace(ui, instruments.shown);
+        show_readings(ui, instruments);
+        plot_force_trace(ui, instruments.shown);
     }
     ui.separator();
-    device(ui, instruments);
+    show_device_state(ui, instruments);
     ui.separator();
     if feedback.gives(Channel::Sound) {
         ui.checkbox(&mut sound.on, "Sound of pops (M)");
@@ -79,7 +79,7 @@ fn instruments_ui(ui: &mut Ui, instruments: &Instruments<'_>, sound: &mut Sound)
     end || ui.input(|input| input.key_pressed(egui::Key::Escape))
 }
 
-fn time(ui: &mut Ui, shown: &AttemptView) {
+fn show_elapsed_time(ui: &mut Ui, shown: &AttemptView) {
     let left_s = shown.left_s();
     let colour = if left_s < 15.0 { colours::WARN } else { ui.visuals().strong_text_color() };
     let hurry = if left_s < 15.0 { " — hurry" } else { "" };
@@ -95,25 +95,30 @@ fn time(ui: &mut Ui, shown: &AttemptView) {
     ui.label(doing);
 }
 
-fn readings(ui: &mut Ui, Instruments { shown, latest, live, .. }: &Instruments<'_>) {
+fn show_readings(ui: &mut Ui, Instruments { shown, latest, live, .. }: &Instruments<'_>) {
     let sample = &shown.moment.sample;
     let exercise = &live.trial.bundle.exercise;
-    big(ui, "Advance", &format!("{:.1} mm", sample.x_m * 1e3), &format!("target {:.1}", exercise.target_depth_mm));
+    show_big_value(
+        ui,
+        "Advance",
+        &format!("{:.1} mm", sample.x_m * 1e3),
+        &format!("target {:.1}", exercise.target_depth_mm),
+    );
     // Tissue that only gives way is advanced against, and not entered.
-    big(ui, "Depth", &format!("{:.1} mm", f64::from(sample.depth_m) * 1e3), shown.place());
+    show_big_value(ui, "Depth", &format!("{:.1} mm", f64::from(sample.depth_m) * 1e3), shown.place());
     let force_n = latest.map_or(sample.axial_n(), |latest| latest.output.axial.total_n());
-    big(ui, "Force", &format!("{force_n:.2} N"), "along the needle");
+    show_big_value(ui, "Force", &format!("{force_n:.2} N"), "along the needle");
     if let (Some(latest), false) = (latest, live.info.is_virtual) {
         let beside = format!("of {:.2} N to feel", force_n.abs() * live.scaling.factor);
-        big(ui, "Hand", &format!("{:.2} N", given::given_n(&latest.record)), &beside);
+        show_big_value(ui, "Hand", &format!("{:.2} N", given::given_n(&latest.record)), &beside);
     }
-    gauge(ui, force_n.abs(), live.scaling.peak_n);
+    draw_force_gauge(ui, force_n.abs(), live.scaling.peak_n);
     let lean = angle_deg(sample.orientation);
-    big(ui, "Angle", &format!("{lean:.0}°"), &format!("planned {:.0}°", exercise.angle_deg));
+    show_big_value(ui, "Angle", &format!("{lean:.0}°"), &format!("planned {:.0}°", exercise.angle_deg));
 }
 
 /// A force as a bar, in N, beside the largest that is expected.
-fn gauge(ui: &mut Ui, force_n: f64, peak_n: f64) {
+fn draw_force_gauge(ui: &mut Ui, force_n: f64, peak_n: f64) {
     /// Room for the number at its end, in points.
     const END: f32 = 48.0;
     let most_n = 1.2 * peak_n.max(1.0);
@@ -126,7 +131,7 @@ fn gauge(ui: &mut Ui, force_n: f64, peak_n: f64) {
     });
 }
 
-fn big(ui: &mut Ui, name: &str, value: &str, beside: &str) {
+fn show_big_value(ui: &mut Ui, name: &str, value: &str, beside: &str) {
     ui.horizontal(|ui| {
         ui.allocate_ui_with_layout([60.0, 26.0].into(), Layout::left_to_right(Align::Center), |ui| {
             ui.set_min_width(60.0);
@@ -144,7 +149,7 @@ fn angle_deg(orientation: [f64; 4]) -> f64 {
     libm::acos((2.0 * (x * x + y * y) - 1.0).clamp(-1.0, 1.0)).to_degrees()
 }
 
-fn trace(ui: &mut Ui, shown: &AttemptView) {
+fn plot_force_trace(ui: &mut Ui, shown: &AttemptView) {
     let now_s = shown.moment.sample.t_s;
     let points: PlotPoints<'_> = shown.trace.iter().map(|point| [point.t_s - now_s, point.force_n]).collect();
     let pops = shown.said.iter().filter(|said| is_pop(said) && now_s - said.t_s < 10.0);
@@ -163,7 +168,7 @@ fn is_pop(said: &SpokenEvent) -> bool {
 }
 
 /// What the device does, and how the servo keeps time.
-fn device(ui: &mut Ui, Instruments { latest, live, quality, passed_over, .. }: &Instruments<'_>) {
+fn show_device_state(ui: &mut Ui, Instruments { latest, live, quality, passed_over, .. }: &Instruments<'_>) {
     let name = ui.label(RichText::new(&live.trial.session.device).strong());
     if !passed_over.is_empty() {
         name.on_hover_text(passed_over.join("\n"));
@@ -178,7 +183,7 @@ fn device(ui: &mut Ui, Instruments { latest, live, quality, passed_over, .. }: &
         ui.label("it does not tell how it is turned: the needle points as planned");
     }
     if let Some(latest) = latest {
-        let troubles = troubles(latest.record.flags);
+        let troubles = safety_troubles(latest.record.flags);
         let (sign, colour) = if troubles.is_empty() { ("● well", colours::GOOD) } else { ("▲", colours::WARN) };
         ui.colored_label(colour, format!("{sign} {}", troubles.join(", ")));
         let (late_us, took_us) = (latest.lateness.p99_us, latest.compute.p999_us);
@@ -196,7 +201,7 @@ fn device(ui: &mut Ui, Instruments { latest, live, quality, passed_over, .. }: &
 }
 
 /// What the safety chain did to the last tick, in words.
-fn troubles(flags: u32) -> Vec<&'static str> {
+fn safety_troubles(flags: u32) -> Vec<&'static str> {
     let all = [
         (safety::flags::HELD, "bad reading held"),
         (safety::flags::GATED, "force comes in"),
@@ -223,7 +228,7 @@ fn is_told(kind: EventKind, feedback: Feedback) -> bool {
 }
 
 /// What was said lately, at the bottom.
-pub fn messages(ui: &mut Ui, shown: &AttemptView, feedback: Feedback) {
+pub fn show_messages(ui: &mut Ui, shown: &AttemptView, feedback: Feedback) {
     let now_s = shown.moment.sample.t_s;
     let panel = egui::Panel::bottom("messages").exact_size(92.0).resizable(false);
     panel.show(ui, |ui| {
@@ -236,14 +241,14 @@ pub fn messages(ui: &mut Ui, shown: &AttemptView, feedback: Feedback) {
         let fresh = shown.said.iter().rev().take_while(|said| now_s - said.t_s < STAYS_S);
         let fresh = fresh.filter(|said| is_told(said.kind, feedback)).take(MOST_SAID);
         for said in fresh {
-            let (sign, colour) = sign(said.kind);
+            let (sign, colour) = event_sign(said.kind);
             ui.label(RichText::new(format!("{sign}  {}", said.text)).color(colour).size(15.0));
         }
     });
 }
 
 /// The second cue beside a colour.
-fn sign(kind: EventKind) -> (&'static str, Color32) {
+fn event_sign(kind: EventKind) -> (&'static str, Color32) {
     match kind {
         EventKind::Coaching => ("→", colours::WARN),
         EventKind::StructureHit | EventKind::Fault | EventKind::Interrupted => ("×", colours::BAD),
@@ -254,30 +259,31 @@ fn sign(kind: EventKind) -> (&'static str, Color32) {
 }
 
 /// The exercise's title and what the trainee is given, on the picture.
-pub fn heading(ui: &Ui, rect: Rect, Instruments { live, latest, by_hand, .. }: &Instruments<'_>) {
+pub fn draw_heading(ui: &Ui, rect: Rect, Instruments { live, latest, by_hand, .. }: &Instruments<'_>) {
     /// Between two plates, in points.
     const GAP: egui::Vec2 = egui::vec2(0.0, 10.0);
     let exercise = &live.trial.bundle.exercise;
     let painter = ui.painter_at(rect);
-    let title = plate(&painter, rect.left_top() + egui::vec2(14.0, 10.0), Align2::LEFT_TOP, &exercise.title, 18.0);
+    let title =
+        draw_text_plate(&painter, rect.left_top() + egui::vec2(14.0, 10.0), Align2::LEFT_TOP, &exercise.title, 18.0);
     let views = if exercise.feedback.gives(Channel::Inside) {
         "view: 1 whole, 2 tip, 3 section"
     } else {
         exercise.feedback.in_words()
     };
-    let views = plate(&painter, title.left_bottom() + GAP, Align2::LEFT_TOP, views, 12.5);
+    let views = draw_text_plate(&painter, title.left_bottom() + GAP, Align2::LEFT_TOP, views, 12.5);
     if *by_hand {
-        plate(&painter, views.left_bottom() + GAP, Align2::LEFT_TOP, help::IN_A_LINE, 12.5);
+        draw_text_plate(&painter, views.left_bottom() + GAP, Align2::LEFT_TOP, help::IN_A_LINE, 12.5);
     }
     let felt = exercise.feedback.gives(Channel::Force) && !live.info.is_virtual;
     if let Some(why) = latest.filter(|_| felt).and_then(|latest| given::withheld(&latest.record, latest.let_through)) {
         let place = rect.center_top() + egui::vec2(0.0, 64.0);
-        plate(&painter, place, Align2::CENTER_TOP, &format!("▲ {why}"), 30.0);
+        draw_text_plate(&painter, place, Align2::CENTER_TOP, &format!("▲ {why}"), 30.0);
     }
 }
 
 /// Names of the layers in their bands in the section, beside the needle.
-pub fn bands(ui: &Ui, rect: Rect, camera: &Camera, trial: &LiveTrial) {
+pub fn draw_layer_names(ui: &Ui, rect: Rect, camera: &Camera, trial: &LiveTrial) {
     /// So far beside the planned entry, in points; a needle leans to the right in its section.
     const BESIDE: f32 = 150.0;
     let painter = ui.painter_at(rect);
@@ -289,12 +295,12 @@ pub fn bands(ui: &Ui, rect: Rect, camera: &Camera, trial: &LiveTrial) {
         top_m += layer.thickness_m;
         let place_m = [entry_m.x, entry_m.y, -middle_m].map(|c| c as f32);
         let [x, y] = camera.pixel(place_m.into(), size);
-        plate(&painter, rect.left_top() + egui::vec2(x - BESIDE, y), Align2::LEFT_CENTER, &layer.name, 13.0);
+        draw_text_plate(&painter, rect.left_top() + egui::vec2(x - BESIDE, y), Align2::LEFT_CENTER, &layer.name, 13.0);
     }
 }
 
 /// Text of a size on a dark plate, so that it is readable on any picture.
-fn plate(painter: &Painter, at: Pos2, align: Align2, text: &str, size: f32) -> Rect {
+fn draw_text_plate(painter: &Painter, at: Pos2, align: Align2, text: &str, size: f32) -> Rect {
     let text = painter.layout_no_wrap(text.to_owned(), FontId::proportional(size), Color32::WHITE);
     let rect = align.anchor_size(at, text.size());
     painter.rect_filled(rect.expand2([6.0, 3.0].into()), 4.0, Color32::from_black_alpha(150));

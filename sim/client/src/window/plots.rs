@@ -39,7 +39,7 @@ impl Curves {
         Self {
             name: name.to_owned(),
             time: thinned.iter().map(|sample| [sample.t_s, sample.axial_n()]).collect(),
-            depth: moved(depth),
+            depth: distinct_points(depth),
             pops: pops.map(|event| [event.t_s, axial_force_before_n(&recording.samples, event)]).collect(),
             duration_s: recording.samples.last().map_or(0.0, |sample| sample.t_s),
         }
@@ -47,7 +47,7 @@ impl Curves {
 }
 
 /// The points that are seen apart from the last one before them: however long a hand stood still, its way is drawn as finely.
-fn moved(points: impl Iterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {
+fn distinct_points(points: impl Iterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {
     const LEAST_MM: f64 = 0.1;
     const LEAST_N: f64 = 0.03;
     let mut kept: Vec<[f64; 2]> = Vec::new();
@@ -63,7 +63,7 @@ fn moved(points: impl Iterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {
 const COLOURS: [Color32; 2] = [colours::FORCE, colours::WARN];
 
 /// Force over time, with the playhead where there is one. Answers the time that a person points at with the button down.
-pub fn over_time(ui: &mut Ui, all: &[&Curves], playhead_s: Option<f64>, height: f32) -> Option<f64> {
+pub fn plot_over_time(ui: &mut Ui, all: &[&Curves], playhead_s: Option<f64>, height: f32) -> Option<f64> {
     let plot = Plot::new("force over time").height(height).x_axis_label("time, s").y_axis_label("force, N");
     let plot = plot.allow_drag(false).allow_zoom(false).allow_scroll(false).allow_boxed_zoom(false).include_y(0.0);
     let shown = plot.legend(Legend::default()).show(ui, |plot| {
@@ -80,7 +80,7 @@ pub fn over_time(ui: &mut Ui, all: &[&Curves], playhead_s: Option<f64>, height: 
 }
 
 /// Force over displacement, with the layers as bands.
-pub fn over_depth(ui: &mut Ui, all: &[&Curves], layers: &[LayerSpan], height: f32) {
+pub fn plot_over_depth(ui: &mut Ui, all: &[&Curves], layers: &[LayerSpan], height: f32) {
     let plot = Plot::new("force over depth")
         .height(height)
         .x_axis_label("depth along the needle, mm")
@@ -102,7 +102,7 @@ pub fn over_depth(ui: &mut Ui, all: &[&Curves], layers: &[LayerSpan], height: f3
 }
 
 /// Moments that one jumps to: time in s, and what happened.
-pub fn moments(recording: &Recording) -> Vec<(f64, String)> {
+pub fn recorded_moments(recording: &Recording) -> Vec<(f64, String)> {
     let told = recording.events.iter().filter(|event| event.kind != EventKind::Fault);
     let words = |event: &recording::Event| match event.kind.contactor() {
         Some(contactor) => contactor.into_layer(&event.text).to_string(),
@@ -121,7 +121,7 @@ mod tests {
     fn a_long_rest_takes_no_points_from_the_way() {
         let way = |n: u32| [f64::from(n) * 0.02, f64::from(n % 50) * 0.04];
         let rest = std::iter::repeat_n(way(0), 100_000);
-        let kept = moved(rest.chain((0..1000).map(way)));
+        let kept = distinct_points(rest.chain((0..1000).map(way)));
         assert!((490..=1001).contains(&kept.len()), "{} points", kept.len());
         let peak_n = kept.iter().map(|point| point[1]).fold(0.0, f64::max);
         assert!((peak_n - 1.96).abs() < 1e-9, "{peak_n} N");

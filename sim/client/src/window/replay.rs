@@ -29,7 +29,7 @@ impl ReplayView {
     pub fn new(name: &str, recording: Arc<Recording>, bundle: &ExerciseBundle) -> Self {
         Self {
             curves: Curves::new(name, &recording),
-            moments: plots::moments(&recording),
+            moments: plots::recorded_moments(&recording),
             telling: Telling::new(recording, bundle),
         }
     }
@@ -82,7 +82,7 @@ impl Replay {
             frame.ghost = Some(ghost.telling.at(alignment.other_s(self.now_s)).needle());
         }
         let picture = egui::CentralPanel::no_frame().show(ui, |ui| canvas.show(ui, &frame)).inner;
-        trial::look(ui, &picture, &mut self.look);
+        trial::change_look(ui, &picture, &mut self.look);
         close
     }
 
@@ -141,10 +141,10 @@ impl Replay {
                 None => vec![&self.shown.curves],
             };
             let height = 0.5 * ui.available_height() - 24.0;
-            if let Some(t_s) = plots::over_time(ui, &all, Some(self.now_s), height) {
+            if let Some(t_s) = plots::plot_over_time(ui, &all, Some(self.now_s), height) {
                 self.now_s = t_s.clamp(0.0, self.shown.curves.duration_s);
             }
-            plots::over_depth(ui, &all, &self.layers, height);
+            plots::plot_over_depth(ui, &all, &self.layers, height);
         });
     }
 }

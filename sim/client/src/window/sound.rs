@@ -21,29 +21,29 @@ pub struct Sound {
 impl Sound {
     /// Opens the loudspeaker; without one it stays silent.
     pub fn open() -> Self {
-        let sink = is_there().then(DeviceSinkBuilder::open_default_sink).and_then(Result::ok);
+        let sink = has_sound_card().then(DeviceSinkBuilder::open_default_sink).and_then(Result::ok);
         Self { on: sink.is_some(), sink }
     }
 
     /// A pop.
     pub fn pop(&self) {
         if let (true, Some(sink)) = (self.on, &self.sink) {
-            sink.mixer().add(SamplesBuffer::new(NonZeroU16::MIN, rate(), click()));
+            sink.mixer().add(SamplesBuffer::new(NonZeroU16::MIN, click_sample_rate(), click_samples()));
         }
     }
 }
 
 /// Asked on a machine without a sound card, the system's library writes its own complaints to the terminal.
-fn is_there() -> bool {
+fn has_sound_card() -> bool {
     !cfg!(target_os = "linux") || Path::new("/dev/snd").exists()
 }
 
-fn rate() -> NonZeroU32 {
+fn click_sample_rate() -> NonZeroU32 {
     NonZeroU32::new(RATE_HZ).unwrap_or(NonZeroU32::MIN)
 }
 
 /// A membrane that gives way: a falling tone that dies out.
-fn click() -> Vec<f32> {
+fn click_samples() -> Vec<f32> {
     let mut phase = 0.0_f32;
     let samples = 0..(LASTS_S * RATE_HZ as f32) as u32;
     let at = samples.map(|sample| sample as f32 / RATE_HZ as f32);

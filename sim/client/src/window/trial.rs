@@ -92,14 +92,14 @@ impl TrialScreen {
             passed_over: &self.passed_over,
             by_hand: matches!(self.steered, Steered::Window(_)),
         };
-        let over = overlay::side(ui, &instruments, &mut self.sound);
-        overlay::messages(ui, &shown, feedback);
+        let over = overlay::show_side_panel(ui, &instruments, &mut self.sound);
+        overlay::show_messages(ui, &shown, feedback);
         let frame = shown.moment.frame(&self.look, exercise.target_depth_mm * 1e-3);
         let picture = egui::CentralPanel::no_frame().show(ui, |ui| {
             let picture = canvas.show(ui, &frame);
-            overlay::heading(ui, picture.rect, &instruments);
+            overlay::draw_heading(ui, picture.rect, &instruments);
             if feedback.gives(Channel::Readings) && self.look.view == View::Section {
-                overlay::bands(ui, picture.rect, &canvas.camera(&frame), &self.live.trial);
+                overlay::draw_layer_names(ui, picture.rect, &canvas.camera(&frame), &self.live.trial);
             }
             picture
         });
@@ -114,9 +114,9 @@ impl TrialScreen {
     }
 
     fn control(&mut self, ui: &Ui, picture: &Response) {
-        look(ui, picture, &mut self.look);
+        change_look(ui, picture, &mut self.look);
         if let Steered::Window(aim) = &mut self.steered {
-            aim.write(self.steering.follow(&wish(ui, picture, &mut self.wheel)));
+            aim.write(self.steering.follow(&steering_wish(ui, picture, &mut self.wheel)));
         }
     }
 }
@@ -156,7 +156,7 @@ impl Wheel {
 }
 
 /// Views by number, guide, and the person's own turn of the picture with the right button.
-pub fn look(ui: &Ui, picture: &Response, look: &mut Look) {
+pub fn change_look(ui: &Ui, picture: &Response, look: &mut Look) {
     ui.input(|input| {
         let views = [(Key::Num1, View::Whole), (Key::Num2, View::Tip), (Key::Num3, View::Section)];
         for (key, view) in views.into_iter().filter(|_| !look.closed) {
@@ -184,13 +184,13 @@ pub fn look(ui: &Ui, picture: &Response, look: &mut Look) {
 }
 
 /// What the person asks of a virtual hand in this frame.
-fn wish(ui: &Ui, picture: &Response, wheel: &mut Wheel) -> SteeringWish {
+fn steering_wish(ui: &Ui, picture: &Response, wheel: &mut Wheel) -> SteeringWish {
     let drag = if picture.dragged_by(PointerButton::Primary) { picture.drag_delta() } else { Default::default() };
-    ui.input(|input| wished(input, drag, picture.hovered().then_some(wheel)))
+    ui.input(|input| wished_motion(input, drag, picture.hovered().then_some(wheel)))
 }
 
 /// What the input of a frame asks for, with the drag in points and the wheel over the picture. Taps come as events: one that is over before the frame is drawn counts too.
-fn wished(input: &InputState, drag: egui::Vec2, wheel: Option<&mut Wheel>) -> SteeringWish {
+fn wished_motion(input: &InputState, drag: egui::Vec2, wheel: Option<&mut Wheel>) -> SteeringWish {
     let dt_s = f64::from(input.stable_dt.min(LONGEST_S));
     let held_s = |key| match (input.key_down(key), input.key_pressed(key)) {
         (true, _) => dt_s,
@@ -210,12 +210,12 @@ fn wished(input: &InputState, drag: egui::Vec2, wheel: Option<&mut Wheel>) -> St
             across[1] + (held_s(Key::W) - held_s(Key::S)) * keys_m,
         ],
         lean_rad: [(held_s(Key::L) - held_s(Key::J)) * keys_rad, (held_s(Key::I) - held_s(Key::K)) * keys_rad],
-        confirmed: presses(&input.events, Key::Space),
+        confirmed: count_key_presses(&input.events, Key::Space),
     }
 }
 
 /// How often a key went down.
-fn presses(events: &[Event], wanted: Key) -> u32 {
+fn count_key_presses(events: &[Event], wanted: Key) -> u32 {
     let is_press =
         |event: &&Event| matches!(event, Event::Key { key, pressed: true, repeat: false, .. } if *key == wanted);
     events.iter().filter(is_press).map(|_| 1).sum()
@@ -239,7 +239,7 @@ mod tests {
         let mut wish = SteeringWish::default();
         let input = RawInput { time: Some(10.0), predicted_dt: dt_s, events, ..RawInput::default() };
         let mut output =
-            context.run_ui(input, |ui| wish = ui.input(|input| wished(input, egui::Vec2::ZERO, Some(wheel))));
+            context.run_ui(input, |ui| wish = ui.input(|input| wished_motion(input, egui::Vec2::ZERO, Some(wheel))));
         // Nothing is drawn here.
         output.textures_delta.clear();
         wish

@@ -4,7 +4,7 @@
 //! times a second), and on a speed taken between two samples.
 
 use bench::scenes::AxialRun;
-use documents::load::read;
+use documents::load::read_document;
 use documents::{Document, Patient};
 use law::axial::AxialSpec;
 
@@ -20,7 +20,7 @@ const REPEATED_JUMP_N: f64 = 0.1;
 /// Every shipped scene as the law sees it, with its name.
 fn scenes() -> Vec<(String, AxialSpec)> {
     let folder = std::fs::read_dir(curricula().join("scenes")).unwrap();
-    let scene = |path: std::path::PathBuf| match read(&path).unwrap() {
+    let scene = |path: std::path::PathBuf| match read_document(&path).unwrap() {
         Document::Scene(scene) => (scene.id.clone(), scene.axial_spec(&Patient::nominal(&scene))),
         other => panic!("not a scene: {other:?}"),
     };

@@ -3,7 +3,7 @@
 //! Would fail if a mistake slipped through, or were reported without its place or its remedy.
 
 use documents::Issue;
-use documents::load::read;
+use documents::load::read_document;
 use phrase::Phrase;
 
 use crate::support::{CURRICULUM, EXERCISE, INSTRUMENT, SCENE, folder, read_text, write};
@@ -122,7 +122,7 @@ fn names_must_be_unique_and_fit_into_metric_ids() {
 fn text_that_is_not_toml_is_refused_with_its_place() {
     says(&error(SCENE, "id = \"small\"", "id = "), &["document.toml:1:", "TOML"]);
     says(&error(SCENE, "title = \"Small\"", "id = \"again\""), &["document.toml:2:1", "duplicate key"]);
-    let error = read(&write(&folder(), "latin.toml", b"id = \"x\"\ntitle = \"\xe9\"\n")).unwrap_err();
+    let error = read_document(&write(&folder(), "latin.toml", b"id = \"x\"\ntitle = \"\xe9\"\n")).unwrap_err();
     says(&error.to_string(), &["latin.toml:2:10", "UTF-8"]);
 }
 

@@ -3,15 +3,15 @@
 //! Would fail if the schema and the reader drifted apart.
 
 use documents::DocumentKind;
-use documents::load::{Document, read};
-use documents::schema;
+use documents::document_schema;
+use documents::load::{Document, read_document};
 use jsonschema::Validator;
 use serde_json::Value;
 
 use crate::support::{EXERCISE, INSTRUMENT, SCENE, folder, read_text, shipped};
 
 fn validator(kind: DocumentKind) -> Validator {
-    let schema = schema(kind);
+    let schema = document_schema(kind);
     jsonschema::meta::validate(&schema).unwrap();
     jsonschema::draft202012::new(&schema).unwrap()
 }
@@ -23,7 +23,7 @@ fn json(toml: &str) -> Value {
 #[test]
 fn every_shipped_document_validates() {
     for path in shipped() {
-        let kind = match read(&path).unwrap() {
+        let kind = match read_document(&path).unwrap() {
             Document::Scene(_) => DocumentKind::Scene,
             Document::Exercise(_) => DocumentKind::Exercise,
             Document::Curriculum(..) => DocumentKind::Curriculum,
@@ -68,7 +68,7 @@ fn what_the_reader_refuses_on_a_field_the_schema_refuses_too() {
 
 #[test]
 fn the_schema_gives_unit_range_and_default() {
-    let schema = schema(DocumentKind::Scene);
+    let schema = document_schema(DocumentKind::Scene);
     let diameter = &schema["properties"]["needle"]["properties"]["diameter_mm"];
     assert_eq!((diameter["minimum"].as_f64(), diameter["maximum"].as_f64()), (Some(0.1), Some(10.0)));
     assert_eq!(diameter["default"].as_f64(), Some(2.0));

@@ -3,7 +3,7 @@
 //! Would fail if an unsound scene passed, if only the nominal patient were looked at, or if the limit that the message
 //! gives were not itself sound.
 
-use documents::{DocumentError, check};
+use documents::{DocumentError, check_documents};
 use law::axial::Contactor;
 
 use crate::support::{SCENE, folder, scene, write};
@@ -18,7 +18,7 @@ fn tough(scene: &str) -> String {
 }
 
 fn refusal(text: &str) -> DocumentError {
-    check(&write(&folder(), "scene.toml", text)).unwrap_err()
+    check_documents(&write(&folder(), "scene.toml", text)).unwrap_err()
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use documents::load::read;
+use documents::load::read_document;
 use documents::{Document, DocumentError, Scene};
 
 /// What the reader of a case says when one of its words is another.
@@ -152,7 +152,7 @@ pub fn write(folder: &tempfile::TempDir, name: &str, contents: impl AsRef<[u8]>)
 
 /// Reads a text as a document of that folder.
 pub fn read_text(folder: &tempfile::TempDir, text: &str) -> Result<Document, DocumentError> {
-    read(&write(folder, "document.toml", text))
+    read_document(&write(folder, "document.toml", text))
 }
 
 /// Reads a text as a scene.

@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use documents::{Document, Patient, Scene, check};
+use documents::{Document, Patient, Scene, check_documents};
 use tissue::follow::Field;
 use tissue::planner::cut_patch;
 use tissue::volumetric::{self, Problem3, VolumetricError};
@@ -83,7 +83,7 @@ fn a_coupled_scene_is_judged_by_the_fields_stiffnesses() {
         SCENE.replace("tip_rupture_n = 0.5", "youngs_modulus_pa = 2e6\ntip_rupture_n = 9").replace("= 0.6", "= 10");
     assert!(scene(&tough).soundness(0.0).unwrap().is_empty());
     let text = tough.replace("[needle]", "[tissue]\ncoupling = \"field\"\n[needle]");
-    let error = check(&write(&folder(), "scene.toml", text)).unwrap_err().to_string();
+    let error = check_documents(&write(&folder(), "scene.toml", text)).unwrap_err().to_string();
     for part in ["layer[0].tip_rupture_n", "unsound with the field's stiffnesses", "boundary 0 (skin)"] {
         assert!(error.contains(part), "{part:?} is not said by:\n{error}");
     }
@@ -92,11 +92,12 @@ fn a_coupled_scene_is_judged_by_the_fields_stiffnesses() {
 /// Every shipped scene.
 fn shipped() -> Vec<Scene> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/scenes");
-    let scenes =
-        std::fs::read_dir(folder).unwrap().map(|file| match documents::load::read(&file.unwrap().path()).unwrap() {
+    let scenes = std::fs::read_dir(folder).unwrap().map(|file| {
+        match documents::load::read_document(&file.unwrap().path()).unwrap() {
             Document::Scene(scene) => *scene,
             other => panic!("no scene: {other:?}"),
-        });
+        }
+    });
     scenes.collect()
 }
 

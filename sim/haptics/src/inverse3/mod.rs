@@ -107,9 +107,9 @@ impl Inverse3 {
                 version.dialect().ok_or_else(|| Inverse3Error::WrongVersion { found: version.text.clone() })?
             }
         };
-        let (device_id, reading) = find(&first, options.device_id.as_deref())?;
+        let (device_id, reading) = find_inverse3(&first, options.device_id.as_deref())?;
         let has_grip = StateFrame::read(&first).is_some_and(|frame| frame.has_grip());
-        let info = describe(&device_id, options.max_force_n, has_grip);
+        let info = describe_inverse3(&device_id, options.max_force_n, has_grip);
         let (readings_in, readings) = triple_buffer(&reading);
         let (forces_n, forces_out) = triple_buffer(&Vector3::zeros());
         let shared = Arc::new(Shared::default());
@@ -189,7 +189,7 @@ impl Drop for Inverse3 {
 }
 
 /// The device that is wanted, and where its handle is.
-fn find(first: &str, wanted: Option<&str>) -> Result<(String, Reading), Inverse3Error> {
+fn find_inverse3(first: &str, wanted: Option<&str>) -> Result<(String, Reading), Inverse3Error> {
     let at_rest = Reading {
         t_s: clock::now_s(),
         position_m: Vector3::zeros(),
@@ -204,7 +204,7 @@ fn find(first: &str, wanted: Option<&str>) -> Result<(String, Reading), Inverse3
         Inverse3Error::NoDevice { wanted: wanted.unwrap_or("an Inverse3").to_owned(), found }
     })?;
     let device_id = arm.device_id.clone().into_owned();
-    if let Some(why) = words(arm.refusal().unwrap_or(0)) {
+    if let Some(why) = say_device(arm.refusal().unwrap_or(0)) {
         return Err(Inverse3Error::NotReady { device_id, why });
     }
     let reading = frame.as_ref().and_then(|frame| frame.reading(&device_id, at_rest.t_s, &at_rest));
@@ -212,7 +212,7 @@ fn find(first: &str, wanted: Option<&str>) -> Result<(String, Reading), Inverse3
 }
 
 /// The gravest of the reasons why an arm takes no force.
-fn words(refusal: u32) -> Option<&'static str> {
+fn say_device(refusal: u32) -> Option<&'static str> {
     let reasons = [
         (code::NO_POWER, "without power supply"),
         (code::NOT_CALIBRATED, "not calibrated"),
@@ -223,7 +223,7 @@ fn words(refusal: u32) -> Option<&'static str> {
 
 /// What the arm can do. The service does not say; its workspace is a cautious box of our choice inside the arm's reach, and
 /// it watches the temperature of its motors itself.
-fn describe(device_id: &str, max_force_n: f64, has_grip: bool) -> DeviceInfo {
+fn describe_inverse3(device_id: &str, max_force_n: f64, has_grip: bool) -> DeviceInfo {
     let max_force_n = if max_force_n.is_nan() { 0.0 } else { max_force_n.clamp(0.0, GREATEST_FORCE_N) };
     DeviceInfo {
         // A recording keeps the name, and so whether the trainee turned the needle.

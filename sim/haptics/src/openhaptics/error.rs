@@ -98,7 +98,7 @@ const FORCE_ERRORS: std::ops::RangeInclusive<u32> = 0x0200..=0x02FF;
 const LOST: [u32; 4] = [0x0300, 0x0302, 0x0303, 0x0304];
 
 /// What an error means for a device in use.
-pub(super) fn fault(info: ErrorInfo) -> DeviceFault {
+pub(super) fn describe_fault(info: ErrorInfo) -> DeviceFault {
     match info.code {
         code if LOST.contains(&code) => DeviceFault::Gone,
         code if FORCE_ERRORS.contains(&code) => DeviceFault::RefusesForce(code),

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
-use super::error::{fault, graver};
+use super::error::{describe_fault, graver};
 use super::ffi::{Handle, Hd, name};
 use crate::clock;
 use crate::device::{DeviceFault, DeviceInfo, Reading, Tick};
@@ -50,7 +50,7 @@ impl DeviceFrame<'_, '_> {
         let shown_n = force_n.map_or_else(Vector3::zeros, |force_n| self.info.within_limits(&force_n));
         self.hd.set_force(shown_n.as_ref());
         self.hd.end_frame(self.device);
-        self.fault = self.hd.errors().map(fault).reduce(graver);
+        self.fault = self.hd.errors().map(describe_fault).reduce(graver);
         let goes_on = force_n.is_some() && self.fault != Some(DeviceFault::Gone);
         self.watch.frames.fetch_add(1, Ordering::Relaxed);
         // Released after everything above, so that who sees the end may let go of the device.

@@ -62,7 +62,7 @@ impl OpenHaptics {
     /// # Errors
     /// Which of the things that can be missing is missing; see [`OpenHapticsError::advice`].
     pub fn open(options: &OpenHapticsOptions) -> Result<Self, OpenHapticsError> {
-        let hd = load(options)?;
+        let hd = load_openhaptics(options)?;
         let wanted = options.device.as_deref().unwrap_or("the default device");
         let not_found = |info: ErrorInfo| OpenHapticsError::of_device(wanted, info, hd.error_in_words(info.code));
         // A name with a zero inside is no device's.
@@ -75,7 +75,7 @@ impl OpenHaptics {
         if device == ffi::INVALID_HANDLE {
             return Err(not_found(NO_DEVICE));
         }
-        let info = describe(&hd);
+        let info = describe_device(&hd);
         let workspace_mm = hd.doubles(name::USABLE_WORKSPACE);
         let this = Self { hd, device, info, middle_m: middle_m(&workspace_mm) };
         this.calibrate()?;
@@ -176,7 +176,7 @@ impl Clocked for OpenHaptics {
         if let Some(panic) = frame.panic.take() {
             resume_unwind(panic);
         }
-        scheduled.map_err(error::fault)?;
+        scheduled.map_err(error::describe_fault)?;
         match silent.or(frame.fault) {
             Some(DeviceFault::Gone) => Err(DeviceFault::Gone),
             _ => Ok(()),
@@ -191,7 +191,7 @@ impl Drop for OpenHaptics {
     }
 }
 
-fn load(options: &OpenHapticsOptions) -> Result<Hd, OpenHapticsError> {
+fn load_openhaptics(options: &OpenHapticsOptions) -> Result<Hd, OpenHapticsError> {
     let library = options.library.to_string_lossy().into_owned();
     Hd::load(&options.library).map_err(|error| match error {
         LoadError::NotFound(why) => OpenHapticsError::LibraryNotFound { library, why },
@@ -203,7 +203,7 @@ fn load(options: &OpenHapticsOptions) -> Result<Hd, OpenHapticsError> {
 const NO_DEVICE: ErrorInfo = ErrorInfo { code: 0, internal_code: 0, device: ffi::INVALID_HANDLE };
 
 /// What the device says of itself, where that is believable; else what the cautious know of its kind.
-fn describe(hd: &Hd) -> DeviceInfo {
+fn describe_device(hd: &Hd) -> DeviceInfo {
     let known = DataSheet::for_model(&hd.string(name::MODEL_TYPE));
     let serial = Some(hd.string(name::SERIAL_NUMBER)).filter(|serial| !serial.is_empty());
     let number = |name| Some(hd.doubles::<1>(name)[0]).filter(|value| value.is_finite() && *value > 0.0);

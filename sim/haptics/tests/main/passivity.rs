@@ -10,7 +10,7 @@ use std::sync::Arc;
 use haptics::device::DeviceInfo;
 use haptics::mapping::{Mapping, NeedlePose};
 use haptics::servo::Setup;
-use law::closed_form::ruptures;
+use law::closed_form::predict_ruptures;
 use law::puncture::{PunctureInput, PunctureParams, PunctureScratch, PunctureState, step};
 use nalgebra::Vector3;
 
@@ -130,7 +130,7 @@ impl Bench {
 /// The worst gain over every boundary of a scene, of a handle let go at rest or thrown out at a speed in m/s.
 fn worst(scene: &str, info: &DeviceInfo, delay: usize, speed_m_per_s: f64, damped: bool) -> Gain {
     let spec = shipped(scene).axial;
-    let peaks = ruptures(&spec);
+    let peaks = predict_ruptures(&spec);
     // Just before each rupture; a target beyond them all counts every boundary's stiffness.
     let target_x_m = peaks.iter().map(|peak| peak.x_m).fold(0.0, f64::max);
     let mut worst = Gain::default();
@@ -198,7 +198,7 @@ fn a_handle_that_an_encoder_reads_in_steps_comes_to_rest() {
     const STEP_M: f64 = 55e-6;
     for scene in SCENES {
         for info in devices() {
-            for peak in ruptures(&shipped(scene).axial) {
+            for peak in predict_ruptures(&shipped(scene).axial) {
                 let mut bench = Bench::new(scene, &info, 0.03, true);
                 let (mut x_m, mut v, mut swing_m) = (peak.x_m - 1e-4, 0.0_f64, 0.0_f64);
                 bench.go(x_m);

@@ -16,7 +16,7 @@ pub const PERIOD_S: f64 = 1.0 / RATE_HZ;
 /// A shipped scene by its name, without the field that the servo does not run.
 pub fn shipped(name: &str) -> PunctureSpec {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/scenes").join(name).with_extension("toml");
-    let Document::Scene(scene) = documents::load::read(&path).expect("a shipped scene is valid") else {
+    let Document::Scene(scene) = documents::load::read_document(&path).expect("a shipped scene is valid") else {
         panic!("{name} is a scene")
     };
     scene.puncture_spec(&Patient::nominal(&scene))

@@ -32,7 +32,7 @@ pub(super) struct BookedTick {
     pub presliding_j: f64,
 }
 
-pub(super) fn book(ledger: &mut Ledger, path: &Path<'_>, tick: &BookedTick, ruptures: &[Rupture]) {
+pub(super) fn book_tick(ledger: &mut Ledger, path: &Path<'_>, tick: &BookedTick, ruptures: &[Rupture]) {
     let viscous_j = tick.after.viscous_n * tick.dx_m;
     book_work(ledger, tick.elastic_work_j + viscous_j + tick.friction.work_j + tick.cutting.work_j);
     book_ruptures(ledger, ruptures);
@@ -41,7 +41,7 @@ pub(super) fn book(ledger: &mut Ledger, path: &Path<'_>, tick: &BookedTick, rupt
     book_friction(ledger, path, tick);
     book_cutting(ledger, path, tick);
     ledger.lagged_j += (-viscous_j).max(0.0);
-    share(ledger, path, &Share { depth_m: tick.after.depth_m, total_j: viscous_j, part: VISCOUS });
+    book_share(ledger, path, &Share { depth_m: tick.after.depth_m, total_j: viscous_j, part: VISCOUS });
 }
 
 fn book_work(ledger: &mut Ledger, work_j: f64) {
@@ -91,8 +91,8 @@ fn book_elastic(ledger: &mut Ledger, path: &Path<'_>, tick: &BookedTick) {
 /// When the last of the needle leaves, nothing is inserted any more and the loss is shared as the tick before.
 fn book_friction(ledger: &mut Ledger, path: &Path<'_>, tick: &BookedTick) {
     let here = Share { depth_m: tick.after.depth_m, total_j: tick.friction.lost_j, part: FRICTION };
-    if !share(ledger, path, &here) {
-        share(ledger, path, &Share { depth_m: tick.before.depth_m, ..here });
+    if !book_share(ledger, path, &here) {
+        book_share(ledger, path, &Share { depth_m: tick.before.depth_m, ..here });
     }
 }
 
@@ -126,11 +126,11 @@ const LATERAL: Part = Part { coefficient: |_| 1.0, entry: |energy| &mut energy.l
 pub(crate) fn book_lateral(params: &AxialParams, state: &mut AxialState, scratch: &AxialScratch, work_j: f64) {
     let depth_m = state.last_output().depth_m;
     let path = Path::new(params.spec(), &scratch.boundaries_m, scratch.path_factor);
-    share(&mut state.ledger, &path, &Share { depth_m, total_j: work_j, part: LATERAL });
+    book_share(&mut state.ledger, &path, &Share { depth_m, total_j: work_j, part: LATERAL });
 }
 
 /// Books a share; false when no layer has a weight.
-fn share(ledger: &mut Ledger, path: &Path<'_>, share: &Share) -> bool {
+fn book_share(ledger: &mut Ledger, path: &Path<'_>, share: &Share) -> bool {
     let weight = |(layer, inserted_m): (&Layer, f64)| (share.part.coefficient)(layer) * inserted_m;
     let total: f64 = path.inserted(share.depth_m).map(weight).sum();
     if total <= 0.0 {

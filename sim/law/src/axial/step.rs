@@ -1,6 +1,6 @@
 //! One step of the law.
 
-use super::book::{BookedTick, book};
+use super::book::{BookedTick, book_tick};
 use super::params::{AxialParams, AxialSpec, ForceLaw, RateDependence};
 use super::path::{Open, Path, lay_boundaries};
 use super::speed_window::TimedDisplacement;
@@ -33,7 +33,7 @@ pub fn step(
     input: &AxialInput,
 ) -> AxialOutput {
     scratch.ruptures.clear();
-    let Some(motion) = accept(params, state, input) else {
+    let Some(motion) = accept_motion(params, state, input) else {
         return AxialOutput { held: true, ..state.last_output() };
     };
     scratch.path_factor = input.path_factor;
@@ -48,10 +48,10 @@ pub fn step(
     let mut open = state.open();
     // Withdrawal ruptures nothing. Without rate dependence this changes no bit: what a lesser tent could open is open.
     if motion.dx_m >= 0.0 {
-        open = resolve(&path, open, &thresholds, x_m, ruptures);
+        open = open_reached_boundaries(&path, open, &thresholds, x_m, ruptures);
     }
     let at = ResolvedTick { open, x_m, motion };
-    let Forces { output, front_m, friction, cutting } = forces(params, &path, state, &at);
+    let Forces { output, front_m, friction, cutting } = forces_after_ruptures(params, &path, state, &at);
 
     let tick = BookedTick {
         open,
@@ -62,9 +62,9 @@ pub fn step(
         after: output,
         friction,
         cutting,
-        presliding_j: stored_j(spec, &output),
+        presliding_j: stored_energy_j(spec, &output),
     };
-    book(&mut state.ledger, &path, &tick, ruptures);
+    book_tick(&mut state.ledger, &path, &tick, ruptures);
     state.tip_open = open.tip;
     state.rim_open = open.rim;
     state.deepest_m = state.deepest_m.max(output.depth_m);
@@ -75,7 +75,7 @@ pub fn step(
 }
 
 /// What the presliding springs hold, in J. Version 1 has no spring that cuts.
-fn stored_j(spec: &AxialSpec, output: &AxialOutput) -> f64 {
+fn stored_energy_j(spec: &AxialSpec, output: &AxialOutput) -> f64 {
     let spring_j = |force_n| SpringTick::stored_j(spec.presliding_stiffness_n_per_m, force_n);
     match spec.law {
         ForceLaw::Version1 => spring_j(output.friction_n),
@@ -105,14 +105,14 @@ pub fn forecast_standing(
     let thresholds = Thresholds { rate: params.spec().rate, speed_m_per_s: v_m_per_s.abs() };
     let mut open = state.open();
     if motion.dx_m >= 0.0 {
-        open = resolve(&path, open, &thresholds, x_m, ruptures);
+        open = open_reached_boundaries(&path, open, &thresholds, x_m, ruptures);
     }
-    let output = forces(params, &path, state, &ResolvedTick { open, x_m, motion }).output;
+    let output = forces_after_ruptures(params, &path, state, &ResolvedTick { open, x_m, motion }).output;
     AxialStanding { tip_open: open.tip, rim_open: open.rim, output }
 }
 
 /// The motion since the last good sample, or none when this one is not to be believed. Both differences are 0 on the first.
-fn accept(params: &AxialParams, state: &AxialState, input: &AxialInput) -> Option<AxialMotion> {
+fn accept_motion(params: &AxialParams, state: &AxialState, input: &AxialInput) -> Option<AxialMotion> {
     let believable = state.is_later(input.t_s)
         && input.x_m.abs() <= MAX_DISPLACEMENT_M
         && input.path_factor > 0.0
@@ -143,7 +143,13 @@ impl Thresholds {
 
 /// Opens every boundary whose threshold is reached: tips in boundary order, then rims. Each pass of the inner loop
 /// opens one boundary, so it is bounded by the number of layers.
-fn resolve(path: &Path<'_>, mut open: Open, at: &Thresholds, x_m: f64, ruptures: &mut Vec<Rupture>) -> Open {
+fn open_reached_boundaries(
+    path: &Path<'_>,
+    mut open: Open,
+    at: &Thresholds,
+    x_m: f64,
+    ruptures: &mut Vec<Rupture>,
+) -> Open {
     for contactor in [Contactor::Tip, Contactor::Rim] {
         while let Some((rupture, next)) = next_rupture(path, open, at, contactor, x_m) {
             ruptures.push(rupture);
@@ -186,14 +192,14 @@ struct Forces {
 }
 
 /// The forces with the state after the ruptures.
-fn forces(params: &AxialParams, path: &Path<'_>, state: &AxialState, at: &ResolvedTick) -> Forces {
+fn forces_after_ruptures(params: &AxialParams, path: &Path<'_>, state: &AxialState, at: &ResolvedTick) -> Forces {
     let depth_m = path.depth_m(at.open, at.x_m);
     let (mut damping, mut cap_n) = (0.0, 0.0);
     for (layer, inserted_m) in path.inserted(depth_m) {
         damping += layer.damping_n_s_per_m2 * inserted_m;
         cap_n += layer.friction_n_per_m * inserted_m;
     }
-    let (friction_n, friction) = rub(params, state, at, cap_n);
+    let (friction_n, friction) = friction_force(params, state, at, cap_n);
     let (Cut { force_n: cutting_n, front_m }, cutting) = cut_tissue(params, path, state, at);
     let output = AxialOutput {
         v_m_per_s: at.motion.v_m_per_s,
@@ -209,7 +215,7 @@ fn forces(params: &AxialParams, path: &Path<'_>, state: &AxialState, at: &Resolv
 }
 
 /// Friction: F ← clip(F + k Δx, ± cap).
-fn rub(params: &AxialParams, state: &AxialState, at: &ResolvedTick, cap_n: f64) -> (f64, SpringWork) {
+fn friction_force(params: &AxialParams, state: &AxialState, at: &ResolvedTick, cap_n: f64) -> (f64, SpringWork) {
     let stiffness_n_per_m = params.spec().presliding_stiffness_n_per_m;
     let (before_n, dx_m) = (state.last_output().friction_n, at.motion.dx_m);
     let trial_n = before_n + stiffness_n_per_m * dx_m;

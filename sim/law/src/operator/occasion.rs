@@ -33,10 +33,10 @@ pub(super) struct Traits {
 impl Traits {
     pub fn new(occasion: &Occasion) -> Self {
         let Occasion { person, day, attempt } = *occasion;
-        let person = mix(person, 1);
-        let day = mix(person ^ day, 2);
+        let person = scatter_seed(person, 1);
+        let day = scatter_seed(person ^ day, 2);
         // One day's attempts differ, and so do the first attempts of two days or two people with the same number.
-        Self { levels: [person, day, mix(day ^ attempt, 3)].map(Draw::new) }
+        Self { levels: [person, day, scatter_seed(day ^ attempt, 3)].map(Draw::new) }
     }
 
     /// How far a trait is off its mean in this attempt, in standard deviations between attempts of different people.
@@ -52,7 +52,7 @@ impl Traits {
 }
 
 /// Scatters a seed, so that neighbouring numbers draw unlike traits (the finaliser of `SplitMix64`, Steele et al. 2014).
-fn mix(seed: u64, level: u64) -> u64 {
+fn scatter_seed(seed: u64, level: u64) -> u64 {
     let z = seed.wrapping_add(level.wrapping_mul(0x9E37_79B9_7F4A_7C15));
     let z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
     let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);

@@ -41,8 +41,8 @@ pub(super) struct Skilled {
 impl Skilled {
     pub fn new(skill: &Skill, plan: &Plan, occasion: &Occasion) -> Self {
         let mut traits = Traits::new(occasion);
-        let skill = of_person(skill, &mut traits);
-        let axis = tilt(&plan.axis, skill.angle_sd_rad, &mut traits);
+        let skill = skill_of_person(skill, &mut traits);
+        let axis = tilt_randomly(&plan.axis, skill.angle_sd_rad, &mut traits);
         let entry_sd_m = ENTRY_SD_M_PER_RAD * skill.angle_sd_rad;
         let entry_m = plan.entry_m + Vector3::new(traits.z(), traits.z(), 0.0) * entry_sd_m;
         let goal_m = plan.target_x_m + skill.depth_sd_m * traits.z();
@@ -120,7 +120,7 @@ impl Skilled {
 }
 
 /// A skill as a person has it in an attempt.
-fn of_person(skill: &Skill, traits: &mut Traits) -> Skill {
+fn skill_of_person(skill: &Skill, traits: &mut Traits) -> Skill {
     let mean = skill.speed_m_per_s;
     let speed = mean + skill.speed_sd_m_per_s * traits.z();
     let firmness = libm::exp(FIRMNESS_SD * traits.z());
@@ -137,7 +137,7 @@ fn of_person(skill: &Skill, traits: &mut Traits) -> Skill {
 }
 
 /// An axis off by a random angle of the given standard deviation, in a random direction.
-fn tilt(axis: &Vector3<f64>, sd_rad: f64, traits: &mut Traits) -> Vector3<f64> {
+fn tilt_randomly(axis: &Vector3<f64>, sd_rad: f64, traits: &mut Traits) -> Vector3<f64> {
     let aside = if axis.x.abs() < 0.5 { Vector3::x() } else { Vector3::y() };
     let u = axis.cross(&aside).normalize();
     let w = axis.cross(&u);

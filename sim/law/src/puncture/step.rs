@@ -22,23 +22,23 @@ pub fn step(
         scratch.events.push(PunctureEvent::Fault);
         let axial = AxialOutput { held: true, ..state.axial.last_output() };
         let side = SidewaysNeedle::new(state, params.bend(axial.depth_m));
-        survey(params, state, scratch, &side);
-        return assemble(params, state, scratch, axial, &side);
+        survey_structures(params, state, scratch, &side);
+        return assemble_output(params, state, scratch, axial, &side);
     };
     let left = cross_skin(state, scratch, &pose);
     state.last = Some(pose);
-    let axial = advance(params, state, scratch, input.t_s, left.as_ref());
+    let axial = advance_axially(params, state, scratch, input.t_s, left.as_ref());
     let bend = params.bend(axial.depth_m);
-    press(params, state, scratch, &bend);
+    press_sideways(params, state, scratch, &bend);
     if let Some(latch) = left {
         leave(state, &latch);
         scratch.events.push(PunctureEvent::SkinExit);
     }
     let side = SidewaysNeedle::new(state, bend);
-    survey(params, state, scratch, &side);
+    survey_structures(params, state, scratch, &side);
     report_hits(state, scratch);
     open_walls(params, state, &side);
-    assemble(params, state, scratch, axial, &side)
+    assemble_output(params, state, scratch, axial, &side)
 }
 
 /// Writes what the needle does to the tissue after the last step into `loads_n`, in N, as [`axial::loads`] does. Never allocates.
@@ -89,7 +89,7 @@ fn cross_skin(state: &mut PunctureState, scratch: &mut PunctureScratch, pose: &L
 ///
 /// The tick that leaves the body still runs on the track it leaves, with the tip above the skin, so that whatever was
 /// stored there is given back or lost and nothing is carried into the air.
-fn advance(
+fn advance_axially(
     params: &PunctureParams,
     state: &mut PunctureState,
     scratch: &mut PunctureScratch,
@@ -104,7 +104,7 @@ fn advance(
 }
 
 /// Presses the needle against the sides of its track, and books the work.
-fn press(params: &PunctureParams, state: &mut PunctureState, scratch: &PunctureScratch, bend: &Bend) {
+fn press_sideways(params: &PunctureParams, state: &mut PunctureState, scratch: &PunctureScratch, bend: &Bend) {
     if let (Some(latch), Some(last)) = (&mut state.latch, &state.last) {
         let offset_m = latch.resolve(&last.tip_m).1;
         let work_j = bend.stiffness_n_per_m * offset_m.norm() * (offset_m - latch.offset_m).norm();
@@ -123,7 +123,12 @@ fn displacement_m(state: &PunctureState) -> f64 {
 }
 
 /// Finds how the needle of the last good sample stands to every structure.
-fn survey(params: &PunctureParams, state: &PunctureState, scratch: &mut PunctureScratch, side: &SidewaysNeedle) {
+fn survey_structures(
+    params: &PunctureParams,
+    state: &PunctureState,
+    scratch: &mut PunctureScratch,
+    side: &SidewaysNeedle,
+) {
     scratch.meetings.clear();
     if let Some(pose) = &state.last {
         let tip_m = pose.tip_m + side.bend_m;
@@ -154,14 +159,14 @@ fn open_walls(params: &PunctureParams, state: &mut PunctureState, side: &Sideway
 }
 
 /// The output as a function of the state after the step, which is why a held sample repeats it.
-fn assemble(
+fn assemble_output(
     params: &PunctureParams,
     state: &PunctureState,
     scratch: &PunctureScratch,
     axial: AxialOutput,
     side: &SidewaysNeedle,
 ) -> PunctureOutput {
-    let (stage, boundary) = stage(params, state);
+    let (stage, boundary) = piercing_stage(params, state);
     let structures_n = state.last.as_ref().map_or_else(Vector3::zeros, |pose| {
         let tip_m = pose.tip_m + side.bend_m;
         let walls = params.structures.iter().zip(&state.open_walls);
@@ -178,11 +183,11 @@ fn assemble(
         stage,
         boundary,
         inside: state.latch.is_some(),
-        clearance_m: clearance_m(params, scratch),
+        clearance_m: target_clearance_m(params, scratch),
     }
 }
 
-fn clearance_m(params: &PunctureParams, scratch: &PunctureScratch) -> f64 {
+fn target_clearance_m(params: &PunctureParams, scratch: &PunctureScratch) -> f64 {
     let others = params.structures.iter().zip(&scratch.meetings);
     others
         .filter(|(structure, _)| structure.kind() != StructureKind::Target)
@@ -191,7 +196,7 @@ fn clearance_m(params: &PunctureParams, scratch: &PunctureScratch) -> f64 {
 }
 
 /// Where the first boundary that is not fully open stands; the last one, when all are. In the air nothing is touched.
-fn stage(params: &PunctureParams, state: &PunctureState) -> (PiercingStage, usize) {
+fn piercing_stage(params: &PunctureParams, state: &PunctureState) -> (PiercingStage, usize) {
     let spec = params.axial.spec();
     let (tip_open, rim_open) = (state.axial.tip_open, state.axial.rim_open);
     let forces = state.axial.last_output();

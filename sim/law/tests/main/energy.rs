@@ -127,7 +127,7 @@ fn input_less_returned_is_the_integral_of_the_force_the_hand_felt() {
 
 #[test]
 fn a_slow_insertion_dissipates_at_each_rupture_what_the_closed_form_says() {
-    let predicted = law::closed_form::ruptures(&paper_axial_spec());
+    let predicted = law::closed_form::predict_ruptures(&paper_axial_spec());
     let mut found = Vec::new();
     let leg = Leg { start_s: 0.0, duration_s: 20.0, dt_s: 1e-3, from_m: 0.0, to_m: 0.02 };
     let mut run = AxialRun::new(paper_axial_spec()).expect("a valid scene");

@@ -2,15 +2,15 @@
 //! the closed form within one tick, and which scenes are sound.
 
 use law::axial::{AxialSpec, Contactor, RateDependence};
-use law::closed_form::ruptures;
-use law::soundness::check;
+use law::closed_form::predict_ruptures;
+use law::soundness::find_unsound_ruptures;
 
 use bench::lateness_m;
 use bench::scenes::{AxialRun, Leg, paper_axial_spec, training_axial_spec};
 
 #[test]
 fn the_trocars_closed_form_is_the_published_one() {
-    let predicted = ruptures(&paper_axial_spec());
+    let predicted = predict_ruptures(&paper_axial_spec());
     let wanted = [
         (Contactor::Tip, 0, 3.021, 1.000),
         (Contactor::Rim, 0, 5.927, 1.726),
@@ -38,8 +38,8 @@ fn the_law_ruptures_where_the_closed_form_says_within_a_tick() {
 
 #[test]
 fn the_scenes_of_section_two_are_sound() {
-    assert_eq!(check(&paper_axial_spec()), []);
-    assert_eq!(check(&training_axial_spec()), []);
+    assert_eq!(find_unsound_ruptures(&paper_axial_spec()), []);
+    assert_eq!(find_unsound_ruptures(&training_axial_spec()), []);
 }
 
 #[test]
@@ -48,7 +48,7 @@ fn a_threshold_too_high_for_its_stiffness_is_named_with_the_largest_sound_one() 
     spec.tip_to_rim_m = 0.0;
     spec.layers[1].tip_rupture_n = 1.0;
     spec.layers[2].tip_rupture_n = 3.0;
-    let issues = check(&spec);
+    let issues = find_unsound_ruptures(&spec);
     assert_eq!(issues.len(), 1);
     let issue = &issues[0];
     assert_eq!((issue.boundary, issue.layer.as_str(), issue.contactor), (1, "fat", Contactor::Tip));
@@ -57,9 +57,9 @@ fn a_threshold_too_high_for_its_stiffness_is_named_with_the_largest_sound_one() 
     // The forces are equal at x = (497 · 9.2 − 83 · 0.8)/414 mm; the fat then holds 83 N/m · (x − 0.8 mm).
     assert!((issue.largest_sound_n - 0.836_976_8).abs() < 1e-6, "{}", issue.largest_sound_n);
     spec.layers[1].tip_rupture_n = issue.largest_sound_n;
-    assert_eq!(check(&spec), [], "the largest sound threshold must itself be sound");
+    assert_eq!(find_unsound_ruptures(&spec), [], "the largest sound threshold must itself be sound");
     spec.layers[1].tip_rupture_n = issue.largest_sound_n * 1.001;
-    assert_ne!(check(&spec), [], "a little above it must not be");
+    assert_ne!(find_unsound_ruptures(&spec), [], "a little above it must not be");
 }
 
 #[test]

@@ -61,17 +61,17 @@ fn rings_within(reach_m: f32) -> u32 {
 #[must_use]
 pub fn build_body() -> BodyMesh {
     let mut shape = MeshShape::default();
-    let rim = rim();
-    grid(&mut shape, &rim);
+    let rim = add_rim();
+    add_grid(&mut shape, &rim);
     let grid_end = shape.indices.len() as u32;
-    outer(&mut shape);
+    add_outer_wall(&mut shape);
     let outer_end = shape.indices.len() as u32;
-    cut(&mut shape);
+    add_section(&mut shape);
     let end = shape.indices.len() as u32;
     BodyMesh { shape, grid: 0..grid_end, outer: grid_end..outer_end, cut: outer_end..end }
 }
 
-fn line(from: [f32; 2], to: [f32; 2], steps: u32) -> impl Iterator<Item = [f32; 2]> {
+fn outline_rows(from: [f32; 2], to: [f32; 2], steps: u32) -> impl Iterator<Item = [f32; 2]> {
     (0..=steps).map(move |i| {
         let t = i as f32 / steps as f32;
         [from[0] + t * (to[0] - from[0]), from[1] + t * (to[1] - from[1])]
@@ -82,12 +82,12 @@ fn line(from: [f32; 2], to: [f32; 2], steps: u32) -> impl Iterator<Item = [f32; 
 const CORNERS: [[f32; 2]; 4] =
     [[HALF_WIDTH_M, 0.0], [HALF_WIDTH_M, BEHIND_M], [-HALF_WIDTH_M, BEHIND_M], [-HALF_WIDTH_M, 0.0]];
 
-fn rim() -> Vec<[f32; 2]> {
+fn add_rim() -> Vec<[f32; 2]> {
     let [a, b, c, d] = CORNERS;
-    line(a, b, SIDE).chain(line(b, c, FAR).skip(1)).chain(line(c, d, SIDE).skip(1)).collect()
+    outline_rows(a, b, SIDE).chain(outline_rows(b, c, FAR).skip(1)).chain(outline_rows(c, d, SIDE).skip(1)).collect()
 }
 
-fn grid(shape: &mut MeshShape, rim: &[[f32; 2]]) {
+fn add_grid(shape: &mut MeshShape, rim: &[[f32; 2]]) {
     for ring in 0..=RINGS {
         let along = ring as f32 / RINGS as f32;
         for [x, y] in rim {
@@ -98,7 +98,7 @@ fn grid(shape: &mut MeshShape, rim: &[[f32; 2]]) {
 }
 
 /// A wall: two rows of corners, the layer's top and its bottom.
-fn wall(shape: &mut MeshShape, plan: &[[f32; 3]], normal: [f32; 2]) {
+fn add_wall(shape: &mut MeshShape, plan: &[[f32; 3]], normal: [f32; 2]) {
     let first = shape.corners.len() as u32;
     for bottom in [0.0, 1.0] {
         for [x, y, along] in plan {
@@ -108,18 +108,18 @@ fn wall(shape: &mut MeshShape, plan: &[[f32; 3]], normal: [f32; 2]) {
     shape.join(first, plan.len() as u32, 2);
 }
 
-fn outer(shape: &mut MeshShape) {
+fn add_outer_wall(shape: &mut MeshShape) {
     let [a, b, c, d] = CORNERS;
     for (from, to, steps, normal) in [(a, b, SIDE, [1.0, 0.0]), (b, c, FAR, [0.0, 1.0]), (c, d, SIDE, [-1.0, 0.0])] {
-        let plan: Vec<_> = line(from, to, steps).map(|[x, y]| [x, y, 1.0]).collect();
-        wall(shape, &plan, normal);
+        let plan: Vec<_> = outline_rows(from, to, steps).map(|[x, y]| [x, y, 1.0]).collect();
+        add_wall(shape, &plan, normal);
     }
 }
 
-fn cut(shape: &mut MeshShape) {
+fn add_section(shape: &mut MeshShape) {
     let ray = |x: f32| (0..=RINGS).map(move |ring| [x, 0.0, ring as f32 / RINGS as f32]);
     let mut left: Vec<_> = ray(-HALF_WIDTH_M).collect();
     left.reverse();
     left.extend(ray(HALF_WIDTH_M).skip(1));
-    wall(shape, &left, [0.0, -1.0]);
+    add_wall(shape, &left, [0.0, -1.0]);
 }

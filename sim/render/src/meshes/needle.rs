@@ -31,40 +31,40 @@ pub fn build_needle(needle: &DrawnNeedle) -> MeshShape {
     let inner_m = if cannulated { STYLET * outer_m } else { outer_m };
     let room_m = if cannulated { 0.95 * needle.tip_to_rim_m } else { f32::INFINITY };
     let end_m = if cannulated { -needle.tip_to_rim_m - 2.0 * outer_m } else { hub_m };
-    tip(&mut shape, needle.tip, inner_m, room_m, end_m);
+    add_tip(&mut shape, needle.tip, inner_m, room_m, end_m);
     if cannulated {
-        cannula(&mut shape, outer_m, inner_m, -needle.tip_to_rim_m, hub_m);
+        add_cannula(&mut shape, outer_m, inner_m, -needle.tip_to_rim_m, hub_m);
     }
-    handle(&mut shape, outer_m, hub_m, -length_m);
+    add_handle(&mut shape, outer_m, hub_m, -length_m);
     shape
 }
 
 /// The cannula: a shaft that narrows towards its rim, the rim, and the gap between rim and stylet.
-fn cannula(shape: &mut MeshShape, outer_m: f32, inner_m: f32, rim_m: f32, hub_m: f32) {
+fn add_cannula(shape: &mut MeshShape, outer_m: f32, inner_m: f32, rim_m: f32, hub_m: f32) {
     let bevel_m = 0.9 * outer_m;
     let bore_m = inner_m + 0.35 * (outer_m - inner_m);
     let rim_radius_m = inner_m + 0.62 * (outer_m - inner_m);
-    shaft(shape, outer_m, CANNULA, [hub_m, rim_m - bevel_m]);
+    add_shaft(shape, outer_m, CANNULA, [hub_m, rim_m - bevel_m]);
     turn(shape, &[[outer_m, rim_m - bevel_m], [rim_radius_m, rim_m], [bore_m, rim_m]], CANNULA, SIDES);
     turn(shape, &[[bore_m, rim_m], [bore_m, rim_m - outer_m]], BORE, SIDES);
     turn(shape, &[[bore_m, rim_m - outer_m], [inner_m, rim_m - outer_m]], BORE, SIDES);
 }
 
-fn shaft(shape: &mut MeshShape, radius_m: f32, part: f32, [from_m, to_m]: [f32; 2]) {
+fn add_shaft(shape: &mut MeshShape, radius_m: f32, part: f32, [from_m, to_m]: [f32; 2]) {
     let profile: Vec<Point> =
         (0..=STRETCHES).map(|i| [radius_m, from_m + (to_m - from_m) * i as f32 / STRETCHES as f32]).collect();
     turn_smooth(shape, &profile, part, SIDES);
 }
 
 /// A shaft's end: where its surface ends, and how far the end is from the tip, at an angle around the axis.
-fn tip(shape: &mut MeshShape, tip: Tip, radius_m: f32, room_m: f32, from_m: f32) {
+fn add_tip(shape: &mut MeshShape, tip: Tip, radius_m: f32, room_m: f32, from_m: f32) {
     match tip {
-        Tip::Diamond => diamond(shape, radius_m, (2.1 * radius_m).min(room_m), from_m),
-        Tip::Bevel => bevel(shape, radius_m, (4.2 * radius_m).min(room_m), from_m),
+        Tip::Diamond => add_diamond_tip(shape, radius_m, (2.1 * radius_m).min(room_m), from_m),
+        Tip::Bevel => add_bevelled_tip(shape, radius_m, (4.2 * radius_m).min(room_m), from_m),
         Tip::Conical => {
             let long_m = (3.0 * radius_m).min(room_m);
             turn(shape, &[[radius_m, -long_m], [0.04 * radius_m, 0.0], [0.0, 0.0]], STEEL, SIDES);
-            shaft(shape, radius_m, STEEL, [from_m, -long_m]);
+            add_shaft(shape, radius_m, STEEL, [from_m, -long_m]);
         }
         Tip::Blunt => {
             let round = |i: u32| {
@@ -72,15 +72,15 @@ fn tip(shape: &mut MeshShape, tip: Tip, radius_m: f32, room_m: f32, from_m: f32)
                 [radius_m * cos, radius_m * (sin - 1.0)]
             };
             turn_smooth(shape, &(0..=10).map(round).collect::<Vec<_>>(), STEEL, SIDES);
-            shaft(shape, radius_m, STEEL, [from_m, -radius_m]);
+            add_shaft(shape, radius_m, STEEL, [from_m, -radius_m]);
         }
     }
 }
 
 /// Three flat facets that meet in the tip.
-fn diamond(shape: &mut MeshShape, radius_m: f32, long_m: f32, from_m: f32) {
+fn add_diamond_tip(shape: &mut MeshShape, radius_m: f32, long_m: f32, from_m: f32) {
     let per_facet = SIDES / 3;
-    let depth = |angle: f32| -long_m * (angle - facet(angle)).cos();
+    let depth = |angle: f32| -long_m * (angle - add_facet(angle)).cos();
     for face in 0..3 {
         let middle = TAU * face as f32 / 3.0;
         let normal = Vec3::new(middle.cos() * long_m, middle.sin() * long_m, radius_m).normalize();
@@ -101,12 +101,12 @@ fn diamond(shape: &mut MeshShape, radius_m: f32, long_m: f32, from_m: f32) {
 }
 
 /// The middle of the facet that an angle belongs to.
-fn facet(angle: f32) -> f32 {
+fn add_facet(angle: f32) -> f32 {
     TAU / 3.0 * (angle * 3.0 / TAU).round()
 }
 
 /// A slanted cut. Its point is bent onto the axis, as a Tuohy needle's is, so that the point is where the force law's tip is.
-fn bevel(shape: &mut MeshShape, radius_m: f32, long_m: f32, from_m: f32) {
+fn add_bevelled_tip(shape: &mut MeshShape, radius_m: f32, long_m: f32, from_m: f32) {
     let depth = |angle: f32| -0.5 * long_m * (1.0 - angle.cos());
     let first = shape.corners.len() as u32;
     shaft_to(shape, radius_m, from_m, depth);
@@ -144,7 +144,7 @@ fn shaft_to(shape: &mut MeshShape, radius_m: f32, from_m: f32, end: impl Fn(f32)
 }
 
 /// Hub of the cannula with its flange, and the knob of the stylet.
-fn handle(shape: &mut MeshShape, outer_m: f32, hub_m: f32, end_m: f32) {
+fn add_handle(shape: &mut MeshShape, outer_m: f32, hub_m: f32, end_m: f32) {
     let wide_m = 0.0046_f32.max(2.2 * outer_m);
     let long_m = hub_m - end_m;
     let z = |share: f32| hub_m - share * long_m;

@@ -24,36 +24,40 @@ pub const MIDDLE_M: [f32; 2] = [HALF_WIDTH_M + 0.042, BEHIND_M + 0.02];
 /// Makes the tray and what is on it.
 #[must_use]
 pub fn build_tray() -> MeshShape {
-    let mut shape = dish();
+    let mut shape = kidney_dish();
     let lying = Quat::from_rotation_y(FRAC_PI_2);
     shape.add(&syringe().placed(Vec3::new(-0.045, -0.024, 0.0085), Quat::from_rotation_z(0.12) * lying));
-    shape.add(&slab(Vec3::new(0.018, 0.014, 0.003), GAUZE).placed(Vec3::new(-0.028, 0.016, 0.0042), turned(-0.2)));
-    shape.add(&slab(Vec3::new(0.017, 0.0135, 0.0015), GAUZE).placed(Vec3::new(-0.026, 0.017, 0.0087), turned(0.15)));
+    shape.add(
+        &tray_slab(Vec3::new(0.018, 0.014, 0.003), GAUZE).placed(Vec3::new(-0.028, 0.016, 0.0042), turned_part(-0.2)),
+    );
+    shape.add(
+        &tray_slab(Vec3::new(0.017, 0.0135, 0.0015), GAUZE).placed(Vec3::new(-0.026, 0.017, 0.0087), turned_part(0.15)),
+    );
     shape.add(&bowl().placed(Vec3::new(0.030, 0.014, 0.0012), Quat::IDENTITY));
-    shape.placed(Vec3::new(MIDDLE_M[0], MIDDLE_M[1], 0.0), turned(-0.22))
+    shape.placed(Vec3::new(MIDDLE_M[0], MIDDLE_M[1], 0.0), turned_part(-0.22))
 }
 
-fn turned(angle_rad: f32) -> Quat {
+fn turned_part(angle_rad: f32) -> Quat {
     Quat::from_rotation_z(angle_rad)
 }
 
 /// A sheet of steel with a rim.
-fn dish() -> MeshShape {
+fn kidney_dish() -> MeshShape {
     const THIN_M: f32 = 0.0006;
     let [wide, long] = HALF_M;
-    let mut shape = slab(Vec3::new(wide, long, THIN_M), STEEL).placed(Vec3::Z * THIN_M, Quat::IDENTITY);
+    let mut shape = tray_slab(Vec3::new(wide, long, THIN_M), STEEL).placed(Vec3::Z * THIN_M, Quat::IDENTITY);
     let up = Vec3::Z * 0.5 * RIM_M;
     for side in [-1.0, 1.0] {
-        let across = slab(Vec3::new(wide, THIN_M, 0.5 * RIM_M), STEEL);
+        let across = tray_slab(Vec3::new(wide, THIN_M, 0.5 * RIM_M), STEEL);
         shape.add(&across.placed(up + Vec3::Y * side * long, Quat::IDENTITY));
-        let along = slab(Vec3::new(THIN_M, long, 0.5 * RIM_M), STEEL);
+        let along = tray_slab(Vec3::new(THIN_M, long, 0.5 * RIM_M), STEEL);
         shape.add(&along.placed(up + Vec3::X * side * wide, Quat::IDENTITY));
     }
     shape
 }
 
 /// A box around the origin.
-fn slab(half: Vec3, part: f32) -> MeshShape {
+fn tray_slab(half: Vec3, part: f32) -> MeshShape {
     let mut shape = MeshShape::default();
     for axis in 0..3 {
         for side in [-1.0, 1.0] {

@@ -214,7 +214,7 @@ impl Renderer {
         }
         passes::draw_picture(self, frame, self.targets.small.as_ref().unwrap_or(onto), encoder);
         if let Some(small) = &self.groups.enlarge {
-            passes::enlarge(self, small, onto, encoder);
+            passes::enlarge_picture(self, small, onto, encoder);
         }
     }
 

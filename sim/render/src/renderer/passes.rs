@@ -16,7 +16,10 @@ use crate::scene_block::casts;
 /// Below this fade the body is drawn opaque.
 const OPAQUE: f32 = 0.004;
 
-fn colour<'a>(view: &'a TextureView, resolve_target: Option<&'a TextureView>) -> RenderPassColorAttachment<'a> {
+fn colour_attachment<'a>(
+    view: &'a TextureView,
+    resolve_target: Option<&'a TextureView>,
+) -> RenderPassColorAttachment<'a> {
     // Only what is read later is stored: samples are resolved and forgotten.
     let store = if resolve_target.is_some() { StoreOp::Discard } else { StoreOp::Store };
     RenderPassColorAttachment {
@@ -29,7 +32,7 @@ fn colour<'a>(view: &'a TextureView, resolve_target: Option<&'a TextureView>) ->
 
 /// The displacements of every boundary under the frame's loads.
 pub fn draw_field(renderer: &Renderer, encoder: &mut CommandEncoder) {
-    let attachments = [Some(colour(&renderer.set.field, None))];
+    let attachments = [Some(colour_attachment(&renderer.set.field, None))];
     let mut pass =
         encoder.begin_render_pass(&RenderPassDescriptor { color_attachments: &attachments, ..Default::default() });
     pass.set_pipeline(&renderer.fixed.superpose);
@@ -52,9 +55,9 @@ pub fn draw_shadows(renderer: &Renderer, frame: &Frame, encoder: &mut CommandEnc
     // A body that is seen through lets the light through, too.
     if casts(frame.fade) {
         pass.set_pipeline(&renderer.fixed.tissue_shadow);
-        cut(renderer, frame, None, &mut pass);
-        walls(renderer, frame, &mut pass);
-        for half in halves(frame, 0..renderer.layers().min(1)) {
+        draw_section(renderer, frame, None, &mut pass);
+        draw_walls(renderer, frame, &mut pass);
+        for half in draw_body_halves(frame, 0..renderer.layers().min(1)) {
             renderer.body.0.draw_part(&mut pass, renderer.body.1.grid.clone(), half);
         }
     }
@@ -66,8 +69,8 @@ pub fn draw_shadows(renderer: &Renderer, frame: &Frame, encoder: &mut CommandEnc
 pub fn draw_picture(renderer: &Renderer, frame: &Frame, onto: &TextureView, encoder: &mut CommandEncoder) {
     let targets = &renderer.targets;
     let attachment = match &targets.samples {
-        Some(samples) => colour(samples, Some(onto)),
-        None => colour(onto, None),
+        Some(samples) => colour_attachment(samples, Some(onto)),
+        None => colour_attachment(onto, None),
     };
     let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
         color_attachments: &[Some(attachment)],
@@ -82,19 +85,19 @@ pub fn draw_picture(renderer: &Renderer, frame: &Frame, onto: &TextureView, enco
     pass.set_bind_group(1, &renderer.groups.materials, &[]);
     pass.set_stencil_reference(0);
     match frame.view {
-        View::Section => section(renderer, frame, &mut pass),
+        View::Section => draw_section_face(renderer, frame, &mut pass),
         View::Whole | View::Tip => body_and_needle(renderer, frame, &mut pass),
     }
     if frame.ghost.is_some() {
-        with(&mut pass, &renderer.drawn.ghost, &renderer.set.needle);
+        draw_with_pipeline(&mut pass, &renderer.drawn.ghost, &renderer.set.needle);
     }
     if frame.guide {
-        with(&mut pass, &renderer.drawn.guide_hidden, &renderer.set.guide);
-        with(&mut pass, &renderer.drawn.guide, &renderer.set.guide);
+        draw_with_pipeline(&mut pass, &renderer.drawn.guide_hidden, &renderer.set.guide);
+        draw_with_pipeline(&mut pass, &renderer.drawn.guide, &renderer.set.guide);
     }
 }
 
-fn with(pass: &mut RenderPass<'_>, pipeline: &RenderPipeline, what: &Loaded) {
+fn draw_with_pipeline(pass: &mut RenderPass<'_>, pipeline: &RenderPipeline, what: &Loaded) {
     if !what.is_empty() {
         pass.set_pipeline(pipeline);
         what.draw(pass);
@@ -106,28 +109,28 @@ fn body_and_needle(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>
     let front = renderer.sees_the_cut(frame);
     let opaque = frame.fade < OPAQUE;
     if front && !frame.closed {
-        with(pass, &drawn.solid_inside, &renderer.set.solids);
+        draw_with_pipeline(pass, &drawn.solid_inside, &renderer.set.solids);
     }
     // What hides most comes first, so that what is hidden is never lit.
     if opaque {
-        body(renderer, frame, pass);
+        draw_body(renderer, frame, pass);
     }
-    with(pass, &drawn.solid, &renderer.set.solids);
-    with(pass, &drawn.needle, &renderer.set.needle);
+    draw_with_pipeline(pass, &drawn.solid, &renderer.set.solids);
+    draw_with_pipeline(pass, &drawn.needle, &renderer.set.needle);
     if frame.view == View::Whole {
-        with(pass, &drawn.tray, &renderer.tray);
+        draw_with_pipeline(pass, &drawn.tray, &renderer.tray);
     }
     if !opaque {
-        with(pass, &drawn.floor, &renderer.behind[1]);
+        draw_with_pipeline(pass, &drawn.floor, &renderer.behind[1]);
     }
-    backdrop(renderer, frame, pass);
+    draw_backdrop(renderer, frame, pass);
     if !opaque {
-        faded(renderer, frame, front, pass);
+        draw_faded_body(renderer, frame, front, pass);
     }
 }
 
 /// The drape, looked at for shadows only where there can be any, and the room.
-fn backdrop(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
+fn draw_backdrop(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
     let (grid, shaded) = (&renderer.behind[0], renderer.shaded(frame));
     let Range { start, end } = grid.indices();
     pass.set_pipeline(&renderer.drawn.bright);
@@ -141,34 +144,39 @@ fn backdrop(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
 const BEFORE: u32 = 16;
 
 /// The halves of a layer's parts that are there: behind the cut, and before it where the body is not cut open.
-fn halves(frame: &Frame, layers: Range<u32>) -> impl Iterator<Item = Range<u32>> {
+fn draw_body_halves(frame: &Frame, layers: Range<u32>) -> impl Iterator<Item = Range<u32>> {
     let before = frame.closed.then_some(layers.start + BEFORE..layers.end + BEFORE);
     std::iter::once(layers).chain(before)
 }
 
 /// Opaque: only what can be seen from outside.
-fn body(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
+fn draw_body(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
     let faces = &renderer.drawn.tissue;
-    cut(renderer, frame, Some([&faces.tracked, &faces.face]), pass);
+    draw_section(renderer, frame, Some([&faces.tracked, &faces.face]), pass);
     pass.set_pipeline(&faces.face);
-    walls(renderer, frame, pass);
-    skin(renderer, frame, faces, pass);
+    draw_walls(renderer, frame, pass);
+    draw_skin(renderer, frame, faces, pass);
 }
 
 /// The skin, looked through for punctures only where there can be any.
-fn skin(renderer: &Renderer, frame: &Frame, faces: &Faces, pass: &mut RenderPass<'_>) {
+fn draw_skin(renderer: &Renderer, frame: &Frame, faces: &Faces, pass: &mut RenderPass<'_>) {
     let (buffers, body) = &renderer.body;
     let parts = body.grid_within(renderer.wounds(frame)[0]);
     for (pipeline, part) in [&faces.punctured, &faces.skin].into_iter().zip(parts) {
         pass.set_pipeline(pipeline);
-        for half in halves(frame, 0..renderer.layers().min(1)) {
+        for half in draw_body_halves(frame, 0..renderer.layers().min(1)) {
             buffers.draw_part(pass, part.clone(), half);
         }
     }
 }
 
 /// The cut face, if there is one: with tracks where there can be any, and without; or all of it as the pipeline is set.
-fn cut(renderer: &Renderer, frame: &Frame, pipelines: Option<[&RenderPipeline; 2]>, pass: &mut RenderPass<'_>) {
+fn draw_section(
+    renderer: &Renderer,
+    frame: &Frame,
+    pipelines: Option<[&RenderPipeline; 2]>,
+    pass: &mut RenderPass<'_>,
+) {
     let (buffers, body) = &renderer.body;
     let layers = 0..if frame.closed { 0 } else { renderer.layers() };
     let Some([tracked, plain]) = pipelines else {
@@ -182,54 +190,59 @@ fn cut(renderer: &Renderer, frame: &Frame, pipelines: Option<[&RenderPipeline; 2
 }
 
 /// The outer walls.
-fn walls(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
+fn draw_walls(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
     let (buffers, body) = &renderer.body;
-    for half in halves(frame, 0..renderer.layers()) {
+    for half in draw_body_halves(frame, 0..renderer.layers()) {
         buffers.draw_part(pass, body.outer.clone(), half);
     }
 }
 
 /// Back to front: seen from above the lowest boundary comes first, and the cut face last when the camera is before it.
-fn faded(renderer: &Renderer, frame: &Frame, front: bool, pass: &mut RenderPass<'_>) {
+fn draw_faded_body(renderer: &Renderer, frame: &Frame, front: bool, pass: &mut RenderPass<'_>) {
     let (buffers, body) = &renderer.body;
     let (faces, layers) = (&renderer.drawn.faded, renderer.layers());
     let above = renderer.camera(frame).forward.z < 0.0;
     if !front {
-        cut(renderer, frame, Some([&faces.tracked, &faces.face]), pass);
+        draw_section(renderer, frame, Some([&faces.tracked, &faces.face]), pass);
     }
     pass.set_pipeline(&faces.face);
-    walls(renderer, frame, pass);
+    draw_walls(renderer, frame, pass);
     for step in 0..layers {
         let layer = if above { layers - 1 - step } else { step };
         if layer == 0 {
-            skin(renderer, frame, faces, pass);
+            draw_skin(renderer, frame, faces, pass);
             continue;
         }
         pass.set_pipeline(&renderer.drawn.sheet);
-        for half in halves(frame, layer..layer + 1) {
+        for half in draw_body_halves(frame, layer..layer + 1) {
             buffers.draw_part(pass, body.grid.clone(), half);
         }
     }
     if front {
-        cut(renderer, frame, Some([&faces.tracked, &faces.face]), pass);
+        draw_section(renderer, frame, Some([&faces.tracked, &faces.face]), pass);
     }
 }
 
 /// A section shows what is inside as it is: nothing of it fades.
-fn section(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
+fn draw_section_face(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
     let drawn = &renderer.drawn;
-    with(pass, &drawn.solid_inside, &renderer.set.solids);
-    with(pass, &drawn.solid, &renderer.set.solids);
-    with(pass, &drawn.needle, &renderer.set.needle);
-    cut(renderer, &Frame { closed: false, ..frame.clone() }, Some([&drawn.tracked_section, &drawn.section]), pass);
-    with(pass, &drawn.paper, &renderer.behind[1]);
-    with(pass, &drawn.solid_behind, &renderer.set.solids);
-    with(pass, &drawn.needle, &renderer.set.needle);
+    draw_with_pipeline(pass, &drawn.solid_inside, &renderer.set.solids);
+    draw_with_pipeline(pass, &drawn.solid, &renderer.set.solids);
+    draw_with_pipeline(pass, &drawn.needle, &renderer.set.needle);
+    draw_section(
+        renderer,
+        &Frame { closed: false, ..frame.clone() },
+        Some([&drawn.tracked_section, &drawn.section]),
+        pass,
+    );
+    draw_with_pipeline(pass, &drawn.paper, &renderer.behind[1]);
+    draw_with_pipeline(pass, &drawn.solid_behind, &renderer.set.solids);
+    draw_with_pipeline(pass, &drawn.needle, &renderer.set.needle);
 }
 
 /// A smaller picture onto the full one.
-pub fn enlarge(renderer: &Renderer, small: &BindGroup, onto: &TextureView, encoder: &mut CommandEncoder) {
-    let attachments = [Some(colour(onto, None))];
+pub fn enlarge_picture(renderer: &Renderer, small: &BindGroup, onto: &TextureView, encoder: &mut CommandEncoder) {
+    let attachments = [Some(colour_attachment(onto, None))];
     let mut pass =
         encoder.begin_render_pass(&RenderPassDescriptor { color_attachments: &attachments, ..Default::default() });
     pass.set_pipeline(&renderer.fixed.enlarge);

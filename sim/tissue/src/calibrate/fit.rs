@@ -143,7 +143,7 @@ pub fn fit(curve: &Curve, start: Start<'_>, watch: &mut dyn FnMut(u32)) -> Resul
         best = search.draw(best);
         best = search.settle(best);
     }
-    let unsound = soundness::check(&best.guess.spec);
+    let unsound = soundness::find_unsound_ruptures(&best.guess.spec);
     let rms_n = residual_rms_n(&best.guess.spec, curve);
     let asked = (!unsound.is_empty()).then_some(AskedFit { rms_n, unsound });
     best = search.descend(&best.guess, true, DESCENT);
@@ -469,7 +469,7 @@ fn without_cutting(variables: &[f64]) -> Vec<f64> {
 fn sound(mut spec: AxialSpec) -> AxialSpec {
     const BELOW: f64 = 1.0 - 1e-4;
     for _ in 0..LOWERINGS {
-        let Some(first) = soundness::check(&spec).into_iter().next() else { break };
+        let Some(first) = soundness::find_unsound_ruptures(&spec).into_iter().next() else { break };
         if let Some(layer) = spec.layers.get_mut(first.boundary) {
             match first.contactor {
                 Contactor::Tip => layer.tip_rupture_n = first.largest_sound_n * BELOW,
@@ -482,7 +482,7 @@ fn sound(mut spec: AxialSpec) -> AxialSpec {
 
 /// The start itself, where it is sound and the fit found nothing better.
 fn keep_if_better(model: &CurveModel<'_>, fitted: Candidate, start: &AxialSpec) -> Candidate {
-    let is_sound = soundness::check(start).is_empty();
+    let is_sound = soundness::find_unsound_ruptures(start).is_empty();
     if is_sound && residual_rms_n(start, model.curve) <= residual_rms_n(&fitted.guess.spec, model.curve) {
         return Candidate { guess: Guess { spec: start.clone(), ..fitted.guess }, ..fitted };
     }

@@ -137,7 +137,7 @@ pub(super) fn find_leaders(front: &Front, start: &AxialSpec) -> Vec<Leader> {
         (Some(first), Some(last)) => (*first, *last),
         _ => return Vec::new(),
     };
-    let ruptures = closed_form::ruptures(start);
+    let ruptures = closed_form::predict_ruptures(start);
     let cascades = ruptures.chunk_by(|a, b| a.x_m.total_cmp(&b.x_m).is_eq()).filter_map(|cascade| cascade.first());
     cascades
         .filter(|rupture| (first_m..last_m).contains(&rupture.x_m))

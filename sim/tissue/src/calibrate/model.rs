@@ -247,7 +247,7 @@ impl<'c> CurveModel<'c> {
         if sound {
             let weight = UNSOUND_WEIGHT * (self.curve.len() as f64).sqrt();
             let spec = self.spec(guess, variables);
-            residuals.extend(closed_form::ruptures(&spec).iter().map(|rupture| weight * excess_n(rupture)));
+            residuals.extend(closed_form::predict_ruptures(&spec).iter().map(|rupture| weight * excess_n(rupture)));
         }
         residuals
     }

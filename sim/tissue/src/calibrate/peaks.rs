@@ -32,7 +32,7 @@ pub(super) fn find_peaks(model: &CurveModel<'_>, guess: &Guess) -> Vec<Peak> {
     let front = &model.front;
     let drops = front.drops();
     let along = along_front(model, &guess.spec);
-    let placed = closed_form::ruptures(&guess.spec).into_iter().filter_map(|rupture| {
+    let placed = closed_form::predict_ruptures(&guess.spec).into_iter().filter_map(|rupture| {
         let row = match rupture.contactor {
             Contactor::Tip => &guess.places.tip,
             Contactor::Rim => &guess.places.rim,
@@ -57,7 +57,7 @@ pub(super) fn find_unseen(model: &CurveModel<'_>, guess: &Guess) -> Vec<usize> {
         let places = [guess.places.tip[boundary], guess.places.rim[boundary]];
         places.into_iter().flatten().any(|gap| drops.iter().any(|drop| is_near(drop.gap, gap)))
     };
-    let opened = closed_form::ruptures(&guess.spec).into_iter().filter(|rupture| rupture.x_m <= last_m);
+    let opened = closed_form::predict_ruptures(&guess.spec).into_iter().filter(|rupture| rupture.x_m <= last_m);
     let mut boundaries: Vec<usize> =
         opened.map(|rupture| rupture.boundary).filter(|&boundary| !is_seen(boundary)).collect();
     boundaries.sort_unstable();
@@ -86,7 +86,7 @@ pub(super) fn find_unexplained(model: &CurveModel<'_>, guess: &Guess) -> Vec<(f6
 pub(super) fn is_another_reading(model: &CurveModel<'_>, guess: &Guess, other: &Guess) -> bool {
     let last_m = model.front.depth_m.last().copied().unwrap_or(0.0);
     let within = |guess: &Guess| {
-        let ruptures = closed_form::ruptures(&guess.spec).into_iter().filter(|rupture| rupture.x_m <= last_m);
+        let ruptures = closed_form::predict_ruptures(&guess.spec).into_iter().filter(|rupture| rupture.x_m <= last_m);
         ruptures.map(|rupture| (rupture.contactor, rupture.boundary, rupture.x_m)).collect::<Vec<_>>()
     };
     let (here, there) = (within(guess), within(other));

@@ -68,7 +68,7 @@ pub fn same_id(found: &str, id: &str) -> Result<(), DocumentError> {
 /// What its author should change, by what its metrics mean and by what attempts worth nothing would earn.
 fn advice(bundle: &ExerciseBundle) -> Result<Vec<Issue>, DocumentError> {
     let allowed = || phrase!("allowed: an exercise that can be simulated");
-    let remarks = assessment::appraise(bundle);
+    let remarks = assessment::appraise_rubric(bundle);
     let remarks = remarks.map_err(|error| issue("document", "scene", Phrase::data(error), allowed()))?;
     bundle.place("document", &remarks)
 }

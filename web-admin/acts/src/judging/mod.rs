@@ -8,7 +8,7 @@ use crate::{recording_files, replay_files};
 use std::path::{Path, PathBuf};
 
 use assessment::{Assessment, assess, own_exercise};
-use attempt::verify::verify;
+use attempt::verify::verify_recording;
 use documents::{ExerciseBundle, Patient};
 use recording::{ReadError, Recording};
 use serde::{Deserialize, Serialize};
@@ -176,7 +176,7 @@ fn resimulate(recording: &Recording, bundle: &ExerciseBundle) -> Result<Verified
     }
     let params = Specimen::new(bundle.recorded_spec(&patient, recording.session.judging))
         .map_err(|error| format!("the recorded patient: {error}"))?;
-    let found = verify(recording, &params);
+    let found = verify_recording(recording, &params);
     Ok(Verified {
         deviation_n: found.largest_deviation_n,
         event_differences: i64::try_from(found.event_differences).unwrap_or(i64::MAX),

@@ -61,7 +61,7 @@ impl Habits {
 }
 
 fn line(metric: &str, lost: &[(usize, f64)]) -> RubricHabit {
-    let definition = catalogue::newest(metric);
+    let definition = catalogue::newest_definition(metric);
     let suffix = metric.split_once('.').map(|(_, suffix)| suffix);
     let label = definition.map(|d| suffix.map_or_else(|| d.label.to_owned(), |suffix| d.label_of(suffix)));
     let judged = u32::try_from(lost.len()).unwrap_or(u32::MAX);

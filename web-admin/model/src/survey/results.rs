@@ -377,7 +377,7 @@ fn score(
     ScoreResult {
         id: key.id.clone(),
         title: key.title.in_language("en").to_owned(),
-        range: questionnaire::range(instrument, key),
+        range: questionnaire::score_range(instrument, key),
         groups: groups.shown.iter().map(|(name, rows)| score_group(name, rows, at)).collect(),
         alpha,
         agreement: agreement(&scorer, key.items.len(), &all),
@@ -426,5 +426,5 @@ fn agreement(scorer: &Scorer<'_>, items: usize, rows: &[&ResponseRow<'_>]) -> Su
 /// Spearman's ρ of scores with a figure of the attempts behind them.
 #[must_use]
 pub fn correlation(pairs: &[(f64, f64)]) -> SurveyFigure<ConfidenceInterval> {
-    SurveyFigure::of(statistics::spearman(pairs), ConfidenceInterval::from)
+    SurveyFigure::of(statistics::rank_correlation(pairs), ConfidenceInterval::from)
 }

@@ -90,7 +90,7 @@ fn describe_crossings(points: &[LearningPoint]) -> String {
 mod tests {
     //! Every crossing is marked, and a curve without attempts is drawn without nonsense.
 
-    use assessment::learning::{CusumParams, curve};
+    use assessment::learning::{CusumParams, learning_curve};
 
     use super::*;
 
@@ -99,7 +99,7 @@ mod tests {
         let params = CusumParams { p0: 0.1, p1: 0.4, alpha: 0.1, beta: 0.1 };
         let rule = Rule::new(&params, Some(30)).expect("a rule");
         let failures: Vec<bool> = (0..40).map(|i| i > 30).collect();
-        let drawn = draw_learning_curve(&curve(&rule, &failures).points, &rule, "x", "Curve");
+        let drawn = draw_learning_curve(&learning_curve(&rule, &failures).points, &rule, "x", "Curve");
         assert!(drawn.contains("point pass") && drawn.contains("point fail") && drawn.contains(">too many fail<"));
         let empty = draw_learning_curve(&[], &rule, "x", "Curve");
         assert!(!empty.contains("NaN") && !empty.contains("polyline") && !empty.contains(">acceptable<"), "{empty}");

@@ -83,7 +83,7 @@ pub fn draw_both_widths(draw: impl Fn(DrawingSize) -> String) -> String {
 mod tests {
     //! Drawings are made in the reader's language, down to what only a screen reader says.
 
-    use assessment::learning::{CusumParams, Rule, curve as learning};
+    use assessment::learning::{CusumParams, Rule, learning_curve as learning};
 
     use super::*;
     use crate::forgotten::check_drawing;

@@ -123,7 +123,8 @@ async fn means_of_ratings(
         let first = &round[0];
         let Some(instrument) = surveys::revision(state, session.school_id, first.revision_id).await? else { continue };
         for key in &instrument.scores {
-            let score = |given: &ratings::FinishedRating| questionnaire::score(&instrument, key, &given.answers).ok();
+            let score =
+                |given: &ratings::FinishedRating| questionnaire::score_response(&instrument, key, &given.answers).ok();
             let scores: Vec<Option<f64>> = round.iter().map(score).collect();
             means.extend(mean(&scores).map(|(mean, raters)| RatedMean {
                 round: first.title.clone(),

@@ -141,7 +141,7 @@ fn write(attempt: &Attempt, spoil: impl FnOnce(&mut Writer<Cursor<Vec<u8>>>), mo
     }
     spoil(&mut writer);
     if let Some(Station { id, key }) = &attempt.station {
-        let signed = signature::statement(&session, *id, &writer.motion().sha256());
+        let signed = signature::signed_statement(&session, *id, &writer.motion().sha256());
         let ed25519 = HEXLOWER.encode(&key.sign(&signed).to_bytes());
         writer.sign(&Signature { station: *id, ed25519 }).unwrap();
     }

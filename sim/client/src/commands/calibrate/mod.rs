@@ -78,7 +78,7 @@ pub fn run(args: &CalibrateArgs) -> Outcome {
     file.keep()?;
     let report = CalibrationReport::new(args, scale, &curve, &fitted, &written);
     report.warn();
-    if args.json { output::json(&report) } else { output::with(|out| report.write(out)) }
+    if args.json { output::print_json(&report) } else { output::print_buffered(|out| report.write(out)) }
 }
 
 /// The text that the fitted numbers are put into.
@@ -153,7 +153,7 @@ fn write(args: &CalibrateArgs, base: &Base, target: &AxialSpec, curve: &Curve) -
     let id = sheet::id_of(&args.out);
     let old = base.scene()?;
     let put = |source: &str| -> Result<(String, Scene, f64), Failure> {
-        let text = documents::rewrite::rewrite(&base.text, &old, target, &id, source)?;
+        let text = documents::rewrite::rewrite_document(&base.text, &old, target, &id, source)?;
         let scene = documents::load::read_scene_text(&args.out, &text)?;
         let spec = scene.axial_spec(&Patient::nominal(&scene));
         let rms_n = calibrate::residual_rms_n(&spec, curve);

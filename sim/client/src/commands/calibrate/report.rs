@@ -131,7 +131,7 @@ impl CalibrationReport {
     /// Says on standard error what the user should know before using the scene.
     pub fn warn(&self) {
         if let Some(asked) = &self.unsound_without_constraint {
-            output::warning(format_args!(
+            output::print_warning(format_args!(
                 "{}: the data alone ask for a rupture that creates force or energy: {}; the scene is sound and fits with {:.3} N \
                  rms instead of {:.3} N",
                 self.data,
@@ -141,15 +141,15 @@ impl CalibrationReport {
             ));
         }
         for drop in &self.unexplained_drops {
-            output::warning(format_args!(
+            output::print_warning(format_args!(
                 "{}: the drop of {:.3} N at {:.2} mm is explained by no rupture; another layer might be needed (--layers)",
                 self.data, drop.fall_n, drop.depth_mm
             ));
         }
         if let Some(misfit) = &self.misfit {
-            output::warning(format_args!("{}: {}", self.data, misfit.words));
+            output::print_warning(format_args!("{}: {}", self.data, misfit.words));
         } else if !self.converged {
-            output::warning(format_args!(
+            output::print_warning(format_args!(
                 "{}: the fit had not come to rest when its {} steps were used up",
                 self.data, self.steps
             ));

@@ -6,7 +6,7 @@ mod tissue;
 
 use std::path::{Path, PathBuf};
 
-use assessment::appraise;
+use assessment::appraise_rubric;
 use documents::{Document, ExerciseBundle, Issue};
 
 use crate::exit::{Failure, Outcome};
@@ -40,23 +40,23 @@ pub fn run(args: &CheckArgs) -> Outcome {
     }
     let reports: Vec<FileReport> = args.files.iter().map(|file| check(file)).collect();
     match args.json {
-        true => output::json(&reports)?,
-        false => output::with(|out| reports.iter().try_for_each(|report| report.write(out)))?,
+        true => output::print_json(&reports)?,
+        false => output::print_buffered(|out| reports.iter().try_for_each(|report| report.write(out)))?,
     }
     for report in &reports {
         for warning in report.plans.iter().filter_map(|plan| plan.tissue.warning()) {
-            output::warning(format_args!("{}: {warning}", report.file));
+            output::print_warning(format_args!("{}: {warning}", report.file));
         }
     }
     for line in reports.iter().flat_map(|report| &report.issues) {
-        output::error(line);
+        output::print_error(line);
     }
     if reports.iter().all(|report| report.ok) { Ok(()) } else { Err(Failure::Found) }
 }
 
 fn check(file: &Path) -> FileReport {
     let name = file.display().to_string();
-    let document = match documents::check(file) {
+    let document = match documents::check_documents(file) {
         Err(refused) => return FileReport::refused(name, lines(&refused.issues)),
         Ok(document) => document,
     };
@@ -84,7 +84,7 @@ fn lines(issues: &[Issue]) -> Vec<String> {
 fn rubrics(file: &Path, document: &Document) -> Vec<String> {
     let of = |file: &Path, bundle: &ExerciseBundle| {
         let file = file.display().to_string();
-        let remarks = appraise(bundle).map_err(|why| vec![format!("{file}: {why}")]);
+        let remarks = appraise_rubric(bundle).map_err(|why| vec![format!("{file}: {why}")]);
         let issues =
             remarks.and_then(|remarks| bundle.place(&file, &remarks).map_err(|refused| lines(&refused.issues)));
         issues.map_or_else(|lines| lines, |issues| lines(&issues))
@@ -93,7 +93,7 @@ fn rubrics(file: &Path, document: &Document) -> Vec<String> {
         Document::Exercise(bundle) => of(file, bundle),
         Document::Curriculum(curriculum, bundles) => {
             let exercises = curriculum.entries.iter().zip(bundles);
-            exercises.flat_map(|(entry, bundle)| of(&documents::load::beside(file, &entry.file), bundle)).collect()
+            exercises.flat_map(|(entry, bundle)| of(&documents::load::path_beside(file, &entry.file), bundle)).collect()
         }
         Document::Scene(_) | Document::Instrument(_) => Vec::new(),
     }

@@ -1,6 +1,6 @@
 //! What simulating a scene comes to: layers as the needle meets them, ruptures in closed form, the model.
 
-use documents::{ExerciseBundle, Patient, Scene, SceneLayer, along_path};
+use documents::{ExerciseBundle, Patient, Scene, SceneLayer, spec_along_path};
 use law::axial::{AxialSpec, Contactor};
 use law::closed_form;
 use serde::Serialize;
@@ -78,7 +78,7 @@ impl ScenePlan {
     }
 
     fn new(exercise: Option<String>, scene: &Scene, angle_deg: f64) -> Result<Self, FollowError> {
-        let nominal = along_path(scene.coupled_spec(&Patient::nominal(scene), angle_deg)?, angle_deg);
+        let nominal = spec_along_path(scene.coupled_spec(&Patient::nominal(scene), angle_deg)?, angle_deg);
         Ok(Self {
             exercise,
             scene: scene.id.clone(),
@@ -110,7 +110,7 @@ impl LayerPlan {
 
 fn ruptures(spec: &AxialSpec) -> Vec<RupturePlan> {
     let named = |boundary: usize| spec.layers.get(boundary).map_or_else(String::new, |layer| layer.name.clone());
-    closed_form::ruptures(spec)
+    closed_form::predict_ruptures(spec)
         .into_iter()
         .map(|rupture| RupturePlan {
             contactor: rupture.contactor,

@@ -21,7 +21,7 @@ const FRAMES: u32 = 250;
 const FEW_PER_S: f64 = 900.0;
 
 /// An OpenHaptics device: library, licence, device, calibration, force, rate.
-pub fn openhaptics(options: &openhaptics::OpenHapticsOptions) -> DoctorFinding {
+pub fn probe_openhaptics(options: &openhaptics::OpenHapticsOptions) -> DoctorFinding {
     let subject = "OpenHaptics";
     let mut device = match OpenHaptics::open(options) {
         Ok(device) => device,
@@ -41,7 +41,7 @@ pub fn openhaptics(options: &openhaptics::OpenHapticsOptions) -> DoctorFinding {
 }
 
 /// An Inverse3: service, its version, device, calibration and power, rate.
-pub fn inverse3(options: &inverse3::Inverse3Options) -> DoctorFinding {
+pub fn probe_inverse3(options: &inverse3::Inverse3Options) -> DoctorFinding {
     let subject = "Inverse3";
     let mut device = match Inverse3::open(options) {
         Ok(device) => device,
@@ -67,7 +67,7 @@ pub fn inverse3(options: &inverse3::Inverse3Options) -> DoctorFinding {
 }
 
 /// Gamepads.
-pub fn gamepads() -> DoctorFinding {
+pub fn probe_gamepads() -> DoctorFinding {
     let subject = "gamepads";
     match gamepad::connected() {
         Ok(names) if names.is_empty() => DoctorFinding::ok(subject, "none connected; the mouse does as well"),

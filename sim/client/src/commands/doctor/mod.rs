@@ -25,7 +25,7 @@ pub struct DoctorArgs {
     #[arg(long, value_name = "DIR", default_value = ".")]
     recordings: PathBuf,
     /// A service to reach
-    #[arg(long, value_name = "URL", value_parser = service::server)]
+    #[arg(long, value_name = "URL", value_parser = service::parse_server_address)]
     server: Option<Uri>,
     #[command(flatten)]
     devices: DeviceArgs,
@@ -85,22 +85,22 @@ struct Examination {
 pub fn run(args: &DoctorArgs) -> Outcome {
     let machine = Machine::this();
     let mut findings = vec![
-        probes::processor(&machine),
-        probes::timer(),
-        probes::priority(),
-        probes::disk_space(&args.recordings),
-        probes::disk_speed(&args.recordings),
+        probes::probe_processor(&machine),
+        probes::probe_timer(),
+        probes::probe_priority(),
+        probes::probe_disk_space(&args.recordings),
+        probes::probe_disk_speed(&args.recordings),
     ];
-    findings.push(devices::openhaptics(&args.devices.openhaptics()));
-    findings.push(devices::inverse3(&args.devices.inverse3()));
-    findings.push(devices::gamepads());
-    findings.extend(args.server.as_ref().map(probes::server));
-    findings.push(probes::graphics());
+    findings.push(devices::probe_openhaptics(&args.devices.openhaptics()));
+    findings.push(devices::probe_inverse3(&args.devices.inverse3()));
+    findings.push(devices::probe_gamepads());
+    findings.extend(args.server.as_ref().map(probes::probe_server));
+    findings.push(probes::probe_graphics());
     let well = findings.iter().all(|finding| finding.level != Level::Problem);
     let examination = Examination { program: machine::program(), machine, findings };
     match args.json {
-        true => output::json(&examination)?,
-        false => output::with(|out| report(&examination, out))?,
+        true => output::print_json(&examination)?,
+        false => output::print_buffered(|out| report(&examination, out))?,
     }
     if well { Ok(()) } else { Err(Failure::Found) }
 }

@@ -27,7 +27,7 @@ const LITTLE_SPACE_BYTES: u64 = 1 << 30;
 const SLOW_DISK_BYTES_PER_S: f64 = 1e6;
 
 /// The processor.
-pub fn processor(machine: &Machine) -> DoctorFinding {
+pub fn probe_processor(machine: &Machine) -> DoctorFinding {
     let found = format!("{}, {} threads, {}", machine.cpu, machine.threads, machine.system);
     match machine.threads {
         1 => DoctorFinding::warning("processor", found, "a servo at 1 kHz wants a core for itself: use two or more"),
@@ -36,7 +36,7 @@ pub fn processor(machine: &Machine) -> DoctorFinding {
 }
 
 /// How late the servo's thread would wake up.
-pub fn timer() -> DoctorFinding {
+pub fn probe_timer() -> DoctorFinding {
     let late = match servo::bare(TICK_HZ, TICKS) {
         Ok(times) => times.quantiles(),
         Err(error) => return DoctorFinding::problem("timer", error.to_string(), "close what else is running"),
@@ -49,7 +49,7 @@ pub fn timer() -> DoctorFinding {
 }
 
 /// What would draw the picture: the best adapter, and how many others there are.
-pub fn graphics() -> DoctorFinding {
+pub fn probe_graphics() -> DoctorFinding {
     let adapters = render::adapters();
     let Some(best) = adapters.first() else {
         return DoctorFinding::problem("graphics", "no adapter", render::PictureError::NoAdapter.to_string());
@@ -69,7 +69,7 @@ pub fn graphics() -> DoctorFinding {
 }
 
 /// Whether the servo may have real-time priority.
-pub fn priority() -> DoctorFinding {
+pub fn probe_priority() -> DoctorFinding {
     let subject = "real-time priority";
     match real_time_limit() {
         None => {
@@ -97,7 +97,7 @@ fn real_time_limit() -> Option<u32> {
 }
 
 /// Room for recordings.
-pub fn disk_space(folder: &Path) -> DoctorFinding {
+pub fn probe_disk_space(folder: &Path) -> DoctorFinding {
     let subject = "disk space";
     match machine::free_bytes(folder) {
         None => DoctorFinding::warning(subject, format!("unknown in {}", folder.display()), "look at it yourself"),
@@ -112,7 +112,7 @@ pub fn disk_space(folder: &Path) -> DoctorFinding {
 }
 
 /// How fast recordings reach the disk.
-pub fn disk_speed(folder: &Path) -> DoctorFinding {
+pub fn probe_disk_speed(folder: &Path) -> DoctorFinding {
     let subject = "disk speed";
     match write_speed(folder) {
         Err(error) => DoctorFinding::problem(
@@ -148,7 +148,7 @@ fn write_speed(folder: &Path) -> std::io::Result<f64> {
 }
 
 /// Whether the service answers that it is alive.
-pub fn server(server: &Uri) -> DoctorFinding {
+pub fn probe_server(server: &Uri) -> DoctorFinding {
     let address = format!("{}/healthz", server.to_string().trim_end_matches('/'));
     let config = Agent::config_builder()
         .http_status_as_error(false)

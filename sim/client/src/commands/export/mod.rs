@@ -90,9 +90,9 @@ pub fn run(args: &ExportArgs) -> Outcome {
         sources::warn_of_cut(&args.recording);
     }
     if args.json {
-        return output::json(&written);
+        return output::print_json(&written);
     }
-    output::with(|out| {
+    output::print_buffered(|out| {
         written
             .iter()
             .try_for_each(|table| writeln!(out, "{}: {} rows, {} columns", table.file, table.rows, table.columns))

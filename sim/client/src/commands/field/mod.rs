@@ -67,10 +67,10 @@ pub fn run(args: &FieldArgs) -> Outcome {
     let wish = PlanRequest { model: args.model.model(), tolerance: args.tolerance, judging: Judging::default() };
     let answer = FieldAnswer::new(&case, &wish).map_err(|error| Failure::refused(&args.case, error))?;
     match args.json {
-        true => output::json(&answer)?,
-        false => output::with(|out| answer.write(&case, out))?,
+        true => output::print_json(&answer)?,
+        false => output::print_buffered(|out| answer.write(&case, out))?,
     }
     let Some(warning) = &answer.warning else { return Ok(()) };
-    output::warning(warning);
+    output::print_warning(warning);
     Err(Failure::Found)
 }

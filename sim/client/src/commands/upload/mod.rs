@@ -29,7 +29,7 @@ pub struct UploadArgs {
     #[arg(value_name = "REC.mcap", required = true)]
     recordings: Vec<PathBuf>,
     /// Address of the service, http or https
-    #[arg(long, value_name = "URL", value_parser = service::server)]
+    #[arg(long, value_name = "URL", value_parser = service::parse_server_address)]
     server: Uri,
     /// File holding the bearer token
     #[arg(long, value_name = "F")]
@@ -81,16 +81,16 @@ pub fn report(deliveries: &[Delivery], outbox: &Outbox, json: bool) -> Outcome {
     for delivery in deliveries {
         let (name, detail) = (&delivery.recording, &delivery.detail);
         match (delivery.delivered, json) {
-            (true, false) => output::line(format_args!("{name}: delivered: {detail}"))?,
+            (true, false) => output::print_line(format_args!("{name}: delivered: {detail}"))?,
             (true, true) => {}
             (false, _) => {
                 let folder = outbox.folder().display();
-                output::error(format_args!("{name}: not delivered: {detail}; kept in the outbox {folder}"));
+                output::print_error(format_args!("{name}: not delivered: {detail}; kept in the outbox {folder}"));
             }
         }
     }
     if json {
-        output::json(&deliveries)?;
+        output::print_json(&deliveries)?;
     }
     if deliveries.iter().all(|delivery| delivery.delivered) { Ok(()) } else { Err(Failure::Found) }
 }
@@ -98,11 +98,13 @@ pub fn report(deliveries: &[Delivery], outbox: &Outbox, json: bool) -> Outcome {
 /// The service that a call names, with the token that goes with it.
 pub fn named_service(server: &Uri, token_file: Option<&Path>) -> Result<Service, Failure> {
     if service::is_in_the_clear(server) {
-        output::warning(format_args!("{server}: http is not encrypted: others on the network can read the token"));
+        output::print_warning(format_args!(
+            "{server}: http is not encrypted: others on the network can read the token"
+        ));
     }
     let address = server.to_string();
     let (place, token) = token(address.trim_end_matches('/'), token_file)?;
-    let bearer = service::bearer(token.trim()).ok_or_else(|| {
+    let bearer = service::bearer_header(token.trim()).ok_or_else(|| {
         // Its text is never printed.
         Failure::input(format_args!("{place}: the token must be one word of printable ASCII"))
     })?;

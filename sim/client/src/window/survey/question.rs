@@ -68,29 +68,29 @@ impl Question<'_> {
             ScaleKind::Likert { labels, .. } => {
                 let options = (1..).zip(labels).map(|(point, label)| (point.to_string(), self.read(label)));
                 let chosen = answer.and_then(Answer::number).map(|number| number.to_string());
-                one(ui, options, chosen.as_deref())
+                choose_one_option(ui, options, chosen.as_deref())
             }
             ScaleKind::Slider { min, max, step, first, last } => {
                 let marks =
                     (0..=MOST_MARKS).map(|n| min + n as f64 * step).take_while(|mark| *mark <= max + step * 1e-6);
                 let marks: Vec<f64> = marks.collect();
                 if marks.len() > MOST_MARKS {
-                    return number(ui, typed, &format!("{min} – {max}"));
+                    return enter_number(ui, typed, &format!("{min} – {max}"));
                 }
                 self.line(ui, &marks, answer, [first.as_ref(), last.as_ref()])
             }
-            ScaleKind::Number { min, max, unit } => number(ui, typed, &format!("{min} – {max} {unit}")),
+            ScaleKind::Number { min, max, unit } => enter_number(ui, typed, &format!("{min} – {max} {unit}")),
             ScaleKind::Pair => {
                 let named = |id: &String| Some((id.clone(), self.read(self.instrument.item(id)?.1.short())));
-                one(ui, self.item.pair.iter().filter_map(named), text_of(answer))
+                choose_one_option(ui, self.item.pair.iter().filter_map(named), text_of(answer))
             }
             ScaleKind::Choice { options } => {
                 let options = options.iter().map(|option| (option.id.clone(), self.read(&option.text)));
-                one(ui, options, text_of(answer))
+                choose_one_option(ui, options, text_of(answer))
             }
             ScaleKind::Choices { options } => {
                 let options = options.iter().map(|option| (option.id.clone(), self.read(&option.text)));
-                several(ui, options, answer)
+                choose_several_options(ui, options, answer)
             }
             ScaleKind::Text { max_characters } => {
                 let field = TextEdit::multiline(&mut typed.text).desired_rows(3).desired_width(f32::INFINITY);
@@ -175,7 +175,11 @@ fn text_of(answer: Option<&Answer>) -> Option<&str> {
 }
 
 /// A list to choose one from; choosing it again takes the answer back.
-fn one(ui: &mut Ui, options: impl Iterator<Item = (String, String)>, chosen: Option<&str>) -> Option<Vec<String>> {
+fn choose_one_option(
+    ui: &mut Ui,
+    options: impl Iterator<Item = (String, String)>,
+    chosen: Option<&str>,
+) -> Option<Vec<String>> {
     let mut said = None;
     for (id, label) in options {
         let is_chosen = chosen == Some(id.as_str());
@@ -186,7 +190,7 @@ fn one(ui: &mut Ui, options: impl Iterator<Item = (String, String)>, chosen: Opt
     said
 }
 
-fn several(
+fn choose_several_options(
     ui: &mut Ui,
     options: impl Iterator<Item = (String, String)>,
     answer: Option<&Answer>,
@@ -203,7 +207,7 @@ fn several(
     (now != before).then_some(now)
 }
 
-fn number(ui: &mut Ui, typed: &mut Typed, allowed: &str) -> Option<Vec<String>> {
+fn enter_number(ui: &mut Ui, typed: &mut Typed, allowed: &str) -> Option<Vec<String>> {
     let changed = ui.horizontal(|ui| {
         let changed = ui.add(TextEdit::singleline(&mut typed.text).desired_width(80.0)).changed();
         ui.label(RichText::new(allowed).weak());

@@ -1,6 +1,6 @@
 //! `/ratings`: rounds of ratings, and what they found.
 
-use assessment::questionnaire::{Answer, score};
+use assessment::questionnaire::{Answer, score_response};
 use axum::extract::State;
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
@@ -220,7 +220,7 @@ fn line_of_rating(instrument: &Instrument, cell: &RatingCell, shown: Result<Mome
         Answer::Several(ids) => Some(Column::from(ids.join(" "))),
     };
     line.extend((0..instrument.items.len()).map(|at| answer(at).unwrap_or(Column::Empty)));
-    let scored = |key| score(instrument, key, &cell.answers).ok().filter(|_| finished);
+    let scored = |key| score_response(instrument, key, &cell.answers).ok().filter(|_| finished);
     line.extend(instrument.scores.iter().map(|key| Column::from(scored(key))));
     // Two people may have one name.
     line.push(cell.trainee_id.map_or(Column::Empty, |id| Column::from(id.to_string())));

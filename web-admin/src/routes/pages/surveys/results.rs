@@ -154,7 +154,7 @@ fn split_scores(instrument: &Instrument, rows: &[&ResponseRow<'_>], by: &str, ow
     let groups =
         ResponseGroups::new(rows, |row| name(row).map(|name| format!("{name} · {}", words::known(row.role))), owner);
     let score = |(at, key): (usize, &documents::instrument::ScoreKey)| {
-        let (least, greatest) = assessment::questionnaire::range(instrument, key);
+        let (least, greatest) = assessment::questionnaire::score_range(instrument, key);
         SplitScore {
             title: key.title.in_language(words::current().code()).to_owned(),
             range: Extent::new(least, greatest),
