@@ -61,6 +61,7 @@ pub const METRICS: &[KnownMetric] = &[
     known("friction_energy_mj", Suffix::TotalOrLayer),
     known("lateral_work_mj", Suffix::TotalOrLayer),
     known("lateral_peak_n", Suffix::None),
+    known("max_lateral_force_n", Suffix::Layer),
     known("sweep_area_mm2", Suffix::None),
     known("skin_entries", Suffix::None),
     known("redirections", Suffix::None),

@@ -40,7 +40,7 @@ pub fn rewrite_document(
     let layers = scene.layers.iter().zip(scene.layers_of(spec));
     for (table, (old, new)) in rewrite_tables(&document).zip(layers) {
         let numbers = rewrite_numbers(&new, has_rim);
-        if numbers == self::rewrite_numbers(old, has_rim) {
+        if numbers == rewrite_numbers(old, has_rim) {
             continue;
         }
         for (key, value) in numbers {

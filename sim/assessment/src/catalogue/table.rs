@@ -198,6 +198,14 @@ pub const DEFINITIONS: &[Definition] = &[
         "Largest magnitude of the lateral force on the hand.",
         "keep the needle on its line",
     ),
+    metric_definition("max_lateral_force_n", "N", Lower)
+        .only_by(Split::Layer)
+        .applies("layers whose boundary the tip has tented")
+        .says(
+            "peak lateral force",
+            "Largest magnitude of the lateral force on the hand while the tip tents the layer's boundary or is in the layer.",
+            "keep the needle on its line",
+        ),
     metric_definition("sweep_area_mm2", "mm²", Lower).applies(INSIDE).says(
         "area swept sideways",
         "Area swept by the shaft inside tissue: two triangles between consecutive segments from the skin to the tip.",

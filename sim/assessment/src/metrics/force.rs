@@ -19,13 +19,25 @@ pub(super) fn measure_force(attempt: &Attempt, sheet: &mut MetricSheet) {
     let axial_n = attempt.axial_n();
     sheet.put("force_impulse_ns", impulse_ns(attempt, &axial_n));
     sheet.put("force_rate_peak_n_per_s", rate_peak_n_per_s(attempt, &axial_n));
-    sheet.put("lateral_peak_n", lateral_peak_n(attempt));
     let peaks_n = raise_before_ruptures(attempt, axial_n);
-    sheet.put("peak_force_n", attempt.touched().map(|_| peaks_n.iter().copied().fold(0.0, f64::max)));
-    let by_layer = layer_peaks_n(attempt, &peaks_n);
+    put_largest(attempt, sheet, "peak_force_n", &peaks_n);
+    put_largest_by_layer(attempt, sheet, "peak_force_layer_n", &peaks_n);
+    let lateral_n = lateral_n(attempt);
+    put_largest(attempt, sheet, "lateral_peak_n", &lateral_n);
+    put_largest_by_layer(attempt, sheet, "max_lateral_force_n", &lateral_n);
+}
+
+/// Puts down the largest of a column of forces, in N, one for each sample.
+fn put_largest(attempt: &Attempt, sheet: &mut MetricSheet, id: &str, column_n: &[f64]) {
+    sheet.put(id, attempt.touched().map(|_| column_n.iter().copied().fold(0.0, f64::max)));
+}
+
+/// Puts down the largest of a column of forces, in N, one for each sample, while the tip is at each layer.
+fn put_largest_by_layer(attempt: &Attempt, sheet: &mut MetricSheet, id: &str, column_n: &[f64]) {
+    let by_layer = layer_peaks_n(attempt, column_n);
     for (layer, peak_n) in attempt.bundle.scene.layers.iter().zip(by_layer) {
         let outcome = attempt.touched().and_then(|_| peak_n.ok_or(absent_if_not_reached(attempt)));
-        sheet.put_for("peak_force_layer_n", &layer.name, outcome);
+        sheet.put_for(id, &layer.name, outcome);
     }
 }
 
@@ -41,10 +53,10 @@ fn impulse_ns(attempt: &Attempt, axial_n: &[f64]) -> Outcome {
     Ok(pairs.map(|(s, f)| (s[1].t_s - s[0].t_s) * (f[0] + f[1]) / 2.0).sum())
 }
 
-fn lateral_peak_n(attempt: &Attempt) -> Outcome {
-    attempt.touched()?;
+/// Magnitude of the lateral force of each sample, in N.
+fn lateral_n(attempt: &Attempt) -> Vec<f64> {
     let square = |s: &&Sample| s.lateral_n.iter().map(|n| f64::from(*n) * f64::from(*n)).sum::<f64>();
-    Ok(attempt.timeline.samples().iter().map(square).fold(0.0, f64::max).sqrt())
+    attempt.timeline.samples().iter().map(square).map(f64::sqrt).collect()
 }
 
 /// Rate of the force without its steps at ruptures, and only away from them: a fall, and what the filter makes of the
@@ -95,10 +107,10 @@ fn raise_before_ruptures(attempt: &Attempt, mut axial_n: Vec<f64>) -> Vec<f64> {
     axial_n
 }
 
-fn layer_peaks_n(attempt: &Attempt, peaks_n: &[f64]) -> Vec<Option<f64>> {
+fn layer_peaks_n(attempt: &Attempt, column_n: &[f64]) -> Vec<Option<f64>> {
     let mut peaks: Vec<Option<f64>> = vec![None; attempt.thickness_m.len()];
     let mut tip = TipWay::new(attempt);
-    for ((sample, insertion), force_n) in attempt.ticks().zip(peaks_n) {
+    for ((sample, insertion), force_n) in attempt.ticks().zip(column_n) {
         let layer = insertion.and_then(|insertion| tip.layer(sample, insertion));
         if let Some(peak) = layer.and_then(|layer| peaks.get_mut(layer)) {
             *peak = Some(peak.map_or(*force_n, |p: f64| p.max(*force_n)));

@@ -5,7 +5,7 @@ use documents::{Shape, StructureKind};
 use recording::EventKind;
 
 use crate::support::{
-    Pose, bundle, decimate, down, expect, expect_absent, judge, ledger, line, mark, plunge, press, record, structure,
+    Pose, bundle, decimate, down, expect, expect_absent, judge, ledger, line, mark, plunge, press, pull, record, structure,
 };
 
 const PI: f64 = std::f64::consts::PI;
@@ -86,6 +86,22 @@ fn forces_are_split_by_the_layer_that_the_tip_tents_or_is_in() {
     expect(&assessment, "peak_force_layer_n.fat", 1.0, 1e-6);
     expect(&assessment, "peak_force_layer_n.muscle", 3.0, 1e-6);
     expect(&assessment, "force_impulse_ns", 1.0 + 4.5 + 2.0, 0.02);
+}
+
+#[test]
+fn sideways_forces_are_split_by_layer_too() {
+    let mut recording = plunge(18.0);
+    mark(&mut recording, 4.0, EventKind::TipRupture, Some(1));
+    mark(&mut recording, 9.5, EventKind::TipRupture, Some(2));
+    press(&mut recording, 3.0..4.0, |_| 1.0);
+    press(&mut recording, 8.0..9.5, |_| 3.0);
+    pull(&mut recording, 3.2..3.8, [0.3, -0.4, 0.0]);
+    pull(&mut recording, 9.0..9.2, [0.0, 1.25, 0.0]);
+    let assessment = judge(&recording, &bundle());
+    expect(&assessment, "max_lateral_force_n.skin", 0.0, 1e-6);
+    expect(&assessment, "max_lateral_force_n.fat", 0.5, 1e-6);
+    expect(&assessment, "max_lateral_force_n.muscle", 1.25, 1e-6);
+    expect(&assessment, "lateral_peak_n", 1.25, 1e-6);
 }
 
 #[test]

@@ -206,6 +206,13 @@ pub fn press(recording: &mut Recording, during_s: Range<f64>, force_n: impl Fn(f
     }
 }
 
+/// A force across the needle, in N, during a time.
+pub fn pull(recording: &mut Recording, during_s: Range<f64>, lateral_n: [f32; 3]) {
+    for sample in recording.samples.iter_mut().filter(|s| during_s.contains(&s.t_s)) {
+        sample.lateral_n = lateral_n;
+    }
+}
+
 /// A ledger with the same parts in each of three layers, in J.
 pub fn ledger(recording: &mut Recording, rupture_j: [f64; 3]) {
     let mut energy = Energy::default();
