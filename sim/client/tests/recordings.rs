@@ -246,3 +246,18 @@ fn a_recording_of_the_first_law_re_simulates_by_the_first_law() {
     let cutting = old.samples.iter().filter(|sample| sample.cutting_n > 0.0).count();
     assert!(cutting > 200, "it must cut, or the laws would not differ: {cutting} ticks");
 }
+
+/// Recorded by a program of before recordings said how their field was judged: an oblique attempt at 250 Hz that cuts.
+#[test]
+fn a_recording_of_before_fields_were_judged_anew_re_simulates() {
+    let file = repository("tests/data/recordings/first-judging.mcap");
+    let verification = stylet(&["verify", text(&file), "--json"]).ends(0).json();
+    assert_eq!(verification["largest_deviation_n"], 0.0, "{verification}");
+    assert_eq!(verification["largest_tent_deviation_m"], 0.0, "{verification}");
+    assert_eq!(verification["event_differences"], 0, "{verification}");
+    let old = Recording::read(File::open(&file).expect("a recording")).expect("readable");
+    assert!(
+        old.samples.iter().any(|sample| sample.cutting_n > 0.0) && old.tents.len() > 500,
+        "there is much to compare"
+    );
+}

@@ -161,6 +161,17 @@ impl Database {
         MIGRATIONS.run(&self.writer).await
     }
 
+    /// How many migrations this program knows and the database has not had: 0 when it is up to date.
+    ///
+    /// # Errors
+    /// When the file cannot be read, or was never migrated.
+    pub async fn count_missing_migrations(&self) -> Result<usize> {
+        let newest: i64 = sqlx::query_scalar("SELECT coalesce(max(version), 0) FROM _sqlx_migrations")
+            .fetch_one(&self.reader)
+            .await?;
+        Ok(MIGRATIONS.iter().filter(|migration| migration.version > newest).count())
+    }
+
     /// Triggers that the migrations made and that are gone or changed: without them the audit log may shrink.
     ///
     /// # Errors

@@ -21,6 +21,7 @@ mod crowd;
 mod described;
 mod documents;
 mod drafts;
+mod earlier_school;
 mod erasing;
 mod erasures;
 mod every_route;

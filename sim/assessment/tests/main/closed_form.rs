@@ -5,7 +5,8 @@ use documents::{Shape, StructureKind};
 use recording::EventKind;
 
 use crate::support::{
-    Pose, bundle, decimate, down, expect, expect_absent, judge, ledger, line, mark, plunge, press, pull, record, structure,
+    Pose, bundle, decimate, down, expect, expect_absent, judge, ledger, line, mark, plunge, press, pull, record,
+    structure,
 };
 
 const PI: f64 = std::f64::consts::PI;

@@ -97,9 +97,10 @@ fn beside(to: &Path, suffix: &str) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// Checks the copy, takes out of it what is still arriving, and tells which recordings belong to it.
+/// Brings the copy up to date where an earlier program has written it, checks it, takes out of it what is still arriving, and tells which recordings belong to it.
 async fn settle(copy: &Path) -> anyhow::Result<(Vec<RecordingFile>, VerificationReport)> {
     let db = Database::open_existing(&format!("sqlite://{}", copy.display())).await?;
+    db.migrate().await?;
     let mut tx = db.write().await?;
     uploads::forget_unfinished(&mut tx).await?;
     tries::take_back_tries(&mut tx).await?;

@@ -186,8 +186,10 @@ fn check_manifest(folder: &Path, manifest: &Manifest) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Brings what may be a backup by an earlier program up to date, and checks it whole.
 async fn verified(database: &Path, recordings: &Path) -> Result<VerificationReport, RestoreRefused> {
     let db = Database::open_existing(&format!("sqlite://{}", database.display())).await?;
+    db.migrate().await.map_err(anyhow::Error::from)?;
     let report = verification::everything(&db, recordings).await;
     db.close().await;
     Ok(report?)
