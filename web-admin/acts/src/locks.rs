@@ -5,10 +5,16 @@
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read, Seek, Write};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use crate::config::Config;
 use model::Moment;
 use store::Database;
+
+/// How often a lock that somebody holds is tried, ...
+const TRIES: u32 = 40;
+/// ... and how long between two tries: 2 s in all.
+const BETWEEN_TRIES: Duration = Duration::from_millis(50);
 
 /// Database and recordings, held by this process until it is dropped.
 #[derive(Debug)]
@@ -65,7 +71,7 @@ fn lock(path: &Path, holder: &str) -> Result<File, LockError> {
     }
     let mut options = OpenOptions::new();
     let mut file = options.read(true).write(true).create(true).truncate(false).open(path).map_err(unusable)?;
-    match file.try_lock() {
+    match try_patiently(&file) {
         Ok(()) => {}
         Err(TryLockError::WouldBlock) => {
             let mut holder = String::new();
@@ -85,6 +91,18 @@ fn lock(path: &Path, holder: &str) -> Result<File, LockError> {
     Ok(file)
 }
 
+/// Tries for a while. A service that is killed just as it starts a helper leaves a child that holds the lock until it becomes the
+/// helper's program, and is not there to be seen afterwards.
+fn try_patiently(file: &File) -> Result<(), TryLockError> {
+    for _ in 1..TRIES {
+        match file.try_lock() {
+            Err(TryLockError::WouldBlock) => std::thread::sleep(BETWEEN_TRIES),
+            done => return done,
+        }
+    }
+    file.try_lock()
+}
+
 #[cfg(test)]
 mod tests {
     //! Two services on one folder score everything twice and destroy each other's uploads.
@@ -102,6 +120,19 @@ mod tests {
         assert!(refused.contains("web-admin serve") && refused.contains(&us), "{refused}");
         drop(first);
         DataLock::take(&config, "web-admin restore", now).unwrap();
+    }
+
+    #[test]
+    fn a_lock_that_a_dying_process_holds_a_little_longer_is_waited_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let config = Config::in_folder(folder.path());
+        let first = DataLock::take(&config, "web-admin serve", Moment::from_micros(0)).unwrap();
+        let dying = std::thread::spawn(move || {
+            std::thread::sleep(BETWEEN_TRIES * 4);
+            drop(first);
+        });
+        DataLock::take(&config, "web-admin serve", Moment::from_micros(0)).unwrap();
+        dying.join().unwrap();
     }
 
     #[test]
