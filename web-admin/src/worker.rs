@@ -49,8 +49,7 @@ fn note_stall(error: &anyhow::Error) -> Duration {
 async fn time_until_next_job(state: &AppState) -> Duration {
     let now = state.clock.now();
     let Ok(Some(next)) = jobs::find_next_job_time(state.db.reader(), now).await else { return LONGEST_SLEEP };
-    let wait_us = next.micros().saturating_sub(now.micros());
-    Duration::from_micros(u64::try_from(wait_us).unwrap_or(0)).min(LONGEST_SLEEP)
+    next.duration_since(now).min(LONGEST_SLEEP)
 }
 
 /// Does every job that is due, and then what is graded again, piece by piece: whoever has just tried waits for no one else.

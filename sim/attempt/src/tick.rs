@@ -219,7 +219,8 @@ fn single(v: &Vector3<f64>) -> [f32; 3] {
     v.map(|c| c as f32).into()
 }
 
-/// An index as the recording keeps it. A scene has far fewer than 2³² of anything.
+/// An index as the recording keeps it.
+#[expect(clippy::expect_used, reason = "documents limit the boundaries and structures of a scene to far fewer")]
 fn number(index: usize) -> u32 {
-    u32::try_from(index).unwrap_or(u32::MAX)
+    u32::try_from(index).expect("a scene has far fewer than 2³² of anything")
 }

@@ -171,8 +171,8 @@ fn placed(bytes: &[u8], mut row: StringRecord) -> StringRecord {
 
 /// The line of what was read from a position on: to the csv crate, comments and empty lines are a part of the row below them.
 fn line_at(bytes: &[u8], position: &csv::Position) -> u64 {
-    let from = usize::try_from(position.byte()).unwrap_or(usize::MAX);
-    let lines = bytes.get(from..).unwrap_or_default().split(|&byte| byte == b'\n');
+    let from = usize::try_from(position.byte()).ok();
+    let lines = from.and_then(|from| bytes.get(from..)).unwrap_or_default().split(|&byte| byte == b'\n');
     let is_passed_over = |line: &&[u8]| line.first() == Some(&b'#') || line.trim_ascii().is_empty();
     position.line() + lines.take_while(is_passed_over).count() as u64
 }

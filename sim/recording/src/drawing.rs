@@ -58,7 +58,7 @@ impl SceneDrawing {
 /// A Unix time in ns as viewers want it; the last one they can hold where it is later.
 pub(crate) fn stamp_time(unix_ns: u64) -> Timestamp {
     let sec = u32::try_from(unix_ns / NS_PER_S).ok();
-    let nsec = u32::try_from(unix_ns % NS_PER_S).unwrap_or_default();
+    let nsec = (unix_ns % NS_PER_S) as u32;
     sec.and_then(|sec| Timestamp::new_checked(sec, nsec)).unwrap_or(Timestamp::MAX)
 }
 

@@ -1,6 +1,7 @@
 //! Taking a recording in: from a file that has arrived to a row, a job and an audit entry, all or nothing.
 
 use crate::asking;
+use model::count_i64;
 use std::time::Duration;
 
 use data_encoding::HEXLOWER;
@@ -168,7 +169,7 @@ async fn describe(
         refusal: None,
         recording_path: format!("{school_id}/{}.mcap", named.session_id),
         recording_sha256: received.sha256.clone(),
-        recording_size: i64::try_from(received.size).unwrap_or(i64::MAX),
+        recording_size: count_i64(received.size),
         verify_deviation_n: None,
         verify_event_differences: None,
         verify_flagged: None,

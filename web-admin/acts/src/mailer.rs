@@ -78,7 +78,7 @@ impl Mailer {
     /// # Errors
     /// When the server does not take it, or the file cannot be written.
     pub async fn send(&self, letter: Letter, now: Moment) -> anyhow::Result<()> {
-        let since = Duration::from_micros(u64::try_from(now.micros()).unwrap_or(0));
+        let since = now.duration_since(Moment::from_micros(0));
         let message = Message::builder()
             .from(self.from.clone())
             .to(Mailbox::new(Some(letter.name), letter.email.parse().context("the address cannot be written to")?))

@@ -3,6 +3,7 @@
 //!
 //! No clock erases anybody: the days between the letter and the end are also counted by how long the service has run.
 
+use model::count_i64;
 use model::{CurrentPerson, PersonKey};
 use std::time::Duration;
 
@@ -124,7 +125,7 @@ pub async fn run(state: Service) {
 /// # Errors
 /// When the database, the list of erasures or the disk fails.
 pub async fn tick(state: &Service, elapsed: Duration) -> Result<(), Error> {
-    let seconds = i64::try_from(elapsed.as_secs()).unwrap_or(0);
+    let seconds = count_i64(elapsed.as_secs());
     let mut tx = state.db.write().await?;
     let time = retention::add_service_time(&mut tx, seconds).await?;
     tx.commit().await?;

@@ -3,6 +3,7 @@
 //! The file is sent in pieces, each behind its length in four bytes, the first the highest; a length of zero ends it. The answer is
 //! `stream: OK`, `stream: NAME FOUND`, or something that ends in `ERROR`, and ends itself with a zero byte.
 
+use model::count_u32;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -75,8 +76,7 @@ async fn send(file: &mut File, socket: &mut UnixStream) -> std::io::Result<()> {
     let mut piece = vec![0; PIECE];
     loop {
         let length = file.read(&mut piece).await?;
-        // Never more than a piece.
-        let announced = u32::try_from(length).unwrap_or(u32::MAX).to_be_bytes();
+        let announced = count_u32(length).to_be_bytes();
         socket.write_all(&announced).await?;
         if length == 0 {
             return socket.flush().await;

@@ -2,6 +2,7 @@
 //!
 //! Pure: attempts and the moment go in. Only scored attempts count.
 
+use crate::count_u32;
 use std::collections::BTreeSet;
 
 use time::OffsetDateTime;
@@ -158,7 +159,7 @@ fn exercise_stage(
     let mut since: Vec<&ScoredAttempt> =
         counting.iter().filter(|a| *a.exercise == *exercise && Moment::from(a.at) >= assigned.made_at).collect();
     since.sort_by_key(|attempt| attempt.at);
-    let limit = assigned.attempt_limit.map_or(usize::MAX, |limit| usize::try_from(limit).unwrap_or(usize::MAX));
+    let limit = assigned.attempt_limit.map_or(usize::MAX, |limit| limit as usize);
     if let Some(passed) = since.iter().take(limit).find(|attempt| attempt.passed) {
         return AssignmentStage::Done { on: passed.at, late: late(passed.at, assigned) };
     }
@@ -167,7 +168,7 @@ fn exercise_stage(
     }
     match missing(exercise, taught, tried.attempts, now) {
         missing if missing.is_empty() => {
-            let used = u32::try_from(since.len()).unwrap_or(u32::MAX);
+            let used = count_u32(since.len());
             AssignmentStage::Open { left: assigned.attempt_limit.map(|limit| limit.saturating_sub(used)) }
         }
         missing => AssignmentStage::Locked { missing },

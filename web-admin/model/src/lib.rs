@@ -11,6 +11,7 @@ pub mod certificate;
 pub mod cohort;
 pub mod comment;
 pub mod corridor;
+pub mod count;
 pub mod directory;
 pub mod draft;
 pub mod due;
@@ -38,6 +39,7 @@ pub mod texts;
 
 pub use attempt_key::SessionKey;
 pub use attempt_place::AttemptPlace;
+pub use count::{count_i64, count_u32};
 pub use moment::{Moment, new_id};
 pub use person::{CurrentPerson, PersonKey, Role};
 pub use proof::{Needed, Proof, Uncounted};

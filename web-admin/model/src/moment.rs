@@ -1,6 +1,7 @@
 //! A moment in time as the database keeps it.
 
 use std::fmt;
+use std::time::Duration;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use time::OffsetDateTime;
@@ -33,6 +34,12 @@ impl Moment {
         Self(self.0.saturating_add(seconds.saturating_mul(1_000_000)))
     }
 
+    /// The time since an earlier moment; none where that is later.
+    #[must_use]
+    pub fn duration_since(self, earlier: Self) -> Duration {
+        Duration::from_micros(self.0.saturating_sub(earlier.0).max(0).unsigned_abs())
+    }
+
     /// As a calendar date and time in UTC; beyond the calendar, its first moment.
     #[must_use]
     pub fn to_utc(self) -> OffsetDateTime {
@@ -44,13 +51,14 @@ impl Moment {
 #[must_use]
 pub fn new_id(now: Moment) -> Uuid {
     let (seconds, rest_us) = (now.0.div_euclid(1_000_000), now.0.rem_euclid(1_000_000));
-    let nanoseconds = u32::try_from(rest_us * 1000).unwrap_or(0);
-    Uuid::new_v7(Timestamp::from_unix(NoContext, u64::try_from(seconds).unwrap_or(0), nanoseconds))
+    let nanoseconds = (rest_us * 1000) as u32;
+    Uuid::new_v7(Timestamp::from_unix(NoContext, seconds.max(0).unsigned_abs(), nanoseconds))
 }
 
 impl From<OffsetDateTime> for Moment {
     fn from(t: OffsetDateTime) -> Self {
-        Self(i64::try_from(t.unix_timestamp_nanos() / 1000).unwrap_or(0))
+        // Years to 9999 are some 10¹⁷ µs.
+        Self((t.unix_timestamp_nanos() / 1000) as i64)
     }
 }
 

@@ -76,8 +76,7 @@ impl IdleRow {
 
 impl RetentionPage {
     fn more_words(&self) -> String {
-        let more = i64::try_from(self.more).unwrap_or(i64::MAX);
-        trn!("And {n} more.", "And {n} more.", more)
+        trn!("And {n} more.", "And {n} more.", self.more)
     }
 }
 

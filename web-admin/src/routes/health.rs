@@ -34,8 +34,8 @@ pub fn health_routes() -> Routes {
 pub async fn count_requests(State(state): State<AppState>, request: Request, next: Next) -> Response {
     let begun = state.clock.now();
     let response = next.run(request).await;
-    let took_us = state.clock.now().micros().saturating_sub(begun.micros());
-    state.counters.count(response.status(), u64::try_from(took_us).unwrap_or(0));
+    let took = state.clock.now().duration_since(begun);
+    state.counters.count(response.status(), took.as_micros() as u64);
     response
 }
 

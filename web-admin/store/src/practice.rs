@@ -2,6 +2,7 @@
 //!
 //! [`refresh_practice`] belongs into every transaction that changes which score counts: scoring, re-grading, an override.
 
+use model::count_i64;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -95,7 +96,7 @@ pub async fn refresh_practice(writer: &mut SqliteConnection, session: SessionKey
     let before = sums(&mut *writer, session.school_id, &changed).await?;
     let history = history(&mut *writer, session.school_id, &changed).await?;
     let after = Sums {
-        attempts: i64::try_from(history.len()).unwrap_or(i64::MAX),
+        attempts: count_i64(history.len()),
         passes: history.iter().map(|past| i64::from(past.3)).sum(),
         points: history.iter().map(|past| past.2).sum(),
     };

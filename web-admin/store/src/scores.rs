@@ -47,16 +47,19 @@ struct MetricRow {
     absent: String,
 }
 
-impl From<MetricRow> for Metric {
-    fn from(row: MetricRow) -> Self {
+impl TryFrom<MetricRow> for Metric {
+    type Error = crate::Error;
+
+    fn try_from(row: MetricRow) -> Result<Self> {
         let direction = match row.direction.as_str() {
             "higher" => Direction::Higher,
+            "lower" => Direction::Lower,
             "range" => Direction::Range,
-            _ => Direction::Lower,
+            other => return Err(crate::Error::Decode(format!("metrics.direction: {other:?}").into())),
         };
         let MetricRow { id, version, value, unit, applies, label, absent, .. } = row;
         let absent = Absent::from_stored(&absent);
-        Self { id, version, value, unit, direction, applies, label, absent }
+        Ok(Self { id, version, value, unit, direction, applies, label, absent })
     }
 }
 
@@ -185,7 +188,7 @@ pub async fn list_score_metrics(executor: impl SqliteExecutor<'_>, session: Sess
     .bind(session.id)
     .fetch_all(executor)
     .await?;
-    Ok(rows.into_iter().map(Metric::from).collect())
+    rows.into_iter().map(Metric::try_from).collect()
 }
 
 /// A metric in several attempts.

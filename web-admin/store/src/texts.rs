@@ -4,6 +4,7 @@ use assessment::questionnaire::Answer;
 use documents::Instrument;
 use documents::instrument::ScaleKind;
 use futures::TryStreamExt;
+use model::count_i64;
 use model::texts::{MOST_MENTIONS, TextCounts};
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqlitePool};
@@ -51,7 +52,7 @@ pub async fn count_texts(reader: &SqlitePool, whose: Whose) -> Result<TextCounts
     for (side, found) in [(TextSide::Written, &mut texts.written), (TextSide::About, &mut texts.about)] {
         *found = plain_texts(reader, whose, side).await?;
         let answers = answers_of(&mut *reader.acquire().await?, whose, side).await?;
-        *found += i64::try_from(answers.len()).unwrap_or(i64::MAX);
+        *found += count_i64(answers.len());
     }
     texts.sealed = sqlx::query_scalar(
         "SELECT count(*) FROM (SELECT lower(substr(hex(id), 1, 8) || '-' || substr(hex(id), 9, 4) || '-'

@@ -50,7 +50,7 @@ impl LcCusum {
         let success = libm::log((1.0 - p0) / (1.0 - p0 - delta));
         let failure = libm::log(p0 / (p0 + delta));
         let chain = Chain::new(success, -failure, within);
-        let needed = usize::try_from(within).unwrap_or(usize::MAX).saturating_add(1);
+        let needed = within as usize + 1;
         let found = needed - 1;
         let h = chain.limit(p0 + delta, probability).ok_or(NotComputable::TooFew { found, needed })?;
         Ok(Self { success, failure, h })

@@ -122,13 +122,13 @@ fn master_by_curve(passed: &[bool], curve: &LearningCurve) -> Reached {
 }
 
 fn count_passes(passed: &[bool]) -> u32 {
-    u32::try_from(passed.iter().filter(|passed| **passed).count()).unwrap_or(u32::MAX)
+    passed.iter().map(|passed| u32::from(*passed)).sum()
 }
 
 /// Mastered by the first attempt that completes `needed` passes among `of` in a row. Once reached it stays: what comes after shows as a
 /// decline, and an exercise that opened another is not closed again under a trainee's hands.
 fn master_by_passes(passed: &[bool], needed: u32, of: u32) -> Reached {
-    let of = usize::try_from(of).unwrap_or(usize::MAX);
+    let of = of as usize;
     let completes = |by: &usize| count_passes(&passed[(by + 1).saturating_sub(of)..=*by]) >= needed;
     let open = || Reached::Open { passes: count_passes(&passed[passed.len().saturating_sub(of)..]) };
     (0..passed.len()).find(completes).map_or_else(open, |by| Reached::Mastered { by })

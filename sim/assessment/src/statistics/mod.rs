@@ -87,7 +87,7 @@ pub struct Estimate {
 
 /// A count as a number.
 fn count_as_number(n: usize) -> f64 {
-    f64::from(u32::try_from(n).unwrap_or(u32::MAX))
+    n as f64
 }
 
 /// Refuses too few values, and any that is not finite.

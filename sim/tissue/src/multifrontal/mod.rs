@@ -33,7 +33,7 @@ const LOST_PIVOT: f64 = 1e-14;
 #[error("the stiffness matrix is not positive definite at unknown {unknown}: its pivot is {pivot}")]
 pub struct NotPositiveDefinite {
     /// The unknown whose pivot is not positive.
-    pub unknown: u32,
+    pub unknown: usize,
     /// The pivot.
     pub pivot: f64,
 }
@@ -63,7 +63,7 @@ impl Cholesky {
     ) -> Result<Self, NotPositiveDefinite> {
         let dissection = Dissection::new(connectivity);
         if let Some(unknown) = dissection.place.iter().position(|&place| place == FIXED) {
-            return Err(NotPositiveDefinite { unknown: u32::try_from(unknown).unwrap_or(FIXED), pivot: 0.0 });
+            return Err(NotPositiveDefinite { unknown, pivot: 0.0 });
         }
         let mut factor = Self {
             values: Vec::with_capacity(dissection.nonzeros()),
@@ -84,7 +84,7 @@ impl Cholesky {
             lost.map_or(Ok(()), |(column, pivot)| {
                 let place = factor.fronts[at].start + column;
                 let unknown = factor.place.iter().position(|&p| p as usize == place).unwrap_or_default();
-                Err(NotPositiveDefinite { unknown: u32::try_from(unknown).unwrap_or(FIXED), pivot })
+                Err(NotPositiveDefinite { unknown, pivot })
             })?;
         }
         Ok(factor)
@@ -166,6 +166,12 @@ struct Assembly {
     left: Vec<Vec<f64>>,
 }
 
+/// The place of an unknown within its front. [`FIXED`] is no place.
+#[expect(clippy::expect_used, reason = "the unknowns of a connectivity are `u32`")]
+fn number_place(place: usize) -> u32 {
+    u32::try_from(place).expect("a front has fewer unknowns than the whole")
+}
+
 impl Assembly {
     fn new(unknowns: usize) -> Self {
         Self {
@@ -185,7 +191,7 @@ impl Assembly {
         self.matrix.resize(self.size * self.size, 0.0);
         let places = (front.start..front.start + front.own).chain(front.rows.iter().map(|&row| row as usize));
         for (local, place) in places.enumerate() {
-            self.local[place] = u32::try_from(local).unwrap_or(FIXED);
+            self.local[place] = number_place(local);
         }
     }
 

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::basis;
 use super::plan::{DiscPlan, Outline};
-use super::{Problem3, Symmetry};
+use super::{Problem3, Symmetry, number_node};
 use law::axial::{Domain, ParamError};
 
 /// Orders that the elements may have. Linear ones lock in thin stiff layers, so there are none.
@@ -190,7 +190,7 @@ fn extrude(
         }
         for cell in &plan.cells {
             for level in (0..=order).rev().map(|k| at * order + k) {
-                let below = u32::try_from(level * plan.nodes_m.len()).unwrap_or(u32::MAX);
+                let below = number_node(level * plan.nodes_m.len());
                 elements.extend(cell.iter().map(|node| node + below));
             }
         }
@@ -216,7 +216,7 @@ impl HexMesh {
         for element in all(counts) {
             elements.extend(all([order + 1; 3]).map(|node| {
                 let [i, j, k]: [usize; 3] = std::array::from_fn(|axis| element[axis] * order + node[axis]);
-                u32::try_from((k * rows[1] + j) * rows[0] + i).unwrap_or(u32::MAX)
+                number_node((k * rows[1] + j) * rows[0] + i)
             }));
         }
         Self { order, nodes_m, elements }

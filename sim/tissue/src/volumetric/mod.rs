@@ -218,3 +218,9 @@ fn answerable(force_n: f64) -> bool {
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
+
+/// The number of a node as elements name it.
+#[expect(clippy::expect_used, reason = "as many nodes would need 100 GB, and the planner refuses far smaller meshes")]
+fn number_node(node: usize) -> u32 {
+    u32::try_from(node).expect("a mesh has fewer than 2³² nodes")
+}

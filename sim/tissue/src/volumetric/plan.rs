@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_PI_4;
 
-use super::Symmetry;
+use super::{Symmetry, number_node};
 
 /// Half the width of the block's corner over half its width: between 1/√2, where a corner of the block would be flat,
 /// and 1, where a corner of the ring would be sharp.
@@ -54,7 +54,7 @@ impl DiscPlan {
             self.nodes_m.push(place);
             self.nodes_m.len() - 1
         });
-        u32::try_from(found).unwrap_or(u32::MAX)
+        number_node(found)
     }
 }
 

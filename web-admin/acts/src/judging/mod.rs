@@ -5,6 +5,7 @@ mod arrival;
 mod draft;
 
 use crate::{recording_files, replay_files};
+use model::count_i64;
 use std::path::{Path, PathBuf};
 
 use assessment::{Assessment, assess, own_exercise};
@@ -179,7 +180,7 @@ fn resimulate(recording: &Recording, bundle: &ExerciseBundle) -> Result<Verified
     let found = verify_recording(recording, &params);
     Ok(Verified {
         deviation_n: found.largest_deviation_n,
-        event_differences: i64::try_from(found.event_differences).unwrap_or(i64::MAX),
+        event_differences: count_i64(found.event_differences),
         exact: found.exact(),
     })
 }

@@ -89,7 +89,7 @@ pub fn link_expiry(survey: &Survey, now: Moment) -> Moment {
 /// When the database fails.
 pub async fn letters_left(executor: impl SqliteExecutor<'_>, school: Uuid, now: Moment) -> Result<usize, Error> {
     let queued = letters::queued_since(executor, school, now.plus_s(-3600)).await?;
-    Ok(LETTERS_AN_HOUR.saturating_sub(usize::try_from(queued).unwrap_or(usize::MAX)))
+    Ok(LETTERS_AN_HOUR.saturating_sub(queued as usize))
 }
 
 /// Queues a letter with a link to each name and address. Returns how many were queued: nobody is written to twice.

@@ -94,8 +94,7 @@ fn declining(course: &Course, progress: &Progress) -> Option<Concern> {
 }
 
 fn mean(attempts: &[ScoredAttempt]) -> f64 {
-    let count = u32::try_from(attempts.len()).unwrap_or(u32::MAX);
-    attempts.iter().map(|a| a.score).sum::<f64>() / f64::from(count.max(1))
+    attempts.iter().map(|a| a.score).sum::<f64>() / attempts.len().max(1) as f64
 }
 
 fn regressing<'a>(course: &'a Course, progress: &'a Progress) -> impl Iterator<Item = Concern> + 'a {

@@ -1,5 +1,6 @@
 //! What a trainee does well, and what costs points again and again.
 
+use crate::count_u32;
 use std::collections::BTreeMap;
 
 use assessment::{Deduction, catalogue};
@@ -64,7 +65,7 @@ fn line(metric: &str, lost: &[(usize, f64)]) -> RubricHabit {
     let definition = catalogue::newest_definition(metric);
     let suffix = metric.split_once('.').map(|(_, suffix)| suffix);
     let label = definition.map(|d| suffix.map_or_else(|| d.label.to_owned(), |suffix| d.label_of(suffix)));
-    let judged = u32::try_from(lost.len()).unwrap_or(u32::MAX);
+    let judged = count_u32(lost.len());
     RubricHabit {
         metric: metric.to_owned(),
         label: label.unwrap_or_else(|| metric.to_owned()),

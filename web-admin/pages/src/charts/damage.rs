@@ -54,7 +54,7 @@ pub fn draw_damage(layers: &[LayerDamage], size: DrawingSize) -> String {
         ),
     };
     let layers: Vec<&LayerDamage> = layers.iter().filter(|l| l.total_mj() > 0.0).collect();
-    let rows = f64::from(u32::try_from(layers.len()).unwrap_or(0));
+    let rows = layers.len() as f64;
     let most = layers.iter().map(|l| l.total_mj()).fold(0.0, f64::max);
     let x = AxisScale::new(Extent::new(0.0, most * 1.02), Extent::new(4.0, size.width() - 60.0));
     let bottom = rows * ROW + 6.0;

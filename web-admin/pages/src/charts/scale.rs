@@ -82,7 +82,7 @@ impl AxisScale {
 
 /// The smallest of 1, 2, 5 × 10ⁿ that needs at most `most` ticks.
 fn round_step(span: f64, most: usize) -> f64 {
-    let least = span / f64::from(u32::try_from(most.max(2)).unwrap_or(u32::MAX) - 1);
+    let least = span / (most.max(2) - 1) as f64;
     let power = 10_f64.powi(decimal_exponent(least));
     let factor = [1.0, 2.0, 5.0].into_iter().find(|f| f * power >= least * (1.0 - 1e-9));
     factor.unwrap_or(10.0) * power
@@ -99,8 +99,7 @@ fn decimal_exponent(value: f64) -> i32 {
 #[must_use]
 pub fn tick_label(value: f64, ticks: &[f64]) -> String {
     let step = ticks.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
-    let decimals =
-        if step.is_finite() && step < 1.0 { usize::try_from(-decimal_exponent(step)).unwrap_or(0) } else { 0 };
+    let decimals = if step.is_finite() && step < 1.0 { decimal_exponent(step).unsigned_abs() as usize } else { 0 };
     // Negative zero would read as −0.
     words::decimal(&format!("{:.decimals$}", value + 0.0))
 }

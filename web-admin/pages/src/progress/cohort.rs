@@ -100,8 +100,7 @@ pub struct Worry {
 #[must_use]
 pub fn make_heat_cell(href: String, step: &StepProgress, pass_mark: f64) -> HeatCell {
     let last = &step.attempts[step.attempts.len().saturating_sub(DECLINE_RUN)..];
-    let count = u32::try_from(last.len()).unwrap_or(u32::MAX);
-    let mean = (count > 0).then(|| last.iter().map(|a| a.score).sum::<f64>() / f64::from(count));
+    let mean = (!last.is_empty()).then(|| last.iter().map(|a| a.score).sum::<f64>() / last.len() as f64);
     let status = match (&step.state, mean) {
         (StepState::Mastered { .. }, _) => StatusWord::Mastered,
         (StepState::Regressing { .. }, _) => StatusWord::Regressing,

@@ -76,7 +76,7 @@ impl CurveFacts {
     /// More attempts than the stated error holds for, where that is limited.
     #[must_use]
     pub fn beyond(&self) -> Option<u32> {
-        self.rule.within.filter(|within| self.attempts > usize::try_from(*within).unwrap_or(usize::MAX))
+        self.rule.within.filter(|within| self.attempts > *within as usize)
     }
 }
 

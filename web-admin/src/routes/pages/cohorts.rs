@@ -1,6 +1,7 @@
 //! `/cohorts` and `/cohorts/{id}`.
 
 use axum::extract::{Query, State};
+use model::count_u32;
 use serde::Deserialize;
 
 use super::standing;
@@ -31,7 +32,7 @@ pub(super) async fn list_cohorts_in_short(
     after: &str,
     most: usize,
 ) -> Result<(Vec<CohortLine>, Option<String>), Error> {
-    let limit = u32::try_from(most + 1).unwrap_or(u32::MAX);
+    let limit = count_u32(most + 1);
     let mut found = reports::cohorts_in_short(state.db.reader(), person, after, limit).await?;
     let more = found.len() > most;
     found.truncate(most);

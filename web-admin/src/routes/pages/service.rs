@@ -1,6 +1,7 @@
 //! `/admin/service`: health, and who did what.
 
 use axum::extract::{Query, State};
+use model::count_i64;
 use serde::Deserialize;
 
 use super::admin::{self};
@@ -33,9 +34,9 @@ pub(super) async fn show_service_log(
     let counts = admin::count_people(&state, person.school_id).await?;
     let failing = reports::failing_jobs(reader, person.school_id).await?.len();
     let joined = stations::list_stations(reader, person.school_id).await?;
-    let stations = i64::try_from(joined.iter().filter(|station| !station.revoked).count()).unwrap_or(i64::MAX);
+    let stations = count_i64(joined.iter().filter(|station| !station.revoked).count());
     let acts = service::list_school_acts(reader, person.school_id, query.before.unwrap_or(i64::MAX), PER_PAGE).await?;
-    let full = acts.len() >= usize::try_from(PER_PAGE).unwrap_or(usize::MAX);
+    let full = acts.len() >= PER_PAGE as usize;
     let last = acts.last().filter(|_| full).map(|act| act.seq);
     Ok(ServicePage {
         shell: Shell::new(&person, csrf.token(), NavPlace::Administration),
@@ -51,7 +52,7 @@ pub(super) async fn show_service_log(
             (counts.refused, tr!("refused recordings")),
             (counts.flagged, tr!("re-simulations that differ")),
         ],
-        failing: i64::try_from(failing).unwrap_or(i64::MAX),
+        failing: count_i64(failing),
         acts: acts.into_iter().map(make_act_row).collect(),
         older: last.map(|seq| format!("/admin/service?before={seq}#acts")),
     })

@@ -38,9 +38,9 @@ pub async fn queue_survey_letter(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn queued_since(executor: impl SqliteExecutor<'_>, school: Uuid, since: Moment) -> Result<i64> {
-    let milliseconds = u64::try_from(since.micros() / 1000).unwrap_or(0);
-    let first = Uuid::from_u128(u128::from(milliseconds) << 80);
+pub async fn queued_since(executor: impl SqliteExecutor<'_>, school: Uuid, since: Moment) -> Result<u32> {
+    let milliseconds = since.duration_since(Moment::from_micros(0)).as_millis();
+    let first = Uuid::from_u128(milliseconds << 80);
     sqlx::query_scalar("SELECT count(*) FROM survey_letters WHERE school_id = $1 AND id >= $2")
         .bind(school)
         .bind(first)
