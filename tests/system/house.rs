@@ -252,6 +252,32 @@ fn no_code_reads_a_sentence_to_find_out_what_it_means() {
 }
 
 #[test]
+fn nothing_impossible_becomes_a_silent_value() {
+    let silent = |text: &str| {
+        let one_line = text.lines().map(str::trim).collect::<String>();
+        let attempts =
+            ["::try_from(", ".try_into("].iter().flat_map(|name| one_line.match_indices(name).collect::<Vec<_>>());
+        let is_silent = |(at, name): &(usize, &str)| {
+            let (mut open, rest) = (1, &one_line[at + name.len()..]);
+            let end = rest.find(|c| {
+                open += i32::from(c == '(') - i32::from(c == ')');
+                open == 0
+            });
+            end.is_some_and(|end| rest[end + 1..].starts_with(".unwrap_or"))
+        };
+        attempts.filter(is_silent).map(|(at, _)| one_line[at..].chars().take(60).collect()).collect::<Vec<String>>()
+    };
+    assert_eq!(silent("u32::try_from(f(x))\n    .unwrap_or(u32::MAX)").len(), 1);
+    assert_eq!(silent("usize::try_from(x).ok().unwrap_or_default()").len(), 0);
+    for folder in ["sim", "web-admin"] {
+        for (path, text) in shipped(folder) {
+            let found = silent(text.split("#[cfg(test)]").next().unwrap_or_default());
+            assert!(found.is_empty(), "{}: an error, or an expect with its reason: {found:?}", path.display());
+        }
+    }
+}
+
+#[test]
 fn files_are_one_room_each() {
     for (path, text) in sources() {
         let lines = text.lines().count();

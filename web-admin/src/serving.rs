@@ -52,8 +52,8 @@ impl ConnectionLimits {
         // Refused, it stays as it was.
         let raised = setrlimit(Resource::Nofile, Rlimit { current: maximum, maximum }).is_ok();
         let files = if raised { maximum } else { current }.unwrap_or(u64::MAX);
-        let room = usize::try_from(files.saturating_sub(OTHER_FILES) / 2).unwrap_or(usize::MAX);
-        let whole = room.clamp(8, MOST);
+        let room = files.saturating_sub(OTHER_FILES) / 2;
+        let whole = room.clamp(8, MOST as u64) as usize;
         Self {
             whole,
             by_address: if behind_proxy { whole } else { BY_ADDRESS.min(whole / 4) },
@@ -154,7 +154,7 @@ async fn count_arrival(
 }
 
 fn as_millis(time: Duration) -> u32 {
-    u32::try_from(time.as_millis()).unwrap_or(u32::MAX)
+    time.as_millis().min(u128::from(u32::MAX)) as u32
 }
 
 #[cfg(test)]

@@ -70,6 +70,10 @@ pub fn signed_statement(session: &Session, station: Uuid, motion_sha256: &[u8; 3
         thickness,
         motion_sha256.to_vec(),
     ];
-    let length = |field: &[u8]| u32::try_from(field.len()).unwrap_or(u32::MAX).to_le_bytes();
-    fields.iter().flat_map(|field| length(field).into_iter().chain(field.iter().copied())).collect()
+    fields.iter().flat_map(|field| length_bytes(field).into_iter().chain(field.iter().copied())).collect()
+}
+
+#[expect(clippy::expect_used, reason = "the texts of a session are a line each, and its numbers a few bytes")]
+fn length_bytes(field: &[u8]) -> [u8; 4] {
+    u32::try_from(field.len()).expect("a field is shorter than 4 GB").to_le_bytes()
 }

@@ -121,8 +121,9 @@ impl From<EventKind> for Kind {
 
 /// The kind of an event, or why there is none.
 fn event_kind(number: i32) -> Result<EventKind, String> {
-    Ok(match Kind::try_from(number).unwrap_or(Kind::Unspecified) {
-        Kind::Unspecified => return Err(format!("event of kind {number}, allowed are 1 to 9")),
+    let unknown = || format!("event of kind {number}, allowed are 1 to 9");
+    Ok(match Kind::try_from(number).map_err(|_| unknown())? {
+        Kind::Unspecified => return Err(unknown()),
         Kind::Contact => EventKind::Contact,
         Kind::TipRupture => EventKind::TipRupture,
         Kind::RimRupture => EventKind::RimRupture,

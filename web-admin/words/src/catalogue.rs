@@ -9,7 +9,7 @@ use polib::po_file;
 use rust_embed::Embed;
 
 use super::Language;
-use super::plural::PluralRule;
+use super::plural::PluralForms;
 
 #[derive(Embed)]
 #[folder = "locales/"]
@@ -18,7 +18,7 @@ struct CatalogueFiles;
 /// The sentences of a language, by their English.
 #[derive(Debug)]
 pub(super) struct Catalogue {
-    plural: PluralRule,
+    plural: PluralForms,
     forms: BTreeMap<String, Vec<String>>,
 }
 
@@ -26,9 +26,9 @@ pub(super) struct Catalogue {
 static ALL: LazyLock<BTreeMap<&'static str, Catalogue>> = LazyLock::new(|| read_all().unwrap_or_default());
 
 impl Catalogue {
-    fn read(text: &[u8]) -> anyhow::Result<Self> {
+    fn read(code: &str, text: &[u8]) -> anyhow::Result<Self> {
         let file = po_file::parse_from_reader(text).map_err(|refused| anyhow::anyhow!("{refused}"))?;
-        let plural = PluralRule::read(&file.metadata.plural_rules.expr)?;
+        let plural = PluralForms::of_language(code, file.metadata.plural_rules.nplurals)?;
         // A sentence that nobody has translated yet, or that has changed since, is said in English.
         let said = file.messages().filter(|message| message.is_translated() && !message.is_fuzzy());
         Ok(Self { plural, forms: said.map(|message| (message.msgid().to_owned(), forms(message))).collect() })
@@ -41,7 +41,7 @@ impl Catalogue {
 
     /// The form of a sentence that goes with a count.
     pub(super) fn say_counted(&self, one: &str, count: u64) -> Option<&str> {
-        self.forms.get(one)?.get(self.plural.form(count)).map(String::as_str)
+        self.forms.get(one)?.get(self.plural.find_form(count)?).map(String::as_str)
     }
 }
 
@@ -59,7 +59,7 @@ fn read_all() -> anyhow::Result<BTreeMap<&'static str, Catalogue>> {
         // Read once, and for as long as the program runs.
         all.insert(
             &*code.to_owned().leak(),
-            Catalogue::read(&file.data).with_context(|| format!("the catalogue {name}"))?,
+            Catalogue::read(code, &file.data).with_context(|| format!("the catalogue {name}"))?,
         );
     }
     Ok(all)

@@ -91,16 +91,19 @@ pub fn known(word: &str) -> String {
     catalogue::find(language).and_then(|catalogue| catalogue.say(word)).unwrap_or(word).to_owned()
 }
 
-/// A sentence in the form that goes with a count. What counts nothing whole goes with many.
+/// A sentence in the form that goes with a count. A negative count has none: it goes with many, in English.
 #[must_use]
 pub fn say_counted(one: &'static str, many: &'static str, count: impl TryInto<u64>) -> &'static str {
-    let count = count.try_into().unwrap_or(u64::MAX);
-    let english = if count == 1 { one } else { many };
+    let count = count.try_into().ok();
+    let english = if count == Some(1) { one } else { many };
     let language = current();
     if language == Language::PSEUDO {
         return bracketed(english);
     }
-    catalogue::find(language).and_then(|catalogue| catalogue.say_counted(one, count)).unwrap_or(english)
+    catalogue::find(language)
+        .zip(count)
+        .and_then(|(catalogue, count)| catalogue.say_counted(one, count))
+        .unwrap_or(english)
 }
 
 /// A number that was written with a full stop, as the reader's language writes it, with a true minus sign.
