@@ -1,6 +1,6 @@
 //! An attempt as the metrics see it: the motion, where the needle went in, what it opened, what was confirmed.
 
-use ::attempt::{Insertion, find_insertions, patient_thicknesses_m};
+use ::attempt::{Insertion, find_insertions, is_inserted, patient_thicknesses_m};
 use documents::ExerciseBundle;
 use nalgebra::{Point3, Vector3};
 use recording::{Contactor, Event, EventKind, Recording, Sample};
@@ -95,11 +95,18 @@ impl<'a> Attempt<'a> {
         self.intent.as_ref().ok_or(Absent::TooShort)
     }
 
-    /// The first confirm event; where there is none, the last moment at the largest depth.
+    /// When a position was first confirmed, in s. A confirm in the air confirms none, as the station says, too.
+    pub(crate) fn first_confirm_s(&self) -> Option<f64> {
+        let samples = self.timeline.samples();
+        let is_inside = |t_s: f64| self.timeline.index_at(t_s).is_some_and(|i| is_inserted(samples[i]));
+        let confirms = self.recording.events.iter().filter(|e| e.kind == EventKind::Confirm);
+        confirms.map(|e| e.t_s).find(|t_s| is_inside(*t_s))
+    }
+
+    /// The position that was confirmed first; where none was, the one at the last moment of the largest depth.
     pub(crate) fn confirmed(&self) -> Result<Confirmed, Absent> {
         self.touched()?;
-        let event = self.recording.events.iter().find(|e| e.kind == EventKind::Confirm && e.t_s.is_finite());
-        let t_s = event.map_or_else(|| self.deepest_s(), |e| e.t_s);
+        let t_s = self.first_confirm_s().unwrap_or_else(|| self.deepest_s());
         let coordinate = |i: usize| self.timeline.at(t_s, |s| s.tip_m()[i]);
         Ok(Confirmed {
             t_s,

@@ -1,7 +1,7 @@
 //! What was done of what a puncture is made of: reached, confirmed, withdrawn.
 
 use ::attempt::is_inserted;
-use recording::{Contactor, EventKind};
+use recording::Contactor;
 
 use super::MetricSheet;
 use crate::attempt::{Attempt, Outcome};
@@ -11,19 +11,12 @@ pub(super) fn measure_procedure(attempt: &Attempt, sheet: &mut MetricSheet) {
         let opened = attempt.ruptures.iter().any(|r| r.boundary == i && r.contactor == Contactor::Tip);
         sheet.put_for("reached", &layer.name, attempt.touched().map(|_| one_if(opened)));
     }
-    sheet.put("confirmed", attempt.touched().map(|_| one_if(is_confirmed(attempt))));
+    sheet.put("confirmed", attempt.touched().map(|_| one_if(attempt.first_confirm_s().is_some())));
     sheet.put("withdrawn", was_withdrawn(attempt));
 }
 
 fn one_if(happened: bool) -> f64 {
     f64::from(u8::from(happened))
-}
-
-/// A confirm in the air confirms no position.
-fn is_confirmed(attempt: &Attempt) -> bool {
-    let samples = attempt.timeline.samples();
-    let inside = |t_s: f64| attempt.timeline.index_at(t_s).is_some_and(|i| is_inserted(samples[i]));
-    attempt.recording.events.iter().any(|e| e.kind == EventKind::Confirm && inside(e.t_s))
 }
 
 fn was_withdrawn(attempt: &Attempt) -> Outcome {

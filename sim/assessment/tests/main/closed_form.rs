@@ -42,6 +42,15 @@ fn depth_is_taken_at_the_confirm_and_not_later() {
 }
 
 #[test]
+fn a_confirm_in_the_air_confirms_no_position() {
+    let mut recording = plunge(30.0);
+    mark(&mut recording, 0.1, EventKind::Confirm, None);
+    expect(&judge(&recording, &bundle()), "depth_error_mm", 10.0, 1e-6);
+    mark(&mut recording, 11.5, EventKind::Confirm, None);
+    expect(&judge(&recording, &bundle()), "depth_error_mm", -2.0, 1e-6);
+}
+
+#[test]
 fn without_a_confirm_the_deepest_moment_counts() {
     let assessment = judge(&record(1000.0, 20.0, |t_s| down(0.0, 0.0, 18.0 - 0.2 * (t_s - 10.0).powi(2))), &bundle());
     expect(&assessment, "depth_error_mm", -2.0, 1e-6);
