@@ -10,6 +10,7 @@ use crate::error::Error;
 use crate::service::Service;
 use model::CurrentPerson;
 use model::assignment::{Assigned, AssignmentStanding, AttemptHistory, TaughtCourse, sort};
+use model::ids::{PersonId, SchoolId};
 use store::assignments;
 use store::assignments::{ManagedAssignment, NewAssignment};
 use store::audit::AuditEntry;
@@ -58,7 +59,7 @@ pub async fn withdraw(state: &Service, by: &CurrentPerson, assignment: Uuid) -> 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn taught(state: &Service, school: Uuid) -> Result<Vec<TaughtCourse>, Error> {
+pub async fn taught(state: &Service, school: SchoolId) -> Result<Vec<TaughtCourse>, Error> {
     let reader = state.db.reader();
     let mut taught = Vec::new();
     for curriculum in curricula::list_taught_curricula(reader, school).await? {
@@ -72,7 +73,7 @@ pub async fn taught(state: &Service, school: Uuid) -> Result<Vec<TaughtCourse>, 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn standings(state: &Service, school: Uuid, person: Uuid) -> Result<Vec<AssignmentStanding>, Error> {
+pub async fn standings(state: &Service, school: SchoolId, person: PersonId) -> Result<Vec<AssignmentStanding>, Error> {
     let reader = state.db.reader();
     let assigned: Vec<Assigned> = assignments::list_trainee_assignments(reader, school, person).await?;
     if assigned.is_empty() {
@@ -98,9 +99,9 @@ pub async fn standings(state: &Service, school: Uuid, person: Uuid) -> Result<Ve
 /// [`Error::NotFound`] when it was taken back.
 pub async fn standings_at(
     state: &Service,
-    school: Uuid,
+    school: SchoolId,
     id: Uuid,
-    people: &[Uuid],
+    people: &[PersonId],
 ) -> Result<Vec<AssignmentStanding>, Error> {
     let reader = state.db.reader();
     let assigned = assignments::find_assignment(reader, school, id).await?.ok_or(Error::NotFound)?;
@@ -114,7 +115,7 @@ pub async fn standings_at(
         false => BTreeSet::new(),
     };
     let now = state.clock.now();
-    let of = |person: &Uuid| {
+    let of = |person: &PersonId| {
         let mut own = assigned.clone();
         if let Some(longer) = longer.iter().find(|extension| extension.person_id == *person) {
             (own.due_at, own.extended_days) = (Some(longer.due_at), longer.days);

@@ -7,6 +7,7 @@ use uuid::Uuid;
 
 use crate::error::Error;
 use crate::service::Service;
+use model::ids::PersonId;
 use model::mail::MailKind;
 use model::{CurrentPerson, due};
 use store::audit::AuditEntry;
@@ -43,7 +44,7 @@ pub async fn extend(
     state: &Service,
     by: &CurrentPerson,
     dated: Dated<'_>,
-    person: Uuid,
+    person: PersonId,
     days: i64,
 ) -> Result<(), Error> {
     if !(0..=MAX_DAYS).contains(&days) {

@@ -6,6 +6,7 @@ use std::ops::Range;
 use anyhow::Context;
 use assessment::questionnaire::Answer;
 use documents::Instrument;
+use model::ids::SchoolId;
 use model::survey::{Identity, ResponseState};
 use model::{Moment, Role};
 use serde_json::json;
@@ -61,7 +62,7 @@ pub async fn found_school(
 
 async fn add_generated(
     tx: &mut SqliteConnection,
-    school_id: Uuid,
+    school_id: SchoolId,
     who: &GeneratedPerson,
     password_hash: &str,
     now: Moment,
@@ -160,7 +161,7 @@ pub async fn ask_nobody(service: &Service, survey: GeneratedSurvey<'_>) -> anyho
 /// What is answered, and when.
 #[derive(Clone, Copy)]
 struct AskedSurvey {
-    school_id: Uuid,
+    school_id: SchoolId,
     survey_id: Uuid,
     now: Moment,
 }

@@ -18,6 +18,7 @@ use crate::recordings::Received;
 use crate::scanning::ScanVerdict;
 use crate::service::Service;
 use model::began::Claim;
+use model::ids::{PersonId, SchoolId};
 use model::{Moment, SessionKey, Uncounted};
 use store::audit::{Actor, AuditEntry};
 use store::sessions::{self, Session, SessionState};
@@ -34,9 +35,9 @@ pub const SET_ASIDE: &str =
 #[derive(Clone, Debug)]
 pub struct Bearer {
     /// Their school.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// Whose attempt it is; where absent, whoever the recording names by pseudonym.
-    pub trainee_id: Option<Uuid>,
+    pub trainee_id: Option<PersonId>,
     /// For the audit log.
     pub actor: Actor,
     /// How far their clock is ahead of ours, in µs, where they have told it.
@@ -103,7 +104,7 @@ async fn scan(state: &Service, bearer: &Bearer, received: &Received) -> Result<(
 }
 
 /// Reads what came at once. That it is about to be read is written down before the file is touched.
-async fn read_counted(state: &Service, school: Uuid, received: &Received) -> Result<RecordingFacts, Error> {
+async fn read_counted(state: &Service, school: SchoolId, received: &Received) -> Result<RecordingFacts, Error> {
     let mut tx = state.db.write().await?;
     let deaths = tries::begin_reading(&mut tx, school, &received.sha256, state.clock.now()).await?;
     if deaths >= tries::MOST_DEATHS {
@@ -182,7 +183,7 @@ async fn describe(
 }
 
 /// Whose attempt it is. A recording that names somebody belongs to them, and nobody else brings it as their own.
-async fn trainee(state: &Service, bearer: &Bearer, named: &str) -> Result<Uuid, Error> {
+async fn trainee(state: &Service, bearer: &Bearer, named: &str) -> Result<PersonId, Error> {
     let Some(id) = bearer.trainee_id else { return by_pseudonym(state, bearer.school_id, named).await };
     let own = people::find_person(state.db.reader(), id).await?.ok_or(Error::NotFound)?.pseudonym;
     if named.is_empty() || named == own {
@@ -194,14 +195,14 @@ async fn trainee(state: &Service, bearer: &Bearer, named: &str) -> Result<Uuid, 
 }
 
 /// The station that has signed it, where it is one of this school's that is paired now, and its signature is right.
-async fn signer(state: &Service, school: Uuid, told: &RecordingFacts) -> Result<Option<Signer>, Error> {
+async fn signer(state: &Service, school: SchoolId, told: &RecordingFacts) -> Result<Option<Signer>, Error> {
     let (Some(signature), Some(motion)) = (&told.signature, &told.motion) else { return Ok(None) };
     let station = stations::find_station_signer(state.db.reader(), school, signature.station).await?;
     let signed = signature::signed_statement(&told.session, signature.station, motion);
     Ok(station.filter(|station| keys::is_signed(&station.public_key, &signed, &signature.ed25519)))
 }
 
-async fn by_pseudonym(state: &Service, school: Uuid, pseudonym: &str) -> Result<Uuid, Error> {
+async fn by_pseudonym(state: &Service, school: SchoolId, pseudonym: &str) -> Result<PersonId, Error> {
     let named = people::by_pseudonym(state.db.reader(), school, pseudonym).await?;
     named.map(|person| person.id).ok_or_else(|| {
         Error::Unprocessable(format!("trainee: \"{pseudonym}\"; nobody in this school has this pseudonym"))

@@ -1,5 +1,6 @@
 //! Tasks to mark the moment of each pop on a blinded trace: made, marked, measured.
 
+use model::ids::{PersonId, SchoolId};
 use model::segments::TraceOutcome;
 use serde_json::json;
 use sqlx::types::Json;
@@ -106,7 +107,7 @@ pub async fn mark(
 ///
 /// # Errors
 /// When it was not scored, or the database fails.
-pub async fn truth(state: &Service, school_id: Uuid, trace: &Trace) -> Result<Vec<f64>, Error> {
+pub async fn truth(state: &Service, school_id: SchoolId, trace: &Trace) -> Result<Vec<f64>, Error> {
     let key = SessionKey { school_id, id: trace.session_id };
     let curve = scores::find_curve(state.db.reader(), key).await?.ok_or(Error::NotFound)?;
     Ok(pops(&curve))
@@ -118,9 +119,9 @@ pub async fn truth(state: &Service, school_id: Uuid, trace: &Trace) -> Result<Ve
 /// When the database fails.
 pub async fn outcomes(
     state: &Service,
-    school: Uuid,
+    school: SchoolId,
     task: &SegmentTask,
-    people: &[Uuid],
+    people: &[PersonId],
 ) -> Result<Vec<TraceOutcome>, Error> {
     let reader = state.db.reader();
     let mut traces = Vec::new();
@@ -134,7 +135,7 @@ pub async fn outcomes(
         DeadlineKey { school_id: school, kind: DeadlineKind::Segments, id: task.id },
     )
     .await?;
-    let of = |person: &Uuid| {
+    let of = |person: &PersonId| {
         let longer = longer.iter().find(|extension| extension.person_id == *person);
         let due_at = longer.map_or(task.due_at, |extension| Some(extension.due_at));
         let begun = TraceOutcome {
@@ -147,7 +148,7 @@ pub async fn outcomes(
     Ok(people.iter().map(of).collect())
 }
 
-fn outcome(mut outcome: TraceOutcome, traces: &[(Trace, Vec<f64>)], marks: &[Marks], person: Uuid) -> TraceOutcome {
+fn outcome(mut outcome: TraceOutcome, traces: &[(Trace, Vec<f64>)], marks: &[Marks], person: PersonId) -> TraceOutcome {
     for (trace, pops) in traces.iter().filter(|(trace, _)| trace.trainee_id != person) {
         outcome.traces += 1;
         let own = marks.iter().find(|marks| marks.person_id == person && marks.trace_id == trace.id);

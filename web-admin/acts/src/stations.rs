@@ -7,6 +7,7 @@ use crate::error::Error;
 use crate::keys;
 use crate::secret;
 use crate::service::Service;
+use model::ids::SchoolId;
 use model::{CurrentPerson, Moment, PersonKey, Role, line};
 use store::audit::{Actor, AuditEntry};
 use store::people::Person;
@@ -47,7 +48,7 @@ pub struct Paired {
 #[derive(Clone, Debug)]
 pub struct CallingStation {
     /// Its school.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// Id of its token.
     pub id: Uuid,
     /// Name.
@@ -201,9 +202,9 @@ async fn take_try(state: &Service, station: &CallingStation) -> Result<(), Error
     Ok(tx.commit().await?)
 }
 
-async fn hash(state: &Service, school: Uuid, code: String) -> Result<[u8; 32], Error> {
+async fn hash(state: &Service, school: SchoolId, code: String) -> Result<[u8; 32], Error> {
     let cost = state.config.password_cost;
-    Ok(state.hash(move || secret::code_hash(&code, school.as_bytes(), cost)).await??)
+    Ok(state.hash(move || secret::code_hash(&code, school.uuid().as_bytes(), cost)).await??)
 }
 
 /// A code in two halves, which are easier to read and to type.

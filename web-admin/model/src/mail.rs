@@ -3,6 +3,7 @@
 use uuid::Uuid;
 
 use crate::Moment;
+use crate::ids::{PersonId, SchoolId};
 
 /// What a mail is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,9 +28,9 @@ pub struct Mail {
     /// Id.
     pub id: Uuid,
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// To whom.
-    pub person_id: Uuid,
+    pub person_id: PersonId,
     /// What about.
     pub kind: MailKind,
     /// The assignment or task of a reminder.
@@ -79,7 +80,7 @@ pub struct SurveyLetter {
     /// Id.
     pub id: Uuid,
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// Survey.
     pub survey_id: Uuid,
     /// Name of whom it goes to; may be empty.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::ids::PersonId;
 use assessment::questionnaire::{self, Answer};
 use assessment::statistics::{IntraclassCorrelation, NotComputable, intraclass_correlation};
 use documents::Instrument;
@@ -14,7 +15,7 @@ pub struct RatingAnswers<'a> {
     /// The attempt.
     pub session: Uuid,
     /// The rater.
-    pub rater: Uuid,
+    pub rater: PersonId,
     /// Absent until it is finished.
     pub answers: Option<&'a [Option<Answer>]>,
 }
@@ -46,13 +47,13 @@ impl ScoreTable {
 pub fn tables(
     instrument: &Instrument,
     attempts: &[Uuid],
-    raters: &[Uuid],
+    raters: &[PersonId],
     given: &[RatingAnswers<'_>],
 ) -> Vec<ScoreTable> {
-    let finished: BTreeMap<(Uuid, Uuid), &[Option<Answer>]> =
+    let finished: BTreeMap<(Uuid, PersonId), &[Option<Answer>]> =
         given.iter().filter_map(|given| Some(((given.session, given.rater), given.answers?))).collect();
     let score = |key: &ScoreKey| {
-        let cell = |attempt: Uuid, rater: &Uuid| {
+        let cell = |attempt: Uuid, rater: &PersonId| {
             finished
                 .get(&(attempt, *rater))
                 .and_then(|answers| questionnaire::score_response(instrument, key, answers).ok())
@@ -92,7 +93,7 @@ mod tests {
     #[test]
     fn what_is_missing_is_left_out_and_counted() {
         let instrument = Instrument::from_bytes("test", INSTRUMENT.as_bytes()).expect("a shipped instrument");
-        let (attempts, raters) = ([1, 2, 3].map(Uuid::from_u128), [11, 12].map(Uuid::from_u128));
+        let (attempts, raters) = ([1, 2, 3].map(Uuid::from_u128), [11, 12].map(PersonId::from_u128));
         let said = [[1; 7], [2; 7], [4; 7], [5; 7], [3; 7]].map(answers);
         let given = |attempt: usize, rater: usize, answers| RatingAnswers {
             session: attempts[attempt],

@@ -147,11 +147,12 @@ mod tests {
     use super::*;
     use crate::samples;
     use model::Role;
+    use model::ids::PersonId;
     use model::roster::{RosterEntry, RosterRequest, SchoolPerson, read};
 
     fn difference() -> RosterDifference {
         let known = SchoolPerson {
-            id: Uuid::nil(),
+            id: PersonId::nil(),
             registrar_id: None,
             email: "ana@example.org".to_owned(),
             name: "Ana Ek".to_owned(),
@@ -160,7 +161,7 @@ mod tests {
             cohorts: vec!["Spring".to_owned()],
         };
         let bo = SchoolPerson {
-            id: Uuid::max(),
+            id: PersonId::from_u128(u128::MAX),
             email: "bo@example.org".to_owned(),
             name: "Bo".to_owned(),
             ..known.clone()

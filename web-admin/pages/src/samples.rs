@@ -14,6 +14,7 @@ use super::shell::ShellVisitor;
 use super::trainee::{CourseFacts, CourseView, OwnAttemptRow, PageNumbers, TraineePage};
 use super::{NavPlace, Shell, StatusWord};
 use attempt::{AttemptCurve, BoundaryStage, CurveMark, CurvePoint, LayerSpan, MarkKind, StageSpan};
+use model::ids::{CohortId, PersonId};
 use model::membership::{MembershipAct, MembershipEvent, MembershipRequest};
 use model::progress::{Course, CourseStep, Mastery, Progress, ScoredAttempt};
 use model::{Moment, Role, Uncounted};
@@ -363,9 +364,9 @@ pub(super) fn progress() -> Progress {
 
 pub(super) fn request() -> MembershipRequest {
     MembershipRequest {
-        cohort_id: Uuid::from_u128(3),
+        cohort_id: CohortId::from_u128(3),
         cohort: "Spring".to_owned(),
-        person_id: Uuid::from_u128(4),
+        person_id: PersonId::from_u128(4),
         person: "Ana Lindqvist".to_owned(),
         role: Role::Trainee,
         asked_by: "Ben Okafor".to_owned(),

@@ -5,6 +5,7 @@ use uuid::Uuid;
 
 use super::Result;
 use model::assignment::{Assigned, AssignmentTask};
+use model::ids::{CohortId, PersonId, SchoolId};
 use model::{CurrentPerson, Moment, Role, new_id};
 
 /// An assignment to be made.
@@ -13,9 +14,9 @@ pub struct NewAssignment {
     /// What is to be trained.
     pub task: AssignmentTask,
     /// The cohort, or
-    pub cohort_id: Option<Uuid>,
+    pub cohort_id: Option<CohortId>,
     /// the trainee.
-    pub person_id: Option<Uuid>,
+    pub person_id: Option<PersonId>,
     /// Under an instructor's eyes.
     pub supervised: bool,
     /// Attempts that count.
@@ -119,7 +120,11 @@ macro_rules! assigned {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find_assignment(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Assigned>> {
+pub async fn find_assignment(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    id: Uuid,
+) -> Result<Option<Assigned>> {
     let row: Option<AssignedRow> =
         sqlx::query_as(assigned!("= $3")).bind(school).bind(None::<Uuid>).bind(id).fetch_optional(executor).await?;
     Ok(row.map(Assigned::from))
@@ -131,8 +136,8 @@ pub async fn find_assignment(executor: impl SqliteExecutor<'_>, school: Uuid, id
 /// When the database fails.
 pub async fn list_trainee_assignments(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
-    person: Uuid,
+    school: SchoolId,
+    person: PersonId,
 ) -> Result<Vec<Assigned>> {
     let rows: Vec<AssignedRow> = sqlx::query_as(assigned!(
         "IN (SELECT id FROM assignments WHERE person_id = $2
@@ -155,9 +160,9 @@ pub struct ManagedAssignment {
     /// Title of the exercise or course.
     pub title: String,
     /// The cohort, or
-    pub cohort_id: Option<Uuid>,
+    pub cohort_id: Option<CohortId>,
     /// the trainee.
-    pub person_id: Option<Uuid>,
+    pub person_id: Option<PersonId>,
     /// Name of the cohort or trainee.
     pub to: String,
     /// As it was said.
@@ -214,7 +219,7 @@ pub async fn list_managed_assignments(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn withdraw_assignment(writer: &mut SqliteConnection, school: Uuid, id: Uuid, now: Moment) -> Result<()> {
+pub async fn withdraw_assignment(writer: &mut SqliteConnection, school: SchoolId, id: Uuid, now: Moment) -> Result<()> {
     sqlx::query("UPDATE assignments SET withdrawn_at = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)

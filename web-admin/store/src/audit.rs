@@ -10,13 +10,14 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
+use model::ids::{PersonId, SchoolId};
 use model::{CurrentPerson, Moment};
 
 /// Something that was done.
 #[derive(Clone, Debug)]
 pub struct AuditEntry<'a> {
     /// In which school, where there is one.
-    school_id: Option<Uuid>,
+    school_id: Option<SchoolId>,
     /// By whom.
     actor: Actor,
     /// What, for example `session.uploaded`.
@@ -31,7 +32,7 @@ pub struct AuditEntry<'a> {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Actor {
     /// A person, in the browser or through the API.
-    Person(Uuid),
+    Person(PersonId),
     /// A training station.
     Station(String),
     /// Whoever may run this program on the server.
@@ -61,7 +62,7 @@ impl std::fmt::Display for Actor {
 struct AuditRow {
     seq: i64,
     at: Moment,
-    school_id: Option<Uuid>,
+    school_id: Option<SchoolId>,
     actor: String,
     action: String,
     object: String,
@@ -88,7 +89,12 @@ impl AuditRow {
 
 impl<'a> AuditEntry<'a> {
     /// What `actor` did in a school to `object`, without details.
-    pub fn new(school_id: impl Into<Option<Uuid>>, actor: Actor, action: &'a str, object: impl Into<String>) -> Self {
+    pub fn new(
+        school_id: impl Into<Option<SchoolId>>,
+        actor: Actor,
+        action: &'a str,
+        object: impl Into<String>,
+    ) -> Self {
         let (school_id, object, details) = (school_id.into(), object.into(), json!({}));
         Self { school_id, actor, action, object, details }
     }

@@ -7,6 +7,7 @@ use uuid::Uuid;
 
 use super::Result;
 use model::comment::{Comment, CommentKind};
+use model::ids::PersonId;
 use model::{Moment, Role, SessionKey, new_id};
 
 /// A comment or an answer as it is kept.
@@ -18,7 +19,8 @@ pub struct CommentRecord {
     /// The comment that it answers.
     pub answers: Option<Uuid>,
     /// Who said it.
-    pub author_id: Uuid,
+    #[schema(value_type = Uuid)]
+    pub author_id: PersonId,
     /// Their name.
     pub author: String,
     /// Their role.
@@ -43,7 +45,7 @@ pub struct CommentRecord {
 pub async fn add_comment(
     writer: &mut SqliteConnection,
     session: SessionKey,
-    author: Uuid,
+    author: PersonId,
     comment: &Comment,
     now: Moment,
 ) -> Result<Uuid> {
@@ -82,7 +84,7 @@ pub struct CommentAnswer<'a> {
 pub async fn answer_comment(
     writer: &mut SqliteConnection,
     session: SessionKey,
-    author: Uuid,
+    author: PersonId,
     answer: CommentAnswer<'_>,
     now: Moment,
 ) -> Result<Option<Uuid>> {
@@ -111,7 +113,7 @@ pub async fn answer_comment(
 pub async fn withdraw_comment(
     writer: &mut SqliteConnection,
     session: SessionKey,
-    author: Uuid,
+    author: PersonId,
     comment: Uuid,
     now: Moment,
 ) -> Result<bool> {

@@ -5,6 +5,7 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
+use model::ids::SchoolId;
 use model::progress::{Course, CourseStep, CurveRule, Mastery};
 use model::{Moment, new_id};
 
@@ -82,7 +83,7 @@ struct CurriculumStepRow {
 /// When the database fails.
 pub async fn find_curriculum_by_hash(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     sha256: &str,
 ) -> Result<Option<Uuid>> {
     sqlx::query_scalar("SELECT id FROM curriculum_revisions WHERE school_id = $1 AND sha256 = $2")
@@ -98,7 +99,7 @@ pub async fn find_curriculum_by_hash(
 /// When it was published before, or the database fails.
 pub async fn publish_curriculum(
     writer: &mut SqliteConnection,
-    school: Uuid,
+    school: SchoolId,
     curriculum: &NewCurriculum<'_>,
     now: Moment,
 ) -> Result<Uuid> {
@@ -150,7 +151,7 @@ async fn insert_entry(writer: &mut SqliteConnection, revision: Uuid, position: i
 ///
 /// # Errors
 /// When the database fails.
-pub async fn make_current(writer: &mut SqliteConnection, school: Uuid, id: &str, revision: Uuid) -> Result<()> {
+pub async fn make_current(writer: &mut SqliteConnection, school: SchoolId, id: &str, revision: Uuid) -> Result<()> {
     sqlx::query(
         "INSERT INTO curricula (school_id, curriculum_id, revision_id) VALUES ($1, $2, $3)
          ON CONFLICT (school_id, curriculum_id) DO UPDATE SET revision_id = excluded.revision_id",
@@ -167,7 +168,10 @@ pub async fn make_current(writer: &mut SqliteConnection, school: Uuid, id: &str,
 ///
 /// # Errors
 /// When the database fails.
-pub async fn list_taught_curricula(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<TaughtCurriculum>> {
+pub async fn list_taught_curricula(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+) -> Result<Vec<TaughtCurriculum>> {
     sqlx::query_as(
         "SELECT r.id AS revision_id, r.curriculum_id, r.title, r.description, r.sha256, r.mastery_passes, r.mastery_of, r.mastery_curve
          FROM curricula c JOIN curriculum_revisions r ON r.id = c.revision_id
@@ -197,7 +201,7 @@ pub struct CurriculumRevision {
 /// When the database fails.
 pub async fn list_curriculum_revisions(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     id: &str,
 ) -> Result<Vec<CurriculumRevision>> {
     sqlx::query_as(
@@ -216,7 +220,7 @@ pub async fn list_curriculum_revisions(
 /// When the database fails.
 pub async fn read_curriculum_bytes(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     revision: Uuid,
 ) -> Result<Option<Vec<u8>>> {
     sqlx::query_scalar("SELECT bytes FROM curriculum_revisions WHERE school_id = $1 AND id = $2")
@@ -243,7 +247,7 @@ pub async fn exercise_ids(executor: impl SqliteExecutor<'_>, revision: Uuid) -> 
 /// When the database fails.
 pub async fn find_course(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     curriculum: &TaughtCurriculum,
 ) -> Result<Course> {
     let rows: Vec<CurriculumStepRow> = sqlx::query_as(

@@ -5,6 +5,7 @@ use uuid::Uuid;
 
 use super::Result;
 use model::Moment;
+use model::ids::{PersonId, SchoolId};
 
 /// What has a due date.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,7 +20,7 @@ pub enum DeadlineKind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
 pub struct Extension {
     /// Who.
-    pub person_id: Uuid,
+    pub person_id: PersonId,
     /// Calendar days.
     pub days: i64,
     /// Until when.
@@ -30,9 +31,9 @@ pub struct Extension {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
 pub struct DueReminder {
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// Who.
-    pub person_id: Uuid,
+    pub person_id: PersonId,
     /// Of what: an assignment or a task.
     pub id: Uuid,
 }
@@ -87,7 +88,7 @@ macro_rules! to_remind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DeadlineKey {
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// What it is.
     pub kind: DeadlineKind,
     /// Assignment or task.
@@ -101,7 +102,7 @@ pub struct DeadlineKey {
 pub async fn extend_deadline(
     writer: &mut SqliteConnection,
     deadline: DeadlineKey,
-    person: Uuid,
+    person: PersonId,
     longer: Option<(i64, Moment)>,
 ) -> Result<()> {
     let DeadlineKey { school_id, kind, id } = deadline;

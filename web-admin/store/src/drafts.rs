@@ -4,6 +4,7 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
+use model::ids::{PersonId, SchoolId};
 use model::{Moment, new_id};
 
 /// What a draft will be a revision of.
@@ -64,9 +65,9 @@ pub struct NewDocumentDraft<'a> {
 #[derive(Clone, Copy, Debug)]
 pub struct DraftEditor {
     /// School.
-    pub school: Uuid,
+    pub school: SchoolId,
     /// Person.
-    pub person: Uuid,
+    pub person: PersonId,
     /// When.
     pub now: Moment,
 }
@@ -77,7 +78,7 @@ pub struct DraftEditor {
 /// When the database fails.
 pub async fn find_draft_of(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     kind: DraftKind,
     document_id: &str,
 ) -> Result<Option<Uuid>> {
@@ -117,7 +118,11 @@ pub async fn begin_draft(writer: &mut SqliteConnection, by: DraftEditor, draft: 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find_draft(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<DocumentDraft>> {
+pub async fn find_draft(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    id: Uuid,
+) -> Result<Option<DocumentDraft>> {
     sqlx::query_as(
         "SELECT d.id, d.kind, d.document_id, d.based_on, d.document, d.scene, d.version, p.display_name AS saved_by,
          d.saved_at
@@ -133,7 +138,7 @@ pub async fn find_draft(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uui
 ///
 /// # Errors
 /// When the database fails.
-pub async fn list_drafts(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<DocumentDraft>> {
+pub async fn list_drafts(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<DocumentDraft>> {
     sqlx::query_as(
         "SELECT d.id, d.kind, d.document_id, d.based_on, d.document, d.scene, d.version, p.display_name AS saved_by,
          d.saved_at
@@ -176,7 +181,7 @@ pub async fn save_draft(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn remove_draft(writer: &mut SqliteConnection, school: Uuid, id: Uuid, seen: i64) -> Result<bool> {
+pub async fn remove_draft(writer: &mut SqliteConnection, school: SchoolId, id: Uuid, seen: i64) -> Result<bool> {
     let removed = sqlx::query("DELETE FROM drafts WHERE school_id = $1 AND id = $2 AND version = $3")
         .bind(school)
         .bind(id)

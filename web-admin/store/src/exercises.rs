@@ -7,6 +7,7 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
+use model::ids::SchoolId;
 use model::{Moment, new_id};
 
 /// A revision to be published.
@@ -72,7 +73,7 @@ pub struct RevisionBytes {
 /// When the database fails.
 pub async fn find_revision_by_bundle(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     bundle_sha256: &str,
 ) -> Result<Option<Uuid>> {
     sqlx::query_scalar("SELECT id FROM exercise_revisions WHERE school_id = $1 AND bundle_sha256 = $2")
@@ -88,7 +89,7 @@ pub async fn find_revision_by_bundle(
 /// When the database fails.
 pub async fn by_documents(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     session: &recording::Session,
 ) -> Result<Option<Uuid>> {
     sqlx::query_scalar(
@@ -110,7 +111,7 @@ pub async fn by_documents(
 /// When it was published before, or the database fails.
 pub async fn publish_exercise(
     writer: &mut SqliteConnection,
-    school: Uuid,
+    school: SchoolId,
     revision: &NewRevision<'_>,
     now: Moment,
 ) -> Result<Uuid> {
@@ -163,7 +164,7 @@ async fn insert_mesh(
 /// When the database fails.
 pub async fn make_current(
     writer: &mut SqliteConnection,
-    school: Uuid,
+    school: SchoolId,
     exercise_id: &str,
     revision: Uuid,
 ) -> Result<()> {
@@ -185,7 +186,7 @@ pub async fn make_current(
 /// When the database fails.
 pub async fn find_current_revision(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     exercise_id: &str,
 ) -> Result<Option<Revision>> {
     sqlx::query_as(
@@ -206,7 +207,7 @@ pub async fn find_current_revision(
 /// When the database fails.
 pub async fn list_exercise_revisions(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     exercise_id: &str,
 ) -> Result<Vec<Revision>> {
     sqlx::query_as(
@@ -223,7 +224,7 @@ pub async fn list_exercise_revisions(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn list_current_exercises(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<Revision>> {
+pub async fn list_current_exercises(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<Revision>> {
     sqlx::query_as(
         "SELECT r.id, r.exercise_id, r.title, r.difficulty, r.pass_mark, r.exercise_sha256, r.scene_sha256,
          r.published_at
@@ -241,7 +242,7 @@ pub async fn list_current_exercises(executor: impl SqliteExecutor<'_>, school: U
 /// When the database fails.
 pub async fn read_exercise_bytes(
     reader: &sqlx::SqlitePool,
-    school: Uuid,
+    school: SchoolId,
     revision: Uuid,
 ) -> Result<Option<RevisionBytes>> {
     let documents: Option<(Vec<u8>, Vec<u8>)> =
@@ -262,7 +263,7 @@ pub async fn read_exercise_bytes(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn all_documents(reader: &sqlx::SqlitePool, school: Uuid) -> Result<BTreeMap<String, RevisionBytes>> {
+pub async fn all_documents(reader: &sqlx::SqlitePool, school: SchoolId) -> Result<BTreeMap<String, RevisionBytes>> {
     let documents: Vec<(String, Vec<u8>, Vec<u8>)> = sqlx::query_as(
         "SELECT e.exercise_id, r.exercise_bytes, r.scene_bytes
          FROM exercises e JOIN exercise_revisions r ON r.id = e.revision_id WHERE e.school_id = $1",

@@ -5,6 +5,7 @@ use uuid::Uuid;
 
 use super::Result;
 use super::practice;
+use model::ids::PersonId;
 use model::{Moment, SessionKey, new_id};
 
 /// The grade that counts.
@@ -26,7 +27,7 @@ pub struct NewOverride<'a> {
     /// Why.
     pub reason: &'a str,
     /// Who.
-    pub made_by: Uuid,
+    pub made_by: PersonId,
 }
 
 /// An override as it was made.

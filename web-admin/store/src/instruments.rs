@@ -4,6 +4,7 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
+use model::ids::SchoolId;
 use model::{Moment, new_id};
 
 /// A revision of an instrument.
@@ -27,7 +28,7 @@ pub struct InstrumentRevision {
 #[derive(Clone, Copy, Debug)]
 pub struct NewInstrument<'a> {
     /// Its school.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// The instrument's id.
     pub instrument_id: &'a str,
     /// Its title, in its first language.
@@ -44,7 +45,7 @@ pub struct NewInstrument<'a> {
 /// When the database fails.
 pub async fn find_instrument_by_hash(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     sha256: &str,
 ) -> Result<Option<Uuid>> {
     sqlx::query_scalar("SELECT id FROM instrument_revisions WHERE school_id = $1 AND sha256 = $2")
@@ -78,7 +79,12 @@ pub async fn publish_instrument(writer: &mut SqliteConnection, new: &NewInstrume
 ///
 /// # Errors
 /// When there is no such revision, or the database fails.
-pub async fn make_current(writer: &mut SqliteConnection, school: Uuid, instrument: &str, revision: Uuid) -> Result<()> {
+pub async fn make_current(
+    writer: &mut SqliteConnection,
+    school: SchoolId,
+    instrument: &str,
+    revision: Uuid,
+) -> Result<()> {
     sqlx::query(
         "INSERT INTO instruments (school_id, instrument_id, revision_id) VALUES ($1, $2, $3)
          ON CONFLICT (school_id, instrument_id) DO UPDATE SET revision_id = excluded.revision_id",
@@ -97,7 +103,7 @@ pub async fn make_current(writer: &mut SqliteConnection, school: Uuid, instrumen
 /// When the database fails.
 pub async fn find_current_instrument(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     instrument: &str,
 ) -> Result<Option<InstrumentRevision>> {
     sqlx::query_as(
@@ -117,7 +123,7 @@ pub async fn find_current_instrument(
 /// When the database fails.
 pub async fn list_current_instruments(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
 ) -> Result<Vec<InstrumentRevision>> {
     sqlx::query_as(
         "SELECT r.id, r.instrument_id, r.title, r.sha256, r.bytes, r.published_at FROM instruments i
@@ -135,7 +141,7 @@ pub async fn list_current_instruments(
 /// When the database fails.
 pub async fn find_instrument_revision(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     id: Uuid,
 ) -> Result<Option<InstrumentRevision>> {
     sqlx::query_as(

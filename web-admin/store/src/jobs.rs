@@ -5,13 +5,14 @@ use uuid::Uuid;
 
 use super::Result;
 use super::tries::MOST_DEATHS;
+use model::ids::SchoolId;
 use model::{Moment, SessionKey};
 
 /// A recording that waits to be scored.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Job {
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// Session.
     pub session_id: Uuid,
     /// How often it was tried.
@@ -61,7 +62,7 @@ pub struct JobQuery {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn list_waiting_schools(executor: impl SqliteExecutor<'_>, due: JobQuery) -> Result<Vec<Uuid>> {
+pub async fn list_waiting_schools(executor: impl SqliteExecutor<'_>, due: JobQuery) -> Result<Vec<SchoolId>> {
     sqlx::query_scalar(
         "SELECT s.id FROM schools s WHERE EXISTS (SELECT 1 FROM jobs j
              WHERE j.school_id = s.id AND j.deaths = $1 AND (j.next_run_at <= $2 OR j.next_run_at > $3))",
@@ -79,7 +80,7 @@ pub async fn list_waiting_schools(executor: impl SqliteExecutor<'_>, due: JobQue
 /// When the database fails.
 pub async fn list_due_jobs(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     due: JobQuery,
     most: i64,
 ) -> Result<Vec<Job>> {

@@ -1,5 +1,6 @@
 //! What is to be mailed, and what was.
 
+use model::ids::{PersonId, SchoolId};
 use model::mail::{Mail, MailKind};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
@@ -11,9 +12,9 @@ use model::{Moment, new_id};
 #[derive(Clone, Copy, Debug)]
 pub struct NewMail {
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// To whom.
-    pub person_id: Uuid,
+    pub person_id: PersonId,
     /// What about.
     pub kind: MailKind,
     /// The assignment or task of a reminder.
@@ -117,8 +118,8 @@ pub struct MailDelivery {
 /// When the database fails.
 pub async fn find_latest_mail(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
-    person: Uuid,
+    school: SchoolId,
+    person: PersonId,
 ) -> Result<Option<MailDelivery>> {
     sqlx::query_as(
         "SELECT kind, sent_at, error FROM mails WHERE school_id = $1 AND person_id = $2 AND kind IN ('invitation', 'reset')

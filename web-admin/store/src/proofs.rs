@@ -6,6 +6,7 @@ use sqlx::{FromRow, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
+use model::ids::{PersonId, SchoolId};
 use model::{Needed, Proof, SessionKey};
 
 /// What is proved of an attempt.
@@ -33,8 +34,8 @@ struct Proved {
 /// When the database fails.
 pub async fn list_proved_sessions(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
-    trainee: Uuid,
+    school: SchoolId,
+    trainee: PersonId,
     needed: Needed,
 ) -> Result<BTreeSet<Uuid>> {
     let proved: Vec<Proved> = sqlx::query_as(

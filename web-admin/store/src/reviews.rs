@@ -4,6 +4,7 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
+use model::ids::PersonId;
 use model::{CurrentPerson, Moment, Role, SessionKey};
 
 /// Most attempts of the queue that are listed at once.
@@ -85,7 +86,12 @@ pub async fn list_review_queue(
 ///
 /// # Errors
 /// When attempt or person are of another school, or the database fails.
-pub async fn mark_reviewed(writer: &mut SqliteConnection, session: SessionKey, by: Uuid, now: Moment) -> Result<bool> {
+pub async fn mark_reviewed(
+    writer: &mut SqliteConnection,
+    session: SessionKey,
+    by: PersonId,
+    now: Moment,
+) -> Result<bool> {
     sqlx::query(
         "INSERT INTO reviews (school_id, session_id, reviewed_by, reviewed_at) VALUES ($1, $2, $3, $4)
          ON CONFLICT (school_id, session_id) DO NOTHING",

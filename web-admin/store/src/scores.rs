@@ -10,6 +10,7 @@ use uuid::Uuid;
 
 use super::{ExactNumber, Result};
 use attempt::AttemptCurve;
+use model::ids::SchoolId;
 use model::{Moment, SessionKey, new_id};
 
 /// A grading of an attempt.
@@ -232,7 +233,7 @@ impl FoundMetric {
 /// When the database fails.
 pub async fn metrics_of_many(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     sessions: &[Uuid],
 ) -> Result<Vec<MetricOfMany>> {
     // A cross join keeps this order: from the attempts to their metrics, however many the school has.

@@ -5,6 +5,7 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
+use model::ids::{CohortId, PersonId, SchoolId};
 use model::{CurrentPerson, Moment, Role, new_id};
 
 /// A task to be made.
@@ -13,7 +14,7 @@ pub struct NewTask {
     /// Title.
     pub title: String,
     /// For whom.
-    pub cohort_id: Uuid,
+    pub cohort_id: CohortId,
     /// When it is due, as it was said and as it is meant.
     pub due: Option<(String, Moment)>,
     /// The school's time zone.
@@ -30,7 +31,7 @@ pub struct SegmentTask {
     /// Title.
     pub title: String,
     /// The cohort.
-    pub cohort_id: Uuid,
+    pub cohort_id: CohortId,
     /// Its name.
     pub cohort: String,
     /// When it is due for everybody, as it was said.
@@ -57,7 +58,7 @@ pub struct Trace {
     /// The attempt.
     pub session_id: Uuid,
     /// Who tried.
-    pub trainee_id: Uuid,
+    pub trainee_id: PersonId,
     /// Its place in the task, from 1.
     pub position: u32,
 }
@@ -66,7 +67,7 @@ pub struct Trace {
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct Marks {
     /// Who.
-    pub person_id: Uuid,
+    pub person_id: PersonId,
     /// The trace.
     pub trace_id: Uuid,
     /// Moments in order, in s.
@@ -148,8 +149,8 @@ pub async fn list_managed_tasks(
 /// When the database fails.
 pub async fn list_trainee_tasks(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
-    person: Uuid,
+    school: SchoolId,
+    person: PersonId,
 ) -> Result<Vec<SegmentTask>> {
     sqlx::query_as(
         "SELECT k.id, k.title, k.cohort_id, c.name AS cohort, k.due_local, coalesce(x.due_at, k.due_at) AS due_at,
@@ -174,7 +175,7 @@ pub async fn list_trainee_tasks(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn list_traces(executor: impl SqliteExecutor<'_>, school: Uuid, task: Uuid) -> Result<Vec<Trace>> {
+pub async fn list_traces(executor: impl SqliteExecutor<'_>, school: SchoolId, task: Uuid) -> Result<Vec<Trace>> {
     sqlx::query_as(
         "SELECT r.id, r.task_id, r.session_id, s.trainee_id, r.position FROM segment_traces r
          JOIN sessions s ON s.school_id = r.school_id AND s.id = r.session_id
@@ -190,7 +191,7 @@ pub async fn list_traces(executor: impl SqliteExecutor<'_>, school: Uuid, task: 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find_trace(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Trace>> {
+pub async fn find_trace(executor: impl SqliteExecutor<'_>, school: SchoolId, id: Uuid) -> Result<Option<Trace>> {
     sqlx::query_as(
         "SELECT r.id, r.task_id, r.session_id, s.trainee_id, r.position FROM segment_traces r
          JOIN sessions s ON s.school_id = r.school_id AND s.id = r.session_id
@@ -206,7 +207,7 @@ pub async fn find_trace(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uui
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find_marks(executor: impl SqliteExecutor<'_>, school: Uuid, task: Uuid) -> Result<Vec<Marks>> {
+pub async fn find_marks(executor: impl SqliteExecutor<'_>, school: SchoolId, task: Uuid) -> Result<Vec<Marks>> {
     sqlx::query_as(
         "SELECT a.person_id, a.trace_id, a.marks, a.sent_at FROM segment_traces r
          JOIN segment_marks a ON a.trace_id = r.id
@@ -222,7 +223,7 @@ pub async fn find_marks(executor: impl SqliteExecutor<'_>, school: Uuid, task: U
 ///
 /// # Errors
 /// When the database fails.
-pub async fn list_marks_of(executor: impl SqliteExecutor<'_>, trace: Uuid, person: Uuid) -> Result<Option<Marks>> {
+pub async fn list_marks_of(executor: impl SqliteExecutor<'_>, trace: Uuid, person: PersonId) -> Result<Option<Marks>> {
     sqlx::query_as(
         "SELECT person_id, trace_id, marks, sent_at FROM segment_marks WHERE trace_id = $1 AND person_id = $2",
     )
@@ -236,7 +237,7 @@ pub async fn list_marks_of(executor: impl SqliteExecutor<'_>, trace: Uuid, perso
 ///
 /// # Errors
 /// When the database fails.
-pub async fn put_marks(writer: &mut SqliteConnection, school: Uuid, new: &Marks) -> Result<bool> {
+pub async fn put_marks(writer: &mut SqliteConnection, school: SchoolId, new: &Marks) -> Result<bool> {
     sqlx::query(
         "INSERT INTO segment_marks (school_id, trace_id, person_id, marks, sent_at) VALUES ($1, $2, $3, $4, $5)
          ON CONFLICT (trace_id, person_id) DO UPDATE SET marks = excluded.marks, sent_at = excluded.sent_at
@@ -256,7 +257,7 @@ pub async fn put_marks(writer: &mut SqliteConnection, school: Uuid, new: &Marks)
 ///
 /// # Errors
 /// When the database fails.
-pub async fn withdraw_task(writer: &mut SqliteConnection, school: Uuid, id: Uuid, now: Moment) -> Result<()> {
+pub async fn withdraw_task(writer: &mut SqliteConnection, school: SchoolId, id: Uuid, now: Moment) -> Result<()> {
     sqlx::query("UPDATE segment_tasks SET withdrawn_at = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)

@@ -5,6 +5,7 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
+use model::ids::{PersonId, SchoolId};
 use model::{AttemptPlace, CurrentPerson, Moment, Role, SessionKey, Uncounted};
 
 /// What became of an uploaded recording.
@@ -38,9 +39,9 @@ pub struct Session {
     /// Id, made by the client.
     pub id: Uuid,
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// Who tried.
-    pub trainee_id: Uuid,
+    pub trainee_id: PersonId,
     /// Exercise id.
     pub exercise_id: String,
     /// SHA-256 of the exercise document.
@@ -193,7 +194,7 @@ pub async fn insert_session(writer: &mut SqliteConnection, session: &Session) ->
 /// When the database fails.
 pub async fn find_session_of_motion(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     motion_sha256: &str,
 ) -> Result<Option<Uuid>> {
     sqlx::query_scalar("SELECT id FROM sessions WHERE school_id = $1 AND motion_sha256 = $2 AND uncounted IS NULL")
@@ -207,7 +208,7 @@ pub async fn find_session_of_motion(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find_session(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Session>> {
+pub async fn find_session(executor: impl SqliteExecutor<'_>, school: SchoolId, id: Uuid) -> Result<Option<Session>> {
     sqlx::query_as("SELECT * FROM sessions WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -276,7 +277,7 @@ pub async fn visible_after(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn mark_scored(writer: &mut SqliteConnection, school: Uuid, id: Uuid, verified: Verified) -> Result<()> {
+pub async fn mark_scored(writer: &mut SqliteConnection, school: SchoolId, id: Uuid, verified: Verified) -> Result<()> {
     sqlx::query(
         "UPDATE sessions SET state = 'scored', refusal = NULL, verify_deviation_n = $3,
          verify_event_differences = $4, verify_flagged = $5 WHERE school_id = $1 AND id = $2",
@@ -295,7 +296,7 @@ pub async fn mark_scored(writer: &mut SqliteConnection, school: Uuid, id: Uuid, 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn mark_refused(writer: &mut SqliteConnection, school: Uuid, id: Uuid, why: &str) -> Result<()> {
+pub async fn mark_refused(writer: &mut SqliteConnection, school: SchoolId, id: Uuid, why: &str) -> Result<()> {
     sqlx::query("UPDATE sessions SET state = 'refused', refusal = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -311,7 +312,7 @@ pub async fn mark_refused(writer: &mut SqliteConnection, school: Uuid, id: Uuid,
 /// When the database fails.
 pub async fn list_scored_sessions(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     exercise: &str,
 ) -> Result<Vec<Session>> {
     sqlx::query_as(

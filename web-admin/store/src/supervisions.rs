@@ -5,6 +5,7 @@ use uuid::Uuid;
 
 use super::Result;
 use crate::sessions::Session;
+use model::ids::{PersonId, SchoolId};
 use model::{Moment, SessionKey};
 
 /// Somebody was there.
@@ -23,7 +24,7 @@ pub struct Supervision {
 pub async fn confirm_supervision(
     writer: &mut SqliteConnection,
     session: &Session,
-    by: Uuid,
+    by: PersonId,
     now: Moment,
 ) -> Result<bool> {
     sqlx::query(
@@ -75,8 +76,8 @@ pub async fn find_supervision(executor: impl SqliteExecutor<'_>, session: Sessio
 /// When the database fails.
 pub async fn list_trainee_supervisions(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
-    trainee: Uuid,
+    school: SchoolId,
+    trainee: PersonId,
 ) -> Result<Vec<Uuid>> {
     sqlx::query_scalar("SELECT session_id FROM supervisions WHERE school_id = $1 AND trainee_id = $2")
         .bind(school)
@@ -89,7 +90,7 @@ pub async fn list_trainee_supervisions(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of_assignment(executor: impl SqliteExecutor<'_>, school: Uuid, assignment: Uuid) -> Result<Vec<Uuid>> {
+pub async fn of_assignment(executor: impl SqliteExecutor<'_>, school: SchoolId, assignment: Uuid) -> Result<Vec<Uuid>> {
     sqlx::query_scalar(
         "SELECT v.session_id FROM (
            SELECT m.person_id FROM assignments a JOIN cohort_members m ON m.cohort_id = a.cohort_id AND m.role = 'trainee'

@@ -5,6 +5,7 @@ use documents::Instrument;
 use documents::instrument::ScaleKind;
 use futures::TryStreamExt;
 use model::count_i64;
+use model::ids::{PersonId, SchoolId};
 use model::texts::{MOST_MENTIONS, TextCounts};
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqlitePool};
@@ -20,9 +21,9 @@ pub const ERASED: &str = "[erased]";
 #[derive(Clone, Copy, Debug)]
 pub struct Whose {
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// Person.
-    pub person_id: Uuid,
+    pub person_id: PersonId,
     /// What was written later is left alone.
     pub until: Moment,
 }

@@ -4,15 +4,16 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
+use model::ids::{PersonId, SchoolId};
 use model::{Moment, PersonKey, new_id};
 
 /// Whom a token stands for.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct TokenHolder {
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// The person, or
-    pub person_id: Option<Uuid>,
+    pub person_id: Option<PersonId>,
     /// the station, by name.
     pub station: Option<String>,
 }
@@ -23,9 +24,9 @@ pub struct Token {
     /// Its own id.
     pub id: Uuid,
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// The person it stands for, or
-    pub person_id: Option<Uuid>,
+    pub person_id: Option<PersonId>,
     /// the station, by name.
     pub station: Option<String>,
     /// When it was last used.
@@ -160,7 +161,7 @@ pub async fn revoke_token(writer: &mut SqliteConnection, owner: PersonKey, id: U
 ///
 /// # Errors
 /// When the database fails.
-pub async fn revoke_all_tokens(writer: &mut SqliteConnection, person: Uuid, now: Moment) -> Result<u64> {
+pub async fn revoke_all_tokens(writer: &mut SqliteConnection, person: PersonId, now: Moment) -> Result<u64> {
     sqlx::query("UPDATE api_tokens SET revoked_at = $2 WHERE person_id = $1 AND revoked_at IS NULL")
         .bind(person)
         .bind(now)

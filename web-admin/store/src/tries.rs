@@ -5,6 +5,7 @@ use sqlx::{FromRow, SqliteConnection};
 use uuid::Uuid;
 
 use super::Result;
+use model::ids::SchoolId;
 use model::{Moment, SessionKey, new_id};
 
 /// Deaths after which something is tried no more.
@@ -67,7 +68,7 @@ pub async fn note_upload_death(writer: &mut SqliteConnection, id: Uuid) -> Resul
 ///
 /// # Errors
 /// When the database fails.
-pub async fn begin_reading(writer: &mut SqliteConnection, school: Uuid, sha256: &str, now: Moment) -> Result<i64> {
+pub async fn begin_reading(writer: &mut SqliteConnection, school: SchoolId, sha256: &str, now: Moment) -> Result<i64> {
     sqlx::query_scalar(
         "INSERT INTO readings (id, school_id, sha256, begun, noted_at) VALUES ($1, $2, $3, 1, $4)
          ON CONFLICT (school_id, sha256) DO UPDATE SET begun = begun + 1, noted_at = $4 RETURNING deaths",
@@ -84,7 +85,7 @@ pub async fn begin_reading(writer: &mut SqliteConnection, school: Uuid, sha256: 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn end_reading_try(writer: &mut SqliteConnection, school: Uuid, sha256: &str) -> Result<()> {
+pub async fn end_reading_try(writer: &mut SqliteConnection, school: SchoolId, sha256: &str) -> Result<()> {
     sqlx::query("DELETE FROM readings WHERE school_id = $1 AND sha256 = $2 AND begun <= 1")
         .bind(school)
         .bind(sha256)
@@ -102,7 +103,7 @@ pub async fn end_reading_try(writer: &mut SqliteConnection, school: Uuid, sha256
 ///
 /// # Errors
 /// When the database fails.
-pub async fn note_reading_death(writer: &mut SqliteConnection, school: Uuid, sha256: &str) -> Result<()> {
+pub async fn note_reading_death(writer: &mut SqliteConnection, school: SchoolId, sha256: &str) -> Result<()> {
     sqlx::query(
         "UPDATE readings SET begun = max(begun - 1, 0), deaths = deaths + 1 WHERE school_id = $1 AND sha256 = $2",
     )

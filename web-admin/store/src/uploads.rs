@@ -6,14 +6,15 @@ use uuid::Uuid;
 use super::Result;
 use super::tries::MOST_DEATHS;
 use model::Moment;
+use model::ids::{PersonId, SchoolId};
 
 /// Who began an upload, and alone may go on with it: a person, or a station by its token's id.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct UploadOwner {
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// The person, or
-    pub person_id: Option<Uuid>,
+    pub person_id: Option<PersonId>,
     /// the station.
     pub station_id: Option<Uuid>,
 }
@@ -24,9 +25,9 @@ pub struct Upload {
     /// Id.
     pub id: Uuid,
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// The person who began it, or
-    pub person_id: Option<Uuid>,
+    pub person_id: Option<PersonId>,
     /// the station that did.
     pub station_id: Option<Uuid>,
     /// Length of the whole, in bytes.
@@ -143,7 +144,7 @@ pub async fn advance_upload(writer: &mut SqliteConnection, upload: &Upload) -> R
 ///
 /// # Errors
 /// When the database fails.
-pub async fn finish_upload(writer: &mut SqliteConnection, school: Uuid, id: Uuid, session: Uuid) -> Result<()> {
+pub async fn finish_upload(writer: &mut SqliteConnection, school: SchoolId, id: Uuid, session: Uuid) -> Result<()> {
     sqlx::query("UPDATE uploads SET session_id = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -157,7 +158,7 @@ pub async fn finish_upload(writer: &mut SqliteConnection, school: Uuid, id: Uuid
 ///
 /// # Errors
 /// When the database fails.
-pub async fn remove_upload(writer: &mut SqliteConnection, school: Uuid, id: Uuid) -> Result<()> {
+pub async fn remove_upload(writer: &mut SqliteConnection, school: SchoolId, id: Uuid) -> Result<()> {
     sqlx::query("DELETE FROM uploads WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)

@@ -4,6 +4,7 @@
 use acts::clock::Clock;
 use acts::config::MailTo;
 use acts::deadlines;
+use model::ids::{CohortId, SchoolId};
 use model::{Moment, Role};
 use store::{cohorts, schools};
 use time::macros::datetime;
@@ -20,8 +21,8 @@ const NOW: Moment = Moment::from_micros(1_772_323_200_000_000);
 
 struct World {
     app: App,
-    school: Uuid,
-    cohort: Uuid,
+    school: SchoolId,
+    cohort: CohortId,
     ada: Member,
     teacher: Client,
 }

@@ -35,6 +35,7 @@ use axum::body::Body;
 use axum::http::{Method, Request, header};
 use model::assignment::AssignmentTask;
 use model::comment::{Comment, CommentKind};
+use model::ids::CohortId;
 use model::roster::RosterRequest;
 use model::survey::Identity;
 use model::{Role, SessionKey};
@@ -199,7 +200,7 @@ async fn version(watch: &mut SqliteConnection) -> i64 {
 }
 
 /// A survey of a teacher for a cohort, with a link, and what else its addresses name.
-async fn survey(app: &App, teacher: &Member, cohort: Uuid) -> [(&'static str, String); 5] {
+async fn survey(app: &App, teacher: &Member, cohort: CohortId) -> [(&'static str, String); 5] {
     let (school, now) = (teacher.person.school_id, app.state.clock.now());
     let document = course_folder().with_file_name("instruments").join("sus.toml");
     app.write(async |tx| surveys::publish(tx, school, &document, now).await.unwrap()).await;
@@ -246,7 +247,7 @@ async fn round(app: &App, [teacher, colleague]: [&Member; 2], session: Uuid) -> 
 }
 
 /// A task to mark pops for a cohort, and its trace.
-async fn task(app: &App, teacher: &Member, cohort_id: Uuid, session: Uuid) -> [(&'static str, String); 2] {
+async fn task(app: &App, teacher: &Member, cohort_id: CohortId, session: Uuid) -> [(&'static str, String); 2] {
     let by = teacher.person.clone().into_current().unwrap();
     let new = segments::NewTask {
         title: "Pops".to_owned(),

@@ -4,6 +4,7 @@
 use acts::clock::Clock;
 use data_encoding::HEXLOWER;
 use ed25519_dalek::SigningKey;
+use model::ids::SchoolId;
 use model::{Moment, Role, SessionKey};
 use serde_json::json;
 use sqlx::{Connection, SqliteConnection};
@@ -22,7 +23,7 @@ const NOW: OffsetDateTime = datetime!(2026-03-04 12:00 UTC);
 /// A school that teaches the shipped course, with a trainee; the clock stands at [`NOW`].
 struct World {
     app: App,
-    school: Uuid,
+    school: SchoolId,
     ada: Member,
 }
 

@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use model::Role;
+use model::ids::PersonId;
 use serde_json::Value;
 use tempfile::TempDir;
 use uuid::Uuid;
@@ -15,8 +16,8 @@ use super::support::service::{Service, answer};
 struct World {
     folder: TempDir,
     cookie: String,
-    trainee: (Uuid, String),
-    abroad: Uuid,
+    trainee: (PersonId, String),
+    abroad: PersonId,
     station: String,
 }
 

@@ -4,6 +4,7 @@
 use acts::clock::Clock;
 use acts::config::MailTo;
 use acts::deadlines;
+use model::ids::{PersonId, SchoolId};
 use model::segments::pops;
 use model::{Moment, Role, SessionKey};
 use store::schools;
@@ -23,10 +24,10 @@ const DAY_S: i64 = 86_400;
 
 struct School {
     app: App,
-    id: Uuid,
+    id: SchoolId,
     /// An attempt of Ben's and one of Ada's.
     attempts: [Uuid; 2],
-    ada: Uuid,
+    ada: PersonId,
 }
 
 async fn upload(app: &App, member: &Member) -> Uuid {
@@ -82,7 +83,7 @@ impl School {
         self.ask(teacher, &[("due", "2026-03-27T18:00")]).await.header("location").to_owned()
     }
 
-    async fn extend(&self, teacher: &mut Client, task: &str, (person, days): (Uuid, &str)) -> Answer {
+    async fn extend(&self, teacher: &mut Client, task: &str, (person, days): (PersonId, &str)) -> Answer {
         let (csrf, person) = (csrf_in(&teacher.get("/").await.text()), person.to_string());
         teacher.form(&format!("{task}/extend"), &[("csrf", &csrf), ("person", &person), ("days", days)]).await
     }
@@ -237,7 +238,7 @@ async fn one_trainee_has_longer_by_calendar_days_and_is_not_late() {
     }
     let bens = school.app.signed_in("ben@example.org").await.get(&task).await.text();
     assert!(bens.contains("27 Mar 2026, 18:00") && bens.contains("UTC+01:00") && !bens.contains("longer"), "{bens}");
-    for (person, days, status) in [(school.ada, "367", 422), (school.ada, "-1", 422), (Uuid::new_v4(), "7", 404)] {
+    for (person, days, status) in [(school.ada, "367", 422), (school.ada, "-1", 422), (PersonId::random(), "7", 404)] {
         assert_eq!(school.extend(&mut teacher, &task, (person, days)).await.status, status, "{days}");
     }
     let mut other = school.app.signed_in("other@example.org").await;

@@ -5,6 +5,7 @@ use acts::clock::Clock;
 use acts::surveys;
 use axum::body::Body;
 use axum::http::{Request, header};
+use model::ids::SchoolId;
 use model::{Moment, Role};
 use time::macros::datetime;
 use uuid::Uuid;
@@ -33,7 +34,7 @@ fn led_to(answer: &Answer) -> String {
 
 pub(super) struct School {
     pub(super) app: App,
-    pub(super) id: Uuid,
+    pub(super) id: SchoolId,
     pub(super) ada: Member,
 }
 

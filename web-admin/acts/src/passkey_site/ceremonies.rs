@@ -7,6 +7,7 @@ use uuid::Uuid;
 use webauthn_rs::prelude::{PasskeyAuthentication, PasskeyRegistration};
 
 use model::Moment;
+use model::ids::PersonId;
 
 /// How long an answer is waited for, in s.
 const WAIT_S: i64 = 5 * 60;
@@ -31,7 +32,7 @@ pub enum PasskeyChallenge {
 
 #[derive(Clone, Debug)]
 struct PendingCeremony {
-    person_id: Uuid,
+    person_id: PersonId,
     until: Moment,
     asked: PasskeyChallenge,
 }
@@ -43,7 +44,7 @@ pub struct Ceremonies(Mutex<BTreeMap<Uuid, PendingCeremony>>);
 impl Ceremonies {
     /// Waits for somebody's answer; the id by which it is taken. In place of their oldest where there are too many.
     #[must_use]
-    pub fn begin(&self, person_id: Uuid, asked: PasskeyChallenge, now: Moment) -> Uuid {
+    pub fn begin(&self, person_id: PersonId, asked: PasskeyChallenge, now: Moment) -> Uuid {
         let mut waiting = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         waiting.retain(|_, one| one.until > now);
         let own = waiting.values().filter(|one| one.person_id == person_id).count();
@@ -59,7 +60,7 @@ impl Ceremonies {
 
     /// What somebody was asked by an id, this once. None where it is too late, it was answered, or somebody else was asked.
     #[must_use]
-    pub fn take(&self, id: Uuid, person_id: Uuid, now: Moment) -> Option<PasskeyChallenge> {
+    pub fn take(&self, id: Uuid, person_id: PersonId, now: Moment) -> Option<PasskeyChallenge> {
         let mut waiting = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let taken = waiting.remove(&id)?;
         (taken.person_id == person_id && taken.until > now).then_some(taken.asked)
@@ -80,17 +81,17 @@ mod tests {
     use super::super::tests::asked_to_make;
     use super::*;
 
-    fn begin(all: &Ceremonies, person: Uuid, at_s: i64) -> Uuid {
+    fn begin(all: &Ceremonies, person: PersonId, at_s: i64) -> Uuid {
         all.begin(person, asked_to_make(), Moment::from_micros(0).plus_s(at_s))
     }
 
-    fn take(all: &Ceremonies, id: Uuid, person: Uuid, at_s: i64) -> bool {
+    fn take(all: &Ceremonies, id: Uuid, person: PersonId, at_s: i64) -> bool {
         all.take(id, person, Moment::from_micros(0).plus_s(at_s)).is_some()
     }
 
     #[test]
     fn each_is_good_once_for_a_while_and_for_whom_it_was_made() {
-        let (all, ada, ben) = (Ceremonies::default(), Uuid::from_u128(1), Uuid::from_u128(2));
+        let (all, ada, ben) = (Ceremonies::default(), PersonId::from_u128(1), PersonId::from_u128(2));
         let id = begin(&all, ada, 0);
         assert!(take(&all, id, ada, WAIT_S - 1), "in time");
         assert!(!take(&all, id, ada, WAIT_S - 1), "once");
@@ -103,7 +104,7 @@ mod tests {
 
     #[test]
     fn one_person_takes_no_room_from_others() {
-        let (all, ada, ben) = (Ceremonies::default(), Uuid::from_u128(1), Uuid::from_u128(2));
+        let (all, ada, ben) = (Ceremonies::default(), PersonId::from_u128(1), PersonId::from_u128(2));
         let of_ben = begin(&all, ben, 0);
         let of_ada: Vec<Uuid> = (1..=12).map(|at_s| begin(&all, ada, at_s)).collect();
         let kept = of_ada.iter().filter(|id| take(&all, **id, ada, 20)).count();

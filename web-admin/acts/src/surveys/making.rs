@@ -1,5 +1,6 @@
 //! Making a survey, its links, and closing it.
 
+use model::ids::{CohortId, SchoolId};
 use model::limits::LETTERS_AN_HOUR;
 use serde_json::json;
 use sqlx::SqliteExecutor;
@@ -36,7 +37,7 @@ pub struct SurveyRequest {
     /// Until when.
     pub closes_at: Option<Moment>,
     /// For whom.
-    pub cohorts: Vec<Uuid>,
+    pub cohorts: Vec<CohortId>,
 }
 
 /// Makes a survey that belongs to a person.
@@ -87,7 +88,7 @@ pub fn link_expiry(survey: &Survey, now: Moment) -> Moment {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn letters_left(executor: impl SqliteExecutor<'_>, school: Uuid, now: Moment) -> Result<usize, Error> {
+pub async fn letters_left(executor: impl SqliteExecutor<'_>, school: SchoolId, now: Moment) -> Result<usize, Error> {
     let queued = letters::queued_since(executor, school, now.plus_s(-3600)).await?;
     Ok(LETTERS_AN_HOUR.saturating_sub(queued as usize))
 }

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
 use crate::Moment;
+use crate::ids::{PersonId, SchoolId};
 
 /// The role of whoever answers by a link.
 pub const PROFESSIONAL: &str = "professional";
@@ -60,7 +61,7 @@ pub struct Survey {
     /// Id.
     pub id: Uuid,
     /// Its school.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// The revision of the instrument that it asks.
     pub revision_id: Uuid,
     /// The instrument's title, in its first language.
@@ -68,7 +69,7 @@ pub struct Survey {
     /// Title.
     pub title: String,
     /// Whose it is; none: the administrators'.
-    pub owner_id: Option<Uuid>,
+    pub owner_id: Option<PersonId>,
     /// Whether answers lead to who gave them.
     pub identity: Identity,
     /// Asked after each attempt.

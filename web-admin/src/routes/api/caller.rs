@@ -7,7 +7,6 @@ use axum::http::{HeaderMap, Method};
 use axum::middleware::Next;
 use axum::response::Response;
 use tower_sessions::Session;
-use uuid::Uuid;
 
 use crate::AppState;
 use crate::error::ApiError;
@@ -18,6 +17,7 @@ use acts::error::Error;
 use acts::secret;
 use acts::stations::CallingStation;
 use model::CurrentPerson;
+use model::ids::SchoolId;
 use store::audit::Actor;
 use store::people::{self, Person};
 use store::tokens::{self, Token};
@@ -33,7 +33,7 @@ pub(super) enum Caller {
 }
 
 impl Caller {
-    pub(super) const fn school_id(&self) -> Uuid {
+    pub(super) const fn school_id(&self) -> SchoolId {
         match self {
             Self::Person(person) => person.school_id,
             Self::Station(station) => station.school_id,

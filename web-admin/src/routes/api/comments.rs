@@ -30,7 +30,7 @@ pub(super) struct Comments {
 pub(super) async fn list_comments(
     State(state): State<AppState>,
     caller: Caller,
-    ApiId(id): ApiId,
+    ApiId(id): ApiId<Uuid>,
 ) -> Result<Json<Comments>, ApiError> {
     let session = find_session(&state, &caller, id).await?;
     Ok(Json(Comments { comments: comments::list_session_comments(state.db.reader(), session.key()).await? }))
@@ -61,7 +61,7 @@ pub(super) struct Added {
 pub(super) async fn add_comment(
     State(state): State<AppState>,
     caller: Caller,
-    ApiId(id): ApiId,
+    ApiId(id): ApiId<Uuid>,
     ApiJson(new): ApiJson<NewComment>,
 ) -> Result<(StatusCode, Json<Added>), ApiError> {
     let session = find_session(&state, &caller, id).await?;

@@ -48,7 +48,7 @@ async fn show_blindly(
 pub(super) async fn show_rated_series(
     State(state): State<AppState>,
     caller: Caller,
-    ApiId(id): ApiId,
+    ApiId(id): ApiId<Uuid>,
     query: Result<Query<SeriesQuery>, QueryRejection>,
 ) -> Result<Json<Series>, ApiError> {
     replay::series_of_spans(&state, &find_rated_attempt(&state, &caller, id).await?, query).await
@@ -61,7 +61,7 @@ pub(super) async fn show_rated_series(
 pub(super) async fn show_rated_stage(
     State(state): State<AppState>,
     caller: Caller,
-    ApiId(id): ApiId,
+    ApiId(id): ApiId<Uuid>,
     request: Request,
 ) -> Result<Response, ApiError> {
     show_blindly(&state, &find_rated_attempt(&state, &caller, id).await?, request, replay::STAGE).await
@@ -76,7 +76,7 @@ pub(super) async fn show_rated_stage(
 pub(super) async fn show_rated_frames(
     State(state): State<AppState>,
     caller: Caller,
-    ApiId(id): ApiId,
+    ApiId(id): ApiId<Uuid>,
     request: Request,
 ) -> Result<Response, ApiError> {
     show_blindly(&state, &find_rated_attempt(&state, &caller, id).await?, request, replay::FRAMES).await

@@ -7,6 +7,7 @@ use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use serde::Serialize;
 use utoipa::ToSchema;
+use uuid::Uuid;
 
 use super::ApiId;
 use super::caller::Caller;
@@ -181,7 +182,7 @@ impl OverrideView {
 pub(super) async fn show_score(
     State(state): State<AppState>,
     caller: Caller,
-    ApiId(id): ApiId,
+    ApiId(id): ApiId<Uuid>,
 ) -> Result<Response, ApiError> {
     let session = find_session(&state, &caller, id).await?;
     let key = session.key();

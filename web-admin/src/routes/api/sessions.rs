@@ -19,6 +19,7 @@ use crate::AppState;
 use crate::error::{ApiError, ProblemDocument};
 use acts::error::Error;
 use acts::recordings;
+use model::ids::PersonId;
 use model::{AttemptPlace, Moment, Uncounted};
 use store::sessions::{self, Session, SessionState};
 
@@ -28,7 +29,8 @@ pub(super) struct SessionView {
     /// Id, made by the client.
     session_id: Uuid,
     /// Who tried.
-    trainee_id: Uuid,
+    #[schema(value_type = Uuid)]
+    trainee_id: PersonId,
     exercise_id: String,
     exercise_sha256: String,
     /// The school never published the exercise that the recording carries.
@@ -183,7 +185,7 @@ pub(super) async fn find_session(state: &AppState, caller: &Caller, id: Uuid) ->
 pub(super) async fn show_session(
     State(state): State<AppState>,
     caller: Caller,
-    ApiId(id): ApiId,
+    ApiId(id): ApiId<Uuid>,
 ) -> Result<Json<SessionView>, ApiError> {
     Ok(Json(find_session(&state, &caller, id).await?.into()))
 }
@@ -211,7 +213,7 @@ pub(super) struct RecordingQuery {
 pub(super) async fn serve_recording(
     State(state): State<AppState>,
     caller: Caller,
-    ApiId(id): ApiId,
+    ApiId(id): ApiId<Uuid>,
     query: Result<Query<RecordingQuery>, QueryRejection>,
     request: Request,
 ) -> Result<Response, ApiError> {

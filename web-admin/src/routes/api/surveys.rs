@@ -17,6 +17,7 @@ use crate::routes::survey::{TermsOf, terms_of_survey};
 use acts::error::Error;
 use acts::surveys as asking;
 use acts::surveys::AnsweredSheet;
+use model::ids::{PersonId, SchoolId};
 use model::survey::Survey;
 use model::survey::{Identity, ResponseState};
 use store::sessions::{self, Session};
@@ -86,8 +87,8 @@ async fn questions_of_survey(state: &AppState, survey: Survey) -> Result<Questio
 /// What a trainee may be asked at a station after whatever they practise there, though the station lose the service.
 pub(super) async fn surveys_at_station(
     state: &AppState,
-    school: Uuid,
-    trainee: Uuid,
+    school: SchoolId,
+    trainee: PersonId,
 ) -> Result<Vec<StationSurvey>, Error> {
     let reader = state.db.reader();
     let practised = Practised { school, trainee, exercise: None };
@@ -108,7 +109,7 @@ pub(super) async fn surveys_at_station(
 pub(super) async fn list_surveys_after(
     State(state): State<AppState>,
     caller: Caller,
-    ApiId(id): ApiId,
+    ApiId(id): ApiId<Uuid>,
 ) -> Result<Json<SurveysAfter>, ApiError> {
     let session = find_own_session(&state, &caller, id).await?;
     let reader = state.db.reader();

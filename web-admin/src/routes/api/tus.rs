@@ -11,6 +11,7 @@ use axum::routing::{head, options, post};
 use data_encoding::BASE64;
 use time::format_description::BorrowedFormatItem;
 use time::macros::format_description;
+use uuid::Uuid;
 
 use super::caller::{Caller, require_caller};
 use super::upload::{read_clock_ahead, receive_recording};
@@ -137,7 +138,7 @@ pub(super) async fn create_upload(
 pub(super) async fn show_upload(
     State(state): State<AppState>,
     caller: Caller,
-    ApiId(id): ApiId,
+    ApiId(id): ApiId<Uuid>,
 ) -> Result<Response, ApiError> {
     let upload = uploads::find(&state, caller.owner(), id).await?;
     let mut response = tell_offset(StatusCode::OK, &upload)?;
@@ -164,7 +165,7 @@ pub(super) async fn show_upload(
 pub(super) async fn append_piece(
     State(state): State<AppState>,
     caller: Caller,
-    ApiId(id): ApiId,
+    ApiId(id): ApiId<Uuid>,
     headers: HeaderMap,
     body: Body,
 ) -> Result<Response, ApiError> {
@@ -180,7 +181,7 @@ pub(super) async fn append_piece(
 pub(super) async fn terminate_upload(
     State(state): State<AppState>,
     caller: Caller,
-    ApiId(id): ApiId,
+    ApiId(id): ApiId<Uuid>,
 ) -> Result<StatusCode, ApiError> {
     let upload = uploads::find(&state, caller.owner(), id).await?;
     uploads::terminate(&state, &upload).await?;
@@ -191,7 +192,7 @@ pub(super) async fn terminate_upload(
 async fn override_method(
     state: State<AppState>,
     caller: Caller,
-    id: ApiId,
+    id: ApiId<Uuid>,
     headers: HeaderMap,
     body: Body,
 ) -> Result<Response, ApiError> {

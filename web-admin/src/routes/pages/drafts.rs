@@ -5,6 +5,7 @@ use axum::http::StatusCode;
 use axum::http::header::RETRY_AFTER;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
+use uuid::Uuid;
 
 use super::{PathId, unix_lines};
 use crate::AppState;
@@ -115,7 +116,7 @@ pub(super) async fn draft_course(
 pub(super) async fn show_draft(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     csrf: Csrf,
 ) -> Result<Response, PageError> {
     let draft = drafts::find_draft(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
@@ -141,7 +142,7 @@ fn answer_with_draft(checked: &Checked, body: impl IntoResponse) -> Response {
 pub(super) async fn write_draft(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<DraftForm>,
 ) -> Result<Response, PageError> {
@@ -178,7 +179,7 @@ pub(super) async fn write_draft(
 pub(super) async fn preview_draft(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     CsrfForm(typed): CsrfForm<TypedForm>,
 ) -> Result<Response, PageError> {
     let draft = drafts::find_draft(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
@@ -191,7 +192,7 @@ pub(super) async fn preview_draft(
 pub(super) async fn discard_draft(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     CsrfForm(SeenForm { seen }): CsrfForm<SeenForm>,
 ) -> Result<Redirect, PageError> {
     match drafting::discard(&state, &person, id, seen).await? {

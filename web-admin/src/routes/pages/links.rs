@@ -6,6 +6,7 @@ use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use tower::ServiceExt;
 use tower_http::services::ServeFile;
+use uuid::Uuid;
 
 use super::{PathId, encode_in_query};
 use crate::AppState;
@@ -34,7 +35,7 @@ const VIEWERS: [(&str, &str, &str); 3] = [
 pub(super) async fn make_link(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     head: PageHead,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<RecordingLinksPage, PageError> {

@@ -129,7 +129,7 @@ async fn show_passkey(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     browser: Browser,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
 ) -> Result<PasskeyPage, PageError> {
     Ok(make_passkey_page(&state, &person, &browser, id).await?)
 }
@@ -174,7 +174,7 @@ async fn rename_passkey(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     browser: Browser,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     CsrfForm(form): CsrfForm<NameForm>,
 ) -> Result<Response, PageError> {
     match passkeys::rename(&state, &person, id, &form.name).await {
@@ -197,7 +197,7 @@ async fn remove_passkey(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     browser: Browser,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     CsrfForm(form): CsrfForm<RemoveForm>,
 ) -> Result<Response, PageError> {
     passkeys::find(&state, &person, id).await?;

@@ -107,7 +107,7 @@ struct RegradingLinesQuery {
 async fn show_regrading(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     csrf: Csrf,
     Query(query): Query<RegradingLinesQuery>,
 ) -> Result<RegradingPage, PageError> {
@@ -177,7 +177,7 @@ struct ConfirmRegradingForm {
 async fn confirm_regrading(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<ConfirmRegradingForm>,
 ) -> Result<Response, PageError> {
@@ -197,7 +197,7 @@ async fn confirm_regrading(
 async fn forget_regrading(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
     let exercise = regrading::forget(&state, &person, id).await?;

@@ -38,7 +38,7 @@ pub(super) struct ReplayQuery {
 pub(super) async fn show_replay(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     csrf: Csrf,
     Query(query): Query<ReplayQuery>,
 ) -> Result<ReplayPage, PageError> {
@@ -157,7 +157,7 @@ fn comment_views(kept: &[CommentRecord], visitor: &CurrentPerson) -> Vec<Comment
 pub(super) async fn add_comment(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<TypedComment>,
 ) -> Result<Response, PageError> {

@@ -76,7 +76,7 @@ pub(super) async fn find_scored(state: &AppState, person: &CurrentPerson, id: Uu
 pub(super) async fn show_grade(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     csrf: Csrf,
 ) -> Result<GradePage, PageError> {
     let session = find_visible_attempt(&state, &person, id).await?;
@@ -178,7 +178,7 @@ fn grade_history(
 pub(super) async fn put_override(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<TypedOverride>,
 ) -> Result<Response, PageError> {
@@ -205,7 +205,7 @@ pub(super) struct ReasonForm {
 pub(super) async fn withdraw_override(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<ReasonForm>,
 ) -> Result<Response, PageError> {
@@ -239,7 +239,7 @@ pub(super) struct MarkForm {
 pub(super) async fn mark_reviewed(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     CsrfForm(form): CsrfForm<MarkForm>,
 ) -> Result<Response, PageError> {
     let session = find_scored(&state, &person, id).await?;
@@ -259,7 +259,7 @@ pub(super) async fn mark_reviewed(
 pub(super) async fn preview_regrade(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     csrf: Csrf,
 ) -> Result<RegradePage, PageError> {
     let session = find_scored(&state, &person, id).await?;
@@ -297,7 +297,7 @@ async fn assess_by_today(state: &AppState, session: &Session) -> Result<Assessme
 pub(super) async fn regrade_attempt(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<ReasonForm>,
 ) -> Result<Response, PageError> {

@@ -13,6 +13,7 @@ use crate::routes::auth::{Administrator, Csrf, CsrfForm, CsrfUpload, Visit};
 use acts::error::Error;
 use acts::roster_import;
 use acts::roster_import::RosterPreview;
+use model::ids::SchoolId;
 use model::roster::{RosterRequest, is_name};
 use pages::roster::{RosterFilter, RosterPage, RosterPreviewPage};
 use pages::{NavPlace, Shell};
@@ -82,7 +83,7 @@ pub(super) struct RosterLinesQuery {
 pub(super) async fn show_roster(
     State(state): State<AppState>,
     Administrator(person): Administrator,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     csrf: Csrf,
     Query(query): Query<RosterLinesQuery>,
 ) -> Result<RosterPreviewPage, PageError> {
@@ -93,7 +94,7 @@ pub(super) async fn show_roster(
 async fn make_preview_page(
     state: &AppState,
     shell: Shell,
-    school: Uuid,
+    school: SchoolId,
     id: Uuid,
     query: RosterLinesQuery,
 ) -> Result<RosterPreviewPage, Error> {
@@ -126,7 +127,7 @@ pub(super) struct ConfirmRosterForm {
 pub(super) async fn confirm_roster(
     State(state): State<AppState>,
     Administrator(person): Administrator,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<ConfirmRosterForm>,
 ) -> Result<Response, PageError> {

@@ -2,6 +2,7 @@
 
 use axum::extract::State;
 use documents::ExerciseBundle;
+use uuid::Uuid;
 
 use super::{PathId, published_bundle, surveys};
 use crate::AppState;
@@ -20,7 +21,7 @@ use store::{exercises, grades, reports, stations, supervisions};
 pub(super) async fn show_session(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     csrf: Csrf,
 ) -> Result<SessionPage, PageError> {
     let reader = state.db.reader();

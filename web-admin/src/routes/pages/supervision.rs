@@ -25,7 +25,7 @@ pub(super) struct SupervisionForm {
 pub(super) async fn confirm_supervision(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     CsrfForm(form): CsrfForm<SupervisionForm>,
 ) -> Result<Redirect, PageError> {
     let session = find_scored(&state, &person, id).await?;

@@ -5,6 +5,7 @@ use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
 use serde::Deserialize;
+use uuid::Uuid;
 
 use super::PathId;
 use crate::AppState;
@@ -95,7 +96,7 @@ async fn make_token(
 async fn revoke_token(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
     match tokens::revoke(&state, &person, id).await? {

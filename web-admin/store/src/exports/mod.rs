@@ -16,6 +16,7 @@ use sqlx::{FromRow, SqlitePool};
 use uuid::Uuid;
 
 use super::{ExactNumber, Result};
+use model::ids::{PersonId, SchoolId};
 use model::{Moment, PersonKey, Role};
 
 /// Everything held about a person.
@@ -53,7 +54,7 @@ pub struct PersonExport {
 /// Who somebody is.
 #[derive(Clone, Debug, Serialize, FromRow)]
 pub struct PersonFacts {
-    id: Uuid,
+    id: PersonId,
     school: String,
     role: Role,
     email: String,
@@ -122,7 +123,7 @@ pub struct LogFacts {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of_person(reader: &SqlitePool, school: Uuid, person: Uuid) -> Result<Option<PersonExport>> {
+pub async fn of_person(reader: &SqlitePool, school: SchoolId, person: PersonId) -> Result<Option<PersonExport>> {
     let facts: Option<PersonFacts> = sqlx::query_as(
         "SELECT p.id, s.name AS school, p.role, p.email, p.display_name, p.pseudonym, p.registrar_id, p.language, p.created_at
          FROM people p JOIN schools s ON s.id = p.school_id WHERE p.school_id = $1 AND p.id = $2",
@@ -170,7 +171,7 @@ pub async fn of_person(reader: &SqlitePool, school: Uuid, person: Uuid) -> Resul
 }
 
 /// What was measured in their attempts: a row for each attempt, since what SQLite hands over costs by the cell.
-async fn metrics(reader: &SqlitePool, school: Uuid, person: Uuid) -> Result<Vec<MetricFacts>> {
+async fn metrics(reader: &SqlitePool, school: SchoolId, person: PersonId) -> Result<Vec<MetricFacts>> {
     /// Id, version, value and unit.
     type Measured = (String, i64, ExactNumber, String);
     let rows: Vec<(Uuid, Json<Vec<Measured>>)> = sqlx::query_as(

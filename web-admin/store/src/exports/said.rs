@@ -9,6 +9,7 @@ use uuid::Uuid;
 use crate::{Result, assignments};
 use attempt::AttemptCurve;
 use model::Moment;
+use model::ids::{PersonId, SchoolId};
 use model::segments::{MarksVerdict, pops};
 
 /// A comment on an attempt of theirs, or an answer to one.
@@ -72,7 +73,7 @@ pub struct AnswerFacts {
     submitted_at: Option<Moment>,
 }
 
-pub(super) async fn comments(reader: &SqlitePool, school: Uuid, person: Uuid) -> Result<Vec<CommentFacts>> {
+pub(super) async fn comments(reader: &SqlitePool, school: SchoolId, person: PersonId) -> Result<Vec<CommentFacts>> {
     sqlx::query_as(
         "SELECT c.session_id, c.id, c.answers, p.display_name AS author, c.kind, c.from_s, c.to_s, c.body, c.made_at
          FROM sessions s CROSS JOIN comments c ON c.school_id = s.school_id AND c.session_id = s.id
@@ -86,7 +87,11 @@ pub(super) async fn comments(reader: &SqlitePool, school: Uuid, person: Uuid) ->
     .await
 }
 
-pub(super) async fn assignments(reader: &SqlitePool, school: Uuid, person: Uuid) -> Result<Vec<AssignmentFacts>> {
+pub(super) async fn assignments(
+    reader: &SqlitePool,
+    school: SchoolId,
+    person: PersonId,
+) -> Result<Vec<AssignmentFacts>> {
     let assigned = assignments::list_trainee_assignments(reader, school, person).await?;
     let facts = assigned.into_iter().map(|assigned| AssignmentFacts {
         id: assigned.id,
@@ -100,7 +105,7 @@ pub(super) async fn assignments(reader: &SqlitePool, school: Uuid, person: Uuid)
     Ok(facts.collect())
 }
 
-pub(super) async fn ratings(reader: &SqlitePool, school: Uuid, person: Uuid) -> Result<Vec<RatingFacts>> {
+pub(super) async fn ratings(reader: &SqlitePool, school: SchoolId, person: PersonId) -> Result<Vec<RatingFacts>> {
     sqlx::query_as(
         "SELECT r.session_id, o.title AS round, i.title AS instrument, r.answers, r.finished_at
          FROM sessions s CROSS JOIN ratings r ON r.school_id = s.school_id AND r.session_id = s.id
@@ -142,7 +147,7 @@ impl From<MarksRow> for MarksFacts {
     }
 }
 
-pub(super) async fn marked_pops(reader: &SqlitePool, school: Uuid, person: Uuid) -> Result<Vec<MarksFacts>> {
+pub(super) async fn marked_pops(reader: &SqlitePool, school: SchoolId, person: PersonId) -> Result<Vec<MarksFacts>> {
     let rows: Vec<MarksRow> = sqlx::query_as(
         "SELECT k.title AS task, r.id AS trace, a.marks, a.sent_at, c.body AS curve
          FROM segment_marks a JOIN segment_traces r ON r.id = a.trace_id
@@ -157,7 +162,11 @@ pub(super) async fn marked_pops(reader: &SqlitePool, school: Uuid, person: Uuid)
     Ok(rows.into_iter().map(MarksFacts::from).collect())
 }
 
-pub(super) async fn survey_answers(reader: &SqlitePool, school: Uuid, person: Uuid) -> Result<Vec<AnswerFacts>> {
+pub(super) async fn survey_answers(
+    reader: &SqlitePool,
+    school: SchoolId,
+    person: PersonId,
+) -> Result<Vec<AnswerFacts>> {
     sqlx::query_as(
         "SELECT u.title AS survey, i.title AS instrument, r.session_id, r.state, r.answers, r.submitted_at
          FROM survey_responses r JOIN surveys u ON u.id = r.survey_id AND u.identity <> 'anonymous'

@@ -9,6 +9,7 @@ use sqlx::SqliteConnection;
 use uuid::Uuid;
 
 use super::Result;
+use model::ids::SchoolId;
 
 /// A statement that selects from `n`, whose `i` counts from 0 up to $2.
 macro_rules! counted {
@@ -32,7 +33,7 @@ const COHORTS_EACH: i64 = 4;
 #[derive(Clone, Copy, Debug)]
 pub struct GeneratedCrowd<'a> {
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// How many trainees.
     pub trainees: u32,
     /// How many trainees a cohort has.

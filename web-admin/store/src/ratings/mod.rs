@@ -12,6 +12,7 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
+use model::ids::{PersonId, SchoolId};
 use model::{CurrentPerson, Moment, Role, new_id};
 
 /// A round of ratings.
@@ -20,7 +21,7 @@ pub struct Round {
     /// Id.
     pub id: Uuid,
     /// Its school.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// The revision of the instrument that it asks.
     pub revision_id: Uuid,
     /// The instrument's title, in its first language.
@@ -30,7 +31,7 @@ pub struct Round {
     /// The ratings were made by a program.
     pub generated: bool,
     /// Who asked for it.
-    pub made_by: Uuid,
+    pub made_by: PersonId,
     /// Their name.
     pub by: String,
     /// When.
@@ -57,7 +58,7 @@ pub struct NewRound {
     /// Attempts.
     pub sessions: Vec<Uuid>,
     /// Raters.
-    pub raters: Vec<Uuid>,
+    pub raters: Vec<PersonId>,
 }
 
 /// A rating of the one who asks.
@@ -66,7 +67,7 @@ pub struct Rating {
     /// Id: random.
     pub id: Uuid,
     /// Its school.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// Its round.
     pub round_id: Uuid,
     /// The attempt.
@@ -105,10 +106,10 @@ pub async fn add(writer: &mut SqliteConnection, by: &CurrentPerson, new: &NewRou
 
 async fn add_rating(
     writer: &mut SqliteConnection,
-    school: Uuid,
+    school: SchoolId,
     round: Uuid,
     session: Uuid,
-    rater: Uuid,
+    rater: PersonId,
 ) -> Result<()> {
     // A sorted id would tell which rating of another rater is of the same attempt.
     let id = Uuid::new_v4();
@@ -127,7 +128,7 @@ async fn add_rating(
 
 /// Marks a rating whose rater may see the attempt otherwise: they teach the trainee, are an administrator, or have asked. What
 /// was marked once stays so.
-async fn mark_knowledge(writer: &mut SqliteConnection, school: Uuid, id: Uuid) -> Result<()> {
+async fn mark_knowledge(writer: &mut SqliteConnection, school: SchoolId, id: Uuid) -> Result<()> {
     sqlx::query(
         "UPDATE ratings SET may_know = 1 WHERE school_id = $1 AND id = $2 AND finished_at IS NULL AND (
            EXISTS (SELECT 1 FROM people p WHERE p.id = ratings.rater_id AND p.role = 'administrator')

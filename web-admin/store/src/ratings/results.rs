@@ -7,6 +7,7 @@ use uuid::Uuid;
 
 use crate::Result;
 use crate::ratings::Round;
+use model::ids::PersonId;
 use model::{CurrentPerson, Moment, Role, SessionKey};
 
 /// A rating as whoever asked for it sees it.
@@ -19,13 +20,13 @@ pub struct RatingCell {
     /// Who tried, where the viewer may see the attempt.
     pub trainee: Option<String>,
     /// Their id, under the same condition.
-    pub trainee_id: Option<Uuid>,
+    pub trainee_id: Option<PersonId>,
     /// Their pseudonym, under the same condition.
     pub pseudonym: Option<String>,
     /// Title of the exercise, or its id.
     pub exercise: String,
     /// The rater.
-    pub rater_id: Uuid,
+    pub rater_id: PersonId,
     /// Their name.
     pub rater: String,
     /// In the order of the instrument's items.
@@ -89,7 +90,7 @@ pub struct FinishedRating {
 pub async fn finished_of(
     executor: impl SqliteExecutor<'_>,
     session: SessionKey,
-    viewer: Uuid,
+    viewer: PersonId,
 ) -> Result<Vec<FinishedRating>> {
     sqlx::query_as(
         "SELECT r.round_id, o.title, o.revision_id, o.generated, r.answers

@@ -1,6 +1,7 @@
 //! The attempts of a re-grading: what each was and would be.
 
 use assessment::Assessment;
+use model::ids::SchoolId;
 use model::regrading::{OutcomeCount, RegradingLine};
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
@@ -13,7 +14,7 @@ use model::regrading::RegradingOutcome;
 /// What finds a line.
 #[derive(Clone, Copy)]
 struct LineKey {
-    school_id: Uuid,
+    school_id: SchoolId,
     regrading_id: Uuid,
     session_id: Uuid,
 }

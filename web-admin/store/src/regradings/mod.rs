@@ -1,5 +1,6 @@
 //! Re-gradings of every attempt at an exercise: what each attempt was and would be, and how far the work is.
 
+use model::ids::{PersonId, SchoolId};
 use model::regrading::{OutcomeCount, RegradingState};
 use serde::Serialize;
 use sqlx::types::Json;
@@ -19,7 +20,7 @@ pub struct Regrading {
     /// Id.
     pub id: Uuid,
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// Exercise.
     pub exercise_id: String,
     /// The revision whose rubric judges.
@@ -33,7 +34,7 @@ pub struct Regrading {
     /// Why it was done.
     pub reason: Option<String>,
     /// Who looked, and confirmed.
-    pub made_by: Uuid,
+    pub made_by: PersonId,
     /// Their name.
     pub by: String,
     /// When they looked.
@@ -299,7 +300,7 @@ pub struct NewReason<'a> {
     /// Why.
     pub reason: &'a str,
     /// By whom; none at the command line.
-    pub made_by: Option<Uuid>,
+    pub made_by: Option<PersonId>,
 }
 
 /// Keeps why one attempt was graded again.

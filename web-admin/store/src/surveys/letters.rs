@@ -1,5 +1,6 @@
 //! Letters with a survey's link to people without an account.
 
+use model::ids::SchoolId;
 use model::mail::{LetterDelivery, SurveyLetter};
 use sqlx::{SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
@@ -38,7 +39,7 @@ pub async fn queue_survey_letter(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn queued_since(executor: impl SqliteExecutor<'_>, school: Uuid, since: Moment) -> Result<u32> {
+pub async fn queued_since(executor: impl SqliteExecutor<'_>, school: SchoolId, since: Moment) -> Result<u32> {
     let milliseconds = since.duration_since(Moment::from_micros(0)).as_millis();
     let first = Uuid::from_u128(milliseconds << 80);
     sqlx::query_scalar("SELECT count(*) FROM survey_letters WHERE school_id = $1 AND id >= $2")

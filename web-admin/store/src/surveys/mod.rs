@@ -14,6 +14,7 @@ pub use responses::{
 };
 pub use results::{ResponseCounts, ResponseMetric, SubmittedResponse, Tag, attempts, counts, submitted, tags};
 
+use model::ids::{PersonId, SchoolId};
 use model::survey::Survey;
 use sqlx::{SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
@@ -26,13 +27,13 @@ use model::{Moment, new_id};
 #[derive(Clone, Copy, Debug)]
 pub struct NewSurvey<'a> {
     /// Its school.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// The revision that it asks.
     pub revision_id: Uuid,
     /// Title.
     pub title: &'a str,
     /// Whose it is; none: the administrators'.
-    pub owner_id: Option<Uuid>,
+    pub owner_id: Option<PersonId>,
     /// Whether answers lead to who gave them.
     pub identity: Identity,
     /// Asked after each attempt.
@@ -87,7 +88,7 @@ pub(crate) use survey;
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Survey>> {
+pub async fn find(executor: impl SqliteExecutor<'_>, school: SchoolId, id: Uuid) -> Result<Option<Survey>> {
     sqlx::query_as(survey!("WHERE s.school_id = $1 AND s.id = $2")).bind(school).bind(id).fetch_optional(executor).await
 }
 
@@ -95,7 +96,7 @@ pub async fn find(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn all(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<Survey>> {
+pub async fn all(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<Survey>> {
     sqlx::query_as(survey!("WHERE s.school_id = $1 ORDER BY s.created_at DESC, s.id DESC LIMIT 200"))
         .bind(school)
         .fetch_all(executor)

@@ -7,6 +7,7 @@ use uuid::Uuid;
 
 use crate::Result;
 use model::Moment;
+use model::ids::{PersonId, SchoolId};
 use model::survey::{Identity, ResponseState};
 
 /// A response.
@@ -15,13 +16,13 @@ pub struct SurveyResponse {
     /// Id: random.
     pub id: Uuid,
     /// Its school.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// Its survey.
     pub survey_id: Uuid,
     /// How far it has come.
     pub state: ResponseState,
     /// Whose it is, where it is a person's and may be known.
-    pub person_id: Option<Uuid>,
+    pub person_id: Option<PersonId>,
     /// After which attempt.
     pub session_id: Option<Uuid>,
     /// In which language it is given.
@@ -36,7 +37,7 @@ pub struct SurveyResponse {
 #[derive(Clone, Debug)]
 pub struct NewResponse<'a> {
     /// Its school.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// Its survey.
     pub survey_id: Uuid,
     /// What is kept of the address by which it is given.
@@ -46,7 +47,7 @@ pub struct NewResponse<'a> {
     /// Whom a link is for.
     pub label: Option<&'a str>,
     /// The person.
-    pub person_id: Option<Uuid>,
+    pub person_id: Option<PersonId>,
     /// After which attempt.
     pub session_id: Option<Uuid>,
     /// In which language.
@@ -109,9 +110,9 @@ pub async fn by_token(executor: impl SqliteExecutor<'_>, token_sha256: &[u8; 32]
 /// When the database fails.
 pub async fn draft_of(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     survey: Uuid,
-    person: Uuid,
+    person: PersonId,
     session: Option<Uuid>,
 ) -> Result<Option<SurveyResponse>> {
     sqlx::query_as(
@@ -133,7 +134,7 @@ pub async fn draft_of(
 /// When the database fails.
 pub async fn set_token(
     writer: &mut SqliteConnection,
-    school: Uuid,
+    school: SchoolId,
     response: Uuid,
     token_sha256: &[u8; 32],
 ) -> Result<()> {

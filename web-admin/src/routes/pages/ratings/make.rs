@@ -12,6 +12,7 @@ use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visit};
 use acts::error::Error;
 use acts::ratings;
 use acts::surveys;
+use model::ids::{PersonId, SchoolId};
 use model::{CurrentPerson, line};
 use pages::people::SelectOption;
 use pages::rating::{AttemptChoice, NewRoundPage};
@@ -122,7 +123,11 @@ async fn make_new_round_page(
 }
 
 /// Instruments that have a score: of the others there is no agreement. The global rating is proposed.
-async fn scored_instruments(state: &AppState, school: Uuid, form: &NewRoundForm) -> Result<Vec<SelectOption>, Error> {
+async fn scored_instruments(
+    state: &AppState,
+    school: SchoolId,
+    form: &NewRoundForm,
+) -> Result<Vec<SelectOption>, Error> {
     const PROPOSED: &str = "global-rating-puncture";
     let wanted = match form.field("instrument") {
         "" => PROPOSED,
@@ -171,7 +176,7 @@ async fn read_new_round(state: &AppState, person: &CurrentPerson, form: &NewRoun
     Ok(NewRound { revision_id: instrument.id, title, generated: false, sessions, raters })
 }
 
-async fn read_raters(state: &AppState, person: &CurrentPerson, form: &NewRoundForm) -> Result<Vec<Uuid>, Error> {
+async fn read_raters(state: &AppState, person: &CurrentPerson, form: &NewRoundForm) -> Result<Vec<PersonId>, Error> {
     let known = stored::raters(state.db.reader(), person.school_id).await?;
     let chosen = form.chosen("rater");
     if !(2..=MOST_RATERS).contains(&chosen.len()) {
@@ -191,7 +196,7 @@ async fn read_attempts(
     state: &AppState,
     person: &CurrentPerson,
     form: &NewRoundForm,
-    raters: &[Uuid],
+    raters: &[PersonId],
 ) -> Result<Vec<Uuid>, Error> {
     let chosen = form.chosen("attempt");
     if !(1..=MOST_ATTEMPTS).contains(&chosen.len()) {

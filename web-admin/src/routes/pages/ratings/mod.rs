@@ -17,6 +17,7 @@ use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher};
 use acts::error::Error;
 use acts::ratings;
 use acts::surveys;
+use model::ids::PersonId;
 use model::rating::{RatingAnswers, tables};
 use model::{CurrentPerson, Moment, Role};
 use pages::rating::{OwnRating, RatedAttemptRow, RaterRow, RatingsPage, RoundPage, RoundRow, ScoreView};
@@ -83,7 +84,7 @@ fn own_ratings(ratings: &[Rating], current: Option<Uuid>) -> Vec<OwnRating> {
 async fn show_round(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     csrf: Csrf,
 ) -> Result<RoundPage, PageError> {
     let round = find_round(&state, &person, id).await?;
@@ -121,7 +122,7 @@ async fn instrument_of_round(state: &AppState, round: &Round) -> Result<Instrume
 /// Ratings by attempt and rater, in the order of the query.
 struct RatingsTable<'a> {
     attempts: Vec<Uuid>,
-    raters: Vec<Uuid>,
+    raters: Vec<PersonId>,
     given: Vec<RatingAnswers<'a>>,
 }
 
@@ -142,7 +143,7 @@ impl<'a> RatingsTable<'a> {
     }
 
     fn progress(&self, cells: &[RatingCell]) -> Vec<RaterRow> {
-        let row = |rater: &Uuid| {
+        let row = |rater: &PersonId| {
             let own = || cells.iter().filter(|cell| cell.rater_id == *rater);
             RaterRow {
                 name: own().next().map_or_else(String::new, |cell| cell.rater.clone()),
@@ -177,7 +178,7 @@ fn known_ratings(owner: bool, cell: &RatingCell) -> bool {
 async fn export_round(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
 ) -> Result<Response, PageError> {
     let round = find_round(&state, &person, id).await?;
     if round.own_open > 0 {
@@ -233,7 +234,7 @@ fn line_of_rating(instrument: &Instrument, cell: &RatingCell, shown: Result<Mome
 async fn withdraw_round(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
     let round = find_round(&state, &person, id).await?;

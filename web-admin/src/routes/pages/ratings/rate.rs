@@ -6,6 +6,7 @@ use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use documents::instrument::Item;
 use serde::Deserialize;
+use uuid::Uuid;
 
 use super::{own_ratings, round_href};
 use crate::AppState;
@@ -25,7 +26,7 @@ use store::{ratings as stored, scores};
 pub(super) async fn show_rating(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     csrf: Csrf,
 ) -> Result<RatePage, PageError> {
     let rated = ratings::open(&state, &person, id).await?;
@@ -76,7 +77,7 @@ impl RateForm {
 pub(super) async fn act_on_rating(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<RateForm>,
 ) -> Result<Response, PageError> {

@@ -11,6 +11,7 @@ use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visit};
 use acts::error::Error;
 use acts::segments;
+use model::ids::CohortId;
 use model::{CurrentPerson, Moment, due, line};
 use pages::people::SelectOption;
 use pages::segments::{NewTaskPage, attempt_label};
@@ -67,7 +68,7 @@ async fn make_new_task_page(
 ) -> Result<NewTaskPage, Error> {
     let reader = state.db.reader();
     let cohorts = reports::cohorts(reader, person).await?;
-    let cohort = |cohort: reports::NamedItem| {
+    let cohort = |cohort: reports::NamedItem<CohortId>| {
         let value = cohort.id.to_string();
         SelectOption { chosen: value == form.field("cohort"), value, label: cohort.name }
     };
@@ -135,7 +136,7 @@ async fn read_new_task(state: &AppState, person: &CurrentPerson, form: &NewTaskF
     let title = line::title(form.field("title")).map_err(Error::Unprocessable)?.to_owned();
     let time_zone = schools::find_time_zone(reader, person.school_id).await?;
     let due = read_due_date(form.field("due"), &time_zone, state.clock.now())?;
-    let cohort: Uuid = form.field("cohort").parse().map_err(|_| Error::NotFound)?;
+    let cohort: CohortId = form.field("cohort").parse().map_err(|_| Error::NotFound)?;
     reports::cohort(reader, person, cohort).await?.ok_or(Error::NotFound)?;
     let sessions = read_attempts(state, person, form).await?;
     Ok(NewTask { title, cohort_id: cohort, due, time_zone, sessions })

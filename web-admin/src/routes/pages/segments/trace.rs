@@ -42,7 +42,7 @@ async fn open_trace(state: &AppState, person: &CurrentPerson, id: Uuid) -> Resul
 pub(super) async fn show_trace(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     csrf: Csrf,
 ) -> Result<TracePage, PageError> {
     let open = open_trace(&state, &person, id).await?;
@@ -129,7 +129,7 @@ impl MarksForm {
 pub(super) async fn mark_trace(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<MarksForm>,
 ) -> Result<Response, PageError> {

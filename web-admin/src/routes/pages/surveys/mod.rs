@@ -112,7 +112,7 @@ struct SurveyQuery {
 async fn show_survey(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     head: PageHead,
     Query(query): Query<SurveyQuery>,
 ) -> Result<Response, PageError> {
@@ -191,7 +191,7 @@ struct ConsentAnswerForm {
 async fn begin_answer(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<ConsentAnswerForm>,
 ) -> Result<Response, PageError> {

@@ -85,7 +85,7 @@ fn month_of_response(at: OffsetDateTime) -> String {
 pub(super) async fn show_results(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     csrf: Csrf,
     Query(choice): Query<ResultsQuery>,
 ) -> Result<ResultsPage, PageError> {
@@ -247,7 +247,7 @@ pub(super) struct TagForm {
 pub(super) async fn tag_comment(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<Uuid>,
     CsrfForm(form): CsrfForm<TagForm>,
 ) -> Result<Response, PageError> {
     let survey = find_school_survey(&state, &person, id).await?;

@@ -1,0 +1,102 @@
+//! What a school's things are known by: a type for each kind of them, so that none is taken for another.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+use uuid::{NoContext, Timestamp, Uuid};
+
+use crate::Moment;
+
+/// A fresh id that sorts by the moment it was made, for a row that nobody asks for by it.
+#[must_use]
+pub fn new_id(now: Moment) -> Uuid {
+    let (seconds, rest_us) = (now.micros().div_euclid(1_000_000), now.micros().rem_euclid(1_000_000));
+    let nanoseconds = (rest_us * 1000) as u32;
+    Uuid::new_v7(Timestamp::from_unix(NoContext, seconds.max(0).unsigned_abs(), nanoseconds))
+}
+
+/// Types of ids. Each reads and writes what a bare id would: in a database, in JSON, in an address, in a log.
+macro_rules! ids {
+    ($($(#[$said:meta])+ $name:ident;)+) => {$(
+        $(#[$said])+
+        #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+        #[cfg_attr(feature = "sqlx", derive(sqlx::Type))]
+        #[cfg_attr(feature = "sqlx", sqlx(transparent))]
+        #[serde(transparent)]
+        pub struct $name(Uuid);
+
+        impl $name {
+            /// A fresh id that sorts by the moment it was made.
+            #[must_use]
+            pub fn made_at(now: Moment) -> Self {
+                Self(new_id(now))
+            }
+
+            /// A fresh id that tells nothing of when it was made.
+            #[must_use]
+            pub fn random() -> Self {
+                Self(Uuid::new_v4())
+            }
+
+            /// The id of nothing.
+            #[must_use]
+            pub const fn nil() -> Self {
+                Self(Uuid::nil())
+            }
+
+            /// The id with a number.
+            #[must_use]
+            pub const fn from_u128(number: u128) -> Self {
+                Self(Uuid::from_u128(number))
+            }
+
+            /// The id that a recording or another program has given it.
+            #[must_use]
+            pub const fn from_uuid(id: Uuid) -> Self {
+                Self(id)
+            }
+
+            /// The bare id, for a recording or another program.
+            #[must_use]
+            pub const fn uuid(self) -> Uuid {
+                self.0
+            }
+        }
+
+        impl fmt::Display for $name {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                fmt::Display::fmt(&self.0, f)
+            }
+        }
+
+        impl fmt::Debug for $name {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                fmt::Debug::fmt(&self.0, f)
+            }
+        }
+
+        impl From<$name> for String {
+            fn from(id: $name) -> Self {
+                id.0.into()
+            }
+        }
+
+        impl FromStr for $name {
+            type Err = uuid::Error;
+
+            fn from_str(text: &str) -> Result<Self, Self::Err> {
+                text.parse().map(Self)
+            }
+        }
+    )+};
+}
+
+ids! {
+    /// A school.
+    SchoolId;
+    /// A person of a school.
+    PersonId;
+    /// A cohort of a school.
+    CohortId;
+}
