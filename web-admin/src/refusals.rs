@@ -20,7 +20,7 @@ use crate::error::Denied;
 use acts::brakes::quota;
 use acts::stations::CallingStation;
 use model::CurrentPerson;
-use model::ids::PersonId;
+use model::ids::{PersonId, StationId};
 
 /// Refusals of one asker that are written down one by one, and the pace afterwards: nobody fills the log.
 const NOTE_BURST: NonZeroU32 = NonZeroU32::new(20).unwrap();
@@ -32,7 +32,7 @@ pub(crate) enum Asker {
     /// A person, by id.
     Person(PersonId),
     /// A training station, by id.
-    Station(Uuid),
+    Station(StationId),
     /// Somebody whose token is none, or is good no more.
     Stranger(IpAddr),
 }

@@ -3,11 +3,10 @@
 use std::time::Duration;
 
 use serde_json::json;
-use uuid::Uuid;
 
 use crate::error::Error;
 use crate::service::Service;
-use model::ids::PersonId;
+use model::ids::{DatedId, PersonId};
 use model::mail::MailKind;
 use model::{CurrentPerson, due};
 use store::audit::AuditEntry;
@@ -29,7 +28,7 @@ pub struct Dated<'a> {
     /// What it is.
     pub kind: DeadlineKind,
     /// Its id.
-    pub id: Uuid,
+    pub id: DatedId,
     /// When it is due for everybody, as it was said.
     pub due_local: Option<&'a str>,
     /// The time zone in which it was said.

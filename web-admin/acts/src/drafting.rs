@@ -4,7 +4,6 @@ use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 
 use documents::{Curriculum, ExerciseBundle, Issue};
-use uuid::Uuid;
 
 use crate::asking;
 use crate::error::{Error, refuse_trainees};
@@ -14,7 +13,7 @@ use crate::publishing::{CourseRefused, DocumentPublisher};
 use crate::service::Service;
 use model::CurrentPerson;
 use model::draft::DraftVerdict;
-use model::ids::SchoolId;
+use model::ids::{DraftId, SchoolId};
 use model::progress::Mastery;
 use store::audit::{Actor, AuditEntry};
 use store::drafts;
@@ -57,7 +56,7 @@ pub async fn exercise(
     person: &CurrentPerson,
     exercise_id: &str,
     new_id: Option<&str>,
-) -> Result<Uuid, Error> {
+) -> Result<DraftId, Error> {
     refuse_trainees(person)?;
     let (reader, school) = (state.db.reader(), person.school_id);
     let current = exercises::find_current_revision(reader, school, exercise_id).await?.ok_or(Error::NotFound)?;
@@ -82,7 +81,7 @@ pub async fn exercise(
 ///
 /// # Errors
 /// When there is no such course.
-pub async fn course(state: &Service, person: &CurrentPerson, course_id: &str) -> Result<Uuid, Error> {
+pub async fn course(state: &Service, person: &CurrentPerson, course_id: &str) -> Result<DraftId, Error> {
     refuse_trainees(person)?;
     let (reader, school) = (state.db.reader(), person.school_id);
     let taught = curricula::list_taught_curricula(reader, school).await?;
@@ -93,7 +92,7 @@ pub async fn course(state: &Service, person: &CurrentPerson, course_id: &str) ->
     begin(state, person, &draft).await
 }
 
-async fn begin(state: &Service, person: &CurrentPerson, draft: &NewDocumentDraft<'_>) -> Result<Uuid, Error> {
+async fn begin(state: &Service, person: &CurrentPerson, draft: &NewDocumentDraft<'_>) -> Result<DraftId, Error> {
     let by = by(state, person);
     let mut tx = state.db.write().await?;
     if let Some(begun) = drafts::find_draft_of(&mut *tx, by.school, draft.kind, draft.document_id).await? {
@@ -142,7 +141,7 @@ fn renamed(document: &str, id: &str) -> String {
 pub async fn save(
     state: &Service,
     person: &CurrentPerson,
-    id: Uuid,
+    id: DraftId,
     seen: i64,
     texts: &Texts,
 ) -> Result<SaveOutcome, Error> {
@@ -195,7 +194,7 @@ pub async fn publish(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn discard(state: &Service, person: &CurrentPerson, id: Uuid, seen: i64) -> Result<bool, Error> {
+pub async fn discard(state: &Service, person: &CurrentPerson, id: DraftId, seen: i64) -> Result<bool, Error> {
     refuse_trainees(person)?;
     let by = by(state, person);
     let mut tx = state.db.write().await?;

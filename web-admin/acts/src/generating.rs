@@ -6,7 +6,7 @@ use std::ops::Range;
 use anyhow::Context;
 use assessment::questionnaire::Answer;
 use documents::Instrument;
-use model::ids::SchoolId;
+use model::ids::{SchoolId, SurveyId};
 use model::survey::{Identity, ResponseState};
 use model::{Moment, Role};
 use serde_json::json;
@@ -20,7 +20,6 @@ use store::people::{self, NewPerson, Person};
 use store::surveys as stored;
 use store::surveys::{NewResponse, NewSurvey, Submission, SurveyResponse};
 use store::{instruments, schools};
-use uuid::Uuid;
 
 use crate::secret;
 use crate::service::Service;
@@ -162,7 +161,7 @@ pub async fn ask_nobody(service: &Service, survey: GeneratedSurvey<'_>) -> anyho
 #[derive(Clone, Copy)]
 struct AskedSurvey {
     school_id: SchoolId,
-    survey_id: Uuid,
+    survey_id: SurveyId,
     now: Moment,
 }
 

@@ -8,7 +8,6 @@ use data_encoding::HEXLOWER;
 use recording::signature;
 use serde_json::{Value, json};
 use sqlx::SqliteConnection;
-use uuid::Uuid;
 
 use crate::error::Error;
 use crate::judging::{JudgeAnswer, JudgeQuestion, RecordingFacts};
@@ -18,7 +17,7 @@ use crate::recordings::Received;
 use crate::scanning::ScanVerdict;
 use crate::service::Service;
 use model::began::Claim;
-use model::ids::{PersonId, SchoolId};
+use model::ids::{PersonId, SchoolId, SessionId, StationId, UploadId};
 use model::{Moment, SessionKey, Uncounted};
 use store::audit::{Actor, AuditEntry};
 use store::sessions::{self, Session, SessionState};
@@ -151,7 +150,7 @@ async fn describe(
     };
     let started_at = claim.believed(received_at);
     Ok(Session {
-        id: named.session_id,
+        id: SessionId::from_uuid(named.session_id),
         school_id,
         trainee_id,
         exercise_id: named.exercise_id,
@@ -197,7 +196,8 @@ async fn trainee(state: &Service, bearer: &Bearer, named: &str) -> Result<Person
 /// The station that has signed it, where it is one of this school's that is paired now, and its signature is right.
 async fn signer(state: &Service, school: SchoolId, told: &RecordingFacts) -> Result<Option<Signer>, Error> {
     let (Some(signature), Some(motion)) = (&told.signature, &told.motion) else { return Ok(None) };
-    let station = stations::find_station_signer(state.db.reader(), school, signature.station).await?;
+    let station =
+        stations::find_station_signer(state.db.reader(), school, StationId::from_uuid(signature.station)).await?;
     let signed = signature::signed_statement(&told.session, signature.station, motion);
     Ok(station.filter(|station| keys::is_signed(&station.public_key, &signed, &signature.ed25519)))
 }
@@ -273,7 +273,7 @@ fn noted(session: &Session) -> Value {
 }
 
 /// Says in the row of an upload in pieces what it has become, in the transaction that makes it so.
-async fn note_upload(tx: &mut SqliteConnection, upload: Option<Uuid>, session: &Session) -> Result<(), Error> {
+async fn note_upload(tx: &mut SqliteConnection, upload: Option<UploadId>, session: &Session) -> Result<(), Error> {
     match upload {
         Some(id) => Ok(uploads::finish_upload(tx, session.school_id, id, session.id).await?),
         None => Ok(()),

@@ -6,12 +6,11 @@ use data_encoding::HEXLOWER;
 use serde_json::json;
 use sha2::{Digest, Sha256};
 use sqlx::SqliteConnection;
-use uuid::Uuid;
 
 use crate::accounts;
 use crate::error::Error;
 use crate::service::Service;
-use model::ids::{CohortId, PersonId, SchoolId};
+use model::ids::{CohortId, PersonId, RosterId, SchoolId};
 use model::roster;
 use model::roster::{LineOutcome, Roster, RosterChange, RosterDifference, RosterEntry, RosterOutcome, RosterRequest};
 use model::{CurrentPerson, PersonKey, Role};
@@ -48,7 +47,7 @@ pub async fn keep(
     file_name: &str,
     body: &[u8],
     wanted: &RosterRequest,
-) -> Result<Uuid, Error> {
+) -> Result<RosterId, Error> {
     parse(body).await?;
     let draft = NewRosterDraft { school_id: by.school_id, made_by: by.id, file_name, body, wanted };
     let mut tx = state.db.write().await?;
@@ -67,7 +66,7 @@ async fn parse(body: &[u8]) -> Result<Roster, Error> {
 ///
 /// # Errors
 /// When there is none, or the database fails.
-pub async fn preview(state: &Service, school: SchoolId, id: Uuid) -> Result<RosterPreview, Error> {
+pub async fn preview(state: &Service, school: SchoolId, id: RosterId) -> Result<RosterPreview, Error> {
     let draft = rosters::find_roster(state.db.reader(), school, id).await?.ok_or(Error::NotFound)?;
     let mut connection = state.db.reader().acquire().await?;
     look(&mut connection, school, draft).await
@@ -103,7 +102,7 @@ fn about<'a>(roster: &'a Roster, wanted: &'a RosterRequest) -> About<'a> {
 pub async fn confirm(
     state: &Service,
     by: &CurrentPerson,
-    id: Uuid,
+    id: RosterId,
     digest: &str,
     invite: bool,
 ) -> Result<Option<RosterDifference>, Error> {

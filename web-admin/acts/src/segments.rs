@@ -1,10 +1,9 @@
 //! Tasks to mark the moment of each pop on a blinded trace: made, marked, measured.
 
-use model::ids::{PersonId, SchoolId};
+use model::ids::{PersonId, SchoolId, TaskId, TraceId};
 use model::segments::TraceOutcome;
 use serde_json::json;
 use sqlx::types::Json;
-use uuid::Uuid;
 
 use crate::deadlines::Dated;
 use crate::error::Error;
@@ -22,7 +21,7 @@ use store::segments::{Marks, NewTask, SegmentTask, Trace};
 ///
 /// # Errors
 /// When an attempt or the cohort is not of the school, or the database fails.
-pub async fn make(state: &Service, by: &CurrentPerson, new: &NewTask) -> Result<Uuid, Error> {
+pub async fn make(state: &Service, by: &CurrentPerson, new: &NewTask) -> Result<TaskId, Error> {
     let mut tx = state.db.write().await?;
     let id = segments::add_segment_task(&mut tx, by, new, state.clock.now()).await?;
     let told = json!({ "cohort": new.cohort_id, "attempts": new.sessions });
@@ -36,7 +35,7 @@ pub async fn make(state: &Service, by: &CurrentPerson, new: &NewTask) -> Result<
 pub fn dated(task: &SegmentTask) -> Dated<'_> {
     Dated {
         kind: DeadlineKind::Segments,
-        id: task.id,
+        id: task.id.into(),
         due_local: task.due_local.as_deref(),
         time_zone: &task.time_zone,
     }
@@ -46,7 +45,7 @@ pub fn dated(task: &SegmentTask) -> Dated<'_> {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn withdraw(state: &Service, by: &CurrentPerson, task: Uuid) -> Result<(), Error> {
+pub async fn withdraw(state: &Service, by: &CurrentPerson, task: TaskId) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     segments::withdraw_task(&mut tx, by.school_id, task, state.clock.now()).await?;
     AuditEntry::by(by, "segments.withdrawn", task).append(&mut tx, state.clock.now()).await?;
@@ -57,7 +56,7 @@ pub async fn withdraw(state: &Service, by: &CurrentPerson, task: Uuid) -> Result
 ///
 /// # Errors
 /// [`Error::NotFound`] for any other.
-pub async fn task(state: &Service, person: &CurrentPerson, id: Uuid) -> Result<SegmentTask, Error> {
+pub async fn task(state: &Service, person: &CurrentPerson, id: TaskId) -> Result<SegmentTask, Error> {
     let reader = state.db.reader();
     let found = match person.role {
         Role::Trainee => segments::list_trainee_tasks(reader, person.school_id, person.id).await?,
@@ -70,7 +69,7 @@ pub async fn task(state: &Service, person: &CurrentPerson, id: Uuid) -> Result<S
 ///
 /// # Errors
 /// [`Error::NotFound`] for any other.
-pub async fn trace(state: &Service, person: &CurrentPerson, id: Uuid) -> Result<(SegmentTask, Trace), Error> {
+pub async fn trace(state: &Service, person: &CurrentPerson, id: TraceId) -> Result<(SegmentTask, Trace), Error> {
     let trace = segments::find_trace(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
     let task = task(state, person, trace.task_id).await?;
     if person.role == Role::Trainee && trace.trainee_id == person.id {
@@ -132,7 +131,7 @@ pub async fn outcomes(
     let marks = segments::find_marks(reader, school, task.id).await?;
     let longer = deadlines::list_extensions(
         reader,
-        DeadlineKey { school_id: school, kind: DeadlineKind::Segments, id: task.id },
+        DeadlineKey { school_id: school, kind: DeadlineKind::Segments, id: task.id.into() },
     )
     .await?;
     let of = |person: &PersonId| {

@@ -1,8 +1,6 @@
 //! The attempt that something belongs to.
 
-use uuid::Uuid;
-
-use crate::ids::SchoolId;
+use crate::ids::{SchoolId, SessionId};
 
 /// The attempt that something belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -10,5 +8,5 @@ pub struct SessionKey {
     /// School.
     pub school_id: SchoolId,
     /// Session.
-    pub id: Uuid,
+    pub id: SessionId,
 }

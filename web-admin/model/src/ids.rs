@@ -99,4 +99,66 @@ ids! {
     PersonId;
     /// A cohort of a school.
     CohortId;
+    /// An attempt.
+    SessionId;
+    /// A score that was computed of an attempt.
+    ScoreId;
+    /// A score that somebody gave an attempt in place of the computed one.
+    OverrideId;
+    /// What somebody said about an attempt, or answered.
+    CommentId;
+    /// A document as it was published: an exercise, a course or an instrument.
+    RevisionId;
+    /// A document that somebody is writing.
+    DraftId;
+    /// What instructors have assigned.
+    AssignmentId;
+    /// A task to mark pops in attempts of others.
+    TaskId;
+    /// An attempt whose pops are to be marked.
+    TraceId;
+    /// What has a due date: an assignment or a task.
+    DatedId;
+    /// A survey.
+    SurveyId;
+    /// What somebody answered to a survey.
+    ResponseId;
+    /// A round in which several people rate the same attempts.
+    RoundId;
+    /// How one person rates one attempt in a round.
+    RatingId;
+    /// Attempts that are judged again by another rubric.
+    RegradingId;
+    /// An upload in pieces.
+    UploadId;
+    /// A list of people that is looked at before it is taken over.
+    RosterId;
+    /// A letter that waits to be sent.
+    LetterId;
+    /// A token of a person or a station.
+    TokenId;
+    /// A training station, by its token.
+    StationId;
+    /// A passkey of a person.
+    PasskeyId;
+    /// A passkey that somebody is asked to make or to show.
+    CeremonyId;
+}
+
+impl From<AssignmentId> for DatedId {
+    fn from(id: AssignmentId) -> Self {
+        Self(id.0)
+    }
+}
+
+impl From<TaskId> for DatedId {
+    fn from(id: TaskId) -> Self {
+        Self(id.0)
+    }
+}
+
+impl From<TokenId> for StationId {
+    fn from(id: TokenId) -> Self {
+        Self(id.0)
+    }
 }

@@ -5,7 +5,6 @@ use anyhow::Context;
 use assessment::questionnaire::Answer;
 use documents::Instrument;
 use documents::instrument::{Item, ScaleKind};
-use uuid::Uuid;
 
 use super::people::Trainee;
 use super::school::{self, COHORTS};
@@ -15,7 +14,7 @@ use acts::surveys;
 use acts::surveys::SurveyRequest;
 use acts::surveys::answering;
 use acts::surveys::answering::SurveyOccasion;
-use model::ids::SchoolId;
+use model::ids::{SchoolId, SessionId};
 use model::survey::Identity;
 use model::survey::Survey;
 use model::{CurrentPerson, SessionKey};
@@ -51,7 +50,7 @@ const COMMENTS: [&str; 12] = [
 #[derive(Clone, Copy, Debug)]
 struct AnswerBasis {
     /// The attempt.
-    session: Uuid,
+    session: SessionId,
     /// Its score, as a share.
     score: f64,
     /// Its peak force, as a share of 10 N.

@@ -1,12 +1,11 @@
 //! What was assigned, to whom, until when.
 
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
 use model::assignment::{Assigned, AssignmentTask};
-use model::ids::{CohortId, PersonId, SchoolId};
-use model::{CurrentPerson, Moment, Role, new_id};
+use model::ids::{AssignmentId, CohortId, PersonId, SchoolId};
+use model::{CurrentPerson, Moment, Role};
 
 /// An assignment to be made.
 #[derive(Clone, Debug)]
@@ -36,7 +35,7 @@ pub async fn add_assignment(
     by: &CurrentPerson,
     new: &NewAssignment,
     now: Moment,
-) -> Result<Uuid> {
+) -> Result<AssignmentId> {
     let (exercise, course) = match &new.task {
         AssignmentTask::Exercise(id) => (Some(id), None),
         AssignmentTask::Course(id) => (None, Some(id)),
@@ -46,7 +45,7 @@ pub async fn add_assignment(
            attempt_limit, due_local, time_zone, due_at, made_by, made_at)
          VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13) RETURNING id",
     )
-    .bind(new_id(now))
+    .bind(AssignmentId::made_at(now))
     .bind(by.school_id)
     .bind(exercise)
     .bind(course)
@@ -65,7 +64,7 @@ pub async fn add_assignment(
 
 #[derive(FromRow)]
 struct AssignedRow {
-    id: Uuid,
+    id: AssignmentId,
     exercise_id: Option<String>,
     curriculum_id: Option<String>,
     title: String,
@@ -123,10 +122,14 @@ macro_rules! assigned {
 pub async fn find_assignment(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
-    id: Uuid,
+    id: AssignmentId,
 ) -> Result<Option<Assigned>> {
-    let row: Option<AssignedRow> =
-        sqlx::query_as(assigned!("= $3")).bind(school).bind(None::<Uuid>).bind(id).fetch_optional(executor).await?;
+    let row: Option<AssignedRow> = sqlx::query_as(assigned!("= $3"))
+        .bind(school)
+        .bind(None::<AssignmentId>)
+        .bind(id)
+        .fetch_optional(executor)
+        .await?;
     Ok(row.map(Assigned::from))
 }
 
@@ -156,7 +159,7 @@ pub async fn list_trainee_assignments(
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct ManagedAssignment {
     /// Its id.
-    pub id: Uuid,
+    pub id: AssignmentId,
     /// Title of the exercise or course.
     pub title: String,
     /// The cohort, or
@@ -185,7 +188,7 @@ pub struct ManagedAssignment {
 pub async fn list_managed_assignments(
     executor: impl SqliteExecutor<'_>,
     by: &CurrentPerson,
-    only: Option<Uuid>,
+    only: Option<AssignmentId>,
     limit: u32,
 ) -> Result<Vec<ManagedAssignment>> {
     sqlx::query_as(
@@ -219,7 +222,12 @@ pub async fn list_managed_assignments(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn withdraw_assignment(writer: &mut SqliteConnection, school: SchoolId, id: Uuid, now: Moment) -> Result<()> {
+pub async fn withdraw_assignment(
+    writer: &mut SqliteConnection,
+    school: SchoolId,
+    id: AssignmentId,
+    now: Moment,
+) -> Result<()> {
     sqlx::query("UPDATE assignments SET withdrawn_at = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)

@@ -7,10 +7,9 @@ use futures::TryStreamExt;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
-use model::ids::{PersonId, SchoolId};
+use model::ids::{PersonId, SchoolId, SessionId};
 use model::{CurrentPerson, Moment};
 
 /// Something that was done.
@@ -158,7 +157,7 @@ async fn insert_audit_entry(writer: &mut SqliteConnection, row: &AuditRow) -> Re
 ///
 /// # Errors
 /// When the database fails.
-pub async fn list_told_scores(executor: impl SqliteExecutor<'_>) -> Result<BTreeMap<Uuid, Vec<f64>>> {
+pub async fn list_told_scores(executor: impl SqliteExecutor<'_>) -> Result<BTreeMap<SessionId, Vec<f64>>> {
     let rows: Vec<(String, Option<String>)> = sqlx::query_as(
         "SELECT object, CASE action WHEN 'session.scored' THEN details ->> '$.score'
                                     WHEN 'session.regraded' THEN details ->> '$.to' END || ''
@@ -166,9 +165,9 @@ pub async fn list_told_scores(executor: impl SqliteExecutor<'_>) -> Result<BTree
     )
     .fetch_all(executor)
     .await?;
-    let mut told: BTreeMap<Uuid, Vec<f64>> = BTreeMap::new();
+    let mut told: BTreeMap<SessionId, Vec<f64>> = BTreeMap::new();
     for (object, score) in rows {
-        let Ok(session) = Uuid::parse_str(&object) else { continue };
+        let Ok(session) = object.parse::<SessionId>() else { continue };
         let scores = told.entry(session).or_default();
         scores.extend(score.and_then(|score| score.parse::<f64>().ok()));
     }

@@ -2,12 +2,11 @@
 
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
-use model::ids::SchoolId;
+use model::Moment;
+use model::ids::{RevisionId, SchoolId};
 use model::progress::{Course, CourseStep, CurveRule, Mastery};
-use model::{Moment, new_id};
 
 /// A curriculum to be published.
 #[derive(Clone, Debug)]
@@ -43,7 +42,7 @@ pub struct NewEntry {
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct TaughtCurriculum {
     /// Id of its current revision.
-    pub revision_id: Uuid,
+    pub revision_id: RevisionId,
     /// Curriculum id.
     pub curriculum_id: String,
     /// Title shown to people.
@@ -85,7 +84,7 @@ pub async fn find_curriculum_by_hash(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
     sha256: &str,
-) -> Result<Option<Uuid>> {
+) -> Result<Option<RevisionId>> {
     sqlx::query_scalar("SELECT id FROM curriculum_revisions WHERE school_id = $1 AND sha256 = $2")
         .bind(school)
         .bind(sha256)
@@ -102,8 +101,8 @@ pub async fn publish_curriculum(
     school: SchoolId,
     curriculum: &NewCurriculum<'_>,
     now: Moment,
-) -> Result<Uuid> {
-    let id = new_id(now);
+) -> Result<RevisionId> {
+    let id = RevisionId::made_at(now);
     let (passes, of, curve) = match curriculum.mastery {
         Mastery::Passes { passes, of } => (passes, of, None),
         Mastery::Curve(curve) => (0, 0, Some(Json(curve))),
@@ -132,7 +131,12 @@ pub async fn publish_curriculum(
     Ok(id)
 }
 
-async fn insert_entry(writer: &mut SqliteConnection, revision: Uuid, position: i64, entry: &NewEntry) -> Result<()> {
+async fn insert_entry(
+    writer: &mut SqliteConnection,
+    revision: RevisionId,
+    position: i64,
+    entry: &NewEntry,
+) -> Result<()> {
     sqlx::query(
         "INSERT INTO curriculum_entries (revision_id, position, exercise_id, prerequisites, survey)
          VALUES ($1, $2, $3, $4, $5)",
@@ -151,7 +155,12 @@ async fn insert_entry(writer: &mut SqliteConnection, revision: Uuid, position: i
 ///
 /// # Errors
 /// When the database fails.
-pub async fn make_current(writer: &mut SqliteConnection, school: SchoolId, id: &str, revision: Uuid) -> Result<()> {
+pub async fn make_current(
+    writer: &mut SqliteConnection,
+    school: SchoolId,
+    id: &str,
+    revision: RevisionId,
+) -> Result<()> {
     sqlx::query(
         "INSERT INTO curricula (school_id, curriculum_id, revision_id) VALUES ($1, $2, $3)
          ON CONFLICT (school_id, curriculum_id) DO UPDATE SET revision_id = excluded.revision_id",
@@ -186,7 +195,7 @@ pub async fn list_taught_curricula(
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct CurriculumRevision {
     /// Id of the revision.
-    pub id: Uuid,
+    pub id: RevisionId,
     /// Title shown to people.
     pub title: String,
     /// SHA-256 of the document.
@@ -221,7 +230,7 @@ pub async fn list_curriculum_revisions(
 pub async fn read_curriculum_bytes(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
-    revision: Uuid,
+    revision: RevisionId,
 ) -> Result<Option<Vec<u8>>> {
     sqlx::query_scalar("SELECT bytes FROM curriculum_revisions WHERE school_id = $1 AND id = $2")
         .bind(school)
@@ -234,7 +243,7 @@ pub async fn read_curriculum_bytes(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn exercise_ids(executor: impl SqliteExecutor<'_>, revision: Uuid) -> Result<Vec<String>> {
+pub async fn exercise_ids(executor: impl SqliteExecutor<'_>, revision: RevisionId) -> Result<Vec<String>> {
     sqlx::query_scalar("SELECT exercise_id FROM curriculum_entries WHERE revision_id = $1 ORDER BY position")
         .bind(revision)
         .fetch_all(executor)

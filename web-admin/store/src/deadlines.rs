@@ -1,11 +1,10 @@
 //! What has a due date: who has longer, and who is to be reminded. An assignment and a task to mark pops are put off alike.
 
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
 use model::Moment;
-use model::ids::{PersonId, SchoolId};
+use model::ids::{DatedId, PersonId, SchoolId};
 
 /// What has a due date.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,7 +34,7 @@ pub struct DueReminder {
     /// Who.
     pub person_id: PersonId,
     /// Of what: an assignment or a task.
-    pub id: Uuid,
+    pub id: DatedId,
 }
 
 macro_rules! shorten {
@@ -92,7 +91,7 @@ pub struct DeadlineKey {
     /// What it is.
     pub kind: DeadlineKind,
     /// Assignment or task.
-    pub id: Uuid,
+    pub id: DatedId,
 }
 
 /// Lets one trainee have longer, or, with `None`, as long as everybody.

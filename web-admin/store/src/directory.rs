@@ -1,9 +1,8 @@
 //! The people of a school as its administrator looks them up and changes them.
 
 use model::directory::{AccountState, DirectoryEntry};
-use model::ids::{CohortId, PersonId, SchoolId};
+use model::ids::{CohortId, LetterId, PersonId, SchoolId};
 use sqlx::{SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::{Result, account_links};
 use model::{Moment, Role};
@@ -188,7 +187,7 @@ pub async fn list_letters_to(
     executor: impl SqliteExecutor<'_>,
     person: &DirectoryEntry,
     school: SchoolId,
-) -> Result<Vec<Uuid>> {
+) -> Result<Vec<LetterId>> {
     sqlx::query_scalar(
         "SELECT id FROM mails WHERE school_id = $1 AND person_id = $2
          UNION ALL SELECT id FROM survey_letters WHERE school_id = $1 AND email = $3

@@ -4,11 +4,10 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
-use model::ids::SchoolId;
-use model::{Moment, new_id};
+use model::Moment;
+use model::ids::{RevisionId, SchoolId};
 
 /// A revision to be published.
 #[derive(Clone, Debug)]
@@ -39,7 +38,7 @@ pub struct NewRevision<'a> {
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct Revision {
     /// Id of the revision.
-    pub id: Uuid,
+    pub id: RevisionId,
     /// Exercise id.
     pub exercise_id: String,
     /// Title shown to people.
@@ -75,7 +74,7 @@ pub async fn find_revision_by_bundle(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
     bundle_sha256: &str,
-) -> Result<Option<Uuid>> {
+) -> Result<Option<RevisionId>> {
     sqlx::query_scalar("SELECT id FROM exercise_revisions WHERE school_id = $1 AND bundle_sha256 = $2")
         .bind(school)
         .bind(bundle_sha256)
@@ -91,7 +90,7 @@ pub async fn by_documents(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
     session: &recording::Session,
-) -> Result<Option<Uuid>> {
+) -> Result<Option<RevisionId>> {
     sqlx::query_scalar(
         "SELECT id FROM exercise_revisions
          WHERE school_id = $1 AND exercise_sha256 = $2 AND scene_sha256 = $3 AND exercise_id = $4
@@ -114,8 +113,8 @@ pub async fn publish_exercise(
     school: SchoolId,
     revision: &NewRevision<'_>,
     now: Moment,
-) -> Result<Uuid> {
-    let id = new_id(now);
+) -> Result<RevisionId> {
+    let id = RevisionId::made_at(now);
     sqlx::query(
         "INSERT INTO exercise_revisions (id, school_id, exercise_id, title, difficulty, pass_mark, exercise_sha256,
          scene_sha256, bundle_sha256, exercise_bytes, scene_bytes, published_at)
@@ -143,7 +142,7 @@ pub async fn publish_exercise(
 
 async fn insert_mesh(
     writer: &mut SqliteConnection,
-    revision_id: Uuid,
+    revision_id: RevisionId,
     position: i64,
     name: &str,
     bytes: &[u8],
@@ -166,7 +165,7 @@ pub async fn make_current(
     writer: &mut SqliteConnection,
     school: SchoolId,
     exercise_id: &str,
-    revision: Uuid,
+    revision: RevisionId,
 ) -> Result<()> {
     sqlx::query(
         "INSERT INTO exercises (school_id, exercise_id, revision_id) VALUES ($1, $2, $3)
@@ -243,7 +242,7 @@ pub async fn list_current_exercises(executor: impl SqliteExecutor<'_>, school: S
 pub async fn read_exercise_bytes(
     reader: &sqlx::SqlitePool,
     school: SchoolId,
-    revision: Uuid,
+    revision: RevisionId,
 ) -> Result<Option<RevisionBytes>> {
     let documents: Option<(Vec<u8>, Vec<u8>)> =
         sqlx::query_as("SELECT exercise_bytes, scene_bytes FROM exercise_revisions WHERE school_id = $1 AND id = $2")

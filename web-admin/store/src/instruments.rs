@@ -1,17 +1,16 @@
 //! Instruments in their published revisions.
 
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
-use model::ids::SchoolId;
-use model::{Moment, new_id};
+use model::Moment;
+use model::ids::{RevisionId, SchoolId};
 
 /// A revision of an instrument.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct InstrumentRevision {
     /// The revision.
-    pub id: Uuid,
+    pub id: RevisionId,
     /// The instrument's id.
     pub instrument_id: String,
     /// Its title, in its first language.
@@ -47,7 +46,7 @@ pub async fn find_instrument_by_hash(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
     sha256: &str,
-) -> Result<Option<Uuid>> {
+) -> Result<Option<RevisionId>> {
     sqlx::query_scalar("SELECT id FROM instrument_revisions WHERE school_id = $1 AND sha256 = $2")
         .bind(school)
         .bind(sha256)
@@ -59,12 +58,16 @@ pub async fn find_instrument_by_hash(
 ///
 /// # Errors
 /// When the bytes are known already, or the database fails.
-pub async fn publish_instrument(writer: &mut SqliteConnection, new: &NewInstrument<'_>, now: Moment) -> Result<Uuid> {
+pub async fn publish_instrument(
+    writer: &mut SqliteConnection,
+    new: &NewInstrument<'_>,
+    now: Moment,
+) -> Result<RevisionId> {
     sqlx::query_scalar(
         "INSERT INTO instrument_revisions (id, school_id, instrument_id, title, sha256, bytes, published_at)
          VALUES ($1, $2, $3, $4, $5, $6, $7) RETURNING id",
     )
-    .bind(new_id(now))
+    .bind(RevisionId::made_at(now))
     .bind(new.school_id)
     .bind(new.instrument_id)
     .bind(new.title)
@@ -83,7 +86,7 @@ pub async fn make_current(
     writer: &mut SqliteConnection,
     school: SchoolId,
     instrument: &str,
-    revision: Uuid,
+    revision: RevisionId,
 ) -> Result<()> {
     sqlx::query(
         "INSERT INTO instruments (school_id, instrument_id, revision_id) VALUES ($1, $2, $3)
@@ -142,7 +145,7 @@ pub async fn list_current_instruments(
 pub async fn find_instrument_revision(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
-    id: Uuid,
+    id: RevisionId,
 ) -> Result<Option<InstrumentRevision>> {
     sqlx::query_as(
         "SELECT id, instrument_id, title, sha256, bytes, published_at FROM instrument_revisions

@@ -1,11 +1,10 @@
 //! The durable queue. A job lives until the transaction that stores its outcome deletes it: a crash repeats it.
 
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
 use super::tries::MOST_DEATHS;
-use model::ids::SchoolId;
+use model::ids::{SchoolId, SessionId};
 use model::{Moment, SessionKey};
 
 /// A recording that waits to be scored.
@@ -14,7 +13,7 @@ pub struct Job {
     /// School.
     pub school_id: SchoolId,
     /// Session.
-    pub session_id: Uuid,
+    pub session_id: SessionId,
     /// How often it was tried.
     pub attempts: u32,
     /// How many of those tries ended in a death.

@@ -9,17 +9,16 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
 use super::tallies::{self, Sums};
-use model::ids::{CohortId, PersonId, SchoolId};
+use model::ids::{AssignmentId, CohortId, PersonId, RevisionId, SchoolId, SessionId};
 use model::progress::ScoredAttempt;
 use model::{Moment, PersonKey, SessionKey};
 
 /// An attempt in a history: session, start in µs, score, passed, revision.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-struct PastAttempt(Uuid, i64, f64, bool, Option<Uuid>);
+struct PastAttempt(SessionId, i64, f64, bool, Option<RevisionId>);
 
 impl PastAttempt {
     fn attempt(self, exercise: &Arc<str>) -> ScoredAttempt {
@@ -31,11 +30,11 @@ impl PastAttempt {
 
 #[derive(FromRow)]
 struct PastRow {
-    id: Uuid,
+    id: SessionId,
     started_at: Moment,
     score: f64,
     passed: bool,
-    revision_id: Option<Uuid>,
+    revision_id: Option<RevisionId>,
 }
 
 #[derive(FromRow)]
@@ -231,7 +230,11 @@ pub async fn of_cohort_at(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of_assignment(executor: impl SqliteExecutor<'_>, school: SchoolId, assignment: Uuid) -> Result<ByTrainee> {
+pub async fn of_assignment(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    assignment: AssignmentId,
+) -> Result<ByTrainee> {
     let rows = sqlx::query_as(practised!(
         "SELECT m.person_id FROM assignments a JOIN cohort_members m ON m.cohort_id = a.cohort_id AND m.role = 'trainee'
          WHERE a.id = $2 UNION ALL SELECT person_id FROM assignments WHERE id = $2 AND person_id IS NOT NULL",

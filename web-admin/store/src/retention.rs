@@ -1,13 +1,12 @@
 //! How long a school keeps whoever does nothing any more: its rule, who was warned, and how long the service has run since.
 
-use model::ids::{PersonId, SchoolId};
+use model::ids::{LetterId, PersonId, SchoolId};
 use model::mail::RetentionLetter;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
 use model::retention::{RetentionRule, Warned};
-use model::{Moment, PersonKey, Role, new_id};
+use model::{Moment, PersonKey, Role};
 
 /// The rule of a school; none where everybody is kept for ever.
 ///
@@ -132,7 +131,7 @@ pub async fn warn_person(writer: &mut SqliteConnection, school: SchoolId, idle: 
         "INSERT INTO retention_warnings (id, school_id, person_id, active_at, warned_at, next_run_at)
          VALUES ($1, $2, $3, $4, $5, $5)",
     )
-    .bind(new_id(now))
+    .bind(LetterId::made_at(now))
     .bind(school)
     .bind(idle.id)
     .bind(idle.active_at)
@@ -177,7 +176,7 @@ pub async fn list_due_warnings(
 /// When the database fails.
 pub async fn note_warning_letter(
     writer: &mut SqliteConnection,
-    letter: Uuid,
+    letter: LetterId,
     error: Option<&str>,
     again: Option<Moment>,
     now: Moment,

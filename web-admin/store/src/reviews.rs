@@ -1,10 +1,9 @@
 //! Attempts that wait to be looked at, and those that somebody has.
 
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
-use model::ids::PersonId;
+use model::ids::{PersonId, SessionId};
 use model::{CurrentPerson, Moment, Role, SessionKey};
 
 /// Most attempts of the queue that are listed at once.
@@ -14,7 +13,7 @@ pub const LISTED: u32 = 50;
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct WaitingReview {
     /// Session.
-    pub id: Uuid,
+    pub id: SessionId,
     /// When it began.
     pub started_at: Moment,
     /// Who tried.

@@ -4,12 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::{Result, directory, people};
-use model::ids::{PersonId, SchoolId};
+use model::ids::{PersonId, RosterId, SchoolId};
 use model::roster::{RosterEntry, RosterRequest, SchoolPerson};
-use model::{Moment, Role, new_id};
+use model::{Moment, Role};
 
 /// A roster that waits.
 #[derive(Clone, Debug, FromRow)]
@@ -43,8 +42,8 @@ pub struct NewRosterDraft<'a> {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn keep_roster(writer: &mut SqliteConnection, draft: &NewRosterDraft<'_>, now: Moment) -> Result<Uuid> {
-    let id = new_id(now);
+pub async fn keep_roster(writer: &mut SqliteConnection, draft: &NewRosterDraft<'_>, now: Moment) -> Result<RosterId> {
+    let id = RosterId::made_at(now);
     sqlx::query(
         "INSERT INTO rosters (id, school_id, made_by, file_name, body, wanted, made_at)
          VALUES ($1, $2, $3, $4, $5, $6, $7)",
@@ -65,7 +64,11 @@ pub async fn keep_roster(writer: &mut SqliteConnection, draft: &NewRosterDraft<'
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find_roster(executor: impl SqliteExecutor<'_>, school: SchoolId, id: Uuid) -> Result<Option<RosterDraft>> {
+pub async fn find_roster(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    id: RosterId,
+) -> Result<Option<RosterDraft>> {
     sqlx::query_as("SELECT file_name, body, wanted, made_at FROM rosters WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -77,7 +80,7 @@ pub async fn find_roster(executor: impl SqliteExecutor<'_>, school: SchoolId, id
 ///
 /// # Errors
 /// When the database fails.
-pub async fn discard_roster(writer: &mut SqliteConnection, school: SchoolId, id: Uuid) -> Result<bool> {
+pub async fn discard_roster(writer: &mut SqliteConnection, school: SchoolId, id: RosterId) -> Result<bool> {
     sqlx::query("DELETE FROM rosters WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)

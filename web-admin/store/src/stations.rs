@@ -2,17 +2,16 @@
 //! A station is a row of `api_tokens`.
 
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
 use model::Moment;
-use model::ids::{PersonId, SchoolId};
+use model::ids::{PersonId, SchoolId, StationId, TokenId};
 
 /// A station that has, or had, a token.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Station {
     /// Id of its token.
-    pub id: Uuid,
+    pub id: StationId,
     /// Name.
     pub station: String,
     /// Since when.
@@ -67,7 +66,7 @@ pub async fn list_stations(executor: impl SqliteExecutor<'_>, school: SchoolId) 
 pub async fn find_station_name(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
-    id: Uuid,
+    id: StationId,
 ) -> Result<Option<String>> {
     sqlx::query_scalar("SELECT station FROM api_tokens WHERE school_id = $1 AND id = $2 AND station IS NOT NULL")
         .bind(school)
@@ -80,7 +79,7 @@ pub async fn find_station_name(
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Signer {
     /// Id of its token.
-    pub id: Uuid,
+    pub id: StationId,
     /// Since when it is paired.
     pub created_at: Moment,
     /// Its Ed25519 public key, 64 hexadecimal digits.
@@ -94,7 +93,7 @@ pub struct Signer {
 pub async fn find_station_signer(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
-    id: Uuid,
+    id: StationId,
 ) -> Result<Option<Signer>> {
     sqlx::query_as(
         "SELECT id, created_at, public_key FROM api_tokens
@@ -113,7 +112,7 @@ pub async fn find_station_signer(
 pub async fn set_station_key(
     writer: &mut SqliteConnection,
     school: SchoolId,
-    id: Uuid,
+    id: StationId,
     public_key: &str,
 ) -> Result<()> {
     sqlx::query("UPDATE api_tokens SET public_key = $3 WHERE school_id = $1 AND id = $2")
@@ -143,7 +142,12 @@ pub async fn is_station_name_taken(executor: impl SqliteExecutor<'_>, school: Sc
 ///
 /// # Errors
 /// When the database fails.
-pub async fn note_station_seen(writer: &mut SqliteConnection, school: SchoolId, id: Uuid, now: Moment) -> Result<()> {
+pub async fn note_station_seen(
+    writer: &mut SqliteConnection,
+    school: SchoolId,
+    id: TokenId,
+    now: Moment,
+) -> Result<()> {
     sqlx::query("UPDATE api_tokens SET last_seen_at = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -157,7 +161,12 @@ pub async fn note_station_seen(writer: &mut SqliteConnection, school: SchoolId, 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn revoke_station(writer: &mut SqliteConnection, school: SchoolId, id: Uuid, now: Moment) -> Result<bool> {
+pub async fn revoke_station(
+    writer: &mut SqliteConnection,
+    school: SchoolId,
+    id: StationId,
+    now: Moment,
+) -> Result<bool> {
     sqlx::query(
         "UPDATE api_tokens SET revoked_at = $3
          WHERE school_id = $1 AND id = $2 AND station IS NOT NULL AND revoked_at IS NULL",
@@ -211,7 +220,11 @@ pub async fn use_pairing_code(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find_wrong_codes(executor: impl SqliteExecutor<'_>, school: SchoolId, id: Uuid) -> Result<WrongCodes> {
+pub async fn find_wrong_codes(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    id: StationId,
+) -> Result<WrongCodes> {
     sqlx::query_as("SELECT wrong_codes, wrong_since FROM api_tokens WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -226,7 +239,7 @@ pub async fn find_wrong_codes(executor: impl SqliteExecutor<'_>, school: SchoolI
 pub async fn set_wrong_codes(
     writer: &mut SqliteConnection,
     school: SchoolId,
-    id: Uuid,
+    id: StationId,
     wrong: WrongCodes,
 ) -> Result<()> {
     sqlx::query("UPDATE api_tokens SET wrong_codes = $3, wrong_since = $4 WHERE school_id = $1 AND id = $2")
@@ -243,7 +256,7 @@ pub async fn set_wrong_codes(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn forgive_wrong_codes(writer: &mut SqliteConnection, school: SchoolId, id: Uuid) -> Result<()> {
+pub async fn forgive_wrong_codes(writer: &mut SqliteConnection, school: SchoolId, id: StationId) -> Result<()> {
     sqlx::query(
         "UPDATE api_tokens SET wrong_codes = wrong_codes - 1 WHERE school_id = $1 AND id = $2 AND wrong_codes > 0",
     )

@@ -1,11 +1,10 @@
 //! Bearer tokens of the API: only their hashes are here.
 
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
-use model::ids::{PersonId, SchoolId};
-use model::{Moment, PersonKey, new_id};
+use model::ids::{PersonId, SchoolId, TokenId};
+use model::{Moment, PersonKey};
 
 /// Whom a token stands for.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
@@ -22,7 +21,7 @@ pub struct TokenHolder {
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Token {
     /// Its own id.
-    pub id: Uuid,
+    pub id: TokenId,
     /// School.
     pub school_id: SchoolId,
     /// The person it stands for, or
@@ -50,7 +49,7 @@ pub struct NewToken<'a> {
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct OwnToken {
     /// Id.
-    pub id: Uuid,
+    pub id: TokenId,
     /// What they call it; tokens of before have no name.
     pub name: Option<String>,
     /// When it was made.
@@ -70,12 +69,12 @@ pub async fn add_station_token(
     holder: &TokenHolder,
     token_sha256: &[u8; 32],
     now: Moment,
-) -> Result<Uuid> {
+) -> Result<TokenId> {
     sqlx::query_scalar(
         "INSERT INTO api_tokens (id, school_id, person_id, station, token_sha256, created_at)
          VALUES ($1, $2, $3, $4, $5, $6) RETURNING id",
     )
-    .bind(new_id(now))
+    .bind(TokenId::made_at(now))
     .bind(holder.school_id)
     .bind(holder.person_id)
     .bind(&holder.station)
@@ -94,12 +93,12 @@ pub async fn add_personal_token(
     new: NewToken<'_>,
     token_sha256: &[u8; 32],
     now: Moment,
-) -> Result<Uuid> {
+) -> Result<TokenId> {
     sqlx::query_scalar(
         "INSERT INTO api_tokens (id, school_id, person_id, name, expires_at, token_sha256, created_at)
          VALUES ($1, $2, $3, $4, $5, $6, $7) RETURNING id",
     )
-    .bind(new_id(now))
+    .bind(TokenId::made_at(now))
     .bind(new.owner.school_id)
     .bind(new.owner.person_id)
     .bind(new.name)
@@ -143,7 +142,7 @@ pub async fn list_tokens_of_person(executor: impl SqliteExecutor<'_>, owner: Per
 ///
 /// # Errors
 /// When the database fails.
-pub async fn revoke_token(writer: &mut SqliteConnection, owner: PersonKey, id: Uuid, now: Moment) -> Result<bool> {
+pub async fn revoke_token(writer: &mut SqliteConnection, owner: PersonKey, id: TokenId, now: Moment) -> Result<bool> {
     sqlx::query(
         "UPDATE api_tokens SET revoked_at = $4
          WHERE id = $3 AND person_id = $1 AND school_id = $2 AND revoked_at IS NULL",

@@ -5,7 +5,7 @@ use sqlx::{FromRow, SqliteConnection};
 use uuid::Uuid;
 
 use super::Result;
-use model::ids::SchoolId;
+use model::ids::{SchoolId, UploadId};
 use model::{Moment, SessionKey, new_id};
 
 /// Deaths after which something is tried no more.
@@ -48,7 +48,7 @@ pub async fn note_job_death(writer: &mut SqliteConnection, session: SessionKey, 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn mark_upload_begun(writer: &mut SqliteConnection, id: Uuid, begun: bool) -> Result<()> {
+pub async fn mark_upload_begun(writer: &mut SqliteConnection, id: UploadId, begun: bool) -> Result<()> {
     sqlx::query("UPDATE uploads SET begun = $2 WHERE id = $1").bind(id).bind(begun).execute(writer).await.map(drop)
 }
 
@@ -56,7 +56,7 @@ pub async fn mark_upload_begun(writer: &mut SqliteConnection, id: Uuid, begun: b
 ///
 /// # Errors
 /// When the database fails.
-pub async fn note_upload_death(writer: &mut SqliteConnection, id: Uuid) -> Result<()> {
+pub async fn note_upload_death(writer: &mut SqliteConnection, id: UploadId) -> Result<()> {
     sqlx::query("UPDATE uploads SET begun = 0, deaths = deaths + 1 WHERE id = $1")
         .bind(id)
         .execute(writer)

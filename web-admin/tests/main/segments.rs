@@ -4,12 +4,11 @@
 use acts::clock::Clock;
 use acts::config::MailTo;
 use acts::deadlines;
-use model::ids::{PersonId, SchoolId};
+use model::ids::{CohortId, PersonId, SchoolId, SessionId};
 use model::segments::pops;
 use model::{Moment, Role, SessionKey};
 use store::schools;
 use store::scores;
-use uuid::Uuid;
 use web_admin::outbox;
 use web_admin::worker;
 
@@ -26,12 +25,12 @@ struct School {
     app: App,
     id: SchoolId,
     /// An attempt of Ben's and one of Ada's.
-    attempts: [Uuid; 2],
+    attempts: [SessionId; 2],
     ada: PersonId,
 }
 
-async fn upload(app: &App, member: &Member) -> Uuid {
-    let attempt = Attempt { session_id: Uuid::new_v4(), ..Attempt::default() };
+async fn upload(app: &App, member: &Member) -> SessionId {
+    let attempt = Attempt { session_id: SessionId::random(), ..Attempt::default() };
     assert_eq!(app.with_token(&member.token).upload(&record(&attempt)).await.status, 201);
     attempt.session_id
 }
@@ -106,7 +105,7 @@ impl School {
         letters.map(to).collect()
     }
 
-    async fn pops(&self, attempt: Uuid) -> Vec<f64> {
+    async fn pops(&self, attempt: SessionId) -> Vec<f64> {
         let key = SessionKey { school_id: self.id, id: attempt };
         pops(&scores::find_curve(self.app.state.db.reader(), key).await.unwrap().unwrap())
     }
@@ -220,7 +219,7 @@ async fn what_is_no_moment_or_no_task_is_refused_and_what_was_typed_stays() {
         assert_eq!(refused.status, expected, "{field}: {}", refused.text());
         assert!(expected == 404 || refused.text().contains(word), "{}", refused.text());
     }
-    let none = school.ask(&mut teacher, &[("cohort", &Uuid::new_v4().to_string())]).await;
+    let none = school.ask(&mut teacher, &[("cohort", &CohortId::random().to_string())]).await;
     assert_eq!(none.status, 404, "another school’s cohort");
 }
 

@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::publishing::DocumentPublisher;
 use crate::service::Service;
 use model::CurrentPerson;
-use model::ids::SchoolId;
+use model::ids::{RevisionId, SchoolId, SurveyId};
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,6 @@ use documents::{DocumentError, Instrument, Issue};
 use phrase::{Phrase, phrase};
 use serde_json::json;
 use sqlx::SqliteConnection;
-use uuid::Uuid;
 
 use crate::publishing::{CourseRefused, Published};
 use model::Moment;
@@ -118,10 +117,10 @@ pub async fn course_surveys(writer: &mut SqliteConnection, school: SchoolId, now
 async fn make_for_course(
     writer: &mut SqliteConnection,
     school_id: SchoolId,
-    revision_id: Uuid,
+    revision_id: RevisionId,
     title: &str,
     now: Moment,
-) -> anyhow::Result<Uuid> {
+) -> anyhow::Result<SurveyId> {
     let new = NewSurvey {
         school_id,
         revision_id,
@@ -138,7 +137,7 @@ async fn make_for_course(
     Ok(id)
 }
 
-fn entry(school: SchoolId, action: &str, survey: Uuid) -> AuditEntry<'_> {
+fn entry(school: SchoolId, action: &str, survey: SurveyId) -> AuditEntry<'_> {
     AuditEntry::new(school, Actor::CommandLine, action, survey).with(json!({ "by": "a course" }))
 }
 

@@ -1,10 +1,9 @@
 //! Making a survey, its links, and closing it.
 
-use model::ids::{CohortId, SchoolId};
+use model::ids::{CohortId, RevisionId, SchoolId, SurveyId};
 use model::limits::LETTERS_AN_HOUR;
 use serde_json::json;
 use sqlx::SqliteExecutor;
-use uuid::Uuid;
 
 use crate::error::Error;
 use crate::secret;
@@ -23,7 +22,7 @@ pub const LINK_LIFETIME_S: i64 = 60 * 24 * 3600;
 #[derive(Clone, Debug)]
 pub struct SurveyRequest {
     /// The revision that it asks.
-    pub revision_id: Uuid,
+    pub revision_id: RevisionId,
     /// Title.
     pub title: String,
     /// Whether answers lead to who gave them.
@@ -44,7 +43,7 @@ pub struct SurveyRequest {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn make(state: &Service, person: &CurrentPerson, wanted: &SurveyRequest) -> Result<Uuid, Error> {
+pub async fn make(state: &Service, person: &CurrentPerson, wanted: &SurveyRequest) -> Result<SurveyId, Error> {
     let now = state.clock.now();
     let new = NewSurvey {
         school_id: person.school_id,

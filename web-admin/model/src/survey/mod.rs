@@ -4,10 +4,9 @@ pub mod groups;
 pub mod results;
 
 use serde::{Deserialize, Serialize};
-use uuid::Uuid;
 
 use crate::Moment;
-use crate::ids::{PersonId, SchoolId};
+use crate::ids::{PersonId, RevisionId, SchoolId, SurveyId};
 
 /// The role of whoever answers by a link.
 pub const PROFESSIONAL: &str = "professional";
@@ -59,11 +58,11 @@ pub enum ResponseState {
 #[cfg_attr(feature = "sqlx", derive(sqlx::FromRow))]
 pub struct Survey {
     /// Id.
-    pub id: Uuid,
+    pub id: SurveyId,
     /// Its school.
     pub school_id: SchoolId,
     /// The revision of the instrument that it asks.
-    pub revision_id: Uuid,
+    pub revision_id: RevisionId,
     /// The instrument's title, in its first language.
     pub instrument: String,
     /// Title.

@@ -136,7 +136,7 @@ async fn caller_of_token(state: &AppState, token: &str) -> Result<Option<Caller>
     }
     acts::stations::note_station_sight(state, &token).await?;
     let Token { id, school_id, station, .. } = token;
-    Ok(Some(Caller::Station(CallingStation { school_id, id, name: station.unwrap_or_default() })))
+    Ok(Some(Caller::Station(CallingStation { school_id, id: id.into(), name: station.unwrap_or_default() })))
 }
 
 impl<S: Send + Sync> FromRequestParts<S> for Caller {

@@ -7,7 +7,6 @@ use axum::Json;
 use axum::extract::{Path, State};
 use serde::Serialize;
 use utoipa::ToSchema;
-use uuid::Uuid;
 
 use super::caller::Caller;
 use crate::AppState;
@@ -18,7 +17,7 @@ use model::Moment;
 use model::assignment;
 use model::assignment::{AssignmentStage, AssignmentTask};
 use model::due::local;
-use model::ids::{PersonId, SchoolId};
+use model::ids::{AssignmentId, PersonId, SchoolId};
 use model::progress::{Course, Mastery, Progress, StepProgress, StepState};
 use store::curricula;
 use store::curricula::TaughtCurriculum;
@@ -59,7 +58,8 @@ struct Assignment {
 /// What an instructor asked for.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 struct AssignedView {
-    assignment_id: Uuid,
+    #[schema(value_type = Uuid)]
+    assignment_id: AssignmentId,
     /// Until when, with the offset of the school's clock.
     due_at: Option<String>,
     overdue: bool,

@@ -3,7 +3,6 @@
 use axum::extract::State;
 use axum::response::Redirect;
 use serde::Deserialize;
-use uuid::Uuid;
 
 use super::{PathId, cohorts};
 use crate::AppState;
@@ -11,7 +10,7 @@ use crate::error::PageError;
 use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields};
 use acts::error::Error;
 use acts::stations as pairing;
-use model::ids::SchoolId;
+use model::ids::{SchoolId, StationId};
 use model::{CurrentPerson, Moment, Needed};
 use pages::admin::{AdminHomePage, AdminPage, PairingCodePage, Queue, StationRow};
 use pages::{NavPlace, Shell};
@@ -106,7 +105,7 @@ pub(super) async fn set_certificate_needs(
 pub(super) async fn revoke_station(
     State(state): State<AppState>,
     Administrator(person): Administrator,
-    PathId(station): PathId<Uuid>,
+    PathId(station): PathId<StationId>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
     match pairing::revoke(&state, &person, station).await? {

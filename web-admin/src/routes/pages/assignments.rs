@@ -4,7 +4,6 @@ use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
-use uuid::Uuid;
 
 use super::PathId;
 use crate::AppState;
@@ -15,7 +14,7 @@ use acts::deadlines;
 use acts::error::Error;
 use model::assignment::AssignmentTask;
 use model::due::{self, is_zone, local};
-use model::ids::{CohortId, PersonId, SchoolId};
+use model::ids::{AssignmentId, CohortId, PersonId, SchoolId};
 use model::{CurrentPerson, Role};
 use pages::assignments::{
     AssignForm, AssignmentPage, AssignmentRow, ManagedAssignmentsPage, ManagedRow, OwnAssignmentsPage,
@@ -205,7 +204,11 @@ async fn read_assignee(
 }
 
 /// An assignment that the visitor manages.
-async fn find_assignment(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<ManagedAssignment, Error> {
+async fn find_assignment(
+    state: &AppState,
+    person: &CurrentPerson,
+    id: AssignmentId,
+) -> Result<ManagedAssignment, Error> {
     if person.role == Role::Trainee {
         return Err(Error::NotFound);
     }
@@ -216,7 +219,7 @@ async fn find_assignment(state: &AppState, person: &CurrentPerson, id: Uuid) -> 
 pub(super) async fn show_assignment(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId<Uuid>,
+    PathId(id): PathId<AssignmentId>,
     csrf: Csrf,
 ) -> Result<AssignmentPage, PageError> {
     let listed = find_assignment(&state, &person, id).await?;
@@ -255,7 +258,7 @@ pub(super) struct ExtensionForm {
 pub(super) async fn extend_assignment(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId<Uuid>,
+    PathId(id): PathId<AssignmentId>,
     CsrfForm(form): CsrfForm<ExtensionForm>,
 ) -> Result<Redirect, PageError> {
     let listed = find_assignment(&state, &person, id).await?;
@@ -270,7 +273,7 @@ pub(super) async fn extend_assignment(
 pub(super) async fn withdraw_assignment(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId<Uuid>,
+    PathId(id): PathId<AssignmentId>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
     find_assignment(&state, &person, id).await?;

@@ -6,7 +6,6 @@ use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use tower::ServiceExt;
 use tower_http::services::ServeFile;
-use uuid::Uuid;
 
 use super::{PathId, encode_in_query};
 use crate::AppState;
@@ -15,6 +14,7 @@ use crate::routes::auth::{CsrfForm, NoFields, PageHead, Visitor};
 use acts::error::Error;
 use acts::recordings;
 use acts::secret;
+use model::ids::SessionId;
 use pages::links::RecordingLinksPage;
 use pages::{NavPlace, Shell};
 use store::{links, sessions};
@@ -35,7 +35,7 @@ const VIEWERS: [(&str, &str, &str); 3] = [
 pub(super) async fn make_link(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId<Uuid>,
+    PathId(id): PathId<SessionId>,
     head: PageHead,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<RecordingLinksPage, PageError> {

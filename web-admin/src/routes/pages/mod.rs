@@ -6,13 +6,12 @@ use axum::routing::{get, post};
 use documents::ExerciseBundle;
 use percent_encoding::{NON_ALPHANUMERIC, PercentEncode, utf8_percent_encode};
 use serde::de::DeserializeOwned;
-use uuid::Uuid;
 
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
 use acts::error::Error;
-use model::ids::SchoolId;
+use model::ids::{RevisionId, SchoolId};
 use store::exercises;
 
 mod account;
@@ -145,7 +144,11 @@ pub fn asset_routes() -> Routes {
 }
 
 /// A revision as it was published. Publishing has checked it, so a refusal now is our fault.
-async fn published_bundle(state: &AppState, school: SchoolId, revision: Uuid) -> Result<Option<ExerciseBundle>, Error> {
+async fn published_bundle(
+    state: &AppState,
+    school: SchoolId,
+    revision: RevisionId,
+) -> Result<Option<ExerciseBundle>, Error> {
     let Some(bytes) = exercises::read_exercise_bytes(state.db.reader(), school, revision).await? else {
         return Ok(None);
     };

@@ -4,7 +4,6 @@ use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
-use uuid::Uuid;
 
 use super::PathId;
 use crate::AppState;
@@ -13,7 +12,7 @@ use crate::routes::auth::{Administrator, Csrf, CsrfForm, CsrfUpload, Visit};
 use acts::error::Error;
 use acts::roster_import;
 use acts::roster_import::RosterPreview;
-use model::ids::SchoolId;
+use model::ids::{RosterId, SchoolId};
 use model::roster::{RosterRequest, is_name};
 use pages::roster::{RosterFilter, RosterPage, RosterPreviewPage};
 use pages::{NavPlace, Shell};
@@ -83,7 +82,7 @@ pub(super) struct RosterLinesQuery {
 pub(super) async fn show_roster(
     State(state): State<AppState>,
     Administrator(person): Administrator,
-    PathId(id): PathId<Uuid>,
+    PathId(id): PathId<RosterId>,
     csrf: Csrf,
     Query(query): Query<RosterLinesQuery>,
 ) -> Result<RosterPreviewPage, PageError> {
@@ -95,7 +94,7 @@ async fn make_preview_page(
     state: &AppState,
     shell: Shell,
     school: SchoolId,
-    id: Uuid,
+    id: RosterId,
     query: RosterLinesQuery,
 ) -> Result<RosterPreviewPage, Error> {
     let RosterPreview { file_name, ignored, difference, digest } = roster_import::preview(state, school, id).await?;
@@ -127,7 +126,7 @@ pub(super) struct ConfirmRosterForm {
 pub(super) async fn confirm_roster(
     State(state): State<AppState>,
     Administrator(person): Administrator,
-    PathId(id): PathId<Uuid>,
+    PathId(id): PathId<RosterId>,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<ConfirmRosterForm>,
 ) -> Result<Response, PageError> {

@@ -4,20 +4,19 @@ use assessment::questionnaire::Answer;
 use serde::Serialize;
 use sqlx::types::Json;
 use sqlx::{FromRow, SqlitePool};
-use uuid::Uuid;
 
 use crate::{Result, assignments};
 use attempt::AttemptCurve;
 use model::Moment;
-use model::ids::{PersonId, SchoolId};
+use model::ids::{AssignmentId, CommentId, PersonId, SchoolId, SessionId, TraceId};
 use model::segments::{MarksVerdict, pops};
 
 /// A comment on an attempt of theirs, or an answer to one.
 #[derive(Clone, Debug, Serialize, FromRow)]
 pub struct CommentFacts {
-    session_id: Uuid,
-    id: Uuid,
-    answers: Option<Uuid>,
+    session_id: SessionId,
+    id: CommentId,
+    answers: Option<CommentId>,
     author: String,
     kind: Option<String>,
     from_s: Option<f64>,
@@ -29,7 +28,7 @@ pub struct CommentFacts {
 /// Something that was assigned.
 #[derive(Clone, Debug, Serialize)]
 pub struct AssignmentFacts {
-    id: Uuid,
+    id: AssignmentId,
     title: String,
     assigned_at: Moment,
     due_at: Option<Moment>,
@@ -41,7 +40,7 @@ pub struct AssignmentFacts {
 /// A finished rating of an attempt of theirs.
 #[derive(Clone, Debug, Serialize, FromRow)]
 pub struct RatingFacts {
-    session_id: Uuid,
+    session_id: SessionId,
     round: String,
     instrument: String,
     answers: Json<Vec<Option<Answer>>>,
@@ -52,7 +51,7 @@ pub struct RatingFacts {
 #[derive(Clone, Debug, Serialize)]
 pub struct MarksFacts {
     task: String,
-    trace: Uuid,
+    trace: TraceId,
     marks_s: Vec<f64>,
     sent_at: Option<Moment>,
     pops: Option<usize>,
@@ -67,7 +66,7 @@ pub struct MarksFacts {
 pub struct AnswerFacts {
     survey: String,
     instrument: String,
-    session_id: Option<Uuid>,
+    session_id: Option<SessionId>,
     state: String,
     answers: Json<Vec<Option<Answer>>>,
     submitted_at: Option<Moment>,
@@ -123,7 +122,7 @@ pub(super) async fn ratings(reader: &SqlitePool, school: SchoolId, person: Perso
 #[derive(FromRow)]
 struct MarksRow {
     task: String,
-    trace: Uuid,
+    trace: TraceId,
     marks: Json<Vec<f64>>,
     sent_at: Option<Moment>,
     curve: Json<AttemptCurve>,

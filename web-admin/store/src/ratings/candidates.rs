@@ -1,11 +1,10 @@
 //! Who can be asked to rate, and which attempts.
 
 use sqlx::{FromRow, SqliteExecutor};
-use uuid::Uuid;
 
 use crate::Result;
 use model::Moment;
-use model::ids::{PersonId, SchoolId};
+use model::ids::{AssignmentId, PersonId, SchoolId, SessionId};
 
 /// Most attempts that are offered at once.
 const OFFERED: u32 = 100;
@@ -23,7 +22,7 @@ pub struct Rater {
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct RateableAttempt {
     /// The attempt.
-    pub id: Uuid,
+    pub id: SessionId,
     /// Who tried.
     pub trainee: String,
     /// Title of the exercise, or its id.
@@ -55,7 +54,7 @@ pub async fn raters(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Resu
 pub async fn of_assignment(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
-    id: Uuid,
+    id: AssignmentId,
 ) -> Result<Vec<RateableAttempt>> {
     sqlx::query_as(
         "SELECT s.id, p.display_name AS trainee, coalesce(x.title, s.exercise_id) AS exercise, s.started_at

@@ -3,18 +3,17 @@
 use assessment::questionnaire::Answer;
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteExecutor};
-use uuid::Uuid;
 
 use crate::Result;
 use crate::ratings::Round;
-use model::ids::PersonId;
+use model::ids::{PersonId, RevisionId, RoundId, SessionId};
 use model::{CurrentPerson, Moment, Role, SessionKey};
 
 /// A rating as whoever asked for it sees it.
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct RatingCell {
     /// The attempt.
-    pub session_id: Uuid,
+    pub session_id: SessionId,
     /// When it began.
     pub started_at: Moment,
     /// Who tried, where the viewer may see the attempt.
@@ -72,11 +71,11 @@ pub async fn cells(
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct FinishedRating {
     /// Its round.
-    pub round_id: Uuid,
+    pub round_id: RoundId,
     /// Title of the round.
     pub title: String,
     /// The revision of the instrument.
-    pub revision_id: Uuid,
+    pub revision_id: RevisionId,
     /// The ratings were made by a program.
     pub generated: bool,
     /// In the order of the instrument's items.

@@ -3,18 +3,17 @@
 use assessment::{Deduction, HardFailure};
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteExecutor};
-use uuid::Uuid;
 
 use crate::Result;
 use crate::sessions::SessionState;
-use model::ids::{PersonId, SchoolId};
+use model::ids::{PersonId, SchoolId, SessionId};
 use model::{AttemptPlace, CurrentPerson, Moment, Proof, Role, Uncounted};
 
 /// An attempt in a list.
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct ListedAttempt {
     /// Session.
-    pub id: Uuid,
+    pub id: SessionId,
     /// When it began.
     pub started_at: Moment,
     /// Who tried.

@@ -1,12 +1,11 @@
 //! A school as a whole: exercises, counts, people.
 
 use sqlx::{FromRow, SqliteExecutor};
-use uuid::Uuid;
 
 use crate::Result;
 use crate::tries::MOST_DEATHS;
 use model::Moment;
-use model::ids::SchoolId;
+use model::ids::{SchoolId, SessionId};
 
 /// An exercise in short, in the revision that trainees are given.
 #[derive(Clone, Debug, PartialEq, FromRow)]
@@ -87,7 +86,7 @@ pub async fn counts(executor: impl SqliteExecutor<'_>, school: SchoolId, since: 
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct FailingJob {
     /// Session.
-    pub session_id: Uuid,
+    pub session_id: SessionId,
     /// How often it was tried.
     pub attempts: i64,
     /// What went wrong last.

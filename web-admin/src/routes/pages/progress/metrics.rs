@@ -4,7 +4,6 @@ use assessment::statistics::summary;
 use axum::extract::{Path, State};
 use axum::response::Response;
 use futures::stream;
-use uuid::Uuid;
 
 use super::trainee_cells;
 use crate::AppState;
@@ -13,7 +12,7 @@ use crate::export::{CsvCell, stream_csv};
 use crate::routes::auth::{Csrf, Visitor};
 use crate::routes::pages::{cohorts, standing};
 use acts::error::Error;
-use model::ids::{CohortId, PersonId};
+use model::ids::{CohortId, PersonId, SessionId};
 use model::progress::ScoredAttempt;
 use model::{CurrentPerson, Role};
 use pages::addresses::exercise_href;
@@ -50,7 +49,7 @@ async fn find_cohort_metrics(
     let last = |trainee: NamedItem<PersonId>| Some((practised.remove(&trainee.id)?.pop()?, trainee));
     let members = reports::members(reader, school, id, Role::Trainee).await?;
     let latest: Vec<_> = members.into_iter().filter_map(last).map(|(attempt, trainee)| (trainee, attempt)).collect();
-    let sessions: Vec<Uuid> = latest.iter().map(|(_, attempt)| attempt.session).collect();
+    let sessions: Vec<SessionId> = latest.iter().map(|(_, attempt)| attempt.session).collect();
     let metrics = scores::metrics_of_many(reader, school, &sessions).await?;
     Ok(CohortMetrics { cohort, title, latest, metrics })
 }

@@ -4,7 +4,6 @@ use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
-use uuid::Uuid;
 
 use crate::AppState;
 use crate::error::PageError;
@@ -12,7 +11,7 @@ use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visit};
 use acts::error::Error;
 use acts::ratings;
 use acts::surveys;
-use model::ids::{PersonId, SchoolId};
+use model::ids::{AssignmentId, PersonId, SchoolId, SessionId};
 use model::{CurrentPerson, line};
 use pages::people::SelectOption;
 use pages::rating::{AttemptChoice, NewRoundPage};
@@ -83,7 +82,7 @@ async fn offered_attempts(
         };
         return Ok(waiting.into_iter().map(candidate).collect());
     }
-    let id: Uuid = form.field("assignment").parse().map_err(|_| Error::NotFound)?;
+    let id: AssignmentId = form.field("assignment").parse().map_err(|_| Error::NotFound)?;
     let managed = assignments::list_managed_assignments(reader, person, Some(id), 1).await?;
     if managed.is_empty() {
         return Err(Error::NotFound);
@@ -197,7 +196,7 @@ async fn read_attempts(
     person: &CurrentPerson,
     form: &NewRoundForm,
     raters: &[PersonId],
-) -> Result<Vec<Uuid>, Error> {
+) -> Result<Vec<SessionId>, Error> {
     let chosen = form.chosen("attempt");
     if !(1..=MOST_ATTEMPTS).contains(&chosen.len()) {
         return Err(Error::Unprocessable(tr!(
@@ -208,7 +207,7 @@ async fn read_attempts(
     }
     let mut attempts = Vec::new();
     for id in chosen {
-        let id: Uuid = id.parse().map_err(|_| Error::NotFound)?;
+        let id: SessionId = id.parse().map_err(|_| Error::NotFound)?;
         let session = sessions::find_visible_session(state.db.reader(), person, id).await?.ok_or(Error::NotFound)?;
         if raters.contains(&session.trainee_id) {
             return Err(Error::Unprocessable(

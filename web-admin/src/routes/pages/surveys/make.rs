@@ -7,7 +7,6 @@ use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 use time::format_description::well_known::Iso8601;
 use time::{Date, Time};
-use uuid::Uuid;
 
 use super::{find_school_survey, owns_survey};
 use crate::AppState;
@@ -17,7 +16,7 @@ use crate::routes::pages::PathId;
 use acts::error::Error;
 use acts::surveys;
 use acts::surveys::SurveyRequest;
-use model::ids::CohortId;
+use model::ids::{CohortId, RevisionId, SurveyId};
 use model::roster::{is_email, is_name};
 use model::survey::Identity;
 use model::survey::Survey;
@@ -186,7 +185,7 @@ async fn read_new_survey(
 
 fn check_new_survey(
     form: &NewSurveyForm,
-    revision: Option<Uuid>,
+    revision: Option<RevisionId>,
     cohorts: Result<Vec<CohortId>, String>,
     now: Moment,
 ) -> Result<SurveyRequest, String> {
@@ -239,7 +238,7 @@ pub(super) struct LinksForm {
 pub(super) async fn make_links(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId<Uuid>,
+    PathId(id): PathId<SurveyId>,
     head: PageHead,
     CsrfForm(form): CsrfForm<LinksForm>,
 ) -> Result<Response, PageError> {
@@ -325,7 +324,7 @@ pub(super) struct CloseForm {
 pub(super) async fn close_survey(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId<Uuid>,
+    PathId(id): PathId<SurveyId>,
     CsrfForm(form): CsrfForm<CloseForm>,
 ) -> Result<Redirect, PageError> {
     let survey = find_school_survey(&state, &person, id).await?;
