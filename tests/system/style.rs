@@ -4,7 +4,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use uuid::Uuid;
 
 use syn::visit::{self, Visit};
 use tests::metadata;

@@ -162,3 +162,29 @@ impl From<TokenId> for StationId {
         Self(id.0)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    //! An id that is written otherwise than a bare one names nothing that was kept before.
+
+    use super::*;
+
+    #[test]
+    fn an_id_is_written_and_read_as_a_bare_one() {
+        let bare = Uuid::from_u128(0x018f_5e2a_77aa_7c3e_9c55_7b1d_2f3a_4b5c);
+        let id = SchoolId::from_uuid(bare);
+        assert_eq!((id.to_string(), String::from(id), id.uuid()), (bare.to_string(), bare.to_string(), bare));
+        assert_eq!(format!("{id:?}"), format!("{bare:?}"));
+        assert_eq!(serde_json::to_value(id).unwrap(), serde_json::to_value(bare).unwrap());
+        assert_eq!(serde_json::from_value::<SchoolId>(bare.to_string().into()).unwrap(), id);
+        assert_eq!(bare.simple().to_string().parse::<SchoolId>(), Ok(id));
+        assert!("018f5e2a".parse::<SchoolId>().is_err());
+    }
+
+    #[test]
+    fn ids_sort_by_the_moment_they_were_made() {
+        let at = |ms: i64| SessionId::made_at(Moment::from_micros(1_772_668_800_000_000 + 1000 * ms));
+        let made = [0, 1, 1000, 86_400_000].map(at);
+        assert!(made.is_sorted(), "{made:?}");
+    }
+}

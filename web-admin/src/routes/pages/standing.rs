@@ -82,8 +82,11 @@ pub(super) async fn proved_attempts(
     Ok((needed, attempts.iter().filter(|attempt| enough.contains(&attempt.session)).cloned().collect()))
 }
 
-/// The trainees of a cohort by name, each with their progress in every course, the one tried last first, and the course's index.
-pub(super) struct CohortStanding(Vec<(NamedItem<PersonId>, Vec<(usize, Progress)>)>);
+/// A trainee with their progress in every course, the one tried last first, and the course's index.
+type TraineeStanding = (NamedItem<PersonId>, Vec<(usize, Progress)>);
+
+/// The trainees of a cohort by name.
+pub(super) struct CohortStanding(Vec<TraineeStanding>);
 
 impl CohortStanding {
     /// Everybody's progress in the course that they are on.
@@ -99,7 +102,7 @@ impl CohortStanding {
 
     /// The rows of those whose progress in the course that they are on is wanted.
     pub fn rows(&self, courses: &[TaughtCourse], wanted: impl Fn(&Progress) -> bool) -> Vec<TraineeRow> {
-        let row = |(trainee, progress): &(NamedItem<PersonId>, Vec<(usize, Progress)>)| {
+        let row = |(trainee, progress): &TraineeStanding| {
             let (course, main) = progress.first().filter(|(_, main)| wanted(main))?;
             let href = format!("/trainees/{}", trainee.id);
             Some(TraineeRow::new(href, trainee.name.clone(), &courses[*course].facts(None), main))
