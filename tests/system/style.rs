@@ -1,6 +1,6 @@
 //! How the code of what ships is written, measured on its syntax. Each limit stands where respected code of its kind stands; it fails
-//! when a type takes the name of another, a tuple takes the place of arguments, a name says nothing, or modules lean on each other in
-//! a circle.
+//! when a type takes the name of another, a tuple takes the place of arguments, ids can be swapped unseen, a name says nothing, or
+//! modules lean on each other in a circle.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -19,6 +19,9 @@ struct Source {
 
 /// Crates that measure others or test them: they do not ship.
 const NOT_SHIPPED: [&str; 4] = ["bench", "tests", "inverse-service", "libhd"];
+
+/// Crates of the service: what its things are known by are types of `model::ids`.
+const SERVICE: [&str; 6] = ["words", "model", "store", "acts", "pages", "web-admin"];
 
 /// The median name of a free function has so many characters at least. Respected code of this kind has 12 to 20: raise it when names
 /// have grown.
@@ -76,6 +79,10 @@ struct Count {
     functions: usize,
     tuples: Vec<String>,
     in_trait_impl: bool,
+    /// Functions of the service, and those of them that take two or more ids of no kind.
+    in_service: bool,
+    of_service: usize,
+    bare_ids: Vec<String>,
 }
 
 impl Count {
@@ -85,14 +92,37 @@ impl Count {
 
     fn take_signature(&mut self, signature: &syn::Signature) {
         self.functions += 1;
-        let takes_tuple = signature.inputs.iter().any(|input| match input {
-            syn::FnArg::Typed(argument) => is_tuple(&argument.ty),
-            syn::FnArg::Receiver(_) => false,
-        });
+        self.of_service += usize::from(self.in_service);
         // A trait of somebody else's says what its functions take.
-        if takes_tuple && !self.in_trait_impl {
+        if self.in_trait_impl {
+            return;
+        }
+        let arguments = |is: fn(&syn::Type) -> bool| {
+            let typed = |input: &&syn::FnArg| matches!(input, syn::FnArg::Typed(argument) if is(&argument.ty));
+            signature.inputs.iter().filter(typed).count()
+        };
+        if arguments(is_tuple) > 0 {
             self.tuples.push(format!("{}: {}", self.place, signature.ident));
         }
+        if self.in_service && arguments(is_bare_id) > 1 {
+            self.bare_ids.push(format!("{}: {}", self.place, signature.ident));
+        }
+    }
+}
+
+/// `Uuid`, one that is lent, several of them, or one that may be absent.
+fn is_bare_id(argument: &syn::Type) -> bool {
+    match argument {
+        syn::Type::Reference(reference) => is_bare_id(&reference.elem),
+        syn::Type::Slice(several) => is_bare_id(&several.elem),
+        syn::Type::Paren(inner) => is_bare_id(&inner.elem),
+        syn::Type::Path(path) => path.path.segments.last().is_some_and(|last| match &last.arguments {
+            syn::PathArguments::AngleBracketed(within) if last.ident == "Option" => {
+                within.args.iter().any(|of| matches!(of, syn::GenericArgument::Type(of) if is_bare_id(of)))
+            }
+            _ => last.ident == "Uuid",
+        }),
+        _ => false,
     }
 }
 
@@ -161,6 +191,7 @@ impl<'ast> Visit<'ast> for Count {
 fn count_shipped() -> Count {
     let mut count = Count::default();
     for source in shipped_sources() {
+        count.in_service = SERVICE.contains(&source.package.as_str());
         count.place = format!("{}/{}", source.package, source.path.display());
         count.visit_file(&source.syntax);
     }
@@ -185,6 +216,14 @@ fn no_tuple_stands_in_for_arguments() {
     let count = count_shipped();
     println!("{} of {} functions take a tuple", count.tuples.len(), count.functions);
     assert!(count.tuples.is_empty(), "{} functions take a tuple: {:#?}", count.tuples.len(), count.tuples);
+}
+
+#[test]
+fn no_function_takes_two_ids_that_could_be_swapped() {
+    let count = count_shipped();
+    println!("{} of {} functions of the service take two bare ids", count.bare_ids.len(), count.of_service);
+    assert!(count.of_service > 1000, "only {} functions of the service were found", count.of_service);
+    assert!(count.bare_ids.is_empty(), "{} functions take two bare ids: {:#?}", count.bare_ids.len(), count.bare_ids);
 }
 
 #[test]

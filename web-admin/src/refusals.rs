@@ -20,6 +20,7 @@ use crate::error::Denied;
 use acts::brakes::quota;
 use acts::stations::CallingStation;
 use model::CurrentPerson;
+use model::ids::{PersonId, StationId};
 
 /// Refusals of one asker that are written down one by one, and the pace afterwards: nobody fills the log.
 const NOTE_BURST: NonZeroU32 = NonZeroU32::new(20).unwrap();
@@ -29,9 +30,9 @@ const NOTE_PERIOD: Duration = Duration::from_secs(30);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) enum Asker {
     /// A person, by id.
-    Person(Uuid),
+    Person(PersonId),
     /// A training station, by id.
-    Station(Uuid),
+    Station(StationId),
     /// Somebody whose token is none, or is good no more.
     Stranger(IpAddr),
 }
@@ -39,7 +40,8 @@ pub(crate) enum Asker {
 impl fmt::Display for Asker {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Person(id) | Self::Station(id) => id.fmt(f),
+            Self::Person(id) => id.fmt(f),
+            Self::Station(id) => id.fmt(f),
             Self::Stranger(_) => f.write_str("stranger"),
         }
     }

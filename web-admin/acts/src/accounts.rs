@@ -1,9 +1,9 @@
 //! Accounts: who is added, invited, disabled and made anonymous, and by which links passwords are set.
 
+use model::ids::{CohortId, PersonId};
 use model::limits::{INVITATION_LIFETIME_S, RESET_LIFETIME_S};
 use serde_json::json;
 use sqlx::SqliteConnection;
-use uuid::Uuid;
 use words::Language;
 
 use crate::error::Error;
@@ -39,14 +39,14 @@ pub struct NewAccount<'a> {
     /// Role.
     pub role: Role,
     /// Cohort to join.
-    pub cohort: Option<Uuid>,
+    pub cohort: Option<CohortId>,
 }
 
 /// Adds somebody and queues their invitation. `None` when the address cannot be used.
 ///
 /// # Errors
 /// When the cohort is not of this school, or the database fails.
-pub async fn add(state: &Service, by: &CurrentPerson, new: &NewAccount<'_>) -> Result<Option<Uuid>, Error> {
+pub async fn add(state: &Service, by: &CurrentPerson, new: &NewAccount<'_>) -> Result<Option<PersonId>, Error> {
     let (school_id, now) = (by.school_id, state.clock.now());
     let mut tx = state.db.write().await?;
     if people::find_person_by_email(&mut *tx, new.email).await?.is_some() {
@@ -346,7 +346,7 @@ async fn set_password(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn disable(state: &Service, by: &CurrentPerson, person: Uuid) -> Result<(), Error> {
+pub async fn disable(state: &Service, by: &CurrentPerson, person: PersonId) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     disable_in(&mut tx, state, by, person).await?;
     Ok(tx.commit().await?)
@@ -360,7 +360,7 @@ pub async fn disable_in(
     tx: &mut SqliteConnection,
     state: &Service,
     by: &CurrentPerson,
-    person: Uuid,
+    person: PersonId,
 ) -> Result<(), Error> {
     if people::disable_person(tx, person, state.clock.now()).await? {
         let revoked = tokens::revoke_all_tokens(tx, person, state.clock.now()).await?;
@@ -376,7 +376,7 @@ pub async fn disable_in(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn enable(state: &Service, by: &CurrentPerson, person: Uuid) -> Result<(), Error> {
+pub async fn enable(state: &Service, by: &CurrentPerson, person: PersonId) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     if directory::enable_account(&mut tx, by.school_id, person).await? {
         AuditEntry::by(by, "person.enabled", person).append(&mut tx, state.clock.now()).await?;

@@ -16,7 +16,7 @@ use crate::certificates;
 use crate::mailer::Letter;
 use crate::service::Service;
 use model::certificate::{self, Certificate};
-use model::new_id;
+use model::ids::LetterId;
 use store::audit;
 
 /// The folder of statements in the data folder.
@@ -65,7 +65,11 @@ pub async fn anchor(state: &Service) -> anyhow::Result<Option<PathBuf>> {
     {
         let text = tokio::fs::read_to_string(&file).await?;
         let letter = letter(&day, address, &text);
-        state.mailer.send(Letter { id: new_id(now), ..letter }, now).await.context("the statement was not mailed")?;
+        state
+            .mailer
+            .send(Letter { id: LetterId::made_at(now), ..letter }, now)
+            .await
+            .context("the statement was not mailed")?;
         tokio::fs::write(&told, address).await?;
         return Ok(Some(file));
     }
@@ -74,7 +78,7 @@ pub async fn anchor(state: &Service) -> anyhow::Result<Option<PathBuf>> {
 
 fn letter(day: &str, address: &str, statement: &str) -> Letter {
     Letter {
-        id: uuid::Uuid::nil(),
+        id: LetterId::nil(),
         name: String::new(),
         email: address.to_owned(),
         subject: format!("The audit log of Stylet on {day}"),

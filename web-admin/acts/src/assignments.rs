@@ -3,13 +3,13 @@
 use std::collections::BTreeSet;
 
 use serde_json::json;
-use uuid::Uuid;
 
 use crate::deadlines::Dated;
 use crate::error::Error;
 use crate::service::Service;
 use model::CurrentPerson;
 use model::assignment::{Assigned, AssignmentStanding, AttemptHistory, TaughtCourse, sort};
+use model::ids::{AssignmentId, PersonId, SchoolId};
 use store::assignments;
 use store::assignments::{ManagedAssignment, NewAssignment};
 use store::audit::AuditEntry;
@@ -22,7 +22,7 @@ use store::{practice, supervisions};
 ///
 /// # Errors
 /// When the database fails.
-pub async fn make(state: &Service, by: &CurrentPerson, new: &NewAssignment) -> Result<Uuid, Error> {
+pub async fn make(state: &Service, by: &CurrentPerson, new: &NewAssignment) -> Result<AssignmentId, Error> {
     let mut tx = state.db.write().await?;
     let id = assignments::add_assignment(&mut tx, by, new, state.clock.now()).await?;
     let told =
@@ -37,7 +37,7 @@ pub async fn make(state: &Service, by: &CurrentPerson, new: &NewAssignment) -> R
 pub fn dated(assignment: &ManagedAssignment) -> Dated<'_> {
     Dated {
         kind: DeadlineKind::Assignment,
-        id: assignment.id,
+        id: assignment.id.into(),
         due_local: assignment.due_local.as_deref(),
         time_zone: &assignment.time_zone,
     }
@@ -47,7 +47,7 @@ pub fn dated(assignment: &ManagedAssignment) -> Dated<'_> {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn withdraw(state: &Service, by: &CurrentPerson, assignment: Uuid) -> Result<(), Error> {
+pub async fn withdraw(state: &Service, by: &CurrentPerson, assignment: AssignmentId) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     assignments::withdraw_assignment(&mut tx, by.school_id, assignment, state.clock.now()).await?;
     AuditEntry::by(by, "assignment.withdrawn", assignment).append(&mut tx, state.clock.now()).await?;
@@ -58,7 +58,7 @@ pub async fn withdraw(state: &Service, by: &CurrentPerson, assignment: Uuid) -> 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn taught(state: &Service, school: Uuid) -> Result<Vec<TaughtCourse>, Error> {
+pub async fn taught(state: &Service, school: SchoolId) -> Result<Vec<TaughtCourse>, Error> {
     let reader = state.db.reader();
     let mut taught = Vec::new();
     for curriculum in curricula::list_taught_curricula(reader, school).await? {
@@ -72,7 +72,7 @@ pub async fn taught(state: &Service, school: Uuid) -> Result<Vec<TaughtCourse>, 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn standings(state: &Service, school: Uuid, person: Uuid) -> Result<Vec<AssignmentStanding>, Error> {
+pub async fn standings(state: &Service, school: SchoolId, person: PersonId) -> Result<Vec<AssignmentStanding>, Error> {
     let reader = state.db.reader();
     let assigned: Vec<Assigned> = assignments::list_trainee_assignments(reader, school, person).await?;
     if assigned.is_empty() {
@@ -98,23 +98,25 @@ pub async fn standings(state: &Service, school: Uuid, person: Uuid) -> Result<Ve
 /// [`Error::NotFound`] when it was taken back.
 pub async fn standings_at(
     state: &Service,
-    school: Uuid,
-    id: Uuid,
-    people: &[Uuid],
+    school: SchoolId,
+    id: AssignmentId,
+    people: &[PersonId],
 ) -> Result<Vec<AssignmentStanding>, Error> {
     let reader = state.db.reader();
     let assigned = assignments::find_assignment(reader, school, id).await?.ok_or(Error::NotFound)?;
     let taught = taught(state, school).await?;
     let practised = practice::of_assignment(reader, school, id).await?;
-    let longer =
-        deadlines::list_extensions(reader, DeadlineKey { school_id: school, kind: DeadlineKind::Assignment, id })
-            .await?;
+    let longer = deadlines::list_extensions(
+        reader,
+        DeadlineKey { school_id: school, kind: DeadlineKind::Assignment, id: id.into() },
+    )
+    .await?;
     let supervised = match assigned.supervised {
         true => supervisions::of_assignment(reader, school, id).await?.into_iter().collect(),
         false => BTreeSet::new(),
     };
     let now = state.clock.now();
-    let of = |person: &Uuid| {
+    let of = |person: &PersonId| {
         let mut own = assigned.clone();
         if let Some(longer) = longer.iter().find(|extension| extension.person_id == *person) {
             (own.due_at, own.extended_days) = (Some(longer.due_at), longer.days);

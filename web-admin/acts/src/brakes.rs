@@ -8,10 +8,10 @@ use std::time::Duration;
 
 use governor::clock::{Clock, DefaultClock};
 use governor::{DefaultKeyedRateLimiter, Quota, RateLimiter};
-use uuid::Uuid;
 
 use crate::error::Error;
 use crate::secret;
+use model::ids::PersonId;
 
 /// Tries in a row for one account from one address, and the pace afterwards.
 const PAIR_BURST: NonZeroU32 = NonZeroU32::new(10).unwrap();
@@ -39,7 +39,7 @@ pub struct LoginLimits {
     pairs: DefaultKeyedRateLimiter<[u8; 32]>,
     strangers: DefaultKeyedRateLimiter<[u8; 32]>,
     addresses: DefaultKeyedRateLimiter<IpAddr>,
-    codes: DefaultKeyedRateLimiter<Uuid>,
+    codes: DefaultKeyedRateLimiter<PersonId>,
     notes: DefaultKeyedRateLimiter<IpAddr>,
     known: Mutex<BTreeSet<[u8; 32]>>,
 }
@@ -116,7 +116,7 @@ impl LoginLimits {
     ///
     /// # Errors
     /// When there is none left, with the time until there is.
-    pub fn take_own(&self, person: Uuid) -> Result<(), Error> {
+    pub fn take_own(&self, person: PersonId) -> Result<(), Error> {
         self.pairs.check_key(&secret::token_sha256(&format!("own {person}"))).map_err(wait)
     }
 
@@ -124,7 +124,7 @@ impl LoginLimits {
     ///
     /// # Errors
     /// When there is none left, with the time until there is.
-    pub fn take_code(&self, person: Uuid) -> Result<(), Error> {
+    pub fn take_code(&self, person: PersonId) -> Result<(), Error> {
         self.codes.check_key(&person).map_err(wait)
     }
 

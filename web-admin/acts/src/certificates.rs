@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use ed25519_dalek::SigningKey;
+use model::ids::PersonId;
 use model::{CurrentPerson, certificate};
 use serde_json::json;
 use store::audit::AuditEntry;
 use store::curricula::TaughtCurriculum;
-use uuid::Uuid;
 
 use crate::error::Error;
 use crate::sealing;
@@ -39,7 +39,7 @@ pub fn public_key(data_dir: &Path) -> anyhow::Result<String> {
 pub async fn note_issued(
     state: &Service,
     by: &CurrentPerson,
-    trainee: Uuid,
+    trainee: PersonId,
     course: &TaughtCurriculum,
 ) -> Result<(), Error> {
     let mut tx = state.db.write().await?;

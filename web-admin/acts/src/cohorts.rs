@@ -1,11 +1,11 @@
 //! Who is in a cohort: administrators decide it; its instructors ask, and the trainee or an administrator answers.
 
+use model::ids::{CohortId, PersonId};
 use model::{CurrentPerson, Role};
 use serde_json::json;
 use store::audit::AuditEntry;
 use store::cohorts::{self, Cohort, Deed, Membership, MembershipKey};
 use store::people;
-use uuid::Uuid;
 
 use crate::error::Error;
 use crate::service::Service;
@@ -40,7 +40,7 @@ pub async fn make_cohort(service: &Service, by: &CurrentPerson, name: &str) -> R
 ///
 /// # Errors
 /// When the database fails.
-pub async fn add_member(service: &Service, by: &CurrentPerson, cohort: Uuid, email: &str) -> Result<bool, Error> {
+pub async fn add_member(service: &Service, by: &CurrentPerson, cohort: CohortId, email: &str) -> Result<bool, Error> {
     let mut tx = service.db.write().await?;
     let known = people::find_person_by_email(&mut *tx, email).await?;
     let known = known.filter(|known| known.school_id == by.school_id && known.role != Role::Administrator);
@@ -74,9 +74,9 @@ pub async fn add_member(service: &Service, by: &CurrentPerson, cohort: Uuid, ema
 #[derive(Clone, Copy, Debug)]
 pub struct RequestKey {
     /// The cohort.
-    pub cohort_id: Uuid,
+    pub cohort_id: CohortId,
     /// Who.
-    pub person_id: Uuid,
+    pub person_id: PersonId,
 }
 
 /// Answers the request for somebody.
@@ -108,7 +108,12 @@ pub async fn answer_request(
 ///
 /// # Errors
 /// [`Error::NotFound`] when they are not in it; else when the database fails.
-pub async fn remove_member(service: &Service, by: &CurrentPerson, cohort: Uuid, member: Uuid) -> Result<(), Error> {
+pub async fn remove_member(
+    service: &Service,
+    by: &CurrentPerson,
+    cohort: CohortId,
+    member: PersonId,
+) -> Result<(), Error> {
     let mut tx = service.db.write().await?;
     if !cohorts::leave_cohort(
         &mut tx,

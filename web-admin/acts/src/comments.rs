@@ -2,12 +2,12 @@
 
 use model::CurrentPerson;
 use model::comment::Comment;
+use model::ids::CommentId;
 use serde_json::json;
 use store::audit::AuditEntry;
 use store::comments;
 use store::comments::CommentAnswer;
 use store::sessions::Session;
-use uuid::Uuid;
 
 use crate::error::Error;
 use crate::service::Service;
@@ -21,7 +21,7 @@ pub async fn add_comment(
     by: &CurrentPerson,
     session: &Session,
     comment: &Comment,
-) -> Result<Uuid, Error> {
+) -> Result<CommentId, Error> {
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
     let made = comments::add_comment(&mut tx, session.key(), by.id, comment, now).await?;
     AuditEntry::by(by, "comment.added", session.id).with(json!({ "comment": made })).append(&mut tx, now).await?;
@@ -37,9 +37,9 @@ pub async fn answer_comment(
     service: &Service,
     by: &CurrentPerson,
     session: &Session,
-    comment: Uuid,
+    comment: CommentId,
     body: &str,
-) -> Result<Uuid, Error> {
+) -> Result<CommentId, Error> {
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
     let made =
         comments::answer_comment(&mut tx, session.key(), by.id, CommentAnswer { comment_id: comment, body }, now)
@@ -58,7 +58,7 @@ pub async fn withdraw_comment(
     service: &Service,
     by: &CurrentPerson,
     session: &Session,
-    comment: Uuid,
+    comment: CommentId,
 ) -> Result<(), Error> {
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
     if !comments::withdraw_comment(&mut tx, session.key(), by.id, comment, now).await? {

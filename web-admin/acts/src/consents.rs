@@ -1,10 +1,10 @@
 //! Consents of experts to have their attempts shown as a corridor.
 
+use model::ids::PersonId;
 use model::{CurrentPerson, PersonKey};
 use serde_json::json;
 use store::audit::AuditEntry;
 use store::experts::{self, NewDeclaration};
-use uuid::Uuid;
 
 use crate::error::Error;
 use crate::service::Service;
@@ -16,7 +16,7 @@ use crate::service::Service;
 pub async fn record_consent(
     service: &Service,
     by: &CurrentPerson,
-    person: Uuid,
+    person: PersonId,
     new: NewDeclaration<'_>,
 ) -> Result<(), Error> {
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
@@ -45,7 +45,7 @@ pub async fn give_own_consent(service: &Service, by: &CurrentPerson, wording: &s
 ///
 /// # Errors
 /// When the database fails.
-pub async fn withdraw_consent(service: &Service, by: &CurrentPerson, person: Uuid) -> Result<(), Error> {
+pub async fn withdraw_consent(service: &Service, by: &CurrentPerson, person: PersonId) -> Result<(), Error> {
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
     if experts::withdraw_consent(&mut tx, PersonKey { school_id: by.school_id, person_id: person }, by.id, now).await? {
         AuditEntry::by(by, "expert.consent_withdrawn", person).append(&mut tx, now).await?;

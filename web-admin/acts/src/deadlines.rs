@@ -3,10 +3,10 @@
 use std::time::Duration;
 
 use serde_json::json;
-use uuid::Uuid;
 
 use crate::error::Error;
 use crate::service::Service;
+use model::ids::{DatedId, PersonId};
 use model::mail::MailKind;
 use model::{CurrentPerson, due};
 use store::audit::AuditEntry;
@@ -28,7 +28,7 @@ pub struct Dated<'a> {
     /// What it is.
     pub kind: DeadlineKind,
     /// Its id.
-    pub id: Uuid,
+    pub id: DatedId,
     /// When it is due for everybody, as it was said.
     pub due_local: Option<&'a str>,
     /// The time zone in which it was said.
@@ -43,7 +43,7 @@ pub async fn extend(
     state: &Service,
     by: &CurrentPerson,
     dated: Dated<'_>,
-    person: Uuid,
+    person: PersonId,
     days: i64,
 ) -> Result<(), Error> {
     if !(0..=MAX_DAYS).contains(&days) {

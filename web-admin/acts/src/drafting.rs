@@ -4,7 +4,6 @@ use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 
 use documents::{Curriculum, ExerciseBundle, Issue};
-use uuid::Uuid;
 
 use crate::asking;
 use crate::error::{Error, refuse_trainees};
@@ -14,6 +13,7 @@ use crate::publishing::{CourseRefused, DocumentPublisher};
 use crate::service::Service;
 use model::CurrentPerson;
 use model::draft::DraftVerdict;
+use model::ids::{DraftId, SchoolId};
 use model::progress::Mastery;
 use store::audit::{Actor, AuditEntry};
 use store::drafts;
@@ -56,7 +56,7 @@ pub async fn exercise(
     person: &CurrentPerson,
     exercise_id: &str,
     new_id: Option<&str>,
-) -> Result<Uuid, Error> {
+) -> Result<DraftId, Error> {
     refuse_trainees(person)?;
     let (reader, school) = (state.db.reader(), person.school_id);
     let current = exercises::find_current_revision(reader, school, exercise_id).await?.ok_or(Error::NotFound)?;
@@ -81,7 +81,7 @@ pub async fn exercise(
 ///
 /// # Errors
 /// When there is no such course.
-pub async fn course(state: &Service, person: &CurrentPerson, course_id: &str) -> Result<Uuid, Error> {
+pub async fn course(state: &Service, person: &CurrentPerson, course_id: &str) -> Result<DraftId, Error> {
     refuse_trainees(person)?;
     let (reader, school) = (state.db.reader(), person.school_id);
     let taught = curricula::list_taught_curricula(reader, school).await?;
@@ -92,7 +92,7 @@ pub async fn course(state: &Service, person: &CurrentPerson, course_id: &str) ->
     begin(state, person, &draft).await
 }
 
-async fn begin(state: &Service, person: &CurrentPerson, draft: &NewDocumentDraft<'_>) -> Result<Uuid, Error> {
+async fn begin(state: &Service, person: &CurrentPerson, draft: &NewDocumentDraft<'_>) -> Result<DraftId, Error> {
     let by = by(state, person);
     let mut tx = state.db.write().await?;
     if let Some(begun) = drafts::find_draft_of(&mut *tx, by.school, draft.kind, draft.document_id).await? {
@@ -141,7 +141,7 @@ fn renamed(document: &str, id: &str) -> String {
 pub async fn save(
     state: &Service,
     person: &CurrentPerson,
-    id: Uuid,
+    id: DraftId,
     seen: i64,
     texts: &Texts,
 ) -> Result<SaveOutcome, Error> {
@@ -194,7 +194,7 @@ pub async fn publish(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn discard(state: &Service, person: &CurrentPerson, id: Uuid, seen: i64) -> Result<bool, Error> {
+pub async fn discard(state: &Service, person: &CurrentPerson, id: DraftId, seen: i64) -> Result<bool, Error> {
     refuse_trainees(person)?;
     let by = by(state, person);
     let mut tx = state.db.write().await?;
@@ -213,7 +213,7 @@ pub async fn discard(state: &Service, person: &CurrentPerson, id: Uuid, seen: i6
 ///
 /// # Errors
 /// When the database fails, or nobody can be asked.
-pub async fn check(state: &Service, school: Uuid, draft: &DocumentDraft) -> Result<Checked, Error> {
+pub async fn check(state: &Service, school: SchoolId, draft: &DocumentDraft) -> Result<Checked, Error> {
     let checked = match draft.kind {
         DraftKind::Exercise => {
             let bytes = bytes(state, school, draft).await?;
@@ -231,7 +231,7 @@ pub async fn check(state: &Service, school: Uuid, draft: &DocumentDraft) -> Resu
 }
 
 /// A course names exercises that are published, so reading it is bounded work; its school waits for it like for an exercise.
-async fn course_checked(state: &Service, school: Uuid, draft: &DocumentDraft) -> Result<Checked, Error> {
+async fn course_checked(state: &Service, school: SchoolId, draft: &DocumentDraft) -> Result<Checked, Error> {
     let place = state.previews.enter(school).await?;
     let (texts, id) = (draft.texts.clone(), draft.document_id.clone());
     let known = ExerciseShelf::of(state, school, &id).await?;
@@ -243,7 +243,7 @@ async fn course_checked(state: &Service, school: Uuid, draft: &DocumentDraft) ->
 }
 
 /// What was written in the draft of an exercise, with the meshes of the revision that it is based on.
-async fn bytes(state: &Service, school: Uuid, draft: &DocumentDraft) -> Result<RevisionBytes, Error> {
+async fn bytes(state: &Service, school: SchoolId, draft: &DocumentDraft) -> Result<RevisionBytes, Error> {
     let meshes = match draft.based_on {
         Some(revision) => {
             exercises::read_exercise_bytes(state.db.reader(), school, revision).await?.map(|bytes| bytes.meshes)
@@ -255,7 +255,7 @@ async fn bytes(state: &Service, school: Uuid, draft: &DocumentDraft) -> Result<R
 }
 
 /// The exercise of a draft in which nothing was found wrong.
-async fn sound(state: &Service, school: Uuid, draft: &DocumentDraft) -> Result<ExerciseBundle, Error> {
+async fn sound(state: &Service, school: SchoolId, draft: &DocumentDraft) -> Result<ExerciseBundle, Error> {
     let RevisionBytes { exercise, scene, meshes } = bytes(state, school, draft).await?;
     let read = move || ExerciseBundle::from_parts(&exercise, &scene, &meshes);
     let read = tokio::task::spawn_blocking(read).await?;
@@ -288,7 +288,7 @@ struct ExerciseShelf {
 }
 
 impl ExerciseShelf {
-    async fn of(state: &Service, school: Uuid, course_id: &str) -> Result<Self, Error> {
+    async fn of(state: &Service, school: SchoolId, course_id: &str) -> Result<Self, Error> {
         let reader = state.db.reader();
         let documents = exercises::all_documents(reader, school).await?;
         let taught = curricula::list_taught_curricula(reader, school).await?;
@@ -332,7 +332,7 @@ fn by(state: &Service, person: &CurrentPerson) -> DraftEditor {
 ///
 /// # Errors
 /// [`Error::Busy`] when its school's turn does not come in time; else when nobody can be asked.
-pub async fn examine(state: &Service, school: Uuid, question: DraftQuestion) -> Result<DraftVerdict, Error> {
+pub async fn examine(state: &Service, school: SchoolId, question: DraftQuestion) -> Result<DraftVerdict, Error> {
     let (previews, key) = (&state.previews, question.sha256());
     if let Some(told) = previews.told(&key) {
         return Ok(told);

@@ -12,6 +12,7 @@ use crate::erasures::{Erasure, ErasureList, ErasureScope};
 use crate::error::Error;
 use crate::service::Service;
 use model::directory::{AccountState, DirectoryEntry};
+use model::ids::SchoolId;
 use model::{CurrentPerson, PersonKey};
 use store::audit::{Actor, AuditEntry};
 use store::directory;
@@ -44,7 +45,7 @@ impl Eraser {
 /// When the database fails.
 pub async fn wish_of_school(
     state: &Service,
-    school: uuid::Uuid,
+    school: SchoolId,
     written: bool,
     about: bool,
 ) -> Result<ErasureScope, Error> {
@@ -61,7 +62,7 @@ pub async fn erase(
     state: &Service,
     by: Eraser,
     person: &DirectoryEntry,
-    school_id: uuid::Uuid,
+    school_id: SchoolId,
     wish: ErasureScope,
 ) -> Result<(), Error> {
     let erasure =

@@ -10,10 +10,10 @@ use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use uuid::Uuid;
 
 use crate::config::Config;
 use model::Moment;
+use model::ids::{PersonId, SchoolId};
 
 /// The list's file in the data folder, and in a backup.
 pub const ERASURES_FILE: &str = "erasures.jsonl";
@@ -24,9 +24,9 @@ pub struct Erasure {
     /// When.
     pub at: Moment,
     /// Of which school.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// Whose.
-    pub person_id: Uuid,
+    pub person_id: PersonId,
     /// What recordings say instead of a name.
     pub pseudonym: String,
     /// What goes beside name, address and sign-in.
@@ -178,8 +178,8 @@ mod tests {
     fn erasure(person: u128) -> Erasure {
         Erasure {
             at: Moment::from_micros(1_795_269_600_123_456),
-            school_id: Uuid::from_u128(1),
-            person_id: Uuid::from_u128(person),
+            school_id: SchoolId::from_u128(1),
+            person_id: PersonId::from_u128(person),
             pseudonym: format!("p-{person}"),
             wish: ErasureScope { about: true, ..ErasureScope::default() },
         }

@@ -6,6 +6,7 @@ use std::ops::Range;
 use anyhow::Context;
 use assessment::questionnaire::Answer;
 use documents::Instrument;
+use model::ids::{SchoolId, SurveyId};
 use model::survey::{Identity, ResponseState};
 use model::{Moment, Role};
 use serde_json::json;
@@ -19,7 +20,6 @@ use store::people::{self, NewPerson, Person};
 use store::surveys as stored;
 use store::surveys::{NewResponse, NewSurvey, Submission, SurveyResponse};
 use store::{instruments, schools};
-use uuid::Uuid;
 
 use crate::secret;
 use crate::service::Service;
@@ -61,7 +61,7 @@ pub async fn found_school(
 
 async fn add_generated(
     tx: &mut SqliteConnection,
-    school_id: Uuid,
+    school_id: SchoolId,
     who: &GeneratedPerson,
     password_hash: &str,
     now: Moment,
@@ -160,8 +160,8 @@ pub async fn ask_nobody(service: &Service, survey: GeneratedSurvey<'_>) -> anyho
 /// What is answered, and when.
 #[derive(Clone, Copy)]
 struct AskedSurvey {
-    school_id: Uuid,
-    survey_id: Uuid,
+    school_id: SchoolId,
+    survey_id: SurveyId,
     now: Moment,
 }
 

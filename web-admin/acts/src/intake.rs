@@ -8,7 +8,6 @@ use data_encoding::HEXLOWER;
 use recording::signature;
 use serde_json::{Value, json};
 use sqlx::SqliteConnection;
-use uuid::Uuid;
 
 use crate::error::Error;
 use crate::judging::{JudgeAnswer, JudgeQuestion, RecordingFacts};
@@ -18,6 +17,7 @@ use crate::recordings::Received;
 use crate::scanning::ScanVerdict;
 use crate::service::Service;
 use model::began::Claim;
+use model::ids::{PersonId, SchoolId, SessionId, StationId, UploadId};
 use model::{Moment, SessionKey, Uncounted};
 use store::audit::{Actor, AuditEntry};
 use store::sessions::{self, Session, SessionState};
@@ -34,9 +34,9 @@ pub const SET_ASIDE: &str =
 #[derive(Clone, Debug)]
 pub struct Bearer {
     /// Their school.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// Whose attempt it is; where absent, whoever the recording names by pseudonym.
-    pub trainee_id: Option<Uuid>,
+    pub trainee_id: Option<PersonId>,
     /// For the audit log.
     pub actor: Actor,
     /// How far their clock is ahead of ours, in µs, where they have told it.
@@ -103,7 +103,7 @@ async fn scan(state: &Service, bearer: &Bearer, received: &Received) -> Result<(
 }
 
 /// Reads what came at once. That it is about to be read is written down before the file is touched.
-async fn read_counted(state: &Service, school: Uuid, received: &Received) -> Result<RecordingFacts, Error> {
+async fn read_counted(state: &Service, school: SchoolId, received: &Received) -> Result<RecordingFacts, Error> {
     let mut tx = state.db.write().await?;
     let deaths = tries::begin_reading(&mut tx, school, &received.sha256, state.clock.now()).await?;
     if deaths >= tries::MOST_DEATHS {
@@ -150,7 +150,7 @@ async fn describe(
     };
     let started_at = claim.believed(received_at);
     Ok(Session {
-        id: named.session_id,
+        id: SessionId::from_uuid(named.session_id),
         school_id,
         trainee_id,
         exercise_id: named.exercise_id,
@@ -182,7 +182,7 @@ async fn describe(
 }
 
 /// Whose attempt it is. A recording that names somebody belongs to them, and nobody else brings it as their own.
-async fn trainee(state: &Service, bearer: &Bearer, named: &str) -> Result<Uuid, Error> {
+async fn trainee(state: &Service, bearer: &Bearer, named: &str) -> Result<PersonId, Error> {
     let Some(id) = bearer.trainee_id else { return by_pseudonym(state, bearer.school_id, named).await };
     let own = people::find_person(state.db.reader(), id).await?.ok_or(Error::NotFound)?.pseudonym;
     if named.is_empty() || named == own {
@@ -194,14 +194,15 @@ async fn trainee(state: &Service, bearer: &Bearer, named: &str) -> Result<Uuid, 
 }
 
 /// The station that has signed it, where it is one of this school's that is paired now, and its signature is right.
-async fn signer(state: &Service, school: Uuid, told: &RecordingFacts) -> Result<Option<Signer>, Error> {
+async fn signer(state: &Service, school: SchoolId, told: &RecordingFacts) -> Result<Option<Signer>, Error> {
     let (Some(signature), Some(motion)) = (&told.signature, &told.motion) else { return Ok(None) };
-    let station = stations::find_station_signer(state.db.reader(), school, signature.station).await?;
+    let station =
+        stations::find_station_signer(state.db.reader(), school, StationId::from_uuid(signature.station)).await?;
     let signed = signature::signed_statement(&told.session, signature.station, motion);
     Ok(station.filter(|station| keys::is_signed(&station.public_key, &signed, &signature.ed25519)))
 }
 
-async fn by_pseudonym(state: &Service, school: Uuid, pseudonym: &str) -> Result<Uuid, Error> {
+async fn by_pseudonym(state: &Service, school: SchoolId, pseudonym: &str) -> Result<PersonId, Error> {
     let named = people::by_pseudonym(state.db.reader(), school, pseudonym).await?;
     named.map(|person| person.id).ok_or_else(|| {
         Error::Unprocessable(format!("trainee: \"{pseudonym}\"; nobody in this school has this pseudonym"))
@@ -272,7 +273,7 @@ fn noted(session: &Session) -> Value {
 }
 
 /// Says in the row of an upload in pieces what it has become, in the transaction that makes it so.
-async fn note_upload(tx: &mut SqliteConnection, upload: Option<Uuid>, session: &Session) -> Result<(), Error> {
+async fn note_upload(tx: &mut SqliteConnection, upload: Option<UploadId>, session: &Session) -> Result<(), Error> {
     match upload {
         Some(id) => Ok(uploads::finish_upload(tx, session.school_id, id, session.id).await?),
         None => Ok(()),

@@ -5,14 +5,15 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
-use uuid::Uuid;
+
+use model::ids::SchoolId;
 
 /// Lines before a kind of work.
 #[derive(Debug)]
 pub struct Lines {
     all: Arc<Semaphore>,
     of_each: usize,
-    schools: Mutex<BTreeMap<Uuid, Arc<Semaphore>>>,
+    schools: Mutex<BTreeMap<SchoolId, Arc<Semaphore>>>,
 }
 
 /// A place where work may be done, until it is dropped.
@@ -30,7 +31,7 @@ impl Lines {
     }
 
     /// Waits in the line of a school; none where its turn does not come in time.
-    pub async fn enter(&self, school: Uuid, patience: Duration) -> Option<WorkPlace> {
+    pub async fn enter(&self, school: SchoolId, patience: Duration) -> Option<WorkPlace> {
         let line = self.of(school);
         let wait = async {
             let of_school = line.acquire_owned().await.ok()?;
@@ -40,7 +41,7 @@ impl Lines {
         tokio::time::timeout(patience, wait).await.ok().flatten()
     }
 
-    fn of(&self, school: Uuid) -> Arc<Semaphore> {
+    fn of(&self, school: SchoolId) -> Arc<Semaphore> {
         // Nothing can be half done in a map of lines, so a panic elsewhere spoils nothing.
         let mut schools = self.schools.lock().unwrap_or_else(PoisonError::into_inner);
         Arc::clone(schools.entry(school).or_insert_with(|| Arc::new(Semaphore::new(self.of_each))))
@@ -57,7 +58,7 @@ mod tests {
 
     #[tokio::test]
     async fn a_school_waits_for_itself_and_no_other_does() {
-        let (lines, [north, south, east]) = (Lines::new(2, 1), [1, 2, 3].map(Uuid::from_u128));
+        let (lines, [north, south, east]) = (Lines::new(2, 1), [1, 2, 3].map(SchoolId::from_u128));
         let first = lines.enter(north, SHORT).await;
         assert!(first.is_some());
         assert!(lines.enter(north, SHORT).await.is_none(), "one at a time");

@@ -7,16 +7,16 @@ use std::time::{Duration, SystemTime};
 use anyhow::Context;
 use lettre::message::{Mailbox, Message};
 use lettre::{AsyncSmtpTransport, AsyncTransport, Tokio1Executor};
-use uuid::Uuid;
 
 use crate::config::{Config, MailTo};
 use model::Moment;
+use model::ids::LetterId;
 
 /// A letter that is ready.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Letter {
     /// Stands for it; also the name of its file.
-    pub id: Uuid,
+    pub id: LetterId,
     /// Name of whom it goes to.
     pub name: String,
     /// Where it goes.
@@ -62,7 +62,7 @@ impl Mailer {
     ///
     /// # Errors
     /// When a file is there and cannot be removed.
-    pub async fn forget(&self, letters: &[Uuid]) -> std::io::Result<()> {
+    pub async fn forget(&self, letters: &[LetterId]) -> std::io::Result<()> {
         let MailerWay::Folder(folder) = &self.way else { return Ok(()) };
         for letter in letters {
             match tokio::fs::remove_file(file_of(folder, *letter)).await {
@@ -99,6 +99,6 @@ impl Mailer {
     }
 }
 
-fn file_of(folder: &Path, letter: Uuid) -> PathBuf {
+fn file_of(folder: &Path, letter: LetterId) -> PathBuf {
     folder.join(format!("{letter}.eml"))
 }

@@ -2,11 +2,11 @@
 //! once; everything is in the audit log.
 
 use crate::passkey_site::{AnswerRefused, PasskeyChallenge, PasskeyOwner, Site};
+use model::ids::{CeremonyId, PasskeyId};
 use model::passkey::PasskeyQuestion;
 use std::net::IpAddr;
 
 use serde_json::json;
-use uuid::Uuid;
 use webauthn_rs::prelude::{Passkey, PasskeyAuthentication, PasskeyRegistration};
 
 use crate::error::Error;
@@ -28,7 +28,7 @@ pub const MOST: usize = 20;
 #[derive(Clone, Copy, Debug)]
 pub struct PasskeyAnswer<'a> {
     /// Which question the session holds.
-    pub question: Option<Uuid>,
+    pub question: Option<CeremonyId>,
     /// The answer, in JSON.
     pub json: &'a str,
     /// From which network address.
@@ -97,7 +97,7 @@ pub async fn check(state: &Service, key: PersonKey, answer: PasskeyAnswer<'_>) -
     Ok(signed)
 }
 
-fn take(state: &Service, key: PersonKey, question: Option<Uuid>) -> Option<PasskeyChallenge> {
+fn take(state: &Service, key: PersonKey, question: Option<CeremonyId>) -> Option<PasskeyChallenge> {
     state.passkeys.ceremonies.take(question?, key.person_id, state.clock.now())
 }
 
@@ -175,7 +175,7 @@ pub async fn make(
     let codes = if first { Some(second_factor::make_codes(state, key).await?) } else { None };
     let now = state.clock.now();
     let mut tx = state.db.write().await?;
-    let new = NewPasskey { id: Uuid::new_v4(), name: &name, public_key: &made, made_at: now };
+    let new = NewPasskey { id: PasskeyId::random(), name: &name, public_key: &made, made_at: now };
     if !passkeys::add_passkey(&mut tx, key, new).await? {
         return Err(Error::Conflict(tr!("this passkey is known here already: make another").to_owned()));
     }
@@ -201,7 +201,7 @@ fn read_made(site: &Site, json: &str, state: &PasskeyRegistration) -> Option<Pas
 ///
 /// # Errors
 /// When there is none by this id, or the database fails.
-pub async fn find(state: &Service, person: &CurrentPerson, id: Uuid) -> Result<KeptPasskey, Error> {
+pub async fn find(state: &Service, person: &CurrentPerson, id: PasskeyId) -> Result<KeptPasskey, Error> {
     passkeys::find_passkey(state.db.reader(), person.into(), id).await?.ok_or(Error::NotFound)
 }
 
@@ -209,7 +209,7 @@ pub async fn find(state: &Service, person: &CurrentPerson, id: Uuid) -> Result<K
 ///
 /// # Errors
 /// When there is none by this id, the name is not allowed, or the database fails.
-pub async fn rename(state: &Service, person: &CurrentPerson, id: Uuid, name: &str) -> Result<(), Error> {
+pub async fn rename(state: &Service, person: &CurrentPerson, id: PasskeyId, name: &str) -> Result<(), Error> {
     let name = checked_name(name)?;
     let mut tx = state.db.write().await?;
     if !passkeys::rename_passkey(&mut tx, person.into(), id, &name).await? {
@@ -224,7 +224,7 @@ pub async fn rename(state: &Service, person: &CurrentPerson, id: Uuid, name: &st
 ///
 /// # Errors
 /// When there is none by this id, or the database fails.
-pub async fn remove(state: &Service, person: &CurrentPerson, id: Uuid) -> Result<(), Error> {
+pub async fn remove(state: &Service, person: &CurrentPerson, id: PasskeyId) -> Result<(), Error> {
     let key = PersonKey::from(person);
     let mut tx = state.db.write().await?;
     if !passkeys::remove_passkey(&mut tx, key, id).await? {

@@ -6,11 +6,10 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use uuid::Uuid;
-
 use crate::error::Error;
 use crate::lines::{Lines, WorkPlace};
 use model::draft::DraftVerdict;
+use model::ids::SchoolId;
 
 /// Longest wait for one's turn.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -37,7 +36,7 @@ impl Previews {
     ///
     /// # Errors
     /// [`Error::Busy`] when the school's turn does not come in time.
-    pub async fn enter(&self, school: Uuid) -> Result<WorkPlace, Error> {
+    pub async fn enter(&self, school: SchoolId) -> Result<WorkPlace, Error> {
         let place = self.lines.enter(school, PATIENCE).await;
         place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })
     }

@@ -12,9 +12,9 @@ use phrase::phrase;
 use serde_json::json;
 use sha2::{Digest, Sha256};
 use sqlx::SqliteConnection;
-use uuid::Uuid;
 
 use model::Moment;
+use model::ids::SchoolId;
 use model::progress::Mastery;
 use store::audit::{Actor, AuditEntry};
 use store::curricula::{self, NewCurriculum, NewEntry};
@@ -69,7 +69,7 @@ impl fmt::Display for Published {
 #[derive(Clone, Debug)]
 pub struct DocumentPublisher {
     /// School.
-    pub school: Uuid,
+    pub school: SchoolId,
     /// By whom.
     pub by: Actor,
     /// When.
@@ -102,7 +102,7 @@ pub fn courses_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
 /// When a document is wrong, or the database fails.
 pub async fn course(
     writer: &mut SqliteConnection,
-    school: Uuid,
+    school: SchoolId,
     path: &Path,
     now: Moment,
 ) -> Result<Vec<Published>, CourseRefused> {

@@ -4,13 +4,13 @@
 use assessment::questionnaire::Refused;
 use documents::Instrument;
 use serde_json::json;
-use uuid::Uuid;
 
 use crate::error::Error;
 use crate::service::Service;
 use crate::surveys;
 use crate::surveys::answering::read_items;
 use model::CurrentPerson;
+use model::ids::{RatingId, RoundId};
 use store::audit::AuditEntry;
 use store::ratings::{self, NewRound, Rating, Round};
 use store::sessions::{self, Session};
@@ -23,7 +23,7 @@ fn finished() -> Error {
 ///
 /// # Errors
 /// When an attempt, a rater or the instrument is not of the school, or the database fails.
-pub async fn make(state: &Service, by: &CurrentPerson, new: &NewRound) -> Result<Uuid, Error> {
+pub async fn make(state: &Service, by: &CurrentPerson, new: &NewRound) -> Result<RoundId, Error> {
     let now = state.clock.now();
     let mut tx = state.db.write().await?;
     let id = ratings::add(&mut tx, by, new, now).await?;
@@ -59,7 +59,7 @@ pub struct Rated {
 ///
 /// # Errors
 /// [`Error::NotFound`] for any other.
-pub async fn open(state: &Service, rater: &CurrentPerson, id: Uuid) -> Result<Rated, Error> {
+pub async fn open(state: &Service, rater: &CurrentPerson, id: RatingId) -> Result<Rated, Error> {
     let reader = state.db.reader();
     let mut rating = ratings::rating(reader, rater, id).await?.ok_or(Error::NotFound)?;
     let round = ratings::find(reader, rater, rating.round_id).await?.ok_or(Error::NotFound)?;
@@ -72,7 +72,7 @@ pub async fn open(state: &Service, rater: &CurrentPerson, id: Uuid) -> Result<Ra
 ///
 /// # Errors
 /// [`Error::NotFound`] where they are not asked.
-pub async fn attempt(state: &Service, rater: &CurrentPerson, id: Uuid) -> Result<Session, Error> {
+pub async fn attempt(state: &Service, rater: &CurrentPerson, id: RatingId) -> Result<Session, Error> {
     let rating = ratings::rating(state.db.reader(), rater, id).await?.ok_or(Error::NotFound)?;
     sessions::find_session(state.db.reader(), rating.school_id, rating.session_id).await?.ok_or(Error::NotFound)
 }

@@ -19,6 +19,7 @@ use crate::checksum::Checksum;
 use crate::error::Error;
 use crate::service::Service;
 use model::comment::CommentKind;
+use model::ids::{CommentId, UploadId};
 use store::comments;
 use store::sessions::Session;
 
@@ -47,7 +48,7 @@ pub struct Received {
     /// In bytes.
     pub size: u64,
     /// The upload in pieces that it came by.
-    pub upload: Option<Uuid>,
+    pub upload: Option<UploadId>,
 }
 
 impl Received {
@@ -55,7 +56,7 @@ impl Received {
     ///
     /// # Errors
     /// When it cannot be read.
-    pub fn of_upload(path: PathBuf, upload: Uuid) -> std::io::Result<Self> {
+    pub fn of_upload(path: PathBuf, upload: UploadId) -> std::io::Result<Self> {
         let (sha256, size) = hash_file(&path)?;
         // Its owner was told that the bytes are here: they are not dropped because the database happens to fail.
         Ok(Self { part: PartFile { path, kept: true }, sha256, size, upload: Some(upload) })
@@ -218,7 +219,7 @@ pub async fn with_comments(state: &Service, session: &Session) -> Result<Copied,
 
 /// Comments as remarks; an answer stands where its comment does.
 fn remarks(said: &[comments::CommentRecord]) -> Vec<Annotation> {
-    let asked = |id: Option<Uuid>| said.iter().find(|comment| Some(comment.id) == id);
+    let asked = |id: Option<CommentId>| said.iter().find(|comment| Some(comment.id) == id);
     let remark = |comment: &comments::CommentRecord| {
         let kind = comment.kind.map_or("answer", CommentKind::name);
         let t_s = comment.from_s.or_else(|| asked(comment.answers)?.from_s)?;

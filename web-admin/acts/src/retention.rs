@@ -4,11 +4,11 @@
 //! No clock erases anybody: the days between the letter and the end are also counted by how long the service has run.
 
 use model::count_i64;
+use model::ids::{PersonId, SchoolId};
 use model::{CurrentPerson, PersonKey};
 use std::time::Duration;
 
 use serde_json::json;
-use uuid::Uuid;
 
 use crate::clock;
 use crate::erasing::{self, Eraser};
@@ -51,7 +51,7 @@ pub struct RetentionResult {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn plan(state: &Service, school: Uuid) -> Result<(Settings, Vec<RetentionStep>), Error> {
+pub async fn plan(state: &Service, school: SchoolId) -> Result<(Settings, Vec<RetentionStep>), Error> {
     let reader = state.db.reader();
     let settings = retention::find_retention_rule(reader, school).await?;
     let observed_s = retention::service_time(reader).await?.observed_s;
@@ -68,7 +68,7 @@ pub async fn plan(state: &Service, school: Uuid) -> Result<(Settings, Vec<Retent
 ///
 /// # Errors
 /// When the database, the list of erasures or the disk fails; what is done until then stays done.
-pub async fn act(state: &Service, school: Uuid) -> Result<RetentionResult, Error> {
+pub async fn act(state: &Service, school: SchoolId) -> Result<RetentionResult, Error> {
     let (settings, planned) = plan(state, school).await?;
     let mut done = RetentionResult::default();
     let mut tx = state.db.write().await?;
@@ -103,7 +103,7 @@ pub async fn act(state: &Service, school: Uuid) -> Result<RetentionResult, Error
     Ok(done)
 }
 
-fn entry<'a>(school: Uuid, action: &'a str, idle: &Idle) -> AuditEntry<'a> {
+fn entry<'a>(school: SchoolId, action: &'a str, idle: &Idle) -> AuditEntry<'a> {
     AuditEntry::new(school, Actor::Worker, action, idle.id)
 }
 
@@ -153,7 +153,7 @@ pub async fn tick(state: &Service, elapsed: Duration) -> Result<(), Error> {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn set_held(state: &Service, by: &CurrentPerson, person: Uuid, held: bool) -> Result<(), Error> {
+pub async fn set_held(state: &Service, by: &CurrentPerson, person: PersonId, held: bool) -> Result<(), Error> {
     let (now, mut tx) = (state.clock.now(), state.db.write().await?);
     let (since, action) = if held { (Some(now), "person.held") } else { (None, "person.released") };
     if retention::hold_person(&mut tx, PersonKey { school_id: by.school_id, person_id: person }, since).await? {

@@ -6,11 +6,11 @@ use data_encoding::HEXLOWER;
 use serde_json::json;
 use sha2::{Digest, Sha256};
 use sqlx::SqliteConnection;
-use uuid::Uuid;
 
 use crate::accounts;
 use crate::error::Error;
 use crate::service::Service;
+use model::ids::{CohortId, PersonId, RosterId, SchoolId};
 use model::roster;
 use model::roster::{LineOutcome, Roster, RosterChange, RosterDifference, RosterEntry, RosterOutcome, RosterRequest};
 use model::{CurrentPerson, PersonKey, Role};
@@ -47,7 +47,7 @@ pub async fn keep(
     file_name: &str,
     body: &[u8],
     wanted: &RosterRequest,
-) -> Result<Uuid, Error> {
+) -> Result<RosterId, Error> {
     parse(body).await?;
     let draft = NewRosterDraft { school_id: by.school_id, made_by: by.id, file_name, body, wanted };
     let mut tx = state.db.write().await?;
@@ -66,13 +66,13 @@ async fn parse(body: &[u8]) -> Result<Roster, Error> {
 ///
 /// # Errors
 /// When there is none, or the database fails.
-pub async fn preview(state: &Service, school: Uuid, id: Uuid) -> Result<RosterPreview, Error> {
+pub async fn preview(state: &Service, school: SchoolId, id: RosterId) -> Result<RosterPreview, Error> {
     let draft = rosters::find_roster(state.db.reader(), school, id).await?.ok_or(Error::NotFound)?;
     let mut connection = state.db.reader().acquire().await?;
     look(&mut connection, school, draft).await
 }
 
-async fn look(connection: &mut SqliteConnection, school: Uuid, draft: RosterDraft) -> Result<RosterPreview, Error> {
+async fn look(connection: &mut SqliteConnection, school: SchoolId, draft: RosterDraft) -> Result<RosterPreview, Error> {
     let roster = parse(&draft.body).await?;
     let about = about(&roster, &draft.wanted.0);
     let known = rosters::list_known_people(connection, school, &about).await?;
@@ -102,7 +102,7 @@ fn about<'a>(roster: &'a Roster, wanted: &'a RosterRequest) -> About<'a> {
 pub async fn confirm(
     state: &Service,
     by: &CurrentPerson,
-    id: Uuid,
+    id: RosterId,
     digest: &str,
     invite: bool,
 ) -> Result<Option<RosterDifference>, Error> {
@@ -128,7 +128,7 @@ pub async fn confirm(
         .await?;
     }
     let Import { added, changed, .. } = import;
-    let left: Vec<Uuid> = difference.leaving.iter().map(|leaving| leaving.person).collect();
+    let left: Vec<PersonId> = difference.leaving.iter().map(|leaving| leaving.person).collect();
     let told = json!({ "added": added, "changed": changed, "left_a_cohort": left, "difference_sha256": digest });
     audit::AuditEntry::by(by, "roster.imported", id).with(told).append(&mut tx, state.clock.now()).await?;
     rosters::discard_roster(&mut tx, by.school_id, id).await?;
@@ -142,9 +142,9 @@ struct Import<'a> {
     tx: &'a mut SqliteConnection,
     state: &'a Service,
     by: &'a CurrentPerson,
-    cohorts: BTreeMap<String, Uuid>,
-    added: Vec<Uuid>,
-    changed: Vec<Uuid>,
+    cohorts: BTreeMap<String, CohortId>,
+    added: Vec<PersonId>,
+    changed: Vec<PersonId>,
 }
 
 impl Import<'_> {
@@ -179,7 +179,7 @@ impl Import<'_> {
         Ok(())
     }
 
-    async fn change(&mut self, entry: &RosterEntry, person: Uuid, changes: &[RosterChange]) -> Result<(), Error> {
+    async fn change(&mut self, entry: &RosterEntry, person: PersonId, changes: &[RosterChange]) -> Result<(), Error> {
         let school = self.by.school_id;
         let details = Details { name: &entry.name, email: &entry.email, registrar_id: entry.registrar_id.as_deref() };
         directory::change_details(self.tx, school, person, details).await?;
@@ -199,7 +199,7 @@ impl Import<'_> {
         Ok(())
     }
 
-    async fn join(&mut self, person_id: Uuid, role: Role, cohort: &str) -> Result<(), Error> {
+    async fn join(&mut self, person_id: PersonId, role: Role, cohort: &str) -> Result<(), Error> {
         let cohort_id = self.cohort(cohort).await?;
         let membership = Membership { school_id: self.by.school_id, cohort_id, person_id, role };
         let deed = self.deed();
@@ -210,7 +210,7 @@ impl Import<'_> {
         Deed { by: Some(self.by.id), at: self.state.clock.now() }
     }
 
-    async fn cohort(&mut self, name: &str) -> Result<Uuid, Error> {
+    async fn cohort(&mut self, name: &str) -> Result<CohortId, Error> {
         if let Some(known) = self.cohorts.get(name) {
             return Ok(*known);
         }

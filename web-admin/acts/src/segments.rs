@@ -1,9 +1,9 @@
 //! Tasks to mark the moment of each pop on a blinded trace: made, marked, measured.
 
+use model::ids::{PersonId, SchoolId, TaskId, TraceId};
 use model::segments::TraceOutcome;
 use serde_json::json;
 use sqlx::types::Json;
-use uuid::Uuid;
 
 use crate::deadlines::Dated;
 use crate::error::Error;
@@ -21,7 +21,7 @@ use store::segments::{Marks, NewTask, SegmentTask, Trace};
 ///
 /// # Errors
 /// When an attempt or the cohort is not of the school, or the database fails.
-pub async fn make(state: &Service, by: &CurrentPerson, new: &NewTask) -> Result<Uuid, Error> {
+pub async fn make(state: &Service, by: &CurrentPerson, new: &NewTask) -> Result<TaskId, Error> {
     let mut tx = state.db.write().await?;
     let id = segments::add_segment_task(&mut tx, by, new, state.clock.now()).await?;
     let told = json!({ "cohort": new.cohort_id, "attempts": new.sessions });
@@ -35,7 +35,7 @@ pub async fn make(state: &Service, by: &CurrentPerson, new: &NewTask) -> Result<
 pub fn dated(task: &SegmentTask) -> Dated<'_> {
     Dated {
         kind: DeadlineKind::Segments,
-        id: task.id,
+        id: task.id.into(),
         due_local: task.due_local.as_deref(),
         time_zone: &task.time_zone,
     }
@@ -45,7 +45,7 @@ pub fn dated(task: &SegmentTask) -> Dated<'_> {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn withdraw(state: &Service, by: &CurrentPerson, task: Uuid) -> Result<(), Error> {
+pub async fn withdraw(state: &Service, by: &CurrentPerson, task: TaskId) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     segments::withdraw_task(&mut tx, by.school_id, task, state.clock.now()).await?;
     AuditEntry::by(by, "segments.withdrawn", task).append(&mut tx, state.clock.now()).await?;
@@ -56,7 +56,7 @@ pub async fn withdraw(state: &Service, by: &CurrentPerson, task: Uuid) -> Result
 ///
 /// # Errors
 /// [`Error::NotFound`] for any other.
-pub async fn task(state: &Service, person: &CurrentPerson, id: Uuid) -> Result<SegmentTask, Error> {
+pub async fn task(state: &Service, person: &CurrentPerson, id: TaskId) -> Result<SegmentTask, Error> {
     let reader = state.db.reader();
     let found = match person.role {
         Role::Trainee => segments::list_trainee_tasks(reader, person.school_id, person.id).await?,
@@ -69,7 +69,7 @@ pub async fn task(state: &Service, person: &CurrentPerson, id: Uuid) -> Result<S
 ///
 /// # Errors
 /// [`Error::NotFound`] for any other.
-pub async fn trace(state: &Service, person: &CurrentPerson, id: Uuid) -> Result<(SegmentTask, Trace), Error> {
+pub async fn trace(state: &Service, person: &CurrentPerson, id: TraceId) -> Result<(SegmentTask, Trace), Error> {
     let trace = segments::find_trace(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
     let task = task(state, person, trace.task_id).await?;
     if person.role == Role::Trainee && trace.trainee_id == person.id {
@@ -106,7 +106,7 @@ pub async fn mark(
 ///
 /// # Errors
 /// When it was not scored, or the database fails.
-pub async fn truth(state: &Service, school_id: Uuid, trace: &Trace) -> Result<Vec<f64>, Error> {
+pub async fn truth(state: &Service, school_id: SchoolId, trace: &Trace) -> Result<Vec<f64>, Error> {
     let key = SessionKey { school_id, id: trace.session_id };
     let curve = scores::find_curve(state.db.reader(), key).await?.ok_or(Error::NotFound)?;
     Ok(pops(&curve))
@@ -118,9 +118,9 @@ pub async fn truth(state: &Service, school_id: Uuid, trace: &Trace) -> Result<Ve
 /// When the database fails.
 pub async fn outcomes(
     state: &Service,
-    school: Uuid,
+    school: SchoolId,
     task: &SegmentTask,
-    people: &[Uuid],
+    people: &[PersonId],
 ) -> Result<Vec<TraceOutcome>, Error> {
     let reader = state.db.reader();
     let mut traces = Vec::new();
@@ -131,10 +131,10 @@ pub async fn outcomes(
     let marks = segments::find_marks(reader, school, task.id).await?;
     let longer = deadlines::list_extensions(
         reader,
-        DeadlineKey { school_id: school, kind: DeadlineKind::Segments, id: task.id },
+        DeadlineKey { school_id: school, kind: DeadlineKind::Segments, id: task.id.into() },
     )
     .await?;
-    let of = |person: &Uuid| {
+    let of = |person: &PersonId| {
         let longer = longer.iter().find(|extension| extension.person_id == *person);
         let due_at = longer.map_or(task.due_at, |extension| Some(extension.due_at));
         let begun = TraceOutcome {
@@ -147,7 +147,7 @@ pub async fn outcomes(
     Ok(people.iter().map(of).collect())
 }
 
-fn outcome(mut outcome: TraceOutcome, traces: &[(Trace, Vec<f64>)], marks: &[Marks], person: Uuid) -> TraceOutcome {
+fn outcome(mut outcome: TraceOutcome, traces: &[(Trace, Vec<f64>)], marks: &[Marks], person: PersonId) -> TraceOutcome {
     for (trace, pops) in traces.iter().filter(|(trace, _)| trace.trainee_id != person) {
         outcome.traces += 1;
         let own = marks.iter().find(|marks| marks.person_id == person && marks.trace_id == trace.id);

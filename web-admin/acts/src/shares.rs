@@ -4,12 +4,12 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use uuid::Uuid;
+use model::ids::SchoolId;
 
 /// What schools have of the judges.
 #[derive(Debug, Default)]
 pub struct Shares {
-    schools: BTreeMap<Uuid, WorkerShare>,
+    schools: BTreeMap<SchoolId, WorkerShare>,
     /// What whoever was begun last had used: a school that comes anew begins there.
     floor: Duration,
 }
@@ -39,7 +39,7 @@ impl Bench {
 impl Shares {
     /// Those schools whose turn it may be, in the order of their turns.
     #[must_use]
-    pub fn order(&self, mut waiting: Vec<Uuid>, bench: Bench) -> Vec<Uuid> {
+    pub fn order(&self, mut waiting: Vec<SchoolId>, bench: Bench) -> Vec<SchoolId> {
         waiting.retain(|school| self.of(*school).running < bench.most());
         waiting.sort_by_key(|school| {
             let share = self.of(*school);
@@ -49,7 +49,7 @@ impl Shares {
     }
 
     /// Notes that a school is given a judge.
-    pub fn begin(&mut self, school: Uuid) {
+    pub fn begin(&mut self, school: SchoolId) {
         let mut share = self.of(school);
         share.used = share.used.max(self.floor);
         share.running += 1;
@@ -58,14 +58,14 @@ impl Shares {
     }
 
     /// Notes that a judge was given back, and after how long.
-    pub fn end(&mut self, school: Uuid, took: Duration) {
+    pub fn end(&mut self, school: SchoolId, took: Duration) {
         let mut share = self.of(school);
         share.used += took;
         share.running = share.running.saturating_sub(1);
         self.schools.insert(school, share);
     }
 
-    fn of(&self, school: Uuid) -> WorkerShare {
+    fn of(&self, school: SchoolId) -> WorkerShare {
         self.schools.get(&school).copied().unwrap_or_default()
     }
 }
@@ -78,11 +78,16 @@ mod tests {
 
     const S: Duration = Duration::from_secs(1);
 
-    fn schools() -> [Uuid; 3] {
-        [1, 2, 3].map(Uuid::from_u128)
+    fn schools() -> [SchoolId; 3] {
+        [1, 2, 3].map(SchoolId::from_u128)
     }
 
-    fn turns(shares: &mut Shares, waiting: &[Uuid], took: impl Fn(Uuid) -> Duration, count: usize) -> Vec<Uuid> {
+    fn turns(
+        shares: &mut Shares,
+        waiting: &[SchoolId],
+        took: impl Fn(SchoolId) -> Duration,
+        count: usize,
+    ) -> Vec<SchoolId> {
         let bench = Bench { judges: 1, several: true };
         let turn = |_| {
             let next = shares.order(waiting.to_vec(), bench)[0];

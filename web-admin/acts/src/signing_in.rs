@@ -5,17 +5,17 @@ use std::net::IpAddr;
 use data_encoding::HEXLOWER;
 use store::audit::{Actor, AuditEntry};
 use store::people;
-use uuid::Uuid;
 
 use crate::error::Error;
 use crate::secret;
 use crate::service::Service;
+use model::ids::PersonId;
 
 /// Writes down that somebody signed in or out.
 ///
 /// # Errors
 /// When the database fails.
-pub async fn note_way_in(service: &Service, person: Uuid, action: &str) -> Result<(), Error> {
+pub async fn note_way_in(service: &Service, person: PersonId, action: &str) -> Result<(), Error> {
     let school_id = people::find_person(service.db.reader(), person).await?.map(|p| p.school_id);
     let mut tx = service.db.write().await?;
     AuditEntry::new(school_id, Actor::Person(person), action, person).append(&mut tx, service.clock.now()).await?;

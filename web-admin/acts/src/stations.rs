@@ -1,12 +1,12 @@
 //! Training stations: how one joins a school, and how a trainee signs in at one. Both by codes short enough to type.
 
 use serde_json::json;
-use uuid::Uuid;
 
 use crate::error::Error;
 use crate::keys;
 use crate::secret;
 use crate::service::Service;
+use model::ids::{SchoolId, StationId};
 use model::{CurrentPerson, Moment, PersonKey, Role, line};
 use store::audit::{Actor, AuditEntry};
 use store::people::Person;
@@ -34,7 +34,7 @@ const LONGEST_NAME: usize = 60;
 #[derive(Debug)]
 pub struct Paired {
     /// Id.
-    pub station_id: Uuid,
+    pub station_id: StationId,
     /// Its name.
     pub name: String,
     /// The school's name.
@@ -47,9 +47,9 @@ pub struct Paired {
 #[derive(Clone, Debug)]
 pub struct CallingStation {
     /// Its school.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// Id of its token.
-    pub id: Uuid,
+    pub id: StationId,
     /// Name.
     pub name: String,
 }
@@ -90,8 +90,9 @@ pub async fn pair(state: &Service, code: &str, name: &str, public_key: Option<&s
     }
     let token = secret::random_hex()?;
     let holder = TokenHolder { school_id, person_id: None, station: Some(name.clone()) };
-    let station_id = tokens::add_station_token(&mut tx, &holder, &secret::token_sha256(&token), now).await?;
-    stations::note_station_seen(&mut tx, school_id, station_id, now).await?;
+    let token_id = tokens::add_station_token(&mut tx, &holder, &secret::token_sha256(&token), now).await?;
+    stations::note_station_seen(&mut tx, school_id, token_id, now).await?;
+    let station_id = StationId::from(token_id);
     if let Some(key) = public_key {
         stations::set_station_key(&mut tx, school_id, station_id, key).await?;
     }
@@ -121,7 +122,7 @@ fn checked_name(given: &str) -> Result<String, Error> {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn revoke(state: &Service, by: &CurrentPerson, station: Uuid) -> Result<bool, Error> {
+pub async fn revoke(state: &Service, by: &CurrentPerson, station: StationId) -> Result<bool, Error> {
     let now = state.clock.now();
     let mut tx = state.db.write().await?;
     if !stations::revoke_station(&mut tx, by.school_id, station, now).await? {
@@ -201,9 +202,9 @@ async fn take_try(state: &Service, station: &CallingStation) -> Result<(), Error
     Ok(tx.commit().await?)
 }
 
-async fn hash(state: &Service, school: Uuid, code: String) -> Result<[u8; 32], Error> {
+async fn hash(state: &Service, school: SchoolId, code: String) -> Result<[u8; 32], Error> {
     let cost = state.config.password_cost;
-    Ok(state.hash(move || secret::code_hash(&code, school.as_bytes(), cost)).await??)
+    Ok(state.hash(move || secret::code_hash(&code, school.uuid().as_bytes(), cost)).await??)
 }
 
 /// A code in two halves, which are easier to read and to type.

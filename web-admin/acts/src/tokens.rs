@@ -1,8 +1,8 @@
 //! Tokens for programs of one's own: made with a name and an end, shown once, revoked.
 
+use model::ids::TokenId;
 use model::limits::{LONGEST_NAME, TOKEN_LIFETIMES_DAYS};
 use serde_json::json;
-use uuid::Uuid;
 
 use crate::error::Error;
 use crate::secret;
@@ -89,7 +89,7 @@ pub async fn make(state: &Service, person: &CurrentPerson, wanted: TokenRequest<
 ///
 /// # Errors
 /// When the database fails.
-pub async fn revoke(state: &Service, person: &CurrentPerson, id: Uuid) -> Result<bool, Error> {
+pub async fn revoke(state: &Service, person: &CurrentPerson, id: TokenId) -> Result<bool, Error> {
     let now = state.clock.now();
     let mut tx = state.db.write().await?;
     let revoked = tokens::revoke_token(&mut tx, person.into(), id, now).await?;

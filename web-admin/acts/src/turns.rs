@@ -5,20 +5,21 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use tokio::sync::watch;
-use uuid::Uuid;
+
+use model::ids::UploadId;
 
 /// How long who wants a turn waits for whoever has it.
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// Uploads that somebody is writing to, and how to tell them that another wants to.
 #[derive(Clone, Debug, Default)]
-pub struct Turns(Arc<Mutex<BTreeMap<Uuid, Arc<watch::Sender<bool>>>>>);
+pub struct Turns(Arc<Mutex<BTreeMap<UploadId, Arc<watch::Sender<bool>>>>>);
 
 /// The right to write to an upload, until it is dropped.
 #[derive(Debug)]
 pub struct Turn {
     turns: Turns,
-    id: Uuid,
+    id: UploadId,
     /// Closed with the turn, so that whoever waits knows.
     wanted: watch::Receiver<bool>,
 }
@@ -26,7 +27,7 @@ pub struct Turn {
 impl Turns {
     /// The turn, unless somebody has it.
     #[must_use]
-    pub fn take(&self, id: Uuid) -> Option<Turn> {
+    pub fn take(&self, id: UploadId) -> Option<Turn> {
         let mut taken = self.taken();
         if taken.contains_key(&id) {
             return None;
@@ -37,7 +38,7 @@ impl Turns {
     }
 
     /// The turn; whoever has it is told to give way. None where they do not in time.
-    pub async fn take_over(&self, id: Uuid) -> Option<Turn> {
+    pub async fn take_over(&self, id: UploadId) -> Option<Turn> {
         let wait = async {
             loop {
                 if let Some(turn) = self.take(id) {
@@ -55,11 +56,11 @@ impl Turns {
 
     /// Nobody has the turn.
     #[must_use]
-    pub fn free(&self, id: Uuid) -> bool {
+    pub fn free(&self, id: UploadId) -> bool {
         !self.taken().contains_key(&id)
     }
 
-    fn taken(&self) -> MutexGuard<'_, BTreeMap<Uuid, Arc<watch::Sender<bool>>>> {
+    fn taken(&self) -> MutexGuard<'_, BTreeMap<UploadId, Arc<watch::Sender<bool>>>> {
         // Nothing can be half done in a map of ids, so a panic elsewhere spoils nothing.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -5,13 +5,13 @@ use std::io::ErrorKind;
 use std::path::Path;
 
 use anyhow::Context;
-use uuid::Uuid;
 
 use crate::anchoring::AuditHead;
 use crate::config::Config;
 use crate::erasures::{Erasure, ErasureList};
 use crate::recording_files::hash_file;
 use model::directory::AccountState;
+use model::ids::SchoolId;
 use store::Database;
 use store::directory;
 use store::sessions::{self, RecordingFile};
@@ -171,7 +171,7 @@ pub fn unnamed(folder: &Path, named: &[RecordingFile]) -> std::io::Result<Vec<St
 /// Every recording in the folders of the schools, as rows name them.
 fn recordings_in(folder: &Path) -> std::io::Result<Vec<String>> {
     let mut found = Vec::new();
-    for school in entries(folder)?.iter().filter(|name| Uuid::parse_str(name).is_ok()) {
+    for school in entries(folder)?.iter().filter(|name| name.parse::<SchoolId>().is_ok()) {
         let recordings = entries(&folder.join(school))?;
         found.extend(recordings.iter().filter(|name| name.ends_with(".mcap")).map(|name| format!("{school}/{name}")));
     }

@@ -2,6 +2,7 @@
 
 use async_trait::async_trait;
 use model::Moment;
+use model::ids::PersonId;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use store::web_sessions::{self, SessionData, WebSessionRow};
@@ -9,7 +10,6 @@ use store::{Database, Result};
 use tower_sessions::session::{Id, Record};
 use tower_sessions::session_store::{Error, Result as StoreResult};
 use tower_sessions::{ExpiredDeletion, SessionStore};
-use uuid::Uuid;
 
 use crate::clock::Clock;
 
@@ -23,7 +23,7 @@ const STRANGER_S: i64 = 30 * 60;
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct SignedInSession {
     /// Who.
-    pub person_id: Uuid,
+    pub person_id: PersonId,
     /// With which password; a newer one ends the session.
     pub credential_version: i64,
     /// When it ends, whatever is done meanwhile. Sessions of before have none.

@@ -6,10 +6,10 @@ use crate::count_u32;
 use std::collections::BTreeSet;
 
 use time::OffsetDateTime;
-use uuid::Uuid;
 
 use super::Moment;
 use super::progress::{Course, Progress, ScoredAttempt, StepState};
+use crate::ids::{AssignmentId, SessionId};
 
 /// What is to be trained.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -24,7 +24,7 @@ pub enum AssignmentTask {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Assigned {
     /// Its id.
-    pub id: Uuid,
+    pub id: AssignmentId,
     /// What is to be trained.
     pub task: AssignmentTask,
     /// Title of the exercise or course.
@@ -73,7 +73,7 @@ pub struct AttemptHistory<'a> {
     /// All of them.
     pub attempts: &'a [ScoredAttempt],
     /// Those at which somebody who teaches was there, as they have confirmed.
-    pub supervised: &'a BTreeSet<Uuid>,
+    pub supervised: &'a BTreeSet<SessionId>,
 }
 
 impl AttemptHistory<'_> {
@@ -84,7 +84,7 @@ impl AttemptHistory<'_> {
     }
 
     /// The attempts at what was assigned, since it was, that only lack a confirmation.
-    fn unconfirmed(&self, assigned: &Assigned, taught: &[TaughtCourse]) -> Vec<Uuid> {
+    fn unconfirmed(&self, assigned: &Assigned, taught: &[TaughtCourse]) -> Vec<SessionId> {
         let asked = |exercise: &str| match &assigned.task {
             AssignmentTask::Exercise(id) => id == exercise,
             AssignmentTask::Course(id) => taught
@@ -111,7 +111,7 @@ pub struct AssignmentStanding {
     /// It is due, and not done.
     pub overdue: bool,
     /// Attempts that do not count because nobody has confirmed that they were there.
-    pub unconfirmed: Vec<Uuid>,
+    pub unconfirmed: Vec<SessionId>,
 }
 
 /// A course and its id.
@@ -246,7 +246,7 @@ mod tests {
 
     fn assigned(task: AssignmentTask, limit: Option<u32>) -> Assigned {
         Assigned {
-            id: Uuid::nil(),
+            id: AssignmentId::nil(),
             task,
             title: String::new(),
             made_at: Moment::from(NOW - Duration::days(2)),
@@ -261,7 +261,7 @@ mod tests {
     /// Attempts so many hours ago.
     fn standing(task: AssignmentTask, limit: Option<u32>, tried: &[(&str, i64, bool)]) -> AssignmentStanding {
         let attempt = |(exercise, hours, passed): &(&str, i64, bool)| ScoredAttempt {
-            session: Uuid::nil(),
+            session: SessionId::nil(),
             exercise: (*exercise).into(),
             at: NOW - Duration::hours(*hours),
             score: 0.0,
@@ -297,7 +297,7 @@ mod tests {
 
     #[test]
     fn under_supervision_only_confirmed_attempts_count() {
-        let [old, alone, seen] = [1, 2, 3].map(Uuid::from_u128);
+        let [old, alone, seen] = [1, 2, 3].map(SessionId::from_u128);
         let attempt = |session, hours, passed| ScoredAttempt {
             session,
             exercise: "a".into(),
@@ -307,7 +307,7 @@ mod tests {
             revision: None,
         };
         let attempts = [attempt(old, 90, true), attempt(alone, 10, true), attempt(seen, 5, false)];
-        let judge = |task, confirmed: &[Uuid]| {
+        let judge = |task, confirmed: &[SessionId]| {
             let supervised = confirmed.iter().copied().collect();
             let asked = Assigned { supervised: true, ..assigned(task, Some(2)) };
             AssignmentStanding::of(

@@ -1,12 +1,12 @@
 //! The attempt that something belongs to.
 
-use uuid::Uuid;
+use crate::ids::{SchoolId, SessionId};
 
 /// The attempt that something belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SessionKey {
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// Session.
-    pub id: Uuid,
+    pub id: SessionId,
 }

@@ -3,9 +3,8 @@
 use std::fmt;
 use std::str::FromStr;
 
-use uuid::Uuid;
-
 use super::Moment;
+use crate::ids::SessionId;
 
 /// An attempt's place in a list of attempts, newest first: what comes after it stays the same however many are added before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,12 +12,12 @@ pub struct AttemptPlace {
     /// When it began.
     pub started_at: Moment,
     /// Session.
-    pub id: Uuid,
+    pub id: SessionId,
 }
 
 impl AttemptPlace {
     /// Before every attempt.
-    pub const START: Self = Self { started_at: Moment::from_micros(i64::MAX), id: Uuid::max() };
+    pub const START: Self = Self { started_at: Moment::from_micros(i64::MAX), id: SessionId::from_u128(u128::MAX) };
 }
 
 impl fmt::Display for AttemptPlace {
@@ -49,7 +48,7 @@ mod tests {
 
     #[test]
     fn a_place_comes_back_as_it_was_said_and_nothing_else_is_one() {
-        let place = AttemptPlace { started_at: Moment::from_micros(-5), id: Uuid::from_u128(7) };
+        let place = AttemptPlace { started_at: Moment::from_micros(-5), id: SessionId::from_u128(7) };
         assert_eq!(place.to_string().parse(), Ok(place));
         for nonsense in ["", ".", "5", "x.y", "5.7", "9999999999999999999.00000000-0000-0000-0000-000000000007"] {
             assert_eq!(nonsense.parse::<AttemptPlace>(), Err(NoPlace), "{nonsense}");

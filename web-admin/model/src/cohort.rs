@@ -1,13 +1,13 @@
 //! A cohort at a glance.
 
-use uuid::Uuid;
+use crate::ids::CohortId;
 
 /// A cohort at a glance.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::FromRow))]
 pub struct CohortSummary {
     /// Its id.
-    pub id: Uuid,
+    pub id: CohortId,
     /// Its name.
     pub name: String,
     /// Trainees in it.

@@ -1,8 +1,7 @@
 //! The people of a school as lists show them.
 
-use uuid::Uuid;
-
 use crate::Role;
+use crate::ids::PersonId;
 
 /// How an account stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
@@ -25,7 +24,7 @@ pub enum AccountState {
 #[cfg_attr(feature = "sqlx", derive(sqlx::FromRow))]
 pub struct DirectoryEntry {
     /// Id.
-    pub id: Uuid,
+    pub id: PersonId,
     /// Name.
     pub name: String,
     /// Address.

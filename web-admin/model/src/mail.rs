@@ -1,8 +1,7 @@
 //! What is mailed.
 
-use uuid::Uuid;
-
 use crate::Moment;
+use crate::ids::{DatedId, LetterId, PersonId, ResponseId, SchoolId, SurveyId};
 
 /// What a mail is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,15 +24,15 @@ pub enum MailKind {
 #[cfg_attr(feature = "sqlx", derive(sqlx::FromRow))]
 pub struct Mail {
     /// Id.
-    pub id: Uuid,
+    pub id: LetterId,
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// To whom.
-    pub person_id: Uuid,
+    pub person_id: PersonId,
     /// What about.
     pub kind: MailKind,
     /// The assignment or task of a reminder.
-    pub assignment_id: Option<Uuid>,
+    pub assignment_id: Option<DatedId>,
     /// How often it was tried.
     pub tries: i64,
     /// Their name.
@@ -55,7 +54,7 @@ pub struct Mail {
 #[cfg_attr(feature = "sqlx", derive(sqlx::FromRow))]
 pub struct RetentionLetter {
     /// Id.
-    pub id: Uuid,
+    pub id: LetterId,
     /// How often it was tried.
     pub tries: i64,
     /// To whom.
@@ -77,17 +76,17 @@ pub struct RetentionLetter {
 #[cfg_attr(feature = "sqlx", derive(sqlx::FromRow))]
 pub struct SurveyLetter {
     /// Id.
-    pub id: Uuid,
+    pub id: LetterId,
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// Survey.
-    pub survey_id: Uuid,
+    pub survey_id: SurveyId,
     /// Name of whom it goes to; may be empty.
     pub name: String,
     /// Where it goes.
     pub email: String,
     /// The response whose link an earlier try has made.
-    pub response_id: Option<Uuid>,
+    pub response_id: Option<ResponseId>,
     /// How often it was tried.
     pub tries: i64,
     /// The school's name.

@@ -1,7 +1,6 @@
 //! What is done about a place in a cohort.
 
-use uuid::Uuid;
-
+use crate::ids::{CohortId, PersonId};
 use crate::{Moment, Role};
 
 /// What was done about somebody's place in a cohort.
@@ -38,11 +37,11 @@ pub struct MembershipEvent {
 #[cfg_attr(feature = "sqlx", derive(sqlx::FromRow))]
 pub struct MembershipRequest {
     /// The cohort.
-    pub cohort_id: Uuid,
+    pub cohort_id: CohortId,
     /// Its name.
     pub cohort: String,
     /// Who is asked for.
-    pub person_id: Uuid,
+    pub person_id: PersonId,
     /// Their name.
     pub person: String,
     /// What they would be in it.

@@ -6,7 +6,6 @@ use std::time::Duration;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
-use uuid::{NoContext, Timestamp, Uuid};
 
 /// A moment, in µs since 1970 UTC: an integer sorts and compares the same in every database, which RFC 3339 text
 /// with its optional fraction does not.
@@ -45,14 +44,6 @@ impl Moment {
     pub fn to_utc(self) -> OffsetDateTime {
         OffsetDateTime::from_unix_timestamp_nanos(i128::from(self.0) * 1000).unwrap_or(OffsetDateTime::UNIX_EPOCH)
     }
-}
-
-/// A fresh id that sorts by the moment it was made.
-#[must_use]
-pub fn new_id(now: Moment) -> Uuid {
-    let (seconds, rest_us) = (now.0.div_euclid(1_000_000), now.0.rem_euclid(1_000_000));
-    let nanoseconds = (rest_us * 1000) as u32;
-    Uuid::new_v7(Timestamp::from_unix(NoContext, seconds.max(0).unsigned_abs(), nanoseconds))
 }
 
 impl From<OffsetDateTime> for Moment {

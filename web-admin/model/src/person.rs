@@ -4,8 +4,8 @@ use std::fmt;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
-use uuid::Uuid;
 
+use crate::ids::{PersonId, SchoolId};
 use words::Language;
 
 /// What a person may do.
@@ -79,9 +79,9 @@ impl FromStr for Role {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CurrentPerson {
     /// Who.
-    pub id: Uuid,
+    pub id: PersonId,
     /// Their school; every query is limited to it.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// What they may do.
     pub role: Role,
     /// Their name, for the page's head; never for a log.
@@ -94,9 +94,9 @@ pub struct CurrentPerson {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PersonKey {
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// Person.
-    pub person_id: Uuid,
+    pub person_id: PersonId,
 }
 
 impl From<&CurrentPerson> for PersonKey {

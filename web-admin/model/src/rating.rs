@@ -2,19 +2,19 @@
 
 use std::collections::BTreeMap;
 
+use crate::ids::{PersonId, SessionId};
 use assessment::questionnaire::{self, Answer};
 use assessment::statistics::{IntraclassCorrelation, NotComputable, intraclass_correlation};
 use documents::Instrument;
 use documents::instrument::ScoreKey;
-use uuid::Uuid;
 
 /// A rating: the attempt, the rater, and, once it is finished, the answers in the order of the instrument's items.
 #[derive(Clone, Copy, Debug)]
 pub struct RatingAnswers<'a> {
     /// The attempt.
-    pub session: Uuid,
+    pub session: SessionId,
     /// The rater.
-    pub rater: Uuid,
+    pub rater: PersonId,
     /// Absent until it is finished.
     pub answers: Option<&'a [Option<Answer>]>,
 }
@@ -45,19 +45,19 @@ impl ScoreTable {
 #[must_use]
 pub fn tables(
     instrument: &Instrument,
-    attempts: &[Uuid],
-    raters: &[Uuid],
+    attempts: &[SessionId],
+    raters: &[PersonId],
     given: &[RatingAnswers<'_>],
 ) -> Vec<ScoreTable> {
-    let finished: BTreeMap<(Uuid, Uuid), &[Option<Answer>]> =
+    let finished: BTreeMap<(SessionId, PersonId), &[Option<Answer>]> =
         given.iter().filter_map(|given| Some(((given.session, given.rater), given.answers?))).collect();
     let score = |key: &ScoreKey| {
-        let cell = |attempt: Uuid, rater: &Uuid| {
+        let cell = |attempt: SessionId, rater: &PersonId| {
             finished
                 .get(&(attempt, *rater))
                 .and_then(|answers| questionnaire::score_response(instrument, key, answers).ok())
         };
-        let row = |attempt: &Uuid| raters.iter().map(|rater| cell(*attempt, rater)).collect();
+        let row = |attempt: &SessionId| raters.iter().map(|rater| cell(*attempt, rater)).collect();
         let rows: Vec<Vec<Option<f64>>> = attempts.iter().map(row).collect();
         ScoreTable {
             title: key.title.in_language("en").to_owned(),
@@ -92,7 +92,7 @@ mod tests {
     #[test]
     fn what_is_missing_is_left_out_and_counted() {
         let instrument = Instrument::from_bytes("test", INSTRUMENT.as_bytes()).expect("a shipped instrument");
-        let (attempts, raters) = ([1, 2, 3].map(Uuid::from_u128), [11, 12].map(Uuid::from_u128));
+        let (attempts, raters) = ([1, 2, 3].map(SessionId::from_u128), [11, 12].map(PersonId::from_u128));
         let said = [[1; 7], [2; 7], [4; 7], [5; 7], [3; 7]].map(answers);
         let given = |attempt: usize, rater: usize, answers| RatingAnswers {
             session: attempts[attempt],

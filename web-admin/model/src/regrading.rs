@@ -1,9 +1,9 @@
 //! What becomes of attempts when an exercise is graded again.
 
 use serde::{Deserialize, Serialize};
-use uuid::Uuid;
 
 use crate::Moment;
+use crate::ids::SessionId;
 
 /// How far a re-grading is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,7 +49,7 @@ pub enum RegradingOutcome {
 #[cfg_attr(feature = "sqlx", derive(sqlx::FromRow))]
 pub struct RegradingLine {
     /// The attempt.
-    pub session_id: Uuid,
+    pub session_id: SessionId,
     /// When it began.
     pub started_at: Moment,
     /// Who tried.

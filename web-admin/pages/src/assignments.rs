@@ -2,13 +2,13 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
-use uuid::Uuid;
 
 use super::people::SelectOption;
 use super::{Shell, StatusWord, format};
 use model::Role;
 use model::assignment::{AssignmentStage, AssignmentStanding, AssignmentTask};
 use model::due::{Local, local};
+use model::ids::{AssignmentId, SessionId};
 
 /// A trainee's assignments.
 #[derive(Debug, Template, WebTemplate)]
@@ -42,7 +42,7 @@ pub struct AssignmentRow {
     /// The trainee's id, where the list is of people.
     pub person: String,
     /// Attempts that wait for somebody to confirm that they were there.
-    pub unconfirmed: Vec<Uuid>,
+    pub unconfirmed: Vec<SessionId>,
 }
 
 /// What somebody has assigned.
@@ -102,7 +102,7 @@ pub struct AssignmentPage {
     /// Frame.
     pub shell: Shell,
     /// Its id.
-    pub id: Uuid,
+    pub id: AssignmentId,
     /// The assignment.
     pub assignment: ManagedRow,
     /// Trainees by name.
@@ -170,7 +170,7 @@ mod tests {
 
     fn standing(stage: AssignmentStage, overdue: bool) -> AssignmentStanding {
         let assigned = Assigned {
-            id: Uuid::nil(),
+            id: AssignmentId::nil(),
             task: AssignmentTask::Exercise("stop-in-the-fat".to_owned()),
             title: "Stop in the <fat>".to_owned(),
             made_at: Moment::from(samples::NOW),
@@ -180,7 +180,7 @@ mod tests {
             supervised: true,
             time_zone: "Europe/Berlin".to_owned(),
         };
-        AssignmentStanding { assigned, stage, overdue, unconfirmed: vec![Uuid::from_u128(1)] }
+        AssignmentStanding { assigned, stage, overdue, unconfirmed: vec![SessionId::from_u128(1)] }
     }
 
     fn rows() -> Vec<AssignmentRow> {
@@ -229,7 +229,7 @@ mod tests {
         let page = ManagedAssignmentsPage { shell: shell.clone(), rows: vec![managed.clone()], form };
         let html = samples::keep_page("assignments-managed", &page);
         assert!(html.contains("value=\"2026-03-29T02:30\"") && html.contains("The due date: skipped"), "{html}");
-        let page = AssignmentPage { shell, id: Uuid::nil(), assignment: managed, rows: rows() };
+        let page = AssignmentPage { shell, id: AssignmentId::nil(), assignment: managed, rows: rows() };
         let html = samples::keep_page("assignment", &page);
         assert!(
             html.contains("/sessions/00000000-0000-0000-0000-000000000001/supervision") && html.contains("I was there"),

@@ -272,6 +272,7 @@ mod tests {
 
     use super::*;
     use crate::samples;
+    use model::ids::CohortId;
 
     #[test]
     fn tells_who_is_where_and_who_needs_help() {
@@ -293,7 +294,7 @@ mod tests {
     #[test]
     fn the_list_links_each_cohort() {
         let line = |name: &str, attempts| {
-            let id = uuid::Uuid::nil();
+            let id = CohortId::nil();
             CohortLine::new(CohortSummary { id, name: name.to_owned(), trainees: 12, attempts, passes: attempts / 2 })
         };
         let page = CohortsPage {

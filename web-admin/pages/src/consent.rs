@@ -3,9 +3,9 @@
 use askama::Template;
 use askama_web::WebTemplate;
 use time::OffsetDateTime;
-use uuid::Uuid;
 
 use super::{Shell, StatusWord, format};
+use model::ids::PersonId;
 
 /// The consent of somebody who teaches.
 #[derive(Debug, Template, WebTemplate)]
@@ -14,7 +14,7 @@ pub struct ConsentOfExpertPage {
     /// Frame.
     pub shell: Shell,
     /// Who.
-    pub person: Uuid,
+    pub person: PersonId,
     /// Their name.
     pub name: String,
     /// What was recorded, the latest first.
@@ -69,7 +69,7 @@ mod tests {
         };
         let page = ConsentOfExpertPage {
             shell: samples::shell(Role::Administrator),
-            person: Uuid::nil(),
+            person: PersonId::nil(),
             name: "Dr Osei".to_owned(),
             recorded: vec![recorded(None), recorded(Some((samples::NOW, "Head".to_owned())))],
             wording: String::new(),

@@ -4,9 +4,9 @@ use askama::Template;
 use askama_web::WebTemplate;
 use documents::{Curriculum, ExerciseBundle, Issue};
 use model::draft::DraftVerdict;
+use model::ids::RevisionId;
 use time::OffsetDateTime;
 use tissue::follow::FieldPlan;
-use uuid::Uuid;
 
 use super::diff::DiffLine;
 use super::exercise::ExerciseFacts;
@@ -174,9 +174,9 @@ pub struct RevisionsPage {
     /// Revisions, newest first.
     pub revisions: Vec<RevisionRow>,
     /// The older of the two that are compared.
-    pub from: Uuid,
+    pub from: RevisionId,
     /// The newer of the two.
-    pub to: Uuid,
+    pub to: RevisionId,
     /// What differs, by document; empty where there is but one revision.
     pub parts: Vec<(&'static str, Vec<Vec<DiffLine>>)>,
 }
@@ -185,7 +185,7 @@ pub struct RevisionsPage {
 #[derive(Clone, Debug)]
 pub struct RevisionRow {
     /// Its id.
-    pub id: Uuid,
+    pub id: RevisionId,
     /// Its title.
     pub title: String,
     /// The beginning of its hash.
@@ -291,7 +291,7 @@ mod tests {
 
     #[test]
     fn revisions_are_compared() {
-        let [older, newer] = [1, 2].map(Uuid::from_u128);
+        let [older, newer] = [1, 2].map(RevisionId::from_u128);
         let revision = |id, current| RevisionRow {
             id,
             title: "Stop in the fat".to_owned(),

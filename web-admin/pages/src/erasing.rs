@@ -58,10 +58,11 @@ mod tests {
     use crate::samples;
     use model::Role;
     use model::directory::AccountState;
+    use model::ids::PersonId;
 
     fn page(held: bool, mentions: Vec<(String, String)>) -> ErasePage {
         let person = DirectoryEntry {
-            id: uuid::Uuid::nil(),
+            id: PersonId::nil(),
             name: "Ana Ek".to_owned(),
             email: "ana@example.org".to_owned(),
             role: Role::Trainee,

@@ -141,14 +141,15 @@ fn subject_and_body(letter: &impl Template) -> (String, String) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use model::ids::{LetterId, PersonId, SchoolId};
     use model::mail::MailKind;
 
     #[test]
     fn a_letter_has_a_subject_a_name_and_the_whole_link() {
         let mail = Mail {
-            id: uuid::Uuid::nil(),
-            school_id: uuid::Uuid::nil(),
-            person_id: uuid::Uuid::nil(),
+            id: LetterId::nil(),
+            school_id: SchoolId::nil(),
+            person_id: PersonId::nil(),
             kind: MailKind::Invitation,
             assignment_id: None,
             tries: 0,

@@ -2,9 +2,9 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
-use uuid::Uuid;
 
 use super::Shell;
+use model::ids::SessionId;
 
 /// Addresses that were made for a recording, shown this once.
 #[derive(Debug, Template, WebTemplate)]
@@ -13,7 +13,7 @@ pub struct RecordingLinksPage {
     /// Frame.
     pub shell: Shell,
     /// The attempt.
-    pub session: Uuid,
+    pub session: SessionId,
     /// Name and address of each viewer, with the recording.
     pub viewers: Vec<(&'static str, String)>,
     /// The recording's own address.
@@ -32,7 +32,7 @@ mod tests {
     fn says_how_long_the_addresses_work() {
         let page = RecordingLinksPage {
             shell: samples::shell(Role::Trainee),
-            session: Uuid::nil(),
+            session: SessionId::nil(),
             viewers: vec![("Foxglove", "https://app.foxglove.dev/?x=1&y=2".to_owned())],
             recording: "https://school.example/recordings/a/b.mcap".to_owned(),
             minutes: 15,

@@ -90,14 +90,13 @@ impl MakePasskeyPage {
 pub(super) mod samples {
     //! Passkeys for the pages' own tests.
 
-    use uuid::Uuid;
-
     use super::*;
     use crate::samples::NOW;
+    use model::ids::CeremonyId;
 
     pub(crate) fn question() -> PasskeyQuestion {
         let options = "{\"publicKey\":{\"challenge\":\"AAAA\",\"rpId\":\"localhost\"}}".to_owned();
-        PasskeyQuestion { id: Uuid::nil(), options, origin: "http://localhost:8080".to_owned() }
+        PasskeyQuestion { id: CeremonyId::nil(), options, origin: "http://localhost:8080".to_owned() }
     }
 
     pub(crate) fn row(name: &str, used: bool) -> PasskeyRow {

@@ -228,10 +228,11 @@ mod tests {
 
     use super::*;
     use crate::samples;
+    use model::ids::PersonId;
 
     fn listed(name: &str, state: AccountState) -> DirectoryEntry {
         DirectoryEntry {
-            id: uuid::Uuid::nil(),
+            id: PersonId::nil(),
             name: name.to_owned(),
             email: "ana@example.org".to_owned(),
             role: Role::Trainee,

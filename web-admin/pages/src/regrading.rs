@@ -6,10 +6,10 @@ use askama::Template;
 use askama_web::WebTemplate;
 use serde::Deserialize;
 use time::OffsetDateTime;
-use uuid::Uuid;
 
 use super::people::SelectOption;
 use super::{Shell, StatusWord, format};
+use model::ids::{RegradingId, SessionId};
 use model::regrading::{OutcomeCount, RegradingLine, RegradingOutcome, RegradingState, count_attempts};
 
 /// Where a rubric is chosen.
@@ -133,7 +133,7 @@ pub struct RegradingPage {
     /// Frame.
     pub shell: Shell,
     /// Id.
-    pub id: Uuid,
+    pub id: RegradingId,
     /// The exercise: title and page.
     pub exercise: (String, String),
     /// When the revision was published whose rubric judges, and the beginning of its hash.
@@ -155,7 +155,7 @@ pub struct RegradingPage {
     /// They.
     pub lines: Vec<RegradingLine>,
     /// The attempt after which the next page begins.
-    pub next: Option<Uuid>,
+    pub next: Option<SessionId>,
     /// This is not the first page.
     pub further: bool,
     /// Stands for what is shown.
@@ -264,7 +264,7 @@ mod tests {
 
     fn line(outcome: RegradingOutcome, before: f64, after: Option<f64>) -> RegradingLine {
         RegradingLine {
-            session_id: Uuid::nil(),
+            session_id: SessionId::nil(),
             started_at: Moment::from(samples::NOW),
             trainee: "Ana <Lindqvist>".to_owned(),
             before,
@@ -280,7 +280,7 @@ mod tests {
     fn page() -> RegradingPage {
         RegradingPage {
             shell: samples::shell(Role::Instructor),
-            id: Uuid::nil(),
+            id: RegradingId::nil(),
             exercise: ("Stop in the fat".to_owned(), "/exercises/stop-in-the-fat".to_owned()),
             revision: (samples::NOW, "abc123".to_owned()),
             state: RegradingState::Shown,
@@ -302,7 +302,7 @@ mod tests {
                 line(RegradingOutcome::Overridden, 40.0, Some(50.0)),
                 line(RegradingOutcome::Unreadable, 50.0, None),
             ],
-            next: Some(Uuid::nil()),
+            next: Some(SessionId::nil()),
             further: false,
             digest: "d1gest".to_owned(),
             own: true,

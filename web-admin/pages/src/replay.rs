@@ -5,11 +5,11 @@ use std::borrow::Borrow;
 use askama::Template;
 use askama_web::WebTemplate;
 use time::OffsetDateTime;
-use uuid::Uuid;
 
 use super::session::Drawing;
 use super::{Shell, anatomy, assets, format};
 use model::comment::{CommentKind, MOST_CHARACTERS, TypedComment};
+use model::ids::{CommentId, SessionId};
 
 /// The page of a replay.
 #[derive(Debug, Template, WebTemplate)]
@@ -18,7 +18,7 @@ pub struct ReplayPage {
     /// Frame.
     pub shell: Shell,
     /// The attempt.
-    pub session: Uuid,
+    pub session: SessionId,
     /// The exercise's title.
     pub exercise: String,
     /// The trainee's name and page, where the visitor is somebody else.
@@ -45,7 +45,7 @@ pub struct ReplayPage {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OtherAttempt {
     /// The attempt.
-    pub session: Uuid,
+    pub session: SessionId,
     /// What it is called in a list.
     pub label: String,
     /// It is laid over this one now.
@@ -56,7 +56,7 @@ pub struct OtherAttempt {
 #[derive(Clone, Debug, PartialEq)]
 pub struct CommentView {
     /// Id.
-    pub id: Uuid,
+    pub id: CommentId,
     /// What it is meant as.
     pub kind: CommentKind,
     /// The moment, or the beginning of the interval, in s.
@@ -66,7 +66,7 @@ pub struct CommentView {
     /// What is said, by whom.
     pub said: Utterance,
     /// Answers, oldest first, each with its id.
-    pub answers: Vec<(Uuid, Utterance)>,
+    pub answers: Vec<(CommentId, Utterance)>,
 }
 
 /// Something that somebody said.
@@ -90,7 +90,7 @@ pub struct CommentForm {
     /// Why it was refused.
     pub error: Option<String>,
     /// The comment that an answer was meant for, where it was one that was refused.
-    pub answers: Option<Uuid>,
+    pub answers: Option<CommentId>,
 }
 
 impl CommentForm {
@@ -98,7 +98,7 @@ impl CommentForm {
         self.typed.kind == kind.borrow().name()
     }
 
-    fn is_answer_to(&self, comment: impl Borrow<Uuid>) -> bool {
+    fn is_answer_to(&self, comment: impl Borrow<CommentId>) -> bool {
         self.answers.as_ref() == Some(comment.borrow())
     }
 }
@@ -146,16 +146,16 @@ mod tests {
         let said =
             |body: &str, own| Utterance { body: body.to_owned(), author: "Dr Osei".to_owned(), at: samples::NOW, own };
         let comment = CommentView {
-            id: Uuid::nil(),
+            id: CommentId::nil(),
             kind: CommentKind::Question,
             from_s: 3.5,
             to_s: Some(4.25),
             said: said("Why <so> fast here?", false),
-            answers: vec![(Uuid::nil(), said("I lost the layer.", true))],
+            answers: vec![(CommentId::nil(), said("I lost the layer.", true))],
         };
         ReplayPage {
             shell: samples::shell(Role::Trainee),
-            session: Uuid::nil(),
+            session: SessionId::nil(),
             exercise: "Stop in the fat".to_owned(),
             trainee: None,
             started_at: samples::NOW,
@@ -165,7 +165,7 @@ mod tests {
             consent: Some(None),
             comments: vec![comment],
             form: CommentForm::default(),
-            others: vec![OtherAttempt { session: Uuid::nil(), label: "12 May, 80".to_owned(), chosen: true }],
+            others: vec![OtherAttempt { session: SessionId::nil(), label: "12 May, 80".to_owned(), chosen: true }],
         }
     }
 

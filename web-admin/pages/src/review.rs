@@ -4,10 +4,10 @@ use askama::Template;
 use askama_web::WebTemplate;
 use assessment::Assessment;
 use time::OffsetDateTime;
-use uuid::Uuid;
 
 use super::metric;
 use super::{Shell, StatusWord, format};
+use model::ids::SessionId;
 use model::judgement::TypedOverride;
 
 /// The queue of attempts that wait.
@@ -28,7 +28,7 @@ pub struct ReviewPage {
 #[derive(Clone, Debug, PartialEq)]
 pub struct WaitingRow {
     /// The attempt.
-    pub session: Uuid,
+    pub session: SessionId,
     /// When it began.
     pub at: OffsetDateTime,
     /// Who tried.
@@ -94,7 +94,7 @@ pub struct RatedMean {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct JudgedAttempt {
     /// Session.
-    pub id: Uuid,
+    pub id: SessionId,
     /// The exercise's title.
     pub exercise: String,
     /// The trainee's name and page, where the visitor is somebody else.
@@ -193,7 +193,12 @@ mod tests {
 
     fn judged() -> JudgedAttempt {
         let trainee = Some(("Ana Lindqvist".to_owned(), "/trainees/1".to_owned()));
-        JudgedAttempt { id: Uuid::nil(), exercise: "Stop in the fat".to_owned(), trainee, started_at: samples::NOW }
+        JudgedAttempt {
+            id: SessionId::nil(),
+            exercise: "Stop in the fat".to_owned(),
+            trainee,
+            started_at: samples::NOW,
+        }
     }
 
     fn grade_page() -> GradePage {
@@ -265,7 +270,7 @@ mod tests {
     #[test]
     fn the_queue_says_what_to_do_and_when_it_is_empty() {
         let row = WaitingRow {
-            session: Uuid::nil(),
+            session: SessionId::nil(),
             at: samples::NOW,
             trainee: "Ana Lindqvist".to_owned(),
             exercise: "Stop in the fat".to_owned(),

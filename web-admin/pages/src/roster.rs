@@ -2,9 +2,9 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
-use uuid::Uuid;
 
 use super::{Shell, StatusWord, roster};
+use model::ids::RosterId;
 use model::roster::{Leaving, LineOutcome, Refusal, RosterChange, RosterDifference, RosterOutcome};
 
 /// Lines on one page of a difference.
@@ -50,7 +50,7 @@ pub struct RosterPreviewPage {
     /// Frame.
     pub shell: Shell,
     /// Of the roster that waits.
-    pub id: Uuid,
+    pub id: RosterId,
     /// What the file was called.
     pub file_name: String,
     /// Headings that mean nothing here.
@@ -147,11 +147,12 @@ mod tests {
     use super::*;
     use crate::samples;
     use model::Role;
+    use model::ids::PersonId;
     use model::roster::{RosterEntry, RosterRequest, SchoolPerson, read};
 
     fn difference() -> RosterDifference {
         let known = SchoolPerson {
-            id: Uuid::nil(),
+            id: PersonId::nil(),
             registrar_id: None,
             email: "ana@example.org".to_owned(),
             name: "Ana Ek".to_owned(),
@@ -160,7 +161,7 @@ mod tests {
             cohorts: vec!["Spring".to_owned()],
         };
         let bo = SchoolPerson {
-            id: Uuid::max(),
+            id: PersonId::from_u128(u128::MAX),
             email: "bo@example.org".to_owned(),
             name: "Bo".to_owned(),
             ..known.clone()
@@ -176,7 +177,7 @@ mod tests {
         let (lines, pages) = RosterPreviewPage::lines(&difference, shown, 1);
         RosterPreviewPage {
             shell: samples::shell(Role::Administrator),
-            id: Uuid::nil(),
+            id: RosterId::nil(),
             file_name: "spring.csv".to_owned(),
             ignored: vec!["colour".to_owned()],
             counts: difference.counts(),

@@ -3,7 +3,6 @@
 use assessment::{Deduction, DeductionCause, Direction, Metric};
 use documents::{Exercise, ExerciseBundle, HardFail, RubricLine};
 use time::{Duration, OffsetDateTime, macros::datetime};
-use uuid::Uuid;
 
 use super::cohort::{CohortPage, CourseShare, TraineeRow};
 use super::exercise::{Context, ExerciseFacts, ExercisePage};
@@ -14,6 +13,7 @@ use super::shell::ShellVisitor;
 use super::trainee::{CourseFacts, CourseView, OwnAttemptRow, PageNumbers, TraineePage};
 use super::{NavPlace, Shell, StatusWord};
 use attempt::{AttemptCurve, BoundaryStage, CurveMark, CurvePoint, LayerSpan, MarkKind, StageSpan};
+use model::ids::{CohortId, PersonId, SessionId};
 use model::membership::{MembershipAct, MembershipEvent, MembershipRequest};
 use model::progress::{Course, CourseStep, Mastery, Progress, ScoredAttempt};
 use model::{Moment, Role, Uncounted};
@@ -299,7 +299,7 @@ const COURSE_TITLE: &str = "Lower back: first punctures";
 pub(super) fn history(scores: &[(&str, f64)], days_ago: i64) -> Vec<ScoredAttempt> {
     let count = i64::try_from(scores.len()).expect("few");
     let attempt = |(i, (exercise, score)): (i64, &(&str, f64))| ScoredAttempt {
-        session: Uuid::from_u128(u128::from(i.unsigned_abs())),
+        session: SessionId::from_u128(u128::from(i.unsigned_abs())),
         exercise: (*exercise).into(),
         at: NOW - Duration::days(days_ago + 2 * (count - 1 - i)) + Duration::hours(i % 7),
         score: *score,
@@ -363,9 +363,9 @@ pub(super) fn progress() -> Progress {
 
 pub(super) fn request() -> MembershipRequest {
     MembershipRequest {
-        cohort_id: Uuid::from_u128(3),
+        cohort_id: CohortId::from_u128(3),
         cohort: "Spring".to_owned(),
-        person_id: Uuid::from_u128(4),
+        person_id: PersonId::from_u128(4),
         person: "Ana Lindqvist".to_owned(),
         role: Role::Trainee,
         asked_by: "Ben Okafor".to_owned(),

@@ -3,7 +3,6 @@
 
 use super::school::ADMINISTRATOR;
 use anyhow::Context;
-use uuid::Uuid;
 
 use super::DAY_S;
 use super::school::{self, COHORTS, LEARNERS};
@@ -13,6 +12,7 @@ use acts::assignments;
 use acts::deadlines;
 use acts::schools;
 use model::assignment::AssignmentTask;
+use model::ids::AssignmentId;
 use model::{CurrentPerson, Moment, due};
 use store::assignments::{self as stored, NewAssignment};
 use store::{cohorts, people};
@@ -64,7 +64,7 @@ async fn make_demo_assignment(
     task: AssignmentTask,
     made: Moment,
     due_at: Moment,
-) -> anyhow::Result<Uuid> {
+) -> anyhow::Result<AssignmentId> {
     let day = due::local(due_at, TIME_ZONE).machine;
     let due = due::read(&format!("{}T18:00", day.get(..10).context("a date")?), TIME_ZONE)?;
     let cohorts = cohorts::list_cohorts(state.db.reader(), by.school_id).await?;

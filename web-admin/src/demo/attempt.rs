@@ -13,7 +13,7 @@ use recording::{Session, Writer};
 use tissue::Specimen;
 
 use model::Moment;
-use model::moment::new_id;
+use model::new_id;
 
 /// Servo rate of the demonstration's station, in Hz.
 const TICK_HZ: f64 = 1000.0;

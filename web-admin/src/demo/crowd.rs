@@ -2,13 +2,13 @@
 
 use anyhow::Context;
 use indicatif::ProgressBar;
-use uuid::Uuid;
 
 use super::people::Trainee;
 use super::{DAY_S, Demonstration};
 use crate::AppState;
 use acts::generating;
 use acts::secret;
+use model::ids::SessionId;
 use store::generated::GeneratedCrowd;
 use store::practice;
 
@@ -46,7 +46,7 @@ pub(super) async fn gather_crowd(state: &AppState, trainee: &Trainee, wanted: &D
     generating::conclude_crowd(state, &crowd).await
 }
 
-async fn latest_of_trainee(state: &AppState, trainee: &Trainee) -> anyhow::Result<Uuid> {
+async fn latest_of_trainee(state: &AppState, trainee: &Trainee) -> anyhow::Result<SessionId> {
     let attempts = practice::list_trainee_practice(state.db.reader(), trainee.school_id, trainee.id).await?;
     Ok(attempts.last().context("nobody has made an attempt that the generated ones could be like")?.session)
 }

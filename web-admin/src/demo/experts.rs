@@ -5,7 +5,6 @@ use acts::reviewing;
 use anyhow::Context;
 use law::operator::{Occasion, Skill};
 use tokio::task::JoinSet;
-use uuid::Uuid;
 
 use super::attempt;
 use super::attempt::AttemptTask;
@@ -14,6 +13,7 @@ use super::{COURSE, MadeAttempt, current_bundle, take_in};
 use crate::AppState;
 
 use model::corridor::WORDING;
+use model::ids::SchoolId;
 use model::progress::Course;
 use model::{CurrentPerson, Moment};
 use store::experts::NewDeclaration;
@@ -40,7 +40,7 @@ struct OpenStep {
 ///
 /// # Errors
 /// When the people or the course are missing, or a part of the work fails.
-pub(super) async fn demonstrate(state: &AppState, school: Uuid, seed: u64) -> anyhow::Result<()> {
+pub(super) async fn demonstrate(state: &AppState, school: SchoolId, seed: u64) -> anyhow::Result<()> {
     let administrator = find_expert(state, ADMINISTRATOR).await?.into_current().context("the administrator")?;
     let mut experts = Vec::new();
     for name in COHORTS.iter().map(|cohort| cohort.instructor).chain(EXPERTS) {

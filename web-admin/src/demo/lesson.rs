@@ -3,12 +3,12 @@
 use acts::comments;
 use acts::reviewing;
 use anyhow::Context;
-use uuid::Uuid;
 
 use super::school::{self, COHORTS};
 use crate::AppState;
 use attempt::{AttemptCurve, MarkKind};
 use model::comment::{Comment, CommentKind};
+use model::ids::SessionId;
 use model::{CurrentPerson, Role};
 use store::grades::NewOverride;
 use store::people::{self, Person};
@@ -53,7 +53,7 @@ pub async fn teach_lesson(state: &AppState) -> anyhow::Result<()> {
     Ok(())
 }
 
-async fn pick_attempt(state: &AppState, viewer: &CurrentPerson, id: Uuid) -> anyhow::Result<Session> {
+async fn pick_attempt(state: &AppState, viewer: &CurrentPerson, id: SessionId) -> anyhow::Result<Session> {
     sessions::find_visible_session(state.db.reader(), viewer, id).await?.context("a taught attempt")
 }
 

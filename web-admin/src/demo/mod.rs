@@ -20,7 +20,6 @@ use indicatif::{ProgressBar, ProgressStyle};
 use law::operator::Occasion;
 use rust_embed::RustEmbed;
 use tokio::task::JoinSet;
-use uuid::Uuid;
 
 use crate::AppState;
 use crate::worker;
@@ -32,6 +31,7 @@ use acts::recordings::Received;
 use acts::surveys;
 use attempt::AttemptTask;
 use model::Moment;
+use model::ids::{PersonId, SchoolId};
 use model::progress::{Course, Progress};
 use people::{Trainee, found_school};
 use school::LEARNERS;
@@ -75,7 +75,7 @@ struct Slot {
 
 /// An attempt that was made and waits to be taken in.
 struct MadeAttempt {
-    trainee_id: Uuid,
+    trainee_id: PersonId,
     path: PathBuf,
     ends: Moment,
 }
@@ -199,7 +199,7 @@ async fn next_exercise(state: &AppState, trainee: &Trainee, n: u32) -> anyhow::R
 
 async fn current_bundle(
     state: &AppState,
-    school: Uuid,
+    school: SchoolId,
     course: &Course,
     step: usize,
 ) -> anyhow::Result<ExerciseBundle> {
@@ -214,7 +214,7 @@ async fn current_bundle(
 }
 
 /// Takes an attempt in as an upload would, and scores it.
-async fn take_in(state: &AppState, school_id: Uuid, made: MadeAttempt) -> anyhow::Result<()> {
+async fn take_in(state: &AppState, school_id: SchoolId, made: MadeAttempt) -> anyhow::Result<()> {
     let waited_s = (made.ends.micros() - state.clock.now().micros()) / 1_000_000;
     state.clock.advance(waited_s.max(0));
     let (trainee_id, actor) = (Some(made.trainee_id), Actor::Person(made.trainee_id));

@@ -3,8 +3,8 @@
 use acts::generating::{self, GeneratedPerson};
 use anyhow::{Context, ensure};
 use model::Role;
+use model::ids::{PersonId, SchoolId};
 use store::people;
-use uuid::Uuid;
 
 use super::school::{self, ADMINISTRATOR, COHORTS, EXPERTS, LEARNERS};
 use crate::AppState;
@@ -13,9 +13,9 @@ use crate::AppState;
 #[derive(Clone, Debug)]
 pub struct Trainee {
     /// Their id.
-    pub id: Uuid,
+    pub id: PersonId,
     /// Their school.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// What recordings say instead of a name.
     pub pseudonym: String,
 }
@@ -36,7 +36,10 @@ pub struct DemoAccount {
 ///
 /// # Errors
 /// When there are people already, or the database fails.
-pub async fn found_school(state: &AppState, password: &str) -> anyhow::Result<(Uuid, Vec<Trainee>, Vec<DemoAccount>)> {
+pub async fn found_school(
+    state: &AppState,
+    password: &str,
+) -> anyhow::Result<(SchoolId, Vec<Trainee>, Vec<DemoAccount>)> {
     let anybody = people::count_people(state.db.reader()).await?;
     ensure!(
         anybody == 0,

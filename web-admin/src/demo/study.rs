@@ -5,7 +5,6 @@ use anyhow::Context;
 use assessment::questionnaire::Answer;
 use documents::Instrument;
 use documents::instrument::{Item, ScaleKind};
-use uuid::Uuid;
 
 use super::people::Trainee;
 use super::school::{self, COHORTS};
@@ -15,6 +14,7 @@ use acts::surveys;
 use acts::surveys::SurveyRequest;
 use acts::surveys::answering;
 use acts::surveys::answering::SurveyOccasion;
+use model::ids::{SchoolId, SessionId};
 use model::survey::Identity;
 use model::survey::Survey;
 use model::{CurrentPerson, SessionKey};
@@ -50,7 +50,7 @@ const COMMENTS: [&str; 12] = [
 #[derive(Clone, Copy, Debug)]
 struct AnswerBasis {
     /// The attempt.
-    session: Uuid,
+    session: SessionId,
     /// Its score, as a share.
     score: f64,
     /// Its peak force, as a share of 10 N.
@@ -90,7 +90,7 @@ const SURVEYS: [PlannedSurvey; 2] = [
 ///
 /// # Errors
 /// When the instruments are missing, or the database fails.
-pub(super) async fn hold_study(state: &AppState, school: Uuid, trainees: &[Trainee]) -> anyhow::Result<()> {
+pub(super) async fn hold_study(state: &AppState, school: SchoolId, trainees: &[Trainee]) -> anyhow::Result<()> {
     let mut bases = Vec::new();
     for trainee in trainees {
         if let Some(basis) = latest_basis(state, trainee).await? {
@@ -139,7 +139,7 @@ async fn latest_basis(state: &AppState, trainee: &Trainee) -> anyhow::Result<Opt
 async fn make_study_survey(
     state: &AppState,
     owner: &CurrentPerson,
-    school: Uuid,
+    school: SchoolId,
     plan: &PlannedSurvey,
 ) -> anyhow::Result<Survey> {
     let reader = state.db.reader();

@@ -9,6 +9,7 @@ use acts::error::Error;
 use acts::mailer::Letter;
 use acts::mailing;
 use model::assignment::{AssignmentStage, AssignmentStanding};
+use model::ids::DatedId;
 use model::mail::{Mail, MailKind};
 use pages::letters::{self, Reminded};
 use store::account_links::Purpose;
@@ -85,10 +86,10 @@ async fn compose_letter(state: &AppState, mail: &Mail) -> Result<Option<Letter>,
 
 /// A reminder of what is still to be done: an assignment, or a task to mark pops.
 async fn compose_reminder(state: &AppState, mail: &Mail) -> Result<Option<(String, String)>, Error> {
-    let (is_meant, address) = (|id| Some(id) == mail.assignment_id, &state.config.address());
+    let (is_meant, address) = (|id: DatedId| Some(id) == mail.assignment_id, &state.config.address());
     let standings = assignments::standings(state, mail.school_id, mail.person_id).await?;
     if let Some(AssignmentStanding { assigned, stage, .. }) =
-        standings.iter().find(|s| is_meant(s.assigned.id) && s.is_open())
+        standings.iter().find(|s| is_meant(s.assigned.id.into()) && s.is_open())
     {
         let remind = |due_at| {
             let of = Reminded { title: &assigned.title, due_at, time_zone: &assigned.time_zone, stage };
@@ -97,7 +98,7 @@ async fn compose_reminder(state: &AppState, mail: &Mail) -> Result<Option<(Strin
         return Ok(assigned.due_at.map(remind));
     }
     let tasks = segments::list_trainee_tasks(state.db.reader(), mail.school_id, mail.person_id).await?;
-    let still = tasks.iter().find(|task| is_meant(task.id) && task.sent < task.traces);
+    let still = tasks.iter().find(|task| is_meant(task.id.into()) && task.sent < task.traces);
     let remind = |(task, due_at): (&segments::SegmentTask, _)| {
         let stage = &AssignmentStage::Open { left: None };
         let of = Reminded { title: &task.title, due_at, time_zone: &task.time_zone, stage };

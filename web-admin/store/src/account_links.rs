@@ -1,10 +1,10 @@
 //! Links by which somebody sets their password, once: only their hashes are here.
 
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
 use model::Moment;
+use model::ids::{PersonId, SchoolId};
 
 /// What a link is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, sqlx::Type)]
@@ -20,9 +20,9 @@ pub enum Purpose {
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct AccountLink {
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// Whose password it sets.
-    pub person_id: Uuid,
+    pub person_id: PersonId,
     /// What it is for.
     pub purpose: Purpose,
     /// Their name.
@@ -37,9 +37,9 @@ pub struct AccountLink {
 #[derive(Clone, Copy, Debug)]
 pub struct NewLink {
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// Whose password it sets.
-    pub person_id: Uuid,
+    pub person_id: PersonId,
     /// What it is for.
     pub purpose: Purpose,
     /// Until when.
@@ -75,7 +75,7 @@ pub async fn add_account_link(writer: &mut SqliteConnection, link: NewLink, toke
 /// When the database fails.
 pub async fn count_lasting_links(
     executor: impl SqliteExecutor<'_>,
-    person: Uuid,
+    person: PersonId,
     purpose: Purpose,
     until: Moment,
 ) -> Result<bool> {
@@ -114,7 +114,7 @@ pub async fn find_valid_link(
 ///
 /// # Errors
 /// When the database fails.
-pub(super) async fn end_account_links(writer: &mut SqliteConnection, person: Uuid) -> Result<()> {
+pub(super) async fn end_account_links(writer: &mut SqliteConnection, person: PersonId) -> Result<()> {
     for statement in [
         "DELETE FROM account_links WHERE person_id = $1",
         "DELETE FROM sign_in_codes WHERE person_id = $1",

@@ -1,11 +1,11 @@
 //! What was assigned, to whom, until when.
 
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
 use model::assignment::{Assigned, AssignmentTask};
-use model::{CurrentPerson, Moment, Role, new_id};
+use model::ids::{AssignmentId, CohortId, PersonId, SchoolId};
+use model::{CurrentPerson, Moment, Role};
 
 /// An assignment to be made.
 #[derive(Clone, Debug)]
@@ -13,9 +13,9 @@ pub struct NewAssignment {
     /// What is to be trained.
     pub task: AssignmentTask,
     /// The cohort, or
-    pub cohort_id: Option<Uuid>,
+    pub cohort_id: Option<CohortId>,
     /// the trainee.
-    pub person_id: Option<Uuid>,
+    pub person_id: Option<PersonId>,
     /// Under an instructor's eyes.
     pub supervised: bool,
     /// Attempts that count.
@@ -35,7 +35,7 @@ pub async fn add_assignment(
     by: &CurrentPerson,
     new: &NewAssignment,
     now: Moment,
-) -> Result<Uuid> {
+) -> Result<AssignmentId> {
     let (exercise, course) = match &new.task {
         AssignmentTask::Exercise(id) => (Some(id), None),
         AssignmentTask::Course(id) => (None, Some(id)),
@@ -45,7 +45,7 @@ pub async fn add_assignment(
            attempt_limit, due_local, time_zone, due_at, made_by, made_at)
          VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13) RETURNING id",
     )
-    .bind(new_id(now))
+    .bind(AssignmentId::made_at(now))
     .bind(by.school_id)
     .bind(exercise)
     .bind(course)
@@ -64,7 +64,7 @@ pub async fn add_assignment(
 
 #[derive(FromRow)]
 struct AssignedRow {
-    id: Uuid,
+    id: AssignmentId,
     exercise_id: Option<String>,
     curriculum_id: Option<String>,
     title: String,
@@ -119,9 +119,17 @@ macro_rules! assigned {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find_assignment(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Assigned>> {
-    let row: Option<AssignedRow> =
-        sqlx::query_as(assigned!("= $3")).bind(school).bind(None::<Uuid>).bind(id).fetch_optional(executor).await?;
+pub async fn find_assignment(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    id: AssignmentId,
+) -> Result<Option<Assigned>> {
+    let row: Option<AssignedRow> = sqlx::query_as(assigned!("= $3"))
+        .bind(school)
+        .bind(None::<AssignmentId>)
+        .bind(id)
+        .fetch_optional(executor)
+        .await?;
     Ok(row.map(Assigned::from))
 }
 
@@ -131,8 +139,8 @@ pub async fn find_assignment(executor: impl SqliteExecutor<'_>, school: Uuid, id
 /// When the database fails.
 pub async fn list_trainee_assignments(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
-    person: Uuid,
+    school: SchoolId,
+    person: PersonId,
 ) -> Result<Vec<Assigned>> {
     let rows: Vec<AssignedRow> = sqlx::query_as(assigned!(
         "IN (SELECT id FROM assignments WHERE person_id = $2
@@ -151,13 +159,13 @@ pub async fn list_trainee_assignments(
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct ManagedAssignment {
     /// Its id.
-    pub id: Uuid,
+    pub id: AssignmentId,
     /// Title of the exercise or course.
     pub title: String,
     /// The cohort, or
-    pub cohort_id: Option<Uuid>,
+    pub cohort_id: Option<CohortId>,
     /// the trainee.
-    pub person_id: Option<Uuid>,
+    pub person_id: Option<PersonId>,
     /// Name of the cohort or trainee.
     pub to: String,
     /// As it was said.
@@ -180,7 +188,7 @@ pub struct ManagedAssignment {
 pub async fn list_managed_assignments(
     executor: impl SqliteExecutor<'_>,
     by: &CurrentPerson,
-    only: Option<Uuid>,
+    only: Option<AssignmentId>,
     limit: u32,
 ) -> Result<Vec<ManagedAssignment>> {
     sqlx::query_as(
@@ -214,7 +222,12 @@ pub async fn list_managed_assignments(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn withdraw_assignment(writer: &mut SqliteConnection, school: Uuid, id: Uuid, now: Moment) -> Result<()> {
+pub async fn withdraw_assignment(
+    writer: &mut SqliteConnection,
+    school: SchoolId,
+    id: AssignmentId,
+    now: Moment,
+) -> Result<()> {
     sqlx::query("UPDATE assignments SET withdrawn_at = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)

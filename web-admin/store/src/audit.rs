@@ -7,16 +7,16 @@ use futures::TryStreamExt;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
+use model::ids::{PersonId, SchoolId, SessionId};
 use model::{CurrentPerson, Moment};
 
 /// Something that was done.
 #[derive(Clone, Debug)]
 pub struct AuditEntry<'a> {
     /// In which school, where there is one.
-    school_id: Option<Uuid>,
+    school_id: Option<SchoolId>,
     /// By whom.
     actor: Actor,
     /// What, for example `session.uploaded`.
@@ -31,7 +31,7 @@ pub struct AuditEntry<'a> {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Actor {
     /// A person, in the browser or through the API.
-    Person(Uuid),
+    Person(PersonId),
     /// A training station.
     Station(String),
     /// Whoever may run this program on the server.
@@ -61,7 +61,7 @@ impl std::fmt::Display for Actor {
 struct AuditRow {
     seq: i64,
     at: Moment,
-    school_id: Option<Uuid>,
+    school_id: Option<SchoolId>,
     actor: String,
     action: String,
     object: String,
@@ -88,7 +88,12 @@ impl AuditRow {
 
 impl<'a> AuditEntry<'a> {
     /// What `actor` did in a school to `object`, without details.
-    pub fn new(school_id: impl Into<Option<Uuid>>, actor: Actor, action: &'a str, object: impl Into<String>) -> Self {
+    pub fn new(
+        school_id: impl Into<Option<SchoolId>>,
+        actor: Actor,
+        action: &'a str,
+        object: impl Into<String>,
+    ) -> Self {
         let (school_id, object, details) = (school_id.into(), object.into(), json!({}));
         Self { school_id, actor, action, object, details }
     }
@@ -152,7 +157,7 @@ async fn insert_audit_entry(writer: &mut SqliteConnection, row: &AuditRow) -> Re
 ///
 /// # Errors
 /// When the database fails.
-pub async fn list_told_scores(executor: impl SqliteExecutor<'_>) -> Result<BTreeMap<Uuid, Vec<f64>>> {
+pub async fn list_told_scores(executor: impl SqliteExecutor<'_>) -> Result<BTreeMap<SessionId, Vec<f64>>> {
     let rows: Vec<(String, Option<String>)> = sqlx::query_as(
         "SELECT object, CASE action WHEN 'session.scored' THEN details ->> '$.score'
                                     WHEN 'session.regraded' THEN details ->> '$.to' END || ''
@@ -160,9 +165,9 @@ pub async fn list_told_scores(executor: impl SqliteExecutor<'_>) -> Result<BTree
     )
     .fetch_all(executor)
     .await?;
-    let mut told: BTreeMap<Uuid, Vec<f64>> = BTreeMap::new();
+    let mut told: BTreeMap<SessionId, Vec<f64>> = BTreeMap::new();
     for (object, score) in rows {
-        let Ok(session) = Uuid::parse_str(&object) else { continue };
+        let Ok(session) = object.parse::<SessionId>() else { continue };
         let scores = told.entry(session).or_default();
         scores.extend(score.and_then(|score| score.parse::<f64>().ok()));
     }

@@ -1,8 +1,8 @@
 //! Cohorts, who is in them, and who is asked for.
 
+use model::ids::{CohortId, PersonId, SchoolId};
 use model::membership::{MembershipAct, MembershipEvent, MembershipRequest};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
 use model::{Moment, Role, new_id};
@@ -11,7 +11,7 @@ use model::{Moment, Role, new_id};
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Cohort {
     /// Id.
-    pub id: Uuid,
+    pub id: CohortId,
     /// Name, unique in the school.
     pub name: String,
 }
@@ -20,12 +20,17 @@ pub struct Cohort {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find_or_create(writer: &mut SqliteConnection, school: Uuid, name: &str, now: Moment) -> Result<Cohort> {
+pub async fn find_or_create(
+    writer: &mut SqliteConnection,
+    school: SchoolId,
+    name: &str,
+    now: Moment,
+) -> Result<Cohort> {
     sqlx::query_as(
         "INSERT INTO cohorts (id, school_id, name, created_at) VALUES ($1, $2, $3, $4)
          ON CONFLICT (school_id, name) DO UPDATE SET name = excluded.name RETURNING id, name",
     )
-    .bind(new_id(now))
+    .bind(CohortId::made_at(now))
     .bind(school)
     .bind(name)
     .bind(now)
@@ -37,7 +42,7 @@ pub async fn find_or_create(writer: &mut SqliteConnection, school: Uuid, name: &
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find_cohort(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Cohort>> {
+pub async fn find_cohort(executor: impl SqliteExecutor<'_>, school: SchoolId, id: CohortId) -> Result<Option<Cohort>> {
     sqlx::query_as("SELECT id, name FROM cohorts WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -49,7 +54,7 @@ pub async fn find_cohort(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uu
 ///
 /// # Errors
 /// When the database fails.
-pub async fn list_cohorts(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<Cohort>> {
+pub async fn list_cohorts(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<Cohort>> {
     sqlx::query_as("SELECT id, name FROM cohorts WHERE school_id = $1 ORDER BY name")
         .bind(school)
         .fetch_all(executor)
@@ -60,22 +65,22 @@ pub async fn list_cohorts(executor: impl SqliteExecutor<'_>, school: Uuid) -> Re
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MembershipKey {
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// Cohort.
-    pub cohort_id: Uuid,
+    pub cohort_id: CohortId,
     /// Person.
-    pub person_id: Uuid,
+    pub person_id: PersonId,
 }
 
 /// Who joins which cohort.
 #[derive(Clone, Copy, Debug)]
 pub struct Membership {
     /// The school of both.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// The cohort.
-    pub cohort_id: Uuid,
+    pub cohort_id: CohortId,
     /// The person.
-    pub person_id: Uuid,
+    pub person_id: PersonId,
     /// As trainee or instructor.
     pub role: Role,
 }
@@ -84,7 +89,7 @@ pub struct Membership {
 #[derive(Clone, Copy, Debug)]
 pub struct Deed {
     /// Who; absent on the command line.
-    pub by: Option<Uuid>,
+    pub by: Option<PersonId>,
     /// When.
     pub at: Moment,
 }
@@ -131,7 +136,12 @@ pub async fn leave_cohort(writer: &mut SqliteConnection, key: MembershipKey, dee
 ///
 /// # Errors
 /// When somebody is of another school, or the database fails.
-pub async fn ask_for_member(writer: &mut SqliteConnection, key: MembershipKey, by: Uuid, at: Moment) -> Result<bool> {
+pub async fn ask_for_member(
+    writer: &mut SqliteConnection,
+    key: MembershipKey,
+    by: PersonId,
+    at: Moment,
+) -> Result<bool> {
     let asked = sqlx::query(
         "INSERT INTO cohort_requests (school_id, cohort_id, person_id, asked_by, asked_at)
          SELECT $1, $2, $3, $4, $5 WHERE NOT EXISTS (
@@ -202,9 +212,9 @@ async fn note_membership_act(
 /// When the database fails.
 pub async fn list_membership_requests(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
-    cohort: Option<Uuid>,
-    person: Option<Uuid>,
+    school: SchoolId,
+    cohort: Option<CohortId>,
+    person: Option<PersonId>,
 ) -> Result<Vec<MembershipRequest>> {
     sqlx::query_as(
         "SELECT q.cohort_id, c.name AS cohort, q.person_id, p.display_name AS person, p.role,
@@ -229,8 +239,8 @@ pub async fn list_membership_requests(
 /// When the database fails.
 pub async fn list_membership_acts(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
-    person: Uuid,
+    school: SchoolId,
+    person: PersonId,
 ) -> Result<Vec<MembershipEvent>> {
     sqlx::query_as(
         "SELECT c.name AS cohort, d.act, p.display_name AS \"by\", d.done_at FROM cohort_acts d
@@ -250,8 +260,8 @@ pub async fn list_membership_acts(
 /// When the database fails.
 pub async fn list_cohorts_of_person(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
-    person: Uuid,
+    school: SchoolId,
+    person: PersonId,
     role: Role,
 ) -> Result<Vec<Cohort>> {
     sqlx::query_as(

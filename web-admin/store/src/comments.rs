@@ -3,22 +3,25 @@
 use serde::Serialize;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use utoipa::ToSchema;
-use uuid::Uuid;
 
 use super::Result;
 use model::comment::{Comment, CommentKind};
-use model::{Moment, Role, SessionKey, new_id};
+use model::ids::{CommentId, PersonId};
+use model::{Moment, Role, SessionKey};
 
 /// A comment or an answer as it is kept.
 #[derive(Clone, Debug, PartialEq, FromRow, Serialize, ToSchema)]
 #[schema(as = Kept)]
 pub struct CommentRecord {
     /// Id.
-    pub id: Uuid,
+    #[schema(value_type = Uuid)]
+    pub id: CommentId,
     /// The comment that it answers.
-    pub answers: Option<Uuid>,
+    #[schema(value_type = Option<Uuid>)]
+    pub answers: Option<CommentId>,
     /// Who said it.
-    pub author_id: Uuid,
+    #[schema(value_type = Uuid)]
+    pub author_id: PersonId,
     /// Their name.
     pub author: String,
     /// Their role.
@@ -43,11 +46,11 @@ pub struct CommentRecord {
 pub async fn add_comment(
     writer: &mut SqliteConnection,
     session: SessionKey,
-    author: Uuid,
+    author: PersonId,
     comment: &Comment,
     now: Moment,
-) -> Result<Uuid> {
-    let id = new_id(now);
+) -> Result<CommentId> {
+    let id = CommentId::made_at(now);
     sqlx::query(
         "INSERT INTO comments (id, school_id, session_id, author_id, kind, from_s, to_s, body, made_at)
          VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9)",
@@ -70,7 +73,7 @@ pub async fn add_comment(
 #[derive(Clone, Copy, Debug)]
 pub struct CommentAnswer<'a> {
     /// The comment.
-    pub comment_id: Uuid,
+    pub comment_id: CommentId,
     /// What is said to it.
     pub body: &'a str,
 }
@@ -82,11 +85,11 @@ pub struct CommentAnswer<'a> {
 pub async fn answer_comment(
     writer: &mut SqliteConnection,
     session: SessionKey,
-    author: Uuid,
+    author: PersonId,
     answer: CommentAnswer<'_>,
     now: Moment,
-) -> Result<Option<Uuid>> {
-    let id = new_id(now);
+) -> Result<Option<CommentId>> {
+    let id = CommentId::made_at(now);
     let done = sqlx::query(
         "INSERT INTO comments (id, school_id, session_id, author_id, answers, body, made_at)
          SELECT $1, school_id, session_id, $4, id, $6, $7 FROM comments
@@ -111,8 +114,8 @@ pub async fn answer_comment(
 pub async fn withdraw_comment(
     writer: &mut SqliteConnection,
     session: SessionKey,
-    author: Uuid,
-    comment: Uuid,
+    author: PersonId,
+    comment: CommentId,
     now: Moment,
 ) -> Result<bool> {
     sqlx::query(

@@ -2,11 +2,11 @@
 
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
+use model::Moment;
+use model::ids::{RevisionId, SchoolId};
 use model::progress::{Course, CourseStep, CurveRule, Mastery};
-use model::{Moment, new_id};
 
 /// A curriculum to be published.
 #[derive(Clone, Debug)]
@@ -42,7 +42,7 @@ pub struct NewEntry {
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct TaughtCurriculum {
     /// Id of its current revision.
-    pub revision_id: Uuid,
+    pub revision_id: RevisionId,
     /// Curriculum id.
     pub curriculum_id: String,
     /// Title shown to people.
@@ -82,9 +82,9 @@ struct CurriculumStepRow {
 /// When the database fails.
 pub async fn find_curriculum_by_hash(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     sha256: &str,
-) -> Result<Option<Uuid>> {
+) -> Result<Option<RevisionId>> {
     sqlx::query_scalar("SELECT id FROM curriculum_revisions WHERE school_id = $1 AND sha256 = $2")
         .bind(school)
         .bind(sha256)
@@ -98,11 +98,11 @@ pub async fn find_curriculum_by_hash(
 /// When it was published before, or the database fails.
 pub async fn publish_curriculum(
     writer: &mut SqliteConnection,
-    school: Uuid,
+    school: SchoolId,
     curriculum: &NewCurriculum<'_>,
     now: Moment,
-) -> Result<Uuid> {
-    let id = new_id(now);
+) -> Result<RevisionId> {
+    let id = RevisionId::made_at(now);
     let (passes, of, curve) = match curriculum.mastery {
         Mastery::Passes { passes, of } => (passes, of, None),
         Mastery::Curve(curve) => (0, 0, Some(Json(curve))),
@@ -131,7 +131,12 @@ pub async fn publish_curriculum(
     Ok(id)
 }
 
-async fn insert_entry(writer: &mut SqliteConnection, revision: Uuid, position: i64, entry: &NewEntry) -> Result<()> {
+async fn insert_entry(
+    writer: &mut SqliteConnection,
+    revision: RevisionId,
+    position: i64,
+    entry: &NewEntry,
+) -> Result<()> {
     sqlx::query(
         "INSERT INTO curriculum_entries (revision_id, position, exercise_id, prerequisites, survey)
          VALUES ($1, $2, $3, $4, $5)",
@@ -150,7 +155,12 @@ async fn insert_entry(writer: &mut SqliteConnection, revision: Uuid, position: i
 ///
 /// # Errors
 /// When the database fails.
-pub async fn make_current(writer: &mut SqliteConnection, school: Uuid, id: &str, revision: Uuid) -> Result<()> {
+pub async fn make_current(
+    writer: &mut SqliteConnection,
+    school: SchoolId,
+    id: &str,
+    revision: RevisionId,
+) -> Result<()> {
     sqlx::query(
         "INSERT INTO curricula (school_id, curriculum_id, revision_id) VALUES ($1, $2, $3)
          ON CONFLICT (school_id, curriculum_id) DO UPDATE SET revision_id = excluded.revision_id",
@@ -167,7 +177,10 @@ pub async fn make_current(writer: &mut SqliteConnection, school: Uuid, id: &str,
 ///
 /// # Errors
 /// When the database fails.
-pub async fn list_taught_curricula(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<TaughtCurriculum>> {
+pub async fn list_taught_curricula(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+) -> Result<Vec<TaughtCurriculum>> {
     sqlx::query_as(
         "SELECT r.id AS revision_id, r.curriculum_id, r.title, r.description, r.sha256, r.mastery_passes, r.mastery_of, r.mastery_curve
          FROM curricula c JOIN curriculum_revisions r ON r.id = c.revision_id
@@ -182,7 +195,7 @@ pub async fn list_taught_curricula(executor: impl SqliteExecutor<'_>, school: Uu
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct CurriculumRevision {
     /// Id of the revision.
-    pub id: Uuid,
+    pub id: RevisionId,
     /// Title shown to people.
     pub title: String,
     /// SHA-256 of the document.
@@ -197,7 +210,7 @@ pub struct CurriculumRevision {
 /// When the database fails.
 pub async fn list_curriculum_revisions(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     id: &str,
 ) -> Result<Vec<CurriculumRevision>> {
     sqlx::query_as(
@@ -216,8 +229,8 @@ pub async fn list_curriculum_revisions(
 /// When the database fails.
 pub async fn read_curriculum_bytes(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
-    revision: Uuid,
+    school: SchoolId,
+    revision: RevisionId,
 ) -> Result<Option<Vec<u8>>> {
     sqlx::query_scalar("SELECT bytes FROM curriculum_revisions WHERE school_id = $1 AND id = $2")
         .bind(school)
@@ -230,7 +243,7 @@ pub async fn read_curriculum_bytes(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn exercise_ids(executor: impl SqliteExecutor<'_>, revision: Uuid) -> Result<Vec<String>> {
+pub async fn exercise_ids(executor: impl SqliteExecutor<'_>, revision: RevisionId) -> Result<Vec<String>> {
     sqlx::query_scalar("SELECT exercise_id FROM curriculum_entries WHERE revision_id = $1 ORDER BY position")
         .bind(revision)
         .fetch_all(executor)
@@ -243,7 +256,7 @@ pub async fn exercise_ids(executor: impl SqliteExecutor<'_>, revision: Uuid) -> 
 /// When the database fails.
 pub async fn find_course(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     curriculum: &TaughtCurriculum,
 ) -> Result<Course> {
     let rows: Vec<CurriculumStepRow> = sqlx::query_as(

@@ -1,10 +1,10 @@
 //! What has a due date: who has longer, and who is to be reminded. An assignment and a task to mark pops are put off alike.
 
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
 use model::Moment;
+use model::ids::{DatedId, PersonId, SchoolId};
 
 /// What has a due date.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,7 +19,7 @@ pub enum DeadlineKind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
 pub struct Extension {
     /// Who.
-    pub person_id: Uuid,
+    pub person_id: PersonId,
     /// Calendar days.
     pub days: i64,
     /// Until when.
@@ -30,11 +30,11 @@ pub struct Extension {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
 pub struct DueReminder {
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// Who.
-    pub person_id: Uuid,
+    pub person_id: PersonId,
     /// Of what: an assignment or a task.
-    pub id: Uuid,
+    pub id: DatedId,
 }
 
 macro_rules! shorten {
@@ -87,11 +87,11 @@ macro_rules! to_remind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DeadlineKey {
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// What it is.
     pub kind: DeadlineKind,
     /// Assignment or task.
-    pub id: Uuid,
+    pub id: DatedId,
 }
 
 /// Lets one trainee have longer, or, with `None`, as long as everybody.
@@ -101,7 +101,7 @@ pub struct DeadlineKey {
 pub async fn extend_deadline(
     writer: &mut SqliteConnection,
     deadline: DeadlineKey,
-    person: Uuid,
+    person: PersonId,
     longer: Option<(i64, Moment)>,
 ) -> Result<()> {
     let DeadlineKey { school_id, kind, id } = deadline;

@@ -1,8 +1,8 @@
 //! The people of a school as its administrator looks them up and changes them.
 
 use model::directory::{AccountState, DirectoryEntry};
+use model::ids::{CohortId, LetterId, PersonId, SchoolId};
 use sqlx::{SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::{Result, account_links};
 use model::{Moment, Role};
@@ -17,9 +17,9 @@ pub struct Filter {
     /// State of the account.
     pub state: Option<AccountState>,
     /// Cohort they are in.
-    pub cohort: Option<Uuid>,
+    pub cohort: Option<CohortId>,
     /// Name and id of the last one seen.
-    pub after: Option<(String, Uuid)>,
+    pub after: Option<(String, PersonId)>,
 }
 
 /// People by name.
@@ -28,11 +28,11 @@ pub struct Filter {
 /// When the database fails.
 pub async fn list_people(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     filter: &Filter,
     limit: u32,
 ) -> Result<Vec<DirectoryEntry>> {
-    let (name, id) = filter.after.clone().unwrap_or_default();
+    let (name, id) = filter.after.clone().unwrap_or((String::new(), PersonId::nil()));
     sqlx::query_as(
         "SELECT * FROM (
            SELECT p.id, p.display_name AS name, p.email, p.role, p.pseudonym, p.registrar_id,
@@ -64,8 +64,8 @@ pub async fn list_people(
 /// When the database fails.
 pub async fn find_directory_entry(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
-    id: Uuid,
+    school: SchoolId,
+    id: PersonId,
 ) -> Result<Option<DirectoryEntry>> {
     sqlx::query_as(
         "SELECT p.id, p.display_name AS name, p.email, p.role, p.pseudonym, p.registrar_id,
@@ -96,7 +96,12 @@ pub struct Details<'a> {
 ///
 /// # Errors
 /// When the address or the number is taken, or the database fails.
-pub async fn change_details(writer: &mut SqliteConnection, school: Uuid, id: Uuid, details: Details<'_>) -> Result<()> {
+pub async fn change_details(
+    writer: &mut SqliteConnection,
+    school: SchoolId,
+    id: PersonId,
+    details: Details<'_>,
+) -> Result<()> {
     let moved: Option<bool> = sqlx::query_scalar("SELECT email <> $3 FROM people WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -130,7 +135,7 @@ pub(super) fn search_people(name: &str, email: &str) -> String {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn change_role(writer: &mut SqliteConnection, school: Uuid, id: Uuid, role: Role) -> Result<()> {
+pub async fn change_role(writer: &mut SqliteConnection, school: SchoolId, id: PersonId, role: Role) -> Result<()> {
     sqlx::query("UPDATE people SET role = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -149,7 +154,7 @@ pub async fn change_role(writer: &mut SqliteConnection, school: Uuid, id: Uuid, 
         .map(drop)
 }
 
-async fn leave_all_cohorts(writer: &mut SqliteConnection, school: Uuid, id: Uuid) -> Result<()> {
+async fn leave_all_cohorts(writer: &mut SqliteConnection, school: SchoolId, id: PersonId) -> Result<()> {
     sqlx::query("DELETE FROM cohort_members WHERE school_id = $1 AND person_id = $2")
         .bind(school)
         .bind(id)
@@ -162,7 +167,7 @@ async fn leave_all_cohorts(writer: &mut SqliteConnection, school: Uuid, id: Uuid
 ///
 /// # Errors
 /// When the database fails.
-pub async fn enable_account(writer: &mut SqliteConnection, school: Uuid, id: Uuid) -> Result<bool> {
+pub async fn enable_account(writer: &mut SqliteConnection, school: SchoolId, id: PersonId) -> Result<bool> {
     sqlx::query(
         "UPDATE people SET disabled_at = NULL
          WHERE school_id = $1 AND id = $2 AND disabled_at IS NOT NULL AND erased_at IS NULL",
@@ -181,8 +186,8 @@ pub async fn enable_account(writer: &mut SqliteConnection, school: Uuid, id: Uui
 pub async fn list_letters_to(
     executor: impl SqliteExecutor<'_>,
     person: &DirectoryEntry,
-    school: Uuid,
-) -> Result<Vec<Uuid>> {
+    school: SchoolId,
+) -> Result<Vec<LetterId>> {
     sqlx::query_scalar(
         "SELECT id FROM mails WHERE school_id = $1 AND person_id = $2
          UNION ALL SELECT id FROM survey_letters WHERE school_id = $1 AND email = $3
@@ -202,7 +207,7 @@ pub async fn list_letters_to(
 pub async fn erase_person(
     writer: &mut SqliteConnection,
     person: &DirectoryEntry,
-    school: Uuid,
+    school: SchoolId,
     now: Moment,
 ) -> Result<()> {
     let email = format!("{}@erased.invalid", person.pseudonym);
@@ -240,7 +245,11 @@ pub async fn erase_person(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find_creation_time(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Moment>> {
+pub async fn find_creation_time(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    id: PersonId,
+) -> Result<Option<Moment>> {
     sqlx::query_scalar("SELECT created_at FROM people WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)

@@ -1,10 +1,10 @@
 //! Documents being written.
 
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
-use model::{Moment, new_id};
+use model::Moment;
+use model::ids::{DraftId, PersonId, RevisionId, SchoolId};
 
 /// What a draft will be a revision of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, sqlx::Type)]
@@ -29,13 +29,13 @@ pub struct Texts {
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct DocumentDraft {
     /// Its id.
-    pub id: Uuid,
+    pub id: DraftId,
     /// What it will be a revision of …
     pub kind: DraftKind,
     /// … by the document's id.
     pub document_id: String,
     /// The revision of an exercise that its meshes come from.
-    pub based_on: Option<Uuid>,
+    pub based_on: Option<RevisionId>,
     /// What is written.
     #[sqlx(flatten)]
     pub texts: Texts,
@@ -55,7 +55,7 @@ pub struct NewDocumentDraft<'a> {
     /// … by the document's id.
     pub document_id: &'a str,
     /// The revision of an exercise that its meshes come from.
-    pub based_on: Option<Uuid>,
+    pub based_on: Option<RevisionId>,
     /// What is written.
     pub texts: &'a Texts,
 }
@@ -64,9 +64,9 @@ pub struct NewDocumentDraft<'a> {
 #[derive(Clone, Copy, Debug)]
 pub struct DraftEditor {
     /// School.
-    pub school: Uuid,
+    pub school: SchoolId,
     /// Person.
-    pub person: Uuid,
+    pub person: PersonId,
     /// When.
     pub now: Moment,
 }
@@ -77,10 +77,10 @@ pub struct DraftEditor {
 /// When the database fails.
 pub async fn find_draft_of(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     kind: DraftKind,
     document_id: &str,
-) -> Result<Option<Uuid>> {
+) -> Result<Option<DraftId>> {
     sqlx::query_scalar("SELECT id FROM drafts WHERE school_id = $1 AND kind = $2 AND document_id = $3")
         .bind(school)
         .bind(kind)
@@ -93,8 +93,12 @@ pub async fn find_draft_of(
 ///
 /// # Errors
 /// When the document has one already, or the database fails.
-pub async fn begin_draft(writer: &mut SqliteConnection, by: DraftEditor, draft: &NewDocumentDraft<'_>) -> Result<Uuid> {
-    let id = new_id(by.now);
+pub async fn begin_draft(
+    writer: &mut SqliteConnection,
+    by: DraftEditor,
+    draft: &NewDocumentDraft<'_>,
+) -> Result<DraftId> {
+    let id = DraftId::made_at(by.now);
     sqlx::query(
         "INSERT INTO drafts (id, school_id, kind, document_id, based_on, document, scene, version, saved_by, saved_at)
          VALUES ($1, $2, $3, $4, $5, $6, $7, 1, $8, $9)",
@@ -117,7 +121,11 @@ pub async fn begin_draft(writer: &mut SqliteConnection, by: DraftEditor, draft: 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find_draft(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<DocumentDraft>> {
+pub async fn find_draft(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    id: DraftId,
+) -> Result<Option<DocumentDraft>> {
     sqlx::query_as(
         "SELECT d.id, d.kind, d.document_id, d.based_on, d.document, d.scene, d.version, p.display_name AS saved_by,
          d.saved_at
@@ -133,7 +141,7 @@ pub async fn find_draft(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uui
 ///
 /// # Errors
 /// When the database fails.
-pub async fn list_drafts(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<DocumentDraft>> {
+pub async fn list_drafts(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<DocumentDraft>> {
     sqlx::query_as(
         "SELECT d.id, d.kind, d.document_id, d.based_on, d.document, d.scene, d.version, p.display_name AS saved_by,
          d.saved_at
@@ -151,7 +159,7 @@ pub async fn list_drafts(executor: impl SqliteExecutor<'_>, school: Uuid) -> Res
 pub async fn save_draft(
     writer: &mut SqliteConnection,
     by: DraftEditor,
-    id: Uuid,
+    id: DraftId,
     seen: i64,
     texts: &Texts,
 ) -> Result<bool> {
@@ -176,7 +184,7 @@ pub async fn save_draft(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn remove_draft(writer: &mut SqliteConnection, school: Uuid, id: Uuid, seen: i64) -> Result<bool> {
+pub async fn remove_draft(writer: &mut SqliteConnection, school: SchoolId, id: DraftId, seen: i64) -> Result<bool> {
     let removed = sqlx::query("DELETE FROM drafts WHERE school_id = $1 AND id = $2 AND version = $3")
         .bind(school)
         .bind(id)

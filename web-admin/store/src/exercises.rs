@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
-use model::{Moment, new_id};
+use model::Moment;
+use model::ids::{RevisionId, SchoolId};
 
 /// A revision to be published.
 #[derive(Clone, Debug)]
@@ -38,7 +38,7 @@ pub struct NewRevision<'a> {
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct Revision {
     /// Id of the revision.
-    pub id: Uuid,
+    pub id: RevisionId,
     /// Exercise id.
     pub exercise_id: String,
     /// Title shown to people.
@@ -72,9 +72,9 @@ pub struct RevisionBytes {
 /// When the database fails.
 pub async fn find_revision_by_bundle(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     bundle_sha256: &str,
-) -> Result<Option<Uuid>> {
+) -> Result<Option<RevisionId>> {
     sqlx::query_scalar("SELECT id FROM exercise_revisions WHERE school_id = $1 AND bundle_sha256 = $2")
         .bind(school)
         .bind(bundle_sha256)
@@ -88,9 +88,9 @@ pub async fn find_revision_by_bundle(
 /// When the database fails.
 pub async fn by_documents(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     session: &recording::Session,
-) -> Result<Option<Uuid>> {
+) -> Result<Option<RevisionId>> {
     sqlx::query_scalar(
         "SELECT id FROM exercise_revisions
          WHERE school_id = $1 AND exercise_sha256 = $2 AND scene_sha256 = $3 AND exercise_id = $4
@@ -110,11 +110,11 @@ pub async fn by_documents(
 /// When it was published before, or the database fails.
 pub async fn publish_exercise(
     writer: &mut SqliteConnection,
-    school: Uuid,
+    school: SchoolId,
     revision: &NewRevision<'_>,
     now: Moment,
-) -> Result<Uuid> {
-    let id = new_id(now);
+) -> Result<RevisionId> {
+    let id = RevisionId::made_at(now);
     sqlx::query(
         "INSERT INTO exercise_revisions (id, school_id, exercise_id, title, difficulty, pass_mark, exercise_sha256,
          scene_sha256, bundle_sha256, exercise_bytes, scene_bytes, published_at)
@@ -142,7 +142,7 @@ pub async fn publish_exercise(
 
 async fn insert_mesh(
     writer: &mut SqliteConnection,
-    revision_id: Uuid,
+    revision_id: RevisionId,
     position: i64,
     name: &str,
     bytes: &[u8],
@@ -163,9 +163,9 @@ async fn insert_mesh(
 /// When the database fails.
 pub async fn make_current(
     writer: &mut SqliteConnection,
-    school: Uuid,
+    school: SchoolId,
     exercise_id: &str,
-    revision: Uuid,
+    revision: RevisionId,
 ) -> Result<()> {
     sqlx::query(
         "INSERT INTO exercises (school_id, exercise_id, revision_id) VALUES ($1, $2, $3)
@@ -185,7 +185,7 @@ pub async fn make_current(
 /// When the database fails.
 pub async fn find_current_revision(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     exercise_id: &str,
 ) -> Result<Option<Revision>> {
     sqlx::query_as(
@@ -206,7 +206,7 @@ pub async fn find_current_revision(
 /// When the database fails.
 pub async fn list_exercise_revisions(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     exercise_id: &str,
 ) -> Result<Vec<Revision>> {
     sqlx::query_as(
@@ -223,7 +223,7 @@ pub async fn list_exercise_revisions(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn list_current_exercises(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<Revision>> {
+pub async fn list_current_exercises(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<Revision>> {
     sqlx::query_as(
         "SELECT r.id, r.exercise_id, r.title, r.difficulty, r.pass_mark, r.exercise_sha256, r.scene_sha256,
          r.published_at
@@ -241,8 +241,8 @@ pub async fn list_current_exercises(executor: impl SqliteExecutor<'_>, school: U
 /// When the database fails.
 pub async fn read_exercise_bytes(
     reader: &sqlx::SqlitePool,
-    school: Uuid,
-    revision: Uuid,
+    school: SchoolId,
+    revision: RevisionId,
 ) -> Result<Option<RevisionBytes>> {
     let documents: Option<(Vec<u8>, Vec<u8>)> =
         sqlx::query_as("SELECT exercise_bytes, scene_bytes FROM exercise_revisions WHERE school_id = $1 AND id = $2")
@@ -262,7 +262,7 @@ pub async fn read_exercise_bytes(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn all_documents(reader: &sqlx::SqlitePool, school: Uuid) -> Result<BTreeMap<String, RevisionBytes>> {
+pub async fn all_documents(reader: &sqlx::SqlitePool, school: SchoolId) -> Result<BTreeMap<String, RevisionBytes>> {
     let documents: Vec<(String, Vec<u8>, Vec<u8>)> = sqlx::query_as(
         "SELECT e.exercise_id, r.exercise_bytes, r.scene_bytes
          FROM exercises e JOIN exercise_revisions r ON r.id = e.revision_id WHERE e.school_id = $1",

@@ -2,10 +2,10 @@
 
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
 use attempt::AttemptCurve;
+use model::ids::{PersonId, SchoolId};
 use model::{Moment, PersonKey, new_id};
 
 /// Most experts whose attempts are taken together.
@@ -21,7 +21,7 @@ pub struct NewDeclaration<'a> {
     /// When.
     pub given_at: Moment,
     /// Themselves, or the administrator to whom they gave it.
-    pub recorded_by: Uuid,
+    pub recorded_by: PersonId,
 }
 
 /// A consent as it was recorded, and perhaps taken back.
@@ -74,7 +74,7 @@ pub async fn record_consent(
 pub async fn withdraw_consent(
     writer: &mut SqliteConnection,
     PersonKey { school_id: school, person_id: person }: PersonKey,
-    by: Uuid,
+    by: PersonId,
     now: Moment,
 ) -> Result<bool> {
     sqlx::query(
@@ -94,7 +94,11 @@ pub async fn withdraw_consent(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn list_consents(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid) -> Result<Option<Moment>> {
+pub async fn list_consents(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    person: PersonId,
+) -> Result<Option<Moment>> {
     sqlx::query_scalar(
         "SELECT given_at FROM expert_declarations WHERE school_id = $1 AND person_id = $2 AND withdrawn_at IS NULL",
     )
@@ -108,7 +112,11 @@ pub async fn list_consents(executor: impl SqliteExecutor<'_>, school: Uuid, pers
 ///
 /// # Errors
 /// When the database fails.
-pub async fn declarations(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid) -> Result<Vec<Declaration>> {
+pub async fn declarations(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    person: PersonId,
+) -> Result<Vec<Declaration>> {
     sqlx::query_as(
         "SELECT d.wording, d.how, d.given_at, r.display_name AS recorded_by, d.withdrawn_at,
            w.display_name AS withdrawn_by
@@ -129,7 +137,7 @@ pub async fn declarations(executor: impl SqliteExecutor<'_>, school: Uuid, perso
 /// When the database fails.
 pub async fn list_expert_curves(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     exercise: &str,
 ) -> Result<Vec<AttemptCurve>> {
     let curves: Vec<Json<AttemptCurve>> = sqlx::query_scalar(

@@ -1,11 +1,11 @@
 //! The grade that counts: the newest computed score, or what somebody has put in its place. Every grading stays.
 
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
 use super::practice;
-use model::{Moment, SessionKey, new_id};
+use model::ids::{OverrideId, PersonId, SessionId};
+use model::{Moment, SessionKey};
 
 /// The grade that counts.
 #[derive(Clone, Copy, Debug, PartialEq, FromRow)]
@@ -26,7 +26,7 @@ pub struct NewOverride<'a> {
     /// Why.
     pub reason: &'a str,
     /// Who.
-    pub made_by: Uuid,
+    pub made_by: PersonId,
 }
 
 /// An override as it was made.
@@ -73,7 +73,7 @@ pub async fn put_override(
         "INSERT INTO score_overrides (id, school_id, session_id, score, passed, reason, made_by, made_at)
          VALUES ($1, $2, $3, $4, $5, $6, $7, $8)",
     )
-    .bind(new_id(now))
+    .bind(OverrideId::made_at(now))
     .bind(session.school_id)
     .bind(session.id)
     .bind(new.grade.map(|(score, _)| score))
@@ -90,7 +90,7 @@ pub async fn put_override(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn list_strayed_grades(executor: impl SqliteExecutor<'_>) -> Result<Vec<Uuid>> {
+pub async fn list_strayed_grades(executor: impl SqliteExecutor<'_>) -> Result<Vec<SessionId>> {
     sqlx::query_scalar(
         "SELECT g.session_id FROM grades g JOIN scores c ON c.id = g.score_id
          WHERE g.override_id IS NULL AND (g.score <> c.score OR g.passed <> c.passed)",

@@ -1,16 +1,16 @@
 //! Instruments in their published revisions.
 
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
-use model::{Moment, new_id};
+use model::Moment;
+use model::ids::{RevisionId, SchoolId};
 
 /// A revision of an instrument.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct InstrumentRevision {
     /// The revision.
-    pub id: Uuid,
+    pub id: RevisionId,
     /// The instrument's id.
     pub instrument_id: String,
     /// Its title, in its first language.
@@ -27,7 +27,7 @@ pub struct InstrumentRevision {
 #[derive(Clone, Copy, Debug)]
 pub struct NewInstrument<'a> {
     /// Its school.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// The instrument's id.
     pub instrument_id: &'a str,
     /// Its title, in its first language.
@@ -44,9 +44,9 @@ pub struct NewInstrument<'a> {
 /// When the database fails.
 pub async fn find_instrument_by_hash(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     sha256: &str,
-) -> Result<Option<Uuid>> {
+) -> Result<Option<RevisionId>> {
     sqlx::query_scalar("SELECT id FROM instrument_revisions WHERE school_id = $1 AND sha256 = $2")
         .bind(school)
         .bind(sha256)
@@ -58,12 +58,16 @@ pub async fn find_instrument_by_hash(
 ///
 /// # Errors
 /// When the bytes are known already, or the database fails.
-pub async fn publish_instrument(writer: &mut SqliteConnection, new: &NewInstrument<'_>, now: Moment) -> Result<Uuid> {
+pub async fn publish_instrument(
+    writer: &mut SqliteConnection,
+    new: &NewInstrument<'_>,
+    now: Moment,
+) -> Result<RevisionId> {
     sqlx::query_scalar(
         "INSERT INTO instrument_revisions (id, school_id, instrument_id, title, sha256, bytes, published_at)
          VALUES ($1, $2, $3, $4, $5, $6, $7) RETURNING id",
     )
-    .bind(new_id(now))
+    .bind(RevisionId::made_at(now))
     .bind(new.school_id)
     .bind(new.instrument_id)
     .bind(new.title)
@@ -78,7 +82,12 @@ pub async fn publish_instrument(writer: &mut SqliteConnection, new: &NewInstrume
 ///
 /// # Errors
 /// When there is no such revision, or the database fails.
-pub async fn make_current(writer: &mut SqliteConnection, school: Uuid, instrument: &str, revision: Uuid) -> Result<()> {
+pub async fn make_current(
+    writer: &mut SqliteConnection,
+    school: SchoolId,
+    instrument: &str,
+    revision: RevisionId,
+) -> Result<()> {
     sqlx::query(
         "INSERT INTO instruments (school_id, instrument_id, revision_id) VALUES ($1, $2, $3)
          ON CONFLICT (school_id, instrument_id) DO UPDATE SET revision_id = excluded.revision_id",
@@ -97,7 +106,7 @@ pub async fn make_current(writer: &mut SqliteConnection, school: Uuid, instrumen
 /// When the database fails.
 pub async fn find_current_instrument(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     instrument: &str,
 ) -> Result<Option<InstrumentRevision>> {
     sqlx::query_as(
@@ -117,7 +126,7 @@ pub async fn find_current_instrument(
 /// When the database fails.
 pub async fn list_current_instruments(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
 ) -> Result<Vec<InstrumentRevision>> {
     sqlx::query_as(
         "SELECT r.id, r.instrument_id, r.title, r.sha256, r.bytes, r.published_at FROM instruments i
@@ -135,8 +144,8 @@ pub async fn list_current_instruments(
 /// When the database fails.
 pub async fn find_instrument_revision(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
-    id: Uuid,
+    school: SchoolId,
+    id: RevisionId,
 ) -> Result<Option<InstrumentRevision>> {
     sqlx::query_as(
         "SELECT id, instrument_id, title, sha256, bytes, published_at FROM instrument_revisions

@@ -1,19 +1,19 @@
 //! The durable queue. A job lives until the transaction that stores its outcome deletes it: a crash repeats it.
 
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
 use super::tries::MOST_DEATHS;
+use model::ids::{SchoolId, SessionId};
 use model::{Moment, SessionKey};
 
 /// A recording that waits to be scored.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Job {
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// Session.
-    pub session_id: Uuid,
+    pub session_id: SessionId,
     /// How often it was tried.
     pub attempts: u32,
     /// How many of those tries ended in a death.
@@ -61,7 +61,7 @@ pub struct JobQuery {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn list_waiting_schools(executor: impl SqliteExecutor<'_>, due: JobQuery) -> Result<Vec<Uuid>> {
+pub async fn list_waiting_schools(executor: impl SqliteExecutor<'_>, due: JobQuery) -> Result<Vec<SchoolId>> {
     sqlx::query_scalar(
         "SELECT s.id FROM schools s WHERE EXISTS (SELECT 1 FROM jobs j
              WHERE j.school_id = s.id AND j.deaths = $1 AND (j.next_run_at <= $2 OR j.next_run_at > $3))",
@@ -79,7 +79,7 @@ pub async fn list_waiting_schools(executor: impl SqliteExecutor<'_>, due: JobQue
 /// When the database fails.
 pub async fn list_due_jobs(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     due: JobQuery,
     most: i64,
 ) -> Result<Vec<Job>> {

@@ -1,10 +1,10 @@
 //! Addresses under which a viewer elsewhere may read one recording for a short while.
 
 use sqlx::{SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
 use super::sessions::Session;
+use model::ids::PersonId;
 use model::{Moment, SessionKey};
 
 /// A link to a recording, about to be kept.
@@ -13,7 +13,7 @@ pub struct NewRecordingLink<'a> {
     /// The attempt.
     pub session: SessionKey,
     /// Whoever made the link.
-    pub made_by: Uuid,
+    pub made_by: PersonId,
     /// The hash of the secret in it.
     pub token_sha256: &'a [u8; 32],
     /// When it ends.

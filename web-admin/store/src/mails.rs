@@ -1,23 +1,23 @@
 //! What is to be mailed, and what was.
 
+use model::ids::{DatedId, LetterId, PersonId, SchoolId};
 use model::mail::{Mail, MailKind};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
-use model::{Moment, new_id};
+use model::Moment;
 
 /// To whom, and what about.
 #[derive(Clone, Copy, Debug)]
 pub struct NewMail {
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// To whom.
-    pub person_id: Uuid,
+    pub person_id: PersonId,
     /// What about.
     pub kind: MailKind,
     /// The assignment or task of a reminder.
-    pub assignment_id: Option<Uuid>,
+    pub assignment_id: Option<DatedId>,
 }
 
 /// Queues a mail. A reminder that was queued before is not queued again; an invitation or a reset that waits stands for
@@ -32,7 +32,7 @@ pub async fn queue_mail(writer: &mut SqliteConnection, mail: NewMail, now: Momen
          WHERE NOT EXISTS (SELECT 1 FROM mails WHERE school_id = $2 AND person_id = $3 AND kind = $4
                            AND assignment_id IS $5 AND (next_run_at IS NOT NULL OR kind = 'reminder'))",
     )
-    .bind(new_id(now))
+    .bind(LetterId::made_at(now))
     .bind(mail.school_id)
     .bind(mail.person_id)
     .bind(mail.kind)
@@ -64,7 +64,7 @@ pub async fn list_due_mails(executor: impl SqliteExecutor<'_>, now: Moment, limi
 ///
 /// # Errors
 /// When the database fails.
-pub async fn mark_mail_sent(writer: &mut SqliteConnection, id: Uuid, now: Moment) -> Result<()> {
+pub async fn mark_mail_sent(writer: &mut SqliteConnection, id: LetterId, now: Moment) -> Result<()> {
     sqlx::query("UPDATE mails SET sent_at = $2, next_run_at = NULL, error = NULL WHERE id = $1")
         .bind(id)
         .bind(now)
@@ -79,7 +79,7 @@ pub async fn mark_mail_sent(writer: &mut SqliteConnection, id: Uuid, now: Moment
 /// When the database fails.
 pub async fn mark_mail_failed(
     writer: &mut SqliteConnection,
-    id: Uuid,
+    id: LetterId,
     error: &str,
     again: Option<Moment>,
 ) -> Result<()> {
@@ -96,7 +96,7 @@ pub async fn mark_mail_failed(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn withdraw_mail(writer: &mut SqliteConnection, id: Uuid) -> Result<()> {
+pub async fn withdraw_mail(writer: &mut SqliteConnection, id: LetterId) -> Result<()> {
     sqlx::query("DELETE FROM mails WHERE id = $1").bind(id).execute(writer).await.map(drop)
 }
 
@@ -117,8 +117,8 @@ pub struct MailDelivery {
 /// When the database fails.
 pub async fn find_latest_mail(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
-    person: Uuid,
+    school: SchoolId,
+    person: PersonId,
 ) -> Result<Option<MailDelivery>> {
     sqlx::query_as(
         "SELECT kind, sent_at, error FROM mails WHERE school_id = $1 AND person_id = $2 AND kind IN ('invitation', 'reset')

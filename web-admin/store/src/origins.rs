@@ -1,15 +1,15 @@
 //! Origins whose pages may upload to a school from a browser.
 
 use sqlx::{SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
+use model::ids::SchoolId;
 
 /// Those that a school allows, in order.
 ///
 /// # Errors
 /// When the database fails.
-pub async fn list_school_origins(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<String>> {
+pub async fn list_school_origins(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<String>> {
     sqlx::query_scalar("SELECT origin FROM school_origins WHERE school_id = $1 ORDER BY origin")
         .bind(school)
         .fetch_all(executor)
@@ -31,7 +31,7 @@ pub async fn is_origin_allowed(executor: impl SqliteExecutor<'_>, origin: &str) 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn replace_origins(writer: &mut SqliteConnection, school: Uuid, origins: &[String]) -> Result<()> {
+pub async fn replace_origins(writer: &mut SqliteConnection, school: SchoolId, origins: &[String]) -> Result<()> {
     sqlx::query("DELETE FROM school_origins WHERE school_id = $1").bind(school).execute(&mut *writer).await?;
     for origin in origins {
         sqlx::query("INSERT INTO school_origins (school_id, origin) VALUES ($1, $2) ON CONFLICT DO NOTHING")

@@ -2,17 +2,17 @@
 
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 use webauthn_rs::prelude::Passkey;
 
 use super::Result;
+use model::ids::PasskeyId;
 use model::{Moment, PersonKey};
 
 /// A passkey as it is kept.
 #[derive(Clone, Debug, FromRow)]
 pub struct KeptPasskey {
     /// Id of ours.
-    pub id: Uuid,
+    pub id: PasskeyId,
     /// What its owner calls it.
     pub name: String,
     /// The public key, with its counter.
@@ -27,7 +27,7 @@ pub struct KeptPasskey {
 #[derive(Clone, Copy, Debug)]
 pub struct NewPasskey<'a> {
     /// Id of ours.
-    pub id: Uuid,
+    pub id: PasskeyId,
     /// What its owner calls it.
     pub name: &'a str,
     /// The public key.
@@ -66,7 +66,11 @@ pub async fn list_passkeys(executor: impl SqliteExecutor<'_>, key: PersonKey) ->
 ///
 /// # Errors
 /// When the database fails, or holds a key that cannot be read.
-pub async fn find_passkey(executor: impl SqliteExecutor<'_>, key: PersonKey, id: Uuid) -> Result<Option<KeptPasskey>> {
+pub async fn find_passkey(
+    executor: impl SqliteExecutor<'_>,
+    key: PersonKey,
+    id: PasskeyId,
+) -> Result<Option<KeptPasskey>> {
     sqlx::query_as(
         "SELECT id, name, public_key, made_at, last_used_at FROM passkeys
          WHERE id = $3 AND person_id = $1 AND school_id = $2",
@@ -103,7 +107,7 @@ pub async fn add_passkey(writer: &mut SqliteConnection, key: PersonKey, new: New
 ///
 /// # Errors
 /// When the database fails.
-pub async fn rename_passkey(writer: &mut SqliteConnection, key: PersonKey, id: Uuid, name: &str) -> Result<bool> {
+pub async fn rename_passkey(writer: &mut SqliteConnection, key: PersonKey, id: PasskeyId, name: &str) -> Result<bool> {
     sqlx::query("UPDATE passkeys SET name = $4 WHERE id = $3 AND person_id = $1 AND school_id = $2")
         .bind(key.person_id)
         .bind(key.school_id)
@@ -118,7 +122,7 @@ pub async fn rename_passkey(writer: &mut SqliteConnection, key: PersonKey, id: U
 ///
 /// # Errors
 /// When the database fails.
-pub async fn remove_passkey(writer: &mut SqliteConnection, key: PersonKey, id: Uuid) -> Result<bool> {
+pub async fn remove_passkey(writer: &mut SqliteConnection, key: PersonKey, id: PasskeyId) -> Result<bool> {
     sqlx::query("DELETE FROM passkeys WHERE id = $3 AND person_id = $1 AND school_id = $2")
         .bind(key.person_id)
         .bind(key.school_id)
@@ -136,7 +140,7 @@ pub async fn remove_passkey(writer: &mut SqliteConnection, key: PersonKey, id: U
 pub async fn take_signature(
     writer: &mut SqliteConnection,
     key: PersonKey,
-    id: Uuid,
+    id: PasskeyId,
     signature: PasskeySignature<'_>,
 ) -> Result<bool> {
     sqlx::query(

@@ -1,21 +1,21 @@
 //! People and their passwords' hashes.
 
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
 use super::account_links;
 use super::directory::search_people;
-use model::{CurrentPerson, Moment, PersonKey, Role, new_id};
+use model::ids::{PersonId, SchoolId};
+use model::{CurrentPerson, Moment, PersonKey, Role};
 use words::Language;
 
 /// A person, without what they sign in with.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Person {
     /// Id.
-    pub id: Uuid,
+    pub id: PersonId,
     /// Their school.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// What they may do.
     pub role: Role,
     /// Address, in lower case.
@@ -50,7 +50,7 @@ impl Person {
 #[derive(Clone, Debug)]
 pub struct NewPerson<'a> {
     /// Their school.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// What they may do.
     pub role: Role,
     /// Address; kept in lower case.
@@ -65,7 +65,7 @@ pub struct NewPerson<'a> {
 #[derive(Clone, Debug, FromRow)]
 pub struct Credentials {
     /// Whose.
-    pub id: Uuid,
+    pub id: PersonId,
     /// Argon2id hash in PHC form; absent for somebody who was invited and has none yet.
     pub password_hash: Option<String>,
     /// Kept in the signed-in session; a newer one ends it.
@@ -81,9 +81,9 @@ pub struct Credentials {
 /// # Errors
 /// When the address is taken, or the database fails.
 pub async fn add_person(writer: &mut SqliteConnection, person: &NewPerson<'_>, now: Moment) -> Result<Person> {
-    let id = new_id(now);
+    let id = PersonId::made_at(now);
     // The last 48 bits of a UUIDv7 are random: the pseudonym tells neither the name nor the order of enrolment.
-    let pseudonym = format!("p-{}", &id.simple().to_string()[20..]);
+    let pseudonym = format!("p-{}", &id.uuid().simple().to_string()[20..]);
     sqlx::query_as(
         "INSERT INTO people (id, school_id, role, email, display_name, pseudonym, password_hash, created_at, search)
          VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9)
@@ -114,7 +114,7 @@ pub async fn count_people(executor: impl SqliteExecutor<'_>) -> Result<i64> {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find_person(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Person>> {
+pub async fn find_person(executor: impl SqliteExecutor<'_>, id: PersonId) -> Result<Option<Person>> {
     sqlx::query_as(
         "SELECT id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at, language
          FROM people WHERE id = $1",
@@ -142,7 +142,7 @@ pub async fn find_person_by_email(executor: impl SqliteExecutor<'_>, email: &str
 ///
 /// # Errors
 /// When the database fails.
-pub async fn by_pseudonym(executor: impl SqliteExecutor<'_>, school: Uuid, name: &str) -> Result<Option<Person>> {
+pub async fn by_pseudonym(executor: impl SqliteExecutor<'_>, school: SchoolId, name: &str) -> Result<Option<Person>> {
     sqlx::query_as(
         "SELECT id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at, language
          FROM people WHERE school_id = $1 AND pseudonym = $2",
@@ -172,7 +172,7 @@ pub async fn find_credentials(executor: impl SqliteExecutor<'_>, email: &str) ->
 ///
 /// # Errors
 /// When the database fails.
-pub async fn set_password(writer: &mut SqliteConnection, person: Uuid, password_hash: &str) -> Result<bool> {
+pub async fn set_password(writer: &mut SqliteConnection, person: PersonId, password_hash: &str) -> Result<bool> {
     account_links::end_account_links(writer, person).await?;
     sqlx::query(
         "UPDATE people SET password_hash = $2, credential_version = credential_version + 1, password_initial_until = NULL
@@ -189,7 +189,7 @@ pub async fn set_password(writer: &mut SqliteConnection, person: Uuid, password_
 ///
 /// # Errors
 /// When the database fails.
-pub async fn make_initial(writer: &mut SqliteConnection, person: Uuid, until: Moment) -> Result<()> {
+pub async fn make_initial(writer: &mut SqliteConnection, person: PersonId, until: Moment) -> Result<()> {
     sqlx::query("UPDATE people SET password_initial_until = $2 WHERE id = $1")
         .bind(person)
         .bind(until)
@@ -237,7 +237,7 @@ pub async fn set_language(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn end_sign_ins(writer: &mut SqliteConnection, person: Uuid) -> Result<()> {
+pub async fn end_sign_ins(writer: &mut SqliteConnection, person: PersonId) -> Result<()> {
     sqlx::query("UPDATE people SET credential_version = credential_version + 1 WHERE id = $1")
         .bind(person)
         .execute(writer)
@@ -249,7 +249,7 @@ pub async fn end_sign_ins(writer: &mut SqliteConnection, person: Uuid) -> Result
 ///
 /// # Errors
 /// When the database fails.
-pub async fn disable_person(writer: &mut SqliteConnection, person: Uuid, now: Moment) -> Result<bool> {
+pub async fn disable_person(writer: &mut SqliteConnection, person: PersonId, now: Moment) -> Result<bool> {
     account_links::end_account_links(writer, person).await?;
     sqlx::query(
         "UPDATE people SET disabled_at = $2, credential_version = credential_version + 1

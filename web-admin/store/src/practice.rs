@@ -9,16 +9,16 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
 use super::tallies::{self, Sums};
+use model::ids::{AssignmentId, CohortId, PersonId, RevisionId, SchoolId, SessionId};
 use model::progress::ScoredAttempt;
 use model::{Moment, PersonKey, SessionKey};
 
 /// An attempt in a history: session, start in µs, score, passed, revision.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-struct PastAttempt(Uuid, i64, f64, bool, Option<Uuid>);
+struct PastAttempt(SessionId, i64, f64, bool, Option<RevisionId>);
 
 impl PastAttempt {
     fn attempt(self, exercise: &Arc<str>) -> ScoredAttempt {
@@ -30,16 +30,16 @@ impl PastAttempt {
 
 #[derive(FromRow)]
 struct PastRow {
-    id: Uuid,
+    id: SessionId,
     started_at: Moment,
     score: f64,
     passed: bool,
-    revision_id: Option<Uuid>,
+    revision_id: Option<RevisionId>,
 }
 
 #[derive(FromRow)]
 struct PracticeRow {
-    trainee_id: Uuid,
+    trainee_id: PersonId,
     exercise_id: String,
     history: Json<Vec<PastAttempt>>,
 }
@@ -52,7 +52,7 @@ impl PracticeRow {
 }
 
 /// Scored attempts by the trainee who made them, those at one exercise in order of time.
-pub type ByTrainee = BTreeMap<Uuid, Vec<ScoredAttempt>>;
+pub type ByTrainee = BTreeMap<PersonId, Vec<ScoredAttempt>>;
 
 fn list_practice_by_trainee(rows: Vec<PracticeRow>) -> ByTrainee {
     let mut attempts = ByTrainee::new();
@@ -77,7 +77,7 @@ macro_rules! practised {
 /// The attempt whose counting score has changed.
 #[derive(FromRow)]
 struct ChangedScore {
-    trainee_id: Uuid,
+    trainee_id: PersonId,
     exercise_id: String,
     started_at: Moment,
 }
@@ -115,7 +115,7 @@ pub async fn refresh_practice(writer: &mut SqliteConnection, session: SessionKey
     .await
 }
 
-async fn sums(executor: impl SqliteExecutor<'_>, school: Uuid, changed: &ChangedScore) -> Result<Sums> {
+async fn sums(executor: impl SqliteExecutor<'_>, school: SchoolId, changed: &ChangedScore) -> Result<Sums> {
     let sums: Option<Sums> = sqlx::query_as(
         "SELECT attempts, passes, points FROM practice WHERE school_id = $1 AND trainee_id = $2 AND exercise_id = $3",
     )
@@ -128,7 +128,11 @@ async fn sums(executor: impl SqliteExecutor<'_>, school: Uuid, changed: &Changed
 }
 
 /// Every scored attempt of the same trainee at the same exercise that counts, each by the score that counts.
-async fn history(executor: impl SqliteExecutor<'_>, school: Uuid, changed: &ChangedScore) -> Result<Vec<PastAttempt>> {
+async fn history(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    changed: &ChangedScore,
+) -> Result<Vec<PastAttempt>> {
     let rows: Vec<PastRow> = sqlx::query_as(
         "SELECT s.id, s.started_at, g.score, g.passed, s.revision_id FROM sessions s
          JOIN grades g ON g.school_id = s.school_id AND g.session_id = s.id
@@ -146,7 +150,7 @@ async fn history(executor: impl SqliteExecutor<'_>, school: Uuid, changed: &Chan
 
 async fn put(
     writer: &mut SqliteConnection,
-    school: Uuid,
+    school: SchoolId,
     changed: &ChangedScore,
     sums: Sums,
     history: &[PastAttempt],
@@ -174,8 +178,8 @@ async fn put(
 /// When the database fails.
 pub async fn list_trainee_practice(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
-    trainee: Uuid,
+    school: SchoolId,
+    trainee: PersonId,
 ) -> Result<Vec<ScoredAttempt>> {
     let rows: Vec<PracticeRow> = sqlx::query_as(
         "SELECT trainee_id, exercise_id, history FROM practice WHERE school_id = $1 AND trainee_id = $2",
@@ -193,7 +197,11 @@ pub async fn list_trainee_practice(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn list_cohort_practice(executor: impl SqliteExecutor<'_>, school: Uuid, cohort: Uuid) -> Result<ByTrainee> {
+pub async fn list_cohort_practice(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    cohort: CohortId,
+) -> Result<ByTrainee> {
     let rows = sqlx::query_as(practised!(
         "SELECT person_id FROM cohort_members WHERE school_id = $1 AND cohort_id = $2 AND role = 'trainee'",
         ""
@@ -207,8 +215,8 @@ pub async fn list_cohort_practice(executor: impl SqliteExecutor<'_>, school: Uui
 /// When the database fails.
 pub async fn of_cohort_at(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
-    cohort: Uuid,
+    school: SchoolId,
+    cohort: CohortId,
     exercise: &str,
 ) -> Result<ByTrainee> {
     let rows = sqlx::query_as(practised!(
@@ -222,7 +230,11 @@ pub async fn of_cohort_at(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of_assignment(executor: impl SqliteExecutor<'_>, school: Uuid, assignment: Uuid) -> Result<ByTrainee> {
+pub async fn of_assignment(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    assignment: AssignmentId,
+) -> Result<ByTrainee> {
     let rows = sqlx::query_as(practised!(
         "SELECT m.person_id FROM assignments a JOIN cohort_members m ON m.cohort_id = a.cohort_id AND m.role = 'trainee'
          WHERE a.id = $2 UNION ALL SELECT person_id FROM assignments WHERE id = $2 AND person_id IS NOT NULL",

@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 
 use sqlx::{FromRow, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
+use model::ids::{PersonId, SchoolId, SessionId};
 use model::{Needed, Proof, SessionKey};
 
 /// What is proved of an attempt.
@@ -22,7 +22,7 @@ pub async fn find_proof(executor: impl SqliteExecutor<'_>, session: SessionKey) 
 
 #[derive(FromRow)]
 struct Proved {
-    session_id: Uuid,
+    session_id: SessionId,
     #[sqlx(flatten)]
     proof: Proof,
 }
@@ -33,10 +33,10 @@ struct Proved {
 /// When the database fails.
 pub async fn list_proved_sessions(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
-    trainee: Uuid,
+    school: SchoolId,
+    trainee: PersonId,
     needed: Needed,
-) -> Result<BTreeSet<Uuid>> {
+) -> Result<BTreeSet<SessionId>> {
     let proved: Vec<Proved> = sqlx::query_as(
         "SELECT session_id, signed, resimulated, supervised FROM proofs WHERE school_id = $1 AND trainee_id = $2",
     )

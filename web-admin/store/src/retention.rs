@@ -1,18 +1,18 @@
 //! How long a school keeps whoever does nothing any more: its rule, who was warned, and how long the service has run since.
 
+use model::ids::{LetterId, PersonId, SchoolId};
 use model::mail::RetentionLetter;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
 use model::retention::{RetentionRule, Warned};
-use model::{Moment, PersonKey, Role, new_id};
+use model::{Moment, PersonKey, Role};
 
 /// The rule of a school; none where everybody is kept for ever.
 ///
 /// # Errors
 /// When there is no such school, or the database fails.
-pub async fn find_retention_rule(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Settings> {
+pub async fn find_retention_rule(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Settings> {
     sqlx::query_as(
         "SELECT retention_months AS months, retention_warn_days AS warn_days, retention_texts AS texts,
            erase_recordings AS recordings FROM schools WHERE id = $1",
@@ -47,7 +47,7 @@ impl Settings {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn set_retention_rule(writer: &mut SqliteConnection, school: Uuid, settings: Settings) -> Result<()> {
+pub async fn set_retention_rule(writer: &mut SqliteConnection, school: SchoolId, settings: Settings) -> Result<()> {
     sqlx::query(
         "UPDATE schools SET retention_months = $2, retention_warn_days = $3, retention_texts = $4, erase_recordings = $5
          WHERE id = $1",
@@ -66,7 +66,7 @@ pub async fn set_retention_rule(writer: &mut SqliteConnection, school: Uuid, set
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Idle {
     /// Id.
-    pub id: Uuid,
+    pub id: PersonId,
     /// Name.
     pub name: String,
     /// Address.
@@ -102,7 +102,7 @@ impl Idle {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn list_idle_people(executor: impl SqliteExecutor<'_>, school: Uuid, since: Moment) -> Result<Vec<Idle>> {
+pub async fn list_idle_people(executor: impl SqliteExecutor<'_>, school: SchoolId, since: Moment) -> Result<Vec<Idle>> {
     sqlx::query_as(
         "WITH everybody AS (
            SELECT p.id, p.display_name AS name, p.email, p.role, p.pseudonym, p.held_at, w.warned_at, w.told_at, w.told_observed_s,
@@ -126,12 +126,12 @@ pub async fn list_idle_people(executor: impl SqliteExecutor<'_>, school: Uuid, s
 ///
 /// # Errors
 /// When they were warned before, or the database fails.
-pub async fn warn_person(writer: &mut SqliteConnection, school: Uuid, idle: &Idle, now: Moment) -> Result<()> {
+pub async fn warn_person(writer: &mut SqliteConnection, school: SchoolId, idle: &Idle, now: Moment) -> Result<()> {
     sqlx::query(
         "INSERT INTO retention_warnings (id, school_id, person_id, active_at, warned_at, next_run_at)
          VALUES ($1, $2, $3, $4, $5, $5)",
     )
-    .bind(new_id(now))
+    .bind(LetterId::made_at(now))
     .bind(school)
     .bind(idle.id)
     .bind(idle.active_at)
@@ -145,7 +145,7 @@ pub async fn warn_person(writer: &mut SqliteConnection, school: Uuid, idle: &Idl
 ///
 /// # Errors
 /// When the database fails.
-pub async fn forget_warning(writer: &mut SqliteConnection, person: Uuid) -> Result<()> {
+pub async fn forget_warning(writer: &mut SqliteConnection, person: PersonId) -> Result<()> {
     sqlx::query("DELETE FROM retention_warnings WHERE person_id = $1").bind(person).execute(writer).await.map(drop)
 }
 
@@ -176,7 +176,7 @@ pub async fn list_due_warnings(
 /// When the database fails.
 pub async fn note_warning_letter(
     writer: &mut SqliteConnection,
-    letter: Uuid,
+    letter: LetterId,
     error: Option<&str>,
     again: Option<Moment>,
     now: Moment,
@@ -236,7 +236,11 @@ pub async fn note_look(writer: &mut SqliteConnection) -> Result<()> {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find_hold_time(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid) -> Result<Option<Moment>> {
+pub async fn find_hold_time(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    person: PersonId,
+) -> Result<Option<Moment>> {
     let held: Option<Option<Moment>> =
         sqlx::query_scalar("SELECT held_at FROM people WHERE school_id = $1 AND id = $2")
             .bind(school)
@@ -271,7 +275,7 @@ pub async fn hold_person(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn list_held_people(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<(Uuid, String)>> {
+pub async fn list_held_people(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<(PersonId, String)>> {
     sqlx::query_as(
         "SELECT id, display_name FROM people WHERE school_id = $1 AND held_at > 0 AND erased_at IS NULL
          ORDER BY display_name",
@@ -285,7 +289,7 @@ pub async fn list_held_people(executor: impl SqliteExecutor<'_>, school: Uuid) -
 ///
 /// # Errors
 /// When the database fails.
-pub async fn count_warned(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<i64> {
+pub async fn count_warned(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<i64> {
     sqlx::query_scalar("SELECT count(*) FROM retention_warnings WHERE school_id = $1")
         .bind(school)
         .fetch_one(executor)

@@ -1,9 +1,9 @@
 //! Attempts that wait to be looked at, and those that somebody has.
 
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
+use model::ids::{PersonId, SessionId};
 use model::{CurrentPerson, Moment, Role, SessionKey};
 
 /// Most attempts of the queue that are listed at once.
@@ -13,7 +13,7 @@ pub const LISTED: u32 = 50;
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct WaitingReview {
     /// Session.
-    pub id: Uuid,
+    pub id: SessionId,
     /// When it began.
     pub started_at: Moment,
     /// Who tried.
@@ -85,7 +85,12 @@ pub async fn list_review_queue(
 ///
 /// # Errors
 /// When attempt or person are of another school, or the database fails.
-pub async fn mark_reviewed(writer: &mut SqliteConnection, session: SessionKey, by: Uuid, now: Moment) -> Result<bool> {
+pub async fn mark_reviewed(
+    writer: &mut SqliteConnection,
+    session: SessionKey,
+    by: PersonId,
+    now: Moment,
+) -> Result<bool> {
     sqlx::query(
         "INSERT INTO reviews (school_id, session_id, reviewed_by, reviewed_at) VALUES ($1, $2, $3, $4)
          ON CONFLICT (school_id, session_id) DO NOTHING",

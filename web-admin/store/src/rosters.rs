@@ -4,11 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::{Result, directory, people};
+use model::ids::{PersonId, RosterId, SchoolId};
 use model::roster::{RosterEntry, RosterRequest, SchoolPerson};
-use model::{Moment, Role, new_id};
+use model::{Moment, Role};
 
 /// A roster that waits.
 #[derive(Clone, Debug, FromRow)]
@@ -27,9 +27,9 @@ pub struct RosterDraft {
 #[derive(Clone, Debug)]
 pub struct NewRosterDraft<'a> {
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// Who sent it.
-    pub made_by: Uuid,
+    pub made_by: PersonId,
     /// What the file was called.
     pub file_name: &'a str,
     /// The file.
@@ -42,8 +42,8 @@ pub struct NewRosterDraft<'a> {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn keep_roster(writer: &mut SqliteConnection, draft: &NewRosterDraft<'_>, now: Moment) -> Result<Uuid> {
-    let id = new_id(now);
+pub async fn keep_roster(writer: &mut SqliteConnection, draft: &NewRosterDraft<'_>, now: Moment) -> Result<RosterId> {
+    let id = RosterId::made_at(now);
     sqlx::query(
         "INSERT INTO rosters (id, school_id, made_by, file_name, body, wanted, made_at)
          VALUES ($1, $2, $3, $4, $5, $6, $7)",
@@ -64,7 +64,11 @@ pub async fn keep_roster(writer: &mut SqliteConnection, draft: &NewRosterDraft<'
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find_roster(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<RosterDraft>> {
+pub async fn find_roster(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    id: RosterId,
+) -> Result<Option<RosterDraft>> {
     sqlx::query_as("SELECT file_name, body, wanted, made_at FROM rosters WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -76,7 +80,7 @@ pub async fn find_roster(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uu
 ///
 /// # Errors
 /// When the database fails.
-pub async fn discard_roster(writer: &mut SqliteConnection, school: Uuid, id: Uuid) -> Result<bool> {
+pub async fn discard_roster(writer: &mut SqliteConnection, school: SchoolId, id: RosterId) -> Result<bool> {
     sqlx::query("DELETE FROM rosters WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -95,7 +99,7 @@ pub async fn forget_before(writer: &mut SqliteConnection, moment: Moment) -> Res
 
 #[derive(FromRow)]
 struct KnownRow {
-    id: Uuid,
+    id: PersonId,
     registrar_id: Option<String>,
     email: String,
     display_name: String,
@@ -120,7 +124,7 @@ pub struct About<'a> {
 /// When the database fails.
 pub async fn list_known_people(
     connection: &mut SqliteConnection,
-    school: Uuid,
+    school: SchoolId,
     about: &About<'_>,
 ) -> Result<Vec<SchoolPerson>> {
     let rows: Vec<KnownRow> = sqlx::query_as(
@@ -140,8 +144,8 @@ pub async fn list_known_people(
     .bind(Json(&about.cohorts))
     .fetch_all(&mut *connection)
     .await?;
-    let ids: Vec<Uuid> = rows.iter().map(|row| row.id).collect();
-    let memberships: Vec<(Uuid, String)> = sqlx::query_as(
+    let ids: Vec<PersonId> = rows.iter().map(|row| row.id).collect();
+    let memberships: Vec<(PersonId, String)> = sqlx::query_as(
         "SELECT m.person_id, c.name FROM json_each($2) asked
          CROSS JOIN cohort_members m ON m.person_id = unhex(asked.value, '-')
          CROSS JOIN cohorts c ON c.school_id = $1 AND c.id = m.cohort_id ORDER BY c.name",
@@ -150,7 +154,7 @@ pub async fn list_known_people(
     .bind(Json(&ids))
     .fetch_all(connection)
     .await?;
-    let mut cohorts: BTreeMap<Uuid, Vec<String>> = BTreeMap::new();
+    let mut cohorts: BTreeMap<PersonId, Vec<String>> = BTreeMap::new();
     for (person, cohort) in memberships {
         cohorts.entry(person).or_default().push(cohort);
     }
@@ -172,7 +176,7 @@ pub async fn list_known_people(
 /// When the database fails.
 pub async fn taken_elsewhere(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     emails: &BTreeSet<&str>,
 ) -> Result<BTreeSet<String>> {
     let taken: Vec<String> = sqlx::query_scalar(
@@ -191,10 +195,10 @@ pub async fn taken_elsewhere(
 /// When the address or the number is taken, or the database fails.
 pub async fn enrol_person(
     writer: &mut SqliteConnection,
-    school: Uuid,
+    school: SchoolId,
     entry: &RosterEntry,
     now: Moment,
-) -> Result<Uuid> {
+) -> Result<PersonId> {
     let new = people::NewPerson {
         school_id: school,
         role: entry.role.unwrap_or(Role::Trainee),

@@ -1,16 +1,16 @@
 //! Schools.
 
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
-use model::{Moment, Needed, new_id};
+use model::ids::SchoolId;
+use model::{Moment, Needed};
 
 /// A school.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct School {
     /// Id.
-    pub id: Uuid,
+    pub id: SchoolId,
     /// Name, unique.
     pub name: String,
 }
@@ -27,7 +27,7 @@ pub async fn list_schools(executor: impl SqliteExecutor<'_>) -> Result<Vec<Schoo
 ///
 /// # Errors
 /// When there is none, or the database fails.
-pub async fn find_school_name(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<String> {
+pub async fn find_school_name(executor: impl SqliteExecutor<'_>, id: SchoolId) -> Result<String> {
     sqlx::query_scalar("SELECT name FROM schools WHERE id = $1").bind(id).fetch_one(executor).await
 }
 
@@ -35,7 +35,7 @@ pub async fn find_school_name(executor: impl SqliteExecutor<'_>, id: Uuid) -> Re
 ///
 /// # Errors
 /// When there is none, or the database fails.
-pub async fn find_time_zone(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<String> {
+pub async fn find_time_zone(executor: impl SqliteExecutor<'_>, id: SchoolId) -> Result<String> {
     sqlx::query_scalar("SELECT time_zone FROM schools WHERE id = $1").bind(id).fetch_one(executor).await
 }
 
@@ -43,7 +43,7 @@ pub async fn find_time_zone(executor: impl SqliteExecutor<'_>, id: Uuid) -> Resu
 ///
 /// # Errors
 /// When the database fails.
-pub async fn set_time_zone(writer: &mut SqliteConnection, id: Uuid, zone: &str) -> Result<()> {
+pub async fn set_time_zone(writer: &mut SqliteConnection, id: SchoolId, zone: &str) -> Result<()> {
     sqlx::query("UPDATE schools SET time_zone = $2 WHERE id = $1").bind(id).bind(zone).execute(writer).await.map(drop)
 }
 
@@ -51,7 +51,7 @@ pub async fn set_time_zone(writer: &mut SqliteConnection, id: Uuid, zone: &str) 
 ///
 /// # Errors
 /// When there is none, or the database fails.
-pub async fn certificate_needs(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<Needed> {
+pub async fn certificate_needs(executor: impl SqliteExecutor<'_>, id: SchoolId) -> Result<Needed> {
     sqlx::query_scalar("SELECT certificate_needs FROM schools WHERE id = $1").bind(id).fetch_one(executor).await
 }
 
@@ -59,7 +59,7 @@ pub async fn certificate_needs(executor: impl SqliteExecutor<'_>, id: Uuid) -> R
 ///
 /// # Errors
 /// When the database fails.
-pub async fn set_certificate_needs(writer: &mut SqliteConnection, id: Uuid, needed: Needed) -> Result<()> {
+pub async fn set_certificate_needs(writer: &mut SqliteConnection, id: SchoolId, needed: Needed) -> Result<()> {
     sqlx::query("UPDATE schools SET certificate_needs = $2 WHERE id = $1")
         .bind(id)
         .bind(needed)
@@ -72,7 +72,7 @@ pub async fn set_certificate_needs(writer: &mut SqliteConnection, id: Uuid, need
 ///
 /// # Errors
 /// When there is none, or the database fails.
-pub async fn erases_recordings(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<bool> {
+pub async fn erases_recordings(executor: impl SqliteExecutor<'_>, id: SchoolId) -> Result<bool> {
     sqlx::query_scalar("SELECT erase_recordings FROM schools WHERE id = $1").bind(id).fetch_one(executor).await
 }
 
@@ -85,7 +85,7 @@ pub async fn find_or_create(writer: &mut SqliteConnection, name: &str, now: Mome
         "INSERT INTO schools (id, name, created_at) VALUES ($1, $2, $3)
          ON CONFLICT (name) DO UPDATE SET name = excluded.name RETURNING id, name",
     )
-    .bind(new_id(now))
+    .bind(SchoolId::made_at(now))
     .bind(name)
     .bind(now)
     .fetch_one(writer)

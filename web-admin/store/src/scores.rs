@@ -6,17 +6,17 @@ use assessment::{Absent, Assessment, Deduction, Direction, HardFailure, Metric};
 use serde::Deserialize;
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::{ExactNumber, Result};
 use attempt::AttemptCurve;
-use model::{Moment, SessionKey, new_id};
+use model::ids::{SchoolId, ScoreId, SessionId};
+use model::{Moment, SessionKey};
 
 /// A grading of an attempt.
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct Score {
     /// Id.
-    pub id: Uuid,
+    pub id: ScoreId,
     /// 0–100.
     pub score: f64,
     /// At or above the pass mark and no hard fail.
@@ -80,11 +80,11 @@ pub async fn add_score(
     session: SessionKey,
     assessment: &Assessment,
     now: Moment,
-) -> Result<Uuid> {
+) -> Result<ScoreId> {
     for (position, metric) in (0_i64..).zip(&assessment.metrics) {
         insert_metric(writer, session, position, metric).await?;
     }
-    let id = new_id(now);
+    let id = ScoreId::made_at(now);
     sqlx::query(
         "INSERT INTO scores (id, school_id, session_id, score, passed, rubric_id, rubric_sha256, deductions,
          hard_fails, simulator_version, computed_at) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)",
@@ -150,10 +150,10 @@ pub async fn list_scores(executor: impl SqliteExecutor<'_>, session: SessionKey)
 ///
 /// # Errors
 /// When the database fails.
-pub async fn count_added_scores(executor: impl SqliteExecutor<'_>) -> Result<BTreeMap<Uuid, Vec<f64>>> {
-    let rows: Vec<(Uuid, f64)> =
+pub async fn count_added_scores(executor: impl SqliteExecutor<'_>) -> Result<BTreeMap<SessionId, Vec<f64>>> {
+    let rows: Vec<(SessionId, f64)> =
         sqlx::query_as("SELECT session_id, score FROM scores ORDER BY rowid").fetch_all(executor).await?;
-    let mut added: BTreeMap<Uuid, Vec<f64>> = BTreeMap::new();
+    let mut added: BTreeMap<SessionId, Vec<f64>> = BTreeMap::new();
     for (session, score) in rows {
         added.entry(session).or_default().push(score);
     }
@@ -232,8 +232,8 @@ impl FoundMetric {
 /// When the database fails.
 pub async fn metrics_of_many(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
-    sessions: &[Uuid],
+    school: SchoolId,
+    sessions: &[SessionId],
 ) -> Result<Vec<MetricOfMany>> {
     // A cross join keeps this order: from the attempts to their metrics, however many the school has.
     sqlx::query_as(

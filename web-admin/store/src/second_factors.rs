@@ -1,9 +1,9 @@
 //! Second factors: sealed secrets of apps that make codes, hashes of recovery codes, and of whom a school asks for one.
 
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
+use model::ids::SchoolId;
 use model::{FactorRule, Moment, PersonKey};
 
 /// A secret that an app makes codes of.
@@ -203,7 +203,7 @@ pub async fn recovery_codes_left(executor: impl SqliteExecutor<'_>, key: PersonK
 ///
 /// # Errors
 /// When there is no such school, or the database fails.
-pub async fn find_factor_rule(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<FactorRule> {
+pub async fn find_factor_rule(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<FactorRule> {
     sqlx::query_scalar("SELECT second_factor_of FROM schools WHERE id = $1").bind(school).fetch_one(executor).await
 }
 
@@ -211,7 +211,7 @@ pub async fn find_factor_rule(executor: impl SqliteExecutor<'_>, school: Uuid) -
 ///
 /// # Errors
 /// When the database fails.
-pub async fn set_factor_rule(writer: &mut SqliteConnection, school: Uuid, rule: FactorRule) -> Result<()> {
+pub async fn set_factor_rule(writer: &mut SqliteConnection, school: SchoolId, rule: FactorRule) -> Result<()> {
     sqlx::query("UPDATE schools SET second_factor_of = $2 WHERE id = $1")
         .bind(school)
         .bind(rule)

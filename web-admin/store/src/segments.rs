@@ -2,10 +2,10 @@
 
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
-use model::{CurrentPerson, Moment, Role, new_id};
+use model::ids::{CohortId, PersonId, SchoolId, SessionId, TaskId, TraceId};
+use model::{CurrentPerson, Moment, Role};
 
 /// A task to be made.
 #[derive(Clone, Debug)]
@@ -13,24 +13,24 @@ pub struct NewTask {
     /// Title.
     pub title: String,
     /// For whom.
-    pub cohort_id: Uuid,
+    pub cohort_id: CohortId,
     /// When it is due, as it was said and as it is meant.
     pub due: Option<(String, Moment)>,
     /// The school's time zone.
     pub time_zone: String,
     /// The attempts, in order.
-    pub sessions: Vec<Uuid>,
+    pub sessions: Vec<SessionId>,
 }
 
 /// A task as a visitor sees it.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct SegmentTask {
     /// Id.
-    pub id: Uuid,
+    pub id: TaskId,
     /// Title.
     pub title: String,
     /// The cohort.
-    pub cohort_id: Uuid,
+    pub cohort_id: CohortId,
     /// Its name.
     pub cohort: String,
     /// When it is due for everybody, as it was said.
@@ -51,13 +51,13 @@ pub struct SegmentTask {
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Trace {
     /// Id: random.
-    pub id: Uuid,
+    pub id: TraceId,
     /// Its task.
-    pub task_id: Uuid,
+    pub task_id: TaskId,
     /// The attempt.
-    pub session_id: Uuid,
+    pub session_id: SessionId,
     /// Who tried.
-    pub trainee_id: Uuid,
+    pub trainee_id: PersonId,
     /// Its place in the task, from 1.
     pub position: u32,
 }
@@ -66,9 +66,9 @@ pub struct Trace {
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct Marks {
     /// Who.
-    pub person_id: Uuid,
+    pub person_id: PersonId,
     /// The trace.
-    pub trace_id: Uuid,
+    pub trace_id: TraceId,
     /// Moments in order, in s.
     pub marks: Json<Vec<f64>>,
     /// Since when they stay.
@@ -84,12 +84,12 @@ pub async fn add_segment_task(
     by: &CurrentPerson,
     new: &NewTask,
     now: Moment,
-) -> Result<Uuid> {
-    let task: Uuid = sqlx::query_scalar(
+) -> Result<TaskId> {
+    let task: TaskId = sqlx::query_scalar(
         "INSERT INTO segment_tasks (id, school_id, title, cohort_id, due_local, time_zone, due_at, made_by, made_at)
          VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9) RETURNING id",
     )
-    .bind(new_id(now))
+    .bind(TaskId::made_at(now))
     .bind(by.school_id)
     .bind(&new.title)
     .bind(new.cohort_id)
@@ -104,7 +104,7 @@ pub async fn add_segment_task(
         sqlx::query(
             "INSERT INTO segment_traces (id, school_id, task_id, session_id, position) VALUES ($1, $2, $3, $4, $5)",
         )
-        .bind(Uuid::new_v4())
+        .bind(TraceId::random())
         .bind(by.school_id)
         .bind(task)
         .bind(session)
@@ -123,7 +123,7 @@ pub async fn add_segment_task(
 pub async fn list_managed_tasks(
     executor: impl SqliteExecutor<'_>,
     by: &CurrentPerson,
-    only: Option<Uuid>,
+    only: Option<TaskId>,
 ) -> Result<Vec<SegmentTask>> {
     sqlx::query_as(
         "SELECT k.id, k.title, k.cohort_id, c.name AS cohort, k.due_local, k.due_at, 0 AS extended_days,
@@ -148,8 +148,8 @@ pub async fn list_managed_tasks(
 /// When the database fails.
 pub async fn list_trainee_tasks(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
-    person: Uuid,
+    school: SchoolId,
+    person: PersonId,
 ) -> Result<Vec<SegmentTask>> {
     sqlx::query_as(
         "SELECT k.id, k.title, k.cohort_id, c.name AS cohort, k.due_local, coalesce(x.due_at, k.due_at) AS due_at,
@@ -174,7 +174,7 @@ pub async fn list_trainee_tasks(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn list_traces(executor: impl SqliteExecutor<'_>, school: Uuid, task: Uuid) -> Result<Vec<Trace>> {
+pub async fn list_traces(executor: impl SqliteExecutor<'_>, school: SchoolId, task: TaskId) -> Result<Vec<Trace>> {
     sqlx::query_as(
         "SELECT r.id, r.task_id, r.session_id, s.trainee_id, r.position FROM segment_traces r
          JOIN sessions s ON s.school_id = r.school_id AND s.id = r.session_id
@@ -190,7 +190,7 @@ pub async fn list_traces(executor: impl SqliteExecutor<'_>, school: Uuid, task: 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find_trace(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Trace>> {
+pub async fn find_trace(executor: impl SqliteExecutor<'_>, school: SchoolId, id: TraceId) -> Result<Option<Trace>> {
     sqlx::query_as(
         "SELECT r.id, r.task_id, r.session_id, s.trainee_id, r.position FROM segment_traces r
          JOIN sessions s ON s.school_id = r.school_id AND s.id = r.session_id
@@ -206,7 +206,7 @@ pub async fn find_trace(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uui
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find_marks(executor: impl SqliteExecutor<'_>, school: Uuid, task: Uuid) -> Result<Vec<Marks>> {
+pub async fn find_marks(executor: impl SqliteExecutor<'_>, school: SchoolId, task: TaskId) -> Result<Vec<Marks>> {
     sqlx::query_as(
         "SELECT a.person_id, a.trace_id, a.marks, a.sent_at FROM segment_traces r
          JOIN segment_marks a ON a.trace_id = r.id
@@ -222,7 +222,11 @@ pub async fn find_marks(executor: impl SqliteExecutor<'_>, school: Uuid, task: U
 ///
 /// # Errors
 /// When the database fails.
-pub async fn list_marks_of(executor: impl SqliteExecutor<'_>, trace: Uuid, person: Uuid) -> Result<Option<Marks>> {
+pub async fn list_marks_of(
+    executor: impl SqliteExecutor<'_>,
+    trace: TraceId,
+    person: PersonId,
+) -> Result<Option<Marks>> {
     sqlx::query_as(
         "SELECT person_id, trace_id, marks, sent_at FROM segment_marks WHERE trace_id = $1 AND person_id = $2",
     )
@@ -236,7 +240,7 @@ pub async fn list_marks_of(executor: impl SqliteExecutor<'_>, trace: Uuid, perso
 ///
 /// # Errors
 /// When the database fails.
-pub async fn put_marks(writer: &mut SqliteConnection, school: Uuid, new: &Marks) -> Result<bool> {
+pub async fn put_marks(writer: &mut SqliteConnection, school: SchoolId, new: &Marks) -> Result<bool> {
     sqlx::query(
         "INSERT INTO segment_marks (school_id, trace_id, person_id, marks, sent_at) VALUES ($1, $2, $3, $4, $5)
          ON CONFLICT (trace_id, person_id) DO UPDATE SET marks = excluded.marks, sent_at = excluded.sent_at
@@ -256,7 +260,7 @@ pub async fn put_marks(writer: &mut SqliteConnection, school: Uuid, new: &Marks)
 ///
 /// # Errors
 /// When the database fails.
-pub async fn withdraw_task(writer: &mut SqliteConnection, school: Uuid, id: Uuid, now: Moment) -> Result<()> {
+pub async fn withdraw_task(writer: &mut SqliteConnection, school: SchoolId, id: TaskId, now: Moment) -> Result<()> {
     sqlx::query("UPDATE segment_tasks SET withdrawn_at = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)

@@ -1,11 +1,11 @@
 //! The service as a whole: for whoever keeps it running.
 
 use sqlx::{FromRow, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
 use super::tries::MOST_DEATHS;
 use model::Moment;
+use model::ids::SchoolId;
 
 /// Every school together.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
@@ -100,7 +100,7 @@ pub struct SchoolAct {
 /// When the database fails.
 pub async fn list_school_acts(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     before: i64,
     limit: u32,
 ) -> Result<Vec<SchoolAct>> {

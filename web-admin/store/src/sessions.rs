@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
+use model::ids::{PersonId, RevisionId, SchoolId, SessionId, StationId};
 use model::{AttemptPlace, CurrentPerson, Moment, Role, SessionKey, Uncounted};
 
 /// What became of an uploaded recording.
@@ -36,11 +36,11 @@ impl SessionState {
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct Session {
     /// Id, made by the client.
-    pub id: Uuid,
+    pub id: SessionId,
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// Who tried.
-    pub trainee_id: Uuid,
+    pub trainee_id: PersonId,
     /// Exercise id.
     pub exercise_id: String,
     /// SHA-256 of the exercise document.
@@ -48,7 +48,7 @@ pub struct Session {
     /// SHA-256 of the scene document.
     pub scene_sha256: String,
     /// The published revision; absent when this school never published the recording's exercise.
-    pub revision_id: Option<Uuid>,
+    pub revision_id: Option<RevisionId>,
     /// When the attempt began, as far as its recording is believed.
     pub started_at: Moment,
     /// When it began by what the recording says, where that is not believed.
@@ -86,9 +86,9 @@ pub struct Session {
     /// SHA-256 of what the hand did; absent without samples.
     pub motion_sha256: Option<String>,
     /// The attempt whose motion it repeats.
-    pub repeats: Option<Uuid>,
+    pub repeats: Option<SessionId>,
     /// The paired station that has signed it.
-    pub signed_by: Option<Uuid>,
+    pub signed_by: Option<StationId>,
     /// Since when its recording is gone, with whoever made it.
     pub recording_erased_at: Option<Moment>,
 }
@@ -139,7 +139,7 @@ impl Verified {
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct RecordingFile {
     /// Session.
-    pub id: Uuid,
+    pub id: SessionId,
     /// The file, relative to the recordings folder.
     pub recording_path: String,
     /// SHA-256 of the file.
@@ -193,9 +193,9 @@ pub async fn insert_session(writer: &mut SqliteConnection, session: &Session) ->
 /// When the database fails.
 pub async fn find_session_of_motion(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     motion_sha256: &str,
-) -> Result<Option<Uuid>> {
+) -> Result<Option<SessionId>> {
     sqlx::query_scalar("SELECT id FROM sessions WHERE school_id = $1 AND motion_sha256 = $2 AND uncounted IS NULL")
         .bind(school)
         .bind(motion_sha256)
@@ -207,7 +207,11 @@ pub async fn find_session_of_motion(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find_session(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Session>> {
+pub async fn find_session(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    id: SessionId,
+) -> Result<Option<Session>> {
     sqlx::query_as("SELECT * FROM sessions WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -223,7 +227,7 @@ pub async fn find_session(executor: impl SqliteExecutor<'_>, school: Uuid, id: U
 pub async fn find_visible_session(
     executor: impl SqliteExecutor<'_>,
     viewer: &CurrentPerson,
-    id: Uuid,
+    id: SessionId,
 ) -> Result<Option<Session>> {
     sqlx::query_as(
         "SELECT * FROM sessions s WHERE s.school_id = $1 AND s.id = $2 AND (s.trainee_id = $3 OR $4 OR EXISTS (
@@ -276,7 +280,12 @@ pub async fn visible_after(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn mark_scored(writer: &mut SqliteConnection, school: Uuid, id: Uuid, verified: Verified) -> Result<()> {
+pub async fn mark_scored(
+    writer: &mut SqliteConnection,
+    school: SchoolId,
+    id: SessionId,
+    verified: Verified,
+) -> Result<()> {
     sqlx::query(
         "UPDATE sessions SET state = 'scored', refusal = NULL, verify_deviation_n = $3,
          verify_event_differences = $4, verify_flagged = $5 WHERE school_id = $1 AND id = $2",
@@ -295,7 +304,7 @@ pub async fn mark_scored(writer: &mut SqliteConnection, school: Uuid, id: Uuid, 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn mark_refused(writer: &mut SqliteConnection, school: Uuid, id: Uuid, why: &str) -> Result<()> {
+pub async fn mark_refused(writer: &mut SqliteConnection, school: SchoolId, id: SessionId, why: &str) -> Result<()> {
     sqlx::query("UPDATE sessions SET state = 'refused', refusal = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -311,7 +320,7 @@ pub async fn mark_refused(writer: &mut SqliteConnection, school: Uuid, id: Uuid,
 /// When the database fails.
 pub async fn list_scored_sessions(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     exercise: &str,
 ) -> Result<Vec<Session>> {
     sqlx::query_as(

@@ -1,10 +1,10 @@
 //! The codes by which trainees sign in at a station: only their hashes are here.
 
 use sqlx::{SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
 use super::people::Person;
+use model::ids::{PersonId, SchoolId};
 use model::{Moment, PersonKey};
 
 /// Gives a person a code, in place of the one they had. False when somebody of the school has the same.
@@ -37,7 +37,7 @@ pub async fn put_sign_in_code(
 /// When the database fails.
 pub async fn find_code_holder(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     code_hash: &[u8; 32],
 ) -> Result<Option<Person>> {
     sqlx::query_as(
@@ -56,7 +56,11 @@ pub async fn find_code_holder(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find_code_time(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid) -> Result<Option<Moment>> {
+pub async fn find_code_time(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    person: PersonId,
+) -> Result<Option<Moment>> {
     sqlx::query_scalar("SELECT made_at FROM sign_in_codes WHERE school_id = $1 AND person_id = $2")
         .bind(school)
         .bind(person)

@@ -2,16 +2,16 @@
 //! A station is a row of `api_tokens`.
 
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
 use model::Moment;
+use model::ids::{PersonId, SchoolId, StationId, TokenId};
 
 /// A station that has, or had, a token.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Station {
     /// Id of its token.
-    pub id: Uuid,
+    pub id: StationId,
     /// Name.
     pub station: String,
     /// Since when.
@@ -28,9 +28,9 @@ pub struct Station {
 #[derive(Clone, Copy, Debug)]
 pub struct PairingCode {
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// The administrator who made it.
-    pub made_by: Uuid,
+    pub made_by: PersonId,
     /// Until when it is good.
     pub expires_at: Moment,
 }
@@ -48,7 +48,7 @@ pub struct WrongCodes {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn list_stations(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<Station>> {
+pub async fn list_stations(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<Station>> {
     sqlx::query_as(
         "SELECT id, station, created_at, last_seen_at, revoked_at IS NOT NULL AS revoked,
            public_key IS NOT NULL AS signs FROM api_tokens
@@ -63,7 +63,11 @@ pub async fn list_stations(executor: impl SqliteExecutor<'_>, school: Uuid) -> R
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find_station_name(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<String>> {
+pub async fn find_station_name(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    id: StationId,
+) -> Result<Option<String>> {
     sqlx::query_scalar("SELECT station FROM api_tokens WHERE school_id = $1 AND id = $2 AND station IS NOT NULL")
         .bind(school)
         .bind(id)
@@ -75,7 +79,7 @@ pub async fn find_station_name(executor: impl SqliteExecutor<'_>, school: Uuid, 
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Signer {
     /// Id of its token.
-    pub id: Uuid,
+    pub id: StationId,
     /// Since when it is paired.
     pub created_at: Moment,
     /// Its Ed25519 public key, 64 hexadecimal digits.
@@ -86,7 +90,11 @@ pub struct Signer {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find_station_signer(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Signer>> {
+pub async fn find_station_signer(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    id: StationId,
+) -> Result<Option<Signer>> {
     sqlx::query_as(
         "SELECT id, created_at, public_key FROM api_tokens
          WHERE school_id = $1 AND id = $2 AND station IS NOT NULL AND revoked_at IS NULL AND public_key IS NOT NULL",
@@ -101,7 +109,12 @@ pub async fn find_station_signer(executor: impl SqliteExecutor<'_>, school: Uuid
 ///
 /// # Errors
 /// When the database fails.
-pub async fn set_station_key(writer: &mut SqliteConnection, school: Uuid, id: Uuid, public_key: &str) -> Result<()> {
+pub async fn set_station_key(
+    writer: &mut SqliteConnection,
+    school: SchoolId,
+    id: StationId,
+    public_key: &str,
+) -> Result<()> {
     sqlx::query("UPDATE api_tokens SET public_key = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -115,7 +128,7 @@ pub async fn set_station_key(writer: &mut SqliteConnection, school: Uuid, id: Uu
 ///
 /// # Errors
 /// When the database fails.
-pub async fn is_station_name_taken(executor: impl SqliteExecutor<'_>, school: Uuid, name: &str) -> Result<bool> {
+pub async fn is_station_name_taken(executor: impl SqliteExecutor<'_>, school: SchoolId, name: &str) -> Result<bool> {
     sqlx::query_scalar(
         "SELECT EXISTS (SELECT 1 FROM api_tokens WHERE school_id = $1 AND station = $2 AND revoked_at IS NULL)",
     )
@@ -129,7 +142,12 @@ pub async fn is_station_name_taken(executor: impl SqliteExecutor<'_>, school: Uu
 ///
 /// # Errors
 /// When the database fails.
-pub async fn note_station_seen(writer: &mut SqliteConnection, school: Uuid, id: Uuid, now: Moment) -> Result<()> {
+pub async fn note_station_seen(
+    writer: &mut SqliteConnection,
+    school: SchoolId,
+    id: TokenId,
+    now: Moment,
+) -> Result<()> {
     sqlx::query("UPDATE api_tokens SET last_seen_at = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -143,7 +161,12 @@ pub async fn note_station_seen(writer: &mut SqliteConnection, school: Uuid, id: 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn revoke_station(writer: &mut SqliteConnection, school: Uuid, id: Uuid, now: Moment) -> Result<bool> {
+pub async fn revoke_station(
+    writer: &mut SqliteConnection,
+    school: SchoolId,
+    id: StationId,
+    now: Moment,
+) -> Result<bool> {
     sqlx::query(
         "UPDATE api_tokens SET revoked_at = $3
          WHERE school_id = $1 AND id = $2 AND station IS NOT NULL AND revoked_at IS NULL",
@@ -185,7 +208,7 @@ pub async fn use_pairing_code(
     writer: &mut SqliteConnection,
     code_sha256: &[u8; 32],
     now: Moment,
-) -> Result<Option<Uuid>> {
+) -> Result<Option<SchoolId>> {
     sqlx::query_scalar("DELETE FROM pairing_codes WHERE code_sha256 = $1 AND expires_at > $2 RETURNING school_id")
         .bind(code_sha256.as_slice())
         .bind(now)
@@ -197,7 +220,11 @@ pub async fn use_pairing_code(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find_wrong_codes(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<WrongCodes> {
+pub async fn find_wrong_codes(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    id: StationId,
+) -> Result<WrongCodes> {
     sqlx::query_as("SELECT wrong_codes, wrong_since FROM api_tokens WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -209,7 +236,12 @@ pub async fn find_wrong_codes(executor: impl SqliteExecutor<'_>, school: Uuid, i
 ///
 /// # Errors
 /// When the database fails.
-pub async fn set_wrong_codes(writer: &mut SqliteConnection, school: Uuid, id: Uuid, wrong: WrongCodes) -> Result<()> {
+pub async fn set_wrong_codes(
+    writer: &mut SqliteConnection,
+    school: SchoolId,
+    id: StationId,
+    wrong: WrongCodes,
+) -> Result<()> {
     sqlx::query("UPDATE api_tokens SET wrong_codes = $3, wrong_since = $4 WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -224,7 +256,7 @@ pub async fn set_wrong_codes(writer: &mut SqliteConnection, school: Uuid, id: Uu
 ///
 /// # Errors
 /// When the database fails.
-pub async fn forgive_wrong_codes(writer: &mut SqliteConnection, school: Uuid, id: Uuid) -> Result<()> {
+pub async fn forgive_wrong_codes(writer: &mut SqliteConnection, school: SchoolId, id: StationId) -> Result<()> {
     sqlx::query(
         "UPDATE api_tokens SET wrong_codes = wrong_codes - 1 WHERE school_id = $1 AND id = $2 AND wrong_codes > 0",
     )

@@ -1,10 +1,10 @@
 //! Attempts at which somebody who teaches was there, as they have confirmed.
 
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
 use crate::sessions::Session;
+use model::ids::{AssignmentId, PersonId, SchoolId, SessionId};
 use model::{Moment, SessionKey};
 
 /// Somebody was there.
@@ -23,7 +23,7 @@ pub struct Supervision {
 pub async fn confirm_supervision(
     writer: &mut SqliteConnection,
     session: &Session,
-    by: Uuid,
+    by: PersonId,
     now: Moment,
 ) -> Result<bool> {
     sqlx::query(
@@ -75,9 +75,9 @@ pub async fn find_supervision(executor: impl SqliteExecutor<'_>, session: Sessio
 /// When the database fails.
 pub async fn list_trainee_supervisions(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
-    trainee: Uuid,
-) -> Result<Vec<Uuid>> {
+    school: SchoolId,
+    trainee: PersonId,
+) -> Result<Vec<SessionId>> {
     sqlx::query_scalar("SELECT session_id FROM supervisions WHERE school_id = $1 AND trainee_id = $2")
         .bind(school)
         .bind(trainee)
@@ -89,7 +89,11 @@ pub async fn list_trainee_supervisions(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of_assignment(executor: impl SqliteExecutor<'_>, school: Uuid, assignment: Uuid) -> Result<Vec<Uuid>> {
+pub async fn of_assignment(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    assignment: AssignmentId,
+) -> Result<Vec<SessionId>> {
     sqlx::query_scalar(
         "SELECT v.session_id FROM (
            SELECT m.person_id FROM assignments a JOIN cohort_members m ON m.cohort_id = a.cohort_id AND m.role = 'trainee'

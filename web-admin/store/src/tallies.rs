@@ -1,13 +1,13 @@
 //! Sums over the attempts of a month: of each cohort, and of the whole school.
 
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
+use model::ids::{CohortId, SchoolId};
 use model::{Moment, PersonKey};
 
 /// The cohort in `tallies` that stands for the whole school.
-const WHOLE_SCHOOL: Uuid = Uuid::nil();
+const WHOLE_SCHOOL: CohortId = CohortId::nil();
 
 /// How many attempts, how many passed, the sum of their scores.
 #[derive(Clone, Copy, Debug, Default, PartialEq, FromRow)]
@@ -27,7 +27,7 @@ pub(super) async fn add_to_tally(
     at: Moment,
     by: Sums,
 ) -> Result<()> {
-    let cohorts: Vec<Uuid> = sqlx::query_scalar(
+    let cohorts: Vec<CohortId> = sqlx::query_scalar(
         "SELECT cohort_id FROM cohort_members WHERE person_id = $2 AND role = 'trainee' AND school_id = $1",
     )
     .bind(school)
@@ -59,7 +59,7 @@ pub(super) async fn add_to_tally(
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct YearOfCohort {
     /// The cohort.
-    pub cohort_id: Uuid,
+    pub cohort_id: CohortId,
     /// Its name.
     pub cohort: String,
     /// Its sums.
@@ -73,7 +73,7 @@ pub struct YearOfCohort {
 /// When the database fails.
 pub async fn list_tallies_in_year(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     year: i64,
     after: &str,
     limit: u32,
@@ -97,7 +97,7 @@ pub async fn list_tallies_in_year(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn list_tallies_by_month(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<(i64, Sums)>> {
+pub async fn list_tallies_by_month(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<(i64, Sums)>> {
     let rows: Vec<(i64, i64, i64, f64)> = sqlx::query_as(
         "SELECT month, attempts, passes, points FROM tallies WHERE school_id = $1 AND cohort_id = $2 ORDER BY month",
     )

@@ -5,6 +5,7 @@ use documents::Instrument;
 use documents::instrument::ScaleKind;
 use futures::TryStreamExt;
 use model::count_i64;
+use model::ids::{PersonId, SchoolId, SessionId};
 use model::texts::{MOST_MENTIONS, TextCounts};
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqlitePool};
@@ -20,9 +21,9 @@ pub const ERASED: &str = "[erased]";
 #[derive(Clone, Copy, Debug)]
 pub struct Whose {
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// Person.
-    pub person_id: Uuid,
+    pub person_id: PersonId,
     /// What was written later is left alone.
     pub until: Moment,
 }
@@ -247,7 +248,7 @@ fn list_redacted_texts(document: &[u8], answers: &[Option<Answer>]) -> Option<Ve
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mention {
     /// The attempt that it is about.
-    pub session_id: Uuid,
+    pub session_id: SessionId,
     /// The text.
     pub text: String,
 }
@@ -258,7 +259,7 @@ pub struct Mention {
 /// When the database fails.
 pub async fn list_mentions(reader: &SqlitePool, whose: Whose, words: &[String]) -> Result<Vec<Mention>> {
     let mut found = Vec::new();
-    let mut rows = sqlx::query_as::<_, (Uuid, String)>(
+    let mut rows = sqlx::query_as::<_, (SessionId, String)>(
         "SELECT c.session_id, c.body FROM comments c JOIN sessions s ON s.school_id = c.school_id AND s.id = c.session_id
          WHERE c.school_id = $1 AND c.author_id <> $2 AND s.trainee_id <> $2
          UNION ALL

@@ -1,18 +1,18 @@
 //! Bearer tokens of the API: only their hashes are here.
 
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
-use model::{Moment, PersonKey, new_id};
+use model::ids::{PersonId, SchoolId, TokenId};
+use model::{Moment, PersonKey};
 
 /// Whom a token stands for.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct TokenHolder {
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// The person, or
-    pub person_id: Option<Uuid>,
+    pub person_id: Option<PersonId>,
     /// the station, by name.
     pub station: Option<String>,
 }
@@ -21,11 +21,11 @@ pub struct TokenHolder {
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Token {
     /// Its own id.
-    pub id: Uuid,
+    pub id: TokenId,
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// The person it stands for, or
-    pub person_id: Option<Uuid>,
+    pub person_id: Option<PersonId>,
     /// the station, by name.
     pub station: Option<String>,
     /// When it was last used.
@@ -49,7 +49,7 @@ pub struct NewToken<'a> {
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct OwnToken {
     /// Id.
-    pub id: Uuid,
+    pub id: TokenId,
     /// What they call it; tokens of before have no name.
     pub name: Option<String>,
     /// When it was made.
@@ -69,12 +69,12 @@ pub async fn add_station_token(
     holder: &TokenHolder,
     token_sha256: &[u8; 32],
     now: Moment,
-) -> Result<Uuid> {
+) -> Result<TokenId> {
     sqlx::query_scalar(
         "INSERT INTO api_tokens (id, school_id, person_id, station, token_sha256, created_at)
          VALUES ($1, $2, $3, $4, $5, $6) RETURNING id",
     )
-    .bind(new_id(now))
+    .bind(TokenId::made_at(now))
     .bind(holder.school_id)
     .bind(holder.person_id)
     .bind(&holder.station)
@@ -93,12 +93,12 @@ pub async fn add_personal_token(
     new: NewToken<'_>,
     token_sha256: &[u8; 32],
     now: Moment,
-) -> Result<Uuid> {
+) -> Result<TokenId> {
     sqlx::query_scalar(
         "INSERT INTO api_tokens (id, school_id, person_id, name, expires_at, token_sha256, created_at)
          VALUES ($1, $2, $3, $4, $5, $6, $7) RETURNING id",
     )
-    .bind(new_id(now))
+    .bind(TokenId::made_at(now))
     .bind(new.owner.school_id)
     .bind(new.owner.person_id)
     .bind(new.name)
@@ -142,7 +142,7 @@ pub async fn list_tokens_of_person(executor: impl SqliteExecutor<'_>, owner: Per
 ///
 /// # Errors
 /// When the database fails.
-pub async fn revoke_token(writer: &mut SqliteConnection, owner: PersonKey, id: Uuid, now: Moment) -> Result<bool> {
+pub async fn revoke_token(writer: &mut SqliteConnection, owner: PersonKey, id: TokenId, now: Moment) -> Result<bool> {
     sqlx::query(
         "UPDATE api_tokens SET revoked_at = $4
          WHERE id = $3 AND person_id = $1 AND school_id = $2 AND revoked_at IS NULL",
@@ -160,7 +160,7 @@ pub async fn revoke_token(writer: &mut SqliteConnection, owner: PersonKey, id: U
 ///
 /// # Errors
 /// When the database fails.
-pub async fn revoke_all_tokens(writer: &mut SqliteConnection, person: Uuid, now: Moment) -> Result<u64> {
+pub async fn revoke_all_tokens(writer: &mut SqliteConnection, person: PersonId, now: Moment) -> Result<u64> {
     sqlx::query("UPDATE api_tokens SET revoked_at = $2 WHERE person_id = $1 AND revoked_at IS NULL")
         .bind(person)
         .bind(now)

@@ -5,6 +5,7 @@ use sqlx::{FromRow, SqliteConnection};
 use uuid::Uuid;
 
 use super::Result;
+use model::ids::{SchoolId, UploadId};
 use model::{Moment, SessionKey, new_id};
 
 /// Deaths after which something is tried no more.
@@ -47,7 +48,7 @@ pub async fn note_job_death(writer: &mut SqliteConnection, session: SessionKey, 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn mark_upload_begun(writer: &mut SqliteConnection, id: Uuid, begun: bool) -> Result<()> {
+pub async fn mark_upload_begun(writer: &mut SqliteConnection, id: UploadId, begun: bool) -> Result<()> {
     sqlx::query("UPDATE uploads SET begun = $2 WHERE id = $1").bind(id).bind(begun).execute(writer).await.map(drop)
 }
 
@@ -55,7 +56,7 @@ pub async fn mark_upload_begun(writer: &mut SqliteConnection, id: Uuid, begun: b
 ///
 /// # Errors
 /// When the database fails.
-pub async fn note_upload_death(writer: &mut SqliteConnection, id: Uuid) -> Result<()> {
+pub async fn note_upload_death(writer: &mut SqliteConnection, id: UploadId) -> Result<()> {
     sqlx::query("UPDATE uploads SET begun = 0, deaths = deaths + 1 WHERE id = $1")
         .bind(id)
         .execute(writer)
@@ -67,7 +68,7 @@ pub async fn note_upload_death(writer: &mut SqliteConnection, id: Uuid) -> Resul
 ///
 /// # Errors
 /// When the database fails.
-pub async fn begin_reading(writer: &mut SqliteConnection, school: Uuid, sha256: &str, now: Moment) -> Result<i64> {
+pub async fn begin_reading(writer: &mut SqliteConnection, school: SchoolId, sha256: &str, now: Moment) -> Result<i64> {
     sqlx::query_scalar(
         "INSERT INTO readings (id, school_id, sha256, begun, noted_at) VALUES ($1, $2, $3, 1, $4)
          ON CONFLICT (school_id, sha256) DO UPDATE SET begun = begun + 1, noted_at = $4 RETURNING deaths",
@@ -84,7 +85,7 @@ pub async fn begin_reading(writer: &mut SqliteConnection, school: Uuid, sha256: 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn end_reading_try(writer: &mut SqliteConnection, school: Uuid, sha256: &str) -> Result<()> {
+pub async fn end_reading_try(writer: &mut SqliteConnection, school: SchoolId, sha256: &str) -> Result<()> {
     sqlx::query("DELETE FROM readings WHERE school_id = $1 AND sha256 = $2 AND begun <= 1")
         .bind(school)
         .bind(sha256)
@@ -102,7 +103,7 @@ pub async fn end_reading_try(writer: &mut SqliteConnection, school: Uuid, sha256
 ///
 /// # Errors
 /// When the database fails.
-pub async fn note_reading_death(writer: &mut SqliteConnection, school: Uuid, sha256: &str) -> Result<()> {
+pub async fn note_reading_death(writer: &mut SqliteConnection, school: SchoolId, sha256: &str) -> Result<()> {
     sqlx::query(
         "UPDATE readings SET begun = max(begun - 1, 0), deaths = deaths + 1 WHERE school_id = $1 AND sha256 = $2",
     )

@@ -1,34 +1,34 @@
 //! Uploads that arrive in pieces: how far each has come, and what became of it.
 
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
 use super::tries::MOST_DEATHS;
 use model::Moment;
+use model::ids::{PersonId, SchoolId, SessionId, StationId, UploadId};
 
 /// Who began an upload, and alone may go on with it: a person, or a station by its token's id.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct UploadOwner {
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// The person, or
-    pub person_id: Option<Uuid>,
+    pub person_id: Option<PersonId>,
     /// the station.
-    pub station_id: Option<Uuid>,
+    pub station_id: Option<StationId>,
 }
 
 /// An upload.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Upload {
     /// Id.
-    pub id: Uuid,
+    pub id: UploadId,
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// The person who began it, or
-    pub person_id: Option<Uuid>,
+    pub person_id: Option<PersonId>,
     /// the station that did.
-    pub station_id: Option<Uuid>,
+    pub station_id: Option<StationId>,
     /// Length of the whole, in bytes.
     pub length: i64,
     /// Bytes that are on the disk.
@@ -38,7 +38,7 @@ pub struct Upload {
     /// When it is thrown away.
     pub expires_at: Moment,
     /// The attempt it has become.
-    pub session_id: Option<Uuid>,
+    pub session_id: Option<SessionId>,
     /// How far the sender's clock was ahead of ours when it began, in µs, where it was told.
     pub clock_offset_us: Option<i64>,
     /// How often whoever read it as a recording has died of it.
@@ -111,7 +111,11 @@ pub async fn count_unfinished_uploads(executor: impl SqliteExecutor<'_>, owner: 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find_upload(executor: impl SqliteExecutor<'_>, owner: UploadOwner, id: Uuid) -> Result<Option<Upload>> {
+pub async fn find_upload(
+    executor: impl SqliteExecutor<'_>,
+    owner: UploadOwner,
+    id: UploadId,
+) -> Result<Option<Upload>> {
     sqlx::query_as(
         "SELECT * FROM uploads WHERE school_id = $1 AND id = $2
          AND person_id IS NOT DISTINCT FROM $3 AND station_id IS NOT DISTINCT FROM $4",
@@ -143,7 +147,12 @@ pub async fn advance_upload(writer: &mut SqliteConnection, upload: &Upload) -> R
 ///
 /// # Errors
 /// When the database fails.
-pub async fn finish_upload(writer: &mut SqliteConnection, school: Uuid, id: Uuid, session: Uuid) -> Result<()> {
+pub async fn finish_upload(
+    writer: &mut SqliteConnection,
+    school: SchoolId,
+    id: UploadId,
+    session: SessionId,
+) -> Result<()> {
     sqlx::query("UPDATE uploads SET session_id = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -157,7 +166,7 @@ pub async fn finish_upload(writer: &mut SqliteConnection, school: Uuid, id: Uuid
 ///
 /// # Errors
 /// When the database fails.
-pub async fn remove_upload(writer: &mut SqliteConnection, school: Uuid, id: Uuid) -> Result<()> {
+pub async fn remove_upload(writer: &mut SqliteConnection, school: SchoolId, id: UploadId) -> Result<()> {
     sqlx::query("DELETE FROM uploads WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -170,7 +179,7 @@ pub async fn remove_upload(writer: &mut SqliteConnection, school: Uuid, id: Uuid
 ///
 /// # Errors
 /// When the database fails.
-pub async fn list_uploads(executor: impl SqliteExecutor<'_>) -> Result<Vec<Uuid>> {
+pub async fn list_uploads(executor: impl SqliteExecutor<'_>) -> Result<Vec<UploadId>> {
     sqlx::query_scalar("SELECT id FROM uploads ORDER BY id").fetch_all(executor).await
 }
 
@@ -178,7 +187,7 @@ pub async fn list_uploads(executor: impl SqliteExecutor<'_>) -> Result<Vec<Uuid>
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find_upload_by_id(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Upload>> {
+pub async fn find_upload_by_id(executor: impl SqliteExecutor<'_>, id: UploadId) -> Result<Option<Upload>> {
     sqlx::query_as("SELECT * FROM uploads WHERE id = $1").bind(id).fetch_optional(executor).await
 }
 

@@ -4,6 +4,7 @@
 use acts::clock::Clock;
 use acts::config::MailTo;
 use acts::deadlines;
+use model::ids::{CohortId, PersonId, SchoolId, SessionId};
 use model::{Moment, Role};
 use store::{cohorts, schools};
 use time::macros::datetime;
@@ -20,8 +21,8 @@ const NOW: Moment = Moment::from_micros(1_772_323_200_000_000);
 
 struct World {
     app: App,
-    school: Uuid,
-    cohort: Uuid,
+    school: SchoolId,
+    cohort: CohortId,
     ada: Member,
     teacher: Client,
 }
@@ -103,7 +104,7 @@ async fn an_extension_is_calendar_days_and_for_one_trainee() {
     assert_eq!(extended.status, 303, "{}", extended.text());
     let own = world.adas_page().await;
     assert!(own.contains("3 Apr 2026, 18:00") && own.contains("UTC+02:00") && own.contains("7 days longer"), "{own}");
-    for (person, days, status) in [(ada.as_str(), "999", 422), (&Uuid::new_v4().to_string(), "7", 404)] {
+    for (person, days, status) in [(ada.as_str(), "999", 422), (&PersonId::random().to_string(), "7", 404)] {
         let refused = world.post(&format!("{page}/extend"), &[("person", person), ("days", days)]).await;
         assert_eq!(refused.status, status);
     }
@@ -187,7 +188,7 @@ async fn a_supervised_attempt_counts_once_somebody_was_there() {
         [("task", "exercise:feel-the-layers"), ("cohort", cohort.as_str()), ("limit", "1"), ("supervised", "yes")];
     let page = world.post("/assignments", &fields).await.header("location").to_owned();
     world.pass_days(4).await;
-    let attempt = Attempt { session_id: Uuid::new_v4(), ..Attempt::default() };
+    let attempt = Attempt { session_id: SessionId::random(), ..Attempt::default() };
     assert_eq!(world.app.with_token(&world.ada.token).upload(&record(&attempt)).await.status, 201);
     worker::work_off_jobs(&world.app.state).await.unwrap();
     let before = world.adas_page().await;

@@ -2,8 +2,8 @@
 //! when somebody says yes who must not, or when the trainee does not see who asked, who agreed and who let them go.
 
 use model::Role;
+use model::ids::{CohortId, SchoolId, SessionId};
 use store::cohorts;
-use uuid::Uuid;
 use web_admin::worker;
 
 use super::support::client::{Answer, Client, csrf_in};
@@ -12,12 +12,12 @@ use super::support::{App, Member};
 
 struct World {
     app: App,
-    school: Uuid,
+    school: SchoolId,
     ada: Member,
-    attempt: Uuid,
+    attempt: SessionId,
     /// Teaches a cohort of their own making, and not Ada.
     eve: Client,
-    cohort: Uuid,
+    cohort: CohortId,
 }
 
 async fn press(browser: &mut Client, path: &str, fields: &[(&str, &str)]) -> Answer {

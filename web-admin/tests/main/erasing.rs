@@ -8,10 +8,10 @@ use acts::clock::Clock;
 use acts::config::Config;
 use acts::erasures::ERASURES_FILE;
 use model::Role;
+use model::ids::SessionId;
 use model::texts::TextCounts;
 use store::texts;
 use store::texts::Whose;
-use uuid::Uuid;
 use web_admin::AppState;
 
 use super::every_route::World;
@@ -205,9 +205,9 @@ async fn execute(app: &App, statement: &'static str) -> Result<(), sqlx::Error> 
 async fn of_a_judgement_nothing_changes_but_its_words_into_the_mark() {
     let world = World::new().await;
     let app = world.open().await;
-    let session: Uuid =
+    let session: SessionId =
         sqlx::query_scalar("SELECT session_id FROM ratings").fetch_one(app.state.db.reader()).await.unwrap();
-    assert!(!session.is_nil());
+    assert_ne!(session, SessionId::nil());
     execute(&app, "UPDATE ratings SET answers = '[3, \"a calm hand\", null]', finished_at = 5").await.unwrap();
     execute(
         &app,

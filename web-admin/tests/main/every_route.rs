@@ -35,6 +35,7 @@ use axum::body::Body;
 use axum::http::{Method, Request, header};
 use model::assignment::AssignmentTask;
 use model::comment::{Comment, CommentKind};
+use model::ids::{CohortId, SessionId};
 use model::roster::RosterRequest;
 use model::survey::Identity;
 use model::{Role, SessionKey};
@@ -45,7 +46,6 @@ use store::surveys as stored;
 use store::uploads::UploadOwner;
 use store::{cohorts, comments, exercises, instruments, people, ratings, reports, segments, stations};
 use tempfile::TempDir;
-use uuid::Uuid;
 use web_admin::routes;
 use web_admin::worker;
 
@@ -199,7 +199,7 @@ async fn version(watch: &mut SqliteConnection) -> i64 {
 }
 
 /// A survey of a teacher for a cohort, with a link, and what else its addresses name.
-async fn survey(app: &App, teacher: &Member, cohort: Uuid) -> [(&'static str, String); 5] {
+async fn survey(app: &App, teacher: &Member, cohort: CohortId) -> [(&'static str, String); 5] {
     let (school, now) = (teacher.person.school_id, app.state.clock.now());
     let document = course_folder().with_file_name("instruments").join("sus.toml");
     app.write(async |tx| surveys::publish(tx, school, &document, now).await.unwrap()).await;
@@ -228,7 +228,7 @@ async fn survey(app: &App, teacher: &Member, cohort: Uuid) -> [(&'static str, St
 }
 
 /// A round of ratings that a teacher asks of themselves and of a colleague, and the colleague's rating.
-async fn round(app: &App, [teacher, colleague]: [&Member; 2], session: Uuid) -> [(&'static str, String); 2] {
+async fn round(app: &App, [teacher, colleague]: [&Member; 2], session: SessionId) -> [(&'static str, String); 2] {
     let (school, reader) = (teacher.person.school_id, app.state.db.reader());
     let revision = instruments::find_current_instrument(reader, school, "sus").await.unwrap().unwrap();
     let new = ratings::NewRound {
@@ -246,7 +246,7 @@ async fn round(app: &App, [teacher, colleague]: [&Member; 2], session: Uuid) -> 
 }
 
 /// A task to mark pops for a cohort, and its trace.
-async fn task(app: &App, teacher: &Member, cohort_id: Uuid, session: Uuid) -> [(&'static str, String); 2] {
+async fn task(app: &App, teacher: &Member, cohort_id: CohortId, session: SessionId) -> [(&'static str, String); 2] {
     let by = teacher.person.clone().into_current().unwrap();
     let new = segments::NewTask {
         title: "Pops".to_owned(),
@@ -276,7 +276,7 @@ async fn regraded(app: &App, teacher: &Member) -> [(&'static str, String); 2] {
 async fn objects(
     app: &App,
     [own, other, teacher, colleague, admin]: [&Member; 5],
-    session: Uuid,
+    session: SessionId,
 ) -> BTreeMap<&'static str, String> {
     let (north, now) = (own.person.school_id, app.state.clock.now());
     let reader = app.state.db.reader();

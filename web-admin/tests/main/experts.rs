@@ -2,7 +2,7 @@
 //! words, or for the future; when what was recorded is lost; and when an attempt is in the corridor without a consent.
 
 use model::Role;
-use uuid::Uuid;
+use model::ids::SessionId;
 use web_admin::worker;
 
 use super::support::client::{Answer, Client, csrf_in};
@@ -19,8 +19,8 @@ async fn send(browser: &mut Client, path: &str, fields: &[(&str, &str)]) -> Answ
 }
 
 /// An attempt that counts as passed, whatever it scored.
-async fn passed(app: &App, member: &Member) -> Uuid {
-    let attempt = Attempt { session_id: Uuid::new_v4(), ..Attempt::default() };
+async fn passed(app: &App, member: &Member) -> SessionId {
+    let attempt = Attempt { session_id: SessionId::random(), ..Attempt::default() };
     assert_eq!(app.with_token(&member.token).upload(&record(&attempt)).await.status, 201);
     worker::work_off_jobs(&app.state).await.unwrap();
     let grade = sqlx::query("UPDATE grades SET passed = 1 WHERE session_id = $1").bind(attempt.session_id);

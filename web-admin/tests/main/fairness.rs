@@ -7,9 +7,9 @@ use std::time::Duration;
 
 use acts::clock::Clock;
 use acts::helper::Helper;
+use model::ids::{SchoolId, SessionId};
 use model::{Role, SessionKey};
 use store::sessions::{self, SessionState};
-use uuid::Uuid;
 use web_admin::worker;
 
 use super::support::App;
@@ -63,7 +63,7 @@ async fn begun_before_the_other(judges: usize, deadline: Duration) -> usize {
     log().lines().take_while(|&line| line == "costly").count()
 }
 
-async fn is_scored(app: &App, school_id: Uuid, id: Uuid) -> bool {
+async fn is_scored(app: &App, school_id: SchoolId, id: SessionId) -> bool {
     let key = SessionKey { school_id, id };
     let found = sessions::find_session(app.state.db.reader(), key.school_id, key.id).await.unwrap();
     found.is_some_and(|session| session.state == SessionState::Scored)

@@ -4,10 +4,10 @@
 use std::collections::BTreeSet;
 
 use model::Role;
+use model::ids::PersonId;
 use serde_json::Value;
 use sqlx::AssertSqlSafe;
 use store::{exports, people};
-use uuid::Uuid;
 
 use super::every_route::World;
 use super::support::client::csrf_in;
@@ -136,7 +136,7 @@ async fn held(app: &App, person: &people::Person) -> Value {
     serde_json::to_value(held).unwrap()
 }
 
-async fn rows(app: &App, reference: &str, person: Uuid) -> i64 {
+async fn rows(app: &App, reference: &str, person: PersonId) -> i64 {
     let (table, column) = reference.split_once('.').unwrap();
     let by = match column {
         "session_id" => "SELECT id FROM sessions WHERE trainee_id = $1",

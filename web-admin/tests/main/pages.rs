@@ -2,7 +2,7 @@
 //! they came for, or tells the missing from the forbidden.
 
 use model::Role;
-use uuid::Uuid;
+use model::ids::SessionId;
 use web_admin::worker;
 
 use super::support::recordings::{Attempt, record, tampered, without_samples};
@@ -12,7 +12,7 @@ use super::support::{App, Member};
 struct School {
     app: App,
     trainee: Member,
-    attempt: Uuid,
+    attempt: SessionId,
 }
 
 impl School {
@@ -46,8 +46,8 @@ impl School {
     }
 }
 
-async fn upload(app: &App, trainee: &Member, recorded: impl Fn(&Attempt) -> Vec<u8>) -> Uuid {
-    let attempt = Attempt { session_id: Uuid::new_v4(), ..Attempt::default() };
+async fn upload(app: &App, trainee: &Member, recorded: impl Fn(&Attempt) -> Vec<u8>) -> SessionId {
+    let attempt = Attempt { session_id: SessionId::random(), ..Attempt::default() };
     let answer = app.with_token(&trainee.token).upload(&recorded(&attempt)).await;
     assert_eq!(answer.status, 201, "{}", answer.text());
     attempt.session_id

@@ -2,9 +2,9 @@
 //! another question's, somebody else's, late, given before, or of a copied key; and when a passkey outlives its removal.
 
 use acts::clock::Clock;
+use model::ids::SchoolId;
 use model::{Moment, Role};
 use serde_json::Value;
-use uuid::Uuid;
 use web_admin::outbox;
 
 use super::support::authenticator::Authenticator;
@@ -16,7 +16,7 @@ const PAGE: &str = "/account/second-factor";
 const KEYS: &str = "/account/second-factor/passkeys";
 const ADA: &str = "ada@example.org";
 
-async fn app() -> (App, Uuid) {
+async fn app() -> (App, SchoolId) {
     let clock = Clock::fixed(Moment::from_micros(1_700_000_000_000_000));
     let app = App::with(clock, |config| config.public_url = Some(ORIGIN.to_owned())).await;
     let school = app.school("North").await;
@@ -57,7 +57,7 @@ async fn enrol(client: &mut Client, key: &mut Authenticator) -> Vec<String> {
 }
 
 /// Somebody with a passkey, and where they are signed in.
-async fn ada_with_key(app: &App, school: Uuid) -> (Member, Client, Authenticator, Vec<String>) {
+async fn ada_with_key(app: &App, school: SchoolId) -> (Member, Client, Authenticator, Vec<String>) {
     let ada = app.member(school, Role::Trainee, ADA).await;
     let (mut client, mut key) = (app.signed_in(ADA).await, Authenticator::new(1, ORIGIN));
     let codes = enrol(&mut client, &mut key).await;

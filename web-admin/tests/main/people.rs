@@ -6,11 +6,11 @@ use acts::clock::Clock;
 use acts::config::{Config, MailTo};
 use axum::body::Body;
 use axum::http::{Request, header};
+use model::ids::{PersonId, SchoolId};
 use model::{Moment, Role};
 use store::people;
 use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader};
 use tokio::net::TcpListener;
-use uuid::Uuid;
 use web_admin::outbox;
 
 use super::support::client::{Answer, Client, csrf_in};
@@ -19,11 +19,11 @@ use super::support::{App, PASSWORD};
 
 const NOW: Moment = Moment::from_micros(1_795_269_600_000_000); // 2026-11-21 14:00 UTC
 
-async fn school() -> (App, Uuid, Client) {
+async fn school() -> (App, SchoolId, Client) {
     school_with(|_| {}).await
 }
 
-async fn school_with(change: impl FnOnce(&mut Config)) -> (App, Uuid, Client) {
+async fn school_with(change: impl FnOnce(&mut Config)) -> (App, SchoolId, Client) {
     let app = App::with(Clock::fixed(NOW), change).await;
     let school = app.school("North").await;
     app.member(school, Role::Administrator, "head@example.org").await;
@@ -219,7 +219,7 @@ async fn a_password_that_is_guessed_early_is_taken_nowhere() {
 }
 
 /// How many links and codes somebody has: to a password, to a recording, at stations.
-async fn ways_in(app: &App, person: Uuid) -> i64 {
+async fn ways_in(app: &App, person: PersonId) -> i64 {
     let query = "SELECT (SELECT count(*) FROM account_links WHERE person_id = $1)
         + (SELECT count(*) FROM sign_in_codes WHERE person_id = $1) + (SELECT count(*) FROM recording_links WHERE made_by = $1)";
     sqlx::query_scalar(query).bind(person).fetch_one(app.state.db.reader()).await.unwrap()

@@ -4,16 +4,16 @@
 use std::path::Path;
 
 use acts::publishing;
+use model::ids::SchoolId;
 use model::{Role, SessionKey};
 use store::{practice, scores, tallies};
-use uuid::Uuid;
 use web_admin::worker;
 
 use super::support::recordings::{Attempt, record};
 use super::support::{App, Member};
 
 /// A school with a cohort of one trainee, who has made three scored attempts.
-async fn practised() -> (App, Uuid, Member, Vec<Attempt>) {
+async fn practised() -> (App, SchoolId, Member, Vec<Attempt>) {
     let app = App::new().await;
     let school = app.school("North").await;
     app.publish(school).await;

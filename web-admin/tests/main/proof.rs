@@ -4,13 +4,13 @@
 use acts::clock::Clock;
 use data_encoding::HEXLOWER;
 use ed25519_dalek::SigningKey;
+use model::ids::{SchoolId, SessionId, StationId};
 use model::{Moment, Role, SessionKey};
 use serde_json::json;
 use sqlx::{Connection, SqliteConnection};
 use store::{practice, proofs, sessions, tallies};
 use time::OffsetDateTime;
 use time::macros::datetime;
-use uuid::Uuid;
 use web_admin::worker;
 
 use super::support::client::{Answer, csrf_in};
@@ -22,7 +22,7 @@ const NOW: OffsetDateTime = datetime!(2026-03-04 12:00 UTC);
 /// A school that teaches the shipped course, with a trainee; the clock stands at [`NOW`].
 struct World {
     app: App,
-    school: Uuid,
+    school: SchoolId,
     ada: Member,
 }
 
@@ -115,11 +115,11 @@ async fn an_attempt_of_somebody_else_is_refused_and_a_copy_counts_nowhere() {
     let world = World::new().await;
     let eve = world.app.member(world.school, Role::Trainee, "eve@example.org").await;
     let named = Attempt { trainee: world.ada.person.pseudonym.clone(), ..attempt_at(NOW) };
-    let stolen = Attempt { session_id: Uuid::new_v4(), hand: Some(named.session_id), ..named.clone() };
+    let stolen = Attempt { session_id: SessionId::random(), hand: Some(named.session_id), ..named.clone() };
     assert_eq!(world.upload(&world.ada, &named).await.status, 201);
     world.upload(&eve, &stolen).await.is_problem(409, "somebody else");
     let copy = Attempt { trainee: String::new(), started_at: NOW - time::Duration::hours(3), ..stolen };
-    for (member, copy) in [(&eve, copy.clone()), (&world.ada, Attempt { session_id: Uuid::new_v4(), ..copy })] {
+    for (member, copy) in [(&eve, copy.clone()), (&world.ada, Attempt { session_id: SessionId::random(), ..copy })] {
         let told = world.upload(member, &copy).await;
         assert_eq!((told.status.as_u16(), &told.json()["uncounted"]), (201, &json!("duplicate")), "{}", told.text());
     }
@@ -138,7 +138,7 @@ async fn a_copy_that_does_not_count_does_not_keep_the_true_one_from_counting() {
     let world = World::new().await;
     let honest = attempt_at(NOW);
     let forged =
-        Attempt { session_id: Uuid::new_v4(), hand: Some(honest.session_id), bundle: &FORGED, ..honest.clone() };
+        Attempt { session_id: SessionId::random(), hand: Some(honest.session_id), bundle: &FORGED, ..honest.clone() };
     assert_eq!(world.upload(&world.ada, &forged).await.json()["uncounted"], "unpublished");
     assert_eq!(world.upload(&world.ada, &honest).await.json().get("uncounted"), None);
     assert_eq!(world.counted(&world.ada).await, 1);
@@ -201,7 +201,7 @@ async fn a_signature_counts_while_its_station_is_paired_and_only_for_what_it_was
     assert_eq!(score["proof"], json!({ "signed": true, "resimulated": true, "supervised": false }));
 
     let other_key = Station { key: SigningKey::from_bytes(&[8; 32]), ..station.clone() };
-    let stranger = Station { id: Uuid::new_v4(), ..station.clone() };
+    let stranger = Station { id: StationId::random(), ..station.clone() };
     for forger in [other_key, stranger] {
         let forged = Attempt { station: Some(forger), ..attempt_at(NOW) };
         assert_eq!(world.upload(&world.ada, &forged).await.json()["signed_by_station"], false);
@@ -262,7 +262,7 @@ async fn motions_of_before_are_compared_when_nothing_else_waits() {
     let world = World::new().await;
     let eve = world.app.member(world.school, Role::Trainee, "eve@example.org").await;
     let first = attempt_at(NOW);
-    let copy = Attempt { session_id: Uuid::new_v4(), hand: Some(first.session_id), ..first.clone() };
+    let copy = Attempt { session_id: SessionId::random(), hand: Some(first.session_id), ..first.clone() };
     let other = attempt_at(NOW);
     for (member, attempt) in [(&world.ada, &first), (&world.ada, &other), (&eve, &copy)] {
         world.upload(member, attempt).await;
@@ -291,7 +291,7 @@ async fn motions_of_before_are_compared_when_nothing_else_waits() {
             sqlx::query_scalar("SELECT count(*) FROM unhashed_motions").fetch_one(&mut connection).await.unwrap();
         assert_eq!(left, 0);
     }
-    let again = Attempt { session_id: Uuid::new_v4(), hand: Some(other.session_id), ..other.clone() };
+    let again = Attempt { session_id: SessionId::random(), hand: Some(other.session_id), ..other.clone() };
     assert_eq!(
         world.upload(&eve, &again).await.json()["uncounted"],
         "duplicate",

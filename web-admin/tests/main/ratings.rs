@@ -4,7 +4,7 @@
 
 use acts::surveys;
 use model::Role;
-use uuid::Uuid;
+use model::ids::SessionId;
 use web_admin::worker;
 
 use super::support::client::{Answer, Client, csrf_in};
@@ -18,7 +18,7 @@ struct School {
     app: App,
     ada: Member,
     raters: [Member; 2],
-    attempts: Vec<Uuid>,
+    attempts: Vec<SessionId>,
 }
 
 impl School {
@@ -52,10 +52,10 @@ impl School {
     }
 
     /// Asks both raters for ratings of some attempts.
-    async fn ask(&self, teacher: &mut Client, title: &str, attempts: &[Uuid]) -> Answer {
+    async fn ask(&self, teacher: &mut Client, title: &str, attempts: &[SessionId]) -> Answer {
         let csrf = csrf_in(&teacher.get("/ratings/new").await.text());
         let raters = self.raters.each_ref().map(|rater| rater.person.id.to_string());
-        let attempts: Vec<String> = attempts.iter().map(Uuid::to_string).collect();
+        let attempts: Vec<String> = attempts.iter().map(SessionId::to_string).collect();
         let mut fields = vec![("csrf", csrf.as_str()), ("title", title), ("instrument", "global-rating-puncture")];
         fields.extend(raters.iter().map(|id| ("rater", id.as_str())));
         fields.extend(attempts.iter().map(|id| ("attempt", id.as_str())));
@@ -140,7 +140,7 @@ async fn whoever_asked_sees_agreement_and_the_trainee_the_mean() {
     for (email, points) in [("near@example.org", ["1", "2", "4"]), ("far@example.org", ["2", "4", "5"])] {
         let mut rater = school.app.signed_in(email).await;
         for (attempt, points) in school.attempts.iter().zip(points) {
-            let id: Uuid = sqlx::query_scalar(
+            let id: SessionId = sqlx::query_scalar(
                 "SELECT r.id FROM ratings r JOIN people p ON p.id = r.rater_id WHERE p.email = $1 AND r.session_id = $2",
             )
             .bind(email)
@@ -222,7 +222,7 @@ async fn what_cannot_be_asked_is_refused_and_what_was_typed_stays() {
         assert!(page.contains(&word.to_lowercase()), "{page}");
         assert_eq!(page.matches(" checked").count(), 2 + attempts.len(), "{page}");
     }
-    assert_eq!(school.ask(&mut teacher, "x", &[Uuid::new_v4()]).await.status, 404);
+    assert_eq!(school.ask(&mut teacher, "x", &[SessionId::random()]).await.status, 404);
     let mut far = school.app.signed_in("far@example.org").await;
     assert_eq!(school.ask(&mut far, "x", &school.attempts).await.status, 404, "not an attempt of theirs");
     let csrf = csrf_in(&teacher.get("/ratings/new").await.text());

@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use model::Role;
+use model::ids::{PersonId, SessionId};
 use serde_json::Value;
 use tempfile::TempDir;
 use uuid::Uuid;
@@ -15,8 +16,8 @@ use super::support::service::{Service, answer};
 struct World {
     folder: TempDir,
     cookie: String,
-    trainee: (Uuid, String),
-    abroad: Uuid,
+    trainee: (PersonId, String),
+    abroad: PersonId,
     station: String,
 }
 
@@ -52,7 +53,7 @@ async fn a_refusal_says_who_asked_for_what_from_where() {
     let cookie = world.cookie.replace("stylet_", "__Host-stylet_");
     let line = |request: &str| format!("{request} HTTP/1.1\r\nX-Forwarded-For: 2001:db8::7\r\nCookie: {cookie}");
     let ask = |request: &str, token: &str| answer(service.begin(&line(request), token, &[])).0;
-    let attempt = Uuid::from_u128(7);
+    let attempt = SessionId::from_u128(7);
 
     assert_eq!(ask("GET /people", ""), 403, "the page of administrators");
     assert_eq!(ask(&format!("GET /trainees/{}", world.abroad), ""), 404, "somebody of another school");

@@ -4,9 +4,9 @@
 
 use acts::regrading::{Rubric, exercise};
 use model::Role;
+use model::ids::{RevisionId, SessionId};
 use sqlx::SqliteConnection;
 use store::{exercises, regradings, sessions};
-use uuid::Uuid;
 use web_admin::worker;
 
 use super::support::client::{Answer, Client, csrf_in};
@@ -20,12 +20,12 @@ const REASON: (&str, &str) = ("reason", "The department has voted for a stricter
 struct School {
     app: App,
     ada: Member,
-    attempts: [Uuid; 2],
-    lenient: Uuid,
-    strict: Uuid,
+    attempts: [SessionId; 2],
+    lenient: RevisionId,
+    strict: RevisionId,
 }
 
-async fn try_it(app: &App, trainee: &Member) -> Uuid {
+async fn try_it(app: &App, trainee: &Member) -> SessionId {
     let attempt = Attempt { bundle: &FORGED, ..Attempt::default() };
     assert_eq!(app.with_token(&trainee.token).upload(&record(&attempt)).await.status, 201);
     worker::work_off_jobs(&app.state).await.unwrap();
@@ -59,7 +59,7 @@ impl School {
     }
 
     /// Looks by the rubric of a revision; the page of what it would change.
-    async fn look(&self, browser: &mut Client, revision: Uuid) -> String {
+    async fn look(&self, browser: &mut Client, revision: RevisionId) -> String {
         let begun = self.send(browser, &format!("{EXERCISE}/regrade"), &[("revision", &revision.to_string())]).await;
         assert_eq!(begun.status, 303, "{}", begun.text());
         let page = begun.header("location").to_owned();
@@ -74,13 +74,13 @@ impl School {
         self.send(browser, page, &[("digest", digest), reason]).await
     }
 
-    async fn scores(&self, attempt: Uuid) -> i64 {
+    async fn scores(&self, attempt: SessionId) -> i64 {
         let count = sqlx::query_scalar("SELECT count(*) FROM scores WHERE session_id = $1").bind(attempt);
         count.fetch_one(self.app.state.db.reader()).await.unwrap()
     }
 
     /// Whether the grade that counts is a pass.
-    async fn passes(&self, attempt: Uuid) -> bool {
+    async fn passes(&self, attempt: SessionId) -> bool {
         let passed = sqlx::query_scalar("SELECT passed FROM grades WHERE session_id = $1").bind(attempt);
         passed.fetch_one(self.app.state.db.reader()).await.unwrap()
     }
@@ -90,14 +90,14 @@ impl School {
         rows.bind(object).fetch_all(self.app.state.db.reader()).await.unwrap()
     }
 
-    async fn lose_recording(&self, attempt: Uuid) {
+    async fn lose_recording(&self, attempt: SessionId) {
         let path = sqlx::query_scalar("SELECT recording_path FROM sessions WHERE id = $1").bind(attempt);
         let path: String = path.fetch_one(self.app.state.db.reader()).await.unwrap();
         std::fs::remove_file(self.app.state.config.recordings_dir.join(path)).unwrap();
     }
 
     /// As if they had been measured before their definitions were changed.
-    async fn forget_metrics(&self, attempt: Uuid) {
+    async fn forget_metrics(&self, attempt: SessionId) {
         let older = async |tx: &mut SqliteConnection| {
             let later = sqlx::query("DELETE FROM metrics WHERE version > 1 AND session_id = $1").bind(attempt);
             later.execute(&mut *tx).await.unwrap();
@@ -227,7 +227,7 @@ async fn what_was_measured_is_judged_as_the_recording_is() {
     let (state, [adas, bens]) = (&school.app.state, school.attempts);
     let school_id = school.ada.person.school_id;
     let rubric = Rubric::of_revision(state, school_id, school.strict).await.unwrap();
-    let judge = async |attempt: Uuid| {
+    let judge = async |attempt: SessionId| {
         let attempt = sessions::find_session(state.db.reader(), school_id, attempt).await.unwrap().unwrap();
         rubric.judge(state, &attempt).await
     };
@@ -254,7 +254,7 @@ async fn only_whoever_teaches_looks_and_only_whoever_has_looked_confirms() {
         assert_eq!(school.send(&mut browser, &format!("{page}/forget"), &[]).await.status, confirmed, "{who}");
     }
     let begin = format!("{EXERCISE}/regrade");
-    for revision in [Uuid::new_v4().to_string(), "x".to_owned()] {
+    for revision in [RevisionId::random().to_string(), "x".to_owned()] {
         assert_eq!(school.send(&mut teacher, &begin, &[("revision", &revision)]).await.status, 404);
     }
     let other =

@@ -4,8 +4,8 @@
 use acts::clock::Clock;
 use axum::body::Body;
 use axum::http::{Request, header};
+use model::ids::SessionId;
 use model::{Moment, Role};
-use uuid::Uuid;
 use web_admin::worker;
 
 use super::support::client::{Client, csrf_in};
@@ -16,7 +16,7 @@ use super::support::{App, Member};
 struct Lesson {
     app: App,
     ada: Member,
-    attempt: Uuid,
+    attempt: SessionId,
 }
 
 impl Lesson {
@@ -32,7 +32,7 @@ impl Lesson {
         let teacher = app.member(north, Role::Instructor, "teacher@example.org").await;
         app.member(north, Role::Instructor, "other@example.org").await;
         app.cohort(north, "Spring", &[&ada.person, &teacher.person]).await;
-        let attempt = Attempt { session_id: Uuid::new_v4(), ..Attempt::default() };
+        let attempt = Attempt { session_id: SessionId::random(), ..Attempt::default() };
         assert_eq!(app.with_token(&ada.token).upload(&record(&attempt)).await.status, 201);
         worker::work_off_jobs(&app.state).await.unwrap();
         Self { app, ada, attempt: attempt.session_id }

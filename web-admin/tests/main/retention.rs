@@ -9,9 +9,9 @@ use acts::accounts;
 use acts::clock::Clock;
 use acts::config::MailTo;
 use acts::retention;
+use model::ids::SchoolId;
 use model::{Moment, Role};
 use store::{audit, people};
-use uuid::Uuid;
 use web_admin::outbox;
 
 use super::support::App;
@@ -34,7 +34,7 @@ async fn post(client: &mut Client, page: &str, path: &str, fields: &[(&str, &str
 
 struct School {
     app: App,
-    id: Uuid,
+    id: SchoolId,
 }
 
 impl School {

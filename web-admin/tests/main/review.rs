@@ -2,7 +2,7 @@
 //! lost from sight, or when a page goes on counting what was overridden.
 
 use model::Role;
-use uuid::Uuid;
+use model::ids::SessionId;
 use web_admin::worker;
 
 use super::support::client::{Answer, Client, csrf_in};
@@ -12,11 +12,11 @@ use super::support::{App, Member};
 struct School {
     app: App,
     ada: Member,
-    attempt: Uuid,
+    attempt: SessionId,
 }
 
-async fn upload(app: &App, ada: &Member, recorded: fn(&Attempt) -> Vec<u8>) -> Uuid {
-    let attempt = Attempt { session_id: Uuid::new_v4(), ..Attempt::default() };
+async fn upload(app: &App, ada: &Member, recorded: fn(&Attempt) -> Vec<u8>) -> SessionId {
+    let attempt = Attempt { session_id: SessionId::random(), ..Attempt::default() };
     assert_eq!(app.with_token(&ada.token).upload(&recorded(&attempt)).await.status, 201);
     worker::work_off_jobs(&app.state).await.unwrap();
     attempt.session_id
@@ -119,7 +119,7 @@ async fn what_waits_is_listed_flagged_first_until_somebody_has_looked() {
     let forged = upload(&school.app, &school.ada, tampered).await;
     let mut teacher = school.app.signed_in("teacher@example.org").await;
     let queue = teacher.get("/review").await.text();
-    let place = |id: Uuid| queue.find(&format!("/sessions/{id}/replay")).unwrap();
+    let place = |id: SessionId| queue.find(&format!("/sessions/{id}/replay")).unwrap();
     assert!(place(forged) < place(school.attempt), "{queue}");
     assert_eq!(school.send(&mut teacher, "/review", &[("mark", "reviewed")]).await.status, 303);
     assert!(!teacher.get("/review").await.text().contains(&school.attempt.to_string()));

@@ -4,6 +4,7 @@
 use std::fs;
 
 use acts::clock::Clock;
+use model::ids::SessionId;
 use model::{Moment, Role, SessionKey};
 use serde_json::Value;
 use store::scores;
@@ -26,7 +27,7 @@ async fn school() -> (App, Client, SessionKey) {
 }
 
 /// Uploads and works off; the session and the answer to a question for its score.
-async fn scored(app: &App, client: &mut Client, (id, bytes): (uuid::Uuid, Vec<u8>)) -> (Value, Value) {
+async fn scored(app: &App, client: &mut Client, (id, bytes): (SessionId, Vec<u8>)) -> (Value, Value) {
     let answer = client.upload(&bytes).await;
     assert_eq!(answer.status, 201, "{}", answer.text());
     let waiting = client.get(&format!("/api/v1/sessions/{id}/score")).await;

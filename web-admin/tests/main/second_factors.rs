@@ -10,11 +10,11 @@ use acts::clock::Clock;
 use acts::sealing::KEY_FILE;
 use axum::http::Method;
 use data_encoding::BASE32_NOPAD;
+use model::ids::SchoolId;
 use model::{Moment, Role, TotpSecret};
 use sqlx::migrate::Migrator;
 use sqlx::sqlite::SqliteConnectOptions;
 use sqlx::{Connection, SqliteConnection};
-use uuid::Uuid;
 use web_admin::outbox;
 
 use super::support::client::{Answer, Client, csrf_in};
@@ -36,7 +36,7 @@ impl Device {
     }
 }
 
-async fn app() -> (App, Uuid) {
+async fn app() -> (App, SchoolId) {
     let app = App::with(Clock::fixed(Moment::from_micros(1_700_000_000_000_000)), |_| {}).await;
     let school = app.school("North").await;
     (app, school)

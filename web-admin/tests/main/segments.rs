@@ -4,11 +4,11 @@
 use acts::clock::Clock;
 use acts::config::MailTo;
 use acts::deadlines;
+use model::ids::{CohortId, PersonId, SchoolId, SessionId};
 use model::segments::pops;
 use model::{Moment, Role, SessionKey};
 use store::schools;
 use store::scores;
-use uuid::Uuid;
 use web_admin::outbox;
 use web_admin::worker;
 
@@ -23,14 +23,14 @@ const DAY_S: i64 = 86_400;
 
 struct School {
     app: App,
-    id: Uuid,
+    id: SchoolId,
     /// An attempt of Ben's and one of Ada's.
-    attempts: [Uuid; 2],
-    ada: Uuid,
+    attempts: [SessionId; 2],
+    ada: PersonId,
 }
 
-async fn upload(app: &App, member: &Member) -> Uuid {
-    let attempt = Attempt { session_id: Uuid::new_v4(), ..Attempt::default() };
+async fn upload(app: &App, member: &Member) -> SessionId {
+    let attempt = Attempt { session_id: SessionId::random(), ..Attempt::default() };
     assert_eq!(app.with_token(&member.token).upload(&record(&attempt)).await.status, 201);
     attempt.session_id
 }
@@ -82,7 +82,7 @@ impl School {
         self.ask(teacher, &[("due", "2026-03-27T18:00")]).await.header("location").to_owned()
     }
 
-    async fn extend(&self, teacher: &mut Client, task: &str, (person, days): (Uuid, &str)) -> Answer {
+    async fn extend(&self, teacher: &mut Client, task: &str, (person, days): (PersonId, &str)) -> Answer {
         let (csrf, person) = (csrf_in(&teacher.get("/").await.text()), person.to_string());
         teacher.form(&format!("{task}/extend"), &[("csrf", &csrf), ("person", &person), ("days", days)]).await
     }
@@ -105,7 +105,7 @@ impl School {
         letters.map(to).collect()
     }
 
-    async fn pops(&self, attempt: Uuid) -> Vec<f64> {
+    async fn pops(&self, attempt: SessionId) -> Vec<f64> {
         let key = SessionKey { school_id: self.id, id: attempt };
         pops(&scores::find_curve(self.app.state.db.reader(), key).await.unwrap().unwrap())
     }
@@ -219,7 +219,7 @@ async fn what_is_no_moment_or_no_task_is_refused_and_what_was_typed_stays() {
         assert_eq!(refused.status, expected, "{field}: {}", refused.text());
         assert!(expected == 404 || refused.text().contains(word), "{}", refused.text());
     }
-    let none = school.ask(&mut teacher, &[("cohort", &Uuid::new_v4().to_string())]).await;
+    let none = school.ask(&mut teacher, &[("cohort", &CohortId::random().to_string())]).await;
     assert_eq!(none.status, 404, "another school’s cohort");
 }
 
@@ -237,7 +237,7 @@ async fn one_trainee_has_longer_by_calendar_days_and_is_not_late() {
     }
     let bens = school.app.signed_in("ben@example.org").await.get(&task).await.text();
     assert!(bens.contains("27 Mar 2026, 18:00") && bens.contains("UTC+01:00") && !bens.contains("longer"), "{bens}");
-    for (person, days, status) in [(school.ada, "367", 422), (school.ada, "-1", 422), (Uuid::new_v4(), "7", 404)] {
+    for (person, days, status) in [(school.ada, "367", 422), (school.ada, "-1", 422), (PersonId::random(), "7", 404)] {
         assert_eq!(school.extend(&mut teacher, &task, (person, days)).await.status, status, "{days}");
     }
     let mut other = school.app.signed_in("other@example.org").await;

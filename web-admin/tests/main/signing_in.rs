@@ -5,6 +5,7 @@ use acts::clock::Clock;
 use acts::secret;
 use axum::body::Body;
 use axum::http::{Request, header};
+use model::ids::SchoolId;
 use model::{Moment, Role};
 use store::people;
 
@@ -224,7 +225,7 @@ async fn who_did_not_get_in_is_in_the_audit_log_without_what_was_typed() {
         !log.iter().any(|line| line.contains("secret") || line.contains("guess") || line.contains("ada@")),
         "{log:#?}"
     );
-    let of_school: Vec<Option<uuid::Uuid>> =
+    let of_school: Vec<Option<SchoolId>> =
         sqlx::query_scalar("SELECT school_id FROM audit_log WHERE action = 'sign_in.failed' AND school_id IS NOT NULL")
             .fetch_all(app.state.db.reader())
             .await

@@ -6,8 +6,8 @@ use axum::body::Body;
 use axum::http::Request;
 use documents::Instrument;
 use model::Role;
+use model::ids::SessionId;
 use serde_json::{Value, json};
-use uuid::Uuid;
 
 use super::support::client::{Answer, Client, csrf_in};
 use super::surveys::{School, send};
@@ -16,7 +16,7 @@ use super::surveys::{School, send};
 struct Debrief {
     school: School,
     survey: String,
-    attempt: Uuid,
+    attempt: SessionId,
     station: Client,
 }
 
@@ -164,7 +164,7 @@ async fn what_is_not_allowed_is_named_and_nothing_is_written() {
         debrief.give(&wrong).await.is_problem(422, says);
     }
     debrief.give(&with("more", 1.into())).await.is_problem(400, "more");
-    let early = debrief.address().replace(&debrief.attempt.to_string(), &Uuid::new_v4().to_string());
+    let early = debrief.address().replace(&debrief.attempt.to_string(), &SessionId::random().to_string());
     put(&mut debrief.station, &early, &base).await.is_problem(404, "nothing here");
     let south = debrief.school.app.school("South").await;
     let abroad = debrief.school.app.station(south).await;

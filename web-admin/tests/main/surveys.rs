@@ -5,9 +5,9 @@ use acts::clock::Clock;
 use acts::surveys;
 use axum::body::Body;
 use axum::http::{Request, header};
+use model::ids::{CohortId, SchoolId, SessionId};
 use model::{Moment, Role};
 use time::macros::datetime;
-use uuid::Uuid;
 use web_admin::worker;
 
 use super::support::client::{Answer, Client, csrf_in};
@@ -33,7 +33,7 @@ fn led_to(answer: &Answer) -> String {
 
 pub(super) struct School {
     pub(super) app: App,
-    pub(super) id: Uuid,
+    pub(super) id: SchoolId,
     pub(super) ada: Member,
 }
 
@@ -82,8 +82,8 @@ impl School {
         page.split("name=\"cohort\" value=\"").nth(1).unwrap().split('"').next().unwrap().to_owned()
     }
 
-    pub(super) async fn upload(&self) -> Uuid {
-        let attempt = Attempt { session_id: Uuid::new_v4(), ..Attempt::default() };
+    pub(super) async fn upload(&self) -> SessionId {
+        let attempt = Attempt { session_id: SessionId::random(), ..Attempt::default() };
         let answer = self.app.with_token(&self.ada.token).upload(&record(&attempt)).await;
         assert_eq!(answer.status, 201, "{}", answer.text());
         worker::work_off_jobs(&self.app.state).await.unwrap();
@@ -394,7 +394,7 @@ async fn a_survey_that_makes_no_sense_is_refused_and_what_was_typed_stays() {
     let school = School::new().await;
     let mut teacher = school.app.signed_in("teacher@example.org").await;
     let csrf = csrf_in(&teacher.get("/surveys/new").await.text());
-    let elsewhere = Uuid::new_v4().to_string();
+    let elsewhere = CohortId::random().to_string();
     for (key, value, says) in [
         ("title", " ", "title: 0 characters; allowed: 1 to 200"),
         ("identity", "secret", "allowed: anonymous, pseudonymous, named"),

@@ -6,9 +6,9 @@ use axum::http::{Request, header};
 use data_encoding::BASE64;
 use futures::StreamExt;
 use model::Role;
+use model::ids::SessionId;
 use sha2::{Digest, Sha256};
 use store::jobs;
-use uuid::Uuid;
 
 use super::support::recordings::{Attempt, record};
 use super::support::{App, Member};
@@ -22,15 +22,15 @@ async fn trainee(app: &App) -> Member {
 async fn a_recording_is_kept_byte_for_byte() {
     let app = App::new().await;
     let mut ada = app.with_token(&trainee(&app).await.token);
-    let (id, bytes) = (Uuid::new_v4(), record(&Attempt { session_id: Uuid::nil(), ..Attempt::default() }));
-    assert_ne!(id, Uuid::nil());
+    let (id, bytes) = (SessionId::random(), record(&Attempt { session_id: SessionId::nil(), ..Attempt::default() }));
+    assert_ne!(id, SessionId::nil());
     let answer = ada.upload(&bytes).await;
     assert_eq!(answer.status, 201, "{}", answer.text());
     let session = answer.json();
-    assert_eq!(session["session_id"], Uuid::nil().to_string());
+    assert_eq!(session["session_id"], SessionId::nil().to_string());
     assert_eq!((&session["state"], &session["complete"]), (&"pending".into(), &true.into()));
     assert_eq!(session["unknown_exercise"], true, "this school has published nothing");
-    let kept = ada.get(&format!("/api/v1/sessions/{}/recording", Uuid::nil())).await;
+    let kept = ada.get(&format!("/api/v1/sessions/{}/recording", SessionId::nil())).await;
     assert_eq!(kept.body, bytes);
     assert_eq!(jobs::count_jobs(app.state.db.reader()).await.unwrap(), 1);
 }

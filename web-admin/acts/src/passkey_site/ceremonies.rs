@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
-use uuid::Uuid;
 use webauthn_rs::prelude::{PasskeyAuthentication, PasskeyRegistration};
 
 use model::Moment;
+use model::ids::{CeremonyId, PersonId};
 
 /// How long an answer is waited for, in s.
 const WAIT_S: i64 = 5 * 60;
@@ -31,19 +31,19 @@ pub enum PasskeyChallenge {
 
 #[derive(Clone, Debug)]
 struct PendingCeremony {
-    person_id: Uuid,
+    person_id: PersonId,
     until: Moment,
     asked: PasskeyChallenge,
 }
 
 /// Everything that is waited for.
 #[derive(Debug, Default)]
-pub struct Ceremonies(Mutex<BTreeMap<Uuid, PendingCeremony>>);
+pub struct Ceremonies(Mutex<BTreeMap<CeremonyId, PendingCeremony>>);
 
 impl Ceremonies {
     /// Waits for somebody's answer; the id by which it is taken. In place of their oldest where there are too many.
     #[must_use]
-    pub fn begin(&self, person_id: Uuid, asked: PasskeyChallenge, now: Moment) -> Uuid {
+    pub fn begin(&self, person_id: PersonId, asked: PasskeyChallenge, now: Moment) -> CeremonyId {
         let mut waiting = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         waiting.retain(|_, one| one.until > now);
         let own = waiting.values().filter(|one| one.person_id == person_id).count();
@@ -52,21 +52,21 @@ impl Ceremonies {
         } else if waiting.len() >= MOST {
             forget_oldest(&mut waiting, |_| true);
         }
-        let id = Uuid::new_v4();
+        let id = CeremonyId::random();
         waiting.insert(id, PendingCeremony { person_id, until: now.plus_s(WAIT_S), asked });
         id
     }
 
     /// What somebody was asked by an id, this once. None where it is too late, it was answered, or somebody else was asked.
     #[must_use]
-    pub fn take(&self, id: Uuid, person_id: Uuid, now: Moment) -> Option<PasskeyChallenge> {
+    pub fn take(&self, id: CeremonyId, person_id: PersonId, now: Moment) -> Option<PasskeyChallenge> {
         let mut waiting = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let taken = waiting.remove(&id)?;
         (taken.person_id == person_id && taken.until > now).then_some(taken.asked)
     }
 }
 
-fn forget_oldest(waiting: &mut BTreeMap<Uuid, PendingCeremony>, whose: impl Fn(&PendingCeremony) -> bool) {
+fn forget_oldest(waiting: &mut BTreeMap<CeremonyId, PendingCeremony>, whose: impl Fn(&PendingCeremony) -> bool) {
     let oldest = waiting.iter().filter(|(_, one)| whose(one)).min_by_key(|(_, one)| one.until).map(|(id, _)| *id);
     if let Some(id) = oldest {
         waiting.remove(&id);
@@ -80,17 +80,17 @@ mod tests {
     use super::super::tests::asked_to_make;
     use super::*;
 
-    fn begin(all: &Ceremonies, person: Uuid, at_s: i64) -> Uuid {
+    fn begin(all: &Ceremonies, person: PersonId, at_s: i64) -> CeremonyId {
         all.begin(person, asked_to_make(), Moment::from_micros(0).plus_s(at_s))
     }
 
-    fn take(all: &Ceremonies, id: Uuid, person: Uuid, at_s: i64) -> bool {
+    fn take(all: &Ceremonies, id: CeremonyId, person: PersonId, at_s: i64) -> bool {
         all.take(id, person, Moment::from_micros(0).plus_s(at_s)).is_some()
     }
 
     #[test]
     fn each_is_good_once_for_a_while_and_for_whom_it_was_made() {
-        let (all, ada, ben) = (Ceremonies::default(), Uuid::from_u128(1), Uuid::from_u128(2));
+        let (all, ada, ben) = (Ceremonies::default(), PersonId::from_u128(1), PersonId::from_u128(2));
         let id = begin(&all, ada, 0);
         assert!(take(&all, id, ada, WAIT_S - 1), "in time");
         assert!(!take(&all, id, ada, WAIT_S - 1), "once");
@@ -103,9 +103,9 @@ mod tests {
 
     #[test]
     fn one_person_takes_no_room_from_others() {
-        let (all, ada, ben) = (Ceremonies::default(), Uuid::from_u128(1), Uuid::from_u128(2));
+        let (all, ada, ben) = (Ceremonies::default(), PersonId::from_u128(1), PersonId::from_u128(2));
         let of_ben = begin(&all, ben, 0);
-        let of_ada: Vec<Uuid> = (1..=12).map(|at_s| begin(&all, ada, at_s)).collect();
+        let of_ada: Vec<CeremonyId> = (1..=12).map(|at_s| begin(&all, ada, at_s)).collect();
         let kept = of_ada.iter().filter(|id| take(&all, **id, ada, 20)).count();
         assert_eq!(kept, MOST_OF_PERSON);
         assert!(!take(&all, of_ada[0], ada, 20), "the oldest went first");

@@ -4,13 +4,13 @@ mod ceremonies;
 
 use anyhow::Context;
 use serde::de::DeserializeOwned;
-use uuid::Uuid;
 use webauthn_rs::prelude::{
     AuthenticationResult, CredentialID, Passkey, PasskeyAuthentication, PasskeyRegistration, Url, WebauthnError,
 };
 use webauthn_rs::{Webauthn, WebauthnBuilder};
 
 use crate::config::Config;
+use model::ids::PersonId;
 
 pub use ceremonies::{Ceremonies, PasskeyChallenge};
 
@@ -58,7 +58,7 @@ pub enum AnswerRefused {
 #[derive(Clone, Copy, Debug)]
 pub struct PasskeyOwner<'a> {
     /// Id, which the authenticator keeps.
-    pub id: Uuid,
+    pub id: PersonId,
     /// Address, by which they tell their accounts apart.
     pub email: &'a str,
     /// Name.
@@ -100,7 +100,7 @@ impl Site {
         owner: PasskeyOwner<'_>,
         known: Vec<CredentialID>,
     ) -> anyhow::Result<(String, PasskeyRegistration)> {
-        let started = self.webauthn.start_passkey_registration(owner.id, owner.email, owner.name, Some(known));
+        let started = self.webauthn.start_passkey_registration(owner.id.uuid(), owner.email, owner.name, Some(known));
         let (options, state) = started.context("a passkey cannot be asked for")?;
         Ok((serde_json::to_string(&options)?, state))
     }
@@ -163,7 +163,7 @@ pub(crate) mod tests {
 
     /// A passkey to be made.
     pub(super) fn asked_to_make() -> PasskeyChallenge {
-        let owner = PasskeyOwner { id: Uuid::from_u128(1), email: "ada@example.org", name: "Ada" };
+        let owner = PasskeyOwner { id: PersonId::from_u128(1), email: "ada@example.org", name: "Ada" };
         let (_, state) = site(None, "127.0.0.1:8080").unwrap().ask_to_make(owner, Vec::new()).unwrap();
         PasskeyChallenge::ToMake { name: "Key".to_owned(), state: Box::new(state) }
     }

@@ -6,11 +6,11 @@ use data_encoding::HEXLOWER;
 use futures::future::join_all;
 use serde_json::json;
 use sha2::{Digest, Sha256};
-use uuid::Uuid;
 
 use super::{Regrader, Rubric, ScoreChange, add};
 use crate::error::{Error, refuse_trainees};
 use crate::service::Service;
+use model::ids::{RegradingId, RevisionId, SessionId};
 use model::regrading::{RegradingOutcome, RegradingState, count_attempts};
 use model::{CurrentPerson, SessionKey, judgement};
 use store::Write;
@@ -33,7 +33,12 @@ const EQUAL: f64 = 1e-9;
 ///
 /// # Errors
 /// When they may not judge, there is no such revision of the exercise, or no attempt.
-pub async fn look(state: &Service, by: &CurrentPerson, exercise: &str, revision: Uuid) -> Result<Uuid, Error> {
+pub async fn look(
+    state: &Service,
+    by: &CurrentPerson,
+    exercise: &str,
+    revision: RevisionId,
+) -> Result<RegradingId, Error> {
     refuse_trainees(by)?;
     let revisions = exercises::list_exercise_revisions(state.db.reader(), by.school_id, exercise).await?;
     if !revisions.iter().any(|known| known.id == revision) {
@@ -52,7 +57,7 @@ pub async fn look(state: &Service, by: &CurrentPerson, exercise: &str, revision:
 ///
 /// # Errors
 /// [`Error::NotFound`] for any other.
-pub async fn find(state: &Service, by: &CurrentPerson, id: Uuid) -> Result<Regrading, Error> {
+pub async fn find(state: &Service, by: &CurrentPerson, id: RegradingId) -> Result<Regrading, Error> {
     refuse_trainees(by)?;
     regradings::find(state.db.reader(), by, id).await?.ok_or(Error::NotFound)
 }
@@ -67,7 +72,13 @@ fn digest(regrading: &Regrading, attempts: &[Stood]) -> Result<String, Error> {
 ///
 /// # Errors
 /// When it does not wait to be confirmed, somebody else has looked, there is no reason, or the database fails.
-pub async fn confirm(state: &Service, by: &CurrentPerson, id: Uuid, seen: &str, reason: &str) -> Result<bool, Error> {
+pub async fn confirm(
+    state: &Service,
+    by: &CurrentPerson,
+    id: RegradingId,
+    seen: &str,
+    reason: &str,
+) -> Result<bool, Error> {
     let mut tx = state.db.write().await?;
     let regrading = own(&mut tx, by, id).await?;
     if regrading.state != RegradingState::Shown {
@@ -95,7 +106,7 @@ pub async fn confirm(state: &Service, by: &CurrentPerson, id: Uuid, seen: &str, 
 }
 
 /// A re-grading that somebody has begun themselves.
-async fn own(tx: &mut Write, by: &CurrentPerson, id: Uuid) -> Result<Regrading, Error> {
+async fn own(tx: &mut Write, by: &CurrentPerson, id: RegradingId) -> Result<Regrading, Error> {
     refuse_trainees(by)?;
     let regrading = regradings::find(&mut **tx, by, id).await?.ok_or(Error::NotFound)?;
     if regrading.made_by != by.id {
@@ -108,7 +119,7 @@ async fn own(tx: &mut Write, by: &CurrentPerson, id: Uuid) -> Result<Regrading, 
 ///
 /// # Errors
 /// When it was confirmed, somebody else has looked, or the database fails.
-pub async fn forget(state: &Service, by: &CurrentPerson, id: Uuid) -> Result<String, Error> {
+pub async fn forget(state: &Service, by: &CurrentPerson, id: RegradingId) -> Result<String, Error> {
     let mut tx = state.db.write().await?;
     let regrading = own(&mut tx, by, id).await?;
     if !matches!(regrading.state, RegradingState::Looking | RegradingState::Shown) {
@@ -148,7 +159,12 @@ async fn look_at_some(state: &Service, regrading: &Regrading) -> Result<(), Erro
 }
 
 /// What becomes of an attempt.
-async fn judge(state: &Service, regrading: &Regrading, rubric: &Rubric, id: Uuid) -> Result<RegradedAttempt, Error> {
+async fn judge(
+    state: &Service,
+    regrading: &Regrading,
+    rubric: &Rubric,
+    id: SessionId,
+) -> Result<RegradedAttempt, Error> {
     let (reader, school) = (state.db.reader(), regrading.school_id);
     let session = sessions::find_session(reader, school, id).await?.context("an attempt that is gone")?;
     let before = scores::find_newest_score(reader, session.key()).await?.context("a scored attempt")?;

@@ -12,12 +12,12 @@ use documents::Exercise;
 use documents::ExerciseBundle;
 use serde_json::json;
 use sqlx::SqliteConnection;
-use uuid::Uuid;
 
 use crate::error::Error;
 use crate::recordings;
 use crate::secret;
 use crate::service::Service;
+use model::ids::{RevisionId, SchoolId, ScoreId};
 use model::{Moment, SessionKey};
 use store::audit::{Actor, AuditEntry};
 use store::regradings::{self, NewReason};
@@ -33,7 +33,7 @@ impl Rubric {
     ///
     /// # Errors
     /// When the database fails.
-    pub async fn of_today(state: &Service, school: Uuid, exercise: &str) -> Result<Option<Self>, Error> {
+    pub async fn of_today(state: &Service, school: SchoolId, exercise: &str) -> Result<Option<Self>, Error> {
         match exercises::find_current_revision(state.db.reader(), school, exercise).await? {
             Some(taught) => Self::of_revision(state, school, taught.id).await.map(Some),
             None => Ok(None),
@@ -44,7 +44,7 @@ impl Rubric {
     ///
     /// # Errors
     /// When there is no such revision, or the database fails.
-    pub async fn of_revision(state: &Service, school: Uuid, revision: Uuid) -> Result<Self, Error> {
+    pub async fn of_revision(state: &Service, school: SchoolId, revision: RevisionId) -> Result<Self, Error> {
         let bytes =
             exercises::read_exercise_bytes(state.db.reader(), school, revision).await?.ok_or(Error::NotFound)?;
         let bundle = ExerciseBundle::from_parts(&bytes.exercise, &bytes.scene, &bytes.meshes);
@@ -127,7 +127,7 @@ async fn add(
     by: Regrader<'_>,
     change: ScoreChange<'_>,
     now: Moment,
-) -> Result<Uuid, Error> {
+) -> Result<ScoreId, Error> {
     let ScoreChange { before, again } = change;
     let score = scores::add_score(tx, session, again, now).await?;
     practice::refresh_practice(tx, session).await?;

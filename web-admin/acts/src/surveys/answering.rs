@@ -7,11 +7,11 @@
 use assessment::questionnaire::{Answer, Refused, asked_pages, is_asked, read_answer};
 use documents::Instrument;
 use sqlx::SqliteConnection;
-use uuid::Uuid;
 
 use crate::error::Error;
 use crate::secret;
 use crate::service::Service;
+use model::ids::SessionId;
 use model::survey::ResponseState;
 use model::survey::Survey;
 use model::{CurrentPerson, Moment};
@@ -185,7 +185,7 @@ pub struct SurveyOccasion<'a> {
     /// The survey.
     pub survey: &'a Survey,
     /// After which attempt.
-    pub session: Option<Uuid>,
+    pub session: Option<SessionId>,
     /// In which language.
     pub language: &'a str,
 }

@@ -4,6 +4,7 @@ use crate::error::Error;
 use crate::publishing::DocumentPublisher;
 use crate::service::Service;
 use model::CurrentPerson;
+use model::ids::{RevisionId, SchoolId, SurveyId};
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
@@ -12,7 +13,6 @@ use documents::{DocumentError, Instrument, Issue};
 use phrase::{Phrase, phrase};
 use serde_json::json;
 use sqlx::SqliteConnection;
-use uuid::Uuid;
 
 use crate::publishing::{CourseRefused, Published};
 use model::Moment;
@@ -46,7 +46,7 @@ pub fn documents_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
 /// When the document is wrong, or the database fails.
 pub async fn publish(
     writer: &mut SqliteConnection,
-    school: Uuid,
+    school: SchoolId,
     path: &Path,
     now: Moment,
 ) -> Result<Published, CourseRefused> {
@@ -93,7 +93,7 @@ pub async fn publish_text(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn course_surveys(writer: &mut SqliteConnection, school: Uuid, now: Moment) -> anyhow::Result<()> {
+pub async fn course_surveys(writer: &mut SqliteConnection, school: SchoolId, now: Moment) -> anyhow::Result<()> {
     let asked = surveys::asked_by_courses(&mut *writer, school).await?;
     let open = surveys::of_course(&mut *writer, school).await?;
     for survey in open.iter().filter(|survey| !asked.iter().any(|(revision, ..)| *revision == survey.revision_id)) {
@@ -116,11 +116,11 @@ pub async fn course_surveys(writer: &mut SqliteConnection, school: Uuid, now: Mo
 
 async fn make_for_course(
     writer: &mut SqliteConnection,
-    school_id: Uuid,
-    revision_id: Uuid,
+    school_id: SchoolId,
+    revision_id: RevisionId,
     title: &str,
     now: Moment,
-) -> anyhow::Result<Uuid> {
+) -> anyhow::Result<SurveyId> {
     let new = NewSurvey {
         school_id,
         revision_id,
@@ -137,7 +137,7 @@ async fn make_for_course(
     Ok(id)
 }
 
-fn entry(school: Uuid, action: &str, survey: Uuid) -> AuditEntry<'_> {
+fn entry(school: SchoolId, action: &str, survey: SurveyId) -> AuditEntry<'_> {
     AuditEntry::new(school, Actor::CommandLine, action, survey).with(json!({ "by": "a course" }))
 }
 

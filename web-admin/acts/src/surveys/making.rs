@@ -1,9 +1,9 @@
 //! Making a survey, its links, and closing it.
 
+use model::ids::{CohortId, RevisionId, SchoolId, SurveyId};
 use model::limits::LETTERS_AN_HOUR;
 use serde_json::json;
 use sqlx::SqliteExecutor;
-use uuid::Uuid;
 
 use crate::error::Error;
 use crate::secret;
@@ -22,7 +22,7 @@ pub const LINK_LIFETIME_S: i64 = 60 * 24 * 3600;
 #[derive(Clone, Debug)]
 pub struct SurveyRequest {
     /// The revision that it asks.
-    pub revision_id: Uuid,
+    pub revision_id: RevisionId,
     /// Title.
     pub title: String,
     /// Whether answers lead to who gave them.
@@ -36,14 +36,14 @@ pub struct SurveyRequest {
     /// Until when.
     pub closes_at: Option<Moment>,
     /// For whom.
-    pub cohorts: Vec<Uuid>,
+    pub cohorts: Vec<CohortId>,
 }
 
 /// Makes a survey that belongs to a person.
 ///
 /// # Errors
 /// When the database fails.
-pub async fn make(state: &Service, person: &CurrentPerson, wanted: &SurveyRequest) -> Result<Uuid, Error> {
+pub async fn make(state: &Service, person: &CurrentPerson, wanted: &SurveyRequest) -> Result<SurveyId, Error> {
     let now = state.clock.now();
     let new = NewSurvey {
         school_id: person.school_id,
@@ -87,7 +87,7 @@ pub fn link_expiry(survey: &Survey, now: Moment) -> Moment {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn letters_left(executor: impl SqliteExecutor<'_>, school: Uuid, now: Moment) -> Result<usize, Error> {
+pub async fn letters_left(executor: impl SqliteExecutor<'_>, school: SchoolId, now: Moment) -> Result<usize, Error> {
     let queued = letters::queued_since(executor, school, now.plus_s(-3600)).await?;
     Ok(LETTERS_AN_HOUR.saturating_sub(queued as usize))
 }

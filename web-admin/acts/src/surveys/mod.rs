@@ -12,10 +12,10 @@ pub use taking::{AnsweredSheet, take};
 pub use themes::{Theme, set_theme};
 
 use documents::Instrument;
-use uuid::Uuid;
 
 use crate::error::Error;
 use crate::service::Service;
+use model::ids::{RevisionId, SchoolId};
 use model::survey::Survey;
 use store::instruments as stored;
 
@@ -31,7 +31,7 @@ pub async fn instrument_of(state: &Service, survey: &Survey) -> Result<Instrumen
 ///
 /// # Errors
 /// When the database fails.
-pub async fn revision(state: &Service, school: Uuid, id: Uuid) -> Result<Option<Instrument>, Error> {
+pub async fn revision(state: &Service, school: SchoolId, id: RevisionId) -> Result<Option<Instrument>, Error> {
     Ok(document(state, school, id).await?.map(|(instrument, _)| instrument))
 }
 
@@ -39,7 +39,11 @@ pub async fn revision(state: &Service, school: Uuid, id: Uuid) -> Result<Option<
 ///
 /// # Errors
 /// When the database fails.
-pub async fn document(state: &Service, school: Uuid, id: Uuid) -> Result<Option<(Instrument, Vec<u8>)>, Error> {
+pub async fn document(
+    state: &Service,
+    school: SchoolId,
+    id: RevisionId,
+) -> Result<Option<(Instrument, Vec<u8>)>, Error> {
     let Some(found) = stored::find_instrument_revision(state.db.reader(), school, id).await? else { return Ok(None) };
     Ok(Some((read(&found.bytes)?, found.bytes)))
 }

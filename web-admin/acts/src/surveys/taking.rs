@@ -9,13 +9,13 @@ use assessment::questionnaire::{Answer, read_answer};
 use documents::Instrument;
 use sqlx::SqliteConnection;
 use sqlx::types::Json;
-use uuid::Uuid;
 
 use super::answering::{ANSWERED, Answering};
 use crate::error::Error;
 use crate::secret;
 use crate::service::Service;
 use model::Moment;
+use model::ids::SurveyId;
 use model::survey::ResponseState;
 use model::survey::Survey;
 use store::people;
@@ -32,7 +32,7 @@ pub struct AnsweredSheet<'a> {
     /// The attempt.
     pub session: &'a Session,
     /// The survey.
-    pub survey: Uuid,
+    pub survey: SurveyId,
     /// The secret that the sender has made for the response.
     pub secret: &'a str,
     /// In which language.

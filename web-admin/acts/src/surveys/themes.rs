@@ -1,11 +1,11 @@
 //! Themes that the owner of a survey puts on what was answered in free words.
 
 use model::CurrentPerson;
+use model::ids::ResponseId;
 use model::survey::Survey;
 use serde_json::json;
 use store::audit::{Actor, AuditEntry};
 use store::surveys;
-use uuid::Uuid;
 
 use crate::error::Error;
 use crate::service::Service;
@@ -14,7 +14,7 @@ use crate::service::Service;
 #[derive(Clone, Copy, Debug)]
 pub struct Theme<'a> {
     /// The response that it is in.
-    pub response: Uuid,
+    pub response: ResponseId,
     /// The item that was answered.
     pub item: &'a str,
     /// The theme, in lower case.

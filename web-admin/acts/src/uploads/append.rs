@@ -6,7 +6,6 @@ use bytes::Bytes;
 use futures::StreamExt;
 use tokio::fs::File;
 use tokio::io::{AsyncSeekExt, AsyncWriteExt};
-use uuid::Uuid;
 
 use super::{complete, look, place, take_over};
 use crate::checksum::Checksum;
@@ -15,6 +14,7 @@ use crate::killpoints::KillPoint;
 use crate::recordings::Chunks;
 use crate::service::Service;
 use crate::turns::Turn;
+use model::ids::UploadId;
 use store::uploads;
 use store::uploads::{Upload, UploadOwner};
 
@@ -39,7 +39,7 @@ pub struct UploadPiece {
 /// # Errors
 /// When it is being taken in, the piece does not begin where the upload ends, is too long, breaks off or is not what
 /// its checksum says; when the whole is refused as a recording.
-pub async fn append(state: &Service, owner: UploadOwner, id: Uuid, piece: UploadPiece) -> Result<Upload, Error> {
+pub async fn append(state: &Service, owner: UploadOwner, id: UploadId, piece: UploadPiece) -> Result<Upload, Error> {
     let mut turn = take_over(state, owner, id).await?.ok_or(Error::Locked)?;
     let upload = look(state, owner, id, true).await?;
     check(&upload, &piece)?;

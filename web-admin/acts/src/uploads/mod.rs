@@ -6,15 +6,13 @@ mod append;
 use crate::turns::Turn;
 use std::path::PathBuf;
 
-use uuid::Uuid;
-
 use crate::config::UploadQuota;
 use crate::error::Error;
 use crate::intake::{self, Bearer};
 use crate::killpoints::KillPoint;
 use crate::recordings::{self, Received};
 use crate::service::Service;
-use model::new_id;
+use model::ids::UploadId;
 use store::audit::Actor;
 use store::uploads;
 use store::uploads::{Unfinished, Upload, UploadOwner};
@@ -44,7 +42,7 @@ pub async fn begin(state: &Service, owner: UploadOwner, announced: Announced) ->
     recordings::ensure_room(state, announced.length)?;
     let now = state.clock.now();
     let upload = Upload {
-        id: new_id(now),
+        id: UploadId::made_at(now),
         school_id: owner.school_id,
         person_id: owner.person_id,
         station_id: owner.station_id,
@@ -91,7 +89,7 @@ fn ensure_quota(begun: Unfinished, length: u64, quota: UploadQuota, who: &str) -
 ///
 /// # Errors
 /// When there is none, it has expired, or its file has gone.
-pub async fn find(state: &Service, owner: UploadOwner, id: Uuid) -> Result<Upload, Error> {
+pub async fn find(state: &Service, owner: UploadOwner, id: UploadId) -> Result<Upload, Error> {
     let turn = take_over(state, owner, id).await?;
     // Whoever keeps the turn may just be moving the file to its place.
     look(state, owner, id, turn.is_some()).await
@@ -99,13 +97,13 @@ pub async fn find(state: &Service, owner: UploadOwner, id: Uuid) -> Result<Uploa
 
 /// The turn at an upload of an owner. Whoever writes to it gives way, for the connection may be dead and nobody know it; who is taking it
 /// in does not, and then there is none.
-async fn take_over(state: &Service, owner: UploadOwner, id: Uuid) -> Result<Option<Turn>, Error> {
+async fn take_over(state: &Service, owner: UploadOwner, id: UploadId) -> Result<Option<Turn>, Error> {
     uploads::find_upload(state.db.reader(), owner, id).await?.ok_or(Error::NotFound)?;
     Ok(state.turns.take_over(id).await)
 }
 
 /// Finds an upload; `resting` where nobody else can be moving its file.
-async fn look(state: &Service, owner: UploadOwner, id: Uuid, resting: bool) -> Result<Upload, Error> {
+async fn look(state: &Service, owner: UploadOwner, id: UploadId, resting: bool) -> Result<Upload, Error> {
     let upload = uploads::find_upload(state.db.reader(), owner, id).await?.ok_or(Error::NotFound)?;
     let lost = resting && upload.session_id.is_none() && !tokio::fs::try_exists(place(state, id)).await?;
     if upload.is_set_aside() {
@@ -147,13 +145,13 @@ async fn complete(state: &Service, upload: Upload) -> Result<Upload, Error> {
 }
 
 /// Writes down that an upload is about to be read, or that nobody has died of it.
-async fn mark(state: &Service, id: Uuid, begun: bool) -> Result<(), Error> {
+async fn mark(state: &Service, id: UploadId, begun: bool) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     tries::mark_upload_begun(&mut tx, id, begun).await?;
     Ok(tx.commit().await?)
 }
 
-async fn note_death(state: &Service, id: Uuid) -> Result<(), Error> {
+async fn note_death(state: &Service, id: UploadId) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     tries::note_upload_death(&mut tx, id).await?;
     Ok(tx.commit().await?)
@@ -228,7 +226,7 @@ async fn clear_unknown(state: &Service) -> Result<(), Error> {
     while let Some(entry) = entries.next_entry().await? {
         let path = entry.path();
         let ours = path.extension().is_some_and(|extension| extension == EXTENSION);
-        let id = path.file_stem().and_then(|stem| Uuid::parse_str(&stem.to_string_lossy()).ok());
+        let id = path.file_stem().and_then(|stem| stem.to_string_lossy().parse::<UploadId>().ok());
         let Some(id) = id.filter(|_| ours) else { continue };
         let Some(_turn) = state.turns.take(id) else { continue };
         if uploads::find_upload_by_id(state.db.reader(), id).await?.is_none() {
@@ -252,6 +250,6 @@ async fn delete(path: PathBuf) -> std::io::Result<()> {
     }
 }
 
-fn place(state: &Service, id: Uuid) -> PathBuf {
+fn place(state: &Service, id: UploadId) -> PathBuf {
     state.config.uploads_dir().join(format!("{id}.{EXTENSION}"))
 }

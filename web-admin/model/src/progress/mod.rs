@@ -9,10 +9,10 @@ mod tests;
 
 use std::sync::Arc;
 
+use crate::ids::{RevisionId, SessionId};
 pub use assessment::learning::{CurveRule, Mastery};
 use assessment::learning::{LearningCurve, Reached};
 use time::OffsetDateTime;
-use uuid::Uuid;
 
 pub use concerns::{Concern, DECLINE_POINTS, DECLINE_RUN, INACTIVE_DAYS, STUCK_FAILS};
 pub use habits::{Habits, RubricHabit};
@@ -21,7 +21,7 @@ pub use habits::{Habits, RubricHabit};
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScoredAttempt {
     /// The session's id.
-    pub session: Uuid,
+    pub session: SessionId,
     /// The exercise's id in its document, shared by the attempts at it.
     pub exercise: Arc<str>,
     /// When it started.
@@ -31,7 +31,7 @@ pub struct ScoredAttempt {
     /// Passed.
     pub passed: bool,
     /// The exercise's revision, where the school published it.
-    pub revision: Option<Uuid>,
+    pub revision: Option<RevisionId>,
 }
 
 /// One exercise of a course.

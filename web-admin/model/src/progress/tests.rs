@@ -6,6 +6,7 @@ use time::Duration;
 use time::macros::datetime;
 
 use super::*;
+use crate::ids::{RevisionId, SessionId};
 
 const NOW: OffsetDateTime = datetime!(2026-05-20 12:00 UTC);
 
@@ -25,7 +26,7 @@ fn course() -> Course {
 fn attempts(tried: &[(&str, f64)]) -> Vec<ScoredAttempt> {
     let hours = |i: usize| i64::try_from(tried.len() - i).expect("few");
     let attempt = |(i, (exercise, score)): (usize, &(&str, f64))| ScoredAttempt {
-        session: Uuid::from_u128(i as u128),
+        session: SessionId::from_u128(i as u128),
         exercise: (*exercise).into(),
         at: NOW - Duration::hours(hours(i)),
         score: *score,
@@ -132,9 +133,9 @@ fn a_learning_curve_declares_watches_and_withdraws() {
 fn a_change_of_revision_within_an_exercise_is_seen() {
     let mut tried = attempts(&[("a", 70.0), ("a", 70.0), ("b", 70.0)]);
     let mixes = |tried: &[ScoredAttempt]| Progress::of(&course(), tried, NOW).steps[0].mixes_revisions();
-    tried[2].revision = Some(Uuid::from_u128(2));
+    tried[2].revision = Some(RevisionId::from_u128(2));
     assert!(!mixes(&tried));
-    tried[1].revision = Some(Uuid::from_u128(1));
+    tried[1].revision = Some(RevisionId::from_u128(1));
     assert!(mixes(&tried));
 }
 

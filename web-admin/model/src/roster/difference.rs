@@ -3,16 +3,16 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
-use uuid::Uuid;
 
 use super::{AccountStanding, Refusal, Roster, RosterEntry};
 use crate::Role;
+use crate::ids::PersonId;
 
 /// A person of the school.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SchoolPerson {
     /// Id.
-    pub id: Uuid,
+    pub id: PersonId,
     /// What the registrar knows them by.
     pub registrar_id: Option<String>,
     /// In lower case.
@@ -61,7 +61,7 @@ pub enum RosterOutcome {
     /// Somebody is changed.
     Changed {
         /// Who.
-        person: Uuid,
+        person: PersonId,
         /// In what.
         changes: Vec<RosterChange>,
     },
@@ -88,7 +88,7 @@ pub struct LineOutcome {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Leaving {
     /// Who.
-    pub person: Uuid,
+    pub person: PersonId,
     /// Their name.
     pub name: String,
     /// The cohort.

@@ -3,9 +3,8 @@
 
 use std::collections::BTreeSet;
 
-use uuid::Uuid;
-
 use super::*;
+use crate::ids::PersonId;
 
 fn entries(text: &str) -> Vec<RosterEntry> {
     read(text.as_bytes()).unwrap().rows.into_iter().map(|row| row.entry.unwrap()).collect()
@@ -82,7 +81,7 @@ fn a_hundred_thousand_lines_are_too_many() {
 
 fn known(number: u128, registrar: Option<&str>, email: &str, cohorts: &[&str]) -> SchoolPerson {
     SchoolPerson {
-        id: Uuid::from_u128(number),
+        id: PersonId::from_u128(number),
         registrar_id: registrar.map(str::to_owned),
         email: email.to_owned(),
         name: "Ana Ek".to_owned(),
@@ -104,7 +103,7 @@ fn the_number_finds_a_person_whose_address_and_name_are_new() {
     let file = "id,email,name,cohort\n7,ana.new@b.c,Ana Berg,A\n,bo@b.c,Ana Ek,\n8,bo@b.c,Ana Ek,\n9,new@b.c,New,B\n";
     let [moved, same, _, new] = outcomes(file, &people, &RosterRequest::default()).try_into().unwrap();
     let changes = vec![RosterChange::Name("Ana Ek".to_owned()), RosterChange::Email("ana@b.c".to_owned())];
-    assert_eq!(moved, RosterOutcome::Changed { person: Uuid::from_u128(1), changes });
+    assert_eq!(moved, RosterOutcome::Changed { person: PersonId::from_u128(1), changes });
     assert_eq!((same, new), (RosterOutcome::Unchanged, RosterOutcome::New));
 }
 
@@ -129,7 +128,7 @@ fn nobody_leaves_by_omission_unless_that_is_asked_and_then_only_the_cohorts_of_t
     };
     assert_eq!(leaving(false), []);
     let [only] = leaving(true).try_into().unwrap();
-    assert_eq!((only.person, only.cohort.as_str()), (Uuid::from_u128(1), "A"));
+    assert_eq!((only.person, only.cohort.as_str()), (PersonId::from_u128(1), "A"));
 }
 
 #[test]

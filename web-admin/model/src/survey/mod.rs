@@ -4,9 +4,9 @@ pub mod groups;
 pub mod results;
 
 use serde::{Deserialize, Serialize};
-use uuid::Uuid;
 
 use crate::Moment;
+use crate::ids::{PersonId, RevisionId, SchoolId, SurveyId};
 
 /// The role of whoever answers by a link.
 pub const PROFESSIONAL: &str = "professional";
@@ -58,17 +58,17 @@ pub enum ResponseState {
 #[cfg_attr(feature = "sqlx", derive(sqlx::FromRow))]
 pub struct Survey {
     /// Id.
-    pub id: Uuid,
+    pub id: SurveyId,
     /// Its school.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// The revision of the instrument that it asks.
-    pub revision_id: Uuid,
+    pub revision_id: RevisionId,
     /// The instrument's title, in its first language.
     pub instrument: String,
     /// Title.
     pub title: String,
     /// Whose it is; none: the administrators'.
-    pub owner_id: Option<Uuid>,
+    pub owner_id: Option<PersonId>,
     /// Whether answers lead to who gave them.
     pub identity: Identity,
     /// Asked after each attempt.

@@ -9,15 +9,15 @@ use documents::Instrument;
 use documents::instrument::{Item, ScaleKind, ScoreKey};
 use phrase::Phrase;
 use serde::Serialize;
-use uuid::Uuid;
 
 use super::groups::ResponseGroups;
+use crate::ids::ResponseId;
 
 /// A response, as it is analysed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ResponseRow<'a> {
     /// The response: random, and all that is known of an anonymous one.
-    pub id: Uuid,
+    pub id: ResponseId,
     /// `professional`, or the person's role.
     pub role: &'a str,
     /// The attempt's exercise, device and simulator.

@@ -13,6 +13,7 @@ use super::{
 use crate::trainee::score_points;
 use crate::{StatusWord, charts, samples};
 use model::Role;
+use model::ids::RevisionId;
 use model::progress::{Concern, Course, Habits, Mastery, Progress, ScoredAttempt};
 
 fn by_curve() -> (Course, Mastery) {
@@ -28,7 +29,7 @@ fn practised(attempts: usize) -> Vec<ScoredAttempt> {
         (0..attempts).map(|i| ("feel-the-layers", if i % 7 == 2 { 41.0 } else { 74.0 + (i % 9) as f64 })).collect();
     let mut made = samples::history(&scores, 1);
     if let Some(first) = made.first_mut() {
-        first.revision = Some(uuid::Uuid::from_u128(1));
+        first.revision = Some(RevisionId::from_u128(1));
     }
     made
 }

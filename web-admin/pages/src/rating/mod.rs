@@ -11,10 +11,10 @@ pub use round::{RatedAttemptRow, RaterRow, RoundPage, ScoreView};
 use askama::Template;
 use askama_web::WebTemplate;
 use time::OffsetDateTime;
-use uuid::Uuid;
 
 use super::people::SelectOption;
 use super::{Shell, StatusWord, format};
+use model::ids::SessionId;
 
 /// Rounds of ratings.
 #[derive(Debug, Template, WebTemplate)]
@@ -71,7 +71,7 @@ pub struct NewRoundPage {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AttemptChoice {
     /// The attempt.
-    pub session: Uuid,
+    pub session: SessionId,
     /// Who tried.
     pub trainee: String,
     /// Title of the exercise.
@@ -114,7 +114,7 @@ mod tests {
     fn a_refused_form_keeps_what_was_chosen() {
         let choice = |value: &str, chosen| SelectOption { value: value.to_owned(), label: value.to_owned(), chosen };
         let attempt = AttemptChoice {
-            session: Uuid::nil(),
+            session: SessionId::nil(),
             trainee: "Ada".to_owned(),
             exercise: "Stop in the fat".to_owned(),
             started_at: samples::NOW,

@@ -2,12 +2,12 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
-use uuid::Uuid;
 
 use crate::replay::OtherAttempt;
 use crate::session::Drawing;
 use crate::survey::form::{FormQuestion, QuestionField};
 use crate::{Shell, StatusWord, anatomy, assets, format};
+use model::ids::RatingId;
 
 /// An attempt to be rated.
 #[derive(Debug, Template, WebTemplate)]
@@ -16,7 +16,7 @@ pub struct RatePage {
     /// Frame.
     pub shell: Shell,
     /// The rating.
-    pub rating: Uuid,
+    pub rating: RatingId,
     /// Title and page of the round.
     pub round: (String, String),
     /// Title of the exercise.

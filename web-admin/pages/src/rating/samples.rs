@@ -1,12 +1,11 @@
 //! Samples of the pages of ratings.
 
-use uuid::Uuid;
-
 use super::{OwnRating, RatePage, RatedAttemptRow, RaterRow, RoundPage, ScoreView};
 use crate::samples;
 use crate::session::Drawing;
 use crate::survey::form::{FormQuestion, GivenField};
 use model::Role;
+use model::ids::RatingId;
 use model::rating::ScoreTable;
 
 pub(super) fn show(name: &str, page: &(impl askama::Template + std::fmt::Debug)) -> String {
@@ -24,7 +23,7 @@ pub(super) fn rate_page(finished: bool) -> RatePage {
     let question = |item| FormQuestion::new(&instrument, item, "en", &GivenField::default());
     RatePage {
         shell: samples::shell(Role::Instructor),
-        rating: Uuid::nil(),
+        rating: RatingId::nil(),
         round: ("Spring round".to_owned(), "/ratings/1".to_owned()),
         exercise: "Stop in the fat".to_owned(),
         drawing: Some(Drawing::new(&samples::curve())),

@@ -7,11 +7,11 @@ pub use trace::{StripView, TracePage, TraceTruth};
 use askama::Template;
 use askama_web::WebTemplate;
 use time::OffsetDateTime;
-use uuid::Uuid;
 
 use super::people::SelectOption;
 use super::{Shell, StatusWord, format};
 use model::due::Local;
+use model::ids::PersonId;
 use model::segments::TraceOutcome;
 
 /// Tasks of a visitor.
@@ -99,7 +99,7 @@ pub struct TaskPage {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ResultRow {
     /// Who.
-    pub id: Uuid,
+    pub id: PersonId,
     /// Their name.
     pub name: String,
     /// When it is due for them.
@@ -172,7 +172,8 @@ mod tests {
 
     #[test]
     fn results_are_by_trainee() {
-        let row = |name: &str, outcome| ResultRow { id: Uuid::nil(), name: name.to_owned(), due: task().due, outcome };
+        let row =
+            |name: &str, outcome| ResultRow { id: PersonId::nil(), name: name.to_owned(), due: task().due, outcome };
         let page = TaskPage {
             shell: samples::shell(Role::Instructor),
             task: task(),

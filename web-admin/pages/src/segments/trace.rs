@@ -2,12 +2,12 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
-use uuid::Uuid;
 
 use crate::charts;
 use crate::charts::{Extent, TRACE_LEFT, TRACE_RIGHT, TraceStrip};
 use crate::segments::{TaskRow, as_milliseconds};
 use crate::{Shell, assets, format};
+use model::ids::TraceId;
 use model::segments::{MOST_MARKS, MarksVerdict, TOLERANCE_S};
 use model::series::TimeSpan;
 
@@ -23,7 +23,7 @@ pub struct TracePage {
     /// The task.
     pub task: TaskRow,
     /// The trace.
-    pub trace: Uuid,
+    pub trace: TraceId,
     /// Which of the visitor's traces this is, and of how many.
     pub place: (usize, usize),
     /// Length of the attempt, in s.
@@ -172,7 +172,7 @@ mod tests {
                 traces: 3,
                 sent: 1,
             },
-            trace: Uuid::nil(),
+            trace: TraceId::nil(),
             place: (2, 3),
             duration_s: 8.0,
             strips: StripView::all(&spans, &[(0.0, 5.0), (5.0, 10.0)], &[2.0, 6.1], pops),

@@ -3,7 +3,6 @@
 
 use assessment::questionnaire::{Answer, Scorer};
 use documents::Instrument;
-use uuid::Uuid;
 
 use super::form::{ConsentPage, EndPage, FormPage, FormQuestion, GivenField, SurveyEnd, Terms};
 use super::instrument::{EditPage, InstrumentPage, InstrumentPreview, InstrumentsPage};
@@ -13,6 +12,7 @@ use super::results::{
 };
 use crate::charts::Extent;
 use crate::samples::{NOW, keep_page, shell};
+use model::ids::ResponseId;
 use model::mail::LetterDelivery;
 use model::survey::Identity;
 use model::survey::results::{ResponseRow, Results, correlation, score_group};
@@ -230,7 +230,7 @@ fn results_page(instrument: &Instrument, owner: bool) -> ResultsPage {
         .iter()
         .enumerate()
         .map(|(n, answers)| ResponseRow {
-            id: Uuid::from_u128(n as u128),
+            id: ResponseId::from_u128(n as u128),
             role: if n % 2 == 0 { "professional" } else { "trainee" },
             attempt: [Some("stop-in-the-fat"), None, None],
             month: "2026-05".to_owned(),
@@ -242,7 +242,7 @@ fn results_page(instrument: &Instrument, owner: bool) -> ResultsPage {
     let points: Vec<(f64, f64)> =
         rows.iter().zip(1..).filter_map(|(row, n)| Some((f64::from(n), row.scores[0]?))).collect();
     let comment = SurveyComment {
-        response: Uuid::nil().to_string(),
+        response: ResponseId::nil().to_string(),
         who: "professional".to_owned(),
         text: "<script>alert(1)</script>".to_owned(),
         tags: vec!["picture".to_owned()],

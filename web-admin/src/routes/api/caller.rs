@@ -7,7 +7,6 @@ use axum::http::{HeaderMap, Method};
 use axum::middleware::Next;
 use axum::response::Response;
 use tower_sessions::Session;
-use uuid::Uuid;
 
 use crate::AppState;
 use crate::error::ApiError;
@@ -18,6 +17,7 @@ use acts::error::Error;
 use acts::secret;
 use acts::stations::CallingStation;
 use model::CurrentPerson;
+use model::ids::SchoolId;
 use store::audit::Actor;
 use store::people::{self, Person};
 use store::tokens::{self, Token};
@@ -33,7 +33,7 @@ pub(super) enum Caller {
 }
 
 impl Caller {
-    pub(super) const fn school_id(&self) -> Uuid {
+    pub(super) const fn school_id(&self) -> SchoolId {
         match self {
             Self::Person(person) => person.school_id,
             Self::Station(station) => station.school_id,
@@ -136,7 +136,7 @@ async fn caller_of_token(state: &AppState, token: &str) -> Result<Option<Caller>
     }
     acts::stations::note_station_sight(state, &token).await?;
     let Token { id, school_id, station, .. } = token;
-    Ok(Some(Caller::Station(CallingStation { school_id, id, name: station.unwrap_or_default() })))
+    Ok(Some(Caller::Station(CallingStation { school_id, id: id.into(), name: station.unwrap_or_default() })))
 }
 
 impl<S: Send + Sync> FromRequestParts<S> for Caller {

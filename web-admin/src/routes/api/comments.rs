@@ -6,7 +6,6 @@ use axum::extract::State;
 use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
-use uuid::Uuid;
 
 use super::caller::Caller;
 use super::sessions::find_session;
@@ -15,6 +14,7 @@ use crate::AppState;
 use crate::error::{ApiError, ProblemDocument};
 use acts::error::Error;
 use model::comment::{Comment, TypedComment};
+use model::ids::{CommentId, SessionId};
 use store::comments;
 use store::comments::CommentRecord;
 
@@ -30,7 +30,7 @@ pub(super) struct Comments {
 pub(super) async fn list_comments(
     State(state): State<AppState>,
     caller: Caller,
-    ApiId(id): ApiId,
+    ApiId(id): ApiId<SessionId>,
 ) -> Result<Json<Comments>, ApiError> {
     let session = find_session(&state, &caller, id).await?;
     Ok(Json(Comments { comments: comments::list_session_comments(state.db.reader(), session.key()).await? }))
@@ -52,7 +52,8 @@ pub(super) struct NewComment {
 /// The comment that was added.
 #[derive(Debug, Serialize, ToSchema)]
 pub(super) struct Added {
-    id: Uuid,
+    #[schema(value_type = Uuid)]
+    id: CommentId,
 }
 
 /// Adds a comment.
@@ -61,7 +62,7 @@ pub(super) struct Added {
 pub(super) async fn add_comment(
     State(state): State<AppState>,
     caller: Caller,
-    ApiId(id): ApiId,
+    ApiId(id): ApiId<SessionId>,
     ApiJson(new): ApiJson<NewComment>,
 ) -> Result<(StatusCode, Json<Added>), ApiError> {
     let session = find_session(&state, &caller, id).await?;

@@ -7,7 +7,6 @@ use axum::Json;
 use axum::extract::{Path, State};
 use serde::Serialize;
 use utoipa::ToSchema;
-use uuid::Uuid;
 
 use super::caller::Caller;
 use crate::AppState;
@@ -18,6 +17,7 @@ use model::Moment;
 use model::assignment;
 use model::assignment::{AssignmentStage, AssignmentTask};
 use model::due::local;
+use model::ids::{AssignmentId, PersonId, SchoolId};
 use model::progress::{Course, Mastery, Progress, StepProgress, StepState};
 use store::curricula;
 use store::curricula::TaughtCurriculum;
@@ -58,7 +58,8 @@ struct Assignment {
 /// What an instructor asked for.
 #[derive(Clone, Debug, Serialize, ToSchema)]
 struct AssignedView {
-    assignment_id: Uuid,
+    #[schema(value_type = Uuid)]
+    assignment_id: AssignmentId,
     /// Until when, with the offset of the school's clock.
     due_at: Option<String>,
     overdue: bool,
@@ -136,7 +137,7 @@ pub(super) async fn list_assignments(
 }
 
 /// What a person may train now, course by course.
-async fn due_of_exercise(state: &AppState, school: Uuid, person: Uuid) -> Result<Vec<Assignment>, Error> {
+async fn due_of_exercise(state: &AppState, school: SchoolId, person: PersonId) -> Result<Vec<Assignment>, Error> {
     let mut assignments = Vec::new();
     for (curriculum, course, progress) in courses_of_person(state, school, person).await? {
         assignments.extend(open_exercises(&curriculum, &course, &progress));
@@ -145,7 +146,7 @@ async fn due_of_exercise(state: &AppState, school: Uuid, person: Uuid) -> Result
 }
 
 /// Exercises that a person has mastered, by id.
-async fn mastered_exercises(state: &AppState, school: Uuid, person: Uuid) -> Result<BTreeSet<String>, Error> {
+async fn mastered_exercises(state: &AppState, school: SchoolId, person: PersonId) -> Result<BTreeSet<String>, Error> {
     let courses = courses_of_person(state, school, person).await?;
     let steps = courses.iter().flat_map(|(_, course, progress)| course.steps.iter().zip(&progress.steps));
     let mastered = steps.filter(|(_, done)| matches!(done.state, StepState::Mastered { .. }));
@@ -155,8 +156,8 @@ async fn mastered_exercises(state: &AppState, school: Uuid, person: Uuid) -> Res
 /// Every course that is taught, and how far a person has come in it.
 async fn courses_of_person(
     state: &AppState,
-    school: Uuid,
-    person: Uuid,
+    school: SchoolId,
+    person: PersonId,
 ) -> Result<Vec<(TaughtCurriculum, Course, Progress)>, Error> {
     let reader = state.db.reader();
     let attempts = practice::list_trainee_practice(reader, school, person).await?;
@@ -244,8 +245,8 @@ pub(super) async fn list_exercises(
 /// The exercises of a school in the order in which a person is to do them.
 pub(super) async fn listed_exercises(
     state: &AppState,
-    school: Uuid,
-    person: Option<Uuid>,
+    school: SchoolId,
+    person: Option<PersonId>,
 ) -> Result<Vec<ListedExercise>, Error> {
     let (due, mastered) = match person {
         Some(person) => {

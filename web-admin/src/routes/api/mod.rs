@@ -9,7 +9,6 @@ pub(crate) use caller::bearer_token;
 use serde::de::DeserializeOwned;
 use utoipa::OpenApi;
 use utoipa::openapi::OpenApi as Description;
-use uuid::Uuid;
 
 use crate::AppState;
 use crate::error::ApiError;
@@ -70,13 +69,13 @@ pub fn description() -> Description {
 }
 
 /// The id in a path. What cannot be an id names nothing: 404, as an id of nothing.
-struct ApiId(Uuid);
+struct ApiId<T>(T);
 
-impl<S: Send + Sync> FromRequestParts<S> for ApiId {
+impl<T: DeserializeOwned + Send, S: Send + Sync> FromRequestParts<S> for ApiId<T> {
     type Rejection = ApiError;
 
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Self::Rejection> {
-        let path = Path::<Uuid>::from_request_parts(parts, state).await;
+        let path = Path::<T>::from_request_parts(parts, state).await;
         path.map(|Path(id)| Self(id)).map_err(|_| ApiError(Error::NotFound))
     }
 }

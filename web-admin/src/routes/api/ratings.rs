@@ -7,7 +7,6 @@ use axum::http::header::{
     ETAG, IF_MATCH, IF_MODIFIED_SINCE, IF_NONE_MATCH, IF_RANGE, IF_UNMODIFIED_SINCE, LAST_MODIFIED,
 };
 use axum::response::Response;
-use uuid::Uuid;
 
 use super::ApiId;
 use super::caller::Caller;
@@ -16,10 +15,11 @@ use crate::AppState;
 use crate::error::{ApiError, ProblemDocument};
 use acts::error::Error;
 use acts::ratings::attempt;
+use model::ids::RatingId;
 use model::replay::ReplayStage;
 use store::sessions::Session;
 
-async fn find_rated_attempt(state: &AppState, caller: &Caller, id: Uuid) -> Result<Session, Error> {
+async fn find_rated_attempt(state: &AppState, caller: &Caller, id: RatingId) -> Result<Session, Error> {
     attempt(state, caller.person()?, id).await
 }
 
@@ -48,7 +48,7 @@ async fn show_blindly(
 pub(super) async fn show_rated_series(
     State(state): State<AppState>,
     caller: Caller,
-    ApiId(id): ApiId,
+    ApiId(id): ApiId<RatingId>,
     query: Result<Query<SeriesQuery>, QueryRejection>,
 ) -> Result<Json<Series>, ApiError> {
     replay::series_of_spans(&state, &find_rated_attempt(&state, &caller, id).await?, query).await
@@ -61,7 +61,7 @@ pub(super) async fn show_rated_series(
 pub(super) async fn show_rated_stage(
     State(state): State<AppState>,
     caller: Caller,
-    ApiId(id): ApiId,
+    ApiId(id): ApiId<RatingId>,
     request: Request,
 ) -> Result<Response, ApiError> {
     show_blindly(&state, &find_rated_attempt(&state, &caller, id).await?, request, replay::STAGE).await
@@ -76,7 +76,7 @@ pub(super) async fn show_rated_stage(
 pub(super) async fn show_rated_frames(
     State(state): State<AppState>,
     caller: Caller,
-    ApiId(id): ApiId,
+    ApiId(id): ApiId<RatingId>,
     request: Request,
 ) -> Result<Response, ApiError> {
     show_blindly(&state, &find_rated_attempt(&state, &caller, id).await?, request, replay::FRAMES).await

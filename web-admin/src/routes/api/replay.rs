@@ -18,6 +18,7 @@ use crate::AppState;
 use crate::error::{ApiError, ProblemDocument};
 use acts::error::Error;
 use acts::replays;
+use model::ids::SessionId;
 use model::replay::ReplayStage;
 use model::series;
 use model::series::{AttemptStretch, TimeSpan};
@@ -48,7 +49,7 @@ pub(super) struct Series {
 pub(super) async fn show_series(
     State(state): State<AppState>,
     caller: Caller,
-    ApiId(id): ApiId,
+    ApiId(id): ApiId<SessionId>,
     query: Result<Query<SeriesQuery>, QueryRejection>,
 ) -> Result<Json<Series>, ApiError> {
     let session = find_session(&state, &caller, id).await?;
@@ -96,7 +97,7 @@ fn round_seconds(field: &str, asked: Option<&str>) -> Result<Option<f64>, Error>
 pub(super) async fn show_stage(
     State(state): State<AppState>,
     caller: Caller,
-    ApiId(id): ApiId,
+    ApiId(id): ApiId<SessionId>,
     request: Request,
 ) -> Result<Response, ApiError> {
     serve_part(&state, &find_session(&state, &caller, id).await?, request, STAGE).await
@@ -111,7 +112,7 @@ pub(super) async fn show_stage(
 pub(super) async fn show_frames(
     State(state): State<AppState>,
     caller: Caller,
-    ApiId(id): ApiId,
+    ApiId(id): ApiId<SessionId>,
     request: Request,
 ) -> Result<Response, ApiError> {
     serve_part(&state, &find_session(&state, &caller, id).await?, request, FRAMES).await

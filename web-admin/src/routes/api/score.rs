@@ -14,6 +14,7 @@ use super::sessions::find_session;
 use crate::AppState;
 use crate::error::{ApiError, ProblemDocument};
 use acts::error::Error;
+use model::ids::SessionId;
 use model::{Moment, Proof, Uncounted};
 use store::grades;
 use store::proofs;
@@ -181,7 +182,7 @@ impl OverrideView {
 pub(super) async fn show_score(
     State(state): State<AppState>,
     caller: Caller,
-    ApiId(id): ApiId,
+    ApiId(id): ApiId<SessionId>,
 ) -> Result<Response, ApiError> {
     let session = find_session(&state, &caller, id).await?;
     let key = session.key();

@@ -11,7 +11,6 @@ use serde::{Deserialize, Serialize};
 use tower::ServiceExt;
 use tower_http::services::ServeFile;
 use utoipa::ToSchema;
-use uuid::Uuid;
 
 use super::ApiId;
 use super::caller::Caller;
@@ -19,6 +18,7 @@ use crate::AppState;
 use crate::error::{ApiError, ProblemDocument};
 use acts::error::Error;
 use acts::recordings;
+use model::ids::{PersonId, SessionId};
 use model::{AttemptPlace, Moment, Uncounted};
 use store::sessions::{self, Session, SessionState};
 
@@ -26,9 +26,11 @@ use store::sessions::{self, Session, SessionState};
 #[derive(Debug, Serialize, ToSchema)]
 pub(super) struct SessionView {
     /// Id, made by the client.
-    session_id: Uuid,
+    #[schema(value_type = Uuid)]
+    session_id: SessionId,
     /// Who tried.
-    trainee_id: Uuid,
+    #[schema(value_type = Uuid)]
+    trainee_id: PersonId,
     exercise_id: String,
     exercise_sha256: String,
     /// The school never published the exercise that the recording carries.
@@ -173,7 +175,7 @@ pub(super) async fn list_sessions(
 }
 
 /// The attempt of an id, if there is one that the caller may see.
-pub(super) async fn find_session(state: &AppState, caller: &Caller, id: Uuid) -> Result<Session, Error> {
+pub(super) async fn find_session(state: &AppState, caller: &Caller, id: SessionId) -> Result<Session, Error> {
     sessions::find_visible_session(state.db.reader(), caller.person()?, id).await?.ok_or(Error::NotFound)
 }
 
@@ -183,7 +185,7 @@ pub(super) async fn find_session(state: &AppState, caller: &Caller, id: Uuid) ->
 pub(super) async fn show_session(
     State(state): State<AppState>,
     caller: Caller,
-    ApiId(id): ApiId,
+    ApiId(id): ApiId<SessionId>,
 ) -> Result<Json<SessionView>, ApiError> {
     Ok(Json(find_session(&state, &caller, id).await?.into()))
 }
@@ -211,7 +213,7 @@ pub(super) struct RecordingQuery {
 pub(super) async fn serve_recording(
     State(state): State<AppState>,
     caller: Caller,
-    ApiId(id): ApiId,
+    ApiId(id): ApiId<SessionId>,
     query: Result<Query<RecordingQuery>, QueryRejection>,
     request: Request,
 ) -> Result<Response, ApiError> {

@@ -5,7 +5,6 @@ use axum::extract::State;
 use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
-use uuid::Uuid;
 
 use super::ApiJson;
 use super::caller::Caller;
@@ -15,6 +14,7 @@ use crate::AppState;
 use crate::error::{ApiError, ProblemDocument};
 use crate::routes::auth::ClientAddress;
 use acts::stations;
+use model::ids::StationId;
 use store::schools;
 
 /// A station that wants to join.
@@ -33,7 +33,8 @@ pub(super) struct PairRequest {
 /// A station that has joined.
 #[derive(Serialize, ToSchema)]
 pub(super) struct PairedView {
-    station_id: Uuid,
+    #[schema(value_type = Uuid)]
+    station_id: StationId,
     name: String,
     /// The school's name.
     school: String,
@@ -61,7 +62,8 @@ pub(super) async fn pair_station(
 /// The calling station.
 #[derive(Serialize, ToSchema)]
 pub(super) struct StationView {
-    station_id: Uuid,
+    #[schema(value_type = Uuid)]
+    station_id: StationId,
     name: String,
     /// The school's name.
     school: String,

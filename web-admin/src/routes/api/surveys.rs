@@ -7,7 +7,6 @@ use axum::extract::{Path, State};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use utoipa::ToSchema;
-use uuid::Uuid;
 
 use super::caller::Caller;
 use super::{ApiId, ApiJson};
@@ -17,6 +16,7 @@ use crate::routes::survey::{TermsOf, terms_of_survey};
 use acts::error::Error;
 use acts::surveys as asking;
 use acts::surveys::AnsweredSheet;
+use model::ids::{PersonId, SchoolId, SessionId, SurveyId};
 use model::survey::Survey;
 use model::survey::{Identity, ResponseState};
 use store::sessions::{self, Session};
@@ -42,7 +42,8 @@ struct SurveyAfter {
 /// A survey with all that it takes to ask it.
 #[derive(Debug, Serialize, ToSchema)]
 struct Questions {
-    survey_id: Uuid,
+    #[schema(value_type = Uuid)]
+    survey_id: SurveyId,
     title: String,
     /// How long it takes, in min.
     duration_min: f64,
@@ -86,8 +87,8 @@ async fn questions_of_survey(state: &AppState, survey: Survey) -> Result<Questio
 /// What a trainee may be asked at a station after whatever they practise there, though the station lose the service.
 pub(super) async fn surveys_at_station(
     state: &AppState,
-    school: Uuid,
-    trainee: Uuid,
+    school: SchoolId,
+    trainee: PersonId,
 ) -> Result<Vec<StationSurvey>, Error> {
     let reader = state.db.reader();
     let practised = Practised { school, trainee, exercise: None };
@@ -108,7 +109,7 @@ pub(super) async fn surveys_at_station(
 pub(super) async fn list_surveys_after(
     State(state): State<AppState>,
     caller: Caller,
-    ApiId(id): ApiId,
+    ApiId(id): ApiId<SessionId>,
 ) -> Result<Json<SurveysAfter>, ApiError> {
     let session = find_own_session(&state, &caller, id).await?;
     let reader = state.db.reader();
@@ -123,7 +124,7 @@ pub(super) async fn list_surveys_after(
 }
 
 /// An attempt, for the trainee themselves or a station of their school: it learns only what is asked.
-async fn find_own_session(state: &AppState, caller: &Caller, id: Uuid) -> Result<Session, Error> {
+async fn find_own_session(state: &AppState, caller: &Caller, id: SessionId) -> Result<Session, Error> {
     let session = sessions::find_session(state.db.reader(), caller.school_id(), id).await?;
     let may_ask = |session: &Session| caller.person().map_or(true, |person| person.id == session.trainee_id);
     session.filter(may_ask).ok_or(Error::NotFound)
@@ -170,8 +171,9 @@ pub(super) async fn take_answers(
     Path((id, survey)): Path<(String, String)>,
     ApiJson(given): ApiJson<GivenAnswers>,
 ) -> Result<Json<TakenAnswers>, ApiError> {
-    let named = |id: String| id.parse::<Uuid>().map_err(|_| Error::NotFound);
-    let (session, survey) = (find_own_session(&state, &caller, named(id)?).await?, named(survey)?);
+    let id = id.parse::<SessionId>().map_err(|_| Error::NotFound)?;
+    let session = find_own_session(&state, &caller, id).await?;
+    let survey = survey.parse::<SurveyId>().map_err(|_| Error::NotFound)?;
     if !given.consent {
         return Err(Error::Unprocessable("consent: false; without consent no answer is kept".to_owned()).into());
     }

@@ -23,6 +23,7 @@ use acts::error::Error;
 use acts::uploads;
 use acts::uploads::{Announced, UploadPiece};
 use model::Moment;
+use model::ids::UploadId;
 use store::uploads::Upload;
 
 const VERSION: &str = "1.0.0";
@@ -137,7 +138,7 @@ pub(super) async fn create_upload(
 pub(super) async fn show_upload(
     State(state): State<AppState>,
     caller: Caller,
-    ApiId(id): ApiId,
+    ApiId(id): ApiId<UploadId>,
 ) -> Result<Response, ApiError> {
     let upload = uploads::find(&state, caller.owner(), id).await?;
     let mut response = tell_offset(StatusCode::OK, &upload)?;
@@ -164,7 +165,7 @@ pub(super) async fn show_upload(
 pub(super) async fn append_piece(
     State(state): State<AppState>,
     caller: Caller,
-    ApiId(id): ApiId,
+    ApiId(id): ApiId<UploadId>,
     headers: HeaderMap,
     body: Body,
 ) -> Result<Response, ApiError> {
@@ -180,7 +181,7 @@ pub(super) async fn append_piece(
 pub(super) async fn terminate_upload(
     State(state): State<AppState>,
     caller: Caller,
-    ApiId(id): ApiId,
+    ApiId(id): ApiId<UploadId>,
 ) -> Result<StatusCode, ApiError> {
     let upload = uploads::find(&state, caller.owner(), id).await?;
     uploads::terminate(&state, &upload).await?;
@@ -191,7 +192,7 @@ pub(super) async fn terminate_upload(
 async fn override_method(
     state: State<AppState>,
     caller: Caller,
-    id: ApiId,
+    id: ApiId<UploadId>,
     headers: HeaderMap,
     body: Body,
 ) -> Result<Response, ApiError> {

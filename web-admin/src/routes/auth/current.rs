@@ -6,7 +6,6 @@ use axum::http::request::Parts;
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Redirect, Response};
 use tower_sessions::Session;
-use uuid::Uuid;
 
 use super::address::asked_by;
 use super::csrf;
@@ -16,6 +15,7 @@ use crate::refusals::KnownAsker;
 use crate::routes::language;
 use acts::error::Error;
 use acts::web_sessions::{SIGNED_IN_KEY, SignedInSession};
+use model::ids::PersonId;
 use model::{CurrentPerson, Moment, Role};
 use store::{people, second_factors};
 
@@ -25,7 +25,7 @@ const SIGNED_IN_S: i64 = 12 * 3600;
 /// Makes a session a signed-in one, under a new id: whoever planted the old one gains nothing.
 pub(crate) async fn start_session(
     session: &Session,
-    person_id: Uuid,
+    person_id: PersonId,
     credential_version: i64,
     now: Moment,
 ) -> Result<(), Error> {

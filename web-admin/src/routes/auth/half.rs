@@ -6,7 +6,6 @@ use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::get;
 use serde::{Deserialize, Serialize};
 use tower_sessions::Session;
-use uuid::Uuid;
 
 use super::browser::Browser;
 use super::csrf::{self, CsrfForm};
@@ -18,6 +17,7 @@ use crate::error::{PageError, finish_answer, status_of};
 use crate::routes::Routes;
 use acts::error::Error;
 use acts::second_factor;
+use model::ids::PersonId;
 use model::{Moment, PersonKey};
 use pages::login::CodePage;
 use pages::proving::FactorRefused;
@@ -31,7 +31,7 @@ const WAIT_S: i64 = 10 * 60;
 /// What a session holds whose password was right and whose second factor is still asked for.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Half {
-    person_id: Uuid,
+    person_id: PersonId,
     credential_version: i64,
     until: Moment,
     /// Where to go afterwards.

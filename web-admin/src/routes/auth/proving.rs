@@ -2,11 +2,11 @@
 //! stays in the session, by its id alone.
 
 use model::PersonKey;
+use model::ids::CeremonyId;
 use std::net::IpAddr;
 
 use serde::Deserialize;
 use tower_sessions::Session;
-use uuid::Uuid;
 
 use crate::AppState;
 use acts::error::Error;
@@ -89,6 +89,6 @@ pub(crate) async fn hold_question(session: &Session, question: &PasskeyQuestion)
 ///
 /// # Errors
 /// When the session cannot be read or written.
-pub(crate) async fn take_held_question(session: &Session) -> Result<Option<Uuid>, Error> {
+pub(crate) async fn take_held_question(session: &Session) -> Result<Option<CeremonyId>, Error> {
     Ok(session.remove(KEY).await?)
 }

@@ -3,7 +3,6 @@
 use axum::extract::State;
 use axum::response::Redirect;
 use serde::Deserialize;
-use uuid::Uuid;
 
 use super::{PathId, cohorts};
 use crate::AppState;
@@ -11,6 +10,7 @@ use crate::error::PageError;
 use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields};
 use acts::error::Error;
 use acts::stations as pairing;
+use model::ids::{SchoolId, StationId};
 use model::{CurrentPerson, Moment, Needed};
 use pages::admin::{AdminHomePage, AdminPage, PairingCodePage, Queue, StationRow};
 use pages::{NavPlace, Shell};
@@ -105,7 +105,7 @@ pub(super) async fn set_certificate_needs(
 pub(super) async fn revoke_station(
     State(state): State<AppState>,
     Administrator(person): Administrator,
-    PathId(station): PathId,
+    PathId(station): PathId<StationId>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
     match pairing::revoke(&state, &person, station).await? {
@@ -114,12 +114,12 @@ pub(super) async fn revoke_station(
     }
 }
 
-pub(super) async fn count_people(state: &AppState, school: Uuid) -> Result<SchoolCounts, Error> {
+pub(super) async fn count_people(state: &AppState, school: SchoolId) -> Result<SchoolCounts, Error> {
     let since: Moment = state.clock.now().plus_s(-WEEK_S);
     Ok(reports::counts(state.db.reader(), school, since).await?)
 }
 
-async fn queue_figures(state: &AppState, school: Uuid, counts: &SchoolCounts) -> Result<Queue, Error> {
+async fn queue_figures(state: &AppState, school: SchoolId, counts: &SchoolCounts) -> Result<Queue, Error> {
     let failing = reports::failing_jobs(state.db.reader(), school).await?;
     let row = |job: reports::FailingJob| (format!("/sessions/{}", job.session_id), job.attempts, job.error);
     Ok(Queue {

@@ -4,7 +4,6 @@ use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
-use uuid::Uuid;
 
 use super::PathId;
 use crate::AppState;
@@ -15,6 +14,7 @@ use acts::deadlines;
 use acts::error::Error;
 use model::assignment::AssignmentTask;
 use model::due::{self, is_zone, local};
+use model::ids::{AssignmentId, CohortId, PersonId, SchoolId};
 use model::{CurrentPerson, Role};
 use pages::assignments::{
     AssignForm, AssignmentPage, AssignmentRow, ManagedAssignmentsPage, ManagedRow, OwnAssignmentsPage,
@@ -52,7 +52,7 @@ async fn managed_page(
 ) -> Result<ManagedAssignmentsPage, Error> {
     let rows = assignments::list_managed_assignments(state.db.reader(), person, None, LATEST).await?;
     let cohorts = reports::cohorts(state.db.reader(), person).await?;
-    let cohort = |c: NamedItem| {
+    let cohort = |c: NamedItem<CohortId>| {
         let value = c.id.to_string();
         SelectOption { chosen: value == typed.cohort, value, label: c.name }
     };
@@ -73,7 +73,7 @@ async fn managed_page(
 }
 
 /// Courses, then exercises, one of them chosen.
-async fn task_options(state: &AppState, school: Uuid, chosen: &str) -> Result<Vec<SelectOption>, Error> {
+async fn task_options(state: &AppState, school: SchoolId, chosen: &str) -> Result<Vec<SelectOption>, Error> {
     let reader = state.db.reader();
     let choice = |value: String, label: String| SelectOption { chosen: value == chosen, value, label };
     let courses = curricula::list_taught_curricula(reader, school).await?.into_iter();
@@ -158,7 +158,7 @@ fn read_attempt_limit(said: &str) -> Result<u32, Error> {
     number.ok_or_else(|| Error::Unprocessable(tr!("attempts that count: “{said}”; 1 to 100 are allowed", said = said)))
 }
 
-async fn read_task(state: &AppState, school: Uuid, said: &str) -> Result<AssignmentTask, Error> {
+async fn read_task(state: &AppState, school: SchoolId, said: &str) -> Result<AssignmentTask, Error> {
     let reader = state.db.reader();
     match said.split_once(':') {
         Some(("exercise", id)) if exercises::find_current_revision(reader, school, id).await?.is_some() => {
@@ -178,11 +178,11 @@ async fn read_assignee(
     state: &AppState,
     person: &CurrentPerson,
     typed: &TypedAssignment,
-) -> Result<(Option<Uuid>, Option<Uuid>), Error> {
+) -> Result<(Option<CohortId>, Option<PersonId>), Error> {
     match (typed.cohort.trim(), typed.email.trim()) {
         ("", "") => Err(Error::Unprocessable(tr!("choose a cohort, or type a trainee’s address").to_owned())),
         (cohort, "") => {
-            let id: Uuid = cohort.parse().map_err(|_| Error::NotFound)?;
+            let id: CohortId = cohort.parse().map_err(|_| Error::NotFound)?;
             reports::cohort(state.db.reader(), person, id).await?.ok_or(Error::NotFound)?;
             Ok((Some(id), None))
         }
@@ -204,7 +204,11 @@ async fn read_assignee(
 }
 
 /// An assignment that the visitor manages.
-async fn find_assignment(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<ManagedAssignment, Error> {
+async fn find_assignment(
+    state: &AppState,
+    person: &CurrentPerson,
+    id: AssignmentId,
+) -> Result<ManagedAssignment, Error> {
     if person.role == Role::Trainee {
         return Err(Error::NotFound);
     }
@@ -215,14 +219,14 @@ async fn find_assignment(state: &AppState, person: &CurrentPerson, id: Uuid) -> 
 pub(super) async fn show_assignment(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<AssignmentId>,
     csrf: Csrf,
 ) -> Result<AssignmentPage, PageError> {
     let listed = find_assignment(&state, &person, id).await?;
     let trainees = trainees_of_assignment(&state, &person, &listed).await?;
-    let ids: Vec<Uuid> = trainees.iter().map(|trainee| trainee.id).collect();
+    let ids: Vec<PersonId> = trainees.iter().map(|trainee| trainee.id).collect();
     let standings = teaching::standings_at(&state, person.school_id, id, &ids).await?;
-    let row_of = |(trainee, standing): (NamedItem, _)| {
+    let row_of = |(trainee, standing): (NamedItem<PersonId>, _)| {
         let href = format!("/trainees/{}", trainee.id);
         AssignmentRow::new(standing, trainee.name, href, trainee.id.to_string())
     };
@@ -235,7 +239,7 @@ async fn trainees_of_assignment(
     state: &AppState,
     person: &CurrentPerson,
     listed: &ManagedAssignment,
-) -> Result<Vec<NamedItem>, Error> {
+) -> Result<Vec<NamedItem<PersonId>>, Error> {
     let reader = state.db.reader();
     Ok(match (listed.cohort_id, listed.person_id) {
         (Some(cohort), _) => reports::members(reader, person.school_id, cohort, Role::Trainee).await?,
@@ -247,14 +251,14 @@ async fn trainees_of_assignment(
 /// Calendar days that one trainee has longer.
 #[derive(Deserialize)]
 pub(super) struct ExtensionForm {
-    pub(super) person: Uuid,
+    pub(super) person: PersonId,
     pub(super) days: i64,
 }
 
 pub(super) async fn extend_assignment(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<AssignmentId>,
     CsrfForm(form): CsrfForm<ExtensionForm>,
 ) -> Result<Redirect, PageError> {
     let listed = find_assignment(&state, &person, id).await?;
@@ -269,7 +273,7 @@ pub(super) async fn extend_assignment(
 pub(super) async fn withdraw_assignment(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<AssignmentId>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
     find_assignment(&state, &person, id).await?;

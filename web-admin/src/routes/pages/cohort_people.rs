@@ -5,7 +5,6 @@ use axum::extract::{Path, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
-use uuid::Uuid;
 
 use super::PathId;
 use crate::AppState;
@@ -13,6 +12,7 @@ use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher, Visitor};
 use acts::cohorts::{self as membership, RequestKey};
 use acts::error::Error;
+use model::ids::{CohortId, PersonId, SchoolId};
 use model::roster::is_name;
 use model::{CurrentPerson, Role};
 use pages::people::CohortPeoplePage;
@@ -45,7 +45,11 @@ pub(super) async fn make_cohort(
 }
 
 /// A cohort that the visitor may change.
-async fn find_taught_cohort(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<NamedItem, Error> {
+async fn find_taught_cohort(
+    state: &AppState,
+    person: &CurrentPerson,
+    id: CohortId,
+) -> Result<NamedItem<CohortId>, Error> {
     let cohorts = reports::cohorts(state.db.reader(), person).await?;
     cohorts.into_iter().find(|cohort| cohort.id == id).ok_or(Error::NotFound)
 }
@@ -53,7 +57,7 @@ async fn find_taught_cohort(state: &AppState, person: &CurrentPerson, id: Uuid) 
 pub(super) async fn show_cohort_people(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<CohortId>,
     csrf: Csrf,
 ) -> Result<CohortPeoplePage, PageError> {
     let cohort = find_taught_cohort(&state, &person, id).await?;
@@ -63,8 +67,8 @@ pub(super) async fn show_cohort_people(
 async fn make_people_page(
     state: &AppState,
     shell: Shell,
-    school: Uuid,
-    cohort: NamedItem,
+    school: SchoolId,
+    cohort: NamedItem<CohortId>,
 ) -> Result<CohortPeoplePage, Error> {
     let mut members = Vec::new();
     for role in [Role::Instructor, Role::Trainee] {
@@ -86,7 +90,7 @@ pub(super) struct MemberForm {
 pub(super) async fn add_to_cohort(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<CohortId>,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<MemberForm>,
 ) -> Result<Response, PageError> {
@@ -120,7 +124,7 @@ impl RequestAnswerForm {
 pub(super) async fn answer_request(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    path: Result<Path<(Uuid, Uuid)>, PathRejection>,
+    path: Result<Path<(CohortId, PersonId)>, PathRejection>,
     CsrfForm(form): CsrfForm<RequestAnswerForm>,
 ) -> Result<Redirect, PageError> {
     let Path((id, asked)) = path.map_err(|_| Error::NotFound)?;
@@ -137,7 +141,7 @@ pub(super) async fn answer_request(
 pub(super) async fn answer_own_request(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(cohort): PathId,
+    PathId(cohort): PathId<CohortId>,
     CsrfForm(form): CsrfForm<RequestAnswerForm>,
 ) -> Result<Redirect, PageError> {
     // Who teaches would see the trainees of others: that is not theirs to agree to.
@@ -152,7 +156,7 @@ pub(super) async fn answer_own_request(
 pub(super) async fn remove_from_cohort(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    path: Result<Path<(Uuid, Uuid)>, PathRejection>,
+    path: Result<Path<(CohortId, PersonId)>, PathRejection>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
     let Path((id, member)) = path.map_err(|_| Error::NotFound)?;

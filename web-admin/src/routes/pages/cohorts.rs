@@ -11,6 +11,7 @@ use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, Teacher, Visitor};
 use acts::error::Error;
+use model::ids::CohortId;
 use model::{CurrentPerson, Role};
 use pages::cohort::{CohortLine, CohortPage, CohortsPage, CourseShare};
 use pages::{NavPlace, Shell};
@@ -21,7 +22,7 @@ use store::reports::NamedItem;
 const PER_PAGE: usize = 50;
 
 /// The page of a cohort.
-pub(super) fn cohort_href(cohort: &NamedItem) -> String {
+pub(super) fn cohort_href(cohort: &NamedItem<CohortId>) -> String {
     format!("/cohorts/{}", cohort.id)
 }
 
@@ -64,7 +65,7 @@ pub(super) async fn list_cohorts(
 pub(super) async fn show_cohort(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<CohortId>,
     csrf: Csrf,
 ) -> Result<CohortPage, PageError> {
     let (reader, school) = (state.db.reader(), person.school_id);

@@ -9,7 +9,6 @@ use axum::routing::{get, post};
 use serde::Deserialize;
 use time::format_description::well_known::Iso8601;
 use time::{Date, Time};
-use uuid::Uuid;
 
 use super::PathId;
 use crate::AppState;
@@ -18,6 +17,7 @@ use crate::routes::Routes;
 use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields, Visit};
 use acts::error::Error;
 use model::directory::DirectoryEntry;
+use model::ids::PersonId;
 use model::{CurrentPerson, Moment, Role, corridor};
 use pages::consent::{ConsentOfExpertPage, Recorded};
 use pages::{NavPlace, Shell, format};
@@ -44,7 +44,7 @@ pub(super) struct DeclarationForm {
 }
 
 /// Somebody of the administrator's school who teaches.
-async fn find_expert(state: &AppState, visitor: &CurrentPerson, id: Uuid) -> Result<DirectoryEntry, PageError> {
+async fn find_expert(state: &AppState, visitor: &CurrentPerson, id: PersonId) -> Result<DirectoryEntry, PageError> {
     let person =
         directory::find_directory_entry(state.db.reader(), visitor.school_id, id).await.map_err(Error::from)?;
     let person = person.ok_or(Error::NotFound)?;
@@ -59,7 +59,7 @@ async fn find_expert(state: &AppState, visitor: &CurrentPerson, id: Uuid) -> Res
 pub(super) async fn show_consent(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    PathId(id): PathId,
+    PathId(id): PathId<PersonId>,
     csrf: Csrf,
 ) -> Result<ConsentOfExpertPage, PageError> {
     let person = find_expert(&state, &visitor, id).await?;
@@ -98,7 +98,7 @@ async fn make_consent_page(
 pub(super) async fn record_declaration(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    PathId(id): PathId,
+    PathId(id): PathId<PersonId>,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<DeclarationForm>,
 ) -> Result<Response, PageError> {
@@ -115,7 +115,7 @@ pub(super) async fn record_declaration(
 }
 
 /// What was typed, as a consent; or what is wrong with it.
-fn read_declaration(typed: &DeclarationForm, recorded_by: Uuid, now: Moment) -> Result<NewDeclaration<'_>, String> {
+fn read_declaration(typed: &DeclarationForm, recorded_by: PersonId, now: Moment) -> Result<NewDeclaration<'_>, String> {
     let wording = read_words(tr!("wording"), &typed.wording, MOST_WORDING)?;
     let how = read_words(tr!("how it was given"), &typed.how, MOST_HOW)?;
     let given_at = Date::parse(typed.given.trim(), &Iso8601::DATE)
@@ -139,7 +139,7 @@ fn read_words<'a>(field: &str, typed: &'a str, most: usize) -> Result<&'a str, S
 pub(super) async fn withdraw_declaration(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    PathId(id): PathId,
+    PathId(id): PathId<PersonId>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
     find_expert(&state, &visitor, id).await?;
@@ -147,6 +147,6 @@ pub(super) async fn withdraw_declaration(
     Ok(redirect_to_consent(id))
 }
 
-fn redirect_to_consent(id: Uuid) -> Response {
+fn redirect_to_consent(id: PersonId) -> Response {
     Redirect::to(&format!("/people/{id}/consent")).into_response()
 }

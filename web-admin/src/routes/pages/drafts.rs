@@ -14,6 +14,7 @@ use acts::drafting;
 use acts::drafting::{Checked, SaveOutcome};
 use acts::error::Error;
 use model::draft::DraftVerdict;
+use model::ids::DraftId;
 use pages::diff::compare_lines;
 use pages::draft::{
     DraftPage, DraftRow, DraftsPage, VerdictPart, verdict_of_course, verdict_of_refused, verdict_while_waiting,
@@ -115,7 +116,7 @@ pub(super) async fn draft_course(
 pub(super) async fn show_draft(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<DraftId>,
     csrf: Csrf,
 ) -> Result<Response, PageError> {
     let draft = drafts::find_draft(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
@@ -141,7 +142,7 @@ fn answer_with_draft(checked: &Checked, body: impl IntoResponse) -> Response {
 pub(super) async fn write_draft(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<DraftId>,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<DraftForm>,
 ) -> Result<Response, PageError> {
@@ -178,7 +179,7 @@ pub(super) async fn write_draft(
 pub(super) async fn preview_draft(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<DraftId>,
     CsrfForm(typed): CsrfForm<TypedForm>,
 ) -> Result<Response, PageError> {
     let draft = drafts::find_draft(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
@@ -191,7 +192,7 @@ pub(super) async fn preview_draft(
 pub(super) async fn discard_draft(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<DraftId>,
     CsrfForm(SeenForm { seen }): CsrfForm<SeenForm>,
 ) -> Result<Redirect, PageError> {
     match drafting::discard(&state, &person, id, seen).await? {

@@ -15,6 +15,7 @@ use acts::erasing::Eraser;
 use acts::error::Error;
 use model::CurrentPerson;
 use model::directory::{AccountState, DirectoryEntry};
+use model::ids::PersonId;
 use pages::erasing::ErasePage;
 use pages::{NavPlace, Shell};
 use store::texts::{self, Whose};
@@ -23,7 +24,7 @@ use store::{retention, schools};
 pub(super) async fn show_erasing(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    PathId(id): PathId,
+    PathId(id): PathId<PersonId>,
     csrf: Csrf,
 ) -> Result<ErasePage, PageError> {
     let person = find_erasable(&state, &visitor, id).await?;
@@ -31,7 +32,7 @@ pub(super) async fn show_erasing(
 }
 
 /// Somebody of the administrator's school who is not anonymous yet, nor the administrator.
-async fn find_erasable(state: &AppState, visitor: &CurrentPerson, id: uuid::Uuid) -> Result<DirectoryEntry, PageError> {
+async fn find_erasable(state: &AppState, visitor: &CurrentPerson, id: PersonId) -> Result<DirectoryEntry, PageError> {
     let person = find_person(state, visitor, id).await?;
     refuse_own_account(visitor, id)?;
     if person.state == AccountState::Erased {
@@ -72,7 +73,7 @@ pub(super) struct EraseForm {
 pub(super) async fn erase_person(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    PathId(id): PathId,
+    PathId(id): PathId<PersonId>,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<EraseForm>,
 ) -> Result<Response, PageError> {

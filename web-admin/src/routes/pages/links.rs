@@ -14,6 +14,7 @@ use crate::routes::auth::{CsrfForm, NoFields, PageHead, Visitor};
 use acts::error::Error;
 use acts::recordings;
 use acts::secret;
+use model::ids::SessionId;
 use pages::links::RecordingLinksPage;
 use pages::{NavPlace, Shell};
 use store::{links, sessions};
@@ -34,7 +35,7 @@ const VIEWERS: [(&str, &str, &str); 3] = [
 pub(super) async fn make_link(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<SessionId>,
     head: PageHead,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<RecordingLinksPage, PageError> {

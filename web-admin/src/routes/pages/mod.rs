@@ -5,12 +5,13 @@ use axum::http::request::Parts;
 use axum::routing::{get, post};
 use documents::ExerciseBundle;
 use percent_encoding::{NON_ALPHANUMERIC, PercentEncode, utf8_percent_encode};
-use uuid::Uuid;
+use serde::de::DeserializeOwned;
 
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
 use acts::error::Error;
+use model::ids::{RevisionId, SchoolId};
 use store::exercises;
 
 mod account;
@@ -143,7 +144,11 @@ pub fn asset_routes() -> Routes {
 }
 
 /// A revision as it was published. Publishing has checked it, so a refusal now is our fault.
-async fn published_bundle(state: &AppState, school: Uuid, revision: Uuid) -> Result<Option<ExerciseBundle>, Error> {
+async fn published_bundle(
+    state: &AppState,
+    school: SchoolId,
+    revision: RevisionId,
+) -> Result<Option<ExerciseBundle>, Error> {
     let Some(bytes) = exercises::read_exercise_bytes(state.db.reader(), school, revision).await? else {
         return Ok(None);
     };
@@ -162,13 +167,13 @@ fn unix_lines(text: &str) -> String {
 }
 
 /// The id in an address. What is no id names nothing: 404, as an id that nobody has.
-struct PathId(Uuid);
+struct PathId<T>(T);
 
-impl<S: Send + Sync> FromRequestParts<S> for PathId {
+impl<T: DeserializeOwned + Send, S: Send + Sync> FromRequestParts<S> for PathId<T> {
     type Rejection = PageError;
 
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Self::Rejection> {
-        let path = Path::<Uuid>::from_request_parts(parts, state).await;
+        let path = Path::<T>::from_request_parts(parts, state).await;
         path.map(|Path(id)| Self(id)).map_err(|_| PageError(Error::NotFound))
     }
 }

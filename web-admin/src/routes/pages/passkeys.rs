@@ -5,7 +5,6 @@ use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
 use serde::Deserialize;
-use uuid::Uuid;
 
 use super::PathId;
 use super::second_factor::{
@@ -20,6 +19,7 @@ use acts::error::Error;
 use acts::passkeys;
 use acts::passkeys::PasskeyAnswer;
 use model::CurrentPerson;
+use model::ids::PasskeyId;
 use pages::passkeys::{MakePasskeyPage, PasskeyPage, PasskeyRow};
 use pages::proving::FactorRefused;
 use pages::second_factor::SecondFactorPage;
@@ -129,7 +129,7 @@ async fn show_passkey(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     browser: Browser,
-    PathId(id): PathId,
+    PathId(id): PathId<PasskeyId>,
 ) -> Result<PasskeyPage, PageError> {
     Ok(make_passkey_page(&state, &person, &browser, id).await?)
 }
@@ -138,7 +138,7 @@ async fn make_passkey_page(
     state: &AppState,
     person: &CurrentPerson,
     browser: &Browser,
-    id: Uuid,
+    id: PasskeyId,
 ) -> Result<PasskeyPage, Error> {
     let kept = passkeys::find(state, person, id).await?;
     let reader = state.db.reader();
@@ -158,7 +158,7 @@ async fn refuse_passkey_change(
     state: &AppState,
     person: &CurrentPerson,
     browser: &Browser,
-    id: Uuid,
+    id: PasskeyId,
     refused: FactorRefused,
 ) -> Result<Response, PageError> {
     let page = PasskeyPage { refused: Some(refused), ..make_passkey_page(state, person, browser, id).await? };
@@ -174,7 +174,7 @@ async fn rename_passkey(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     browser: Browser,
-    PathId(id): PathId,
+    PathId(id): PathId<PasskeyId>,
     CsrfForm(form): CsrfForm<NameForm>,
 ) -> Result<Response, PageError> {
     match passkeys::rename(&state, &person, id, &form.name).await {
@@ -197,7 +197,7 @@ async fn remove_passkey(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     browser: Browser,
-    PathId(id): PathId,
+    PathId(id): PathId<PasskeyId>,
     CsrfForm(form): CsrfForm<RemoveForm>,
 ) -> Result<Response, PageError> {
     passkeys::find(&state, &person, id).await?;

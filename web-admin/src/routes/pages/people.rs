@@ -4,7 +4,6 @@ use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
-use uuid::Uuid;
 
 use super::{PathId, encode_in_query};
 use crate::AppState;
@@ -14,6 +13,7 @@ use acts::accounts;
 use acts::accounts::NewAccount;
 use acts::error::Error;
 use model::directory::{AccountState, DirectoryEntry};
+use model::ids::{CohortId, PersonId};
 use model::roster::{is_email, is_name};
 use model::{CurrentPerson, PersonKey, Role};
 use pages::people::{LinkPage, PeoplePage, PersonChangeDone, PersonForm, PersonPage, PersonRefused, SelectOption};
@@ -95,7 +95,7 @@ async fn make_directory_page(
     let more = rows.len() > PER_PAGE as usize;
     rows.truncate(PER_PAGE as usize);
     let cohorts = cohorts::list_cohorts(state.db.reader(), school).await?;
-    let choices = |chosen: Option<Uuid>| -> Vec<SelectOption> {
+    let choices = |chosen: Option<CohortId>| -> Vec<SelectOption> {
         let choice = |c: &cohorts::Cohort| SelectOption {
             value: c.id.to_string(),
             label: c.name.clone(),
@@ -182,7 +182,7 @@ pub(super) struct DoneQuery {
 pub(super) async fn show_person(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    PathId(id): PathId,
+    PathId(id): PathId<PersonId>,
     csrf: Csrf,
     Query(DoneQuery { done }): Query<DoneQuery>,
 ) -> Result<PersonPage, PageError> {
@@ -195,7 +195,7 @@ pub(super) async fn show_person(
 pub(super) async fn find_person(
     state: &AppState,
     visitor: &CurrentPerson,
-    id: Uuid,
+    id: PersonId,
 ) -> Result<DirectoryEntry, PageError> {
     Ok(directory::find_directory_entry(state.db.reader(), visitor.school_id, id).await?.ok_or(Error::NotFound)?)
 }
@@ -234,7 +234,7 @@ pub(super) struct PersonChangeForm {
 pub(super) async fn change_person(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    PathId(id): PathId,
+    PathId(id): PathId<PersonId>,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<PersonChangeForm>,
 ) -> Result<Response, PageError> {
@@ -263,14 +263,14 @@ pub(super) async fn change_person(
     Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
 }
 
-fn redirect_to_person(id: Uuid, what: &str) -> Response {
+fn redirect_to_person(id: PersonId, what: &str) -> Response {
     Redirect::to(&format!("/people/{id}?done={what}")).into_response()
 }
 
 pub(super) async fn mail_link(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    PathId(id): PathId,
+    PathId(id): PathId<PersonId>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
     let person = find_person(&state, &visitor, id).await?;
@@ -282,7 +282,7 @@ pub(super) async fn mail_link(
 pub(super) async fn show_link(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    PathId(id): PathId,
+    PathId(id): PathId<PersonId>,
     csrf: Csrf,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<LinkPage, PageError> {
@@ -295,7 +295,7 @@ pub(super) async fn show_link(
 pub(super) async fn disable_person(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    PathId(id): PathId,
+    PathId(id): PathId<PersonId>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
     find_person(&state, &visitor, id).await?;
@@ -304,7 +304,7 @@ pub(super) async fn disable_person(
     Ok(redirect_to_person(id, "disabled"))
 }
 
-pub(super) fn refuse_own_account(visitor: &CurrentPerson, id: Uuid) -> Result<(), Error> {
+pub(super) fn refuse_own_account(visitor: &CurrentPerson, id: PersonId) -> Result<(), Error> {
     if visitor.id == id {
         return Err(Error::Conflict(tr!("nobody disables themselves: another administrator does that").to_owned()));
     }
@@ -314,7 +314,7 @@ pub(super) fn refuse_own_account(visitor: &CurrentPerson, id: Uuid) -> Result<()
 pub(super) async fn enable_person(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    PathId(id): PathId,
+    PathId(id): PathId<PersonId>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
     find_person(&state, &visitor, id).await?;

@@ -5,7 +5,6 @@ use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
 use serde::Deserialize;
-use uuid::Uuid;
 
 use super::PathId;
 use crate::AppState;
@@ -15,6 +14,7 @@ use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher, Visit};
 use acts::error::Error;
 use acts::regrading::exercise as regrading;
 use model::Role;
+use model::ids::{RegradingId, RevisionId, SessionId};
 use model::regrading::RegradingState as Standing;
 use pages::addresses::exercise_href;
 use pages::people::SelectOption;
@@ -54,7 +54,7 @@ async fn choose_rubric(
     })
 }
 
-fn rubric_option(revision: &exercises::Revision, current: Uuid) -> SelectOption {
+fn rubric_option(revision: &exercises::Revision, current: RevisionId) -> SelectOption {
     let (date, hash) =
         (format::format_date_time(revision.published_at.to_utc()), format::shorten_hash(&revision.exercise_sha256));
     let chosen = revision.id == current;
@@ -75,7 +75,7 @@ fn make_regrading_row(regrading: Regrading) -> EarlierRegrading {
     }
 }
 
-fn regrading_href(regrading: Uuid) -> String {
+fn regrading_href(regrading: RegradingId) -> String {
     format!("/regradings/{regrading}")
 }
 
@@ -101,13 +101,13 @@ async fn look_at_regrading(
 #[serde(default)]
 struct RegradingLinesQuery {
     show: RegradingFilter,
-    after: Option<Uuid>,
+    after: Option<SessionId>,
 }
 
 async fn show_regrading(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<RegradingId>,
     csrf: Csrf,
     Query(query): Query<RegradingLinesQuery>,
 ) -> Result<RegradingPage, PageError> {
@@ -117,7 +117,7 @@ async fn show_regrading(
 async fn make_regrading_page(
     state: &AppState,
     Visit { person, csrf }: Visit<'_>,
-    id: Uuid,
+    id: RegradingId,
     query: RegradingLinesQuery,
 ) -> Result<RegradingPage, Error> {
     let reader = state.db.reader();
@@ -125,7 +125,7 @@ async fn make_regrading_page(
     let exercise = exercises::find_current_revision(reader, person.school_id, &regrading.exercise_id)
         .await?
         .ok_or(Error::NotFound)?;
-    let after = query.after.unwrap_or_default();
+    let after = query.after.unwrap_or(SessionId::nil());
     let mut lines = regradings::lines(reader, &regrading, query.show.outcomes(), after, PER_PAGE + 1).await?;
     let more = lines.len() > PER_PAGE as usize;
     lines.truncate(PER_PAGE as usize);
@@ -177,7 +177,7 @@ struct ConfirmRegradingForm {
 async fn confirm_regrading(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<RegradingId>,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<ConfirmRegradingForm>,
 ) -> Result<Response, PageError> {
@@ -197,7 +197,7 @@ async fn confirm_regrading(
 async fn forget_regrading(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<RegradingId>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
     let exercise = regrading::forget(&state, &person, id).await?;

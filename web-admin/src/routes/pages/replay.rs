@@ -6,7 +6,6 @@ use axum::extract::{Path, Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
-use uuid::Uuid;
 
 use super::{PathId, sessions as attempts};
 use crate::AppState;
@@ -16,6 +15,7 @@ use acts::error::Error;
 use attempt::AttemptCurve;
 use model::comment;
 use model::comment::{Comment, TypedComment};
+use model::ids::{CommentId, SessionId};
 use model::{CurrentPerson, Moment, Role, corridor};
 use pages::replay::{CommentForm, CommentView, OtherAttempt, ReplayPage, Utterance};
 use pages::session::Drawing;
@@ -38,7 +38,7 @@ pub(super) struct ReplayQuery {
 pub(super) async fn show_replay(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<SessionId>,
     csrf: Csrf,
     Query(query): Query<ReplayQuery>,
 ) -> Result<ReplayPage, PageError> {
@@ -47,7 +47,7 @@ pub(super) async fn show_replay(
 }
 
 /// An attempt that a person may see.
-async fn find_visible_attempt(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Session, Error> {
+async fn find_visible_attempt(state: &AppState, person: &CurrentPerson, id: SessionId) -> Result<Session, Error> {
     sessions::find_visible_session(state.db.reader(), person, id).await?.ok_or(Error::NotFound)
 }
 
@@ -126,7 +126,7 @@ async fn other_attempts(
     state: &AppState,
     person: &CurrentPerson,
     session: &Session,
-    chosen: Option<Uuid>,
+    chosen: Option<SessionId>,
 ) -> Result<Vec<OtherAttempt>, Error> {
     let listed = reports::latest_at(state.db.reader(), person, &session.exercise_id).await?;
     let scored = listed.into_iter().filter(|other| other.id != session.id && other.score.is_some());
@@ -145,7 +145,7 @@ fn comment_views(kept: &[CommentRecord], visitor: &CurrentPerson) -> Vec<Comment
         at: kept.made_at.to_utc(),
         own: kept.author_id == visitor.id,
     };
-    let answers = |id: Uuid| kept.iter().filter(move |k| k.answers == Some(id)).map(|k| (k.id, said(k))).collect();
+    let answers = |id: CommentId| kept.iter().filter(move |k| k.answers == Some(id)).map(|k| (k.id, said(k))).collect();
     let view = |k: &CommentRecord| {
         let (kind, from_s) = k.kind.zip(k.from_s)?;
         Some(CommentView { id: k.id, kind, from_s, to_s: k.to_s, said: said(k), answers: answers(k.id) })
@@ -157,7 +157,7 @@ fn comment_views(kept: &[CommentRecord], visitor: &CurrentPerson) -> Vec<Comment
 pub(super) async fn add_comment(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<SessionId>,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<TypedComment>,
 ) -> Result<Response, PageError> {
@@ -184,7 +184,7 @@ pub(super) struct CommentAnswerForm {
 pub(super) async fn answer_comment(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    path: Result<Path<(Uuid, Uuid)>, axum::extract::rejection::PathRejection>,
+    path: Result<Path<(SessionId, CommentId)>, axum::extract::rejection::PathRejection>,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<CommentAnswerForm>,
 ) -> Result<Response, PageError> {
@@ -206,7 +206,7 @@ pub(super) async fn answer_comment(
 pub(super) async fn withdraw_comment(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    path: Result<Path<(Uuid, Uuid)>, axum::extract::rejection::PathRejection>,
+    path: Result<Path<(SessionId, CommentId)>, axum::extract::rejection::PathRejection>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
     let Path((id, add_comment)) = path.map_err(|_| Error::NotFound)?;
@@ -215,7 +215,7 @@ pub(super) async fn withdraw_comment(
     Ok(Redirect::to(&format!("/sessions/{id}/replay#comments")).into_response())
 }
 
-fn redirect_to_comment(session: Uuid, comment: Uuid) -> Response {
+fn redirect_to_comment(session: SessionId, comment: CommentId) -> Response {
     Redirect::to(&format!("/sessions/{session}/replay#comment-{comment}")).into_response()
 }
 

@@ -14,6 +14,7 @@ use acts::error::Error;
 use acts::retention as retaining;
 use acts::retention::RetentionStep;
 use model::Moment;
+use model::ids::PersonId;
 use pages::retention::{IdleRow, RetentionForm, RetentionPage};
 use pages::{NavPlace, Shell};
 use store::directory;
@@ -145,7 +146,7 @@ pub(super) struct HoldForm {
 pub(super) async fn hold_person(
     State(state): State<AppState>,
     Administrator(person): Administrator,
-    PathId(id): PathId,
+    PathId(id): PathId<PersonId>,
     CsrfForm(form): CsrfForm<HoldForm>,
 ) -> Result<Redirect, PageError> {
     directory::find_directory_entry(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;

@@ -6,7 +6,6 @@ use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
-use uuid::Uuid;
 
 use super::{PathId, sessions as attempts};
 use crate::AppState;
@@ -17,6 +16,7 @@ use acts::regrading;
 use acts::regrading::{Regrader, Rubric};
 use acts::surveys;
 use model::CurrentPerson;
+use model::ids::SessionId;
 use model::judgement;
 use model::judgement::{ScoreOverride, TypedOverride};
 use model::rating::mean;
@@ -60,12 +60,12 @@ fn make_waiting_row(waiting: WaitingReview) -> WaitingRow {
 }
 
 /// An attempt that a person may see.
-async fn find_visible_attempt(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Session, Error> {
+async fn find_visible_attempt(state: &AppState, person: &CurrentPerson, id: SessionId) -> Result<Session, Error> {
     sessions::find_visible_session(state.db.reader(), person, id).await?.ok_or(Error::NotFound)
 }
 
 /// An attempt that a person may judge, which is scored.
-pub(super) async fn find_scored(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Session, Error> {
+pub(super) async fn find_scored(state: &AppState, person: &CurrentPerson, id: SessionId) -> Result<Session, Error> {
     let session = find_visible_attempt(state, person, id).await?;
     match grades::find_grade(state.db.reader(), session.key()).await? {
         Some(_) => Ok(session),
@@ -76,7 +76,7 @@ pub(super) async fn find_scored(state: &AppState, person: &CurrentPerson, id: Uu
 pub(super) async fn show_grade(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<SessionId>,
     csrf: Csrf,
 ) -> Result<GradePage, PageError> {
     let session = find_visible_attempt(&state, &person, id).await?;
@@ -178,7 +178,7 @@ fn grade_history(
 pub(super) async fn put_override(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<SessionId>,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<TypedOverride>,
 ) -> Result<Response, PageError> {
@@ -205,7 +205,7 @@ pub(super) struct ReasonForm {
 pub(super) async fn withdraw_override(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<SessionId>,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<ReasonForm>,
 ) -> Result<Response, PageError> {
@@ -239,7 +239,7 @@ pub(super) struct MarkForm {
 pub(super) async fn mark_reviewed(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<SessionId>,
     CsrfForm(form): CsrfForm<MarkForm>,
 ) -> Result<Response, PageError> {
     let session = find_scored(&state, &person, id).await?;
@@ -259,7 +259,7 @@ pub(super) async fn mark_reviewed(
 pub(super) async fn preview_regrade(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<SessionId>,
     csrf: Csrf,
 ) -> Result<RegradePage, PageError> {
     let session = find_scored(&state, &person, id).await?;
@@ -297,7 +297,7 @@ async fn assess_by_today(state: &AppState, session: &Session) -> Result<Assessme
 pub(super) async fn regrade_attempt(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<SessionId>,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<ReasonForm>,
 ) -> Result<Response, PageError> {
@@ -317,7 +317,7 @@ pub(super) async fn regrade_attempt(
     }
 }
 
-fn redirect_to_grade(session: Uuid) -> Response {
+fn redirect_to_grade(session: SessionId) -> Response {
     Redirect::to(&format!("/sessions/{session}/grade")).into_response()
 }
 

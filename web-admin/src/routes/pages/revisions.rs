@@ -2,12 +2,12 @@
 
 use axum::extract::{Path, Query, State};
 use serde::Deserialize;
-use uuid::Uuid;
 
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, Teacher};
 use acts::error::Error;
+use model::ids::RevisionId;
 use pages::addresses::exercise_href;
 use pages::diff::{DiffLine, compare_lines};
 use pages::draft::{RevisionRow, RevisionsPage};
@@ -17,14 +17,14 @@ use store::{curricula, exercises};
 /// Which two are compared; the two newest where nothing is said.
 #[derive(Debug, Deserialize)]
 pub(super) struct ComparedQuery {
-    from: Option<Uuid>,
-    to: Option<Uuid>,
+    from: Option<RevisionId>,
+    to: Option<RevisionId>,
 }
 
 impl ComparedQuery {
     /// The two, of those that there are.
-    fn among(&self, rows: &[RevisionRow]) -> Result<(Uuid, Uuid), Error> {
-        let pick = |asked: Option<Uuid>, otherwise: usize| match asked {
+    fn among(&self, rows: &[RevisionRow]) -> Result<(RevisionId, RevisionId), Error> {
+        let pick = |asked: Option<RevisionId>, otherwise: usize| match asked {
             Some(id) => rows.iter().find(|row| row.id == id),
             None => rows.get(otherwise).or(rows.first()),
         };

@@ -4,7 +4,6 @@ use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
-use uuid::Uuid;
 
 use super::PathId;
 use crate::AppState;
@@ -13,6 +12,7 @@ use crate::routes::auth::{Administrator, Csrf, CsrfForm, CsrfUpload, Visit};
 use acts::error::Error;
 use acts::roster_import;
 use acts::roster_import::RosterPreview;
+use model::ids::{RosterId, SchoolId};
 use model::roster::{RosterRequest, is_name};
 use pages::roster::{RosterFilter, RosterPage, RosterPreviewPage};
 use pages::{NavPlace, Shell};
@@ -82,7 +82,7 @@ pub(super) struct RosterLinesQuery {
 pub(super) async fn show_roster(
     State(state): State<AppState>,
     Administrator(person): Administrator,
-    PathId(id): PathId,
+    PathId(id): PathId<RosterId>,
     csrf: Csrf,
     Query(query): Query<RosterLinesQuery>,
 ) -> Result<RosterPreviewPage, PageError> {
@@ -93,8 +93,8 @@ pub(super) async fn show_roster(
 async fn make_preview_page(
     state: &AppState,
     shell: Shell,
-    school: Uuid,
-    id: Uuid,
+    school: SchoolId,
+    id: RosterId,
     query: RosterLinesQuery,
 ) -> Result<RosterPreviewPage, Error> {
     let RosterPreview { file_name, ignored, difference, digest } = roster_import::preview(state, school, id).await?;
@@ -126,7 +126,7 @@ pub(super) struct ConfirmRosterForm {
 pub(super) async fn confirm_roster(
     State(state): State<AppState>,
     Administrator(person): Administrator,
-    PathId(id): PathId,
+    PathId(id): PathId<RosterId>,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<ConfirmRosterForm>,
 ) -> Result<Response, PageError> {

@@ -19,6 +19,7 @@ use acts::accounts;
 use acts::error::Error;
 use acts::second_factor;
 use acts::second_factor::{Enrolled, TypedCode};
+use model::ids::PersonId;
 use model::{CurrentPerson, FactorRule, PersonKey};
 use pages::proving::FactorRefused;
 use pages::proving::ProofAsked;
@@ -273,7 +274,7 @@ async fn turn_factor_off(
 async fn reset_factor(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    PathId(id): PathId,
+    PathId(id): PathId<PersonId>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
     let person =

@@ -8,6 +8,7 @@ use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, Visitor};
 use acts::error::Error;
+use model::ids::SessionId;
 use model::{CurrentPerson, SessionKey, Uncounted};
 use pages::addresses::exercise_href;
 use pages::judgement::{GradedAttempt, JudgementView};
@@ -20,7 +21,7 @@ use store::{exercises, grades, reports, stations, supervisions};
 pub(super) async fn show_session(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<SessionId>,
     csrf: Csrf,
 ) -> Result<SessionPage, PageError> {
     let reader = state.db.reader();

@@ -1,9 +1,8 @@
 //! Where trainees stand in the courses of their school.
 
-use uuid::Uuid;
-
 use crate::AppState;
 use acts::error::Error;
+use model::ids::{CohortId, PersonId, SchoolId};
 use model::progress::{Course, Progress, ScoredAttempt};
 use model::{Needed, Role};
 use pages::cohort::TraineeRow;
@@ -38,7 +37,7 @@ impl TaughtCourse {
 }
 
 /// The courses of a school.
-pub(super) async fn taught_courses(state: &AppState, school: Uuid) -> Result<Vec<TaughtCourse>, Error> {
+pub(super) async fn taught_courses(state: &AppState, school: SchoolId) -> Result<Vec<TaughtCourse>, Error> {
     let reader = state.db.reader();
     let exercises = reports::exercises(reader, school).await?;
     let mut courses = Vec::new();
@@ -74,8 +73,8 @@ pub(super) fn progress_in_courses(
 /// What a school asks to be proved of an attempt that certifies, and those of a trainee's attempts of which it is.
 pub(super) async fn proved_attempts(
     state: &AppState,
-    school: Uuid,
-    trainee: Uuid,
+    school: SchoolId,
+    trainee: PersonId,
     attempts: &[ScoredAttempt],
 ) -> Result<(Needed, Vec<ScoredAttempt>), Error> {
     let needed = schools::certificate_needs(state.db.reader(), school).await?;
@@ -83,8 +82,11 @@ pub(super) async fn proved_attempts(
     Ok((needed, attempts.iter().filter(|attempt| enough.contains(&attempt.session)).cloned().collect()))
 }
 
-/// The trainees of a cohort by name, each with their progress in every course, the one tried last first, and the course's index.
-pub(super) struct CohortStanding(Vec<(NamedItem, Vec<(usize, Progress)>)>);
+/// A trainee with their progress in every course, the one tried last first, and the course's index.
+type TraineeStanding = (NamedItem<PersonId>, Vec<(usize, Progress)>);
+
+/// The trainees of a cohort by name.
+pub(super) struct CohortStanding(Vec<TraineeStanding>);
 
 impl CohortStanding {
     /// Everybody's progress in the course that they are on.
@@ -100,7 +102,7 @@ impl CohortStanding {
 
     /// The rows of those whose progress in the course that they are on is wanted.
     pub fn rows(&self, courses: &[TaughtCourse], wanted: impl Fn(&Progress) -> bool) -> Vec<TraineeRow> {
-        let row = |(trainee, progress): &(NamedItem, Vec<(usize, Progress)>)| {
+        let row = |(trainee, progress): &TraineeStanding| {
             let (course, main) = progress.first().filter(|(_, main)| wanted(main))?;
             let href = format!("/trainees/{}", trainee.id);
             Some(TraineeRow::new(href, trainee.name.clone(), &courses[*course].facts(None), main))
@@ -112,14 +114,14 @@ impl CohortStanding {
 /// Where a cohort's trainees stand.
 pub(super) async fn standing_of_cohort(
     state: &AppState,
-    school: Uuid,
-    cohort: Uuid,
+    school: SchoolId,
+    cohort: CohortId,
     courses: &[TaughtCourse],
 ) -> Result<CohortStanding, Error> {
     let reader = state.db.reader();
     let trainees = reports::members(reader, school, cohort, Role::Trainee).await?;
     let mut practised = practice::list_cohort_practice(reader, school, cohort).await?;
-    let standing = |trainee: NamedItem| {
+    let standing = |trainee: NamedItem<PersonId>| {
         let own = practised.remove(&trainee.id).unwrap_or_default();
         (trainee, progress_in_courses(courses, &own, state))
     };

@@ -4,7 +4,6 @@ use acts::reviewing;
 use axum::extract::State;
 use axum::response::Redirect;
 use serde::Deserialize;
-use uuid::Uuid;
 
 use super::PathId;
 use super::review::find_scored;
@@ -12,20 +11,21 @@ use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{CsrfForm, Teacher};
 use acts::error::Error;
+use model::ids::{AssignmentId, SessionId};
 
 #[derive(Debug, Deserialize)]
 pub(super) struct SupervisionForm {
     #[serde(default)]
     confirm: String,
     /// The assignment from whose page it was sent.
-    assignment: Option<Uuid>,
+    assignment: Option<AssignmentId>,
 }
 
 /// Confirms it, or takes that back.
 pub(super) async fn confirm_supervision(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<SessionId>,
     CsrfForm(form): CsrfForm<SupervisionForm>,
 ) -> Result<Redirect, PageError> {
     let session = find_scored(&state, &person, id).await?;

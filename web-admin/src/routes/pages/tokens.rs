@@ -16,6 +16,7 @@ use acts::error::Error;
 use acts::tokens;
 use acts::tokens::TokenRequest;
 use model::CurrentPerson;
+use model::ids::TokenId;
 use pages::tokens::{MadeTokenPage, TokenRow, TokensPage};
 use pages::{NavPlace, Shell};
 use store::tokens as stored;
@@ -95,7 +96,7 @@ async fn make_token(
 async fn revoke_token(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<TokenId>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
     match tokens::revoke(&state, &person, id).await? {

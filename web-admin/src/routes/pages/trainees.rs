@@ -14,6 +14,7 @@ use acts::assignments as teaching;
 use acts::error::Error;
 use acts::stations;
 use model::assignment::AssignmentStanding;
+use model::ids::PersonId;
 use model::progress::{Habits, Progress};
 use model::{CurrentPerson, Moment, Role};
 use pages::assignments::AssignmentRow;
@@ -41,7 +42,7 @@ pub(super) struct TraineePageQuery {
 pub(super) async fn show_trainee(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<PersonId>,
     csrf: Csrf,
     Query(query): Query<TraineePageQuery>,
 ) -> Result<TraineePage, PageError> {
@@ -55,7 +56,7 @@ pub(super) async fn make_trainee_page(
     state: &AppState,
     shell: Shell,
     visitor: &CurrentPerson,
-    trainee: NamedItem,
+    trainee: NamedItem<PersonId>,
     query: TraineePageQuery,
 ) -> Result<TraineePage, Error> {
     let (reader, school) = (state.db.reader(), visitor.school_id);

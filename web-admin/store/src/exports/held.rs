@@ -11,6 +11,7 @@ use uuid::Uuid;
 
 use super::super::Result;
 use model::Moment;
+use model::ids::{PersonId, SchoolId};
 
 /// A kind of rows, by school and person.
 struct RecordKind {
@@ -195,8 +196,8 @@ const DONE: [RecordKind; 17] = [
 /// All of it, by kind.
 pub(super) async fn of_person(
     reader: &SqlitePool,
-    school: Uuid,
-    person: Uuid,
+    school: SchoolId,
+    person: PersonId,
 ) -> Result<BTreeMap<&'static str, Vec<Value>>> {
     let mut held = BTreeMap::new();
     for kind in ABOUT.iter().chain(&DONE) {

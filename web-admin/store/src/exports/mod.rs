@@ -13,9 +13,9 @@ use serde::Serialize;
 use serde_json::Value;
 use sqlx::types::Json;
 use sqlx::{FromRow, SqlitePool};
-use uuid::Uuid;
 
 use super::{ExactNumber, Result};
+use model::ids::{PersonId, SchoolId, SessionId, StationId};
 use model::{Moment, PersonKey, Role};
 
 /// Everything held about a person.
@@ -53,7 +53,7 @@ pub struct PersonExport {
 /// Who somebody is.
 #[derive(Clone, Debug, Serialize, FromRow)]
 pub struct PersonFacts {
-    id: Uuid,
+    id: PersonId,
     school: String,
     role: Role,
     email: String,
@@ -67,7 +67,7 @@ pub struct PersonFacts {
 /// An attempt, with what its recording is and where it is had.
 #[derive(Clone, Debug, Serialize, FromRow)]
 pub struct AttemptFacts {
-    session_id: Uuid,
+    session_id: SessionId,
     exercise_id: String,
     started_at: Moment,
     received_at: Moment,
@@ -79,7 +79,7 @@ pub struct AttemptFacts {
     refusal: Option<String>,
     uncounted: Option<String>,
     claimed_started_at: Option<Moment>,
-    signed_by_station: Option<Uuid>,
+    signed_by_station: Option<StationId>,
     resimulation_differs: Option<bool>,
     recording_sha256: String,
     recording_size_bytes: i64,
@@ -89,7 +89,7 @@ pub struct AttemptFacts {
 /// A metric of an attempt.
 #[derive(Clone, Debug, Serialize, FromRow)]
 pub struct MetricFacts {
-    session_id: Uuid,
+    session_id: SessionId,
     id: String,
     version: i64,
     value: Option<f64>,
@@ -99,7 +99,7 @@ pub struct MetricFacts {
 /// A grading of an attempt.
 #[derive(Clone, Debug, Serialize, FromRow)]
 pub struct ScoreFacts {
-    session_id: Uuid,
+    session_id: SessionId,
     score: f64,
     passed: bool,
     rubric_sha256: String,
@@ -122,7 +122,7 @@ pub struct LogFacts {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of_person(reader: &SqlitePool, school: Uuid, person: Uuid) -> Result<Option<PersonExport>> {
+pub async fn of_person(reader: &SqlitePool, school: SchoolId, person: PersonId) -> Result<Option<PersonExport>> {
     let facts: Option<PersonFacts> = sqlx::query_as(
         "SELECT p.id, s.name AS school, p.role, p.email, p.display_name, p.pseudonym, p.registrar_id, p.language, p.created_at
          FROM people p JOIN schools s ON s.id = p.school_id WHERE p.school_id = $1 AND p.id = $2",
@@ -170,10 +170,10 @@ pub async fn of_person(reader: &SqlitePool, school: Uuid, person: Uuid) -> Resul
 }
 
 /// What was measured in their attempts: a row for each attempt, since what SQLite hands over costs by the cell.
-async fn metrics(reader: &SqlitePool, school: Uuid, person: Uuid) -> Result<Vec<MetricFacts>> {
+async fn metrics(reader: &SqlitePool, school: SchoolId, person: PersonId) -> Result<Vec<MetricFacts>> {
     /// Id, version, value and unit.
     type Measured = (String, i64, ExactNumber, String);
-    let rows: Vec<(Uuid, Json<Vec<Measured>>)> = sqlx::query_as(
+    let rows: Vec<(SessionId, Json<Vec<Measured>>)> = sqlx::query_as(
         "SELECT s.id, (SELECT json_group_array(json_array(m.id, m.version,
              iif(m.value IS NULL, NULL, printf('%!.17g', m.value)), m.unit) ORDER BY m.position)
            FROM metrics m WHERE m.school_id = s.school_id AND m.session_id = s.id)
@@ -183,7 +183,7 @@ async fn metrics(reader: &SqlitePool, school: Uuid, person: Uuid) -> Result<Vec<
     .bind(person)
     .fetch_all(reader)
     .await?;
-    let facts = |(session_id, found): (Uuid, Json<Vec<Measured>>)| {
+    let facts = |(session_id, found): (SessionId, Json<Vec<Measured>>)| {
         let fact = move |(id, version, ExactNumber(value), unit)| MetricFacts { session_id, id, version, value, unit };
         found.0.into_iter().map(fact)
     };

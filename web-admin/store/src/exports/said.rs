@@ -4,19 +4,19 @@ use assessment::questionnaire::Answer;
 use serde::Serialize;
 use sqlx::types::Json;
 use sqlx::{FromRow, SqlitePool};
-use uuid::Uuid;
 
 use crate::{Result, assignments};
 use attempt::AttemptCurve;
 use model::Moment;
+use model::ids::{AssignmentId, CommentId, PersonId, SchoolId, SessionId, TraceId};
 use model::segments::{MarksVerdict, pops};
 
 /// A comment on an attempt of theirs, or an answer to one.
 #[derive(Clone, Debug, Serialize, FromRow)]
 pub struct CommentFacts {
-    session_id: Uuid,
-    id: Uuid,
-    answers: Option<Uuid>,
+    session_id: SessionId,
+    id: CommentId,
+    answers: Option<CommentId>,
     author: String,
     kind: Option<String>,
     from_s: Option<f64>,
@@ -28,7 +28,7 @@ pub struct CommentFacts {
 /// Something that was assigned.
 #[derive(Clone, Debug, Serialize)]
 pub struct AssignmentFacts {
-    id: Uuid,
+    id: AssignmentId,
     title: String,
     assigned_at: Moment,
     due_at: Option<Moment>,
@@ -40,7 +40,7 @@ pub struct AssignmentFacts {
 /// A finished rating of an attempt of theirs.
 #[derive(Clone, Debug, Serialize, FromRow)]
 pub struct RatingFacts {
-    session_id: Uuid,
+    session_id: SessionId,
     round: String,
     instrument: String,
     answers: Json<Vec<Option<Answer>>>,
@@ -51,7 +51,7 @@ pub struct RatingFacts {
 #[derive(Clone, Debug, Serialize)]
 pub struct MarksFacts {
     task: String,
-    trace: Uuid,
+    trace: TraceId,
     marks_s: Vec<f64>,
     sent_at: Option<Moment>,
     pops: Option<usize>,
@@ -66,13 +66,13 @@ pub struct MarksFacts {
 pub struct AnswerFacts {
     survey: String,
     instrument: String,
-    session_id: Option<Uuid>,
+    session_id: Option<SessionId>,
     state: String,
     answers: Json<Vec<Option<Answer>>>,
     submitted_at: Option<Moment>,
 }
 
-pub(super) async fn comments(reader: &SqlitePool, school: Uuid, person: Uuid) -> Result<Vec<CommentFacts>> {
+pub(super) async fn comments(reader: &SqlitePool, school: SchoolId, person: PersonId) -> Result<Vec<CommentFacts>> {
     sqlx::query_as(
         "SELECT c.session_id, c.id, c.answers, p.display_name AS author, c.kind, c.from_s, c.to_s, c.body, c.made_at
          FROM sessions s CROSS JOIN comments c ON c.school_id = s.school_id AND c.session_id = s.id
@@ -86,7 +86,11 @@ pub(super) async fn comments(reader: &SqlitePool, school: Uuid, person: Uuid) ->
     .await
 }
 
-pub(super) async fn assignments(reader: &SqlitePool, school: Uuid, person: Uuid) -> Result<Vec<AssignmentFacts>> {
+pub(super) async fn assignments(
+    reader: &SqlitePool,
+    school: SchoolId,
+    person: PersonId,
+) -> Result<Vec<AssignmentFacts>> {
     let assigned = assignments::list_trainee_assignments(reader, school, person).await?;
     let facts = assigned.into_iter().map(|assigned| AssignmentFacts {
         id: assigned.id,
@@ -100,7 +104,7 @@ pub(super) async fn assignments(reader: &SqlitePool, school: Uuid, person: Uuid)
     Ok(facts.collect())
 }
 
-pub(super) async fn ratings(reader: &SqlitePool, school: Uuid, person: Uuid) -> Result<Vec<RatingFacts>> {
+pub(super) async fn ratings(reader: &SqlitePool, school: SchoolId, person: PersonId) -> Result<Vec<RatingFacts>> {
     sqlx::query_as(
         "SELECT r.session_id, o.title AS round, i.title AS instrument, r.answers, r.finished_at
          FROM sessions s CROSS JOIN ratings r ON r.school_id = s.school_id AND r.session_id = s.id
@@ -118,7 +122,7 @@ pub(super) async fn ratings(reader: &SqlitePool, school: Uuid, person: Uuid) -> 
 #[derive(FromRow)]
 struct MarksRow {
     task: String,
-    trace: Uuid,
+    trace: TraceId,
     marks: Json<Vec<f64>>,
     sent_at: Option<Moment>,
     curve: Json<AttemptCurve>,
@@ -142,7 +146,7 @@ impl From<MarksRow> for MarksFacts {
     }
 }
 
-pub(super) async fn marked_pops(reader: &SqlitePool, school: Uuid, person: Uuid) -> Result<Vec<MarksFacts>> {
+pub(super) async fn marked_pops(reader: &SqlitePool, school: SchoolId, person: PersonId) -> Result<Vec<MarksFacts>> {
     let rows: Vec<MarksRow> = sqlx::query_as(
         "SELECT k.title AS task, r.id AS trace, a.marks, a.sent_at, c.body AS curve
          FROM segment_marks a JOIN segment_traces r ON r.id = a.trace_id
@@ -157,7 +161,11 @@ pub(super) async fn marked_pops(reader: &SqlitePool, school: Uuid, person: Uuid)
     Ok(rows.into_iter().map(MarksFacts::from).collect())
 }
 
-pub(super) async fn survey_answers(reader: &SqlitePool, school: Uuid, person: Uuid) -> Result<Vec<AnswerFacts>> {
+pub(super) async fn survey_answers(
+    reader: &SqlitePool,
+    school: SchoolId,
+    person: PersonId,
+) -> Result<Vec<AnswerFacts>> {
     sqlx::query_as(
         "SELECT u.title AS survey, i.title AS instrument, r.session_id, r.state, r.answers, r.submitted_at
          FROM survey_responses r JOIN surveys u ON u.id = r.survey_id AND u.identity <> 'anonymous'

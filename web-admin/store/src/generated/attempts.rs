@@ -3,10 +3,10 @@
 use std::ops::Range;
 
 use sqlx::SqliteConnection;
-use uuid::Uuid;
 
 use super::{ATTEMPTS, GeneratedCrowd, TRAINEES};
 use crate::Result;
+use model::ids::SessionId;
 
 /// Each trainee goes through the school's exercises in turn, at the hours of a day. One re-simulation in a thousand differs.
 pub(super) async fn add(
@@ -49,8 +49,8 @@ pub(super) async fn add(
 pub(super) async fn score(
     writer: &mut SqliteConnection,
     crowd: &GeneratedCrowd<'_>,
-    from: Uuid,
-    to: Uuid,
+    from: SessionId,
+    to: SessionId,
 ) -> Result<()> {
     for statement in [
         "INSERT INTO scores (id, school_id, session_id, score, passed, rubric_id, rubric_sha256, deductions, hard_fails,
@@ -86,8 +86,8 @@ pub(super) async fn score(
 pub(super) async fn sum_up(
     writer: &mut SqliteConnection,
     crowd: &GeneratedCrowd<'_>,
-    from: Uuid,
-    to: Uuid,
+    from: SessionId,
+    to: SessionId,
 ) -> Result<()> {
     sqlx::query(
         "INSERT INTO practice (school_id, trainee_id, exercise_id, attempts, passes, points, history)

@@ -6,9 +6,9 @@
 use std::ops::Range;
 
 use sqlx::SqliteConnection;
-use uuid::Uuid;
 
 use super::Result;
+use model::ids::{SchoolId, SessionId};
 
 /// A statement that selects from `n`, whose `i` counts from 0 up to $2.
 macro_rules! counted {
@@ -32,7 +32,7 @@ const COHORTS_EACH: i64 = 4;
 #[derive(Clone, Copy, Debug)]
 pub struct GeneratedCrowd<'a> {
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// How many trainees.
     pub trainees: u32,
     /// How many trainees a cohort has.
@@ -46,7 +46,7 @@ pub struct GeneratedCrowd<'a> {
     /// From an attempt to the next of the same trainee, in µs.
     pub every_us: i64,
     /// A scored attempt whose recording, curve and metrics the generated ones share.
-    pub model: Uuid,
+    pub model: SessionId,
 }
 
 impl GeneratedCrowd<'_> {
@@ -59,15 +59,15 @@ impl GeneratedCrowd<'_> {
     }
 
     /// The ids of the attempts of some trainees, by their places: the first, and the one after the last.
-    fn attempts_of(&self, trainees: &Range<u32>) -> (Uuid, Uuid) {
+    fn attempts_of(&self, trainees: &Range<u32>) -> (SessionId, SessionId) {
         let first = |trainee: u32| id(ATTEMPTS + i64::from(trainee) * i64::from(self.attempts_each));
         (first(trainees.start), first(trainees.end))
     }
 }
 
 /// The id with a number, as `unhex(printf('%032x', …))` makes it.
-fn id(number: i64) -> Uuid {
-    Uuid::from_u128(u128::from(number.unsigned_abs()))
+fn id(number: i64) -> SessionId {
+    SessionId::from_u128(u128::from(number.unsigned_abs()))
 }
 
 /// The address of a generated trainee.

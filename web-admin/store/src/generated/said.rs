@@ -1,10 +1,10 @@
 //! What generated instructors ask for, and what is said about generated attempts.
 
 use sqlx::SqliteConnection;
-use uuid::Uuid;
 
 use super::{COHORTS, COHORTS_EACH, GeneratedCrowd, INSTRUCTORS};
 use crate::Result;
+use model::ids::SessionId;
 
 /// An exercise that is over and a course that is due in a month, for each cohort.
 pub(super) async fn assignments(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
@@ -43,8 +43,8 @@ pub(super) async fn assignments(writer: &mut SqliteConnection, crowd: &Generated
 pub(super) async fn comments(
     writer: &mut SqliteConnection,
     crowd: &GeneratedCrowd<'_>,
-    from: Uuid,
-    to: Uuid,
+    from: SessionId,
+    to: SessionId,
 ) -> Result<()> {
     sqlx::query(
         "INSERT INTO comments (id, school_id, session_id, author_id, kind, from_s, body, made_at)
@@ -63,8 +63,8 @@ pub(super) async fn comments(
 pub(super) async fn reviews(
     writer: &mut SqliteConnection,
     crowd: &GeneratedCrowd<'_>,
-    from: Uuid,
-    to: Uuid,
+    from: SessionId,
+    to: SessionId,
 ) -> Result<()> {
     sqlx::query(
         "INSERT INTO reviews (school_id, session_id, reviewed_by, reviewed_at)

@@ -1,10 +1,10 @@
 //! Who can be asked to rate, and which attempts.
 
 use sqlx::{FromRow, SqliteExecutor};
-use uuid::Uuid;
 
 use crate::Result;
 use model::Moment;
+use model::ids::{AssignmentId, PersonId, SchoolId, SessionId};
 
 /// Most attempts that are offered at once.
 const OFFERED: u32 = 100;
@@ -13,7 +13,7 @@ const OFFERED: u32 = 100;
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Rater {
     /// Who.
-    pub id: Uuid,
+    pub id: PersonId,
     /// Their name.
     pub name: String,
 }
@@ -22,7 +22,7 @@ pub struct Rater {
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct RateableAttempt {
     /// The attempt.
-    pub id: Uuid,
+    pub id: SessionId,
     /// Who tried.
     pub trainee: String,
     /// Title of the exercise, or its id.
@@ -35,7 +35,7 @@ pub struct RateableAttempt {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn raters(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<Rater>> {
+pub async fn raters(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<Rater>> {
     sqlx::query_as(
         "SELECT id, display_name AS name FROM people
          WHERE school_id = $1 AND role = 'instructor' AND disabled_at IS NULL AND erased_at IS NULL
@@ -51,7 +51,11 @@ pub async fn raters(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<V
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of_assignment(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Vec<RateableAttempt>> {
+pub async fn of_assignment(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    id: AssignmentId,
+) -> Result<Vec<RateableAttempt>> {
     sqlx::query_as(
         "SELECT s.id, p.display_name AS trainee, coalesce(x.title, s.exercise_id) AS exercise, s.started_at
          FROM (SELECT n.id FROM (

@@ -9,20 +9,20 @@ pub use results::{FinishedRating, RatingCell, cells, finished_of};
 use assessment::questionnaire::Answer;
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
-use model::{CurrentPerson, Moment, Role, new_id};
+use model::ids::{PersonId, RatingId, RevisionId, RoundId, SchoolId, SessionId};
+use model::{CurrentPerson, Moment, Role};
 
 /// A round of ratings.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Round {
     /// Id.
-    pub id: Uuid,
+    pub id: RoundId,
     /// Its school.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// The revision of the instrument that it asks.
-    pub revision_id: Uuid,
+    pub revision_id: RevisionId,
     /// The instrument's title, in its first language.
     pub instrument: String,
     /// Title.
@@ -30,7 +30,7 @@ pub struct Round {
     /// The ratings were made by a program.
     pub generated: bool,
     /// Who asked for it.
-    pub made_by: Uuid,
+    pub made_by: PersonId,
     /// Their name.
     pub by: String,
     /// When.
@@ -49,28 +49,28 @@ pub struct Round {
 #[derive(Clone, Debug)]
 pub struct NewRound {
     /// The revision of the instrument that it asks.
-    pub revision_id: Uuid,
+    pub revision_id: RevisionId,
     /// Title.
     pub title: String,
     /// The ratings are made by a program.
     pub generated: bool,
     /// Attempts.
-    pub sessions: Vec<Uuid>,
+    pub sessions: Vec<SessionId>,
     /// Raters.
-    pub raters: Vec<Uuid>,
+    pub raters: Vec<PersonId>,
 }
 
 /// A rating of the one who asks.
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct Rating {
     /// Id: random.
-    pub id: Uuid,
+    pub id: RatingId,
     /// Its school.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// Its round.
-    pub round_id: Uuid,
+    pub round_id: RoundId,
     /// The attempt.
-    pub session_id: Uuid,
+    pub session_id: SessionId,
     /// In the order of the instrument's items.
     pub answers: Json<Vec<Option<Answer>>>,
     /// When it was finished.
@@ -81,12 +81,12 @@ pub struct Rating {
 ///
 /// # Errors
 /// When an attempt, rater or revision is not of the school, or the database fails.
-pub async fn add(writer: &mut SqliteConnection, by: &CurrentPerson, new: &NewRound, now: Moment) -> Result<Uuid> {
-    let round: Uuid = sqlx::query_scalar(
+pub async fn add(writer: &mut SqliteConnection, by: &CurrentPerson, new: &NewRound, now: Moment) -> Result<RoundId> {
+    let round: RoundId = sqlx::query_scalar(
         "INSERT INTO rating_rounds (id, school_id, revision_id, title, generated, made_by, made_at)
          VALUES ($1, $2, $3, $4, $5, $6, $7) RETURNING id",
     )
-    .bind(new_id(now))
+    .bind(RoundId::made_at(now))
     .bind(by.school_id)
     .bind(new.revision_id)
     .bind(&new.title)
@@ -105,13 +105,13 @@ pub async fn add(writer: &mut SqliteConnection, by: &CurrentPerson, new: &NewRou
 
 async fn add_rating(
     writer: &mut SqliteConnection,
-    school: Uuid,
-    round: Uuid,
-    session: Uuid,
-    rater: Uuid,
+    school: SchoolId,
+    round: RoundId,
+    session: SessionId,
+    rater: PersonId,
 ) -> Result<()> {
     // A sorted id would tell which rating of another rater is of the same attempt.
-    let id = Uuid::new_v4();
+    let id = RatingId::random();
     sqlx::query(
         "INSERT INTO ratings (id, school_id, round_id, session_id, rater_id, answers) VALUES ($1, $2, $3, $4, $5, '[]')",
     )
@@ -127,7 +127,7 @@ async fn add_rating(
 
 /// Marks a rating whose rater may see the attempt otherwise: they teach the trainee, are an administrator, or have asked. What
 /// was marked once stays so.
-async fn mark_knowledge(writer: &mut SqliteConnection, school: Uuid, id: Uuid) -> Result<()> {
+async fn mark_knowledge(writer: &mut SqliteConnection, school: SchoolId, id: RatingId) -> Result<()> {
     sqlx::query(
         "UPDATE ratings SET may_know = 1 WHERE school_id = $1 AND id = $2 AND finished_at IS NULL AND (
            EXISTS (SELECT 1 FROM people p WHERE p.id = ratings.rater_id AND p.role = 'administrator')
@@ -168,7 +168,7 @@ macro_rules! listed {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson, id: Uuid) -> Result<Option<Round>> {
+pub async fn find(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson, id: RoundId) -> Result<Option<Round>> {
     sqlx::query_as(listed!(
         "WHERE o.school_id = $1 AND o.id = $4 AND o.withdrawn_at IS NULL AND ($3 OR o.made_by = $2 OR EXISTS (
            SELECT 1 FROM ratings r WHERE r.school_id = $1 AND r.rater_id = $2 AND r.round_id = o.id))"
@@ -217,7 +217,7 @@ pub async fn count_open(executor: impl SqliteExecutor<'_>, rater: &CurrentPerson
 ///
 /// # Errors
 /// When the database fails.
-pub async fn own(executor: impl SqliteExecutor<'_>, rater: &CurrentPerson, round: Uuid) -> Result<Vec<Rating>> {
+pub async fn own(executor: impl SqliteExecutor<'_>, rater: &CurrentPerson, round: RoundId) -> Result<Vec<Rating>> {
     sqlx::query_as(
         "SELECT id, school_id, round_id, session_id, answers, finished_at FROM ratings
          WHERE school_id = $1 AND rater_id = $2 AND round_id = $3 ORDER BY id",
@@ -233,7 +233,7 @@ pub async fn own(executor: impl SqliteExecutor<'_>, rater: &CurrentPerson, round
 ///
 /// # Errors
 /// When the database fails.
-pub async fn rating(executor: impl SqliteExecutor<'_>, rater: &CurrentPerson, id: Uuid) -> Result<Option<Rating>> {
+pub async fn rating(executor: impl SqliteExecutor<'_>, rater: &CurrentPerson, id: RatingId) -> Result<Option<Rating>> {
     sqlx::query_as(
         "SELECT r.id, r.school_id, r.round_id, r.session_id, r.answers, r.finished_at FROM ratings r
          JOIN rating_rounds o ON o.id = r.round_id AND o.withdrawn_at IS NULL

@@ -3,29 +3,29 @@
 use assessment::questionnaire::Answer;
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteExecutor};
-use uuid::Uuid;
 
 use crate::Result;
 use crate::ratings::Round;
+use model::ids::{PersonId, RevisionId, RoundId, SessionId};
 use model::{CurrentPerson, Moment, Role, SessionKey};
 
 /// A rating as whoever asked for it sees it.
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct RatingCell {
     /// The attempt.
-    pub session_id: Uuid,
+    pub session_id: SessionId,
     /// When it began.
     pub started_at: Moment,
     /// Who tried, where the viewer may see the attempt.
     pub trainee: Option<String>,
     /// Their id, under the same condition.
-    pub trainee_id: Option<Uuid>,
+    pub trainee_id: Option<PersonId>,
     /// Their pseudonym, under the same condition.
     pub pseudonym: Option<String>,
     /// Title of the exercise, or its id.
     pub exercise: String,
     /// The rater.
-    pub rater_id: Uuid,
+    pub rater_id: PersonId,
     /// Their name.
     pub rater: String,
     /// In the order of the instrument's items.
@@ -71,11 +71,11 @@ pub async fn cells(
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct FinishedRating {
     /// Its round.
-    pub round_id: Uuid,
+    pub round_id: RoundId,
     /// Title of the round.
     pub title: String,
     /// The revision of the instrument.
-    pub revision_id: Uuid,
+    pub revision_id: RevisionId,
     /// The ratings were made by a program.
     pub generated: bool,
     /// In the order of the instrument's items.
@@ -89,7 +89,7 @@ pub struct FinishedRating {
 pub async fn finished_of(
     executor: impl SqliteExecutor<'_>,
     session: SessionKey,
-    viewer: Uuid,
+    viewer: PersonId,
 ) -> Result<Vec<FinishedRating>> {
     sqlx::query_as(
         "SELECT r.round_id, o.title, o.revision_id, o.generated, r.answers

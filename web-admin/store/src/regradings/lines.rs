@@ -1,10 +1,10 @@
 //! The attempts of a re-grading: what each was and would be.
 
 use assessment::Assessment;
+use model::ids::{RegradingId, SchoolId, ScoreId, SessionId};
 use model::regrading::{OutcomeCount, RegradingLine};
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Regrading;
 use crate::Result;
@@ -13,13 +13,13 @@ use model::regrading::RegradingOutcome;
 /// What finds a line.
 #[derive(Clone, Copy)]
 struct LineKey {
-    school_id: Uuid,
-    regrading_id: Uuid,
-    session_id: Uuid,
+    school_id: SchoolId,
+    regrading_id: RegradingId,
+    session_id: SessionId,
 }
 
 impl Regrading {
-    const fn key(&self, session: Uuid) -> LineKey {
+    const fn key(&self, session: SessionId) -> LineKey {
         LineKey { school_id: self.school_id, regrading_id: self.id, session_id: session }
     }
 }
@@ -39,7 +39,7 @@ pub struct RegradedAttempt {
 #[derive(Clone, Debug, FromRow)]
 pub struct ToGrade {
     /// The attempt.
-    pub session_id: Uuid,
+    pub session_id: SessionId,
     /// Its score.
     pub assessment: Json<Assessment>,
     /// The computed score before, 0–100.
@@ -52,7 +52,7 @@ pub struct ToGrade {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn to_look(executor: impl SqliteExecutor<'_>, regrading: Uuid, most: u32) -> Result<Vec<Uuid>> {
+pub async fn to_look(executor: impl SqliteExecutor<'_>, regrading: RegradingId, most: u32) -> Result<Vec<SessionId>> {
     sqlx::query_scalar(
         "SELECT session_id FROM regrading_lines WHERE regrading_id = $1 AND outcome IS NULL ORDER BY session_id LIMIT $2",
     )
@@ -69,7 +69,7 @@ pub async fn to_look(executor: impl SqliteExecutor<'_>, regrading: Uuid, most: u
 pub async fn found(
     writer: &mut SqliteConnection,
     regrading: &Regrading,
-    session: Uuid,
+    session: SessionId,
     found: &RegradedAttempt,
 ) -> Result<()> {
     let key = regrading.key(session);
@@ -94,7 +94,7 @@ pub async fn found(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn to_grade(executor: impl SqliteExecutor<'_>, regrading: Uuid, most: u32) -> Result<Vec<ToGrade>> {
+pub async fn to_grade(executor: impl SqliteExecutor<'_>, regrading: RegradingId, most: u32) -> Result<Vec<ToGrade>> {
     sqlx::query_as(
         "SELECT l.session_id, l.assessment, l.before, g.score_id = l.score_id AS current FROM regrading_lines l
          JOIN grades g ON g.school_id = l.school_id AND g.session_id = l.session_id
@@ -113,8 +113,8 @@ pub async fn to_grade(executor: impl SqliteExecutor<'_>, regrading: Uuid, most: 
 pub async fn graded(
     writer: &mut SqliteConnection,
     regrading: &Regrading,
-    session: Uuid,
-    score: Option<Uuid>,
+    session: SessionId,
+    score: Option<ScoreId>,
 ) -> Result<()> {
     let key = regrading.key(session);
     sqlx::query(
@@ -150,7 +150,7 @@ pub(super) async fn sum_up(executor: impl SqliteExecutor<'_>, regrading: &Regrad
 ///
 /// # Errors
 /// When the database fails.
-pub async fn looked_at(executor: impl SqliteExecutor<'_>, regrading: Uuid) -> Result<(i64, i64)> {
+pub async fn looked_at(executor: impl SqliteExecutor<'_>, regrading: RegradingId) -> Result<(i64, i64)> {
     sqlx::query_as("SELECT count(outcome), count(*) FROM regrading_lines WHERE regrading_id = $1")
         .bind(regrading)
         .fetch_one(executor)
@@ -161,7 +161,7 @@ pub async fn looked_at(executor: impl SqliteExecutor<'_>, regrading: Uuid) -> Re
 ///
 /// # Errors
 /// When the database fails.
-pub async fn left(executor: impl SqliteExecutor<'_>, regrading: Uuid) -> Result<i64> {
+pub async fn left(executor: impl SqliteExecutor<'_>, regrading: RegradingId) -> Result<i64> {
     sqlx::query_scalar("SELECT count(*) FROM regrading_lines WHERE regrading_id = $1 AND assessment IS NOT NULL")
         .bind(regrading)
         .fetch_one(executor)
@@ -176,7 +176,7 @@ pub async fn lines(
     executor: impl SqliteExecutor<'_>,
     regrading: &Regrading,
     outcomes: &[RegradingOutcome],
-    after: Uuid,
+    after: SessionId,
     most: u32,
 ) -> Result<Vec<RegradingLine>> {
     // A page of each outcome is put in order: however many attempts there are, no more are read. Cross joins keep this order.

@@ -1,13 +1,13 @@
 //! Re-gradings of every attempt at an exercise: what each attempt was and would be, and how far the work is.
 
+use model::ids::{OverrideId, PersonId, RegradingId, RevisionId, SchoolId, ScoreId, SessionId};
 use model::regrading::{OutcomeCount, RegradingState};
 use serde::Serialize;
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
-use model::{CurrentPerson, Moment, Role, SessionKey, new_id};
+use model::{CurrentPerson, Moment, Role, SessionKey};
 
 mod lines;
 
@@ -17,13 +17,13 @@ pub use lines::{RegradedAttempt, ToGrade, found, graded, left, lines, looked_at,
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct Regrading {
     /// Id.
-    pub id: Uuid,
+    pub id: RegradingId,
     /// School.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// Exercise.
     pub exercise_id: String,
     /// The revision whose rubric judges.
-    pub revision_id: Uuid,
+    pub revision_id: RevisionId,
     /// When that was published.
     pub published_at: Moment,
     /// SHA-256 of its document.
@@ -33,7 +33,7 @@ pub struct Regrading {
     /// Why it was done.
     pub reason: Option<String>,
     /// Who looked, and confirmed.
-    pub made_by: Uuid,
+    pub made_by: PersonId,
     /// Their name.
     pub by: String,
     /// When they looked.
@@ -50,11 +50,11 @@ pub struct Regrading {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, FromRow)]
 pub struct Stood {
     /// The attempt.
-    pub session_id: Uuid,
+    pub session_id: SessionId,
     /// The newest computed score.
-    pub score_id: Uuid,
+    pub score_id: ScoreId,
     /// What somebody has put in its place.
-    pub override_id: Option<Uuid>,
+    pub override_id: Option<OverrideId>,
 }
 
 /// The scored attempts at an exercise that count and that somebody may judge: $1 school, $2 exercise, $3 who, $4 whether all.
@@ -93,10 +93,10 @@ pub async fn begin(
     writer: &mut SqliteConnection,
     by: &CurrentPerson,
     exercise: &str,
-    revision: Uuid,
+    revision: RevisionId,
     now: Moment,
-) -> Result<Option<Uuid>> {
-    let id = new_id(now);
+) -> Result<Option<RegradingId>> {
+    let id = RegradingId::made_at(now);
     sqlx::query(
         "INSERT INTO regradings (id, school_id, exercise_id, revision_id, state, made_by, made_at)
          VALUES ($1, $2, $3, $4, 'looking', $5, $6)",
@@ -159,7 +159,7 @@ pub async fn stood(executor: impl SqliteExecutor<'_>, regrading: &Regrading) -> 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find(executor: impl SqliteExecutor<'_>, by: &CurrentPerson, id: Uuid) -> Result<Option<Regrading>> {
+pub async fn find(executor: impl SqliteExecutor<'_>, by: &CurrentPerson, id: RegradingId) -> Result<Option<Regrading>> {
     sqlx::query_as(regrading!("WHERE g.school_id = $1 AND g.id = $2 AND ($3 OR g.made_by = $4)"))
         .bind(by.school_id)
         .bind(id)
@@ -256,7 +256,7 @@ pub async fn end(writer: &mut SqliteConnection, regrading: &Regrading, now: Mome
 /// # Errors
 /// When the database fails.
 pub async fn forget_before(writer: &mut SqliteConnection, moment: Moment) -> Result<()> {
-    let forgotten: Vec<Uuid> =
+    let forgotten: Vec<RegradingId> =
         sqlx::query_scalar("SELECT id FROM regradings WHERE made_at < $1 AND confirmed_at IS NULL")
             .bind(moment)
             .fetch_all(&mut *writer)
@@ -271,7 +271,7 @@ pub async fn forget_before(writer: &mut SqliteConnection, moment: Moment) -> Res
 ///
 /// # Errors
 /// When it was confirmed, or the database fails.
-pub async fn forget(writer: &mut SqliteConnection, id: Uuid) -> Result<()> {
+pub async fn forget(writer: &mut SqliteConnection, id: RegradingId) -> Result<()> {
     sqlx::query("DELETE FROM regrading_lines WHERE regrading_id = $1").bind(id).execute(&mut *writer).await?;
     sqlx::query("DELETE FROM regradings WHERE id = $1 AND confirmed_at IS NULL")
         .bind(id)
@@ -284,7 +284,7 @@ pub async fn forget(writer: &mut SqliteConnection, id: Uuid) -> Result<()> {
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct RegradingAct {
     /// The score.
-    pub score_id: Uuid,
+    pub score_id: ScoreId,
     /// Their name; none at the command line.
     pub by: Option<String>,
     /// Why.
@@ -295,11 +295,11 @@ pub struct RegradingAct {
 #[derive(Clone, Copy, Debug)]
 pub struct NewReason<'a> {
     /// The score that was added.
-    pub score_id: Uuid,
+    pub score_id: ScoreId,
     /// Why.
     pub reason: &'a str,
     /// By whom; none at the command line.
-    pub made_by: Option<Uuid>,
+    pub made_by: Option<PersonId>,
 }
 
 /// Keeps why one attempt was graded again.

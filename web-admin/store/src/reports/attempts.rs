@@ -3,17 +3,17 @@
 use assessment::{Deduction, HardFailure};
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteExecutor};
-use uuid::Uuid;
 
 use crate::Result;
 use crate::sessions::SessionState;
+use model::ids::{PersonId, SchoolId, SessionId};
 use model::{AttemptPlace, CurrentPerson, Moment, Proof, Role, Uncounted};
 
 /// An attempt in a list.
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct ListedAttempt {
     /// Session.
-    pub id: Uuid,
+    pub id: SessionId,
     /// When it began.
     pub started_at: Moment,
     /// Who tried.
@@ -67,7 +67,7 @@ pub struct AttemptRecord {
     #[sqlx(flatten)]
     pub listed: ListedAttempt,
     /// Who tried.
-    pub trainee_id: Uuid,
+    pub trainee_id: PersonId,
     /// Their pseudonym, which recordings carry.
     pub pseudonym: String,
     /// Exercise id.
@@ -106,8 +106,8 @@ pub struct ListStretch {
 /// When the database fails.
 pub async fn attempts_of(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
-    trainee: Uuid,
+    school: SchoolId,
+    trainee: PersonId,
     stretch: ListStretch,
 ) -> Result<Vec<ListedAttempt>> {
     sqlx::query_as(listed!("", "sessions s", "WHERE s.school_id = $1 AND s.trainee_id = $2"))
@@ -125,8 +125,8 @@ pub async fn attempts_of(
 /// When the database fails.
 pub async fn attempts_at(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
-    trainee: Uuid,
+    school: SchoolId,
+    trainee: PersonId,
     exercise: &str,
     stretch: ListStretch,
 ) -> Result<Vec<ListedAttempt>> {
@@ -144,7 +144,7 @@ pub async fn attempts_at(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn count_attempts(executor: impl SqliteExecutor<'_>, school: Uuid, trainee: Uuid) -> Result<u32> {
+pub async fn count_attempts(executor: impl SqliteExecutor<'_>, school: SchoolId, trainee: PersonId) -> Result<u32> {
     sqlx::query_scalar("SELECT count(*) FROM sessions WHERE school_id = $1 AND trainee_id = $2")
         .bind(school)
         .bind(trainee)
@@ -229,7 +229,7 @@ pub async fn latest_at(
 /// When the database fails.
 pub async fn records_after(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
+    school: SchoolId,
     after: AttemptPlace,
     limit: u32,
 ) -> Result<Vec<AttemptRecord>> {

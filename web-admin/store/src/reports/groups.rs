@@ -1,19 +1,19 @@
 //! Cohorts and trainees that a person may see.
 
 use model::cohort::CohortSummary;
+use model::ids::{CohortId, PersonId, SchoolId};
 use std::collections::BTreeMap;
 
 use sqlx::{FromRow, SqliteExecutor};
-use uuid::Uuid;
 
 use crate::Result;
 use model::{CurrentPerson, Role};
 
 /// A name and what it belongs to.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
-pub struct NamedItem {
+pub struct NamedItem<Id> {
     /// Id of a person or a cohort.
-    pub id: Uuid,
+    pub id: Id,
     /// Name.
     pub name: String,
 }
@@ -33,7 +33,7 @@ macro_rules! cohorts {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn cohorts(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) -> Result<Vec<NamedItem>> {
+pub async fn cohorts(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) -> Result<Vec<NamedItem<CohortId>>> {
     sqlx::query_as(cohorts!("ORDER BY c.name"))
         .bind(viewer.school_id)
         .bind(viewer.id)
@@ -46,7 +46,11 @@ pub async fn cohorts(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn cohort(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson, id: Uuid) -> Result<Option<NamedItem>> {
+pub async fn cohort(
+    executor: impl SqliteExecutor<'_>,
+    viewer: &CurrentPerson,
+    id: CohortId,
+) -> Result<Option<NamedItem<CohortId>>> {
     sqlx::query_as(cohorts!("AND c.id = $4"))
         .bind(viewer.school_id)
         .bind(viewer.id)
@@ -91,10 +95,10 @@ pub async fn cohorts_in_short(
 /// When the database fails.
 pub async fn members(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
-    cohort: Uuid,
+    school: SchoolId,
+    cohort: CohortId,
     role: Role,
-) -> Result<Vec<NamedItem>> {
+) -> Result<Vec<NamedItem<PersonId>>> {
     sqlx::query_as(
         "SELECT p.id, p.display_name AS name FROM cohort_members m
          JOIN people p ON p.school_id = m.school_id AND p.id = m.person_id
@@ -114,10 +118,10 @@ pub async fn members(
 /// When the database fails.
 pub async fn pseudonyms(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
-    cohort: Uuid,
-) -> Result<BTreeMap<Uuid, String>> {
-    let found: Vec<(Uuid, String)> = sqlx::query_as(
+    school: SchoolId,
+    cohort: CohortId,
+) -> Result<BTreeMap<PersonId, String>> {
+    let found: Vec<(PersonId, String)> = sqlx::query_as(
         "SELECT p.id, p.pseudonym FROM cohort_members m
          JOIN people p ON p.school_id = m.school_id AND p.id = m.person_id
          WHERE m.school_id = $1 AND m.cohort_id = $2 AND m.role = 'trainee'",
@@ -133,7 +137,11 @@ pub async fn pseudonyms(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn trainee(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson, id: Uuid) -> Result<Option<NamedItem>> {
+pub async fn trainee(
+    executor: impl SqliteExecutor<'_>,
+    viewer: &CurrentPerson,
+    id: PersonId,
+) -> Result<Option<NamedItem<PersonId>>> {
     sqlx::query_as(
         "SELECT p.id, p.display_name AS name FROM people p
          WHERE p.school_id = $1 AND p.id = $3 AND p.role = 'trainee' AND ($4 OR p.id = $2 OR EXISTS (

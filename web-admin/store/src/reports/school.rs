@@ -1,11 +1,11 @@
 //! A school as a whole: exercises, counts, people.
 
 use sqlx::{FromRow, SqliteExecutor};
-use uuid::Uuid;
 
 use crate::Result;
 use crate::tries::MOST_DEATHS;
 use model::Moment;
+use model::ids::{SchoolId, SessionId};
 
 /// An exercise in short, in the revision that trainees are given.
 #[derive(Clone, Debug, PartialEq, FromRow)]
@@ -22,7 +22,7 @@ pub struct ExerciseInShort {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn exercises(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<ExerciseInShort>> {
+pub async fn exercises(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<ExerciseInShort>> {
     sqlx::query_as(
         "SELECT e.exercise_id, r.pass_mark, r.difficulty FROM exercises e
          JOIN exercise_revisions r ON r.id = e.revision_id WHERE e.school_id = $1",
@@ -59,7 +59,7 @@ pub struct SchoolCounts {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn counts(executor: impl SqliteExecutor<'_>, school: Uuid, since: Moment) -> Result<SchoolCounts> {
+pub async fn counts(executor: impl SqliteExecutor<'_>, school: SchoolId, since: Moment) -> Result<SchoolCounts> {
     sqlx::query_as(
         "SELECT s.name AS school,
            (SELECT count(*) FROM people p WHERE p.school_id = s.id AND p.role = 'trainee' AND p.disabled_at IS NULL)
@@ -86,7 +86,7 @@ pub async fn counts(executor: impl SqliteExecutor<'_>, school: Uuid, since: Mome
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct FailingJob {
     /// Session.
-    pub session_id: Uuid,
+    pub session_id: SessionId,
     /// How often it was tried.
     pub attempts: i64,
     /// What went wrong last.
@@ -97,7 +97,7 @@ pub struct FailingJob {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn failing_jobs(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<FailingJob>> {
+pub async fn failing_jobs(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<FailingJob>> {
     sqlx::query_as(
         "SELECT session_id, attempts,
                 concat_ws('; ', error, iif(deaths >= $2, 'set aside: web-admin retry tries it again', NULL)) AS error

@@ -1,12 +1,12 @@
 //! Letters with a survey's link to people without an account.
 
+use model::ids::{LetterId, ResponseId, SchoolId};
 use model::mail::{LetterDelivery, SurveyLetter};
 use sqlx::{SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use crate::Result;
+use model::Moment;
 use model::survey::Survey;
-use model::{Moment, new_id};
 
 /// Queues a letter. False when somebody of that address was written to before.
 ///
@@ -23,7 +23,7 @@ pub async fn queue_survey_letter(
         "INSERT INTO survey_letters (id, school_id, survey_id, name, email, next_run_at) VALUES ($1, $2, $3, $4, $5, $6)
          ON CONFLICT (survey_id, email) DO NOTHING",
     )
-    .bind(new_id(now))
+    .bind(LetterId::made_at(now))
     .bind(survey.school_id)
     .bind(survey.id)
     .bind(name)
@@ -38,9 +38,9 @@ pub async fn queue_survey_letter(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn queued_since(executor: impl SqliteExecutor<'_>, school: Uuid, since: Moment) -> Result<u32> {
+pub async fn queued_since(executor: impl SqliteExecutor<'_>, school: SchoolId, since: Moment) -> Result<u32> {
     let milliseconds = since.duration_since(Moment::from_micros(0)).as_millis();
-    let first = Uuid::from_u128(milliseconds << 80);
+    let first = LetterId::from_u128(milliseconds << 80);
     sqlx::query_scalar("SELECT count(*) FROM survey_letters WHERE school_id = $1 AND id >= $2")
         .bind(school)
         .bind(first)
@@ -72,7 +72,11 @@ pub async fn list_due_survey_letters(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn claim_survey_letter(writer: &mut SqliteConnection, letter: &SurveyLetter, response: Uuid) -> Result<()> {
+pub async fn claim_survey_letter(
+    writer: &mut SqliteConnection,
+    letter: &SurveyLetter,
+    response: ResponseId,
+) -> Result<()> {
     sqlx::query(
         "UPDATE survey_letters SET next_run_at = NULL, tries = tries + 1, response_id = $3
          WHERE school_id = $1 AND id = $2",

@@ -1,19 +1,24 @@
 //! What a survey is tied to: cohorts, exercises, courses, themes of comments; and who is asked to answer it.
 
 use sqlx::{SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::survey;
 use crate::Result;
 use crate::sessions::Session;
 use model::Moment;
+use model::ids::{CohortId, PersonId, ResponseId, RevisionId, SchoolId, SessionId, SurveyId};
 use model::survey::Survey;
 
 /// Sends a survey to a cohort.
 ///
 /// # Errors
 /// When either is of another school, or the database fails.
-pub async fn add_cohort(writer: &mut SqliteConnection, school: Uuid, survey: Uuid, cohort: Uuid) -> Result<()> {
+pub async fn add_cohort(
+    writer: &mut SqliteConnection,
+    school: SchoolId,
+    survey: SurveyId,
+    cohort: CohortId,
+) -> Result<()> {
     sqlx::query("INSERT INTO survey_cohorts (school_id, survey_id, cohort_id) VALUES ($1, $2, $3)")
         .bind(school)
         .bind(survey)
@@ -27,7 +32,11 @@ pub async fn add_cohort(writer: &mut SqliteConnection, school: Uuid, survey: Uui
 ///
 /// # Errors
 /// When the database fails.
-pub async fn cohort_names(executor: impl SqliteExecutor<'_>, school: Uuid, survey: Uuid) -> Result<Vec<String>> {
+pub async fn cohort_names(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    survey: SurveyId,
+) -> Result<Vec<String>> {
     sqlx::query_scalar(
         "SELECT c.name FROM survey_cohorts sc CROSS JOIN cohorts c ON c.school_id = sc.school_id AND c.id = sc.cohort_id
          WHERE sc.school_id = $1 AND sc.survey_id = $2 ORDER BY c.name",
@@ -42,7 +51,12 @@ pub async fn cohort_names(executor: impl SqliteExecutor<'_>, school: Uuid, surve
 ///
 /// # Errors
 /// When the database fails.
-pub async fn add_exercise(writer: &mut SqliteConnection, school: Uuid, survey: Uuid, exercise: &str) -> Result<()> {
+pub async fn add_exercise(
+    writer: &mut SqliteConnection,
+    school: SchoolId,
+    survey: SurveyId,
+    exercise: &str,
+) -> Result<()> {
     sqlx::query(
         "INSERT INTO survey_exercises (school_id, survey_id, exercise_id) VALUES ($1, $2, $3)
          ON CONFLICT (survey_id, exercise_id) DO NOTHING",
@@ -60,7 +74,10 @@ pub async fn add_exercise(writer: &mut SqliteConnection, school: Uuid, survey: U
 ///
 /// # Errors
 /// When the database fails.
-pub async fn asked_by_courses(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<(Uuid, String, String)>> {
+pub async fn asked_by_courses(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+) -> Result<Vec<(RevisionId, String, String)>> {
     sqlx::query_as(
         "SELECT r.id, r.title, e.exercise_id FROM curricula c
          JOIN curriculum_entries e ON e.revision_id = c.revision_id
@@ -77,7 +94,7 @@ pub async fn asked_by_courses(executor: impl SqliteExecutor<'_>, school: Uuid) -
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of_course(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<Survey>> {
+pub async fn of_course(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<Survey>> {
     sqlx::query_as(survey!(
         "WHERE s.school_id = $1 AND s.after_attempts = 1 AND s.owner_id IS NULL AND s.closes_at IS NULL"
     ))
@@ -90,7 +107,12 @@ pub async fn of_course(executor: impl SqliteExecutor<'_>, school: Uuid) -> Resul
 ///
 /// # Errors
 /// When the database fails.
-pub async fn close(writer: &mut SqliteConnection, school: Uuid, survey: Uuid, at: Option<Moment>) -> Result<()> {
+pub async fn close(
+    writer: &mut SqliteConnection,
+    school: SchoolId,
+    survey: SurveyId,
+    at: Option<Moment>,
+) -> Result<()> {
     sqlx::query("UPDATE surveys SET closes_at = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(survey)
@@ -106,8 +128,8 @@ pub async fn close(writer: &mut SqliteConnection, school: Uuid, survey: Uuid, at
 /// When the database fails.
 pub async fn of_person(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
-    person: Uuid,
+    school: SchoolId,
+    person: PersonId,
     now: Moment,
 ) -> Result<Vec<Survey>> {
     sqlx::query_as(survey!(
@@ -128,9 +150,9 @@ pub async fn of_person(
 #[derive(Clone, Copy, Debug)]
 pub struct Practised<'a> {
     /// Their school.
-    pub school: Uuid,
+    pub school: SchoolId,
     /// The trainee.
-    pub trainee: Uuid,
+    pub trainee: PersonId,
     /// The exercise; none: any.
     pub exercise: Option<&'a str>,
 }
@@ -174,7 +196,7 @@ pub async fn after_attempt(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn exercises(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<(Uuid, String)>> {
+pub async fn exercises(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<(SurveyId, String)>> {
     sqlx::query_as(
         "SELECT e.survey_id, e.exercise_id FROM surveys s JOIN survey_exercises e ON e.survey_id = s.id
          WHERE s.school_id = $1 AND s.after_attempts = 1 ORDER BY e.survey_id, e.exercise_id",
@@ -191,8 +213,8 @@ pub async fn exercises(executor: impl SqliteExecutor<'_>, school: Uuid) -> Resul
 pub async fn answered(
     executor: impl SqliteExecutor<'_>,
     survey: &Survey,
-    person: Uuid,
-    session: Option<Uuid>,
+    person: PersonId,
+    session: Option<SessionId>,
 ) -> Result<bool> {
     sqlx::query_scalar(
         "SELECT EXISTS (SELECT 1 FROM survey_participations WHERE school_id = $1 AND survey_id = $2
@@ -213,7 +235,7 @@ pub async fn answered(
 pub async fn add_tag(
     writer: &mut SqliteConnection,
     survey: &Survey,
-    response: Uuid,
+    response: ResponseId,
     item: &str,
     tag: &str,
 ) -> Result<bool> {
@@ -240,7 +262,7 @@ pub async fn add_tag(
 pub async fn remove_tag(
     writer: &mut SqliteConnection,
     survey: &Survey,
-    response: Uuid,
+    response: ResponseId,
     item: &str,
     tag: &str,
 ) -> Result<bool> {

@@ -14,25 +14,25 @@ pub use responses::{
 };
 pub use results::{ResponseCounts, ResponseMetric, SubmittedResponse, Tag, attempts, counts, submitted, tags};
 
+use model::ids::{PersonId, RevisionId, SchoolId, SurveyId};
 use model::survey::Survey;
 use sqlx::{SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use super::Result;
+use model::Moment;
 use model::survey::Identity;
-use model::{Moment, new_id};
 
 /// A survey to be added.
 #[derive(Clone, Copy, Debug)]
 pub struct NewSurvey<'a> {
     /// Its school.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// The revision that it asks.
-    pub revision_id: Uuid,
+    pub revision_id: RevisionId,
     /// Title.
     pub title: &'a str,
     /// Whose it is; none: the administrators'.
-    pub owner_id: Option<Uuid>,
+    pub owner_id: Option<PersonId>,
     /// Whether answers lead to who gave them.
     pub identity: Identity,
     /// Asked after each attempt.
@@ -49,13 +49,13 @@ pub struct NewSurvey<'a> {
 ///
 /// # Errors
 /// When there is no such revision, or the database fails.
-pub async fn insert(writer: &mut SqliteConnection, new: &NewSurvey<'_>, now: Moment) -> Result<Uuid> {
+pub async fn insert(writer: &mut SqliteConnection, new: &NewSurvey<'_>, now: Moment) -> Result<SurveyId> {
     sqlx::query_scalar(
         "INSERT INTO surveys (id, school_id, revision_id, title, owner_id, identity, after_attempts, generated,
            opens_at, closes_at, created_at)
          VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11) RETURNING id",
     )
-    .bind(new_id(now))
+    .bind(SurveyId::made_at(now))
     .bind(new.school_id)
     .bind(new.revision_id)
     .bind(new.title)
@@ -87,7 +87,7 @@ pub(crate) use survey;
 ///
 /// # Errors
 /// When the database fails.
-pub async fn find(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Survey>> {
+pub async fn find(executor: impl SqliteExecutor<'_>, school: SchoolId, id: SurveyId) -> Result<Option<Survey>> {
     sqlx::query_as(survey!("WHERE s.school_id = $1 AND s.id = $2")).bind(school).bind(id).fetch_optional(executor).await
 }
 
@@ -95,7 +95,7 @@ pub async fn find(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> 
 ///
 /// # Errors
 /// When the database fails.
-pub async fn all(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<Survey>> {
+pub async fn all(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<Survey>> {
     sqlx::query_as(survey!("WHERE s.school_id = $1 ORDER BY s.created_at DESC, s.id DESC LIMIT 200"))
         .bind(school)
         .fetch_all(executor)

@@ -3,27 +3,27 @@
 use assessment::questionnaire::Answer;
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-use uuid::Uuid;
 
 use crate::Result;
 use model::Moment;
+use model::ids::{PersonId, ResponseId, SchoolId, SessionId, SurveyId};
 use model::survey::{Identity, ResponseState};
 
 /// A response.
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct SurveyResponse {
     /// Id: random.
-    pub id: Uuid,
+    pub id: ResponseId,
     /// Its school.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// Its survey.
-    pub survey_id: Uuid,
+    pub survey_id: SurveyId,
     /// How far it has come.
     pub state: ResponseState,
     /// Whose it is, where it is a person's and may be known.
-    pub person_id: Option<Uuid>,
+    pub person_id: Option<PersonId>,
     /// After which attempt.
-    pub session_id: Option<Uuid>,
+    pub session_id: Option<SessionId>,
     /// In which language it is given.
     pub language: String,
     /// In the order of the instrument's items.
@@ -36,9 +36,9 @@ pub struct SurveyResponse {
 #[derive(Clone, Debug)]
 pub struct NewResponse<'a> {
     /// Its school.
-    pub school_id: Uuid,
+    pub school_id: SchoolId,
     /// Its survey.
-    pub survey_id: Uuid,
+    pub survey_id: SurveyId,
     /// What is kept of the address by which it is given.
     pub token_sha256: [u8; 32],
     /// `professional`, or the person's role.
@@ -46,9 +46,9 @@ pub struct NewResponse<'a> {
     /// Whom a link is for.
     pub label: Option<&'a str>,
     /// The person.
-    pub person_id: Option<Uuid>,
+    pub person_id: Option<PersonId>,
     /// After which attempt.
-    pub session_id: Option<Uuid>,
+    pub session_id: Option<SessionId>,
     /// In which language.
     pub language: &'a str,
     /// When the person consented; none: a link that nobody has opened.
@@ -61,7 +61,7 @@ pub struct NewResponse<'a> {
 ///
 /// # Errors
 /// When the person has begun one already, or the database fails.
-pub async fn add(writer: &mut SqliteConnection, new: &NewResponse<'_>) -> Result<Uuid> {
+pub async fn add(writer: &mut SqliteConnection, new: &NewResponse<'_>) -> Result<ResponseId> {
     let state = if new.consented_at.is_some() { ResponseState::Begun } else { ResponseState::Invited };
     sqlx::query_scalar(
         "INSERT INTO survey_responses (id, school_id, survey_id, token_sha256, state, role, label, person_id, session_id,
@@ -73,7 +73,7 @@ pub async fn add(writer: &mut SqliteConnection, new: &NewResponse<'_>) -> Result
          RETURNING id",
     )
     // A sorted id would tell the order in which people began.
-    .bind(Uuid::new_v4())
+    .bind(ResponseId::random())
     .bind(new.school_id)
     .bind(new.survey_id)
     .bind(&new.token_sha256[..])
@@ -109,10 +109,10 @@ pub async fn by_token(executor: impl SqliteExecutor<'_>, token_sha256: &[u8; 32]
 /// When the database fails.
 pub async fn draft_of(
     executor: impl SqliteExecutor<'_>,
-    school: Uuid,
-    survey: Uuid,
-    person: Uuid,
-    session: Option<Uuid>,
+    school: SchoolId,
+    survey: SurveyId,
+    person: PersonId,
+    session: Option<SessionId>,
 ) -> Result<Option<SurveyResponse>> {
     sqlx::query_as(
         "SELECT id, school_id, survey_id, state, person_id, session_id, language, answers, expires_at
@@ -133,8 +133,8 @@ pub async fn draft_of(
 /// When the database fails.
 pub async fn set_token(
     writer: &mut SqliteConnection,
-    school: Uuid,
-    response: Uuid,
+    school: SchoolId,
+    response: ResponseId,
     token_sha256: &[u8; 32],
 ) -> Result<()> {
     sqlx::query("UPDATE survey_responses SET token_sha256 = $3 WHERE school_id = $1 AND id = $2")

@@ -3,10 +3,10 @@
 use assessment::questionnaire::Answer;
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteExecutor};
-use uuid::Uuid;
 
 use crate::Result;
 use model::Moment;
+use model::ids::{ResponseId, SessionId};
 use model::survey::Identity;
 use model::survey::Survey;
 
@@ -14,13 +14,13 @@ use model::survey::Survey;
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct SubmittedResponse {
     /// The response.
-    pub id: Uuid,
+    pub id: ResponseId,
     /// `professional`, or the person's role.
     pub role: String,
     /// Name or pseudonym, as the survey allows.
     pub who: Option<String>,
     /// After which attempt.
-    pub session_id: Option<Uuid>,
+    pub session_id: Option<SessionId>,
     /// Its exercise.
     pub exercise_id: Option<String>,
     /// Its device.
@@ -63,7 +63,7 @@ pub async fn submitted(executor: impl SqliteExecutor<'_>, survey: &Survey) -> Re
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct ResponseMetric {
     /// The response.
-    pub response_id: Uuid,
+    pub response_id: ResponseId,
     /// The figure.
     pub value: f64,
 }
@@ -157,7 +157,7 @@ pub async fn counts(executor: impl SqliteExecutor<'_>, survey: &Survey, now: Mom
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Tag {
     /// The response.
-    pub response_id: Uuid,
+    pub response_id: ResponseId,
     /// The item.
     pub item_id: String,
     /// The theme.

@@ -15,6 +15,7 @@ use acts::secret;
 use acts::secret::PasswordCost;
 use axum::Router;
 use model::Role;
+use model::ids::SchoolId;
 use sqlx::SqliteConnection;
 use store::audit::{Actor, AuditEntry};
 use store::cohorts::{self, Deed, Membership};
@@ -22,7 +23,6 @@ use store::people::{self, NewPerson, Person};
 use store::schools;
 use store::tokens::{self, TokenHolder};
 use tempfile::TempDir;
-use uuid::Uuid;
 use web_admin::AppState;
 use web_admin::routes;
 
@@ -76,13 +76,13 @@ impl App {
         made
     }
 
-    pub async fn school(&self, name: &str) -> Uuid {
+    pub async fn school(&self, name: &str) -> SchoolId {
         let now = self.state.clock.now();
         self.write(async |tx| schools::find_or_create(tx, name, now).await.unwrap().id).await
     }
 
     /// Adds a person with a token, and the audit entry that says so.
-    pub async fn member(&self, school: Uuid, role: Role, email: &str) -> Member {
+    pub async fn member(&self, school: SchoolId, role: Role, email: &str) -> Member {
         let (now, token) = (self.state.clock.now(), secret::random_hex().unwrap());
         let hash = secret::hash_password(PASSWORD, self.state.config.password_cost).unwrap();
         let new = NewPerson { school_id: school, role, email, display_name: "Somebody", password_hash: &hash };
@@ -100,7 +100,7 @@ impl App {
     }
 
     /// The token of a station.
-    pub async fn station(&self, school: Uuid) -> String {
+    pub async fn station(&self, school: SchoolId) -> String {
         let (now, token) = (self.state.clock.now(), secret::random_hex().unwrap());
         let holder = TokenHolder { school_id: school, person_id: None, station: Some("room 2".to_owned()) };
         self.write(async |tx| {
@@ -111,7 +111,7 @@ impl App {
     }
 
     /// Puts people into a cohort.
-    pub async fn cohort(&self, school: Uuid, name: &str, people: &[&Person]) {
+    pub async fn cohort(&self, school: SchoolId, name: &str, people: &[&Person]) {
         let now = self.state.clock.now();
         self.write(async |tx| {
             let cohort = cohorts::find_or_create(tx, school, name, now).await.unwrap();
@@ -125,14 +125,14 @@ impl App {
     }
 
     /// Publishes the shipped course.
-    pub async fn publish(&self, school: Uuid) -> Vec<publishing::Published> {
+    pub async fn publish(&self, school: SchoolId) -> Vec<publishing::Published> {
         let now = self.state.clock.now();
         let course = course_folder().join("course.toml");
         self.write(async |tx| publishing::course(tx, school, &course, now).await.unwrap()).await
     }
 
     /// Publishes the course once more, with another pass mark for its first exercise.
-    pub async fn publish_with_pass_mark(&self, school: Uuid, pass_mark: u32) {
+    pub async fn publish_with_pass_mark(&self, school: SchoolId, pass_mark: u32) {
         let (folder, scenes) = (self.folder.path().join("changed/course"), self.folder.path().join("changed/scenes"));
         for (from, to) in [(course_folder(), &folder), (course_folder().join("../scenes"), &scenes)] {
             std::fs::create_dir_all(to).unwrap();

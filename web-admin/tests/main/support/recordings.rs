@@ -15,9 +15,9 @@ use recording::write::SceneDrawing;
 use recording::{Attachment, Event, EventKind, Sample, Session, Signature, Writer};
 use time::OffsetDateTime;
 use tissue::Specimen;
-use uuid::Uuid;
 
 use super::course_folder;
+use model::ids::{SessionId, StationId};
 
 /// The shipped exercise that is attempted.
 pub static EXERCISE: LazyLock<ExerciseBundle> =
@@ -26,14 +26,14 @@ pub static EXERCISE: LazyLock<ExerciseBundle> =
 /// What an attempt is to be.
 #[derive(Clone)]
 pub struct Attempt {
-    pub session_id: Uuid,
+    pub session_id: SessionId,
     /// Pseudonym in the metadata.
     pub trainee: String,
     pub seed: u64,
     /// Depth at which the hand turns back, in mm.
     pub depth_mm: f64,
     /// Whose hand it is: none moves as another does. By default one of the session's own.
-    pub hand: Option<Uuid>,
+    pub hand: Option<SessionId>,
     /// When it begins.
     pub started_at: OffsetDateTime,
     /// The exercise that is attempted.
@@ -45,14 +45,14 @@ pub struct Attempt {
 /// A station as its own machine knows it.
 #[derive(Clone)]
 pub struct Station {
-    pub id: Uuid,
+    pub id: StationId,
     pub key: SigningKey,
 }
 
 impl Default for Attempt {
     fn default() -> Self {
         Self {
-            session_id: Uuid::new_v4(),
+            session_id: SessionId::random(),
             trainee: String::new(),
             seed: 7,
             depth_mm: 18.0,
@@ -100,7 +100,7 @@ impl MotionSource for StraightHand {
 
 fn session(attempt: &Attempt, patient: &Patient) -> Session {
     Session {
-        session_id: attempt.session_id,
+        session_id: attempt.session_id.uuid(),
         exercise_id: attempt.bundle.exercise.id.clone(),
         exercise_sha256: attempt.bundle.exercise.sha256.clone(),
         scene_sha256: attempt.bundle.scene.sha256.clone(),
@@ -134,16 +134,16 @@ fn write(attempt: &Attempt, spoil: impl FnOnce(&mut Writer<Cursor<Vec<u8>>>), mo
     let (sink, session) = (Cursor::new(Vec::new()), session(attempt, &patient));
     let mut writer = Writer::create(sink, &session, &attachments(attempt.bundle), &SceneDrawing::default()).unwrap();
     if moves {
-        let beside_m = attempt.hand.unwrap_or(attempt.session_id).as_u128() as u32;
+        let beside_m = attempt.hand.unwrap_or(attempt.session_id).uuid().as_u128() as u32;
         let mut hand =
             StraightHand { t_s: 0.0, depth_m: attempt.depth_mm * 1e-3, beside_m: f64::from(beside_m) * 1e-18 };
         simulate(&params, &mut hand, &mut writer, &Clock { tick_hz: 1000.0, time_limit_s: 30.0 }).unwrap();
     }
     spoil(&mut writer);
     if let Some(Station { id, key }) = &attempt.station {
-        let signed = signature::signed_statement(&session, *id, &writer.motion().sha256());
+        let signed = signature::signed_statement(&session, id.uuid(), &writer.motion().sha256());
         let ed25519 = HEXLOWER.encode(&key.sign(&signed).to_bytes());
-        writer.sign(&Signature { station: *id, ed25519 }).unwrap();
+        writer.sign(&Signature { station: id.uuid(), ed25519 }).unwrap();
     }
     writer.finish().unwrap().into_inner()
 }

@@ -7,13 +7,13 @@ use assessment::words::failure_in_words;
 use axum::extract::State;
 use axum::response::Response;
 use futures::stream;
-use uuid::Uuid;
 
 use crate::AppState;
 use crate::error::PageError;
 use crate::export::{CsvCell, stream_csv};
 use acts::error::Error;
 use model::AttemptPlace;
+use model::ids::SchoolId;
 use pages::format;
 use store::reports::{self, AttemptRecord};
 
@@ -70,7 +70,7 @@ pub(super) async fn export_attempts(
 /// The next rows, and the place after them; none where the attempts have ended.
 async fn next_attempts(
     state: &AppState,
-    school: Uuid,
+    school: SchoolId,
     after: Option<AttemptPlace>,
 ) -> anyhow::Result<Option<(Vec<Vec<CsvCell>>, Option<AttemptPlace>)>> {
     let Some(after) = after else { return Ok(None) };

@@ -5,7 +5,6 @@ use axum::extract::{Path, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::{IntoResponse, Response};
 use time::OffsetDateTime;
-use uuid::Uuid;
 
 use crate::AppState;
 use crate::error::PageError;
@@ -14,6 +13,7 @@ use crate::routes::pages::standing;
 use acts::certificates;
 use acts::error::Error;
 use model::certificate::{Certificate, Statement, sign_statement};
+use model::ids::PersonId;
 use model::progress::{Course, Mastery, Progress, StepState};
 use model::{CurrentPerson, Needed, PersonKey};
 use pages::certificate::CertificatePage;
@@ -36,7 +36,7 @@ pub(super) async fn issue_certificate(
     Path((id, course)): Path<(String, String)>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
-    let id: Uuid = id.parse().map_err(|_| Error::NotFound)?;
+    let id: PersonId = id.parse().map_err(|_| Error::NotFound)?;
     let trainee = reports::trainee(state.db.reader(), &person, id).await?.ok_or(Error::NotFound)?;
     let taught = curricula::list_taught_curricula(state.db.reader(), person.school_id).await?;
     let curriculum = taught.into_iter().find(|c| c.curriculum_id == course).ok_or(Error::NotFound)?;
@@ -83,7 +83,7 @@ impl Earned {
 async fn earned_by_trainee(
     state: &AppState,
     person: &CurrentPerson,
-    trainee: &NamedItem,
+    trainee: &NamedItem<PersonId>,
     curriculum: &TaughtCurriculum,
 ) -> Result<Earned, Error> {
     let (reader, school) = (state.db.reader(), person.school_id);

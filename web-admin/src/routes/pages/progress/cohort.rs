@@ -8,7 +8,6 @@ use axum::response::Response;
 use serde::Deserialize;
 use time::format_description::well_known::Iso8601;
 use time::{Date, Duration};
-use uuid::Uuid;
 
 use super::metrics::make_scored_row;
 use super::trainee_cells;
@@ -20,6 +19,7 @@ use crate::routes::pages::standing;
 use crate::routes::pages::standing::TaughtCourse;
 use crate::routes::pages::{PathId, cohorts};
 use acts::error::Error;
+use model::ids::{CohortId, PersonId};
 use model::progress::{Progress, ScoredAttempt};
 use model::{CurrentPerson, Role};
 use pages::progress::{CohortProgressPage, CourseHeat, Hardness, HeatRow, ScoredRow, Worry, make_heat_cell};
@@ -35,18 +35,18 @@ const LEAST_ATTEMPTS: usize = 5;
 
 /// What both the page and its file are made of.
 struct CohortProgress {
-    cohort: NamedItem,
+    cohort: NamedItem<CohortId>,
     courses: Vec<TaughtCourse>,
-    trainees: Vec<(NamedItem, Vec<ScoredAttempt>)>,
+    trainees: Vec<(NamedItem<PersonId>, Vec<ScoredAttempt>)>,
 }
 
 /// A cohort that the visitor may see, with everything its trainees have practised.
-async fn find_cohort_progress(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<CohortProgress, Error> {
+async fn find_cohort_progress(state: &AppState, person: &CurrentPerson, id: CohortId) -> Result<CohortProgress, Error> {
     let (reader, school) = (state.db.reader(), person.school_id);
     let cohort = reports::cohort(reader, person, id).await?.ok_or(Error::NotFound)?;
     let mut practised = practice::list_cohort_practice(reader, school, id).await?;
     let members = reports::members(reader, school, id, Role::Trainee).await?;
-    let with_attempts = |trainee: NamedItem| {
+    let with_attempts = |trainee: NamedItem<PersonId>| {
         let attempts = practised.remove(&trainee.id).unwrap_or_default();
         (trainee, attempts)
     };
@@ -55,7 +55,7 @@ async fn find_cohort_progress(state: &AppState, person: &CurrentPerson, id: Uuid
 }
 
 /// A trainee's progress in one course.
-type JudgedTrainee<'a> = (&'a NamedItem, Progress);
+type JudgedTrainee<'a> = (&'a NamedItem<PersonId>, Progress);
 
 impl CohortProgress {
     fn judged(&self, state: &AppState, taught: &TaughtCourse) -> Vec<JudgedTrainee<'_>> {
@@ -70,14 +70,14 @@ impl CohortProgress {
     }
 }
 
-fn curve_href(trainee: &NamedItem, exercise: &str) -> String {
+fn curve_href(trainee: &NamedItem<PersonId>, exercise: &str) -> String {
     format!("/trainees/{}/exercises/{exercise}", trainee.id)
 }
 
 pub(super) async fn show_cohort_progress(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<CohortId>,
     csrf: Csrf,
     Query(query): Query<DayQuery>,
 ) -> Result<CohortProgressPage, PageError> {
@@ -113,7 +113,7 @@ fn attempts_on(found: &CohortProgress, date: Date) -> Vec<ScoredRow> {
     rows
 }
 
-fn heat_of_course(cohort: &NamedItem, taught: &TaughtCourse, judged: &[JudgedTrainee<'_>]) -> CourseHeat {
+fn heat_of_course(cohort: &NamedItem<CohortId>, taught: &TaughtCourse, judged: &[JudgedTrainee<'_>]) -> CourseHeat {
     let row = |(trainee, progress): &JudgedTrainee<'_>| {
         let cells = taught.course.steps.iter().zip(&progress.steps).zip(&taught.pass_marks);
         HeatRow {
@@ -135,7 +135,12 @@ fn heat_of_course(cohort: &NamedItem, taught: &TaughtCourse, judged: &[JudgedTra
     CourseHeat { title: taught.title.clone(), exercises, rows: judged.iter().map(row).collect() }
 }
 
-fn hardness_of_step(cohort: &NamedItem, taught: &TaughtCourse, judged: &[JudgedTrainee<'_>], index: usize) -> Hardness {
+fn hardness_of_step(
+    cohort: &NamedItem<CohortId>,
+    taught: &TaughtCourse,
+    judged: &[JudgedTrainee<'_>],
+    index: usize,
+) -> Hardness {
     let of = &taught.course.steps[index];
     let steps = || judged.iter().map(|(_, progress)| &progress.steps[index]);
     let (passes, attempts) = steps().fold((0, 0), |(p, a), step| (p + step.passes(), a + step.attempts.len()));
@@ -184,7 +189,7 @@ fn count_by_day(found: &CohortProgress, today: Date) -> Vec<(Date, usize, usize)
 pub(super) async fn export_cohort_progress(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<CohortId>,
 ) -> Result<Response, PageError> {
     let found = find_cohort_progress(&state, &person, id).await?;
     let pseudonyms = reports::pseudonyms(state.db.reader(), person.school_id, id).await?;
@@ -214,7 +219,12 @@ pub(super) async fn export_cohort_progress(
     Ok(download_csv(&format!("progress-{}", found.cohort.name), &names, &rows)?)
 }
 
-fn progress_cells(taught: &TaughtCourse, trainee: &NamedItem, progress: &Progress, index: usize) -> Vec<CsvCell> {
+fn progress_cells(
+    taught: &TaughtCourse,
+    trainee: &NamedItem<PersonId>,
+    progress: &Progress,
+    index: usize,
+) -> Vec<CsvCell> {
     let (of, step) = (&taught.course.steps[index], &progress.steps[index]);
     let cell = make_heat_cell(String::new(), step, taught.pass_marks.get(index).copied().unwrap_or(0.0));
     let last_at = step.attempts.last().map(|a| pages::format::format_machine_time(a.at));

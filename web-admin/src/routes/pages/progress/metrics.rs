@@ -4,7 +4,6 @@ use assessment::statistics::summary;
 use axum::extract::{Path, State};
 use axum::response::Response;
 use futures::stream;
-use uuid::Uuid;
 
 use super::trainee_cells;
 use crate::AppState;
@@ -13,6 +12,7 @@ use crate::export::{CsvCell, stream_csv};
 use crate::routes::auth::{Csrf, Visitor};
 use crate::routes::pages::{cohorts, standing};
 use acts::error::Error;
+use model::ids::{CohortId, PersonId, SessionId};
 use model::progress::ScoredAttempt;
 use model::{CurrentPerson, Role};
 use pages::addresses::exercise_href;
@@ -25,11 +25,11 @@ use store::scores::{self, FoundMetric, MetricOfMany};
 
 /// What both the page and its file are made of.
 struct CohortMetrics {
-    cohort: NamedItem,
+    cohort: NamedItem<CohortId>,
     /// Title of the exercise.
     title: String,
     /// Everybody's latest attempt at it.
-    latest: Vec<(NamedItem, ScoredAttempt)>,
+    latest: Vec<(NamedItem<PersonId>, ScoredAttempt)>,
     metrics: Vec<MetricOfMany>,
 }
 
@@ -39,17 +39,17 @@ async fn find_cohort_metrics(
     id: &str,
     exercise: &str,
 ) -> Result<CohortMetrics, Error> {
-    let id: Uuid = id.parse().map_err(|_| Error::NotFound)?;
+    let id: CohortId = id.parse().map_err(|_| Error::NotFound)?;
     let (reader, school) = (state.db.reader(), person.school_id);
     let cohort = reports::cohort(reader, person, id).await?.ok_or(Error::NotFound)?;
     let courses = standing::taught_courses(state, school).await?;
     let mut steps = courses.iter().flat_map(|taught| &taught.course.steps);
     let title = steps.find(|step| step.exercise == exercise).map(|step| step.title.clone()).ok_or(Error::NotFound)?;
     let mut practised = practice::of_cohort_at(reader, school, id, exercise).await?;
-    let last = |trainee: NamedItem| Some((practised.remove(&trainee.id)?.pop()?, trainee));
+    let last = |trainee: NamedItem<PersonId>| Some((practised.remove(&trainee.id)?.pop()?, trainee));
     let members = reports::members(reader, school, id, Role::Trainee).await?;
     let latest: Vec<_> = members.into_iter().filter_map(last).map(|(attempt, trainee)| (trainee, attempt)).collect();
-    let sessions: Vec<Uuid> = latest.iter().map(|(_, attempt)| attempt.session).collect();
+    let sessions: Vec<SessionId> = latest.iter().map(|(_, attempt)| attempt.session).collect();
     let metrics = scores::metrics_of_many(reader, school, &sessions).await?;
     Ok(CohortMetrics { cohort, title, latest, metrics })
 }
@@ -88,7 +88,7 @@ fn distribution_of_metric(metric: &MetricOfMany) -> Option<MetricSpreadRow> {
     Some(MetricSpreadRow { label: metric::label_of(&metric.id, &metric.label), unit: metric.unit.clone(), five })
 }
 
-pub(super) fn make_scored_row(trainee: &NamedItem, attempt: &ScoredAttempt, exercise: &str) -> ScoredRow {
+pub(super) fn make_scored_row(trainee: &NamedItem<PersonId>, attempt: &ScoredAttempt, exercise: &str) -> ScoredRow {
     ScoredRow {
         name: trainee.name.clone(),
         exercise: exercise.to_owned(),
@@ -133,7 +133,7 @@ pub(super) async fn export_cohort_metrics(
 }
 
 fn metric_cells(
-    trainee: &NamedItem,
+    trainee: &NamedItem<PersonId>,
     attempt: &ScoredAttempt,
     metric: &MetricOfMany,
     found: &FoundMetric,

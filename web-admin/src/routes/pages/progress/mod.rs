@@ -10,10 +10,10 @@ mod trainee;
 use std::collections::BTreeMap;
 
 use axum::routing::{get, post};
-use uuid::Uuid;
 
 use crate::export::CsvCell;
 use crate::routes::Routes;
+use model::ids::PersonId;
 
 /// Their addresses.
 pub(super) fn progress_routes() -> Routes {
@@ -31,7 +31,7 @@ pub(super) fn progress_routes() -> Routes {
 }
 
 /// The columns `trainee_id` and `pseudonym`: two people may have one name.
-pub(super) fn trainee_cells(id: Uuid, pseudonyms: &BTreeMap<Uuid, String>) -> Vec<CsvCell> {
+pub(super) fn trainee_cells(id: PersonId, pseudonyms: &BTreeMap<PersonId, String>) -> Vec<CsvCell> {
     let pseudonym = pseudonyms.get(&id).map_or(CsvCell::Empty, |known| CsvCell::from(known.as_str()));
     vec![CsvCell::from(id.to_string()), pseudonym]
 }

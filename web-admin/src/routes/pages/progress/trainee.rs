@@ -3,7 +3,6 @@
 use assessment::statistics::{summary, wilson};
 use axum::extract::{Path, State};
 use axum::response::Response;
-use uuid::Uuid;
 
 use crate::AppState;
 use crate::error::PageError;
@@ -13,6 +12,7 @@ use crate::routes::pages::standing;
 use crate::routes::pages::standing::TaughtCourse;
 use crate::routes::pages::trainees;
 use acts::error::Error;
+use model::ids::{PersonId, SchoolId};
 use model::progress::{CurveRule, Mastery, Progress, ScoredAttempt, StepProgress, StepState};
 use model::{CurrentPerson, Role};
 use pages::addresses::exercise_href;
@@ -30,7 +30,7 @@ const MORE_OTHERS_THAN: usize = 5;
 
 /// What both the page and its file are made of.
 struct TraineeStep {
-    trainee: NamedItem,
+    trainee: NamedItem<PersonId>,
     taught: TaughtCourse,
     index: usize,
     /// With the curve of the course's rule, or else of an example.
@@ -43,7 +43,7 @@ async fn find_trainee_step(
     id: &str,
     exercise: &str,
 ) -> Result<TraineeStep, Error> {
-    let id: Uuid = id.parse().map_err(|_| Error::NotFound)?;
+    let id: PersonId = id.parse().map_err(|_| Error::NotFound)?;
     let (reader, school) = (state.db.reader(), person.school_id);
     let trainee = reports::trainee(reader, person, id).await?.ok_or(Error::NotFound)?;
     let courses = standing::taught_courses(state, school).await?;
@@ -110,7 +110,11 @@ pub(super) fn status_of_step(state: &StepState) -> StatusWord {
 }
 
 /// The best scores of the others in the trainee's first cohort.
-async fn compare_with_others(state: &AppState, school: Uuid, found: &TraineeStep) -> Result<Option<Comparison>, Error> {
+async fn compare_with_others(
+    state: &AppState,
+    school: SchoolId,
+    found: &TraineeStep,
+) -> Result<Option<Comparison>, Error> {
     let reader = state.db.reader();
     let Some(own) = found.step.best() else { return Ok(None) };
     let joined = cohorts::list_cohorts_of_person(reader, school, found.trainee.id, Role::Trainee).await?;

@@ -4,7 +4,6 @@ use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
-use uuid::Uuid;
 
 use crate::AppState;
 use crate::error::PageError;
@@ -12,6 +11,7 @@ use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visit};
 use acts::error::Error;
 use acts::ratings;
 use acts::surveys;
+use model::ids::{AssignmentId, PersonId, SchoolId, SessionId};
 use model::{CurrentPerson, line};
 use pages::people::SelectOption;
 use pages::rating::{AttemptChoice, NewRoundPage};
@@ -82,7 +82,7 @@ async fn offered_attempts(
         };
         return Ok(waiting.into_iter().map(candidate).collect());
     }
-    let id: Uuid = form.field("assignment").parse().map_err(|_| Error::NotFound)?;
+    let id: AssignmentId = form.field("assignment").parse().map_err(|_| Error::NotFound)?;
     let managed = assignments::list_managed_assignments(reader, person, Some(id), 1).await?;
     if managed.is_empty() {
         return Err(Error::NotFound);
@@ -122,7 +122,11 @@ async fn make_new_round_page(
 }
 
 /// Instruments that have a score: of the others there is no agreement. The global rating is proposed.
-async fn scored_instruments(state: &AppState, school: Uuid, form: &NewRoundForm) -> Result<Vec<SelectOption>, Error> {
+async fn scored_instruments(
+    state: &AppState,
+    school: SchoolId,
+    form: &NewRoundForm,
+) -> Result<Vec<SelectOption>, Error> {
     const PROPOSED: &str = "global-rating-puncture";
     let wanted = match form.field("instrument") {
         "" => PROPOSED,
@@ -171,7 +175,7 @@ async fn read_new_round(state: &AppState, person: &CurrentPerson, form: &NewRoun
     Ok(NewRound { revision_id: instrument.id, title, generated: false, sessions, raters })
 }
 
-async fn read_raters(state: &AppState, person: &CurrentPerson, form: &NewRoundForm) -> Result<Vec<Uuid>, Error> {
+async fn read_raters(state: &AppState, person: &CurrentPerson, form: &NewRoundForm) -> Result<Vec<PersonId>, Error> {
     let known = stored::raters(state.db.reader(), person.school_id).await?;
     let chosen = form.chosen("rater");
     if !(2..=MOST_RATERS).contains(&chosen.len()) {
@@ -191,8 +195,8 @@ async fn read_attempts(
     state: &AppState,
     person: &CurrentPerson,
     form: &NewRoundForm,
-    raters: &[Uuid],
-) -> Result<Vec<Uuid>, Error> {
+    raters: &[PersonId],
+) -> Result<Vec<SessionId>, Error> {
     let chosen = form.chosen("attempt");
     if !(1..=MOST_ATTEMPTS).contains(&chosen.len()) {
         return Err(Error::Unprocessable(tr!(
@@ -203,7 +207,7 @@ async fn read_attempts(
     }
     let mut attempts = Vec::new();
     for id in chosen {
-        let id: Uuid = id.parse().map_err(|_| Error::NotFound)?;
+        let id: SessionId = id.parse().map_err(|_| Error::NotFound)?;
         let session = sessions::find_visible_session(state.db.reader(), person, id).await?.ok_or(Error::NotFound)?;
         if raters.contains(&session.trainee_id) {
             return Err(Error::Unprocessable(

@@ -5,7 +5,6 @@ use axum::extract::State;
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
 use documents::Instrument;
-use uuid::Uuid;
 
 use super::PathId;
 use crate::AppState;
@@ -17,6 +16,7 @@ use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher};
 use acts::error::Error;
 use acts::ratings;
 use acts::surveys;
+use model::ids::{PersonId, RatingId, RoundId, SessionId};
 use model::rating::{RatingAnswers, tables};
 use model::{CurrentPerson, Moment, Role};
 use pages::rating::{OwnRating, RatedAttemptRow, RaterRow, RatingsPage, RoundPage, RoundRow, ScoreView};
@@ -57,12 +57,12 @@ async fn list_ratings(
     Ok(RatingsPage { shell, rounds: rounds.into_iter().map(row).collect() })
 }
 
-fn round_href(round: Uuid) -> String {
+fn round_href(round: RoundId) -> String {
     format!("/ratings/{round}")
 }
 
 /// A round that the visitor asked for or takes part in.
-async fn find_round(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Round, Error> {
+async fn find_round(state: &AppState, person: &CurrentPerson, id: RoundId) -> Result<Round, Error> {
     stored::find(state.db.reader(), person, id).await?.ok_or(Error::NotFound)
 }
 
@@ -71,7 +71,7 @@ fn owns_round(person: &CurrentPerson, round: &Round) -> bool {
     person.role == Role::Administrator || round.made_by == person.id
 }
 
-fn own_ratings(ratings: &[Rating], current: Option<Uuid>) -> Vec<OwnRating> {
+fn own_ratings(ratings: &[Rating], current: Option<RatingId>) -> Vec<OwnRating> {
     let own = |rating: &Rating| OwnRating {
         href: format!("/rate/{}", rating.id),
         current: Some(rating.id) == current,
@@ -83,7 +83,7 @@ fn own_ratings(ratings: &[Rating], current: Option<Uuid>) -> Vec<OwnRating> {
 async fn show_round(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<RoundId>,
     csrf: Csrf,
 ) -> Result<RoundPage, PageError> {
     let round = find_round(&state, &person, id).await?;
@@ -120,8 +120,8 @@ async fn instrument_of_round(state: &AppState, round: &Round) -> Result<Instrume
 
 /// Ratings by attempt and rater, in the order of the query.
 struct RatingsTable<'a> {
-    attempts: Vec<Uuid>,
-    raters: Vec<Uuid>,
+    attempts: Vec<SessionId>,
+    raters: Vec<PersonId>,
     given: Vec<RatingAnswers<'a>>,
 }
 
@@ -142,7 +142,7 @@ impl<'a> RatingsTable<'a> {
     }
 
     fn progress(&self, cells: &[RatingCell]) -> Vec<RaterRow> {
-        let row = |rater: &Uuid| {
+        let row = |rater: &PersonId| {
             let own = || cells.iter().filter(|cell| cell.rater_id == *rater);
             RaterRow {
                 name: own().next().map_or_else(String::new, |cell| cell.rater.clone()),
@@ -155,7 +155,7 @@ impl<'a> RatingsTable<'a> {
     }
 
     fn rows(&self, cells: &[RatingCell], owner: bool) -> Vec<RatedAttemptRow> {
-        let row = |attempt: &Uuid| {
+        let row = |attempt: &SessionId| {
             let cell = cells.iter().find(|cell| cell.session_id == *attempt)?;
             let link = |name: &String| (name.clone(), format!("/sessions/{attempt}/grade"));
             Some(RatedAttemptRow {
@@ -177,7 +177,7 @@ fn known_ratings(owner: bool, cell: &RatingCell) -> bool {
 async fn export_round(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<RoundId>,
 ) -> Result<Response, PageError> {
     let round = find_round(&state, &person, id).await?;
     if round.own_open > 0 {
@@ -233,7 +233,7 @@ fn line_of_rating(instrument: &Instrument, cell: &RatingCell, shown: Result<Mome
 async fn withdraw_round(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<RoundId>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
     let round = find_round(&state, &person, id).await?;

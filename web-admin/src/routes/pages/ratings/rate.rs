@@ -16,6 +16,7 @@ use acts::error::Error;
 use acts::ratings;
 use acts::ratings::Rated;
 use model::CurrentPerson;
+use model::ids::RatingId;
 use pages::rating::RatePage;
 use pages::session::Drawing;
 use pages::survey::form::{FormQuestion, GivenField, Refusals};
@@ -25,7 +26,7 @@ use store::{ratings as stored, scores};
 pub(super) async fn show_rating(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<RatingId>,
     csrf: Csrf,
 ) -> Result<RatePage, PageError> {
     let rated = ratings::open(&state, &person, id).await?;
@@ -76,7 +77,7 @@ impl RateForm {
 pub(super) async fn act_on_rating(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<RatingId>,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<RateForm>,
 ) -> Result<Response, PageError> {

@@ -4,13 +4,13 @@ use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
-use uuid::Uuid;
 
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visit};
 use acts::error::Error;
 use acts::segments;
+use model::ids::{CohortId, SessionId};
 use model::{CurrentPerson, Moment, due, line};
 use pages::people::SelectOption;
 use pages::segments::{NewTaskPage, attempt_label};
@@ -67,7 +67,7 @@ async fn make_new_task_page(
 ) -> Result<NewTaskPage, Error> {
     let reader = state.db.reader();
     let cohorts = reports::cohorts(reader, person).await?;
-    let cohort = |cohort: reports::NamedItem| {
+    let cohort = |cohort: reports::NamedItem<CohortId>| {
         let value = cohort.id.to_string();
         SelectOption { chosen: value == form.field("cohort"), value, label: cohort.name }
     };
@@ -135,7 +135,7 @@ async fn read_new_task(state: &AppState, person: &CurrentPerson, form: &NewTaskF
     let title = line::title(form.field("title")).map_err(Error::Unprocessable)?.to_owned();
     let time_zone = schools::find_time_zone(reader, person.school_id).await?;
     let due = read_due_date(form.field("due"), &time_zone, state.clock.now())?;
-    let cohort: Uuid = form.field("cohort").parse().map_err(|_| Error::NotFound)?;
+    let cohort: CohortId = form.field("cohort").parse().map_err(|_| Error::NotFound)?;
     reports::cohort(reader, person, cohort).await?.ok_or(Error::NotFound)?;
     let sessions = read_attempts(state, person, form).await?;
     Ok(NewTask { title, cohort_id: cohort, due, time_zone, sessions })
@@ -152,7 +152,7 @@ fn read_due_date(said: &str, time_zone: &str, now: Moment) -> Result<Option<(Str
     Ok(Some((due.local, due.at)))
 }
 
-async fn read_attempts(state: &AppState, person: &CurrentPerson, form: &NewTaskForm) -> Result<Vec<Uuid>, Error> {
+async fn read_attempts(state: &AppState, person: &CurrentPerson, form: &NewTaskForm) -> Result<Vec<SessionId>, Error> {
     let chosen = form.attempts();
     if !(1..=MOST_TRACES).contains(&chosen.len()) {
         return Err(Error::Unprocessable(tr!(
@@ -163,7 +163,7 @@ async fn read_attempts(state: &AppState, person: &CurrentPerson, form: &NewTaskF
     }
     let mut attempts = Vec::new();
     for id in chosen {
-        let id: Uuid = id.parse().map_err(|_| Error::NotFound)?;
+        let id: SessionId = id.parse().map_err(|_| Error::NotFound)?;
         let session = sessions::find_visible_session(state.db.reader(), person, id).await?.ok_or(Error::NotFound)?;
         scores::find_curve(state.db.reader(), session.key()).await?.ok_or(Error::NotFound)?;
         attempts.push(id);

@@ -3,7 +3,6 @@
 use axum::extract::State;
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
-use uuid::Uuid;
 
 use super::PathId;
 use super::assignments::ExtensionForm;
@@ -18,6 +17,7 @@ use acts::deadlines;
 use acts::error::Error;
 use acts::segments;
 use model::due::local;
+use model::ids::{PersonId, TaskId};
 use model::segments::TraceOutcome;
 use model::{CurrentPerson, Role};
 use pages::segments::{OwnTaskPage, ResultRow, SegmentsPage, TaskPage, TaskRow};
@@ -74,7 +74,7 @@ fn trace_href(trace: &Trace) -> String {
 }
 
 /// The traces of a trainee, in order, each with whether it was sent.
-async fn list_own_traces(state: &AppState, person: &CurrentPerson, task: Uuid) -> Result<Vec<(Trace, bool)>, Error> {
+async fn list_own_traces(state: &AppState, person: &CurrentPerson, task: TaskId) -> Result<Vec<(Trace, bool)>, Error> {
     let reader = state.db.reader();
     let marks = stored::find_marks(reader, person.school_id, task).await?;
     let sent = |trace: &Trace| {
@@ -94,7 +94,7 @@ async fn list_own_traces(state: &AppState, person: &CurrentPerson, task: Uuid) -
 async fn show_task(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<TaskId>,
     csrf: Csrf,
 ) -> Result<Response, PageError> {
     let task = segments::task(&state, &person, id).await?;
@@ -119,7 +119,7 @@ async fn trainees_of_task(
     state: &AppState,
     person: &CurrentPerson,
     task: &SegmentTask,
-) -> Result<Vec<NamedItem>, Error> {
+) -> Result<Vec<NamedItem<PersonId>>, Error> {
     Ok(reports::members(state.db.reader(), person.school_id, task.cohort_id, Role::Trainee).await?)
 }
 
@@ -130,10 +130,10 @@ async fn results_of_task(
     task: &SegmentTask,
 ) -> Result<Vec<ResultRow>, Error> {
     let trainees = trainees_of_task(state, person, task).await?;
-    let ids: Vec<Uuid> = trainees.iter().map(|trainee| trainee.id).collect();
+    let ids: Vec<PersonId> = trainees.iter().map(|trainee| trainee.id).collect();
     let outcomes = segments::outcomes(state, person.school_id, task, &ids).await?;
     let named = trainees.into_iter().zip(outcomes);
-    let row = |(trainee, outcome): (NamedItem, TraceOutcome)| ResultRow {
+    let row = |(trainee, outcome): (NamedItem<PersonId>, TraceOutcome)| ResultRow {
         id: trainee.id,
         name: trainee.name,
         due: outcome.due_at.map(|at| local(at, &task.time_zone)),
@@ -145,7 +145,7 @@ async fn results_of_task(
 async fn export_task(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<TaskId>,
 ) -> Result<Response, PageError> {
     let task = segments::task(&state, &person, id).await?;
     let pseudonyms = reports::pseudonyms(state.db.reader(), person.school_id, task.cohort_id).await?;
@@ -195,7 +195,7 @@ fn line_of_mark(row: ResultRow) -> Vec<CsvCell> {
 async fn extend_task(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<TaskId>,
     CsrfForm(form): CsrfForm<ExtensionForm>,
 ) -> Result<Redirect, PageError> {
     let task = segments::task(&state, &person, id).await?;
@@ -209,7 +209,7 @@ async fn extend_task(
 async fn withdraw_task(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    PathId(id): PathId,
+    PathId(id): PathId<TaskId>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
     segments::task(&state, &person, id).await?;

@@ -4,7 +4,6 @@ use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
-use uuid::Uuid;
 
 use super::{list_own_traces, make_task_row, trace_href};
 use crate::AppState;
@@ -14,6 +13,7 @@ use crate::routes::pages::PathId;
 use acts::error::Error;
 use acts::replays;
 use acts::segments;
+use model::ids::TraceId;
 use model::segments::{MarksVerdict, read, strips};
 use model::series::{AttemptStretch, TimeSpan};
 use model::{CurrentPerson, Role};
@@ -33,7 +33,7 @@ struct OpenTrace {
     session: Session,
 }
 
-async fn open_trace(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<OpenTrace, Error> {
+async fn open_trace(state: &AppState, person: &CurrentPerson, id: TraceId) -> Result<OpenTrace, Error> {
     let (task, trace) = segments::trace(state, person, id).await?;
     let session = sessions::find_session(state.db.reader(), person.school_id, trace.session_id).await?;
     Ok(OpenTrace { task, trace, session: session.ok_or(Error::NotFound)? })
@@ -42,7 +42,7 @@ async fn open_trace(state: &AppState, person: &CurrentPerson, id: Uuid) -> Resul
 pub(super) async fn show_trace(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<TraceId>,
     csrf: Csrf,
 ) -> Result<TracePage, PageError> {
     let open = open_trace(&state, &person, id).await?;
@@ -129,7 +129,7 @@ impl MarksForm {
 pub(super) async fn mark_trace(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<TraceId>,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<MarksForm>,
 ) -> Result<Response, PageError> {

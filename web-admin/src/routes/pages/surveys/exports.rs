@@ -9,7 +9,6 @@ use documents::Instrument;
 use documents::instrument::{Item, ScaleKind};
 use futures::stream;
 use serde_json::json;
-use uuid::Uuid;
 
 use super::results::rows_of_responses;
 use super::{find_school_survey, owns_survey};
@@ -19,6 +18,7 @@ use crate::export;
 use crate::export::{CsvCell, write_csv};
 use acts::error::Error;
 use acts::surveys::instrument_of;
+use model::ids::SurveyId;
 use model::survey::Survey;
 use model::survey::results::{ResponseRow, Results, answers_of};
 use store::surveys as stored;
@@ -59,7 +59,7 @@ pub(super) async fn serve_export(
     Visitor(person): Visitor,
     Path((id, file)): Path<(String, String)>,
 ) -> Result<Response, PageError> {
-    let id = id.parse::<Uuid>().map_err(|_| Error::NotFound)?;
+    let id = id.parse::<SurveyId>().map_err(|_| Error::NotFound)?;
     let survey = find_school_survey(&state, &person, id).await?;
     let instrument = instrument_of(&state, &survey).await?;
     let owner = owns_survey(&person, &survey);

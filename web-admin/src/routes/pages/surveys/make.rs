@@ -7,7 +7,6 @@ use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 use time::format_description::well_known::Iso8601;
 use time::{Date, Time};
-use uuid::Uuid;
 
 use super::{find_school_survey, owns_survey};
 use crate::AppState;
@@ -17,6 +16,7 @@ use crate::routes::pages::PathId;
 use acts::error::Error;
 use acts::surveys;
 use acts::surveys::SurveyRequest;
+use model::ids::{CohortId, RevisionId, SurveyId};
 use model::roster::{is_email, is_name};
 use model::survey::Identity;
 use model::survey::Survey;
@@ -112,7 +112,7 @@ impl NewSurveyForm {
         }
     }
 
-    fn cohorts(&self, known: &[NamedItem]) -> Result<Vec<Uuid>, String> {
+    fn cohorts(&self, known: &[NamedItem<CohortId>]) -> Result<Vec<CohortId>, String> {
         let chosen = self.0.iter().filter(|(key, _)| key == "cohort").map(|(_, id)| id);
         let find = |id: &String| known.iter().find(|cohort| cohort.id.to_string() == *id).map(|cohort| cohort.id);
         chosen
@@ -185,8 +185,8 @@ async fn read_new_survey(
 
 fn check_new_survey(
     form: &NewSurveyForm,
-    revision: Option<Uuid>,
-    cohorts: Result<Vec<Uuid>, String>,
+    revision: Option<RevisionId>,
+    cohorts: Result<Vec<CohortId>, String>,
     now: Moment,
 ) -> Result<SurveyRequest, String> {
     let TypedSurvey { title, identity, after_attempts, opens, closes } = form.typed();
@@ -238,7 +238,7 @@ pub(super) struct LinksForm {
 pub(super) async fn make_links(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<SurveyId>,
     head: PageHead,
     CsrfForm(form): CsrfForm<LinksForm>,
 ) -> Result<Response, PageError> {
@@ -324,7 +324,7 @@ pub(super) struct CloseForm {
 pub(super) async fn close_survey(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<SurveyId>,
     CsrfForm(form): CsrfForm<CloseForm>,
 ) -> Result<Redirect, PageError> {
     let survey = find_school_survey(&state, &person, id).await?;

@@ -10,7 +10,6 @@ use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
 use serde::Deserialize;
-use uuid::Uuid;
 
 use super::PathId;
 use crate::AppState;
@@ -22,6 +21,7 @@ use acts::error::Error;
 use acts::surveys::answering;
 use acts::surveys::answering::SurveyOccasion;
 use acts::surveys::instrument_of;
+use model::ids::{SessionId, SurveyId};
 use model::survey::Survey;
 use model::{CurrentPerson, Moment, Role};
 use pages::survey::form::{ConsentPage, respond_in_language};
@@ -51,7 +51,7 @@ pub(super) fn survey_routes() -> Routes {
 }
 
 /// A survey of the visitor's school, for those who teach.
-async fn find_school_survey(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Survey, PageError> {
+async fn find_school_survey(state: &AppState, person: &CurrentPerson, id: SurveyId) -> Result<Survey, PageError> {
     if person.role == Role::Trainee {
         return Err(Error::NotFound.into());
     }
@@ -103,7 +103,7 @@ async fn list_asked_surveys(state: &AppState, person: &CurrentPerson) -> Result<
 
 #[derive(Deserialize)]
 struct SurveyQuery {
-    session: Option<Uuid>,
+    session: Option<SessionId>,
     lang: Option<String>,
     mailed: Option<usize>,
     before: Option<usize>,
@@ -112,7 +112,7 @@ struct SurveyQuery {
 async fn show_survey(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<SurveyId>,
     head: PageHead,
     Query(query): Query<SurveyQuery>,
 ) -> Result<Response, PageError> {
@@ -139,7 +139,7 @@ async fn show_survey(
 async fn make_consent_page(
     state: &AppState,
     survey: &Survey,
-    session: Option<Uuid>,
+    session: Option<SessionId>,
     csrf: &Csrf,
     wanted: &str,
 ) -> Result<ConsentPage, Error> {
@@ -164,8 +164,8 @@ async fn make_consent_page(
 async fn find_asked_survey(
     state: &AppState,
     person: &CurrentPerson,
-    id: Uuid,
-    session: Option<Uuid>,
+    id: SurveyId,
+    session: Option<SessionId>,
 ) -> Result<Survey, Error> {
     let (reader, now) = (state.db.reader(), state.clock.now());
     let asked = match session {
@@ -181,7 +181,7 @@ async fn find_asked_survey(
 
 #[derive(Deserialize)]
 struct ConsentAnswerForm {
-    session: Option<Uuid>,
+    session: Option<SessionId>,
     #[serde(default)]
     lang: String,
     #[serde(default)]
@@ -191,7 +191,7 @@ struct ConsentAnswerForm {
 async fn begin_answer(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<SurveyId>,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<ConsentAnswerForm>,
 ) -> Result<Response, PageError> {

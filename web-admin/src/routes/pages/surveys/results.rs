@@ -12,7 +12,6 @@ use documents::Instrument;
 use documents::instrument::ScaleKind;
 use serde::Deserialize;
 use time::OffsetDateTime;
-use uuid::Uuid;
 
 use super::{find_school_survey, owns_survey};
 use crate::AppState;
@@ -21,6 +20,7 @@ use crate::routes::auth::{Csrf, CsrfForm, Visitor};
 use crate::routes::pages::PathId;
 use acts::error::Error;
 use acts::surveys::instrument_of;
+use model::ids::{ResponseId, SurveyId};
 use model::line;
 use model::survey::Survey;
 use model::survey::groups::{LEAST, ResponseGroups};
@@ -85,7 +85,7 @@ fn month_of_response(at: OffsetDateTime) -> String {
 pub(super) async fn show_results(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<SurveyId>,
     csrf: Csrf,
     Query(choice): Query<ResultsQuery>,
 ) -> Result<ResultsPage, PageError> {
@@ -174,7 +174,8 @@ fn scatter_scores(
     metric: &str,
     figures: &[stored::ResponseMetric],
 ) -> ScatteredScores {
-    let by_response: BTreeMap<Uuid, f64> = figures.iter().map(|figure| (figure.response_id, figure.value)).collect();
+    let by_response: BTreeMap<ResponseId, f64> =
+        figures.iter().map(|figure| (figure.response_id, figure.value)).collect();
     let score = |(at, key): (usize, &documents::instrument::ScoreKey)| {
         let pair = |row: &&ResponseRow<'_>| Some((*by_response.get(&row.id)?, row.scores[at]?));
         let points: Vec<(f64, f64)> = rows.iter().filter_map(pair).collect();
@@ -196,7 +197,7 @@ fn comment_blocks(
     tags: &[Tag],
     owner: bool,
 ) -> Vec<CommentBlock> {
-    let seen: BTreeMap<Uuid, ()> = visible.iter().map(|row| (row.id, ())).collect();
+    let seen: BTreeMap<ResponseId, ()> = visible.iter().map(|row| (row.id, ())).collect();
     let texts = instrument.items.iter().enumerate();
     let texts = texts.filter(|(_, item)| matches!(instrument.scale(item), Some(ScaleKind::Text { .. })));
     let block = |(at, item): (usize, &documents::instrument::Item)| {
@@ -236,7 +237,7 @@ fn count_themes(tags: &[Tag]) -> Vec<(String, usize)> {
 
 #[derive(Deserialize)]
 pub(super) struct TagForm {
-    response: Uuid,
+    response: ResponseId,
     item: String,
     tag: String,
     #[serde(rename = "do", default)]
@@ -247,7 +248,7 @@ pub(super) struct TagForm {
 pub(super) async fn tag_comment(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    PathId(id): PathId,
+    PathId(id): PathId<SurveyId>,
     CsrfForm(form): CsrfForm<TagForm>,
 ) -> Result<Response, PageError> {
     let survey = find_school_survey(&state, &person, id).await?;
