@@ -65,13 +65,13 @@ pub enum MarksRefused {
 ///
 /// # Errors
 /// When one is no moment of the attempt, or there are too many.
-pub fn read(typed: &[&str], duration_s: f64) -> Result<Vec<f64>, MarksRefused> {
+pub fn read(typed: &[impl AsRef<str>], duration_s: f64) -> Result<Vec<f64>, MarksRefused> {
     let mut marks = Vec::new();
-    for (at, said) in typed.iter().enumerate().filter(|(_, said)| !said.trim().is_empty()) {
+    for (at, said) in typed.iter().map(AsRef::as_ref).enumerate().filter(|(_, said)| !said.trim().is_empty()) {
         let moment = said.trim().replace(',', ".").parse::<f64>().ok();
         let allowed = moment.filter(|moment| (0.0..=duration_s).contains(moment));
         let last = format!("{duration_s:.2}");
-        marks.push(allowed.ok_or_else(|| MarksRefused::NoMoment { place: at + 1, typed: (*said).to_owned(), last })?);
+        marks.push(allowed.ok_or_else(|| MarksRefused::NoMoment { place: at + 1, typed: said.to_owned(), last })?);
     }
     if marks.len() > MOST_MARKS {
         return Err(MarksRefused::TooMany(marks.len()));

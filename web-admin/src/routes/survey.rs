@@ -3,11 +3,12 @@
 //! No cookie says who is asking, so no other site can make a browser act for somebody: the secret in the address is what
 //! the CSRF token is elsewhere, and a form that lay open overnight can still be sent.
 
-use axum::extract::{Form, Path, Query, State};
+use axum::extract::{Path, Query, State};
 use axum::http::header::ACCEPT_LANGUAGE;
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::get;
+use axum_extra::extract::Form;
 use serde::Deserialize;
 
 use crate::AppState;
@@ -17,6 +18,8 @@ use acts::error::Error;
 use acts::surveys::answering;
 use acts::surveys::answering::Answering;
 use model::survey::ResponseState;
+use model::survey::given::GivenAnswers;
+use pages::form::read_ticked;
 use pages::survey::form::{
     ConsentPage, EndPage, FormPage, FormQuestion, GivenField, Refusals, SurveyEnd, Terms, respond_in_language,
     speak_language,
@@ -139,15 +142,29 @@ fn make_question(answering: &Answering, item: usize, language: &str, refusals: &
     FormQuestion::new(&answering.instrument, &answering.instrument.items[item], language, &given)
 }
 
+/// A page of a survey as it was sent.
+#[derive(Deserialize)]
+struct SurveyAnswerForm {
+    #[serde(rename = "do", default)]
+    step: String,
+    #[serde(default, deserialize_with = "read_ticked")]
+    consent: bool,
+    #[serde(default)]
+    lang: String,
+    #[serde(default)]
+    page: String,
+    #[serde(flatten)]
+    given: GivenAnswers,
+}
+
 async fn act_on_form(
     State(state): State<AppState>,
     Path(token): Path<String>,
-    Form(fields): Form<Vec<(String, String)>>,
+    Form(form): Form<SurveyAnswerForm>,
 ) -> Result<Response, PageError> {
     let mut answering = answering::open(&state, &token).await?;
-    let field = |name: &str| fields.iter().find(|(key, _)| key == name).map_or("", |(_, value)| value.as_str());
-    match field("do") {
-        "begin" => begin_answers(&state, answering, &token, field("consent") == "yes", field("lang")).await,
+    match form.step.as_str() {
+        "begin" => begin_answers(&state, answering, &token, form.consent, &form.lang).await,
         "discard" => {
             answering.discard(&state).await?;
             Ok(show_end(&answering, &token, SurveyEnd::Discarded))
@@ -162,11 +179,11 @@ async fn act_on_form(
                     Error::Conflict(tr!("these answers were not begun, or were sent already").to_owned()).into()
                 );
             }
-            let page = field("page").parse().unwrap_or(0);
-            let refused = answering.read_page(page, &fields);
+            let page = form.page.parse().unwrap_or(0);
+            let refused = answering.read_page(page, &form.given);
             if !refused.is_empty() {
                 let language = &answering.response.language;
-                let refusals = speak_language(language, || Refusals::new(&answering.instrument, &fields, &refused));
+                let refusals = speak_language(language, || Refusals::new(&answering.instrument, &form.given, &refused));
                 let page = show_form(&answering, &token, Some(page), &refusals);
                 return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
             }

@@ -2,9 +2,11 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
+use serde::Deserialize;
 use time::OffsetDateTime;
 
 use super::identity_words;
+use crate::form::{FilledForm, read_ticked, read_trimmed};
 use crate::{Shell, StatusWord, format};
 use model::limits::LETTERS_AN_HOUR;
 use model::mail::LetterDelivery;
@@ -108,24 +110,34 @@ pub struct NewSurveyPage {
     pub instruments: Vec<(String, String, bool)>,
     /// Id, name and whether it is chosen, of each cohort.
     pub cohorts: Vec<(String, String, bool)>,
-    /// What was typed.
-    pub typed: TypedSurvey,
-    /// What is wrong with it.
-    pub refusal: Option<String>,
+    /// What is typed.
+    pub form: FilledForm<NewSurveyForm>,
 }
 
-/// What was typed into the form of a new survey.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct TypedSurvey {
+/// The fields of a new survey.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(default)]
+pub struct NewSurveyForm {
+    /// The instrument's id.
+    #[serde(deserialize_with = "read_trimmed")]
+    pub instrument: String,
     /// Title.
+    #[serde(deserialize_with = "read_trimmed")]
     pub title: String,
     /// The word for the identity.
+    #[serde(deserialize_with = "read_trimmed")]
     pub identity: String,
     /// Asked after each attempt.
+    #[serde(deserialize_with = "read_ticked")]
     pub after_attempts: bool,
+    /// Ids of cohorts.
+    #[serde(rename = "cohort")]
+    pub cohorts: Vec<String>,
     /// First day.
+    #[serde(deserialize_with = "read_trimmed")]
     pub opens: String,
     /// Last day.
+    #[serde(deserialize_with = "read_trimmed")]
     pub closes: String,
 }
 

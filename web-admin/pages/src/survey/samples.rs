@@ -7,11 +7,12 @@ use uuid::Uuid;
 
 use super::form::{ConsentPage, EndPage, FormPage, FormQuestion, GivenField, SurveyEnd, Terms};
 use super::instrument::{EditPage, InstrumentPage, InstrumentPreview, InstrumentsPage};
-use super::manage::{ManagePage, NewSurveyPage, OwnSurveyRow, SurveyLinksPage, SurveyRow, SurveysPage, TypedSurvey};
+use super::manage::{ManagePage, NewSurveyForm, NewSurveyPage, OwnSurveyRow, SurveyLinksPage, SurveyRow, SurveysPage};
 use super::results::{
     AskedLine, CommentBlock, ResultsPage, ScatteredScore, ScatteredScores, SplitScore, SplitScores, SurveyComment,
 };
 use crate::charts::Extent;
+use crate::form::FilledForm;
 use crate::samples::{NOW, keep_page, shell};
 use model::mail::LetterDelivery;
 use model::survey::Identity;
@@ -169,19 +170,19 @@ fn lists_and_the_page_of_a_survey() {
 
 #[test]
 fn a_new_survey_keeps_what_was_typed() {
-    let typed = TypedSurvey {
+    let typed = NewSurveyForm {
         title: "My \"study\"".to_owned(),
         identity: "named".to_owned(),
         after_attempts: true,
         opens: String::new(),
         closes: "2026-06-01".to_owned(),
+        ..NewSurveyForm::default()
     };
     let page = NewSurveyPage {
         shell: shell(Role::Instructor),
         instruments: vec![("sus".to_owned(), "Usability".to_owned(), true)],
         cohorts: vec![("1".to_owned(), "Spring".to_owned(), true)],
-        typed,
-        refusal: Some("last day: 2026-06-01; allowed: a day that is not over".to_owned()),
+        form: FilledForm::refused(typed, "last day: 2026-06-01; allowed: a day that is not over".to_owned()),
     };
     let html = keep_page("survey-new", &page);
     assert!(html.contains("2026-06-01") && html.contains("checked") && html.contains("&#34;study&#34;"), "{html}");
