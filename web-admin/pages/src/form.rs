@@ -3,7 +3,7 @@
 use serde::{Deserialize, Deserializer};
 
 /// A form on a page: what stands in its fields, and, where it was sent and refused, why.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FilledForm<T, W = String> {
     /// What stands in its fields: what a page begins with, or what was typed.
     pub typed: T,
@@ -22,6 +22,12 @@ impl<T, W> FilledForm<T, W> {
     #[must_use]
     pub const fn refused(typed: T, why: W) -> Self {
         Self { typed, refused: Some(why) }
+    }
+}
+
+impl<T: Default, W> Default for FilledForm<T, W> {
+    fn default() -> Self {
+        Self::new(T::default())
     }
 }
 

@@ -5,6 +5,7 @@ use std::borrow::Borrow;
 use askama::Template;
 use askama_web::WebTemplate;
 
+use super::form::FilledForm;
 use super::{Shell, StatusWord, format, people};
 use model::Role;
 use model::directory::{AccountState, DirectoryEntry};
@@ -49,7 +50,7 @@ pub struct PeoplePage {
     /// How many a roster has just added and changed.
     pub imported: Option<(usize, usize)>,
     /// Somebody to be added, and why they were not.
-    pub form: PersonForm,
+    pub form: FilledForm<PersonForm, PersonRefused>,
 }
 
 /// What was typed about somebody.
@@ -63,8 +64,6 @@ pub struct PersonForm {
     pub roles: Vec<SelectOption>,
     /// Cohorts to choose from.
     pub cohorts: Vec<SelectOption>,
-    /// Why it was refused.
-    pub refused: Option<PersonRefused>,
 }
 
 /// Why somebody was not added or changed.
@@ -119,7 +118,7 @@ pub struct PersonPage {
     /// They have a second factor.
     pub second_factor: bool,
     /// Name, address and role to be changed.
-    pub form: PersonForm,
+    pub form: FilledForm<PersonForm, PersonRefused>,
 }
 
 /// A link that an administrator hands over, shown this once.
@@ -253,11 +252,10 @@ mod tests {
             later: true,
             filtered,
             imported: Some((3, 1)),
-            form: PersonForm {
-                refused: Some(PersonRefused::Taken),
-                roles: SelectOption::roles(None),
-                ..PersonForm::default()
-            },
+            form: FilledForm::refused(
+                PersonForm { roles: SelectOption::roles(None), ..PersonForm::default() },
+                PersonRefused::Taken,
+            ),
             rows,
         }
     }
@@ -285,7 +283,7 @@ mod tests {
             done: Some(PersonChangeDone::Mailed),
             delivery: Some("the mail server refused it".to_owned()),
             second_factor: true,
-            form: PersonForm { name: "Ana".to_owned(), roles: SelectOption::roles(None), ..PersonForm::default() },
+            form: FilledForm::new(PersonForm { name: "Ana".to_owned(), ..PersonForm::default() }),
         };
         let invited = samples::keep_page("person-invited", &page(AccountState::Invited, false));
         assert!(invited.contains("Send the invitation again") && invited.contains("refused it"), "{invited}");

@@ -8,23 +8,23 @@ use acts::error::Error;
 /// The answer to a form: what came of it, or its page once more, with what was typed and why it was refused.
 #[derive(Debug)]
 pub(crate) enum FormAnswer<P> {
-    /// It was taken.
-    Taken(Response),
-    /// It was refused, and nothing has changed.
+    /// What came of it.
+    Answered(Response),
+    /// Its page: it was refused, and nothing has changed.
     Refused(P),
 }
 
 impl<P> FormAnswer<P> {
-    /// It was taken, and leads to another page.
+    /// It leads to another page.
     pub(crate) fn lead_to(href: &str) -> Self {
-        Self::Taken(Redirect::to(href).into_response())
+        Self::Answered(Redirect::to(href).into_response())
     }
 }
 
 impl<P: IntoResponse> IntoResponse for FormAnswer<P> {
     fn into_response(self) -> Response {
         match self {
-            Self::Taken(response) => response,
+            Self::Answered(response) => response,
             Self::Refused(page) => (StatusCode::UNPROCESSABLE_ENTITY, page).into_response(),
         }
     }

@@ -6,7 +6,7 @@
 use axum::extract::{Path, Query, State};
 use axum::http::header::ACCEPT_LANGUAGE;
 use axum::http::{HeaderMap, StatusCode};
-use axum::response::{IntoResponse, Redirect, Response};
+use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use axum_extra::extract::Form;
 use serde::Deserialize;
@@ -14,6 +14,7 @@ use serde::Deserialize;
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
+use crate::routes::forms::FormAnswer;
 use acts::error::Error;
 use acts::surveys::answering;
 use acts::surveys::answering::Answering;
@@ -161,17 +162,17 @@ async fn act_on_form(
     State(state): State<AppState>,
     Path(token): Path<String>,
     Form(form): Form<SurveyAnswerForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<Response>, PageError> {
     let mut answering = answering::open(&state, &token).await?;
     match form.step.as_str() {
         "begin" => begin_answers(&state, answering, &token, form.consent, &form.lang).await,
         "discard" => {
             answering.discard(&state).await?;
-            Ok(show_end(&answering, &token, SurveyEnd::Discarded))
+            Ok(FormAnswer::Answered(show_end(&answering, &token, SurveyEnd::Discarded)))
         }
         "withdraw" => {
             answering.withdraw(&state).await?;
-            Ok(Redirect::to(&format!("/survey/{token}")).into_response())
+            Ok(FormAnswer::lead_to(&format!("/survey/{token}")))
         }
         step @ ("save" | "next" | "back" | "send") => {
             if answering.response.state != ResponseState::Begun {
@@ -184,8 +185,7 @@ async fn act_on_form(
             if !refused.is_empty() {
                 let language = &answering.response.language;
                 let refusals = speak_language(language, || Refusals::new(&answering.instrument, &form.given, &refused));
-                let page = show_form(&answering, &token, Some(page), &refusals);
-                return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
+                return Ok(FormAnswer::Refused(show_form(&answering, &token, Some(page), &refusals)));
             }
             go_to_page(&state, answering, &token, step, page).await
         }
@@ -202,14 +202,13 @@ async fn begin_answers(
     token: &str,
     agreed: bool,
     language: &str,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<Response>, PageError> {
     if !agreed {
-        let page = show_consent(&answering, token, language, true);
-        return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
+        return Ok(FormAnswer::Refused(show_consent(&answering, token, language, true)));
     }
     answering.response.language = answering.instrument.language_for(language).to_owned();
     answering.save(state).await?;
-    Ok(Redirect::to(&format!("/survey/{token}")).into_response())
+    Ok(FormAnswer::lead_to(&format!("/survey/{token}")))
 }
 
 /// Saves, and goes where the button leads.
@@ -219,17 +218,17 @@ async fn go_to_page(
     token: &str,
     step: &str,
     page: usize,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<Response>, PageError> {
     if step == "send" {
         answering.send(state).await?;
-        return Ok(Redirect::to(&format!("/survey/{token}")).into_response());
+        return Ok(FormAnswer::lead_to(&format!("/survey/{token}")));
     }
     answering.save(state).await?;
     let asked = answering.asked_pages();
     let next = match step {
-        "save" => return Ok(StatusCode::NO_CONTENT.into_response()),
+        "save" => return Ok(FormAnswer::Answered(StatusCode::NO_CONTENT.into_response())),
         "next" => asked.iter().find(|at| **at > page),
         _ => asked.iter().rev().find(|at| **at < page),
     };
-    Ok(Redirect::to(&format!("/survey/{token}?page={}", next.copied().unwrap_or(page))).into_response())
+    Ok(FormAnswer::lead_to(&format!("/survey/{token}?page={}", next.copied().unwrap_or(page))))
 }

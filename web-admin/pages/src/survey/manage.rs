@@ -76,8 +76,8 @@ pub struct ManagePage {
     pub open: bool,
     /// The visitor may make links, close and open.
     pub owner: bool,
-    /// What is wrong with the list of links that was sent, and the list.
-    pub refusal: Option<(String, String)>,
+    /// The list of those who get links.
+    pub labels: FilledForm<String>,
     /// Letters with links that may still go out now.
     pub letters_left: usize,
     /// How letters with links went.

@@ -148,7 +148,7 @@ fn lists_and_the_page_of_a_survey() {
         facts: vec![("Links", "12, of which 3 answered".to_owned())],
         open: true,
         owner: true,
-        refusal: Some(("0 lines; allowed: 1 to 200".to_owned(), " ".to_owned())),
+        labels: FilledForm::refused(" ".to_owned(), "0 lines; allowed: 1 to 200".to_owned()),
         letters: letters(),
         letters_left: 298,
         mailed: Some((2, 1)),

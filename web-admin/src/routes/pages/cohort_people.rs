@@ -2,8 +2,7 @@
 
 use axum::extract::rejection::PathRejection;
 use axum::extract::{Path, State};
-use axum::http::StatusCode;
-use axum::response::{IntoResponse, Redirect, Response};
+use axum::response::Redirect;
 use serde::Deserialize;
 use uuid::Uuid;
 
@@ -11,6 +10,7 @@ use super::PathId;
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher, Visitor};
+use crate::routes::forms::FormAnswer;
 use acts::cohorts::{self as membership, RequestKey};
 use acts::error::Error;
 use model::roster::is_name;
@@ -89,16 +89,15 @@ pub(super) async fn add_to_cohort(
     PathId(id): PathId,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<MemberForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<CohortPeoplePage>, PageError> {
     let cohort = find_taught_cohort(&state, &person, id).await?;
     if !membership::add_member(&state, &person, id, form.email.trim()).await? {
         let page =
             make_people_page(&state, Shell::new(&person, csrf.token(), NavPlace::Cohorts), person.school_id, cohort)
                 .await?;
-        let page = CohortPeoplePage { email: form.email, unknown: true, ..page };
-        return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
+        return Ok(FormAnswer::Refused(CohortPeoplePage { email: form.email, unknown: true, ..page }));
     }
-    Ok(Redirect::to(&format!("/cohorts/{id}/people")).into_response())
+    Ok(FormAnswer::lead_to(&format!("/cohorts/{id}/people")))
 }
 
 #[derive(Deserialize)]

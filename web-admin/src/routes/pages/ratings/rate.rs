@@ -90,7 +90,7 @@ pub(super) async fn act_on_rating(
     match form.step.as_str() {
         "save" => {
             rated.save(&state).await?;
-            Ok(FormAnswer::Taken(StatusCode::NO_CONTENT.into_response()))
+            Ok(FormAnswer::Answered(StatusCode::NO_CONTENT.into_response()))
         }
         "keep" => {
             rated.save(&state).await?;

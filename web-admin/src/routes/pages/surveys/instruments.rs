@@ -1,15 +1,15 @@
 //! `/surveys/instruments`: what can be asked, and the editor.
 
 use axum::extract::{Path, State};
-use axum::http::StatusCode;
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
-use axum::response::{IntoResponse, Redirect, Response};
+use axum::response::{IntoResponse, Response};
 use documents::{DocumentError, Instrument, Issue};
 use serde::Deserialize;
 
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, Teacher};
+use crate::routes::forms::FormAnswer;
 use crate::routes::pages::unix_lines;
 use acts::error::Error;
 use acts::surveys;
@@ -141,7 +141,7 @@ pub(super) async fn add_instrument(
     Teacher(person): Teacher,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<DocumentForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<EditPage>, PageError> {
     store_instrument(&state, &person, &csrf, None, form).await
 }
 
@@ -151,7 +151,7 @@ pub(super) async fn change_instrument(
     Path(id): Path<String>,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<DocumentForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<EditPage>, PageError> {
     find_current(&state, &person, &id).await?;
     store_instrument(&state, &person, &csrf, Some(&id), form).await
 }
@@ -163,23 +163,24 @@ async fn store_instrument(
     csrf: &Csrf,
     id: Option<&str>,
     form: DocumentForm,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<EditPage>, PageError> {
     let text = unix_lines(&form.text);
     let page = make_editor_page(person, csrf, id, text.clone());
     let (instrument, bytes) = match read_instrument(&text, id) {
         Ok(read) => read,
         Err(issues) => {
-            return Ok((StatusCode::UNPROCESSABLE_ENTITY, EditPage { issues, ..page }).into_response());
+            return Ok(FormAnswer::Refused(EditPage { issues, ..page }));
         }
     };
     if form.step != "publish" {
-        return Ok(EditPage { preview: Some(InstrumentPreview::new(&instrument)), ..page }.into_response());
+        let page = EditPage { preview: Some(InstrumentPreview::new(&instrument)), ..page };
+        return Ok(FormAnswer::Answered(page.into_response()));
     }
     if !surveys::publish_written(state, person, &instrument, &bytes, id.is_none()).await? {
         let issues = vec![tr!("id: “{id}”; there is an instrument of that id: edit it", id = instrument.id)];
-        return Ok((StatusCode::UNPROCESSABLE_ENTITY, EditPage { issues, ..page }).into_response());
+        return Ok(FormAnswer::Refused(EditPage { issues, ..page }));
     }
-    Ok(Redirect::to(&instrument_href(&instrument.id)).into_response())
+    Ok(FormAnswer::lead_to(&instrument_href(&instrument.id)))
 }
 
 /// An instrument from TOML or JSON, with the TOML; or everything that is wrong. An edited one keeps its id.

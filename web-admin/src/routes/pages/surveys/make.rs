@@ -1,9 +1,8 @@
 //! Making a survey, its links, and closing it.
 
 use axum::extract::State;
-use axum::http::StatusCode;
 use axum::http::header::HOST;
-use axum::response::{IntoResponse, Redirect, Response};
+use axum::response::{IntoResponse, Redirect};
 use serde::Deserialize;
 use time::format_description::well_known::Iso8601;
 use time::{Date, Time};
@@ -35,13 +34,13 @@ use store::{instruments, people};
 const MOST_LINKS: usize = 200;
 const LONGEST_LABEL: usize = 200;
 
-/// A survey for those who asked, with what is wrong with a list of links.
+/// A survey for those who asked, with the list of those who get links.
 pub(super) async fn make_manage_page(
     state: &AppState,
     person: &CurrentPerson,
     csrf: &Csrf,
     survey: Survey,
-    refusal: Option<(String, String)>,
+    labels: FilledForm<String>,
 ) -> Result<ManagePage, Error> {
     let instrument = surveys::instrument_of(state, &survey).await?;
     Ok(ManagePage {
@@ -60,7 +59,7 @@ pub(super) async fn make_manage_page(
         mailed: None,
         letters_left: surveys::letters_left(state.db.reader(), survey.school_id, state.clock.now()).await?,
         title: survey.title,
-        refusal,
+        labels,
     })
 }
 
@@ -222,7 +221,7 @@ pub(super) async fn make_links(
     PathId(id): PathId,
     head: PageHead,
     CsrfForm(form): CsrfForm<LinksForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<ManagePage>, PageError> {
     let survey = find_school_survey(&state, &person, id).await?;
     if !owns_survey(&person, &survey) || !survey.is_open(state.clock.now()) {
         return Err(Error::Forbidden(tr!("links are made by the owner of an open survey")).into());
@@ -235,7 +234,7 @@ pub(super) async fn make_links(
                 Ok(queued) => {
                     let before = addresses.len() - queued;
                     let done = format!("/surveys/{id}?mailed={queued}&before={before}#letters");
-                    return Ok(Redirect::to(&done).into_response());
+                    return Ok(FormAnswer::lead_to(&done));
                 }
                 Err(Error::Unprocessable(why)) => why,
                 Err(other) => return Err(other.into()),
@@ -243,12 +242,13 @@ pub(super) async fn make_links(
             Err(why) => why,
         },
         (None, false) => {
-            return Ok(make_links_page(&state, &person, survey, &labels, &head).await?.into_response());
+            let page = make_links_page(&state, &person, survey, &labels, &head).await?;
+            return Ok(FormAnswer::Answered(page.into_response()));
         }
         (Some(why), _) => why,
     };
-    let page = make_manage_page(&state, &person, &head.csrf, survey, Some((why, form.labels))).await?;
-    Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+    let labels = FilledForm::refused(form.labels, why);
+    Ok(FormAnswer::Refused(make_manage_page(&state, &person, &head.csrf, survey, labels).await?))
 }
 
 /// Makes links and shows them. Not by a redirect: they would have to be kept to be shown.
