@@ -283,7 +283,11 @@ mod tests {
             done: Some(PersonChangeDone::Mailed),
             delivery: Some("the mail server refused it".to_owned()),
             second_factor: true,
-            form: FilledForm::new(PersonForm { name: "Ana".to_owned(), ..PersonForm::default() }),
+            form: FilledForm::new(PersonForm {
+                name: "Ana".to_owned(),
+                roles: SelectOption::roles(None),
+                ..PersonForm::default()
+            }),
         };
         let invited = samples::keep_page("person-invited", &page(AccountState::Invited, false));
         assert!(invited.contains("Send the invitation again") && invited.contains("refused it"), "{invited}");

@@ -107,7 +107,8 @@ mod tests {
         );
         assert_eq!((html.matches("Expired").count(), html.matches("/revoke\"").count()), (1, 3), "{html}");
         let shell = samples::shell(Role::Instructor);
-        let none = TokensPage { shell, rows: vec![], form: FilledForm::default() };
+        let none =
+            TokensPage { shell, rows: vec![], form: FilledForm::new(TokenFields { name: String::new(), days: 90 }) };
         assert!(samples::keep_page("tokens-none", &none).contains("no tokens"));
     }
 

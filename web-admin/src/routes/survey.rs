@@ -232,3 +232,62 @@ async fn go_to_page(
     };
     Ok(FormAnswer::lead_to(&format!("/survey/{token}?page={}", next.copied().unwrap_or(page))))
 }
+
+#[cfg(test)]
+mod tests {
+    //! Fails when an answer of several choices loses one on its way in, or a single one is not taken for an answer.
+
+    use super::*;
+    use axum::body::Body;
+    use axum::extract::{FromRequest, Request};
+    use axum::http::header::CONTENT_TYPE;
+    use documents::Instrument;
+
+    const INSTRUMENT: &str = r#"
+id = "habits"
+title = { en = "Habits" }
+languages = ["en"]
+duration_min = 1
+source = "Made up"
+licence = "None"
+
+[[scale]]
+id = "places"
+kind = "choices"
+
+[[scale.option]]
+id = "home"
+text = { en = "At home" }
+
+[[scale.option]]
+id = "ward"
+text = { en = "On the ward" }
+
+[[item]]
+id = "one"
+text = { en = "Where?" }
+scale = "places"
+
+[[item]]
+id = "several"
+text = { en = "Where else?" }
+scale = "places"
+
+[[item]]
+id = "none"
+text = { en = "Nowhere?" }
+scale = "places"
+"#;
+
+    #[tokio::test]
+    async fn a_question_brings_as_many_answers_as_were_ticked() {
+        let body = "do=send&page=2&q.one=ward&q.several=ward&lang=en&q.several=at+home";
+        let request = Request::post("/").header(CONTENT_TYPE, "application/x-www-form-urlencoded");
+        let request = request.body(Body::from(body)).unwrap();
+        let Form(form) = Form::<SurveyAnswerForm>::from_request(request, &()).await.unwrap();
+        assert_eq!((form.step.as_str(), form.page.as_str(), form.consent), ("send", "2", false));
+        let instrument = Instrument::from_bytes("habits.toml", INSTRUMENT.as_bytes()).unwrap();
+        let given: Vec<Vec<&str>> = instrument.items.iter().map(|item| form.given.texts_for(item)).collect();
+        assert_eq!(given, [vec!["ward"], vec!["ward", "at home"], vec![]]);
+    }
+}

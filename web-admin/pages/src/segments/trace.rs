@@ -186,8 +186,9 @@ mod tests {
         let html = samples::keep_page("segments-trace", &page(None));
         assert_eq!(html.matches("name=\"mark\"").count(), 6, "{html}");
         assert!(!html.contains("class=\"pop") && html.contains("value=\"6.1\""), "{html}");
-        let refused =
-            TracePage { form: FilledForm::refused(vec!["x".to_owned()], "pop 1: “x”".to_owned()), ..page(None) };
+        let open = page(None);
+        let form = FilledForm::refused(open.form.typed, "pop 1: “x”".to_owned());
+        let refused = TracePage { form, ..open };
         assert!(samples::keep_page("segments-trace-refused", &refused).contains("role=\"alert\""));
     }
 
