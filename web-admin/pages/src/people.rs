@@ -149,11 +149,13 @@ pub struct CohortPeoplePage {
     pub members: Vec<(String, String, Role)>,
     /// Who is asked for, and has not answered.
     pub requests: Vec<MembershipRequest>,
-    /// The address that was typed.
-    pub email: String,
-    /// Nobody who can be added has it.
-    pub unknown: bool,
+    /// The address of somebody to be added.
+    pub email: FilledForm<String, UnknownAddress>,
 }
+
+/// Nobody who can be in a cohort has the address that was typed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UnknownAddress;
 
 impl SelectOption {
     /// The roles, one of them chosen.
@@ -309,7 +311,8 @@ mod tests {
         let members = vec![("1".to_owned(), "Ana <b>".to_owned(), Role::Trainee)];
         let (href, name) = ("/cohorts/1".to_owned(), "Spring".to_owned());
         let requests = vec![samples::request()];
-        let page = CohortPeoplePage { shell, href, name, members, requests, email: "x@y.z".to_owned(), unknown: true };
+        let email = FilledForm::refused("x@y.z".to_owned(), UnknownAddress);
+        let page = CohortPeoplePage { shell, href, name, members, requests, email };
         let html = samples::keep_page("cohort-people", &page);
         assert!(html.contains("Ana &#60;b&#62;") && html.contains("value=\"x@y.z\""), "{html}");
     }

@@ -203,8 +203,7 @@ fn instruments_are_listed_shown_and_edited() {
         shell: shell(Role::Instructor),
         heading: "Edit an instrument",
         action: "/surveys/instruments/x/edit".to_owned(),
-        text: "</textarea><script>".to_owned(),
-        issues: vec!["document:1:1: id: missing".to_owned()],
+        form: FilledForm::refused("</textarea><script>".to_owned(), vec!["document:1:1: id: missing".to_owned()]),
         preview: Some(preview),
     };
     assert!(!keep_page("instrument-edit", &page).contains("</textarea><script>"));

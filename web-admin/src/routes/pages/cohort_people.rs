@@ -15,7 +15,8 @@ use acts::cohorts::{self as membership, RequestKey};
 use acts::error::Error;
 use model::roster::is_name;
 use model::{CurrentPerson, Role};
-use pages::people::CohortPeoplePage;
+use pages::form::FilledForm;
+use pages::people::{CohortPeoplePage, UnknownAddress};
 use pages::{NavPlace, Shell};
 use store::cohorts::{self};
 use store::reports;
@@ -73,7 +74,7 @@ async fn make_people_page(
     }
     let href = format!("/cohorts/{}", cohort.id);
     let requests = cohorts::list_membership_requests(state.db.reader(), school, Some(cohort.id), None).await?;
-    Ok(CohortPeoplePage { shell, href, name: cohort.name, members, requests, email: String::new(), unknown: false })
+    Ok(CohortPeoplePage { shell, href, name: cohort.name, members, requests, email: FilledForm::default() })
 }
 
 #[derive(Deserialize)]
@@ -95,7 +96,8 @@ pub(super) async fn add_to_cohort(
         let page =
             make_people_page(&state, Shell::new(&person, csrf.token(), NavPlace::Cohorts), person.school_id, cohort)
                 .await?;
-        return Ok(FormAnswer::Refused(CohortPeoplePage { email: form.email, unknown: true, ..page }));
+        let email = FilledForm::refused(form.email, UnknownAddress);
+        return Ok(FormAnswer::Refused(CohortPeoplePage { email, ..page }));
     }
     Ok(FormAnswer::lead_to(&format!("/cohorts/{id}/people")))
 }

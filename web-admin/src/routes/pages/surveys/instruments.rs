@@ -15,6 +15,7 @@ use acts::error::Error;
 use acts::surveys;
 use model::CurrentPerson;
 use pages::draft::say_issue;
+use pages::form::FilledForm;
 use pages::survey::instrument::{EditPage, InstrumentPage, InstrumentPreview, InstrumentsPage};
 use pages::{NavPlace, Shell};
 use store::instruments::{self, InstrumentRevision};
@@ -104,7 +105,7 @@ pub(super) async fn serve_document(
 }
 
 pub(super) async fn show_new_instrument(Teacher(person): Teacher, csrf: Csrf) -> Result<EditPage, PageError> {
-    Ok(make_editor_page(&person, &csrf, None, BLANK.to_owned()))
+    Ok(make_editor_page(&person, &csrf, None, FilledForm::new(BLANK.to_owned())))
 }
 
 pub(super) async fn show_editor(
@@ -115,16 +116,20 @@ pub(super) async fn show_editor(
 ) -> Result<EditPage, PageError> {
     let found = find_current(&state, &person, &id).await?;
     let text = String::from_utf8_lossy(&found.bytes).into_owned();
-    Ok(make_editor_page(&person, &csrf, Some(&id), text))
+    Ok(make_editor_page(&person, &csrf, Some(&id), FilledForm::new(text)))
 }
 
-fn make_editor_page(person: &CurrentPerson, csrf: &Csrf, id: Option<&str>, text: String) -> EditPage {
+fn make_editor_page(
+    person: &CurrentPerson,
+    csrf: &Csrf,
+    id: Option<&str>,
+    form: FilledForm<String, Vec<String>>,
+) -> EditPage {
     EditPage {
         shell: Shell::new(person, csrf.token(), NavPlace::Surveys),
         heading: if id.is_some() { tr!("Edit an instrument") } else { tr!("New instrument") },
         action: id.map_or_else(|| "/surveys/instruments/new".to_owned(), |id| format!("{}/edit", instrument_href(id))),
-        text,
-        issues: Vec::new(),
+        form,
         preview: None,
     }
 }
@@ -165,20 +170,20 @@ async fn store_instrument(
     form: DocumentForm,
 ) -> Result<FormAnswer<EditPage>, PageError> {
     let text = unix_lines(&form.text);
-    let page = make_editor_page(person, csrf, id, text.clone());
+    let refuse =
+        |issues| FormAnswer::Refused(make_editor_page(person, csrf, id, FilledForm::refused(text.clone(), issues)));
     let (instrument, bytes) = match read_instrument(&text, id) {
         Ok(read) => read,
-        Err(issues) => {
-            return Ok(FormAnswer::Refused(EditPage { issues, ..page }));
-        }
+        Err(issues) => return Ok(refuse(issues)),
     };
     if form.step != "publish" {
+        let page = make_editor_page(person, csrf, id, FilledForm::new(text));
         let page = EditPage { preview: Some(InstrumentPreview::new(&instrument)), ..page };
         return Ok(FormAnswer::Answered(page.into_response()));
     }
     if !surveys::publish_written(state, person, &instrument, &bytes, id.is_none()).await? {
         let issues = vec![tr!("id: “{id}”; there is an instrument of that id: edit it", id = instrument.id)];
-        return Ok(FormAnswer::Refused(EditPage { issues, ..page }));
+        return Ok(refuse(issues));
     }
     Ok(FormAnswer::lead_to(&instrument_href(&instrument.id)))
 }
