@@ -9,7 +9,7 @@ use uuid::Uuid;
 use crate::error::Error;
 use crate::service::Service;
 use crate::surveys;
-use crate::surveys::answering::read_items;
+use crate::surveys::answering::read_answers_to_items;
 use model::CurrentPerson;
 use model::survey::given::GivenAnswers;
 use store::audit::AuditEntry;
@@ -82,7 +82,7 @@ impl Rated {
     /// Reads answers from the fields of a form. Returns what was refused, by the item's place.
     pub fn read(&mut self, given: &GivenAnswers) -> Vec<(usize, Refused)> {
         let all: Vec<usize> = (0..self.instrument.items.len()).collect();
-        read_items(&self.instrument, &all, given, &mut self.rating.answers)
+        read_answers_to_items(&self.instrument, &all, given, &mut self.rating.answers)
     }
 
     /// Stores the answers so far.

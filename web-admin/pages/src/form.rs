@@ -35,7 +35,7 @@ impl<T: Default, W> Default for FilledForm<T, W> {
 ///
 /// # Errors
 /// When the field is no text.
-pub fn read_trimmed<'de, D: Deserializer<'de>>(field: D) -> Result<String, D::Error> {
+pub fn read_trimmed_text<'de, D: Deserializer<'de>>(field: D) -> Result<String, D::Error> {
     Ok(String::deserialize(field)?.trim().to_owned())
 }
 
@@ -43,7 +43,7 @@ pub fn read_trimmed<'de, D: Deserializer<'de>>(field: D) -> Result<String, D::Er
 ///
 /// # Errors
 /// When the field is no text.
-pub fn read_ticked<'de, D: Deserializer<'de>>(field: D) -> Result<bool, D::Error> {
+pub fn read_ticked_box<'de, D: Deserializer<'de>>(field: D) -> Result<bool, D::Error> {
     let value = String::deserialize(field)?;
     Ok(["yes", "true"].contains(&value.as_str()))
 }

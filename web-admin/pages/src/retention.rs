@@ -5,7 +5,7 @@ use askama_web::WebTemplate;
 use serde::Deserialize;
 use time::OffsetDateTime;
 
-use super::form::{FilledForm, read_ticked};
+use super::form::{FilledForm, read_ticked_box};
 use super::{Shell, format};
 use model::Role;
 use model::retention::RetentionAction;
@@ -37,10 +37,10 @@ pub struct RetentionForm {
     /// Days.
     pub warn_days: String,
     /// Free texts go with whoever is erased by the rule.
-    #[serde(deserialize_with = "read_ticked")]
+    #[serde(deserialize_with = "read_ticked_box")]
     pub texts: bool,
     /// Recordings go with whoever is erased.
-    #[serde(deserialize_with = "read_ticked")]
+    #[serde(deserialize_with = "read_ticked_box")]
     pub recordings: bool,
 }
 

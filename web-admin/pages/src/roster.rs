@@ -5,7 +5,7 @@ use askama_web::WebTemplate;
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::form::{FilledForm, read_ticked, read_trimmed};
+use super::form::{FilledForm, read_ticked_box, read_trimmed_text};
 use super::{Shell, StatusWord, roster};
 use model::roster::{Leaving, LineOutcome, Refusal, RosterChange, RosterDifference, RosterOutcome};
 
@@ -29,10 +29,10 @@ pub struct RosterPage {
 #[serde(default)]
 pub struct RosterForm {
     /// The cohort of people whose line names none; empty: none.
-    #[serde(deserialize_with = "read_trimmed")]
+    #[serde(deserialize_with = "read_trimmed_text")]
     pub cohort: String,
     /// Whoever is missing is to leave.
-    #[serde(deserialize_with = "read_ticked")]
+    #[serde(deserialize_with = "read_ticked_box")]
     pub remove_missing: bool,
 }
 

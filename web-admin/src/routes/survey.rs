@@ -20,7 +20,7 @@ use acts::surveys::answering;
 use acts::surveys::answering::Answering;
 use model::survey::ResponseState;
 use model::survey::given::GivenAnswers;
-use pages::form::read_ticked;
+use pages::form::read_ticked_box;
 use pages::survey::form::{
     ConsentPage, EndPage, FormPage, FormQuestion, GivenField, Refusals, SurveyEnd, Terms, respond_in_language,
     speak_language,
@@ -148,7 +148,7 @@ fn make_question(answering: &Answering, item: usize, language: &str, refusals: &
 struct SurveyAnswerForm {
     #[serde(rename = "do", default)]
     step: String,
-    #[serde(default, deserialize_with = "read_ticked")]
+    #[serde(default, deserialize_with = "read_ticked_box")]
     consent: bool,
     #[serde(default)]
     lang: String,

@@ -83,7 +83,7 @@ impl Answering {
     pub fn read_page(&mut self, page: usize, given: &GivenAnswers) -> Vec<(usize, Refused)> {
         let pages = self.instrument.pages();
         let Some((_, items)) = pages.get(page) else { return Vec::new() };
-        read_items(&self.instrument, items, given, &mut self.response.answers)
+        read_answers_to_items(&self.instrument, items, given, &mut self.response.answers)
     }
 
     /// Stores the answers so far, and with the first of them the consent.
@@ -159,7 +159,7 @@ impl Answering {
 
 /// Reads the answers to some items, by their places, from the fields of a form into `answers`. Returns what was refused;
 /// the answer before stays then.
-pub fn read_items(
+pub fn read_answers_to_items(
     instrument: &Instrument,
     items: &[usize],
     given: &GivenAnswers,

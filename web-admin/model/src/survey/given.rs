@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 /// What the field of an item is called in a form.
 #[must_use]
-pub fn field_name(item: &Item) -> String {
+pub fn name_of_field(item: &Item) -> String {
     format!("q.{}", item.id)
 }
 
@@ -29,7 +29,7 @@ impl GivenAnswers {
     /// What was typed for an item, in the order in which it was sent.
     #[must_use]
     pub fn texts_for(&self, item: &Item) -> Vec<&str> {
-        let texts = match self.0.get(&field_name(item)) {
+        let texts = match self.0.get(&name_of_field(item)) {
             None => &[][..],
             Some(FieldTexts::One(text)) => std::slice::from_ref(text),
             Some(FieldTexts::Several(texts)) => texts,

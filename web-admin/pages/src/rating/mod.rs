@@ -14,7 +14,7 @@ use serde::Deserialize;
 use time::OffsetDateTime;
 use uuid::Uuid;
 
-use super::form::{FilledForm, read_trimmed};
+use super::form::{FilledForm, read_trimmed_text};
 use super::people::SelectOption;
 use super::{Shell, StatusWord, format};
 
@@ -70,13 +70,13 @@ pub struct NewRoundPage {
 #[serde(default)]
 pub struct NewRoundForm {
     /// Title.
-    #[serde(deserialize_with = "read_trimmed")]
+    #[serde(deserialize_with = "read_trimmed_text")]
     pub title: String,
     /// The instrument's id.
-    #[serde(deserialize_with = "read_trimmed")]
+    #[serde(deserialize_with = "read_trimmed_text")]
     pub instrument: String,
     /// The assignment that the attempts are of; empty: the review queue.
-    #[serde(deserialize_with = "read_trimmed")]
+    #[serde(deserialize_with = "read_trimmed_text")]
     pub assignment: String,
     /// Ids of raters.
     #[serde(rename = "rater")]

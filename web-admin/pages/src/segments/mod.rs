@@ -10,7 +10,7 @@ use serde::Deserialize;
 use time::OffsetDateTime;
 use uuid::Uuid;
 
-use super::form::{FilledForm, read_trimmed};
+use super::form::{FilledForm, read_trimmed_text};
 use super::people::SelectOption;
 use super::{Shell, StatusWord, format};
 use model::due::Local;
@@ -70,13 +70,13 @@ pub struct NewTaskPage {
 #[serde(default)]
 pub struct NewTaskForm {
     /// Title.
-    #[serde(deserialize_with = "read_trimmed")]
+    #[serde(deserialize_with = "read_trimmed_text")]
     pub title: String,
     /// Due date.
-    #[serde(deserialize_with = "read_trimmed")]
+    #[serde(deserialize_with = "read_trimmed_text")]
     pub due: String,
     /// The cohort's id.
-    #[serde(deserialize_with = "read_trimmed")]
+    #[serde(deserialize_with = "read_trimmed_text")]
     pub cohort: String,
     /// Ids of attempts.
     #[serde(rename = "attempt")]

@@ -9,7 +9,7 @@ use documents::instrument::{Item, ScaleKind, Words};
 
 use crate::{assets, format};
 use model::survey::Identity;
-use model::survey::given::{GivenAnswers, field_name};
+use model::survey::given::{GivenAnswers, name_of_field};
 use words::Language;
 
 /// Most places of a row of marks; a finer scale is a field for a number.
@@ -278,7 +278,7 @@ impl FormQuestion {
         let read = |words: &Words| words.in_language(language).to_owned();
         let field = instrument.scale(item).map(|scale| AskedText { instrument, item, language }.field(scale, given));
         Self {
-            name: field_name(item),
+            name: name_of_field(item),
             short: item.name.as_ref().map(read),
             text: read(&item.text),
             field: field.unwrap_or(QuestionField::Several(Vec::new())),

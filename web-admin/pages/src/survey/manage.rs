@@ -6,7 +6,7 @@ use serde::Deserialize;
 use time::OffsetDateTime;
 
 use super::identity_words;
-use crate::form::{FilledForm, read_ticked, read_trimmed};
+use crate::form::{FilledForm, read_ticked_box, read_trimmed_text};
 use crate::{Shell, StatusWord, format};
 use model::limits::LETTERS_AN_HOUR;
 use model::mail::LetterDelivery;
@@ -119,25 +119,25 @@ pub struct NewSurveyPage {
 #[serde(default)]
 pub struct NewSurveyForm {
     /// The instrument's id.
-    #[serde(deserialize_with = "read_trimmed")]
+    #[serde(deserialize_with = "read_trimmed_text")]
     pub instrument: String,
     /// Title.
-    #[serde(deserialize_with = "read_trimmed")]
+    #[serde(deserialize_with = "read_trimmed_text")]
     pub title: String,
     /// The word for the identity.
-    #[serde(deserialize_with = "read_trimmed")]
+    #[serde(deserialize_with = "read_trimmed_text")]
     pub identity: String,
     /// Asked after each attempt.
-    #[serde(deserialize_with = "read_ticked")]
+    #[serde(deserialize_with = "read_ticked_box")]
     pub after_attempts: bool,
     /// Ids of cohorts.
     #[serde(rename = "cohort")]
     pub cohorts: Vec<String>,
     /// First day.
-    #[serde(deserialize_with = "read_trimmed")]
+    #[serde(deserialize_with = "read_trimmed_text")]
     pub opens: String,
     /// Last day.
-    #[serde(deserialize_with = "read_trimmed")]
+    #[serde(deserialize_with = "read_trimmed_text")]
     pub closes: String,
 }
 

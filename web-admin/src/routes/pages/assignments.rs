@@ -19,7 +19,7 @@ use model::{CurrentPerson, Role};
 use pages::assignments::{
     AssignForm, AssignmentPage, AssignmentRow, ManagedAssignmentsPage, ManagedRow, OwnAssignmentsPage,
 };
-use pages::form::{FilledForm, read_ticked};
+use pages::form::{FilledForm, read_ticked_box};
 use pages::people::SelectOption;
 use pages::{NavPlace, Shell};
 use store::assignments;
@@ -102,7 +102,7 @@ pub(super) struct TypedAssignment {
     email: String,
     due: String,
     limit: String,
-    #[serde(deserialize_with = "read_ticked")]
+    #[serde(deserialize_with = "read_ticked_box")]
     supervised: bool,
 }
 

@@ -15,7 +15,7 @@ use acts::error::Error;
 use model::CurrentPerson;
 use model::directory::{AccountState, DirectoryEntry};
 use pages::erasing::ErasePage;
-use pages::form::read_ticked;
+use pages::form::read_ticked_box;
 use pages::{NavPlace, Shell};
 use store::texts::{self, Whose};
 use store::{retention, schools};
@@ -63,9 +63,9 @@ async fn make_erase_page(
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct EraseForm {
     confirm: String,
-    #[serde(default, deserialize_with = "read_ticked")]
+    #[serde(default, deserialize_with = "read_ticked_box")]
     written: bool,
-    #[serde(default, deserialize_with = "read_ticked")]
+    #[serde(default, deserialize_with = "read_ticked_box")]
     about: bool,
 }
 

@@ -16,7 +16,7 @@ use acts::roster_import;
 use acts::roster_import::RosterPreview;
 use model::CurrentPerson;
 use model::roster::{RosterRequest, is_name};
-use pages::form::{FilledForm, read_ticked};
+use pages::form::{FilledForm, read_ticked_box};
 use pages::roster::{RosterFilter, RosterForm, RosterPage, RosterPreviewPage};
 use pages::{NavPlace, Shell};
 use store::cohorts;
@@ -51,7 +51,7 @@ pub(super) async fn send_roster(
     csrf: Csrf,
     CsrfUpload { form, file }: CsrfUpload<RosterForm>,
 ) -> Result<FormAnswer<RosterPage>, PageError> {
-    match split_refusal(keep_roster(&state, &person, &form, &file).await)? {
+    match split_refusal(keep_sent_roster(&state, &person, &form, &file).await)? {
         Ok(id) => Ok(FormAnswer::lead_to(&format!("/people/rosters/{id}"))),
         Err(why) => {
             let form = FilledForm::refused(form, why);
@@ -61,7 +61,7 @@ pub(super) async fn send_roster(
 }
 
 /// Keeps what was sent, to be looked at.
-async fn keep_roster(
+async fn keep_sent_roster(
     state: &AppState,
     person: &CurrentPerson,
     form: &RosterForm,
@@ -129,7 +129,7 @@ async fn make_preview_page(
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct ConfirmRosterForm {
     digest: String,
-    #[serde(default, deserialize_with = "read_ticked")]
+    #[serde(default, deserialize_with = "read_ticked_box")]
     invite: bool,
 }
 

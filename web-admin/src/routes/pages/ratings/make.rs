@@ -49,7 +49,7 @@ pub(super) async fn show_new_round(
 }
 
 /// What was chosen, each once.
-fn chosen_once(chosen: &[String]) -> BTreeSet<&str> {
+fn list_chosen_once(chosen: &[String]) -> BTreeSet<&str> {
     chosen.iter().map(String::as_str).collect()
 }
 
@@ -84,7 +84,8 @@ async fn make_new_round_page(
     form: FilledForm<NewRoundForm>,
 ) -> Result<NewRoundPage, Error> {
     let reader = state.db.reader();
-    let (chosen_raters, chosen_attempts) = (chosen_once(&form.typed.raters), chosen_once(&form.typed.attempts));
+    let (chosen_raters, chosen_attempts) =
+        (list_chosen_once(&form.typed.raters), list_chosen_once(&form.typed.attempts));
     let raters = stored::raters(reader, person.school_id).await?;
     let rater = |rater: Rater| {
         let value = rater.id.to_string();
@@ -157,7 +158,7 @@ async fn read_new_round(state: &AppState, person: &CurrentPerson, form: &NewRoun
 
 async fn read_raters(state: &AppState, person: &CurrentPerson, form: &NewRoundForm) -> Result<Vec<Uuid>, Error> {
     let known = stored::raters(state.db.reader(), person.school_id).await?;
-    let chosen = chosen_once(&form.raters);
+    let chosen = list_chosen_once(&form.raters);
     if !(2..=MOST_RATERS).contains(&chosen.len()) {
         return Err(Error::Unprocessable(tr!(
             "raters: {count}; allowed: 2 to {most}",
@@ -177,7 +178,7 @@ async fn read_attempts(
     form: &NewRoundForm,
     raters: &[Uuid],
 ) -> Result<Vec<Uuid>, Error> {
-    let chosen = chosen_once(&form.attempts);
+    let chosen = list_chosen_once(&form.attempts);
     if !(1..=MOST_ATTEMPTS).contains(&chosen.len()) {
         return Err(Error::Unprocessable(tr!(
             "attempts: {count}; allowed: 1 to {most}",

@@ -13,7 +13,7 @@ use crate::routes::pages::PathId;
 use acts::error::Error;
 use acts::replays;
 use acts::segments;
-use model::segments::{MarksVerdict, read, strips};
+use model::segments::{MarksVerdict, read_pop_marks, strips};
 use model::series::{AttemptStretch, TimeSpan};
 use model::{CurrentPerson, Role};
 use pages::form::FilledForm;
@@ -138,7 +138,7 @@ pub(super) async fn mark_trace(
         "send" => true,
         other => return Err(Error::BadRequest(format!("do: \"{other}\"; allowed are save and send")).into()),
     };
-    match read(&form.mark, open.session.duration_s) {
+    match read_pop_marks(&form.mark, open.session.duration_s) {
         Ok(marks) => {
             segments::mark(&state, &person, &open.trace, marks, sent).await?;
             Ok(FormAnswer::lead_to(&trace_href(&open.trace)))

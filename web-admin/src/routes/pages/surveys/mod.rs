@@ -24,7 +24,7 @@ use acts::surveys::answering::SurveyOccasion;
 use acts::surveys::instrument_of;
 use model::survey::Survey;
 use model::{CurrentPerson, Moment, Role};
-use pages::form::{FilledForm, read_ticked};
+use pages::form::{FilledForm, read_ticked_box};
 use pages::survey::form::{ConsentPage, respond_in_language};
 use pages::survey::manage::{ManagePage, OwnSurveyRow, SurveyRow, SurveysPage};
 use pages::{NavPlace, Shell};
@@ -185,7 +185,7 @@ struct ConsentAnswerForm {
     session: Option<Uuid>,
     #[serde(default)]
     lang: String,
-    #[serde(default, deserialize_with = "read_ticked")]
+    #[serde(default, deserialize_with = "read_ticked_box")]
     consent: bool,
 }
 
