@@ -207,6 +207,14 @@ fn only_the_clock_reads_the_clock() {
 }
 
 #[test]
+fn one_module_answers_refused_forms() {
+    for (path, text) in shipped("web-admin/src") {
+        let inside = path.ends_with("src/error.rs") || path.ends_with("routes/forms.rs");
+        assert!(inside || !text.contains("UNPROCESSABLE_ENTITY"), "{}: use FormAnswer::Refused", path.display());
+    }
+}
+
+#[test]
 fn one_module_knows_parry() {
     for (path, text) in shipped("sim/law/src").chain(shipped("sim/tissue/src")) {
         let inside = path.starts_with("sim/law/src/structures") || path.ends_with("structures.rs");

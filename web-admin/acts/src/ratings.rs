@@ -8,9 +8,10 @@ use serde_json::json;
 use crate::error::Error;
 use crate::service::Service;
 use crate::surveys;
-use crate::surveys::answering::read_items;
+use crate::surveys::answering::read_answers_to_items;
 use model::CurrentPerson;
 use model::ids::{RatingId, RoundId};
+use model::survey::given::GivenAnswers;
 use store::audit::AuditEntry;
 use store::ratings::{self, NewRound, Rating, Round};
 use store::sessions::{self, Session};
@@ -78,10 +79,10 @@ pub async fn attempt(state: &Service, rater: &CurrentPerson, id: RatingId) -> Re
 }
 
 impl Rated {
-    /// Reads answers from the fields of a form, `q.` and the item's id. Returns what was refused, by the item's place.
-    pub fn read(&mut self, fields: &[(String, String)]) -> Vec<(usize, Refused)> {
+    /// Reads answers from the fields of a form. Returns what was refused, by the item's place.
+    pub fn read(&mut self, given: &GivenAnswers) -> Vec<(usize, Refused)> {
         let all: Vec<usize> = (0..self.instrument.items.len()).collect();
-        read_items(&self.instrument, &all, fields, &mut self.rating.answers)
+        read_answers_to_items(&self.instrument, &all, given, &mut self.rating.answers)
     }
 
     /// Stores the answers so far.

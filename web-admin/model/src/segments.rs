@@ -65,13 +65,13 @@ pub enum MarksRefused {
 ///
 /// # Errors
 /// When one is no moment of the attempt, or there are too many.
-pub fn read(typed: &[&str], duration_s: f64) -> Result<Vec<f64>, MarksRefused> {
+pub fn read_pop_marks(typed: &[impl AsRef<str>], duration_s: f64) -> Result<Vec<f64>, MarksRefused> {
     let mut marks = Vec::new();
-    for (at, said) in typed.iter().enumerate().filter(|(_, said)| !said.trim().is_empty()) {
+    for (at, said) in typed.iter().map(AsRef::as_ref).enumerate().filter(|(_, said)| !said.trim().is_empty()) {
         let moment = said.trim().replace(',', ".").parse::<f64>().ok();
         let allowed = moment.filter(|moment| (0.0..=duration_s).contains(moment));
         let last = format!("{duration_s:.2}");
-        marks.push(allowed.ok_or_else(|| MarksRefused::NoMoment { place: at + 1, typed: (*said).to_owned(), last })?);
+        marks.push(allowed.ok_or_else(|| MarksRefused::NoMoment { place: at + 1, typed: said.to_owned(), last })?);
     }
     if marks.len() > MOST_MARKS {
         return Err(MarksRefused::TooMany(marks.len()));
@@ -263,12 +263,12 @@ mod tests {
 
     #[test]
     fn what_is_typed_is_a_moment_of_the_attempt() {
-        assert_eq!(read(&["3,5", "", " 1.25 ", "3.5"], 10.0), Ok(vec![1.25, 3.5]));
+        assert_eq!(read_pop_marks(&["3,5", "", " 1.25 ", "3.5"], 10.0), Ok(vec![1.25, 3.5]));
         for typed in ["-0.1", "10.01", "nan", "inf", "soon"] {
-            let refused = read(&["1", typed], 10.0).expect_err(typed).to_string();
+            let refused = read_pop_marks(&["1", typed], 10.0).expect_err(typed).to_string();
             assert!(refused.contains("pop 2") && refused.contains(typed) && refused.contains("10.00"), "{refused}");
         }
-        assert_eq!(read(&["1"; 200], 10.0), Err(MarksRefused::TooMany(200)));
+        assert_eq!(read_pop_marks(&["1"; 200], 10.0), Err(MarksRefused::TooMany(200)));
     }
 
     #[test]

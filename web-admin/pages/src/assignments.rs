@@ -3,6 +3,7 @@
 use askama::Template;
 use askama_web::WebTemplate;
 
+use super::form::FilledForm;
 use super::people::SelectOption;
 use super::{Shell, StatusWord, format};
 use model::Role;
@@ -54,7 +55,7 @@ pub struct ManagedAssignmentsPage {
     /// The latest first.
     pub rows: Vec<ManagedRow>,
     /// The form.
-    pub form: AssignForm,
+    pub form: FilledForm<AssignForm>,
 }
 
 /// An assignment that was made.
@@ -91,8 +92,6 @@ pub struct AssignForm {
     pub supervised: bool,
     /// The school's time zone.
     pub time_zone: String,
-    /// Why it was refused.
-    pub refused: Option<String>,
 }
 
 /// An assignment and everybody's standing.
@@ -222,9 +221,9 @@ mod tests {
         let form = AssignForm {
             due: "2026-03-29T02:30".to_owned(),
             time_zone: "Europe/Berlin".to_owned(),
-            refused: Some("the due date: skipped".to_owned()),
             ..AssignForm::default()
         };
+        let form = FilledForm::refused(form, "the due date: skipped".to_owned());
         let shell = samples::shell(Role::Instructor);
         let page = ManagedAssignmentsPage { shell: shell.clone(), rows: vec![managed.clone()], form };
         let html = samples::keep_page("assignments-managed", &page);

@@ -2,8 +2,10 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
+use serde::Deserialize;
 use time::OffsetDateTime;
 
+use super::form::FilledForm;
 use super::{Shell, StatusWord, format};
 use model::ids::PersonId;
 
@@ -19,14 +21,20 @@ pub struct ConsentOfExpertPage {
     pub name: String,
     /// What was recorded, the latest first.
     pub recorded: Vec<Recorded>,
-    /// The words, as they were typed.
+    /// What is typed.
+    pub form: FilledForm<DeclarationForm>,
+}
+
+/// The fields of a consent.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(default)]
+pub struct DeclarationForm {
+    /// The words that were agreed to.
     pub wording: String,
-    /// How it was given, as it was typed.
+    /// How it was given.
     pub how: String,
-    /// The day, as it was typed.
+    /// The day.
     pub given: String,
-    /// Why it was refused.
-    pub refused: Option<String>,
 }
 
 /// A consent that was recorded.
@@ -72,17 +80,14 @@ mod tests {
             person: PersonId::nil(),
             name: "Dr Osei".to_owned(),
             recorded: vec![recorded(None), recorded(Some((samples::NOW, "Head".to_owned())))],
-            wording: String::new(),
-            how: String::new(),
-            given: String::new(),
-            refused: None,
+            form: FilledForm::default(),
         };
         let html = samples::keep_page("expert-consent", &page);
         assert!(html.contains("&#60;shown&#62;") && html.contains("/consent/withdraw"), "{html}");
+        let typed = DeclarationForm { wording: "a \"b\"".to_owned(), ..DeclarationForm::default() };
         let page = ConsentOfExpertPage {
             recorded: vec![],
-            wording: "a \"b\"".to_owned(),
-            refused: Some("wording: 0 characters".to_owned()),
+            form: FilledForm::refused(typed, "wording: 0 characters".to_owned()),
             ..page
         };
         let html = samples::keep_page("expert-consent-refused", &page);

@@ -22,6 +22,7 @@ pub mod error;
 pub mod exercise;
 #[cfg(test)]
 mod forgotten;
+pub mod form;
 pub mod format;
 pub mod instructor;
 pub mod judgement;

@@ -2,8 +2,10 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
+use serde::Deserialize;
 
 use super::Shell;
+use super::form::FilledForm;
 
 /// The origins that a school allows.
 #[derive(Debug, Template, WebTemplate)]
@@ -11,10 +13,15 @@ use super::Shell;
 pub struct OriginsPage {
     /// Frame.
     pub shell: Shell,
-    /// What is in the field: an origin a line.
-    pub typed: String,
+    /// What is typed.
+    pub form: FilledForm<OriginsForm>,
     /// What the service allows for every school.
     pub everywhere: Vec<String>,
-    /// Why what was typed was not taken.
-    pub refused: Option<String>,
+}
+
+/// The fields of the origins that a school allows.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+pub struct OriginsForm {
+    /// An origin a line.
+    pub origins: String,
 }

@@ -5,6 +5,7 @@ use std::borrow::Borrow;
 use askama::Template;
 use askama_web::WebTemplate;
 
+use super::form::FilledForm;
 use super::{Shell, StatusWord, format, people};
 use model::Role;
 use model::directory::{AccountState, DirectoryEntry};
@@ -49,7 +50,7 @@ pub struct PeoplePage {
     /// How many a roster has just added and changed.
     pub imported: Option<(usize, usize)>,
     /// Somebody to be added, and why they were not.
-    pub form: PersonForm,
+    pub form: FilledForm<PersonForm, PersonRefused>,
 }
 
 /// What was typed about somebody.
@@ -63,8 +64,6 @@ pub struct PersonForm {
     pub roles: Vec<SelectOption>,
     /// Cohorts to choose from.
     pub cohorts: Vec<SelectOption>,
-    /// Why it was refused.
-    pub refused: Option<PersonRefused>,
 }
 
 /// Why somebody was not added or changed.
@@ -119,7 +118,7 @@ pub struct PersonPage {
     /// They have a second factor.
     pub second_factor: bool,
     /// Name, address and role to be changed.
-    pub form: PersonForm,
+    pub form: FilledForm<PersonForm, PersonRefused>,
 }
 
 /// A link that an administrator hands over, shown this once.
@@ -150,11 +149,13 @@ pub struct CohortPeoplePage {
     pub members: Vec<(String, String, Role)>,
     /// Who is asked for, and has not answered.
     pub requests: Vec<MembershipRequest>,
-    /// The address that was typed.
-    pub email: String,
-    /// Nobody who can be added has it.
-    pub unknown: bool,
+    /// The address of somebody to be added.
+    pub email: FilledForm<String, UnknownAddress>,
 }
+
+/// Nobody who can be in a cohort has the address that was typed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UnknownAddress;
 
 impl SelectOption {
     /// The roles, one of them chosen.
@@ -254,11 +255,10 @@ mod tests {
             later: true,
             filtered,
             imported: Some((3, 1)),
-            form: PersonForm {
-                refused: Some(PersonRefused::Taken),
-                roles: SelectOption::roles(None),
-                ..PersonForm::default()
-            },
+            form: FilledForm::refused(
+                PersonForm { roles: SelectOption::roles(None), ..PersonForm::default() },
+                PersonRefused::Taken,
+            ),
             rows,
         }
     }
@@ -286,7 +286,11 @@ mod tests {
             done: Some(PersonChangeDone::Mailed),
             delivery: Some("the mail server refused it".to_owned()),
             second_factor: true,
-            form: PersonForm { name: "Ana".to_owned(), roles: SelectOption::roles(None), ..PersonForm::default() },
+            form: FilledForm::new(PersonForm {
+                name: "Ana".to_owned(),
+                roles: SelectOption::roles(None),
+                ..PersonForm::default()
+            }),
         };
         let invited = samples::keep_page("person-invited", &page(AccountState::Invited, false));
         assert!(invited.contains("Send the invitation again") && invited.contains("refused it"), "{invited}");
@@ -308,7 +312,8 @@ mod tests {
         let members = vec![("1".to_owned(), "Ana <b>".to_owned(), Role::Trainee)];
         let (href, name) = ("/cohorts/1".to_owned(), "Spring".to_owned());
         let requests = vec![samples::request()];
-        let page = CohortPeoplePage { shell, href, name, members, requests, email: "x@y.z".to_owned(), unknown: true };
+        let email = FilledForm::refused("x@y.z".to_owned(), UnknownAddress);
+        let page = CohortPeoplePage { shell, href, name, members, requests, email };
         let html = samples::keep_page("cohort-people", &page);
         assert!(html.contains("Ana &#60;b&#62;") && html.contains("value=\"x@y.z\""), "{html}");
     }

@@ -7,6 +7,7 @@ use askama_web::WebTemplate;
 use serde::Deserialize;
 use time::OffsetDateTime;
 
+use super::form::FilledForm;
 use super::people::SelectOption;
 use super::{Shell, StatusWord, format};
 use model::ids::{RegradingId, SessionId};
@@ -164,8 +165,8 @@ pub struct RegradingPage {
     pub own: bool,
     /// Attempts have changed since it was looked at.
     pub stale: bool,
-    /// The reason as it was typed, and why it was refused.
-    pub typed: (String, Option<String>),
+    /// The reason that is typed.
+    pub confirmation: FilledForm<String>,
 }
 
 /// Attempts that get a score by the rubric.
@@ -307,7 +308,7 @@ mod tests {
             digest: "d1gest".to_owned(),
             own: true,
             stale: false,
-            typed: (String::new(), None),
+            confirmation: FilledForm::default(),
         }
     }
 
@@ -327,8 +328,8 @@ mod tests {
 
     #[test]
     fn a_refusal_keeps_what_was_typed() {
-        let typed = ("x < y".to_owned(), Some("reason: empty".to_owned()));
-        let html = samples::keep_page("regrading-refused", &RegradingPage { typed, ..page() });
+        let confirmation = FilledForm::refused("x < y".to_owned(), "reason: empty".to_owned());
+        let html = samples::keep_page("regrading-refused", &RegradingPage { confirmation, ..page() });
         assert!(html.contains("x &#60; y") && html.contains("reason: empty"));
         let html = samples::keep_page("regrading-stale", &RegradingPage { stale: true, ..page() });
         assert!(html.contains("role=\"alert\"") && !html.contains("d1gest"), "{html}");

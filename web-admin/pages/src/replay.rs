@@ -6,6 +6,7 @@ use askama::Template;
 use askama_web::WebTemplate;
 use time::OffsetDateTime;
 
+use super::form::FilledForm;
 use super::session::Drawing;
 use super::{Shell, anatomy, assets, format};
 use model::comment::{CommentKind, MOST_CHARACTERS, TypedComment};
@@ -85,17 +86,15 @@ pub struct Utterance {
 /// The form for a comment.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CommentForm {
-    /// As it was typed.
-    pub typed: TypedComment,
-    /// Why it was refused.
-    pub error: Option<String>,
+    /// What is typed.
+    pub fields: FilledForm<TypedComment>,
     /// The comment that an answer was meant for, where it was one that was refused.
     pub answers: Option<CommentId>,
 }
 
 impl CommentForm {
     fn picked(&self, kind: impl Borrow<CommentKind>) -> bool {
-        self.typed.kind == kind.borrow().name()
+        self.fields.typed.kind == kind.borrow().name()
     }
 
     fn is_answer_to(&self, comment: impl Borrow<CommentId>) -> bool {
@@ -193,8 +192,8 @@ mod tests {
             to_s: String::new(),
             body: "Too \"deep\"".to_owned(),
         };
-        let error = Some("from: \"99\"; allowed is 0 to 26 s".to_owned());
-        let page = ReplayPage { form: CommentForm { typed, error, answers: None }, comments: vec![], ..page() };
+        let fields = FilledForm::refused(typed, "from: \"99\"; allowed is 0 to 26 s".to_owned());
+        let page = ReplayPage { form: CommentForm { fields, answers: None }, comments: vec![], ..page() };
         let html = samples::keep_page("replay-refused", &page);
         for wanted in ["value=\"99\"", "Too &#34;deep&#34;", "allowed is 0 to 26 s", "Nothing has been said"] {
             assert!(html.contains(wanted), "{wanted} is missing in {html}");

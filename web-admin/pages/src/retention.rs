@@ -2,8 +2,10 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
+use serde::Deserialize;
 use time::OffsetDateTime;
 
+use super::form::{FilledForm, read_ticked_box};
 use super::{Shell, format};
 use model::Role;
 use model::retention::RetentionAction;
@@ -15,7 +17,7 @@ pub struct RetentionPage {
     /// Frame.
     pub shell: Shell,
     /// What is set, or was typed.
-    pub form: RetentionForm,
+    pub form: FilledForm<RetentionForm>,
     /// The rule was just saved.
     pub saved: bool,
     /// Whom the rule is about to take.
@@ -27,18 +29,19 @@ pub struct RetentionPage {
 }
 
 /// What is typed about the rule.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(default)]
 pub struct RetentionForm {
     /// Months, empty for ever.
     pub months: String,
     /// Days.
     pub warn_days: String,
     /// Free texts go with whoever is erased by the rule.
+    #[serde(deserialize_with = "read_ticked_box")]
     pub texts: bool,
     /// Recordings go with whoever is erased.
+    #[serde(deserialize_with = "read_ticked_box")]
     pub recordings: bool,
-    /// Why it was refused.
-    pub refused: Option<String>,
 }
 
 /// Somebody whom the rule is about to take.
@@ -103,9 +106,10 @@ mod tests {
             error: Some("the mail server refused it".to_owned()),
             step,
         };
+        let typed = RetentionForm { months: "x".to_owned(), ..RetentionForm::default() };
         let mut page = RetentionPage {
             shell: samples::shell(Role::Administrator),
-            form: RetentionForm { months: "x".to_owned(), refused: Some("no".to_owned()), ..RetentionForm::default() },
+            form: FilledForm::refused(typed, "no".to_owned()),
             saved: true,
             rows: steps.map(row).to_vec(),
             more: 3,

@@ -5,6 +5,7 @@ use askama_web::WebTemplate;
 use assessment::Assessment;
 use time::OffsetDateTime;
 
+use super::form::FilledForm;
 use super::metric;
 use super::{Shell, StatusWord, format};
 use model::ids::SessionId;
@@ -69,8 +70,8 @@ pub struct GradePage {
     pub ratings: Vec<RatedMean>,
     /// The visitor may judge.
     pub judge: bool,
-    /// The form as it was filled in, and why it was refused.
-    pub form: (TypedOverride, Option<String>),
+    /// What is typed into the form of an override.
+    pub form: FilledForm<TypedOverride>,
 }
 
 /// The mean of what several raters gave.
@@ -144,7 +145,7 @@ pub enum GradeAct {
 
 impl GradePage {
     fn chose(&self, result: &str) -> bool {
-        self.form.0.result == result
+        self.form.typed.result == result
     }
 }
 
@@ -166,8 +167,8 @@ pub struct RegradePage {
     pub lost: Vec<(String, f64)>,
     /// Why it would fail whatever its points by the rubric of today.
     pub failures: Vec<String>,
-    /// The reason as it was typed, and why it was refused.
-    pub typed: (String, Option<String>),
+    /// The reason.
+    pub reason: FilledForm<String>,
 }
 
 /// What costs points in an assessment: reason and points, dearest first.
@@ -233,7 +234,7 @@ mod tests {
                 generated: false,
             }],
             judge: true,
-            form: (TypedOverride::default(), None),
+            form: FilledForm::default(),
         }
     }
 
@@ -262,7 +263,7 @@ mod tests {
     #[test]
     fn a_refused_override_keeps_what_was_typed() {
         let typed = TypedOverride { score: "720".to_owned(), result: "failed".to_owned(), reason: "x < y".to_owned() };
-        let page = GradePage { form: (typed, Some("score: \"720\"".to_owned())), ..grade_page() };
+        let page = GradePage { form: FilledForm::refused(typed, "score: \"720\"".to_owned()), ..grade_page() };
         let html = samples::keep_page("grade-refused", &page);
         assert!(html.contains("value=\"720\"") && html.contains("x &#60; y") && html.contains("score: &#34;720&#34;"));
     }
@@ -302,7 +303,7 @@ mod tests {
             same: false,
             lost: vec![("1.9 mm too deep".to_owned(), 12.0)],
             failures: vec![],
-            typed: ("the mark was < 60".to_owned(), Some("reason: empty".to_owned())),
+            reason: FilledForm::refused("the mark was < 60".to_owned(), "reason: empty".to_owned()),
         };
         let html = samples::keep_page("regrade", &page);
         assert!(html.contains("61") && html.contains("74") && html.contains("1.9 mm too deep"));

@@ -2,7 +2,9 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
+use serde::Deserialize;
 
+use super::form::{FilledForm, read_ticked_box, read_trimmed_text};
 use super::{Shell, StatusWord, roster};
 use model::ids::RosterId;
 use model::roster::{Leaving, LineOutcome, Refusal, RosterChange, RosterDifference, RosterOutcome};
@@ -16,18 +18,26 @@ pub const PER_PAGE: usize = 200;
 pub struct RosterPage {
     /// Frame.
     pub shell: Shell,
-    /// Why the last file was refused.
-    pub refused: Option<String>,
-    /// The cohort that was typed.
-    pub cohort: String,
+    /// What is typed, and why the last file was refused.
+    pub form: FilledForm<RosterForm>,
     /// The cohorts there are.
     pub cohorts: Vec<String>,
-    /// Whoever is missing was to leave.
+}
+
+/// What is sent along with a roster.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(default)]
+pub struct RosterForm {
+    /// The cohort of people whose line names none; empty: none.
+    #[serde(deserialize_with = "read_trimmed_text")]
+    pub cohort: String,
+    /// Whoever is missing is to leave.
+    #[serde(deserialize_with = "read_ticked_box")]
     pub remove_missing: bool,
 }
 
 /// Which lines are shown.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum RosterFilter {
     /// Those that change something or are refused.
@@ -217,10 +227,11 @@ mod tests {
     fn the_form_keeps_what_was_typed() {
         let page = RosterPage {
             shell: samples::shell(Role::Administrator),
-            refused: Some("no column for the <email>".to_owned()),
-            cohort: "Spring".to_owned(),
+            form: FilledForm::refused(
+                RosterForm { cohort: "Spring".to_owned(), remove_missing: true },
+                "no column for the <email>".to_owned(),
+            ),
             cohorts: vec!["Autumn".to_owned()],
-            remove_missing: true,
         };
         let html = samples::keep_page("roster", &page);
         assert!(html.contains("&#60;email&#62;") && html.contains("value=\"Spring\"") && html.contains("checked"));

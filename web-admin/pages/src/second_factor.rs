@@ -5,6 +5,7 @@ use askama::Template;
 use askama_web::WebTemplate;
 use time::OffsetDateTime;
 
+use super::form::FilledForm;
 use super::passkeys;
 use super::passkeys::PasskeyRow;
 use super::{Shell, StatusWord, format};
@@ -49,14 +50,12 @@ pub struct SecondFactorPage {
     pub proof: ProofAsked,
     /// Browsers have passkeys for this service.
     pub can_add: bool,
-    /// The name that was typed for a new passkey.
-    pub name: String,
+    /// The name of a new passkey, and why nothing was changed.
+    pub form: FilledForm<String, FactorRefused>,
     /// The school asks for a second factor.
     pub asked: bool,
     /// Nothing else may be done before one is on.
     pub owed: bool,
-    /// Why nothing was changed.
-    pub refused: Option<FactorRefused>,
 }
 
 impl SecondFactorPage {
@@ -103,10 +102,9 @@ mod tests {
             codes_left: None,
             proof: ProofAsked { on: false, app: false, question: None },
             can_add: true,
-            name: String::new(),
+            form: FilledForm::refused(String::new(), FactorRefused::Code),
             asked: owed,
             owed,
-            refused: Some(FactorRefused::Code),
         }
     }
 
@@ -135,7 +133,7 @@ mod tests {
             passkeys: vec![row("Phone", true), row("Key in the drawer", false)],
             codes_left: Some(9),
             proof,
-            refused: None,
+            form: FilledForm::default(),
             ..page(FactorState::Off, false)
         };
         let html = samples::keep_page("second-factor-passkeys", &page);

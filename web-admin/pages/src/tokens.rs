@@ -4,6 +4,7 @@ use askama::Template;
 use askama_web::WebTemplate;
 use time::OffsetDateTime;
 
+use super::form::FilledForm;
 use super::{Shell, StatusWord, format};
 use model::limits::{LONGEST_NAME, TOKEN_LIFETIMES_DAYS};
 
@@ -15,18 +16,23 @@ pub struct TokensPage {
     pub shell: Shell,
     /// The tokens that were not revoked, the newest first.
     pub rows: Vec<TokenRow>,
-    /// The name that was typed.
+    /// What is typed, and why no token was made.
+    pub form: FilledForm<TokenFields>,
+}
+
+/// What is typed about a new token; its password is never shown again.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct TokenFields {
+    /// Name.
     pub name: String,
-    /// The time that is chosen, in days.
+    /// How long it is good, in days.
     pub days: i64,
-    /// Why none was made.
-    pub refused: Option<String>,
 }
 
 impl TokensPage {
     /// Times to choose from: days, words, and whether it is the one chosen.
     fn lifetimes(&self) -> Vec<(i64, String, bool)> {
-        let choice = |days| (days, trn!("{n} day", "{n} days", days), days == self.days);
+        let choice = |days| (days, trn!("{n} day", "{n} days", days), days == self.form.typed.days);
         TOKEN_LIFETIMES_DAYS.into_iter().map(choice).collect()
     }
 }
@@ -92,7 +98,8 @@ mod tests {
             row(None, None, false),
         ];
         let shell = samples::shell(Role::Instructor);
-        let page = TokensPage { shell, rows, name: "x".to_owned(), days: 90, refused: Some("no".to_owned()) };
+        let form = FilledForm::refused(TokenFields { name: "x".to_owned(), days: 90 }, "no".to_owned());
+        let page = TokensPage { shell, rows, form };
         let html = samples::keep_page("tokens", &page);
         assert!(
             html.contains("Analysis &#60;b&#62;") && html.contains("no expiry") && html.contains("never"),
@@ -100,7 +107,8 @@ mod tests {
         );
         assert_eq!((html.matches("Expired").count(), html.matches("/revoke\"").count()), (1, 3), "{html}");
         let shell = samples::shell(Role::Instructor);
-        let none = TokensPage { shell, rows: vec![], name: String::new(), days: 90, refused: None };
+        let none =
+            TokensPage { shell, rows: vec![], form: FilledForm::new(TokenFields { name: String::new(), days: 90 }) };
         assert!(samples::keep_page("tokens-none", &none).contains("no tokens"));
     }
 

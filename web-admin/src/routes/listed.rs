@@ -2,6 +2,7 @@
 
 use axum::Router;
 use axum::routing::MethodRouter;
+use utoipa_axum::router::OpenApiRouter;
 
 use crate::AppState;
 
@@ -17,6 +18,13 @@ impl Routes {
     #[must_use]
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// The endpoints of the API that describe themselves, at the paths that stand in their descriptions.
+    #[must_use]
+    pub fn described(endpoints: OpenApiRouter<AppState>) -> Self {
+        let (router, description) = endpoints.split_for_parts();
+        Self { router, paths: description.paths.paths.into_keys().collect() }
     }
 
     /// Adds a path, as [`Router::route`] does.

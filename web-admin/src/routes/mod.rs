@@ -23,6 +23,7 @@ use acts::web_sessions::WebSessions;
 
 pub mod api;
 pub mod auth;
+mod forms;
 pub mod health;
 pub mod language;
 mod listed;

@@ -1,5 +1,5 @@
-//! Every route of the API is described, and nothing else is. Fails when a route is added without its description, or a
-//! description outlives its route.
+//! Every route of the API is described, and nothing else is. Fails when a route is added past `routes!`, which serves and
+//! describes an endpoint at once, or when a part of the API is served and left out of the description.
 
 use std::collections::BTreeSet;
 use std::process::Command;

@@ -14,6 +14,7 @@ use crate::service::Service;
 use model::ids::SessionId;
 use model::survey::ResponseState;
 use model::survey::Survey;
+use model::survey::given::GivenAnswers;
 use model::{CurrentPerson, Moment};
 use store::audit::{Actor, AuditEntry};
 use store::surveys;
@@ -78,12 +79,11 @@ impl Answering {
         }
     }
 
-    /// Reads the answers of a page from the fields of a form, `q.` and the item's id. Returns what was refused, by the
-    /// item's place.
-    pub fn read_page(&mut self, page: usize, fields: &[(String, String)]) -> Vec<(usize, Refused)> {
+    /// Reads the answers of a page from the fields of a form. Returns what was refused, by the item's place.
+    pub fn read_page(&mut self, page: usize, given: &GivenAnswers) -> Vec<(usize, Refused)> {
         let pages = self.instrument.pages();
         let Some((_, items)) = pages.get(page) else { return Vec::new() };
-        read_items(&self.instrument, items, fields, &mut self.response.answers)
+        read_answers_to_items(&self.instrument, items, given, &mut self.response.answers)
     }
 
     /// Stores the answers so far, and with the first of them the consent.
@@ -159,19 +159,17 @@ impl Answering {
 
 /// Reads the answers to some items, by their places, from the fields of a form into `answers`. Returns what was refused;
 /// the answer before stays then.
-pub fn read_items(
+pub fn read_answers_to_items(
     instrument: &Instrument,
     items: &[usize],
-    fields: &[(String, String)],
+    given: &GivenAnswers,
     answers: &mut [Option<Answer>],
 ) -> Vec<(usize, Refused)> {
     let mut refused = Vec::new();
     for &at in items {
         let item = &instrument.items[at];
-        let name = format!("q.{}", item.id);
-        let said: Vec<&str> = fields.iter().filter(|(key, _)| *key == name).map(|(_, v)| v.as_str()).collect();
         let Some(scale) = instrument.scale(item) else { continue };
-        match read_answer(item, scale, &said) {
+        match read_answer(item, scale, &given.texts_for(item)) {
             Ok(answer) => answers[at] = answer,
             Err(why) => refused.push((at, why)),
         }

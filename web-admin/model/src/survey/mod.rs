@@ -1,5 +1,6 @@
 //! Surveys: who is behind an answer, and in what state it is.
 
+pub mod given;
 pub mod groups;
 pub mod results;
 

@@ -10,8 +10,10 @@ pub use round::{RatedAttemptRow, RaterRow, RoundPage, ScoreView};
 
 use askama::Template;
 use askama_web::WebTemplate;
+use serde::Deserialize;
 use time::OffsetDateTime;
 
+use super::form::{FilledForm, read_trimmed_text};
 use super::people::SelectOption;
 use super::{Shell, StatusWord, format};
 use model::ids::SessionId;
@@ -53,18 +55,35 @@ pub struct RoundRow {
 pub struct NewRoundPage {
     /// Frame.
     pub shell: Shell,
-    /// Title, as it was typed.
-    pub title: String,
     /// Instruments that have a score.
     pub instruments: Vec<SelectOption>,
     /// Those who can be asked.
     pub raters: Vec<SelectOption>,
     /// Attempts that can be rated.
     pub attempts: Vec<AttemptChoice>,
-    /// The assignment they are of; empty: the review queue.
+    /// What is typed.
+    pub form: FilledForm<NewRoundForm>,
+}
+
+/// The fields of a new round.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(default)]
+pub struct NewRoundForm {
+    /// Title.
+    #[serde(deserialize_with = "read_trimmed_text")]
+    pub title: String,
+    /// The instrument's id.
+    #[serde(deserialize_with = "read_trimmed_text")]
+    pub instrument: String,
+    /// The assignment that the attempts are of; empty: the review queue.
+    #[serde(deserialize_with = "read_trimmed_text")]
     pub assignment: String,
-    /// Why it was refused.
-    pub refused: Option<String>,
+    /// Ids of raters.
+    #[serde(rename = "rater")]
+    pub raters: Vec<String>,
+    /// Ids of attempts.
+    #[serde(rename = "attempt")]
+    pub attempts: Vec<String>,
 }
 
 /// An attempt that can be rated.
@@ -120,14 +139,13 @@ mod tests {
             started_at: samples::NOW,
             chosen: true,
         };
+        let typed = NewRoundForm { title: "Spring \"round\"".to_owned(), ..NewRoundForm::default() };
         let page = NewRoundPage {
             shell: samples::shell(Role::Instructor),
-            title: "Spring \"round\"".to_owned(),
             instruments: vec![choice("global", true)],
             raters: vec![choice("r1", true), choice("r2", false)],
             attempts: vec![attempt],
-            assignment: String::new(),
-            refused: Some("raters: 1; at least 2 are needed".to_owned()),
+            form: FilledForm::refused(typed, "raters: 1; at least 2 are needed".to_owned()),
         };
         let html = samples::keep_page("ratings-new", &page);
         assert!(html.contains("Spring &#34;round&#34;") && html.contains("at least 2 are needed"), "{html}");

@@ -6,8 +6,10 @@ pub use trace::{StripView, TracePage, TraceTruth};
 
 use askama::Template;
 use askama_web::WebTemplate;
+use serde::Deserialize;
 use time::OffsetDateTime;
 
+use super::form::{FilledForm, read_trimmed_text};
 use super::people::SelectOption;
 use super::{Shell, StatusWord, format};
 use model::due::Local;
@@ -53,18 +55,32 @@ pub struct TaskRow {
 pub struct NewTaskPage {
     /// Frame.
     pub shell: Shell,
-    /// Title, as it was typed.
-    pub title: String,
-    /// Due date, as it was typed.
-    pub due: String,
     /// The school's time zone.
     pub time_zone: String,
     /// Cohorts to choose from.
     pub cohorts: Vec<SelectOption>,
     /// Attempts to choose from.
     pub attempts: Vec<SelectOption>,
-    /// Why it was refused.
-    pub refused: Option<String>,
+    /// What is typed.
+    pub form: FilledForm<NewTaskForm>,
+}
+
+/// The fields of a new task.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(default)]
+pub struct NewTaskForm {
+    /// Title.
+    #[serde(deserialize_with = "read_trimmed_text")]
+    pub title: String,
+    /// Due date.
+    #[serde(deserialize_with = "read_trimmed_text")]
+    pub due: String,
+    /// The cohort's id.
+    #[serde(deserialize_with = "read_trimmed_text")]
+    pub cohort: String,
+    /// Ids of attempts.
+    #[serde(rename = "attempt")]
+    pub attempts: Vec<String>,
 }
 
 /// A task as a trainee sees it: their traces.
@@ -189,14 +205,14 @@ mod tests {
 
     #[test]
     fn a_refused_task_keeps_what_was_typed() {
+        let (title, due) = ("x \"y\"".to_owned(), "2026-03-29T02:30".to_owned());
+        let typed = NewTaskForm { title, due, ..NewTaskForm::default() };
         let page = NewTaskPage {
             shell: samples::shell(Role::Instructor),
-            title: "x \"y\"".to_owned(),
-            due: "2026-03-29T02:30".to_owned(),
             time_zone: "Europe/Berlin".to_owned(),
             cohorts: vec![SelectOption { value: "2".to_owned(), label: "Spring".to_owned(), chosen: false }],
             attempts: vec![SelectOption { value: "1".to_owned(), label: "Ada".to_owned(), chosen: true }],
-            refused: Some("the due date: skipped".to_owned()),
+            form: FilledForm::refused(typed, "the due date: skipped".to_owned()),
         };
         let html = samples::keep_page("segments-new", &page);
         assert!(html.contains("x &#34;y&#34;") && html.contains("2026-03-29T02:30") && html.contains("skipped"));

@@ -5,6 +5,7 @@ use askama_web::WebTemplate;
 
 use crate::charts;
 use crate::charts::{Extent, TRACE_LEFT, TRACE_RIGHT, TraceStrip};
+use crate::form::FilledForm;
 use crate::segments::{TaskRow, as_milliseconds};
 use crate::{Shell, assets, format};
 use model::ids::TraceId;
@@ -30,10 +31,8 @@ pub struct TracePage {
     pub duration_s: f64,
     /// The trace.
     pub strips: Vec<StripView>,
-    /// Marks, as they were typed.
-    pub typed: Vec<String>,
-    /// Why they were refused.
-    pub refused: Option<String>,
+    /// Marks, a text each.
+    pub form: FilledForm<Vec<String>>,
     /// The truth; absent until it may be shown.
     pub found: Option<TraceTruth>,
     /// The next trace that is not sent.
@@ -109,8 +108,8 @@ impl StripView {
 impl TracePage {
     /// What is in each field, and some empty ones.
     fn fields(&self) -> Vec<String> {
-        let wanted = (self.typed.len() + SPARE).min(MOST_MARKS);
-        let mut fields: Vec<String> = self.typed.iter().take(MOST_MARKS).cloned().collect();
+        let wanted = (self.form.typed.len() + SPARE).min(MOST_MARKS);
+        let mut fields: Vec<String> = self.form.typed.iter().take(MOST_MARKS).cloned().collect();
         fields.resize(wanted, String::new());
         fields
     }
@@ -176,8 +175,7 @@ mod tests {
             place: (2, 3),
             duration_s: 8.0,
             strips: StripView::all(&spans, &[(0.0, 5.0), (5.0, 10.0)], &[2.0, 6.1], pops),
-            typed: vec!["2".to_owned(), "6.1".to_owned()],
-            refused: None,
+            form: FilledForm::new(vec!["2".to_owned(), "6.1".to_owned()]),
             found: found.clone(),
             next: None,
         }
@@ -188,7 +186,9 @@ mod tests {
         let html = samples::keep_page("segments-trace", &page(None));
         assert_eq!(html.matches("name=\"mark\"").count(), 6, "{html}");
         assert!(!html.contains("class=\"pop") && html.contains("value=\"6.1\""), "{html}");
-        let refused = TracePage { refused: Some("pop 1: “x”".to_owned()), ..page(None) };
+        let open = page(None);
+        let form = FilledForm::refused(open.form.typed, "pop 1: “x”".to_owned());
+        let refused = TracePage { form, ..open };
         assert!(samples::keep_page("segments-trace-refused", &refused).contains("role=\"alert\""));
     }
 

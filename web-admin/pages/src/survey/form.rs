@@ -9,6 +9,7 @@ use documents::instrument::{Item, ScaleKind, Words};
 
 use crate::{assets, format};
 use model::survey::Identity;
+use model::survey::given::{GivenAnswers, name_of_field};
 use words::Language;
 
 /// Most places of a row of marks; a finer scale is a field for a number.
@@ -246,10 +247,10 @@ pub struct Refusals(Vec<(usize, String, String)>);
 impl Refusals {
     /// In the language that is spoken here, from the fields of a form and what was refused of them, by the item's place.
     #[must_use]
-    pub fn new(instrument: &Instrument, fields: &[(String, String)], refused: &[(usize, Refused)]) -> Self {
+    pub fn new(instrument: &Instrument, given: &GivenAnswers, refused: &[(usize, Refused)]) -> Self {
         let typed = |at: usize| {
-            let name = format!("q.{}", instrument.items[at].id);
-            fields.iter().find(|(key, _)| *key == name).map_or_else(String::new, |(_, value)| value.clone())
+            let texts = given.texts_for(&instrument.items[at]);
+            texts.first().map_or_else(String::new, |text| (*text).to_owned())
         };
         Self(refused.iter().map(|(at, why)| (*at, typed(*at), say_refusal(why))).collect())
     }
@@ -277,7 +278,7 @@ impl FormQuestion {
         let read = |words: &Words| words.in_language(language).to_owned();
         let field = instrument.scale(item).map(|scale| AskedText { instrument, item, language }.field(scale, given));
         Self {
-            name: format!("q.{}", item.id),
+            name: name_of_field(item),
             short: item.name.as_ref().map(read),
             text: read(&item.text),
             field: field.unwrap_or(QuestionField::Several(Vec::new())),

@@ -6,6 +6,7 @@ use documents::Instrument;
 use time::OffsetDateTime;
 
 use super::form::{FormQuestion, GivenField, QuestionField};
+use crate::form::FilledForm;
 use crate::{Shell, format};
 
 /// Every instrument of the school.
@@ -42,10 +43,8 @@ pub struct EditPage {
     pub heading: &'static str,
     /// Where it is sent.
     pub action: String,
-    /// The document, TOML or JSON.
-    pub text: String,
-    /// What is wrong with it, a line each.
-    pub issues: Vec<String>,
+    /// The document, TOML or JSON, and what is wrong with it, a line each.
+    pub form: FilledForm<String, Vec<String>>,
     /// What it looks like, where nothing is wrong.
     pub preview: Option<InstrumentPreview>,
 }

@@ -2,9 +2,11 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
+use serde::Deserialize;
 use time::OffsetDateTime;
 
 use super::identity_words;
+use crate::form::{FilledForm, read_ticked_box, read_trimmed_text};
 use crate::{Shell, StatusWord, format};
 use model::limits::LETTERS_AN_HOUR;
 use model::mail::LetterDelivery;
@@ -74,8 +76,8 @@ pub struct ManagePage {
     pub open: bool,
     /// The visitor may make links, close and open.
     pub owner: bool,
-    /// What is wrong with the list of links that was sent, and the list.
-    pub refusal: Option<(String, String)>,
+    /// The list of those who get links.
+    pub labels: FilledForm<String>,
     /// Letters with links that may still go out now.
     pub letters_left: usize,
     /// How letters with links went.
@@ -108,24 +110,34 @@ pub struct NewSurveyPage {
     pub instruments: Vec<(String, String, bool)>,
     /// Id, name and whether it is chosen, of each cohort.
     pub cohorts: Vec<(String, String, bool)>,
-    /// What was typed.
-    pub typed: TypedSurvey,
-    /// What is wrong with it.
-    pub refusal: Option<String>,
+    /// What is typed.
+    pub form: FilledForm<NewSurveyForm>,
 }
 
-/// What was typed into the form of a new survey.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct TypedSurvey {
+/// The fields of a new survey.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(default)]
+pub struct NewSurveyForm {
+    /// The instrument's id.
+    #[serde(deserialize_with = "read_trimmed_text")]
+    pub instrument: String,
     /// Title.
+    #[serde(deserialize_with = "read_trimmed_text")]
     pub title: String,
     /// The word for the identity.
+    #[serde(deserialize_with = "read_trimmed_text")]
     pub identity: String,
     /// Asked after each attempt.
+    #[serde(deserialize_with = "read_ticked_box")]
     pub after_attempts: bool,
+    /// Ids of cohorts.
+    #[serde(rename = "cohort")]
+    pub cohorts: Vec<String>,
     /// First day.
+    #[serde(deserialize_with = "read_trimmed_text")]
     pub opens: String,
     /// Last day.
+    #[serde(deserialize_with = "read_trimmed_text")]
     pub closes: String,
 }
 

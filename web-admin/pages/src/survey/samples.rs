@@ -6,11 +6,12 @@ use documents::Instrument;
 
 use super::form::{ConsentPage, EndPage, FormPage, FormQuestion, GivenField, SurveyEnd, Terms};
 use super::instrument::{EditPage, InstrumentPage, InstrumentPreview, InstrumentsPage};
-use super::manage::{ManagePage, NewSurveyPage, OwnSurveyRow, SurveyLinksPage, SurveyRow, SurveysPage, TypedSurvey};
+use super::manage::{ManagePage, NewSurveyForm, NewSurveyPage, OwnSurveyRow, SurveyLinksPage, SurveyRow, SurveysPage};
 use super::results::{
     AskedLine, CommentBlock, ResultsPage, ScatteredScore, ScatteredScores, SplitScore, SplitScores, SurveyComment,
 };
 use crate::charts::Extent;
+use crate::form::FilledForm;
 use crate::samples::{NOW, keep_page, shell};
 use model::ids::ResponseId;
 use model::mail::LetterDelivery;
@@ -147,7 +148,7 @@ fn lists_and_the_page_of_a_survey() {
         facts: vec![("Links", "12, of which 3 answered".to_owned())],
         open: true,
         owner: true,
-        refusal: Some(("0 lines; allowed: 1 to 200".to_owned(), " ".to_owned())),
+        labels: FilledForm::refused(" ".to_owned(), "0 lines; allowed: 1 to 200".to_owned()),
         letters: letters(),
         letters_left: 298,
         mailed: Some((2, 1)),
@@ -169,19 +170,19 @@ fn lists_and_the_page_of_a_survey() {
 
 #[test]
 fn a_new_survey_keeps_what_was_typed() {
-    let typed = TypedSurvey {
+    let typed = NewSurveyForm {
         title: "My \"study\"".to_owned(),
         identity: "named".to_owned(),
         after_attempts: true,
         opens: String::new(),
         closes: "2026-06-01".to_owned(),
+        ..NewSurveyForm::default()
     };
     let page = NewSurveyPage {
         shell: shell(Role::Instructor),
         instruments: vec![("sus".to_owned(), "Usability".to_owned(), true)],
         cohorts: vec![("1".to_owned(), "Spring".to_owned(), true)],
-        typed,
-        refusal: Some("last day: 2026-06-01; allowed: a day that is not over".to_owned()),
+        form: FilledForm::refused(typed, "last day: 2026-06-01; allowed: a day that is not over".to_owned()),
     };
     let html = keep_page("survey-new", &page);
     assert!(html.contains("2026-06-01") && html.contains("checked") && html.contains("&#34;study&#34;"), "{html}");
@@ -202,8 +203,7 @@ fn instruments_are_listed_shown_and_edited() {
         shell: shell(Role::Instructor),
         heading: "Edit an instrument",
         action: "/surveys/instruments/x/edit".to_owned(),
-        text: "</textarea><script>".to_owned(),
-        issues: vec!["document:1:1: id: missing".to_owned()],
+        form: FilledForm::refused("</textarea><script>".to_owned(), vec!["document:1:1: id: missing".to_owned()]),
         preview: Some(preview),
     };
     assert!(!keep_page("instrument-edit", &page).contains("</textarea><script>"));

@@ -25,7 +25,7 @@ pub(super) struct Comments {
 }
 
 /// What was said about an attempt.
-#[utoipa::path(get, path = "/sessions/{id}/comments", operation_id = "list_comments", params(("id" = Uuid, Path)),
+#[utoipa::path(get, path = "/sessions/{id}/comments", tag = "comments", operation_id = "list_comments", params(("id" = Uuid, Path)),
     responses((status = 200, body = Comments), (status = 404, body = ProblemDocument)))]
 pub(super) async fn list_comments(
     State(state): State<AppState>,
@@ -57,7 +57,7 @@ pub(super) struct Added {
 }
 
 /// Adds a comment.
-#[utoipa::path(post, path = "/sessions/{id}/comments", operation_id = "add_comment", params(("id" = Uuid, Path)), request_body = NewComment,
+#[utoipa::path(post, path = "/sessions/{id}/comments", tag = "comments", operation_id = "add_comment", params(("id" = Uuid, Path)), request_body = NewComment,
     responses((status = 201, body = Added), (status = 404, body = ProblemDocument), (status = 422, body = ProblemDocument)))]
 pub(super) async fn add_comment(
     State(state): State<AppState>,

@@ -1,14 +1,13 @@
 //! The OpenAPI description: what handlers say of themselves, and what is the same for all of them.
 
+use utoipa::OpenApi;
 use utoipa::openapi::content::{Content, ContentBuilder};
 use utoipa::openapi::path::{Operation, PathItem};
 use utoipa::openapi::response::{Response, ResponseBuilder};
 use utoipa::openapi::schema::{KnownFormat, ObjectBuilder, SchemaFormat, Type};
 use utoipa::openapi::security::{Http, HttpAuthScheme, SecurityScheme};
 use utoipa::openapi::{OpenApi as Description, Ref, RefOr, Required};
-use utoipa::{Modify, OpenApi};
 
-use super::{comments, documents, ratings, replay, score, sessions, stations, surveys, tus, upload};
 use crate::error::ProblemDocument;
 
 /// How refusals are sent (RFC 9457).
@@ -23,51 +22,22 @@ const PIECE: &str = "application/offset+octet-stream";
     info(title = "Stylet", description = "Recordings in, scores out."),
     servers((url = "/api/v1")),
     security(("token" = [])),
-    modifiers(&SharedDescription),
-    components(schemas(ProblemDocument)),
-    paths(
-        upload::upload_recording,
-        sessions::list_sessions,
-        sessions::show_session,
-        score::show_score,
-        sessions::serve_recording,
-        comments::list_comments,
-        comments::add_comment,
-        replay::show_series,
-        replay::show_stage,
-        replay::show_frames,
-        ratings::show_rated_series,
-        ratings::show_rated_stage,
-        ratings::show_rated_frames,
-        surveys::list_surveys_after,
-        surveys::take_answers,
-        tus::describe_server,
-        tus::create_upload,
-        tus::show_upload,
-        tus::append_piece,
-        tus::terminate_upload,
-        stations::pair_station,
-        stations::show_station,
-        stations::sign_in_at_station,
-        documents::list_assignments,
-        documents::list_exercises,
-        documents::show_exercise
-    )
+    components(schemas(ProblemDocument))
 )]
-pub(super) struct ApiDescription;
+struct ApiDescription;
 
-/// What holds for every operation: who has to say who they are, how refusals are sent, and what a status means.
-struct SharedDescription;
-
-impl Modify for SharedDescription {
-    fn modify(&self, description: &mut Description) {
-        let components = description.components.get_or_insert_default();
-        components.add_security_scheme("token", SecurityScheme::Http(Http::new(HttpAuthScheme::Bearer)));
-        for item in description.paths.paths.values_mut() {
-            let answers_head = item.head.is_some();
-            operations_of_path(item).for_each(|operation| complete_operation(operation, answers_head));
-        }
+/// The description of endpoints that describe themselves, with what holds for every one of them: who has to say who they are, how
+/// refusals are sent, and what a status means.
+pub(super) fn describe_api(endpoints: Description) -> Description {
+    let mut description = ApiDescription::openapi();
+    description.merge(endpoints);
+    let components = description.components.get_or_insert_default();
+    components.add_security_scheme("token", SecurityScheme::Http(Http::new(HttpAuthScheme::Bearer)));
+    for item in description.paths.paths.values_mut() {
+        let answers_head = item.head.is_some();
+        operations_of_path(item).for_each(|operation| complete_operation(operation, answers_head));
     }
+    description
 }
 
 fn operations_of_path(item: &mut PathItem) -> impl Iterator<Item = &mut Operation> {

@@ -126,7 +126,7 @@ fn mastered_before(standing: &assignment::AssignmentStanding, open: &[Assignment
 }
 
 /// What the caller may train now: not yet mastered, prerequisites honoured.
-#[utoipa::path(get, path = "/me/assignments", operation_id = "list_assignments",
+#[utoipa::path(get, path = "/me/assignments", tag = "documents", operation_id = "list_assignments",
     responses((status = 200, body = Assignments), (status = 401, body = ProblemDocument)))]
 pub(super) async fn list_assignments(
     State(state): State<AppState>,
@@ -232,7 +232,7 @@ pub(super) struct ListedExercise {
 
 /// The school's exercises in the revisions that trainees are given: what the caller is to do first comes first. To a
 /// station, which is nobody in particular, nothing is due.
-#[utoipa::path(get, path = "/exercises", operation_id = "list_exercises",
+#[utoipa::path(get, path = "/exercises", tag = "documents", operation_id = "list_exercises",
     responses((status = 200, body = ExerciseList), (status = 401, body = ProblemDocument)))]
 pub(super) async fn list_exercises(
     State(state): State<AppState>,
@@ -300,7 +300,7 @@ pub(super) struct ExerciseDocument {
 }
 
 /// An exercise in the revision that trainees are given.
-#[utoipa::path(get, path = "/exercises/{id}", operation_id = "show_exercise", params(("id" = String, Path)),
+#[utoipa::path(get, path = "/exercises/{id}", tag = "documents", operation_id = "show_exercise", params(("id" = String, Path)),
     responses((status = 200, body = ExerciseDocument), (status = 404, body = ProblemDocument)))]
 pub(super) async fn show_exercise(
     State(state): State<AppState>,

@@ -4,11 +4,12 @@ use axum::Json;
 use axum::extract::{FromRequest, FromRequestParts, Path, Request};
 use axum::http::request::Parts;
 use axum::middleware::from_fn_with_state;
-use axum::routing::{get, post, put};
+use axum::routing::get;
 pub(crate) use caller::bearer_token;
 use serde::de::DeserializeOwned;
-use utoipa::OpenApi;
 use utoipa::openapi::OpenApi as Description;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
 
 use crate::AppState;
 use crate::error::ApiError;
@@ -29,35 +30,44 @@ mod surveys;
 mod tus;
 mod upload;
 
+/// The endpoints of callers with a token.
+fn caller_endpoints() -> OpenApiRouter<AppState> {
+    OpenApiRouter::default()
+        .routes(routes!(upload::upload_recording, sessions::list_sessions))
+        .routes(routes!(sessions::show_session))
+        .routes(routes!(score::show_score))
+        .routes(routes!(sessions::serve_recording))
+        .routes(routes!(replay::show_series))
+        .routes(routes!(comments::list_comments, comments::add_comment))
+        .routes(routes!(replay::show_stage))
+        .routes(routes!(replay::show_frames))
+        .routes(routes!(surveys::list_surveys_after))
+        .routes(routes!(surveys::take_answers))
+        .routes(routes!(ratings::show_rated_series))
+        .routes(routes!(ratings::show_rated_stage))
+        .routes(routes!(ratings::show_rated_frames))
+        .routes(routes!(documents::list_assignments))
+        .routes(routes!(documents::list_exercises))
+        .routes(routes!(documents::show_exercise))
+        .routes(routes!(stations::show_station))
+        .routes(routes!(stations::sign_in_at_station))
+}
+
+/// The endpoints for anybody. A station that joins has no token yet: its code lets it in.
+fn open_endpoints() -> OpenApiRouter<AppState> {
+    OpenApiRouter::default().routes(routes!(stations::pair_station))
+}
+
 /// The API. Who is calling is settled by a layer that also covers addresses that do not exist.
 #[must_use]
 pub fn api_routes(state: &AppState) -> Routes {
-    Routes::new()
-        .route("/sessions", post(upload::upload_recording).get(sessions::list_sessions))
-        .route("/sessions/{id}", get(sessions::show_session))
-        .route("/sessions/{id}/score", get(score::show_score))
-        .route("/sessions/{id}/recording", get(sessions::serve_recording))
-        .route("/sessions/{id}/series", get(replay::show_series))
-        .route("/sessions/{id}/comments", get(comments::list_comments).post(comments::add_comment))
-        .route("/sessions/{id}/replay", get(replay::show_stage))
-        .route("/sessions/{id}/replay/frames", get(replay::show_frames))
-        .route("/sessions/{id}/survey", get(surveys::list_surveys_after))
-        .route("/sessions/{id}/survey/{survey}", put(surveys::take_answers))
-        .route("/ratings/{id}/series", get(ratings::show_rated_series))
-        .route("/ratings/{id}/replay", get(ratings::show_rated_stage))
-        .route("/ratings/{id}/replay/frames", get(ratings::show_rated_frames))
-        .route("/me/assignments", get(documents::list_assignments))
-        .route("/exercises", get(documents::list_exercises))
-        .route("/exercises/{id}", get(documents::show_exercise))
-        .route("/stations/me", get(stations::show_station))
-        .route("/stations/sign-in", post(stations::sign_in_at_station))
+    Routes::described(caller_endpoints())
         .around(|routes| {
             let fallback = async || ApiError(Error::NotFound);
             routes.fallback(fallback).layer(from_fn_with_state(state.clone(), caller::require_caller))
         })
         .merge(tus::upload_routes(state))
-        // A station that joins has no token yet: its code lets it in.
-        .route("/stations/pair", post(stations::pair_station))
+        .merge(Routes::described(open_endpoints()))
         // Describes what is public knowledge anyway: no token needed.
         .route("/openapi.json", get(async || Json(description())))
 }
@@ -65,7 +75,8 @@ pub fn api_routes(state: &AppState) -> Routes {
 /// The OpenAPI description.
 #[must_use]
 pub fn description() -> Description {
-    description::ApiDescription::openapi()
+    let tus = tus::caller_endpoints().merge(tus::open_endpoints());
+    description::describe_api(caller_endpoints().merge(tus).merge(open_endpoints()).into_openapi())
 }
 
 /// The id in a path. What cannot be an id names nothing: 404, as an id of nothing.

@@ -41,7 +41,7 @@ async fn show_blindly(
 }
 
 /// An attempt to be rated over time, as `/sessions/{id}/series`.
-#[utoipa::path(get, path = "/ratings/{id}/series", operation_id = "show_rated_series",
+#[utoipa::path(get, path = "/ratings/{id}/series", tag = "ratings", operation_id = "show_rated_series",
     params(("id" = Uuid, Path, description = "a rating of the caller"), ("points" = Option<usize>, Query),
            ("from_s" = Option<f64>, Query), ("to_s" = Option<f64>, Query)),
     responses((status = 200, body = Series), (status = 400, body = ProblemDocument), (status = 404, body = ProblemDocument)))]
@@ -55,7 +55,7 @@ pub(super) async fn show_rated_series(
 }
 
 /// What does not move in the replay of an attempt to be rated, as `/sessions/{id}/replay`.
-#[utoipa::path(get, path = "/ratings/{id}/replay", operation_id = "show_rated_replay_stage",
+#[utoipa::path(get, path = "/ratings/{id}/replay", tag = "ratings", operation_id = "show_rated_replay_stage",
     params(("id" = Uuid, Path, description = "a rating of the caller")),
     responses((status = 200, body = ReplayStage), (status = 404, body = ProblemDocument)))]
 pub(super) async fn show_rated_stage(
@@ -68,7 +68,7 @@ pub(super) async fn show_rated_stage(
 }
 
 /// What moves in the replay of an attempt to be rated, as `/sessions/{id}/replay/frames`.
-#[utoipa::path(get, path = "/ratings/{id}/replay/frames", operation_id = "download_rated_replay_frames",
+#[utoipa::path(get, path = "/ratings/{id}/replay/frames", tag = "ratings", operation_id = "download_rated_replay_frames",
     params(("id" = Uuid, Path, description = "a rating of the caller")),
     responses((status = 200, content_type = "application/octet-stream"),
               (status = 206, content_type = "application/octet-stream"), (status = 416),

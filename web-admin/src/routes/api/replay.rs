@@ -40,7 +40,7 @@ pub(super) struct Series {
 }
 
 /// Smallest and largest values over `points` spans of time, of the whole attempt or of a stretch of it.
-#[utoipa::path(get, path = "/sessions/{id}/series", operation_id = "show_series",
+#[utoipa::path(get, path = "/sessions/{id}/series", tag = "replay", operation_id = "show_series",
     params(("id" = Uuid, Path), ("points" = Option<usize>, Query, description = "1 to 10000; 1000 by default"),
            ("from_s" = Option<f64>, Query, description = "where the stretch begins, in s; the start by default"),
            ("to_s" = Option<f64>, Query, description = "where it ends, in s; the end by default")),
@@ -91,7 +91,7 @@ fn round_seconds(field: &str, asked: Option<&str>) -> Result<Option<f64>, Error>
 }
 
 /// What does not move in a replay: layers, needle, structures, events.
-#[utoipa::path(get, path = "/sessions/{id}/replay", operation_id = "show_replay_stage", params(("id" = Uuid, Path)),
+#[utoipa::path(get, path = "/sessions/{id}/replay", tag = "replay", operation_id = "show_replay_stage", params(("id" = Uuid, Path)),
     responses((status = 200, body = ReplayStage), (status = 404, body = ProblemDocument),
               (status = 410, body = ProblemDocument)))]
 pub(super) async fn show_stage(
@@ -104,7 +104,7 @@ pub(super) async fn show_stage(
 }
 
 /// What moves in a replay: rows of little-endian 32-bit floats, whole or a range of bytes. The stage names the columns.
-#[utoipa::path(get, path = "/sessions/{id}/replay/frames", operation_id = "download_replay_frames", params(("id" = Uuid, Path)),
+#[utoipa::path(get, path = "/sessions/{id}/replay/frames", tag = "replay", operation_id = "download_replay_frames", params(("id" = Uuid, Path)),
     responses((status = 200, content_type = "application/octet-stream"),
               (status = 206, content_type = "application/octet-stream"), (status = 416),
               (status = 404, body = ProblemDocument),

@@ -176,7 +176,7 @@ impl OverrideView {
 
 /// The newest computed score, in the form of `stylet score --json`; where somebody has put another in its place,
 /// `override` holds it. 202 while the recording waits to be scored.
-#[utoipa::path(get, path = "/sessions/{id}/score", operation_id = "show_score", params(("id" = Uuid, Path)),
+#[utoipa::path(get, path = "/sessions/{id}/score", tag = "score", operation_id = "show_score", params(("id" = Uuid, Path)),
     responses((status = 200, body = GradedDocument), (status = 202, body = WaitingDocument),
               (status = 404, body = ProblemDocument, description = "No such attempt, or one that cannot be scored")))]
 pub(super) async fn show_score(

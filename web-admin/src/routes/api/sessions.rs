@@ -145,7 +145,7 @@ impl SessionListQuery {
 
 /// The attempts that the caller may see, newest first, as many as `limit` says. Where there are more, `next` says where the list goes
 /// on, and so does a `Link` header.
-#[utoipa::path(get, path = "/sessions", operation_id = "list_sessions",
+#[utoipa::path(get, path = "/sessions", tag = "sessions", operation_id = "list_sessions",
     params(("after" = Option<String>, Query, description = "what `next` of the list before said; the newest by default"),
            ("limit" = Option<u32>, Query, minimum = 1, maximum = 100, description = "1 to 100; 100 by default")),
     responses((status = 200, body = SessionList,
@@ -180,7 +180,7 @@ pub(super) async fn find_session(state: &AppState, caller: &Caller, id: SessionI
 }
 
 /// An attempt.
-#[utoipa::path(get, path = "/sessions/{id}", operation_id = "show_session", params(("id" = Uuid, Path)),
+#[utoipa::path(get, path = "/sessions/{id}", tag = "sessions", operation_id = "show_session", params(("id" = Uuid, Path)),
     responses((status = 200, body = SessionView), (status = 404, body = ProblemDocument)))]
 pub(super) async fn show_session(
     State(state): State<AppState>,
@@ -205,7 +205,7 @@ pub(super) struct RecordingQuery {
 
 /// The recording, whole or a range of its bytes. With `with=comments` a copy of it, in which each comment and answer is an
 /// event of kind coaching at its moment; the stored bytes never change.
-#[utoipa::path(get, path = "/sessions/{id}/recording", operation_id = "download_recording",
+#[utoipa::path(get, path = "/sessions/{id}/recording", tag = "sessions", operation_id = "download_recording",
     params(("id" = Uuid, Path), ("with" = Option<String>, Query, description = "comments")),
     responses((status = 200, content_type = "application/octet-stream"),
               (status = 206, content_type = "application/octet-stream"), (status = 400, body = ProblemDocument), (status = 416),

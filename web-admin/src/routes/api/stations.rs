@@ -43,7 +43,7 @@ pub(super) struct PairedView {
 }
 
 /// Joins a station to a school. The code is good once, for ten minutes.
-#[utoipa::path(post, path = "/stations/pair", operation_id = "pair_station", request_body = PairRequest, security(()),
+#[utoipa::path(post, path = "/stations/pair", tag = "stations", operation_id = "pair_station", request_body = PairRequest, security(()),
     responses((status = 201, body = PairedView), (status = 400, body = ProblemDocument),
               (status = 403, body = ProblemDocument, description = "The code is unknown, used or expired"),
               (status = 409, body = ProblemDocument, description = "A station of the school has this name"),
@@ -70,7 +70,7 @@ pub(super) struct StationView {
 }
 
 /// The calling station: whether its token is still good, and for which school.
-#[utoipa::path(get, path = "/stations/me", operation_id = "show_station",
+#[utoipa::path(get, path = "/stations/me", tag = "stations", operation_id = "show_station",
     responses((status = 200, body = StationView), (status = 401, body = ProblemDocument), (status = 403, body = ProblemDocument)))]
 pub(super) async fn show_station(State(state): State<AppState>, caller: Caller) -> Result<Json<StationView>, ApiError> {
     let station = caller.station()?;
@@ -100,7 +100,7 @@ pub(super) struct SignedInView {
 }
 
 /// Signs a trainee of the station's school in. After 20 wrong codes in an hour the station is locked for the rest of it.
-#[utoipa::path(post, path = "/stations/sign-in", operation_id = "sign_in_at_station", request_body = SignInRequest,
+#[utoipa::path(post, path = "/stations/sign-in", tag = "stations", operation_id = "sign_in_at_station", request_body = SignInRequest,
     responses((status = 200, body = SignedInView), (status = 401, body = ProblemDocument),
               (status = 403, body = ProblemDocument, description = "Nobody's code, or not a station's token"),
               (status = 429, body = ProblemDocument)))]

@@ -104,7 +104,7 @@ pub(super) async fn surveys_at_station(
 }
 
 /// What the trainee of an attempt is asked after it, and has not answered. A station may ask, too, for its debriefing.
-#[utoipa::path(get, path = "/sessions/{id}/survey", operation_id = "list_surveys_after", params(("id" = Uuid, Path)),
+#[utoipa::path(get, path = "/sessions/{id}/survey", tag = "surveys", operation_id = "list_surveys_after", params(("id" = Uuid, Path)),
     responses((status = 200, body = SurveysAfter), (status = 404, body = ProblemDocument)))]
 pub(super) async fn list_surveys_after(
     State(state): State<AppState>,
@@ -158,7 +158,7 @@ pub(super) struct TakenAnswers {
 
 /// Takes answers in: from the trainee, or from a station for them, also when the survey has closed since the attempt. Sent
 /// again with the same secret they are taken once.
-#[utoipa::path(put, path = "/sessions/{id}/survey/{survey}", operation_id = "answer_survey", params(("id" = Uuid, Path), ("survey" = Uuid, Path)),
+#[utoipa::path(put, path = "/sessions/{id}/survey/{survey}", tag = "surveys", operation_id = "answer_survey", params(("id" = Uuid, Path), ("survey" = Uuid, Path)),
     request_body = GivenAnswers,
     responses((status = 200, body = TakenAnswers), (status = 400, body = ProblemDocument),
               (status = 404, body = ProblemDocument, description = "No such attempt (yet), or no such survey"),

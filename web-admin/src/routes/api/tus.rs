@@ -7,10 +7,12 @@ use axum::http::header::{CONTENT_LENGTH, CONTENT_TYPE, LOCATION};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode};
 use axum::middleware::{Next, from_fn, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
-use axum::routing::{head, options, post};
+use axum::routing::{options, post};
 use data_encoding::BASE64;
 use time::format_description::BorrowedFormatItem;
 use time::macros::format_description;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
 
 use super::caller::{Caller, require_caller};
 use super::upload::{read_clock_ahead, receive_recording};
@@ -45,20 +47,28 @@ const OVERRIDE: HeaderName = HeaderName::from_static("x-http-method-override");
 /// Ours: the attempt that a whole upload has become. Without it, nothing has been acknowledged.
 const SESSION: HeaderName = HeaderName::from_static("stylet-session");
 
+/// The endpoints of callers with a token.
+pub(super) fn caller_endpoints() -> OpenApiRouter<AppState> {
+    OpenApiRouter::default().routes(routes!(create_upload)).routes(routes!(show_upload, append_piece, terminate_upload))
+}
+
+/// The endpoints for anybody. What is spoken here is no secret, and asked before anybody has a reason to sign in.
+pub(super) fn open_endpoints() -> OpenApiRouter<AppState> {
+    OpenApiRouter::default().routes(routes!(describe_server))
+}
+
 /// The addresses of tus. Who is calling is settled before the version is looked at.
 pub(super) fn upload_routes(state: &AppState) -> Routes {
-    Routes::new()
-        .route("/uploads", post(create_upload))
-        .route("/uploads/{id}", head(show_upload).patch(append_piece).delete(terminate_upload).post(override_method))
-        .around(|routes| {
+    // What other endpoints do, under another method or at another address, is described there.
+    let with_token =
+        Routes::described(caller_endpoints()).route("/uploads/{id}", post(override_method)).around(|routes| {
             routes.layer(from_fn(require_tus_version)).layer(from_fn_with_state(state.clone(), require_caller))
-        })
-        // What is spoken here is no secret, and asked before anybody has a reason to sign in.
-        .route("/uploads", options(describe_server))
-        .route("/uploads/{id}", options(describe_server))
-        .around(|routes| {
+        });
+    with_token.merge(Routes::described(open_endpoints())).route("/uploads/{id}", options(describe_server)).around(
+        |routes| {
             routes.layer(from_fn(answer_with_version)).layer(from_fn_with_state(state.clone(), cors::share_with_origin))
-        })
+        },
+    )
 }
 
 /// Every answer says which version it is in.
@@ -79,7 +89,7 @@ async fn require_tus_version(request: Request, next: Next) -> Result<Response, A
 }
 
 /// What of tus is spoken here.
-#[utoipa::path(options, path = "/uploads", operation_id = "describe_uploads", security(()),
+#[utoipa::path(options, path = "/uploads", tag = "tus", operation_id = "describe_uploads", security(()),
     responses((status = 204, description = "Tus-Version, Tus-Extension, Tus-Max-Size, Tus-Checksum-Algorithm")))]
 pub(super) async fn describe_server(State(state): State<AppState>) -> impl IntoResponse {
     let headers = [
@@ -92,7 +102,7 @@ pub(super) async fn describe_server(State(state): State<AppState>) -> impl IntoR
 }
 
 /// Begins an upload, with its first piece where one is sent along.
-#[utoipa::path(post, path = "/uploads", operation_id = "begin_upload",
+#[utoipa::path(post, path = "/uploads", tag = "tus", operation_id = "begin_upload",
     params(("Tus-Resumable" = String, Header), ("Upload-Length" = u64, Header, description = "In bytes"),
            ("Upload-Metadata" = Option<String>, Header),
            ("Stylet-Clock" = Option<String>, Header, description = "The sender's time, RFC 3339: a wrong clock is corrected"),
@@ -131,7 +141,7 @@ pub(super) async fn create_upload(
 }
 
 /// How far an upload has come, and the session it has become. Whoever still writes to it gives way.
-#[utoipa::path(head, path = "/uploads/{id}", operation_id = "show_upload", params(("id" = Uuid, Path), ("Tus-Resumable" = String, Header)),
+#[utoipa::path(head, path = "/uploads/{id}", tag = "tus", operation_id = "show_upload", params(("id" = Uuid, Path), ("Tus-Resumable" = String, Header)),
     responses((status = 200, description = "Upload-Offset, Upload-Length, Upload-Metadata, Upload-Expires; \
                                             Stylet-Session once it is an attempt"),
               (status = 404), (status = 410), (status = 412)))]
@@ -150,7 +160,7 @@ pub(super) async fn show_upload(
 }
 
 /// Adds a piece. With the last one the upload becomes an attempt, once, and `Stylet-Session` says which.
-#[utoipa::path(patch, path = "/uploads/{id}", operation_id = "append_upload", request_body(content_type = "application/offset+octet-stream"),
+#[utoipa::path(patch, path = "/uploads/{id}", tag = "tus", operation_id = "append_upload", request_body(content_type = "application/offset+octet-stream"),
     params(("id" = Uuid, Path), ("Tus-Resumable" = String, Header),
            ("Upload-Offset" = u64, Header, description = "Where the piece begins, in bytes"),
            ("Upload-Checksum" = Option<String>, Header, description = "sha256 or sha1, a space, the hash in base64")),
@@ -175,7 +185,7 @@ pub(super) async fn append_piece(
 }
 
 /// Ends an upload. The attempt that it has become stays.
-#[utoipa::path(delete, path = "/uploads/{id}", operation_id = "end_upload", params(("id" = Uuid, Path), ("Tus-Resumable" = String, Header)),
+#[utoipa::path(delete, path = "/uploads/{id}", tag = "tus", operation_id = "end_upload", params(("id" = Uuid, Path), ("Tus-Resumable" = String, Header)),
     responses((status = 204), (status = 404, body = ProblemDocument), (status = 410, body = ProblemDocument),
               (status = 412, body = ProblemDocument), (status = 423, body = ProblemDocument)))]
 pub(super) async fn terminate_upload(

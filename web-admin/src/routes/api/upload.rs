@@ -22,7 +22,7 @@ use model::Moment;
 
 /// Takes in a recording. The same one again is acknowledged again; another one under its id is refused, and so is one that
 /// names the pseudonym of somebody else. What `uncounted` says is kept and counts nowhere.
-#[utoipa::path(post, path = "/sessions", operation_id = "upload_recording", request_body(content_type = "application/octet-stream"),
+#[utoipa::path(post, path = "/sessions", tag = "upload", operation_id = "upload_recording", request_body(content_type = "application/octet-stream"),
     params(("Content-Digest" = Option<String>, Header, description = "sha-256=:HASH:, the hash in base64 (RFC 9530)"),
            ("Stylet-Clock" = Option<String>, Header, description = "The sender's time, RFC 3339: a wrong clock is corrected")),
     responses((status = 201, body = SessionView), (status = 200, body = SessionView), (status = 400, body = ProblemDocument),

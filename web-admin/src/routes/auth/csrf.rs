@@ -2,9 +2,10 @@
 //! a cookie.
 
 use axum::body::Body;
-use axum::extract::{Form, FromRequest, FromRequestParts, RawForm, Request};
+use axum::extract::{FromRequest, FromRequestParts, RawForm, Request};
 use axum::http::request::Parts;
 use axum::response::{IntoResponse, Response};
+use axum_extra::extract::Form;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use tower_sessions::Session;

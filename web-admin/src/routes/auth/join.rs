@@ -2,7 +2,7 @@
 
 use axum::extract::{Path, State};
 use axum::http::StatusCode;
-use axum::response::{IntoResponse, Redirect, Response};
+use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use serde::Deserialize;
 use tower_sessions::Session;
@@ -13,6 +13,7 @@ use super::half;
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
+use crate::routes::forms::FormAnswer;
 use acts::accounts;
 use acts::error::Error;
 use acts::passwords;
@@ -69,24 +70,24 @@ async fn set_first_password(
     session: Session,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<FirstPasswordForm>,
-) -> Result<Response, PageError> {
-    let Some(link) = accounts::link(&state, &token).await? else { return Ok(answer_dead_link()) };
+) -> Result<FormAnswer<JoinPage>, PageError> {
+    let Some(link) = accounts::link(&state, &token).await? else {
+        return Ok(FormAnswer::Answered(answer_dead_link()));
+    };
     let person = link.person_id;
     let own = [link.name.as_str(), &link.email, &link.school];
     if let Err(refused) = passwords::check_typed(&form.password, &form.again, &own) {
-        let page = make_join_page(&csrf, token, link, Some(refused));
-        return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
+        return Ok(FormAnswer::Refused(make_join_page(&csrf, token, link, Some(refused))));
     }
     if accounts::is_initial_password(&state, &link.email, &form.password).await? {
-        let page = make_join_page(&csrf, token, link, Some(PasswordRefused::Initial));
-        return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
+        return Ok(FormAnswer::Refused(make_join_page(&csrf, token, link, Some(PasswordRefused::Initial))));
     }
     if !accounts::set_password_by_link(&state, &token, &form.password).await? {
-        return Ok(answer_dead_link());
+        return Ok(FormAnswer::Answered(answer_dead_link()));
     }
     let person = people::find_person(state.db.reader(), person).await?.ok_or(Error::NotFound)?;
     // Whoever reads somebody's mail has their password now, and not their app.
-    Ok(Redirect::to(&half::enter_session(&state, &session, &person, "/").await?).into_response())
+    Ok(FormAnswer::lead_to(&half::enter_session(&state, &session, &person, "/").await?))
 }
 
 async fn ask_for_link(csrf: Csrf) -> ForgottenPage {

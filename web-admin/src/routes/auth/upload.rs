@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use axum::extract::multipart::MultipartError;
 use axum::extract::{FromRequest, Multipart, Request};
 use axum::response::{IntoResponse, Response};
+use serde::de::DeserializeOwned;
+use serde::de::value::{Error as FieldError, MapDeserializer};
 use tower_sessions::Session;
 
 use super::csrf;
@@ -13,23 +15,24 @@ use acts::error::Error;
 
 /// A form with a file, whose field `csrf` holds the session's token; anything else is refused with 403. The token comes
 /// before the file, so that nothing of a stranger's file is read.
+#[derive(Clone, Debug)]
+pub struct CsrfUpload<T> {
+    /// The fields beside the file.
+    pub form: T,
+    /// The file.
+    pub file: SentFile,
+}
+
+/// A file that was sent.
 #[derive(Clone, Debug, Default)]
-pub struct CsrfUpload {
-    /// The fields.
-    pub fields: BTreeMap<String, String>,
-    /// What the file was called, and the file.
-    pub file: (String, Vec<u8>),
+pub struct SentFile {
+    /// What it was called.
+    pub name: String,
+    /// What is in it.
+    pub bytes: Vec<u8>,
 }
 
-impl CsrfUpload {
-    /// A field without spaces around it; empty where it was not sent.
-    #[must_use]
-    pub fn field(&self, name: &str) -> &str {
-        self.fields.get(name).map_or("", |value| value.trim())
-    }
-}
-
-impl<S: Send + Sync> FromRequest<S> for CsrfUpload {
+impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for CsrfUpload<T> {
     type Rejection = Response;
 
     async fn from_request(request: Request, state: &S) -> Result<Self, Self::Rejection> {
@@ -40,8 +43,11 @@ impl<S: Send + Sync> FromRequest<S> for CsrfUpload {
     }
 }
 
-async fn read_upload(mut parts: Multipart, session: Option<Session>) -> Result<CsrfUpload, Error> {
-    let mut upload = CsrfUpload::default();
+async fn read_upload<T: DeserializeOwned>(
+    mut parts: Multipart,
+    session: Option<Session>,
+) -> Result<CsrfUpload<T>, Error> {
+    let (mut fields, mut file) = (BTreeMap::new(), SentFile::default());
     let (mut genuine, mut read) = (false, 0);
     while let Some(part) = parts.next_field().await.map_err(refuse_upload)? {
         read += 1;
@@ -51,17 +57,21 @@ async fn read_upload(mut parts: Multipart, session: Option<Session>) -> Result<C
         let name = part.name().unwrap_or_default().to_owned();
         match part.file_name().map(str::to_owned) {
             Some(_) if !genuine => break,
-            Some(file_name) => upload.file = (file_name, part.bytes().await.map_err(refuse_upload)?.to_vec()),
+            Some(name) => file = SentFile { name, bytes: part.bytes().await.map_err(refuse_upload)?.to_vec() },
             None => {
                 let text = part.text().await.map_err(refuse_upload)?;
                 if name == "csrf" {
                     genuine = csrf::is_genuine(session.as_ref(), &text).await?;
                 }
-                upload.fields.insert(name, text);
+                fields.insert(name, text);
             }
         }
     }
-    if genuine { Ok(upload) } else { Err(csrf::refuse_form()) }
+    if !genuine {
+        return Err(csrf::refuse_form());
+    }
+    let form = T::deserialize(MapDeserializer::<_, FieldError>::new(fields.into_iter()));
+    Ok(CsrfUpload { form: form.map_err(|refused| Error::BadRequest(refused.to_string()))?, file })
 }
 
 fn refuse_upload(error: MultipartError) -> Error {

@@ -1,7 +1,7 @@
 //! `/account`: one's own details, password and data.
 
 use axum::extract::State;
-use axum::http::{StatusCode, header};
+use axum::http::header;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 use tower_sessions::Session;
@@ -9,6 +9,7 @@ use tower_sessions::Session;
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, Visitor, start_session};
+use crate::routes::forms::FormAnswer;
 use crate::routes::language;
 use acts::accounts;
 use acts::error::Error;
@@ -59,7 +60,7 @@ pub(super) async fn set_own_password(
     session: Session,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<OwnPasswordForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<AccountPage>, PageError> {
     state.logins.take_own(person.id)?;
     let shown = make_account_page(&state, &person, &csrf).await?;
     let own = [person.display_name.as_str(), &shown.email, &shown.school];
@@ -68,11 +69,11 @@ pub(super) async fn set_own_password(
         Ok(()) if accounts::change_own_password(&state, &person, &form.old, &form.password).await? => {
             let known = people::find_person(state.db.reader(), person.id).await?.ok_or(Error::NotFound)?;
             start_session(&session, known.id, known.credential_version, state.clock.now()).await?;
-            return Ok(Redirect::to("/account").into_response());
+            return Ok(FormAnswer::lead_to("/account"));
         }
         Ok(()) => PasswordRefused::WrongOld,
     };
-    Ok((StatusCode::UNPROCESSABLE_ENTITY, AccountPage { refused: Some(refused), ..shown }).into_response())
+    Ok(FormAnswer::Refused(AccountPage { refused: Some(refused), ..shown }))
 }
 
 #[derive(Deserialize)]

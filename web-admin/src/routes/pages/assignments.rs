@@ -1,7 +1,6 @@
 //! `/assignments`: what a trainee is to do; what was assigned, and who has done it.
 
 use axum::extract::State;
-use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 
@@ -9,6 +8,7 @@ use super::PathId;
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields, Teacher, Visitor};
+use crate::routes::forms::{FormAnswer, split_refusal};
 use acts::assignments as teaching;
 use acts::deadlines;
 use acts::error::Error;
@@ -19,6 +19,7 @@ use model::{CurrentPerson, Role};
 use pages::assignments::{
     AssignForm, AssignmentPage, AssignmentRow, ManagedAssignmentsPage, ManagedRow, OwnAssignmentsPage,
 };
+use pages::form::{FilledForm, read_ticked_box};
 use pages::people::SelectOption;
 use pages::{NavPlace, Shell};
 use store::assignments;
@@ -41,14 +42,14 @@ pub(super) async fn list_assignments(
         let rows = standings.into_iter().map(AssignmentRow::own).collect();
         return Ok(OwnAssignmentsPage { shell, rows }.into_response());
     }
-    Ok(managed_page(&state, shell, &person, &TypedAssignment::default()).await?.into_response())
+    Ok(managed_page(&state, shell, &person, FilledForm::default()).await?.into_response())
 }
 
 async fn managed_page(
     state: &AppState,
     shell: Shell,
     person: &CurrentPerson,
-    typed: &TypedAssignment,
+    FilledForm { typed, refused }: FilledForm<TypedAssignment>,
 ) -> Result<ManagedAssignmentsPage, Error> {
     let rows = assignments::list_managed_assignments(state.db.reader(), person, None, LATEST).await?;
     let cohorts = reports::cohorts(state.db.reader(), person).await?;
@@ -56,20 +57,17 @@ async fn managed_page(
         let value = c.id.to_string();
         SelectOption { chosen: value == typed.cohort, value, label: c.name }
     };
-    Ok(ManagedAssignmentsPage {
-        shell,
-        rows: rows.into_iter().map(make_managed_row).collect(),
-        form: AssignForm {
-            tasks: task_options(state, person.school_id, &typed.task).await?,
-            cohorts: cohorts.into_iter().map(cohort).collect(),
-            email: typed.email.clone(),
-            due: typed.due.clone(),
-            limit: typed.limit.clone(),
-            supervised: typed.supervised == "yes",
-            time_zone: schools::find_time_zone(state.db.reader(), person.school_id).await?,
-            refused: None,
-        },
-    })
+    let form = AssignForm {
+        tasks: task_options(state, person.school_id, &typed.task).await?,
+        cohorts: cohorts.into_iter().map(cohort).collect(),
+        email: typed.email,
+        due: typed.due,
+        limit: typed.limit,
+        supervised: typed.supervised,
+        time_zone: schools::find_time_zone(state.db.reader(), person.school_id).await?,
+    };
+    let rows = rows.into_iter().map(make_managed_row).collect();
+    Ok(ManagedAssignmentsPage { shell, rows, form: FilledForm { typed: form, refused } })
 }
 
 /// Courses, then exercises, one of them chosen.
@@ -104,7 +102,8 @@ pub(super) struct TypedAssignment {
     email: String,
     due: String,
     limit: String,
-    supervised: String,
+    #[serde(deserialize_with = "read_ticked_box")]
+    supervised: bool,
 }
 
 pub(super) async fn make_assignment(
@@ -112,18 +111,17 @@ pub(super) async fn make_assignment(
     Teacher(person): Teacher,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<TypedAssignment>,
-) -> Result<Response, PageError> {
-    let new = match read_assignment(&state, &person, &typed).await {
-        Err(Error::Unprocessable(why)) => {
-            let shell = Shell::new(&person, csrf.token(), NavPlace::Assignments);
-            let mut page = managed_page(&state, shell, &person, &typed).await?;
-            page.form.refused = Some(why);
-            return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
+) -> Result<FormAnswer<ManagedAssignmentsPage>, PageError> {
+    match split_refusal(read_assignment(&state, &person, &typed).await)? {
+        Ok(new) => {
+            let id = teaching::make(&state, &person, &new).await?;
+            Ok(FormAnswer::lead_to(&format!("/assignments/{id}")))
         }
-        read => read?,
-    };
-    let id = teaching::make(&state, &person, &new).await?;
-    Ok(Redirect::to(&format!("/assignments/{id}")).into_response())
+        Err(why) => {
+            let shell = Shell::new(&person, csrf.token(), NavPlace::Assignments);
+            Ok(FormAnswer::Refused(managed_page(&state, shell, &person, FilledForm::refused(typed, why)).await?))
+        }
+    }
 }
 
 /// What was typed, as an assignment. A cohort, trainee, exercise or course that the visitor may not see is none: 404.
@@ -149,8 +147,7 @@ async fn read_assignment(
         ("", _) | (_, AssignmentTask::Course(_)) => None,
         (said, AssignmentTask::Exercise(_)) => Some(read_attempt_limit(said)?),
     };
-    let supervised = typed.supervised == "yes";
-    Ok(NewAssignment { task, cohort_id, person_id, supervised, attempt_limit, due, time_zone })
+    Ok(NewAssignment { task, cohort_id, person_id, supervised: typed.supervised, attempt_limit, due, time_zone })
 }
 
 fn read_attempt_limit(said: &str) -> Result<u32, Error> {

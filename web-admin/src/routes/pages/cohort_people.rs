@@ -2,20 +2,21 @@
 
 use axum::extract::rejection::PathRejection;
 use axum::extract::{Path, State};
-use axum::http::StatusCode;
-use axum::response::{IntoResponse, Redirect, Response};
+use axum::response::Redirect;
 use serde::Deserialize;
 
 use super::PathId;
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher, Visitor};
+use crate::routes::forms::FormAnswer;
 use acts::cohorts::{self as membership, RequestKey};
 use acts::error::Error;
 use model::ids::{CohortId, PersonId, SchoolId};
 use model::roster::is_name;
 use model::{CurrentPerson, Role};
-use pages::people::CohortPeoplePage;
+use pages::form::FilledForm;
+use pages::people::{CohortPeoplePage, UnknownAddress};
 use pages::{NavPlace, Shell};
 use store::cohorts::{self};
 use store::reports;
@@ -77,7 +78,7 @@ async fn make_people_page(
     }
     let href = format!("/cohorts/{}", cohort.id);
     let requests = cohorts::list_membership_requests(state.db.reader(), school, Some(cohort.id), None).await?;
-    Ok(CohortPeoplePage { shell, href, name: cohort.name, members, requests, email: String::new(), unknown: false })
+    Ok(CohortPeoplePage { shell, href, name: cohort.name, members, requests, email: FilledForm::default() })
 }
 
 #[derive(Deserialize)]
@@ -93,16 +94,16 @@ pub(super) async fn add_to_cohort(
     PathId(id): PathId<CohortId>,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<MemberForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<CohortPeoplePage>, PageError> {
     let cohort = find_taught_cohort(&state, &person, id).await?;
     if !membership::add_member(&state, &person, id, form.email.trim()).await? {
         let page =
             make_people_page(&state, Shell::new(&person, csrf.token(), NavPlace::Cohorts), person.school_id, cohort)
                 .await?;
-        let page = CohortPeoplePage { email: form.email, unknown: true, ..page };
-        return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
+        let email = FilledForm::refused(form.email, UnknownAddress);
+        return Ok(FormAnswer::Refused(CohortPeoplePage { email, ..page }));
     }
-    Ok(Redirect::to(&format!("/cohorts/{id}/people")).into_response())
+    Ok(FormAnswer::lead_to(&format!("/cohorts/{id}/people")))
 }
 
 #[derive(Deserialize)]

@@ -3,10 +3,8 @@
 
 use acts::consents;
 use axum::extract::State;
-use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
-use serde::Deserialize;
 use time::format_description::well_known::Iso8601;
 use time::{Date, Time};
 
@@ -15,11 +13,13 @@ use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
 use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields, Visit};
+use crate::routes::forms::FormAnswer;
 use acts::error::Error;
 use model::directory::DirectoryEntry;
 use model::ids::PersonId;
 use model::{CurrentPerson, Moment, Role, corridor};
-use pages::consent::{ConsentOfExpertPage, Recorded};
+use pages::consent::{ConsentOfExpertPage, DeclarationForm, Recorded};
+use pages::form::FilledForm;
 use pages::{NavPlace, Shell, format};
 use store::directory;
 use store::experts::{self, NewDeclaration};
@@ -32,15 +32,6 @@ pub(super) fn consent_routes() -> Routes {
     Routes::new()
         .route("/people/{id}/consent", get(show_consent).post(record_declaration))
         .route("/people/{id}/consent/withdraw", post(withdraw_declaration))
-}
-
-/// A consent as it was typed.
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(default)]
-pub(super) struct DeclarationForm {
-    wording: String,
-    how: String,
-    given: String,
 }
 
 /// Somebody of the administrator's school who teaches.
@@ -65,15 +56,14 @@ pub(super) async fn show_consent(
     let person = find_expert(&state, &visitor, id).await?;
     let today = format::format_machine_time(state.clock.now().to_utc()).chars().take(10).collect();
     let typed = DeclarationForm { wording: corridor::WORDING.to_owned(), how: String::new(), given: today };
-    Ok(make_consent_page(&state, Visit::new(&visitor, &csrf), person, typed, None).await?)
+    Ok(make_consent_page(&state, Visit::new(&visitor, &csrf), person, FilledForm::new(typed)).await?)
 }
 
 async fn make_consent_page(
     state: &AppState,
     Visit { person: visitor, csrf }: Visit<'_>,
     person: DirectoryEntry,
-    typed: DeclarationForm,
-    refused: Option<String>,
+    form: FilledForm<DeclarationForm>,
 ) -> Result<ConsentOfExpertPage, Error> {
     let recorded = experts::declarations(state.db.reader(), visitor.school_id, person.id).await?;
     let row = |known: experts::Declaration| Recorded {
@@ -88,10 +78,7 @@ async fn make_consent_page(
         person: person.id,
         name: person.name,
         recorded: recorded.into_iter().map(row).collect(),
-        wording: typed.wording,
-        how: typed.how,
-        given: typed.given,
-        refused,
+        form,
     })
 }
 
@@ -101,17 +88,19 @@ pub(super) async fn record_declaration(
     PathId(id): PathId<PersonId>,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<DeclarationForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<ConsentOfExpertPage>, PageError> {
     let person = find_expert(&state, &visitor, id).await?;
     let new = match read_declaration(&typed, visitor.id, state.clock.now()) {
         Ok(new) => new,
         Err(why) => {
-            let page = make_consent_page(&state, Visit::new(&visitor, &csrf), person, typed, Some(why)).await?;
-            return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
+            let form = FilledForm::refused(typed, why);
+            return Ok(FormAnswer::Refused(
+                make_consent_page(&state, Visit::new(&visitor, &csrf), person, form).await?,
+            ));
         }
     };
     consents::record_consent(&state, &visitor, id, new).await?;
-    Ok(redirect_to_consent(id))
+    Ok(FormAnswer::Answered(redirect_to_consent(id)))
 }
 
 /// What was typed, as a consent; or what is wrong with it.

@@ -10,6 +10,7 @@ use super::{PathId, unix_lines};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher};
+use crate::routes::forms::FormAnswer;
 use acts::drafting;
 use acts::drafting::{Checked, SaveOutcome};
 use acts::error::Error;
@@ -145,18 +146,22 @@ pub(super) async fn write_draft(
     PathId(id): PathId<DraftId>,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<DraftForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<DraftPage>, PageError> {
     let shell = Shell::new(&person, csrf.token(), NavPlace::Curricula);
     let texts = Texts { document: unix_lines(&form.document), scene: unix_lines(&form.scene) };
     let draft = match drafting::save(&state, &person, id, form.seen, &texts).await? {
         SaveOutcome::Kept(draft) => draft,
         SaveOutcome::Elsewhere(theirs) => {
-            return Ok((StatusCode::CONFLICT, answer_conflict(shell, theirs, texts)).into_response());
+            let page = answer_conflict(shell, theirs, texts);
+            return Ok(FormAnswer::Answered((StatusCode::CONFLICT, page).into_response()));
         }
     };
     let checked = drafting::check(&state, person.school_id, &draft).await?;
     let is_held = match (form.act, &checked) {
-        (DraftAct::Save, _) => return Ok(answer_with_draft(&checked, make_draft_page(shell, draft, &checked))),
+        (DraftAct::Save, _) => {
+            let page = make_draft_page(shell, draft, &checked);
+            return Ok(FormAnswer::Answered(answer_with_draft(&checked, page)));
+        }
         (_, Checked::Refused(_) | Checked::Waiting(_)) => true,
         (_, Checked::Exercise(verdict)) if !verdict.problems.is_empty() => true,
         (DraftAct::Publish, Checked::Exercise(verdict)) => !verdict.advice.is_empty(),
@@ -165,13 +170,13 @@ pub(super) async fn write_draft(
     if is_held {
         let refused = DraftPage { refused: true, ..make_draft_page(shell, draft, &checked) };
         return Ok(match checked {
-            Checked::Waiting(_) => answer_with_draft(&checked, refused),
-            _ => (StatusCode::UNPROCESSABLE_ENTITY, refused).into_response(),
+            Checked::Waiting(_) => FormAnswer::Answered(answer_with_draft(&checked, refused)),
+            _ => FormAnswer::Refused(refused),
         });
     }
     match drafting::publish(&state, &person, &draft, &checked).await? {
-        true => Ok(Redirect::to(&published_moment(&draft)).into_response()),
-        false => Ok(Redirect::to(&format!("/drafts/{id}")).into_response()),
+        true => Ok(FormAnswer::lead_to(&published_moment(&draft))),
+        false => Ok(FormAnswer::lead_to(&format!("/drafts/{id}"))),
     }
 }
 

@@ -1,8 +1,6 @@
 //! `/people/{id}/erase`: what goes with somebody and what stays, and the end of it.
 
 use axum::extract::State;
-use axum::http::StatusCode;
-use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 
 use super::PathId;
@@ -10,6 +8,7 @@ use super::people::{find_person, refuse_own_account};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Administrator, Csrf, CsrfForm, Visit};
+use crate::routes::forms::FormAnswer;
 use acts::erasing;
 use acts::erasing::Eraser;
 use acts::error::Error;
@@ -17,6 +16,7 @@ use model::CurrentPerson;
 use model::directory::{AccountState, DirectoryEntry};
 use model::ids::PersonId;
 use pages::erasing::ErasePage;
+use pages::form::read_ticked_box;
 use pages::{NavPlace, Shell};
 use store::texts::{self, Whose};
 use store::{retention, schools};
@@ -64,10 +64,10 @@ async fn make_erase_page(
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct EraseForm {
     confirm: String,
-    #[serde(default)]
-    written: String,
-    #[serde(default)]
-    about: String,
+    #[serde(default, deserialize_with = "read_ticked_box")]
+    written: bool,
+    #[serde(default, deserialize_with = "read_ticked_box")]
+    about: bool,
 }
 
 pub(super) async fn erase_person(
@@ -76,15 +76,13 @@ pub(super) async fn erase_person(
     PathId(id): PathId<PersonId>,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<EraseForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<ErasePage>, PageError> {
     let person = find_erasable(&state, &visitor, id).await?;
     if form.confirm.trim().to_lowercase() != person.email {
         let page = make_erase_page(&state, Visit::new(&visitor, &csrf), person).await?;
-        let page = ErasePage { unconfirmed: true, ..page };
-        return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
+        return Ok(FormAnswer::Refused(ErasePage { unconfirmed: true, ..page }));
     }
-    let (written, about) = (form.written == "yes", form.about == "yes");
-    let wish = erasing::wish_of_school(&state, visitor.school_id, written, about).await?;
+    let wish = erasing::wish_of_school(&state, visitor.school_id, form.written, form.about).await?;
     erasing::erase(&state, Eraser::person(&visitor), &person, visitor.school_id, wish).await?;
-    Ok(Redirect::to(&format!("/people/{id}?done=erased")).into_response())
+    Ok(FormAnswer::lead_to(&format!("/people/{id}?done=erased")))
 }

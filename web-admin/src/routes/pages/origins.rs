@@ -2,16 +2,15 @@
 
 use acts::schools;
 use axum::extract::State;
-use axum::http::StatusCode;
-use axum::response::{IntoResponse, Redirect, Response};
-use serde::Deserialize;
 
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Administrator, Csrf, CsrfForm};
+use crate::routes::auth::{Administrator, Csrf, CsrfForm, Visit};
+use crate::routes::forms::FormAnswer;
 use acts::config;
 use acts::error::Error;
-use pages::origins::OriginsPage;
+use pages::form::FilledForm;
+use pages::origins::{OriginsForm, OriginsPage};
 use pages::{NavPlace, Shell};
 use store::origins;
 
@@ -24,18 +23,16 @@ pub(super) async fn show_origins(
     csrf: Csrf,
 ) -> Result<OriginsPage, PageError> {
     let allowed = origins::list_school_origins(state.db.reader(), person.school_id).await.map_err(Error::from)?;
-    let shell = Shell::new(&person, csrf.token(), NavPlace::Administration);
-    Ok(OriginsPage {
-        shell,
-        typed: allowed.join("\n"),
-        everywhere: state.config.allowed_origins.clone(),
-        refused: None,
-    })
+    let form = FilledForm::new(OriginsForm { origins: allowed.join("\n") });
+    Ok(make_origins_page(&state, Visit::new(&person, &csrf), form))
 }
 
-#[derive(Deserialize)]
-pub(super) struct OriginsForm {
-    origins: String,
+fn make_origins_page(state: &AppState, visit: Visit<'_>, form: FilledForm<OriginsForm>) -> OriginsPage {
+    OriginsPage {
+        shell: Shell::new(visit.person, visit.csrf.token(), NavPlace::Administration),
+        form,
+        everywhere: state.config.allowed_origins.clone(),
+    }
 }
 
 pub(super) async fn set_origins(
@@ -43,18 +40,16 @@ pub(super) async fn set_origins(
     Administrator(person): Administrator,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<OriginsForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<OriginsPage>, PageError> {
     let allowed = match parse_origins(&form.origins) {
         Ok(allowed) => allowed,
         Err(refused) => {
-            let shell = Shell::new(&person, csrf.token(), NavPlace::Administration);
-            let everywhere = state.config.allowed_origins.clone();
-            let page = OriginsPage { shell, typed: form.origins, everywhere, refused: Some(refused) };
-            return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
+            let form = FilledForm::refused(form, refused);
+            return Ok(FormAnswer::Refused(make_origins_page(&state, Visit::new(&person, &csrf), form)));
         }
     };
     schools::set_origins(&state, &person, &allowed).await?;
-    Ok(Redirect::to("/admin/origins").into_response())
+    Ok(FormAnswer::lead_to("/admin/origins"))
 }
 
 /// An origin a line; why not, in words.

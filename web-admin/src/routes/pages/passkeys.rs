@@ -1,8 +1,7 @@
 //! `/account/second-factor/passkeys`: one's own passkeys, added, renamed and removed.
 
 use axum::extract::State;
-use axum::http::StatusCode;
-use axum::response::{IntoResponse, Redirect, Response};
+use axum::response::IntoResponse;
 use axum::routing::{get, post};
 use serde::Deserialize;
 
@@ -15,11 +14,13 @@ use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
 use crate::routes::auth::{Browser, CsrfForm, ShownFactor, Visitor, hold_question, take_held_question};
+use crate::routes::forms::{FormAnswer, split_refusal};
 use acts::error::Error;
 use acts::passkeys;
 use acts::passkeys::PasskeyAnswer;
 use model::CurrentPerson;
 use model::ids::PasskeyId;
+use pages::form::FilledForm;
 use pages::passkeys::{MakePasskeyPage, PasskeyPage, PasskeyRow};
 use pages::proving::FactorRefused;
 use pages::second_factor::SecondFactorPage;
@@ -61,7 +62,7 @@ async fn begin_passkey(
     Visitor(person): Visitor,
     browser: Browser,
     CsrfForm(form): CsrfForm<NewPasskeyForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<SecondFactorPage>, PageError> {
     let asked = match allow_factor_change(
         &state,
         &person,
@@ -73,16 +74,13 @@ async fn begin_passkey(
         Ok(()) => passkeys::ask_to_make(&state, &person, &form.name).await,
         Err(refused) => return refuse_new_passkey(&state, &person, &browser, form.name, refused).await,
     };
-    match asked {
+    match split_refusal(asked)? {
         Ok(question) => {
             hold_question(&browser.session, &question).await?;
             let shell = Shell::new(&person, browser.csrf.token(), nav_place(&state, &person).await?);
-            Ok(MakePasskeyPage { shell, question }.into_response())
+            Ok(FormAnswer::Answered(MakePasskeyPage { shell, question }.into_response()))
         }
-        Err(Error::Unprocessable(why)) => {
-            refuse_new_passkey(&state, &person, &browser, form.name, FactorRefused::Other(why)).await
-        }
-        Err(other) => Err(other.into()),
+        Err(why) => refuse_new_passkey(&state, &person, &browser, form.name, FactorRefused::Other(why)).await,
     }
 }
 
@@ -99,9 +97,9 @@ async fn refuse_new_passkey(
     browser: &Browser,
     name: String,
     refused: FactorRefused,
-) -> Result<Response, PageError> {
-    let page = SecondFactorPage { name, refused: Some(refused), ..make_factor_page(state, person, browser).await? };
-    Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+) -> Result<FormAnswer<SecondFactorPage>, PageError> {
+    let form = FilledForm::refused(name, refused);
+    Ok(FormAnswer::Refused(SecondFactorPage { form, ..make_factor_page(state, person, browser).await? }))
 }
 
 #[derive(Deserialize)]
@@ -116,11 +114,11 @@ async fn confirm_passkey(
     Visitor(person): Visitor,
     browser: Browser,
     CsrfForm(form): CsrfForm<PasskeyAnswerForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<SecondFactorPage>, PageError> {
     let answer =
         PasskeyAnswer { question: take_held_question(&browser.session).await?, json: &form.answer, from: browser.from };
     match passkeys::make(&state, &person, answer).await? {
-        Some(made) => Ok(answer_enrolled(&state, &person, &browser.session, made).await?),
+        Some(made) => Ok(FormAnswer::Answered(answer_enrolled(&state, &person, &browser.session, made).await?)),
         None => show_factor_again(&state, &person, &browser, FactorRefused::NotMade).await,
     }
 }
@@ -160,9 +158,9 @@ async fn refuse_passkey_change(
     browser: &Browser,
     id: PasskeyId,
     refused: FactorRefused,
-) -> Result<Response, PageError> {
-    let page = PasskeyPage { refused: Some(refused), ..make_passkey_page(state, person, browser, id).await? };
-    Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+) -> Result<FormAnswer<PasskeyPage>, PageError> {
+    let page = make_passkey_page(state, person, browser, id).await?;
+    Ok(FormAnswer::Refused(PasskeyPage { refused: Some(refused), ..page }))
 }
 
 #[derive(Deserialize)]
@@ -176,13 +174,10 @@ async fn rename_passkey(
     browser: Browser,
     PathId(id): PathId<PasskeyId>,
     CsrfForm(form): CsrfForm<NameForm>,
-) -> Result<Response, PageError> {
-    match passkeys::rename(&state, &person, id, &form.name).await {
-        Ok(()) => Ok(Redirect::to(PAGE).into_response()),
-        Err(Error::Unprocessable(why)) => {
-            refuse_passkey_change(&state, &person, &browser, id, FactorRefused::Other(why)).await
-        }
-        Err(other) => Err(other.into()),
+) -> Result<FormAnswer<PasskeyPage>, PageError> {
+    match split_refusal(passkeys::rename(&state, &person, id, &form.name).await)? {
+        Ok(()) => Ok(FormAnswer::lead_to(PAGE)),
+        Err(why) => refuse_passkey_change(&state, &person, &browser, id, FactorRefused::Other(why)).await,
     }
 }
 
@@ -199,7 +194,7 @@ async fn remove_passkey(
     browser: Browser,
     PathId(id): PathId<PasskeyId>,
     CsrfForm(form): CsrfForm<RemoveForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<PasskeyPage>, PageError> {
     passkeys::find(&state, &person, id).await?;
     if let Err(refused) = allow_factor_change(
         &state,
@@ -212,5 +207,5 @@ async fn remove_passkey(
         return refuse_passkey_change(&state, &person, &browser, id, refused).await;
     }
     passkeys::remove(&state, &person, id).await?;
-    Ok(Redirect::to(PAGE).into_response())
+    Ok(FormAnswer::lead_to(PAGE))
 }

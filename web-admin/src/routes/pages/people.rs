@@ -1,7 +1,6 @@
 //! `/people`: an administrator looks people up, adds, invites, changes, disables and forgets them.
 
 use axum::extract::{Query, State};
-use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 
@@ -9,6 +8,7 @@ use super::{PathId, encode_in_query};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields, Visit};
+use crate::routes::forms::FormAnswer;
 use acts::accounts;
 use acts::accounts::NewAccount;
 use acts::error::Error;
@@ -16,6 +16,7 @@ use model::directory::{AccountState, DirectoryEntry};
 use model::ids::{CohortId, PersonId};
 use model::roster::{is_email, is_name};
 use model::{CurrentPerson, PersonKey, Role};
+use pages::form::FilledForm;
 use pages::people::{LinkPage, PeoplePage, PersonChangeDone, PersonForm, PersonPage, PersonRefused, SelectOption};
 use pages::{NavPlace, Shell};
 use store::directory;
@@ -80,15 +81,14 @@ pub(super) async fn list_people(
     csrf: Csrf,
     Query(query): Query<PeopleQuery>,
 ) -> Result<PeoplePage, PageError> {
-    Ok(make_directory_page(&state, Visit::new(&person, &csrf), query, NewPersonForm::default(), None).await?)
+    Ok(make_directory_page(&state, Visit::new(&person, &csrf), query, FilledForm::default()).await?)
 }
 
 async fn make_directory_page(
     state: &AppState,
     Visit { person, csrf }: Visit<'_>,
     query: PeopleQuery,
-    typed: NewPersonForm,
-    refused: Option<PersonRefused>,
+    FilledForm { typed, refused }: FilledForm<NewPersonForm, PersonRefused>,
 ) -> Result<PeoplePage, Error> {
     let (school, filter) = (person.school_id, query.filter());
     let mut rows = directory::list_people(state.db.reader(), school, &filter, PER_PAGE + 1).await?;
@@ -116,11 +116,13 @@ async fn make_directory_page(
             || filter.cohort.is_some()
             || filter.after.is_some(),
         imported: query.added.zip(query.changed),
-        form: PersonForm {
-            roles: SelectOption::roles(Some(typed.role().unwrap_or(Role::Trainee))),
-            cohorts: choices(typed.cohort.parse().ok()),
-            name: typed.name,
-            email: typed.email,
+        form: FilledForm {
+            typed: PersonForm {
+                roles: SelectOption::roles(Some(typed.role().unwrap_or(Role::Trainee))),
+                cohorts: choices(typed.cohort.parse().ok()),
+                name: typed.name,
+                email: typed.email,
+            },
             refused,
         },
         words: query.q,
@@ -157,20 +159,22 @@ pub(super) async fn add_person(
     Administrator(person): Administrator,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<NewPersonForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<PeoplePage>, PageError> {
     let (name, email) = (form.name.trim(), form.email.trim());
-    let mut refused = refusal_of_person(name, email);
-    if refused.is_none() {
-        let role = form.role().ok_or_else(|| Error::BadRequest(format!("role: \"{}\"", form.role)))?;
-        // An administrator neither teaches nor learns.
-        let cohort = form.cohort.parse().ok().filter(|_| role != Role::Administrator);
-        match accounts::add(&state, &person, &NewAccount { name, email, role, cohort }).await? {
-            Some(id) => return Ok(Redirect::to(&format!("/people/{id}?done=added")).into_response()),
-            None => refused = Some(PersonRefused::Taken),
+    let refused = match refusal_of_person(name, email) {
+        Some(refused) => refused,
+        None => {
+            let role = form.role().ok_or_else(|| Error::BadRequest(format!("role: \"{}\"", form.role)))?;
+            // An administrator neither teaches nor learns.
+            let cohort = form.cohort.parse().ok().filter(|_| role != Role::Administrator);
+            match accounts::add(&state, &person, &NewAccount { name, email, role, cohort }).await? {
+                Some(id) => return Ok(FormAnswer::lead_to(&format!("/people/{id}?done=added"))),
+                None => PersonRefused::Taken,
+            }
         }
-    }
-    let page = make_directory_page(&state, Visit::new(&person, &csrf), PeopleQuery::default(), form, refused).await?;
-    Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+    };
+    let (visit, form) = (Visit::new(&person, &csrf), FilledForm::refused(form, refused));
+    Ok(FormAnswer::Refused(make_directory_page(&state, visit, PeopleQuery::default(), form).await?))
 }
 
 /// What was just done.
@@ -188,6 +192,7 @@ pub(super) async fn show_person(
 ) -> Result<PersonPage, PageError> {
     let person = find_person(&state, &visitor, id).await?;
     let form = PersonForm { name: person.name.clone(), email: person.email.clone(), ..PersonForm::default() };
+    let form = FilledForm::new(PersonForm { roles: SelectOption::roles(Some(person.role)), ..form });
     Ok(PersonPage { done, ..make_person_page(&state, Visit::new(&visitor, &csrf), person, form).await? })
 }
 
@@ -204,10 +209,10 @@ async fn make_person_page(
     state: &AppState,
     Visit { person: visitor, csrf }: Visit<'_>,
     person: DirectoryEntry,
-    form: PersonForm,
+    form: FilledForm<PersonForm, PersonRefused>,
 ) -> Result<PersonPage, Error> {
     let delivery = mails::find_latest_mail(state.db.reader(), visitor.school_id, person.id).await?;
-    let (role, key) = (person.role, PersonKey { school_id: visitor.school_id, person_id: person.id });
+    let key = PersonKey { school_id: visitor.school_id, person_id: person.id };
     Ok(PersonPage {
         shell: Shell::new(visitor, csrf.token(), NavPlace::People),
         own: visitor.id == person.id,
@@ -215,10 +220,7 @@ async fn make_person_page(
         second_factor: second_factors::is_second_factor_on(state.db.reader(), key).await?,
         held: retention::find_hold_time(state.db.reader(), visitor.school_id, person.id).await?.is_some(),
         delivery: delivery.and_then(|delivery| delivery.error),
-        form: PersonForm {
-            roles: if form.roles.is_empty() { SelectOption::roles(Some(role)) } else { form.roles },
-            ..form
-        },
+        form,
         person,
     })
 }
@@ -237,30 +239,27 @@ pub(super) async fn change_person(
     PathId(id): PathId<PersonId>,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<PersonChangeForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<PersonPage>, PageError> {
     let person = find_person(&state, &visitor, id).await?;
     if person.state == AccountState::Erased {
         return Err(Error::Conflict(tr!("whoever was made anonymous stays so").to_owned()).into());
     }
     let (name, email) = (form.name.trim(), form.email.trim());
     let own_role = visitor.id == id && form.role != Role::Administrator;
-    let mut refused = refusal_of_person(name, email).or(own_role.then_some(PersonRefused::OwnRole));
-    if refused.is_none() {
-        let details = Details { name, email, registrar_id: None };
-        if accounts::change(&state, &visitor, &person, details, form.role).await? {
-            return Ok(redirect_to_person(id, "changed"));
+    let refused = match refusal_of_person(name, email).or(own_role.then_some(PersonRefused::OwnRole)) {
+        Some(refused) => refused,
+        None => {
+            let details = Details { name, email, registrar_id: None };
+            if accounts::change(&state, &visitor, &person, details, form.role).await? {
+                return Ok(FormAnswer::Answered(redirect_to_person(id, "changed")));
+            }
+            PersonRefused::Taken
         }
-        refused = Some(PersonRefused::Taken);
-    }
-    let typed = PersonForm {
-        roles: SelectOption::roles(Some(form.role)),
-        name: form.name,
-        email: form.email,
-        refused,
-        ..PersonForm::default()
     };
-    let page = make_person_page(&state, Visit::new(&visitor, &csrf), person, typed).await?;
-    Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+    let roles = SelectOption::roles(Some(form.role));
+    let typed = PersonForm { name: form.name, email: form.email, roles, ..PersonForm::default() };
+    let (visit, form) = (Visit::new(&visitor, &csrf), FilledForm::refused(typed, refused));
+    Ok(FormAnswer::Refused(make_person_page(&state, visit, person, form).await?))
 }
 
 fn redirect_to_person(id: PersonId, what: &str) -> Response {

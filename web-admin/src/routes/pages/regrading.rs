@@ -2,7 +2,7 @@
 
 use axum::extract::{Path, Query, State};
 use axum::http::StatusCode;
-use axum::response::{IntoResponse, Redirect, Response};
+use axum::response::{IntoResponse, Redirect};
 use axum::routing::{get, post};
 use serde::Deserialize;
 
@@ -11,12 +11,14 @@ use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
 use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher, Visit};
+use crate::routes::forms::{FormAnswer, split_refusal};
 use acts::error::Error;
 use acts::regrading::exercise as regrading;
 use model::Role;
 use model::ids::{RegradingId, RevisionId, SessionId};
 use model::regrading::RegradingState as Standing;
 use pages::addresses::exercise_href;
+use pages::form::FilledForm;
 use pages::people::SelectOption;
 use pages::regrading as views;
 use pages::regrading::{ChooseRubricPage, EarlierRegrading, RegradingFilter, RegradingPage};
@@ -145,7 +147,7 @@ async fn make_regrading_page(
         digest: regrading.shown_sha256.unwrap_or_default(),
         own: regrading.made_by == person.id,
         stale: false,
-        typed: (String::new(), None),
+        confirmation: FilledForm::default(),
         looked: (regrading.by, regrading.made_at.to_utc()),
         reason: regrading.reason,
         ended_at: regrading.ended_at.map(|at| at.to_utc()),
@@ -180,17 +182,19 @@ async fn confirm_regrading(
     PathId(id): PathId<RegradingId>,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<ConfirmRegradingForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<RegradingPage>, PageError> {
     let again =
         async || make_regrading_page(&state, Visit::new(&person, &csrf), id, RegradingLinesQuery::default()).await;
-    match regrading::confirm(&state, &person, id, &form.digest, &form.reason).await {
-        Ok(true) => Ok(Redirect::to(&regrading_href(id)).into_response()),
-        Ok(false) => Ok((StatusCode::CONFLICT, RegradingPage { stale: true, ..again().await? }).into_response()),
-        Err(Error::Unprocessable(why)) => {
-            let page = RegradingPage { typed: (form.reason, Some(why)), ..again().await? };
-            Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+    match split_refusal(regrading::confirm(&state, &person, id, &form.digest, &form.reason).await)? {
+        Ok(true) => Ok(FormAnswer::lead_to(&regrading_href(id))),
+        Ok(false) => {
+            let page = RegradingPage { stale: true, ..again().await? };
+            Ok(FormAnswer::Answered((StatusCode::CONFLICT, page).into_response()))
         }
-        Err(other) => Err(other.into()),
+        Err(why) => {
+            let confirmation = FilledForm::refused(form.reason, why);
+            Ok(FormAnswer::Refused(RegradingPage { confirmation, ..again().await? }))
+        }
     }
 }
 

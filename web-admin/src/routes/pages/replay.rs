@@ -3,7 +3,6 @@
 use acts::comments as said;
 use acts::consents;
 use axum::extract::{Path, Query, State};
-use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 
@@ -11,12 +10,14 @@ use super::{PathId, sessions as attempts};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visit, Visitor};
+use crate::routes::forms::FormAnswer;
 use acts::error::Error;
 use attempt::AttemptCurve;
 use model::comment;
 use model::comment::{Comment, TypedComment};
 use model::ids::{CommentId, SessionId};
 use model::{CurrentPerson, Moment, Role, corridor};
+use pages::form::FilledForm;
 use pages::replay::{CommentForm, CommentView, OtherAttempt, ReplayPage, Utterance};
 use pages::session::Drawing;
 use pages::{NavPlace, Shell, charts, format};
@@ -160,16 +161,16 @@ pub(super) async fn add_comment(
     PathId(id): PathId<SessionId>,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<TypedComment>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<ReplayPage>, PageError> {
     let session = find_visible_attempt(&state, &person, id).await?;
     match Comment::parse(&typed, session.duration_s) {
         Ok(comment) => {
             let made = said::add_comment(&state, &person, &session, &comment).await?;
-            Ok(redirect_to_comment(id, made))
+            Ok(FormAnswer::Answered(redirect_to_comment(id, made)))
         }
         Err(refused) => {
-            let form = CommentForm { typed, error: Some(refused.to_string()), answers: None };
-            show_replay_again(&state, Visit::new(&person, &csrf), &session, form).await
+            let form = CommentForm { fields: FilledForm::refused(typed, refused.to_string()), answers: None };
+            Ok(FormAnswer::Refused(make_commented_page(&state, Visit::new(&person, &csrf), &session, form).await?))
         }
     }
 }
@@ -187,19 +188,20 @@ pub(super) async fn answer_comment(
     path: Result<Path<(SessionId, CommentId)>, axum::extract::rejection::PathRejection>,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<CommentAnswerForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<ReplayPage>, PageError> {
     let Path((id, comment)) = path.map_err(|_| Error::NotFound)?;
     let session = find_visible_attempt(&state, &person, id).await?;
     let body = match comment::words(&typed.body) {
         Ok(body) => body,
         Err(refused) => {
             let typed = TypedComment { body: typed.body, ..TypedComment::default() };
-            let form = CommentForm { typed, error: Some(refused.to_string()), answers: Some(comment) };
-            return show_replay_again(&state, Visit::new(&person, &csrf), &session, form).await;
+            let form = CommentForm { fields: FilledForm::refused(typed, refused.to_string()), answers: Some(comment) };
+            let page = make_commented_page(&state, Visit::new(&person, &csrf), &session, form).await?;
+            return Ok(FormAnswer::Refused(page));
         }
     };
     let made = said::answer_comment(&state, &person, &session, comment, &body).await?;
-    Ok(redirect_to_comment(id, made))
+    Ok(FormAnswer::Answered(redirect_to_comment(id, made)))
 }
 
 /// Takes back what the visitor said themselves.
@@ -219,12 +221,11 @@ fn redirect_to_comment(session: SessionId, comment: CommentId) -> Response {
     Redirect::to(&format!("/sessions/{session}/replay#comment-{comment}")).into_response()
 }
 
-async fn show_replay_again(
+async fn make_commented_page(
     state: &AppState,
     visit: Visit<'_>,
     session: &Session,
     form: CommentForm,
-) -> Result<Response, PageError> {
-    let page = make_replay_page(state, visit, session, form, ReplayQuery::default()).await?;
-    Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+) -> Result<ReplayPage, Error> {
+    make_replay_page(state, visit, session, form, ReplayQuery::default()).await
 }

@@ -2,19 +2,20 @@
 
 use acts::schools;
 use axum::extract::{Query, State};
-use axum::http::StatusCode;
-use axum::response::{IntoResponse, Redirect, Response};
+use axum::response::Redirect;
 use serde::Deserialize;
 
 use super::PathId;
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Administrator, Csrf, CsrfForm, Visit};
+use crate::routes::forms::FormAnswer;
 use acts::error::Error;
 use acts::retention as retaining;
 use acts::retention::RetentionStep;
 use model::Moment;
 use model::ids::PersonId;
+use pages::form::FilledForm;
 use pages::retention::{IdleRow, RetentionForm, RetentionPage};
 use pages::{NavPlace, Shell};
 use store::directory;
@@ -46,13 +47,13 @@ pub(super) async fn show_retention(
 async fn make_retention_page(
     state: &AppState,
     Visit { person, csrf }: Visit<'_>,
-    typed: Option<RetentionForm>,
+    sent: Option<FilledForm<RetentionForm>>,
 ) -> Result<RetentionPage, Error> {
     let (settings, planned) = retaining::plan(state, person.school_id).await?;
     let held = retention::list_held_people(state.db.reader(), person.school_id).await?;
     Ok(RetentionPage {
         shell: Shell::new(person, csrf.token(), NavPlace::Administration),
-        form: typed.unwrap_or_else(|| form_of_settings(settings)),
+        form: sent.unwrap_or_else(|| FilledForm::new(form_of_settings(settings))),
         saved: false,
         more: planned.len().saturating_sub(LISTED),
         rows: planned.into_iter().take(LISTED).map(make_idle_row).collect(),
@@ -66,7 +67,6 @@ fn form_of_settings(settings: Settings) -> RetentionForm {
         warn_days: settings.warn_days.to_string(),
         texts: settings.texts,
         recordings: settings.recordings,
-        refused: None,
     }
 }
 
@@ -82,33 +82,21 @@ fn make_idle_row(RetentionStep { idle, step }: RetentionStep) -> IdleRow {
     }
 }
 
-#[derive(Clone, Debug, Deserialize)]
-#[serde(default)]
-#[derive(Default)]
-pub(super) struct RetentionRuleForm {
-    months: String,
-    warn_days: String,
-    texts: String,
-    recordings: String,
-}
-
-impl RetentionRuleForm {
-    /// The settings that are typed, or what is wrong with them.
-    fn settings(&self) -> Result<Settings, String> {
-        let number = |text: &str, allowed: std::ops::RangeInclusive<u32>| {
-            text.trim().parse().ok().filter(|number| allowed.contains(number))
-        };
-        let months = match self.months.trim() {
-            "" => None,
-            typed => Some(number(typed, MONTHS).ok_or_else(|| {
-                tr!("months: “{typed}”; allowed are whole months from 3 to 240, or nothing", typed = typed)
-            })?),
-        };
-        let typed = self.warn_days.trim();
-        let warn_days = number(typed, DAYS)
-            .ok_or_else(|| tr!("days: “{typed}”; allowed are whole days from 7 to 365", typed = typed))?;
-        Ok(Settings { months, warn_days, texts: self.texts == "yes", recordings: self.recordings == "yes" })
-    }
+/// The settings that are typed, or what is wrong with them.
+fn read_settings(form: &RetentionForm) -> Result<Settings, String> {
+    let number = |text: &str, allowed: std::ops::RangeInclusive<u32>| {
+        text.trim().parse().ok().filter(|number| allowed.contains(number))
+    };
+    let months = match form.months.trim() {
+        "" => None,
+        typed => Some(number(typed, MONTHS).ok_or_else(|| {
+            tr!("months: “{typed}”; allowed are whole months from 3 to 240, or nothing", typed = typed)
+        })?),
+    };
+    let typed = form.warn_days.trim();
+    let warn_days = number(typed, DAYS)
+        .ok_or_else(|| tr!("days: “{typed}”; allowed are whole days from 7 to 365", typed = typed))?;
+    Ok(Settings { months, warn_days, texts: form.texts, recordings: form.recordings })
 }
 
 /// Sets the rule.
@@ -116,25 +104,17 @@ pub(super) async fn set_retention(
     State(state): State<AppState>,
     Administrator(person): Administrator,
     csrf: Csrf,
-    CsrfForm(form): CsrfForm<RetentionRuleForm>,
-) -> Result<Response, PageError> {
-    let settings = match form.settings() {
+    CsrfForm(form): CsrfForm<RetentionForm>,
+) -> Result<FormAnswer<RetentionPage>, PageError> {
+    let settings = match read_settings(&form) {
         Ok(settings) => settings,
         Err(refused) => {
-            let (texts, recordings) = (form.texts == "yes", form.recordings == "yes");
-            let typed = RetentionForm {
-                months: form.months,
-                warn_days: form.warn_days,
-                texts,
-                recordings,
-                refused: Some(refused),
-            };
-            let page = make_retention_page(&state, Visit::new(&person, &csrf), Some(typed)).await?;
-            return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
+            let sent = Some(FilledForm::refused(form, refused));
+            return Ok(FormAnswer::Refused(make_retention_page(&state, Visit::new(&person, &csrf), sent).await?));
         }
     };
     schools::set_retention(&state, &person, settings).await?;
-    Ok(Redirect::to("/admin/retention?saved=true").into_response())
+    Ok(FormAnswer::lead_to("/admin/retention?saved=true"))
 }
 
 #[derive(Clone, Debug, Deserialize)]

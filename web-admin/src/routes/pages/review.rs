@@ -3,7 +3,6 @@
 use acts::reviewing;
 use assessment::{Assessment, questionnaire};
 use axum::extract::State;
-use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 
@@ -11,6 +10,7 @@ use super::{PathId, sessions as attempts};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visit, Visitor};
+use crate::routes::forms::FormAnswer;
 use acts::error::Error;
 use acts::regrading;
 use acts::regrading::{Regrader, Rubric};
@@ -20,6 +20,7 @@ use model::ids::SessionId;
 use model::judgement;
 use model::judgement::{ScoreOverride, TypedOverride};
 use model::rating::mean;
+use pages::form::FilledForm;
 use pages::review as views;
 use pages::review::{GradeAct, GradePage, JudgedAttempt, RatedMean, RegradePage, ReviewPage, WaitingRow};
 use pages::{NavPlace, Shell, StatusWord, format};
@@ -80,15 +81,14 @@ pub(super) async fn show_grade(
     csrf: Csrf,
 ) -> Result<GradePage, PageError> {
     let session = find_visible_attempt(&state, &person, id).await?;
-    Ok(make_grade_page(&state, Visit::new(&person, &csrf), &session, TypedOverride::default(), None).await?)
+    Ok(make_grade_page(&state, Visit::new(&person, &csrf), &session, FilledForm::default()).await?)
 }
 
 async fn make_grade_page(
     state: &AppState,
     Visit { person, csrf }: Visit<'_>,
     session: &Session,
-    typed: TypedOverride,
-    refused: Option<String>,
+    form: FilledForm<TypedOverride>,
 ) -> Result<GradePage, Error> {
     let (reader, key) = (state.db.reader(), session.key());
     let computed = scores::list_scores(reader, key).await?;
@@ -107,7 +107,7 @@ async fn make_grade_page(
         supervised: supervised.map(|known| (known.by, known.confirmed_at.to_utc())),
         ratings: means_of_ratings(state, person, session).await?,
         judge: person.role.teaches(),
-        form: (typed, refused),
+        form,
     })
 }
 
@@ -181,16 +181,17 @@ pub(super) async fn put_override(
     PathId(id): PathId<SessionId>,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<TypedOverride>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<GradePage>, PageError> {
     let session = find_scored(&state, &person, id).await?;
     match ScoreOverride::parse(&typed) {
         Ok(ScoreOverride { score, passed, reason }) => {
             let new = NewOverride { grade: Some((score, passed)), reason: &reason, made_by: person.id };
             reviewing::override_grade(&state, &person, &session, &new).await?;
-            Ok(redirect_to_grade(id))
+            Ok(FormAnswer::Answered(redirect_to_grade(id)))
         }
         Err(refused) => {
-            show_grade_again(&state, Visit::new(&person, &csrf), &session, typed, refused.to_string()).await
+            let form = FilledForm::refused(typed, refused.to_string());
+            Ok(FormAnswer::Refused(make_grade_page(&state, Visit::new(&person, &csrf), &session, form).await?))
         }
     }
 }
@@ -208,23 +209,17 @@ pub(super) async fn withdraw_override(
     PathId(id): PathId<SessionId>,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<ReasonForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<GradePage>, PageError> {
     let session = find_scored(&state, &person, id).await?;
     match judgement::reason(&typed.reason) {
         Ok(reason) => {
             let new = NewOverride { grade: None, reason: &reason, made_by: person.id };
             reviewing::override_grade(&state, &person, &session, &new).await?;
-            Ok(redirect_to_grade(id))
+            Ok(FormAnswer::Answered(redirect_to_grade(id)))
         }
         Err(refused) => {
-            show_grade_again(
-                &state,
-                Visit::new(&person, &csrf),
-                &session,
-                TypedOverride::default(),
-                refused.to_string(),
-            )
-            .await
+            let form = FilledForm::refused(TypedOverride::default(), refused.to_string());
+            Ok(FormAnswer::Refused(make_grade_page(&state, Visit::new(&person, &csrf), &session, form).await?))
         }
     }
 }
@@ -282,7 +277,7 @@ async fn make_regrade_page(
         same: before.rubric_sha256 == after.rubric.sha256,
         lost: views::list_deductions(&after),
         failures: views::list_failures(&after),
-        typed: (String::new(), None),
+        reason: FilledForm::default(),
     })
 }
 
@@ -300,34 +295,23 @@ pub(super) async fn regrade_attempt(
     PathId(id): PathId<SessionId>,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<ReasonForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<RegradePage>, PageError> {
     let session = find_scored(&state, &person, id).await?;
     let after = assess_by_today(&state, &session).await?;
     match judgement::reason(&typed.reason) {
         Ok(reason) => {
             let by = Regrader { actor: Actor::Person(person.id), reason: Some(&reason) };
             regrading::apply(&state, by, &session, &after).await?;
-            Ok(redirect_to_grade(id))
+            Ok(FormAnswer::Answered(redirect_to_grade(id)))
         }
         Err(refused) => {
             let page = make_regrade_page(&state, Visit::new(&person, &csrf), &session, after).await?;
-            let page = RegradePage { typed: (typed.reason, Some(refused.to_string())), ..page };
-            Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+            let reason = FilledForm::refused(typed.reason, refused.to_string());
+            Ok(FormAnswer::Refused(RegradePage { reason, ..page }))
         }
     }
 }
 
 fn redirect_to_grade(session: SessionId) -> Response {
     Redirect::to(&format!("/sessions/{session}/grade")).into_response()
-}
-
-async fn show_grade_again(
-    state: &AppState,
-    visit: Visit<'_>,
-    session: &Session,
-    typed: TypedOverride,
-    why: String,
-) -> Result<Response, PageError> {
-    let page = make_grade_page(state, visit, session, typed, Some(why)).await?;
-    Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
 }

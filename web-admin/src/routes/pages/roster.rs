@@ -8,13 +8,16 @@ use serde::Deserialize;
 use super::PathId;
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Administrator, Csrf, CsrfForm, CsrfUpload, Visit};
+use crate::routes::auth::{Administrator, Csrf, CsrfForm, CsrfUpload, SentFile, Visit};
+use crate::routes::forms::{FormAnswer, split_refusal};
 use acts::error::Error;
 use acts::roster_import;
 use acts::roster_import::RosterPreview;
+use model::CurrentPerson;
 use model::ids::{RosterId, SchoolId};
 use model::roster::{RosterRequest, is_name};
-use pages::roster::{RosterFilter, RosterPage, RosterPreviewPage};
+use pages::form::{FilledForm, read_ticked_box};
+use pages::roster::{RosterFilter, RosterForm, RosterPage, RosterPreviewPage};
 use pages::{NavPlace, Shell};
 use store::cohorts;
 
@@ -26,21 +29,19 @@ pub(super) async fn show_new_roster(
     Administrator(person): Administrator,
     csrf: Csrf,
 ) -> Result<RosterPage, PageError> {
-    Ok(make_roster_page(&state, Visit::new(&person, &csrf), &RosterRequest::default()).await?)
+    Ok(make_roster_page(&state, Visit::new(&person, &csrf), FilledForm::default()).await?)
 }
 
 async fn make_roster_page(
     state: &AppState,
     Visit { person, csrf }: Visit<'_>,
-    wanted: &RosterRequest,
+    form: FilledForm<RosterForm>,
 ) -> Result<RosterPage, Error> {
     let cohorts = cohorts::list_cohorts(state.db.reader(), person.school_id).await?;
     Ok(RosterPage {
         shell: Shell::new(person, csrf.token(), NavPlace::People),
-        refused: None,
-        cohort: wanted.cohort.clone().unwrap_or_default(),
+        form,
         cohorts: cohorts.into_iter().map(|cohort| cohort.name).collect(),
-        remove_missing: wanted.remove_missing,
     })
 }
 
@@ -48,21 +49,30 @@ pub(super) async fn send_roster(
     State(state): State<AppState>,
     Administrator(person): Administrator,
     csrf: Csrf,
-    upload: CsrfUpload,
-) -> Result<Response, PageError> {
-    let cohort = Some(upload.field("cohort").to_owned()).filter(|cohort| !cohort.is_empty());
-    let wanted = RosterRequest { cohort, remove_missing: upload.field("remove_missing") == "yes" };
-    let (name, body) = &upload.file;
-    let refused = match &wanted.cohort {
-        Some(cohort) if !is_name(cohort) => tr!("“{cohort}” cannot be the name of a cohort", cohort = cohort),
-        _ => match roster_import::keep(&state, &person, shorten_file_name(name), body, &wanted).await {
-            Ok(id) => return Ok(Redirect::to(&format!("/people/rosters/{id}")).into_response()),
-            Err(Error::Unprocessable(why)) => why,
-            Err(other) => return Err(other.into()),
-        },
-    };
-    let page = make_roster_page(&state, Visit::new(&person, &csrf), &wanted).await?;
-    Ok((StatusCode::UNPROCESSABLE_ENTITY, RosterPage { refused: Some(refused), ..page }).into_response())
+    CsrfUpload { form, file }: CsrfUpload<RosterForm>,
+) -> Result<FormAnswer<RosterPage>, PageError> {
+    match split_refusal(keep_sent_roster(&state, &person, &form, &file).await)? {
+        Ok(id) => Ok(FormAnswer::lead_to(&format!("/people/rosters/{id}"))),
+        Err(why) => {
+            let form = FilledForm::refused(form, why);
+            Ok(FormAnswer::Refused(make_roster_page(&state, Visit::new(&person, &csrf), form).await?))
+        }
+    }
+}
+
+/// Keeps what was sent, to be looked at.
+async fn keep_sent_roster(
+    state: &AppState,
+    person: &CurrentPerson,
+    form: &RosterForm,
+    file: &SentFile,
+) -> Result<RosterId, Error> {
+    let cohort = Some(form.cohort.clone()).filter(|cohort| !cohort.is_empty());
+    if let Some(cohort) = cohort.as_ref().filter(|cohort| !is_name(cohort)) {
+        return Err(Error::Unprocessable(tr!("“{cohort}” cannot be the name of a cohort", cohort = cohort)));
+    }
+    let wanted = RosterRequest { cohort, remove_missing: form.remove_missing };
+    roster_import::keep(state, person, shorten_file_name(&file.name), &file.bytes, &wanted).await
 }
 
 /// What a file is called, as much of it as fits a heading.
@@ -119,8 +129,8 @@ async fn make_preview_page(
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct ConfirmRosterForm {
     digest: String,
-    #[serde(default)]
-    invite: String,
+    #[serde(default, deserialize_with = "read_ticked_box")]
+    invite: bool,
 }
 
 pub(super) async fn confirm_roster(
@@ -130,7 +140,7 @@ pub(super) async fn confirm_roster(
     csrf: Csrf,
     CsrfForm(form): CsrfForm<ConfirmRosterForm>,
 ) -> Result<Response, PageError> {
-    match roster_import::confirm(&state, &person, id, &form.digest, form.invite == "yes").await? {
+    match roster_import::confirm(&state, &person, id, &form.digest, form.invite).await? {
         Some(difference) => {
             let [added, changed, ..] = difference.counts();
             Ok(Redirect::to(&format!("/people?added={added}&changed={changed}")).into_response())

@@ -2,7 +2,7 @@
 //! for one.
 
 use axum::extract::State;
-use axum::http::{StatusCode, header};
+use axum::http::header;
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
 use serde::Deserialize;
@@ -15,12 +15,14 @@ use crate::routes::Routes;
 use crate::routes::auth::{
     Administrator, Browser, Csrf, CsrfForm, FactorQuestion, NoFields, ShownFactor, Visitor, start_session,
 };
+use crate::routes::forms::FormAnswer;
 use acts::accounts;
 use acts::error::Error;
 use acts::second_factor;
 use acts::second_factor::{Enrolled, TypedCode};
 use model::ids::PersonId;
 use model::{CurrentPerson, FactorRule, PersonKey};
+use pages::form::FilledForm;
 use pages::proving::FactorRefused;
 use pages::proving::ProofAsked;
 use pages::qr;
@@ -80,10 +82,9 @@ pub(super) async fn make_factor_page(
         codes_left,
         proof,
         can_add: state.passkeys.site().is_some(),
-        name: String::new(),
+        form: FilledForm::default(),
         asked,
         owed,
-        refused: None,
     })
 }
 
@@ -157,9 +158,9 @@ pub(super) async fn show_factor_again(
     person: &CurrentPerson,
     browser: &Browser,
     why: FactorRefused,
-) -> Result<Response, PageError> {
-    let page = SecondFactorPage { refused: Some(why), ..make_factor_page(state, person, browser).await? };
-    Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+) -> Result<FormAnswer<SecondFactorPage>, PageError> {
+    let form = FilledForm::refused(String::new(), why);
+    Ok(FormAnswer::Refused(SecondFactorPage { form, ..make_factor_page(state, person, browser).await? }))
 }
 
 #[derive(Deserialize)]
@@ -181,12 +182,12 @@ async fn begin_second_factor(
     Visitor(person): Visitor,
     browser: Browser,
     CsrfForm(form): CsrfForm<FactorChangeForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<SecondFactorPage>, PageError> {
     if let Err(refused) = allow_factor_change(&state, &person, &browser, form.credentials()).await? {
         return show_factor_again(&state, &person, &browser, refused).await;
     }
     second_factor::offer(&state, &person).await?;
-    Ok(Redirect::to(PAGE).into_response())
+    Ok(FormAnswer::lead_to(PAGE))
 }
 
 /// The offered secret as a picture, for as long as it is offered.
@@ -206,10 +207,10 @@ async fn confirm_second_factor(
     Visitor(person): Visitor,
     browser: Browser,
     CsrfForm(form): CsrfForm<CodeForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<SecondFactorPage>, PageError> {
     let typed = TypedCode { code: &form.code, from: browser.from };
     match second_factor::confirm(&state, &person, typed).await? {
-        Some(made) => Ok(answer_enrolled(&state, &person, &browser.session, made).await?),
+        Some(made) => Ok(FormAnswer::Answered(answer_enrolled(&state, &person, &browser.session, made).await?)),
         None => show_factor_again(&state, &person, &browser, FactorRefused::Code).await,
     }
 }
@@ -242,7 +243,7 @@ async fn remake_recovery_codes(
     Visitor(person): Visitor,
     browser: Browser,
     CsrfForm(shown): CsrfForm<ShownFactor>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<SecondFactorPage>, PageError> {
     let key = key_with_factor(&state, &person).await?;
     let proved = FactorQuestion { state: &state, session: &browser.session, key }.prove(&shown, browser.from).await?;
     if let Err(refused) = proved {
@@ -250,7 +251,8 @@ async fn remake_recovery_codes(
     }
     let codes = second_factor::remake_codes(&state, &person).await?;
     let shell = Shell::new(&person, browser.csrf.token(), NavPlace::Account);
-    Ok(RecoveryCodesPage { shell, codes, first: false }.into_response())
+    let page = RecoveryCodesPage { shell, codes, first: false };
+    Ok(FormAnswer::Answered(page.into_response()))
 }
 
 /// Turns the codes of an app off.
@@ -259,7 +261,7 @@ async fn turn_factor_off(
     Visitor(person): Visitor,
     browser: Browser,
     CsrfForm(form): CsrfForm<FactorChangeForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<SecondFactorPage>, PageError> {
     key_with_factor(&state, &person).await?;
     if let Err(refused) = allow_factor_change(&state, &person, &browser, form.credentials()).await? {
         return show_factor_again(&state, &person, &browser, refused).await;
@@ -267,7 +269,7 @@ async fn turn_factor_off(
     if !second_factor::turn_off(&state, &person).await? {
         return Err(second_factor::nothing_on().into());
     }
-    Ok(Redirect::to(PAGE).into_response())
+    Ok(FormAnswer::lead_to(PAGE))
 }
 
 /// Takes the second factor of somebody away who has lost it.

@@ -1,8 +1,7 @@
 //! `/account/tokens`: one's own tokens for programs.
 
 use axum::extract::State;
-use axum::http::StatusCode;
-use axum::response::{IntoResponse, Redirect, Response};
+use axum::response::{IntoResponse, Redirect};
 use axum::routing::{get, post};
 use serde::Deserialize;
 
@@ -10,14 +9,15 @@ use super::PathId;
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
-use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
+use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visit, Visitor};
+use crate::routes::forms::{FormAnswer, split_refusal};
 use acts::accounts;
 use acts::error::Error;
 use acts::tokens;
 use acts::tokens::TokenRequest;
-use model::CurrentPerson;
 use model::ids::TokenId;
-use pages::tokens::{MadeTokenPage, TokenRow, TokensPage};
+use pages::form::FilledForm;
+use pages::tokens::{MadeTokenPage, TokenFields, TokenRow, TokensPage};
 use pages::{NavPlace, Shell};
 use store::tokens as stored;
 
@@ -35,10 +35,15 @@ async fn show_tokens(
     Visitor(person): Visitor,
     csrf: Csrf,
 ) -> Result<TokensPage, PageError> {
-    Ok(make_tokens_page(&state, &person, &csrf).await?)
+    let blank = FilledForm::new(TokenFields { name: String::new(), days: DEFAULT_DAYS });
+    Ok(make_tokens_page(&state, Visit::new(&person, &csrf), blank).await?)
 }
 
-async fn make_tokens_page(state: &AppState, person: &CurrentPerson, csrf: &Csrf) -> Result<TokensPage, Error> {
+async fn make_tokens_page(
+    state: &AppState,
+    Visit { person, csrf }: Visit<'_>,
+    form: FilledForm<TokenFields>,
+) -> Result<TokensPage, Error> {
     let now = state.clock.now();
     let row = |token: stored::OwnToken| TokenRow {
         name: token.name,
@@ -52,9 +57,7 @@ async fn make_tokens_page(state: &AppState, person: &CurrentPerson, csrf: &Csrf)
     Ok(TokensPage {
         shell: Shell::new(person, csrf.token(), NavPlace::Account),
         rows: tokens.into_iter().map(row).collect(),
-        name: String::new(),
-        days: DEFAULT_DAYS,
-        refused: None,
+        form,
     })
 }
 
@@ -71,25 +74,24 @@ async fn make_token(
     Visitor(person): Visitor,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<TokenForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<TokensPage>, PageError> {
     state.logins.take_own(person.id)?;
     let made = if accounts::is_own_password(&state, &person, &form.password).await? {
         tokens::make(&state, &person, TokenRequest { name: &form.name, days: form.days }).await
     } else {
         Err(Error::Unprocessable(tr!("This is not your password of now.").to_owned()))
     };
-    match made {
+    match split_refusal(made)? {
         Ok(made) => {
             let shell = Shell::new(&person, csrf.token(), NavPlace::Account);
             let expires = made.expires_at.to_utc();
-            Ok(MadeTokenPage { shell, name: made.name, token: made.token, expires }.into_response())
+            let page = MadeTokenPage { shell, name: made.name, token: made.token, expires };
+            Ok(FormAnswer::Answered(page.into_response()))
         }
-        Err(Error::Unprocessable(why)) => {
-            let page = make_tokens_page(&state, &person, &csrf).await?;
-            let page = TokensPage { name: form.name, days: form.days, refused: Some(why), ..page };
-            Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+        Err(why) => {
+            let form = FilledForm::refused(TokenFields { name: form.name, days: form.days }, why);
+            Ok(FormAnswer::Refused(make_tokens_page(&state, Visit::new(&person, &csrf), form).await?))
         }
-        Err(other) => Err(other.into()),
     }
 }
 

@@ -1,20 +1,22 @@
 //! Asking for ratings: attempts of an assignment or of the review queue, raters, an instrument.
 
+use std::collections::BTreeSet;
+
 use axum::extract::{Query, State};
-use axum::http::StatusCode;
-use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visit};
+use crate::routes::forms::{FormAnswer, split_refusal};
 use acts::error::Error;
 use acts::ratings;
 use acts::surveys;
 use model::ids::{AssignmentId, PersonId, SchoolId, SessionId};
 use model::{CurrentPerson, line};
+use pages::form::FilledForm;
 use pages::people::SelectOption;
-use pages::rating::{AttemptChoice, NewRoundPage};
+use pages::rating::{AttemptChoice, NewRoundForm, NewRoundPage};
 use pages::{NavPlace, Shell};
 use store::ratings as stored;
 use store::ratings::{NewRound, RateableAttempt, Rater};
@@ -37,32 +39,18 @@ pub(super) async fn show_new_round(
     csrf: Csrf,
     Query(from): Query<NewRoundQuery>,
 ) -> Result<NewRoundPage, PageError> {
-    let form = NewRoundForm(vec![("assignment".to_owned(), from.assignment)]);
-    let mut page = make_new_round_page(&state, Visit::new(&person, &csrf), &form, None).await?;
+    let form = NewRoundForm { assignment: from.assignment.trim().to_owned(), ..NewRoundForm::default() };
+    let mut page = make_new_round_page(&state, Visit::new(&person, &csrf), FilledForm::new(form)).await?;
     // What was assigned is rated whole, unless somebody takes an attempt away.
     for attempt in &mut page.attempts {
-        attempt.chosen = !page.assignment.is_empty();
+        attempt.chosen = !page.form.typed.assignment.is_empty();
     }
     Ok(page)
 }
 
-/// The form as it was sent; raters and attempts come several times.
-#[derive(Deserialize)]
-#[serde(transparent)]
-pub(super) struct NewRoundForm(Vec<(String, String)>);
-
-impl NewRoundForm {
-    fn field(&self, name: &str) -> &str {
-        self.0.iter().find(|(key, _)| key == name).map_or("", |(_, value)| value.trim())
-    }
-
-    fn chosen(&self, name: &str) -> Vec<&str> {
-        let mut chosen: Vec<&str> =
-            self.0.iter().filter(|(key, _)| key == name).map(|(_, value)| value.as_str()).collect();
-        chosen.sort_unstable();
-        chosen.dedup();
-        chosen
-    }
+/// What was chosen, each once.
+fn list_chosen_once(chosen: &[String]) -> BTreeSet<&str> {
+    chosen.iter().map(String::as_str).collect()
 }
 
 /// The attempts that are offered: those at an assignment that the visitor manages, or those of their review queue.
@@ -72,7 +60,7 @@ async fn offered_attempts(
     form: &NewRoundForm,
 ) -> Result<Vec<RateableAttempt>, Error> {
     let reader = state.db.reader();
-    if form.field("assignment").is_empty() {
+    if form.assignment.is_empty() {
         let waiting = reviews::list_review_queue(reader, person).await?;
         let candidate = |waiting: reviews::WaitingReview| RateableAttempt {
             id: waiting.id,
@@ -82,7 +70,7 @@ async fn offered_attempts(
         };
         return Ok(waiting.into_iter().map(candidate).collect());
     }
-    let id: AssignmentId = form.field("assignment").parse().map_err(|_| Error::NotFound)?;
+    let id: AssignmentId = form.assignment.parse().map_err(|_| Error::NotFound)?;
     let managed = assignments::list_managed_assignments(reader, person, Some(id), 1).await?;
     if managed.is_empty() {
         return Err(Error::NotFound);
@@ -93,18 +81,18 @@ async fn offered_attempts(
 async fn make_new_round_page(
     state: &AppState,
     Visit { person, csrf }: Visit<'_>,
-    form: &NewRoundForm,
-    refused: Option<String>,
+    form: FilledForm<NewRoundForm>,
 ) -> Result<NewRoundPage, Error> {
     let reader = state.db.reader();
-    let is = |name: &str, value: &str| form.chosen(name).contains(&value);
+    let (chosen_raters, chosen_attempts) =
+        (list_chosen_once(&form.typed.raters), list_chosen_once(&form.typed.attempts));
     let raters = stored::raters(reader, person.school_id).await?;
     let rater = |rater: Rater| {
         let value = rater.id.to_string();
-        SelectOption { chosen: is("rater", &value), value, label: rater.name }
+        SelectOption { chosen: chosen_raters.contains(value.as_str()), value, label: rater.name }
     };
     let attempt = |attempt: RateableAttempt| AttemptChoice {
-        chosen: is("attempt", &attempt.id.to_string()),
+        chosen: chosen_attempts.contains(attempt.id.to_string().as_str()),
         session: attempt.id,
         trainee: attempt.trainee,
         exercise: attempt.exercise,
@@ -112,12 +100,10 @@ async fn make_new_round_page(
     };
     Ok(NewRoundPage {
         shell: Shell::new(person, csrf.token(), NavPlace::Review),
-        title: form.field("title").to_owned(),
-        instruments: scored_instruments(state, person.school_id, form).await?,
+        instruments: scored_instruments(state, person.school_id, &form.typed).await?,
         raters: raters.into_iter().map(rater).collect(),
-        attempts: offered_attempts(state, person, form).await?.into_iter().map(attempt).collect(),
-        assignment: form.field("assignment").to_owned(),
-        refused,
+        attempts: offered_attempts(state, person, &form.typed).await?.into_iter().map(attempt).collect(),
+        form,
     })
 }
 
@@ -128,7 +114,7 @@ async fn scored_instruments(
     form: &NewRoundForm,
 ) -> Result<Vec<SelectOption>, Error> {
     const PROPOSED: &str = "global-rating-puncture";
-    let wanted = match form.field("instrument") {
+    let wanted = match form.instrument.as_str() {
         "" => PROPOSED,
         typed => typed,
     };
@@ -147,25 +133,24 @@ pub(super) async fn make_round(
     Teacher(person): Teacher,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<NewRoundForm>,
-) -> Result<Response, PageError> {
-    match read_new_round(&state, &person, &form).await {
+) -> Result<FormAnswer<NewRoundPage>, PageError> {
+    match split_refusal(read_new_round(&state, &person, &form).await)? {
         Ok(new) => {
             let id = ratings::make(&state, &person, &new).await?;
-            Ok(Redirect::to(&super::round_href(id)).into_response())
+            Ok(FormAnswer::lead_to(&super::round_href(id)))
         }
-        Err(Error::Unprocessable(why)) => {
-            let page = make_new_round_page(&state, Visit::new(&person, &csrf), &form, Some(why)).await?;
-            Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+        Err(why) => {
+            let form = FilledForm::refused(form, why);
+            Ok(FormAnswer::Refused(make_new_round_page(&state, Visit::new(&person, &csrf), form).await?))
         }
-        Err(other) => Err(other.into()),
     }
 }
 
 /// What the form asks for. An attempt or a rater that the visitor may not see is none.
 async fn read_new_round(state: &AppState, person: &CurrentPerson, form: &NewRoundForm) -> Result<NewRound, Error> {
     let refused = |why: String| Err(Error::Unprocessable(why));
-    let title = line::title(form.field("title")).map_err(Error::Unprocessable)?.to_owned();
-    let asked = form.field("instrument");
+    let title = line::title(&form.title).map_err(Error::Unprocessable)?.to_owned();
+    let asked = form.instrument.as_str();
     let Some(instrument) = instruments::find_current_instrument(state.db.reader(), person.school_id, asked).await?
     else {
         return refused(tr!("instrument: “{id}”; there is none of that id", id = asked));
@@ -177,7 +162,7 @@ async fn read_new_round(state: &AppState, person: &CurrentPerson, form: &NewRoun
 
 async fn read_raters(state: &AppState, person: &CurrentPerson, form: &NewRoundForm) -> Result<Vec<PersonId>, Error> {
     let known = stored::raters(state.db.reader(), person.school_id).await?;
-    let chosen = form.chosen("rater");
+    let chosen = list_chosen_once(&form.raters);
     if !(2..=MOST_RATERS).contains(&chosen.len()) {
         return Err(Error::Unprocessable(tr!(
             "raters: {count}; allowed: 2 to {most}",
@@ -197,7 +182,7 @@ async fn read_attempts(
     form: &NewRoundForm,
     raters: &[PersonId],
 ) -> Result<Vec<SessionId>, Error> {
-    let chosen = form.chosen("attempt");
+    let chosen = list_chosen_once(&form.attempts);
     if !(1..=MOST_ATTEMPTS).contains(&chosen.len()) {
         return Err(Error::Unprocessable(tr!(
             "attempts: {count}; allowed: 1 to {most}",

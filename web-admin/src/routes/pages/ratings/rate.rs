@@ -3,7 +3,7 @@
 
 use axum::extract::State;
 use axum::http::StatusCode;
-use axum::response::{IntoResponse, Redirect, Response};
+use axum::response::IntoResponse;
 use documents::instrument::Item;
 use serde::Deserialize;
 
@@ -11,12 +11,14 @@ use super::{own_ratings, round_href};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visit};
+use crate::routes::forms::FormAnswer;
 use crate::routes::pages::{PathId, sessions as attempts};
 use acts::error::Error;
 use acts::ratings;
 use acts::ratings::Rated;
 use model::CurrentPerson;
 use model::ids::RatingId;
+use model::survey::given::GivenAnswers;
 use pages::rating::RatePage;
 use pages::session::Drawing;
 use pages::survey::form::{FormQuestion, GivenField, Refusals};
@@ -63,15 +65,13 @@ fn questions_of_rating(rated: &Rated, refusals: &Refusals) -> Vec<FormQuestion> 
     rated.instrument.items.iter().enumerate().map(question).collect()
 }
 
-/// The form as it was sent; a question with several answers comes several times.
+/// The form as it was sent.
 #[derive(Deserialize)]
-#[serde(transparent)]
-pub(super) struct RateForm(Vec<(String, String)>);
-
-impl RateForm {
-    fn field(&self, name: &str) -> &str {
-        self.0.iter().find(|(key, _)| key == name).map_or("", |(_, value)| value.as_str())
-    }
+pub(super) struct RateForm {
+    #[serde(rename = "do", default)]
+    step: String,
+    #[serde(flatten)]
+    given: GivenAnswers,
 }
 
 pub(super) async fn act_on_rating(
@@ -80,26 +80,26 @@ pub(super) async fn act_on_rating(
     PathId(id): PathId<RatingId>,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<RateForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<RatePage>, PageError> {
     let mut rated = ratings::open(&state, &person, id).await?;
-    let refused = rated.read(&form.0);
+    let refused = rated.read(&form.given);
     if !refused.is_empty() {
-        let refusals = Refusals::new(&rated.instrument, &form.0, &refused);
+        let refusals = Refusals::new(&rated.instrument, &form.given, &refused);
         let page = make_rate_page(&state, Visit::new(&person, &csrf), &rated, &refusals).await?;
-        return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
+        return Ok(FormAnswer::Refused(page));
     }
-    match form.field("do") {
+    match form.step.as_str() {
         "save" => {
             rated.save(&state).await?;
-            Ok(StatusCode::NO_CONTENT.into_response())
+            Ok(FormAnswer::Answered(StatusCode::NO_CONTENT.into_response()))
         }
         "keep" => {
             rated.save(&state).await?;
-            Ok(Redirect::to(&round_href(rated.round.id)).into_response())
+            Ok(FormAnswer::lead_to(&round_href(rated.round.id)))
         }
         "finish" => {
             rated.finish(&state, &person).await?;
-            Ok(Redirect::to(&next_rating_href(&state, &person, &rated).await?).into_response())
+            Ok(FormAnswer::lead_to(&next_rating_href(&state, &person, &rated).await?))
         }
         other => Err(Error::BadRequest(format!("do: \"{other}\"; allowed: save, keep, finish")).into()),
     }

@@ -1,19 +1,19 @@
 //! Making a task: attempts, a cohort, a date.
 
 use axum::extract::{Query, State};
-use axum::http::StatusCode;
-use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visit};
+use crate::routes::forms::{FormAnswer, split_refusal};
 use acts::error::Error;
 use acts::segments;
 use model::ids::{CohortId, SessionId};
 use model::{CurrentPerson, Moment, due, line};
+use pages::form::FilledForm;
 use pages::people::SelectOption;
-use pages::segments::{NewTaskPage, attempt_label};
+use pages::segments::{NewTaskForm, NewTaskPage, attempt_label};
 use pages::{NavPlace, Shell};
 use store::reports::{self, ListedAttempt};
 use store::segments::NewTask;
@@ -34,51 +34,38 @@ pub(super) async fn show_new_task(
     csrf: Csrf,
     Query(from): Query<NewTaskQuery>,
 ) -> Result<NewTaskPage, PageError> {
-    let form = NewTaskForm(from.session.map(|id| ("attempt".to_owned(), id)).into_iter().collect());
-    Ok(make_new_task_page(&state, Visit::new(&person, &csrf), &form, None).await?)
+    let form = NewTaskForm { attempts: from.session.into_iter().collect(), ..NewTaskForm::default() };
+    Ok(make_new_task_page(&state, Visit::new(&person, &csrf), FilledForm::new(form)).await?)
 }
 
-/// The form as it was sent; attempts come several times.
-#[derive(Deserialize)]
-#[serde(transparent)]
-pub(super) struct NewTaskForm(Vec<(String, String)>);
-
-impl NewTaskForm {
-    fn field(&self, name: &str) -> &str {
-        self.0.iter().find(|(key, _)| key == name).map_or("", |(_, value)| value.trim())
-    }
-
-    fn attempts(&self) -> Vec<&str> {
-        let mut chosen: Vec<&str> = Vec::new();
-        for (_, value) in self.0.iter().filter(|(key, _)| key == "attempt") {
-            if !chosen.contains(&value.as_str()) {
-                chosen.push(value);
-            }
+/// The attempts that were chosen, each once.
+fn chosen_attempts(form: &NewTaskForm) -> Vec<&str> {
+    let mut chosen: Vec<&str> = Vec::new();
+    for attempt in &form.attempts {
+        if !chosen.contains(&attempt.as_str()) {
+            chosen.push(attempt);
         }
-        chosen
     }
+    chosen
 }
 
 async fn make_new_task_page(
     state: &AppState,
     Visit { person, csrf }: Visit<'_>,
-    form: &NewTaskForm,
-    refused: Option<String>,
+    form: FilledForm<NewTaskForm>,
 ) -> Result<NewTaskPage, Error> {
     let reader = state.db.reader();
     let cohorts = reports::cohorts(reader, person).await?;
     let cohort = |cohort: reports::NamedItem<CohortId>| {
         let value = cohort.id.to_string();
-        SelectOption { chosen: value == form.field("cohort"), value, label: cohort.name }
+        SelectOption { chosen: value == form.typed.cohort, value, label: cohort.name }
     };
     Ok(NewTaskPage {
         shell: Shell::new(person, csrf.token(), NavPlace::Assignments),
-        title: form.field("title").to_owned(),
-        due: form.field("due").to_owned(),
         time_zone: schools::find_time_zone(reader, person.school_id).await?,
         cohorts: cohorts.into_iter().map(cohort).collect(),
-        attempts: offered_attempts(state, person, form).await?,
-        refused,
+        attempts: offered_attempts(state, person, &form.typed).await?,
+        form,
     })
 }
 
@@ -88,7 +75,7 @@ async fn offered_attempts(
     person: &CurrentPerson,
     form: &NewTaskForm,
 ) -> Result<Vec<SelectOption>, Error> {
-    let chosen = form.attempts();
+    let chosen = chosen_attempts(form);
     let choice = |listed: ListedAttempt| {
         let value = listed.id.to_string();
         let label = attempt_label(&listed.trainee, &listed.exercise, listed.started_at.to_utc());
@@ -115,27 +102,26 @@ pub(super) async fn make_task(
     Teacher(person): Teacher,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<NewTaskForm>,
-) -> Result<Response, PageError> {
-    match read_new_task(&state, &person, &form).await {
+) -> Result<FormAnswer<NewTaskPage>, PageError> {
+    match split_refusal(read_new_task(&state, &person, &form).await)? {
         Ok(new) => {
             let id = segments::make(&state, &person, &new).await?;
-            Ok(Redirect::to(&format!("/segments/{id}")).into_response())
+            Ok(FormAnswer::lead_to(&format!("/segments/{id}")))
         }
-        Err(Error::Unprocessable(why)) => {
-            let page = make_new_task_page(&state, Visit::new(&person, &csrf), &form, Some(why)).await?;
-            Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+        Err(why) => {
+            let form = FilledForm::refused(form, why);
+            Ok(FormAnswer::Refused(make_new_task_page(&state, Visit::new(&person, &csrf), form).await?))
         }
-        Err(other) => Err(other.into()),
     }
 }
 
 /// What the form asks for. A cohort or an attempt that the visitor may not see is none: 404.
 async fn read_new_task(state: &AppState, person: &CurrentPerson, form: &NewTaskForm) -> Result<NewTask, Error> {
     let reader = state.db.reader();
-    let title = line::title(form.field("title")).map_err(Error::Unprocessable)?.to_owned();
+    let title = line::title(&form.title).map_err(Error::Unprocessable)?.to_owned();
     let time_zone = schools::find_time_zone(reader, person.school_id).await?;
-    let due = read_due_date(form.field("due"), &time_zone, state.clock.now())?;
-    let cohort: CohortId = form.field("cohort").parse().map_err(|_| Error::NotFound)?;
+    let due = read_due_date(&form.due, &time_zone, state.clock.now())?;
+    let cohort: CohortId = form.cohort.parse().map_err(|_| Error::NotFound)?;
     reports::cohort(reader, person, cohort).await?.ok_or(Error::NotFound)?;
     let sessions = read_attempts(state, person, form).await?;
     Ok(NewTask { title, cohort_id: cohort, due, time_zone, sessions })
@@ -153,7 +139,7 @@ fn read_due_date(said: &str, time_zone: &str, now: Moment) -> Result<Option<(Str
 }
 
 async fn read_attempts(state: &AppState, person: &CurrentPerson, form: &NewTaskForm) -> Result<Vec<SessionId>, Error> {
-    let chosen = form.attempts();
+    let chosen = chosen_attempts(form);
     if !(1..=MOST_TRACES).contains(&chosen.len()) {
         return Err(Error::Unprocessable(tr!(
             "attempts: {count}; allowed: 1 to {most}",

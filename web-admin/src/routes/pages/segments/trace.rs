@@ -1,22 +1,22 @@
 //! `/segments/traces/{id}`: a trace to be marked. Until it is sent the page holds the force over time and nothing else.
 
 use axum::extract::State;
-use axum::http::StatusCode;
-use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 
 use super::{list_own_traces, make_task_row, trace_href};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, Visit, Visitor};
+use crate::routes::forms::FormAnswer;
 use crate::routes::pages::PathId;
 use acts::error::Error;
 use acts::replays;
 use acts::segments;
 use model::ids::TraceId;
-use model::segments::{MarksVerdict, read, strips};
+use model::segments::{MarksVerdict, read_pop_marks, strips};
 use model::series::{AttemptStretch, TimeSpan};
 use model::{CurrentPerson, Role};
+use pages::form::FilledForm;
 use pages::segments::{StripView, TracePage, TraceTruth};
 use pages::{NavPlace, Shell};
 use store::segments as stored;
@@ -50,9 +50,8 @@ pub(super) async fn show_trace(
     let sent = marks.as_ref().is_some_and(|marks| marks.sent_at.is_some());
     let marks = marks.map(|marks| marks.marks.0).unwrap_or_default();
     let found = truth_of_trace(&state, &person, &open, &marks, sent).await?;
-    let typed = marks.iter().map(f64::to_string).collect();
-    Ok(make_trace_page(&state, Visit::new(&person, &csrf), &open, ShownTrace { marks, typed, refused: None, found })
-        .await?)
+    let form = FilledForm::new(marks.iter().map(f64::to_string).collect());
+    Ok(make_trace_page(&state, Visit::new(&person, &csrf), &open, ShownTrace { marks, form, found }).await?)
 }
 
 /// The truth: for a trainee once they have sent their marks, for whoever teaches always.
@@ -75,8 +74,7 @@ async fn truth_of_trace(
 /// What the page shows beside the force.
 struct ShownTrace {
     marks: Vec<f64>,
-    typed: Vec<String>,
-    refused: Option<String>,
+    form: FilledForm<Vec<String>>,
     found: Option<TraceTruth>,
 }
 
@@ -99,8 +97,7 @@ async fn make_trace_page(
         duration_s: open.session.duration_s,
         strips: StripView::all(&spans, &strips, &shown.marks, pops),
         next: own.iter().find(|(_, sent)| !sent).map(|(trace, _)| trace_href(trace)),
-        typed: shown.typed,
-        refused: shown.refused,
+        form: shown.form,
         found: shown.found,
     })
 }
@@ -115,15 +112,14 @@ async fn spans_of_strips(
     Ok(strips.iter().map(|strip| pyramid.spans(SPANS, stretch(strip))).collect())
 }
 
-/// The form as it was sent; marks come several times.
-#[derive(Deserialize)]
-#[serde(transparent)]
-pub(super) struct MarksForm(Vec<(String, String)>);
-
-impl MarksForm {
-    fn all(&self, name: &str) -> Vec<&str> {
-        self.0.iter().filter(|(key, _)| key == name).map(|(_, value)| value.as_str()).collect()
-    }
+/// The form as it was sent.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(super) struct MarksForm {
+    #[serde(rename = "do")]
+    step: String,
+    /// A field for each mark.
+    mark: Vec<String>,
 }
 
 pub(super) async fn mark_trace(
@@ -132,21 +128,20 @@ pub(super) async fn mark_trace(
     PathId(id): PathId<TraceId>,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<MarksForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<TracePage>, PageError> {
     let open = open_trace(&state, &person, id).await?;
     if person.role != Role::Trainee {
         return Err(Error::Forbidden(tr!("pops are marked by trainees")).into());
     }
-    let sent = match form.all("do").first().copied().unwrap_or_default() {
+    let sent = match form.step.as_str() {
         "save" => false,
         "send" => true,
         other => return Err(Error::BadRequest(format!("do: \"{other}\"; allowed are save and send")).into()),
     };
-    let typed = form.all("mark");
-    match read(&typed, open.session.duration_s) {
+    match read_pop_marks(&form.mark, open.session.duration_s) {
         Ok(marks) => {
             segments::mark(&state, &person, &open.trace, marks, sent).await?;
-            Ok(Redirect::to(&trace_href(&open.trace)).into_response())
+            Ok(FormAnswer::lead_to(&trace_href(&open.trace)))
         }
         Err(refused) => {
             let kept = stored::list_marks_of(state.db.reader(), id, person.id).await?;
@@ -155,12 +150,10 @@ pub(super) async fn mark_trace(
             }
             let shown = ShownTrace {
                 marks: kept.map(|kept| kept.marks.0).unwrap_or_default(),
-                typed: typed.into_iter().map(str::to_owned).collect(),
-                refused: Some(refused.to_string()),
+                form: FilledForm::refused(form.mark, refused.to_string()),
                 found: None,
             };
-            let page = make_trace_page(&state, Visit::new(&person, &csrf), &open, shown).await?;
-            Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+            Ok(FormAnswer::Refused(make_trace_page(&state, Visit::new(&person, &csrf), &open, shown).await?))
         }
     }
 }

@@ -1,20 +1,21 @@
 //! `/surveys/instruments`: what can be asked, and the editor.
 
 use axum::extract::{Path, State};
-use axum::http::StatusCode;
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
-use axum::response::{IntoResponse, Redirect, Response};
+use axum::response::{IntoResponse, Response};
 use documents::{DocumentError, Instrument, Issue};
 use serde::Deserialize;
 
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, Teacher};
+use crate::routes::forms::FormAnswer;
 use crate::routes::pages::unix_lines;
 use acts::error::Error;
 use acts::surveys;
 use model::CurrentPerson;
 use pages::draft::say_issue;
+use pages::form::FilledForm;
 use pages::survey::instrument::{EditPage, InstrumentPage, InstrumentPreview, InstrumentsPage};
 use pages::{NavPlace, Shell};
 use store::instruments::{self, InstrumentRevision};
@@ -104,7 +105,7 @@ pub(super) async fn serve_document(
 }
 
 pub(super) async fn show_new_instrument(Teacher(person): Teacher, csrf: Csrf) -> Result<EditPage, PageError> {
-    Ok(make_editor_page(&person, &csrf, None, BLANK.to_owned()))
+    Ok(make_editor_page(&person, &csrf, None, FilledForm::new(BLANK.to_owned())))
 }
 
 pub(super) async fn show_editor(
@@ -115,16 +116,20 @@ pub(super) async fn show_editor(
 ) -> Result<EditPage, PageError> {
     let found = find_current(&state, &person, &id).await?;
     let text = String::from_utf8_lossy(&found.bytes).into_owned();
-    Ok(make_editor_page(&person, &csrf, Some(&id), text))
+    Ok(make_editor_page(&person, &csrf, Some(&id), FilledForm::new(text)))
 }
 
-fn make_editor_page(person: &CurrentPerson, csrf: &Csrf, id: Option<&str>, text: String) -> EditPage {
+fn make_editor_page(
+    person: &CurrentPerson,
+    csrf: &Csrf,
+    id: Option<&str>,
+    form: FilledForm<String, Vec<String>>,
+) -> EditPage {
     EditPage {
         shell: Shell::new(person, csrf.token(), NavPlace::Surveys),
         heading: if id.is_some() { tr!("Edit an instrument") } else { tr!("New instrument") },
         action: id.map_or_else(|| "/surveys/instruments/new".to_owned(), |id| format!("{}/edit", instrument_href(id))),
-        text,
-        issues: Vec::new(),
+        form,
         preview: None,
     }
 }
@@ -141,7 +146,7 @@ pub(super) async fn add_instrument(
     Teacher(person): Teacher,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<DocumentForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<EditPage>, PageError> {
     store_instrument(&state, &person, &csrf, None, form).await
 }
 
@@ -151,7 +156,7 @@ pub(super) async fn change_instrument(
     Path(id): Path<String>,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<DocumentForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<EditPage>, PageError> {
     find_current(&state, &person, &id).await?;
     store_instrument(&state, &person, &csrf, Some(&id), form).await
 }
@@ -163,23 +168,24 @@ async fn store_instrument(
     csrf: &Csrf,
     id: Option<&str>,
     form: DocumentForm,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<EditPage>, PageError> {
     let text = unix_lines(&form.text);
-    let page = make_editor_page(person, csrf, id, text.clone());
+    let refuse =
+        |issues| FormAnswer::Refused(make_editor_page(person, csrf, id, FilledForm::refused(text.clone(), issues)));
     let (instrument, bytes) = match read_instrument(&text, id) {
         Ok(read) => read,
-        Err(issues) => {
-            return Ok((StatusCode::UNPROCESSABLE_ENTITY, EditPage { issues, ..page }).into_response());
-        }
+        Err(issues) => return Ok(refuse(issues)),
     };
     if form.step != "publish" {
-        return Ok(EditPage { preview: Some(InstrumentPreview::new(&instrument)), ..page }.into_response());
+        let page = make_editor_page(person, csrf, id, FilledForm::new(text));
+        let page = EditPage { preview: Some(InstrumentPreview::new(&instrument)), ..page };
+        return Ok(FormAnswer::Answered(page.into_response()));
     }
     if !surveys::publish_written(state, person, &instrument, &bytes, id.is_none()).await? {
         let issues = vec![tr!("id: “{id}”; there is an instrument of that id: edit it", id = instrument.id)];
-        return Ok((StatusCode::UNPROCESSABLE_ENTITY, EditPage { issues, ..page }).into_response());
+        return Ok(refuse(issues));
     }
-    Ok(Redirect::to(&instrument_href(&instrument.id)).into_response())
+    Ok(FormAnswer::lead_to(&instrument_href(&instrument.id)))
 }
 
 /// An instrument from TOML or JSON, with the TOML; or everything that is wrong. An edited one keeps its id.

@@ -1,9 +1,8 @@
 //! Making a survey, its links, and closing it.
 
 use axum::extract::State;
-use axum::http::StatusCode;
 use axum::http::header::HOST;
-use axum::response::{IntoResponse, Redirect, Response};
+use axum::response::{IntoResponse, Redirect};
 use serde::Deserialize;
 use time::format_description::well_known::Iso8601;
 use time::{Date, Time};
@@ -12,6 +11,7 @@ use super::{find_school_survey, owns_survey};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, PageHead, Teacher, Visitor};
+use crate::routes::forms::FormAnswer;
 use crate::routes::pages::PathId;
 use acts::error::Error;
 use acts::surveys;
@@ -21,7 +21,8 @@ use model::roster::{is_email, is_name};
 use model::survey::Identity;
 use model::survey::Survey;
 use model::{CurrentPerson, Moment, line};
-use pages::survey::manage::{ManagePage, NewSurveyPage, SurveyLinksPage, TypedSurvey};
+use pages::form::FilledForm;
+use pages::survey::manage::{ManagePage, NewSurveyForm, NewSurveyPage, SurveyLinksPage};
 use pages::{NavPlace, Shell, format};
 use store::reports;
 use store::reports::NamedItem;
@@ -33,13 +34,13 @@ use store::{instruments, people};
 const MOST_LINKS: usize = 200;
 const LONGEST_LABEL: usize = 200;
 
-/// A survey for those who asked, with what is wrong with a list of links.
+/// A survey for those who asked, with the list of those who get links.
 pub(super) async fn make_manage_page(
     state: &AppState,
     person: &CurrentPerson,
     csrf: &Csrf,
     survey: Survey,
-    refusal: Option<(String, String)>,
+    labels: FilledForm<String>,
 ) -> Result<ManagePage, Error> {
     let instrument = surveys::instrument_of(state, &survey).await?;
     Ok(ManagePage {
@@ -58,7 +59,7 @@ pub(super) async fn make_manage_page(
         mailed: None,
         letters_left: surveys::letters_left(state.db.reader(), survey.school_id, state.clock.now()).await?,
         title: survey.title,
-        refusal,
+        labels,
     })
 }
 
@@ -92,55 +93,34 @@ async fn list_survey_facts(state: &AppState, survey: &Survey) -> Result<Vec<(&'s
     Ok(facts)
 }
 
-/// The form as it was sent; a box that is ticked comes once, several cohorts several times.
-#[derive(Deserialize)]
-#[serde(transparent)]
-pub(super) struct NewSurveyForm(Vec<(String, String)>);
-
-impl NewSurveyForm {
-    fn field(&self, name: &str) -> &str {
-        self.0.iter().find(|(key, _)| key == name).map_or("", |(_, value)| value.trim())
-    }
-
-    fn typed(&self) -> TypedSurvey {
-        TypedSurvey {
-            title: self.field("title").to_owned(),
-            identity: self.field("identity").to_owned(),
-            after_attempts: self.field("after_attempts") == "true",
-            opens: self.field("opens").to_owned(),
-            closes: self.field("closes").to_owned(),
-        }
-    }
-
-    fn cohorts(&self, known: &[NamedItem<CohortId>]) -> Result<Vec<CohortId>, String> {
-        let chosen = self.0.iter().filter(|(key, _)| key == "cohort").map(|(_, id)| id);
-        let find = |id: &String| known.iter().find(|cohort| cohort.id.to_string() == *id).map(|cohort| cohort.id);
-        chosen
-            .map(|id| find(id).ok_or_else(|| tr!("cohort: “{id}”; allowed are the cohorts you teach", id = id)))
-            .collect()
-    }
+/// The cohorts that were chosen, of those that the visitor teaches.
+fn read_cohorts(form: &NewSurveyForm, known: &[NamedItem<CohortId>]) -> Result<Vec<CohortId>, String> {
+    let find = |id: &String| known.iter().find(|cohort| cohort.id.to_string() == *id).map(|cohort| cohort.id);
+    let read = |id| find(id).ok_or_else(|| tr!("cohort: “{id}”; allowed are the cohorts you teach", id = id));
+    form.cohorts.iter().map(read).collect()
 }
 
 async fn make_new_survey_page(
     state: &AppState,
     person: &CurrentPerson,
     csrf: &Csrf,
-    form: &NewSurveyForm,
-    refusal: Option<String>,
+    form: FilledForm<NewSurveyForm>,
 ) -> Result<NewSurveyPage, Error> {
     let reader = state.db.reader();
     let known = instruments::list_current_instruments(reader, person.school_id).await?;
     let cohorts = reports::cohorts(reader, person).await?;
-    let chosen = |key: &str, id: &str| form.0.iter().any(|(name, value)| name == key && value == id);
+    let typed = &form.typed;
     Ok(NewSurveyPage {
         shell: Shell::new(person, csrf.token(), NavPlace::Surveys),
         instruments: known
             .into_iter()
-            .map(|i| (i.instrument_id.clone(), i.title, chosen("instrument", &i.instrument_id)))
+            .map(|i| (i.instrument_id.clone(), i.title, typed.instrument == i.instrument_id))
             .collect(),
-        cohorts: cohorts.into_iter().map(|c| (c.id.to_string(), c.name, chosen("cohort", &c.id.to_string()))).collect(),
-        typed: form.typed(),
-        refusal,
+        cohorts: cohorts
+            .into_iter()
+            .map(|c| (c.id.to_string(), c.name, typed.cohorts.contains(&c.id.to_string())))
+            .collect(),
+        form,
     })
 }
 
@@ -149,8 +129,8 @@ pub(super) async fn show_new_survey(
     Teacher(person): Teacher,
     csrf: Csrf,
 ) -> Result<NewSurveyPage, PageError> {
-    let blank = NewSurveyForm(vec![("identity".to_owned(), "pseudonymous".to_owned())]);
-    Ok(make_new_survey_page(&state, &person, &csrf, &blank, None).await?)
+    let blank = NewSurveyForm { identity: Identity::Pseudonymous.as_str().to_owned(), ..NewSurveyForm::default() };
+    Ok(make_new_survey_page(&state, &person, &csrf, FilledForm::new(blank)).await?)
 }
 
 pub(super) async fn make_survey(
@@ -158,15 +138,15 @@ pub(super) async fn make_survey(
     Teacher(person): Teacher,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<NewSurveyForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<NewSurveyPage>, PageError> {
     match read_new_survey(&state, &person, &form).await? {
         Ok(wanted) => {
             let id = surveys::make(&state, &person, &wanted).await?;
-            Ok(Redirect::to(&format!("/surveys/{id}")).into_response())
+            Ok(FormAnswer::lead_to(&format!("/surveys/{id}")))
         }
         Err(why) => {
-            let page = make_new_survey_page(&state, &person, &csrf, &form, Some(why)).await?;
-            Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+            let form = FilledForm::refused(form, why);
+            Ok(FormAnswer::Refused(make_new_survey_page(&state, &person, &csrf, form).await?))
         }
     }
 }
@@ -178,8 +158,8 @@ async fn read_new_survey(
     form: &NewSurveyForm,
 ) -> Result<Result<SurveyRequest, String>, Error> {
     let reader = state.db.reader();
-    let instrument = instruments::find_current_instrument(reader, person.school_id, form.field("instrument")).await?;
-    let cohorts = form.cohorts(&reports::cohorts(reader, person).await?);
+    let instrument = instruments::find_current_instrument(reader, person.school_id, &form.instrument).await?;
+    let cohorts = read_cohorts(form, &reports::cohorts(reader, person).await?);
     Ok(check_new_survey(form, instrument.map(|i| i.id), cohorts, state.clock.now()))
 }
 
@@ -189,17 +169,17 @@ fn check_new_survey(
     cohorts: Result<Vec<CohortId>, String>,
     now: Moment,
 ) -> Result<SurveyRequest, String> {
-    let TypedSurvey { title, identity, after_attempts, opens, closes } = form.typed();
+    let NewSurveyForm { title, identity, opens, closes, .. } = form;
     let revision_id =
-        revision.ok_or_else(|| tr!("instrument: “{id}”; there is none of that id", id = form.field("instrument")))?;
-    let title = line::title(&title)?.to_owned();
+        revision.ok_or_else(|| tr!("instrument: “{id}”; there is none of that id", id = form.instrument))?;
+    let title = line::title(title)?.to_owned();
     let identity = [Identity::Anonymous, Identity::Pseudonymous, Identity::Named]
         .into_iter()
-        .find(|known| known.as_str() == identity)
+        .find(|known| known.as_str() == identity.as_str())
         .ok_or_else(|| tr!("identity: “{identity}”; allowed: anonymous, pseudonymous, named", identity = identity))?;
-    let opens_at = read_day(tr!("first day"), &opens)?.unwrap_or(now);
+    let opens_at = read_day(tr!("first day"), opens)?.unwrap_or(now);
     // The last day counts whole.
-    let closes_at = read_day(tr!("last day"), &closes)?.map(|midnight| midnight.plus_s(24 * 3600));
+    let closes_at = read_day(tr!("last day"), closes)?.map(|midnight| midnight.plus_s(24 * 3600));
     if closes_at.is_some_and(|closes| closes <= opens_at || closes <= now) {
         return Err(tr!("last day: {closes}; allowed: a day that is not over, not before the first", closes = closes));
     }
@@ -207,7 +187,7 @@ fn check_new_survey(
         revision_id,
         title,
         identity,
-        after_attempts,
+        after_attempts: form.after_attempts,
         generated: false,
         opens_at,
         closes_at,
@@ -241,7 +221,7 @@ pub(super) async fn make_links(
     PathId(id): PathId<SurveyId>,
     head: PageHead,
     CsrfForm(form): CsrfForm<LinksForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<ManagePage>, PageError> {
     let survey = find_school_survey(&state, &person, id).await?;
     if !owns_survey(&person, &survey) || !survey.is_open(state.clock.now()) {
         return Err(Error::Forbidden(tr!("links are made by the owner of an open survey")).into());
@@ -254,7 +234,7 @@ pub(super) async fn make_links(
                 Ok(queued) => {
                     let before = addresses.len() - queued;
                     let done = format!("/surveys/{id}?mailed={queued}&before={before}#letters");
-                    return Ok(Redirect::to(&done).into_response());
+                    return Ok(FormAnswer::lead_to(&done));
                 }
                 Err(Error::Unprocessable(why)) => why,
                 Err(other) => return Err(other.into()),
@@ -262,12 +242,13 @@ pub(super) async fn make_links(
             Err(why) => why,
         },
         (None, false) => {
-            return Ok(make_links_page(&state, &person, survey, &labels, &head).await?.into_response());
+            let page = make_links_page(&state, &person, survey, &labels, &head).await?;
+            return Ok(FormAnswer::Answered(page.into_response()));
         }
         (Some(why), _) => why,
     };
-    let page = make_manage_page(&state, &person, &head.csrf, survey, Some((why, form.labels))).await?;
-    Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+    let labels = FilledForm::refused(form.labels, why);
+    Ok(FormAnswer::Refused(make_manage_page(&state, &person, &head.csrf, survey, labels).await?))
 }
 
 /// Makes links and shows them. Not by a redirect: they would have to be kept to be shown.

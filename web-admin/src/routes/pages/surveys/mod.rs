@@ -6,8 +6,7 @@ mod make;
 mod results;
 
 use axum::extract::{Query, State};
-use axum::http::StatusCode;
-use axum::response::{IntoResponse, Redirect, Response};
+use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use serde::Deserialize;
 
@@ -16,6 +15,7 @@ use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
 use crate::routes::auth::{Csrf, CsrfForm, PageHead, Visitor};
+use crate::routes::forms::FormAnswer;
 use crate::routes::survey::{TermsOf, preferred_languages, terms_of_survey};
 use acts::error::Error;
 use acts::surveys::answering;
@@ -24,6 +24,7 @@ use acts::surveys::instrument_of;
 use model::ids::{SessionId, SurveyId};
 use model::survey::Survey;
 use model::{CurrentPerson, Moment, Role};
+use pages::form::{FilledForm, read_ticked_box};
 use pages::survey::form::{ConsentPage, respond_in_language};
 use pages::survey::manage::{ManagePage, OwnSurveyRow, SurveyRow, SurveysPage};
 use pages::{NavPlace, Shell};
@@ -118,7 +119,7 @@ async fn show_survey(
 ) -> Result<Response, PageError> {
     if person.role != Role::Trainee {
         let survey = find_school_survey(&state, &person, id).await?;
-        let page = make::make_manage_page(&state, &person, &head.csrf, survey, None).await?;
+        let page = make::make_manage_page(&state, &person, &head.csrf, survey, FilledForm::default()).await?;
         return Ok(ManagePage { mailed: query.mailed.zip(query.before), ..page }.into_response());
     }
     let survey = find_asked_survey(&state, &person, id, query.session).await?;
@@ -184,8 +185,8 @@ struct ConsentAnswerForm {
     session: Option<SessionId>,
     #[serde(default)]
     lang: String,
-    #[serde(default)]
-    consent: String,
+    #[serde(default, deserialize_with = "read_ticked_box")]
+    consent: bool,
 }
 
 async fn begin_answer(
@@ -194,22 +195,21 @@ async fn begin_answer(
     PathId(id): PathId<SurveyId>,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<ConsentAnswerForm>,
-) -> Result<Response, PageError> {
+) -> Result<FormAnswer<Response>, PageError> {
     if person.role != Role::Trainee {
         return Err(Error::NotFound.into());
     }
     let survey = find_asked_survey(&state, &person, id, form.session).await?;
-    if form.consent != "yes" {
+    if !form.consent {
         let page = make_consent_page(&state, &survey, form.session, &csrf, &form.lang).await?;
         let page = ConsentPage { refused: true, ..page };
-        let page = respond_in_language(&page.terms.language.clone(), page);
-        return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
+        return Ok(FormAnswer::Refused(respond_in_language(&page.terms.language.clone(), page)));
     }
     let instrument = instrument_of(&state, &survey).await?;
     let language = instrument.language_for(&form.lang);
     let token =
         answering::begin(&state, &person, SurveyOccasion { survey: &survey, session: form.session, language }).await?;
-    Ok(Redirect::to(&format!("/survey/{token}")).into_response())
+    Ok(FormAnswer::lead_to(&format!("/survey/{token}")))
 }
 
 /// What is asked after an attempt of the visitor's own and not answered yet: title, address and minutes.
