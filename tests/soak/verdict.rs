@@ -1,16 +1,16 @@
 //! What is left of what was made.
 
-use model::SessionKey;
 use std::fmt::Write;
-use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
+use std::sync::atomic::AtomicUsize;
+use std::sync::atomic::Ordering::SeqCst;
 use std::time::Duration;
 
 use acts::clock;
 use acts::config::Config;
 use acts::recording_files::hash_file;
 use anyhow::{Context, bail};
-use store::scores;
-use store::{Database, jobs, schools, sessions};
+use model::SessionKey;
+use store::{Database, jobs, schools, scores, sessions};
 
 use crate::Harm;
 use crate::lab::Lab;

@@ -10,17 +10,17 @@ use std::num::NonZeroU32;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
+use acts::brakes::quota;
+use acts::stations::CallingStation;
 use axum::extract::{MatchedPath, Request};
 use axum::http::Method;
 use axum::response::Response;
 use governor::{DefaultKeyedRateLimiter, RateLimiter};
+use model::CurrentPerson;
+use model::ids::{PersonId, StationId};
 use uuid::Uuid;
 
 use crate::error::Denied;
-use acts::brakes::quota;
-use acts::stations::CallingStation;
-use model::CurrentPerson;
-use model::ids::{PersonId, StationId};
 
 /// Refusals of one asker that are written down one by one, and the pace afterwards: nobody fills the log.
 const NOTE_BURST: NonZeroU32 = NonZeroU32::new(20).unwrap();

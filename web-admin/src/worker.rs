@@ -1,20 +1,16 @@
 //! Scores what was uploaded, from the durable queue: as many recordings at a time as there are judges, in turns of the schools, and again
 //! after a crash; what is fatal twice is set aside.
 
-use model::SessionKey;
 use std::time::Duration;
 
+use acts::shares::{Bench, Shares};
+use acts::{clock, motions, regrading, scoring};
+use model::SessionKey;
+use store::jobs::{Job, JobQuery};
+use store::{jobs, schools, tries};
 use tokio::task::{JoinError, JoinSet};
 
 use crate::AppState;
-use acts::clock;
-use acts::motions;
-use acts::regrading;
-use acts::scoring;
-use acts::shares::{Bench, Shares};
-use store::jobs;
-use store::jobs::{Job, JobQuery};
-use store::{schools, tries};
 
 /// Longest sleep between two looks at the queue: the clock may be set.
 const LONGEST_SLEEP: Duration = Duration::from_secs(60);
@@ -53,9 +49,6 @@ async fn time_until_next_job(state: &AppState) -> Duration {
 }
 
 /// Does every job that is due, and then what is graded again, piece by piece: whoever has just tried waits for no one else.
-///
-/// # Errors
-/// When the database fails.
 pub async fn work_off_jobs(state: &AppState) -> anyhow::Result<()> {
     let mut desk = WorkerDesk::default();
     loop {

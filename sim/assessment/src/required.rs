@@ -1,11 +1,9 @@
 //! What an exercise requires before an attempt earns anything.
 
 use documents::{Exercise, Required};
-
 use serde::{Deserialize, Serialize};
 
-use crate::catalogue::{Metric, first_version};
-use crate::catalogue::{find_metric, is_untouched};
+use crate::catalogue::{Metric, find_metric, first_version, is_untouched};
 
 /// Something that is required and did not happen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

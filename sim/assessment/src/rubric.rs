@@ -1,10 +1,9 @@
 //! What each rubric line earns, and which limits were broken.
 
-use crate::catalogue::{find_metric, is_untouched};
 use documents::{Exercise, RubricLine};
 
 use crate::absent::Absent;
-use crate::catalogue::{Direction, Metric, first_version};
+use crate::catalogue::{Direction, Metric, find_metric, first_version, is_untouched};
 use crate::cause::{Deduction, DeductionCause, FailureCause, HardFailure};
 use crate::error::AssessError;
 use crate::required::{self, UnmetRequirement};

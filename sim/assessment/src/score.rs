@@ -1,6 +1,5 @@
 //! From metrics to a score with reasons.
 
-use crate::error::AssessError;
 use documents::{Exercise, ExerciseBundle};
 use recording::Recording;
 use serde::{Deserialize, Serialize};
@@ -8,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::attempt::Attempt;
 use crate::catalogue::{Metric, first_version};
 use crate::cause::{Deduction, HardFailure};
+use crate::error::AssessError;
 use crate::void::{self};
 use crate::{metrics, rubric};
 

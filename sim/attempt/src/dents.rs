@@ -5,10 +5,8 @@
 //! field followed the force law's forces.
 
 use law::stance::{Intrusion, settle_dents};
-
-use recording::Tent;
 use recording::sample::{Sample, flags};
-use recording::{Event, EventKind};
+use recording::{Event, EventKind, Tent};
 
 /// A needle flatter than this (cosine to the vertical) is taken for one at it: its line would meet a boundary anywhere.
 const FLATTEST: f64 = 0.1;

@@ -2,13 +2,13 @@
 
 use std::io::Write;
 
-use tissue::Specimen;
-
-use crate::tick::{Tick, TickInput, TickedAttempt};
 use recording::error::WriteError;
 use recording::rate::{Ticker, nanoseconds};
 use recording::write::Writer;
 use recording::{Event, EventKind};
+use tissue::Specimen;
+
+use crate::tick::{Tick, TickInput, TickedAttempt};
 
 /// Rate of the ledger, in Hz; it is also recorded at each rupture and at the end.
 const LEDGER_HZ: u32 = 10;

@@ -4,15 +4,14 @@ use std::io::Write;
 
 use law::operator::Motion;
 use nalgebra::Vector3;
+use recording::error::WriteError;
+use recording::write::Writer;
+use recording::{Recording, Session};
 use tissue::Specimen;
 
 use crate::run::Run;
 pub use crate::run::Simulated;
 use crate::tick::{TickInput, TickedAttempt};
-use recording::Recording;
-use recording::Session;
-use recording::error::WriteError;
-use recording::write::Writer;
 
 /// Anything that moves the needle.
 pub trait MotionSource {

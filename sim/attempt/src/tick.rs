@@ -7,11 +7,9 @@ use law::axial::Contactor;
 use law::operator::Motion;
 use law::puncture::{PunctureEvent, PunctureInput, PunctureOutput, PunctureScratch, PunctureState, step};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
-use tissue::Specimen;
-
 use recording::sample::{Energy, Sample, flags};
-use recording::{Event, EventKind};
-use recording::{Follows, Tent};
+use recording::{Event, EventKind, Follows, Tent};
+use tissue::Specimen;
 
 use crate::follower::FieldFollower;
 

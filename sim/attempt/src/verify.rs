@@ -2,13 +2,10 @@
 
 use std::cmp::Ordering;
 
+use recording::{Event, EventKind, Follows, Recording, Sample, Tent};
 use tissue::Specimen;
 
 use crate::tick::{TickInput, TickedAttempt};
-use recording::Recording;
-use recording::Sample;
-use recording::{Event, EventKind};
-use recording::{Follows, Tent};
 
 /// The largest deviation found.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]

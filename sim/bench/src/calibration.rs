@@ -4,12 +4,13 @@
 //! are of random layers, and the fit is told nothing of them; others are of a scene with its numbers changed, and the fit starts from
 //! the scene as it was. A blind scene's boundaries each make a clear drop, as the fit of a curve alone takes for granted.
 
-use super::scenes::{AxialRun, make_layer, needle_through};
 use law::axial::AxialSpec;
 use law::closed_form::predict_ruptures;
 use law::operator::Draw;
 use law::soundness;
 use tissue::calibrate::{CalibrateError, Curve, Fit, Fresh, ParameterEstimate, Quantity, Start, fit, residual_rms_n};
+
+use super::scenes::{AxialRun, make_layer, needle_through};
 
 /// Steps of the needle, in m.
 const STEP_M: f64 = 2e-6;

@@ -1,12 +1,11 @@
 //! What a virtual hand did at an attempt, in the figures that published studies give of people.
 
-use nalgebra::Vector3;
-
 use law::axial::Contactor;
 use law::operator::Operator;
 use law::puncture::{
     PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureState, step,
 };
+use nalgebra::Vector3;
 
 use super::needle::DT;
 

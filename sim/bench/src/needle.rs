@@ -1,13 +1,12 @@
 //! A needle in a hand: poses at 1 kHz, and what came of each.
 
-use nalgebra::{Isometry3, Point3, Vector3};
-
 use law::axial::{AxialSpec, ParamError};
 use law::operator::needle_pose;
 use law::puncture::{
     PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureSpec, PunctureState, step,
 };
 use law::structures::StructureSpec;
+use nalgebra::{Isometry3, Point3, Vector3};
 
 /// Time of a tick, in s.
 pub const DT: f64 = 1e-3;

@@ -4,17 +4,16 @@
 //! come twice, in an order drawn from a seed. Whatever the needle does, forces stay finite and below what the scene's numbers
 //! allow, the ledger closes, what was dissipated stays so, and the field that follows stays finite.
 
-use nalgebra::{Point3, Vector3};
-
-use super::needle::DT;
 use law::ledger::Ledger;
-use law::operator::Draw;
-use law::operator::needle_pose;
+use law::operator::{Draw, needle_pose};
 use law::puncture::{
     PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureSpec, PunctureState, step,
     write_loads,
 };
+use nalgebra::{Point3, Vector3};
 use tissue::follow::{self, Field, FollowState};
+
+use super::needle::DT;
 
 /// The steepest path, in degrees: the steepest oblique of physics section 8.
 const STEEPEST_DEG: f64 = 60.0;

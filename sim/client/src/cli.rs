@@ -98,8 +98,9 @@ fn wrong_call(rendered: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Cli, wrong_call};
     use clap::CommandFactory;
+
+    use super::{Cli, wrong_call};
 
     #[test]
     fn the_command_line_is_consistent() {

@@ -18,8 +18,7 @@ use crate::read_curriculum::{NamedExercise, read_curriculum};
 use crate::read_exercise::read_exercise;
 use crate::read_instrument::read_instrument;
 use crate::read_scene::read_scene;
-use crate::source::Files;
-use crate::source::Source;
+use crate::source::{Files, Source};
 use crate::walk::{self, NamedError};
 
 /// The kinds of document.

@@ -1,6 +1,5 @@
 //! Reads a scene: what relates its fields and meshes to each other, then the typed document.
 
-use crate::source::{Files, Find};
 use law::axial::{ForceLaw, RateDependence};
 use law::structures::{Shape, StructureKind, StructureSpec, Wall};
 use nalgebra::{Point3, Vector3};
@@ -11,7 +10,7 @@ use crate::describe::{SCENE, measure};
 use crate::error::DocumentError;
 use crate::model::{Needle, Scene, SceneLayer, SceneStructure, TissueOptions};
 use crate::read_anatomy::read_anatomy;
-use crate::source::Source;
+use crate::source::{Files, Find, Source};
 use crate::walk::Walked;
 
 /// A scene as its keys stand in TOML.

@@ -10,8 +10,7 @@ use law::axial::ForceLaw;
 use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 
-use crate::error::ReadError;
-use crate::error::WriteError;
+use crate::error::{ReadError, WriteError};
 use crate::session::Session;
 
 /// Name of the metadata record.

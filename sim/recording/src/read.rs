@@ -1,6 +1,5 @@
 //! Reading a recording, whole or cut, in one pass and bounded memory.
 
-use crate::error::ReadError;
 use std::collections::BTreeMap;
 use std::io::{BufReader, Read};
 
@@ -10,6 +9,7 @@ use prost::Message;
 use sha2::{Digest, Sha256};
 
 use crate::budget::{Budget, Purse};
+use crate::error::ReadError;
 use crate::event::Event;
 use crate::frames::{ChunkReader, PREFIX_BYTES, RecordFrame, parse_attachment, parse_record, walk_records};
 use crate::metadata;
@@ -17,8 +17,7 @@ use crate::sample::{Energy, Sample};
 use crate::session::{Attachment, EXERCISE_ATTACHMENT, SCENE_ATTACHMENT, Session};
 use crate::signature::{self, Signature};
 use crate::tent::Tent;
-use crate::topics::PROFILE;
-use crate::topics::Topic;
+use crate::topics::{PROFILE, Topic};
 use crate::wire::{EnergyLedger, EventMessage, NeedleSample, TissueTent};
 
 /// A recording in memory.

@@ -12,10 +12,9 @@ use mcap::{MAGIC, McapError};
 
 use crate::error::ReadError;
 use crate::frames::{ChunkReader, PREFIX_BYTES, RecordFrame, chunk_header_bytes, parse_attachment, parse_record};
-use crate::metadata;
 use crate::read::Contents;
 use crate::topics::{Topic, declare};
-use crate::write;
+use crate::{metadata, write};
 
 /// What a recovery found.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]

@@ -12,8 +12,8 @@ mod generated {
     include!(concat!(env!("OUT_DIR"), "/stylet.rs"));
 }
 
-pub(crate) use generated::{EnergyLedger, NeedleSample, NeedleSummary, Range, TissueTent};
-pub(crate) use generated::{Event as EventMessage, event::Kind};
+pub(crate) use generated::event::Kind;
+pub(crate) use generated::{EnergyLedger, Event as EventMessage, NeedleSample, NeedleSummary, Range, TissueTent};
 
 /// The `FileDescriptorSet` that every `stylet.*` schema carries.
 pub(crate) const DESCRIPTORS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/stylet.bin"));

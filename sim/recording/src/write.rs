@@ -1,7 +1,5 @@
 //! Writing a recording.
 
-use crate::error::WriteError;
-use crate::topics::{MOST_RECORD_BYTES, PROFILE};
 use std::collections::BTreeMap;
 use std::io::Write;
 
@@ -12,6 +10,7 @@ use prost::Message;
 
 pub use crate::drawing::SceneDrawing;
 use crate::drawing::{draw_pose, draw_scene, draw_transforms, log_line};
+use crate::error::WriteError;
 use crate::event::Event;
 use crate::metadata;
 use crate::motion::MotionDigest;
@@ -21,7 +20,7 @@ use crate::session::{Attachment, Session};
 use crate::signature::{self, Signature};
 use crate::summary::SummaryWindow;
 use crate::tent::Tent;
-use crate::topics::{Topic, declare};
+use crate::topics::{MOST_RECORD_BYTES, PROFILE, Topic, declare};
 use crate::wire::{EnergyLedger, EventMessage, NeedleSample, TissueTent};
 
 /// Uncompressed size at which a chunk is closed even before its half second is over, in bytes.

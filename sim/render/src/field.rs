@@ -1,7 +1,6 @@
 //! The field's table as the graphics card reads it, its loads, and where the boundaries stand on the needle's line.
 
-use crate::frame::FieldTable;
-use crate::frame::MOST_LAYERS;
+use crate::frame::{FieldTable, MOST_LAYERS};
 
 /// Samples along the radius, close to each other near the axis: sample i lies at reach (i/(n-1))².
 pub const SAMPLES: usize = 256;

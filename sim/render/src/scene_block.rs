@@ -1,13 +1,12 @@
 //! A frame's numbers, laid out as `scene.wgsl` reads them.
 
-use crate::frame::MOST_LAYERS;
 use bytemuck::{Pod, Zeroable};
 use glam::camera::rh;
 use glam::{Mat4, Quat, Vec3, Vec4};
 
 use crate::camera::Camera;
 use crate::field::{self, DrawnResponses, MOST_LOADS, SAMPLES};
-use crate::frame::{DrawnPuncture, Frame, Stage, View};
+use crate::frame::{DrawnPuncture, Frame, MOST_LAYERS, Stage, View};
 use crate::placement::{BEHIND_M, HALF_WIDTH_M, Placement, smooth, unit};
 use crate::quality::Quality;
 use crate::skin;

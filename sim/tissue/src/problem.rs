@@ -1,10 +1,10 @@
 //! What a tissue model is asked: a slab of layers and a load on it.
 
+use law::Judging;
+use law::axial::{Domain, MAX_LAYERS, ParamError};
 use serde::{Deserialize, Serialize};
 
 use crate::FieldModel;
-use law::Judging;
-use law::axial::{Domain, MAX_LAYERS, ParamError};
 
 /// The models of the tissue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]

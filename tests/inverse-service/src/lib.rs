@@ -12,10 +12,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
+pub use says::{Grip, State, first, state};
 use serde_json::{Map, Value};
 use tungstenite::{Message, WebSocket, accept};
-
-pub use says::{Grip, State, first, state};
 
 /// How the service behaves.
 #[derive(Clone, Debug)]

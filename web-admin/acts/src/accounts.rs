@@ -1,27 +1,24 @@
 //! Accounts: who is added, invited, disabled and made anonymous, and by which links passwords are set.
 
+use model::directory::{AccountState, DirectoryEntry};
 use model::ids::{CohortId, PersonId};
 use model::limits::{INVITATION_LIFETIME_S, RESET_LIFETIME_S};
+use model::mail::MailKind;
+use model::{CurrentPerson, PersonKey, Role};
 use serde_json::json;
 use sqlx::SqliteConnection;
+use store::account_links::{AccountLink, NewLink, Purpose};
+use store::audit::{Actor, AuditEntry};
+use store::cohorts::{self, Deed, Membership};
+use store::directory::Details;
+use store::mails::NewMail;
+use store::people::{self, NewPerson, Person};
+use store::{account_links, directory, mails, tokens};
 use words::Language;
 
 use crate::error::Error;
 use crate::secret;
 use crate::service::Service;
-use model::directory::{AccountState, DirectoryEntry};
-use model::mail::MailKind;
-use model::{CurrentPerson, PersonKey, Role};
-use store::account_links;
-use store::account_links::{AccountLink, NewLink, Purpose};
-use store::audit::{Actor, AuditEntry};
-use store::cohorts::{self, Deed, Membership};
-use store::directory;
-use store::directory::Details;
-use store::mails;
-use store::mails::NewMail;
-use store::people::{self, NewPerson, Person};
-use store::tokens;
 
 /// How long a password is good that somebody else has set, in s: for the first sign-in alone.
 pub const INITIAL_PASSWORD_S: i64 = 3 * 86_400;
@@ -74,9 +71,6 @@ pub async fn add(state: &Service, by: &CurrentPerson, new: &NewAccount<'_>) -> R
 }
 
 /// Changes name, address and role. False when the address is somebody else's.
-///
-/// # Errors
-/// When the database fails.
 pub async fn change(
     state: &Service,
     by: &CurrentPerson,
@@ -149,9 +143,6 @@ const fn lifetime_s(purpose: Purpose) -> i64 {
 }
 
 /// Makes a link and returns its address, which is nowhere else.
-///
-/// # Errors
-/// When the database fails.
 pub async fn make_link(state: &Service, whose: PersonKey, purpose: Purpose) -> Result<String, Error> {
     let mut tx = state.db.write().await?;
     let address = make_link_within(&mut tx, state, whose, purpose).await?;
@@ -182,9 +173,6 @@ async fn make_path(tx: &mut SqliteConnection, link: NewLink) -> Result<String, E
 const CHOOSING_S: i64 = 3600;
 
 /// Leads somebody whose initial password was right to where they choose their own, and nowhere else: the path.
-///
-/// # Errors
-/// When the database fails.
 pub async fn use_initial_password(state: &Service, person: &Person) -> Result<String, Error> {
     let (school_id, person_id, now) = (person.school_id, person.id, state.clock.now());
     let mut tx = state.db.write().await?;
@@ -198,9 +186,6 @@ pub async fn use_initial_password(state: &Service, person: &Person) -> Result<St
 }
 
 /// Whether a password is the one that somebody else has set for a person.
-///
-/// # Errors
-/// When the database fails.
 pub async fn is_initial_password(state: &Service, email: &str, typed: &str) -> Result<bool, Error> {
     let known = people::find_credentials(state.db.reader(), email).await?.filter(|known| known.initial_until.is_some());
     let Some(hash) = known.and_then(|known| known.password_hash) else { return Ok(false) };
@@ -209,9 +194,6 @@ pub async fn is_initial_password(state: &Service, email: &str, typed: &str) -> R
 }
 
 /// Queues the mail with a link; the link is made when it is sent.
-///
-/// # Errors
-/// When the database fails.
 pub async fn queue_link(
     tx: &mut SqliteConnection,
     state: &Service,
@@ -228,9 +210,6 @@ pub async fn queue_link(
 
 /// Notes that a link to another password is asked for by an address. Whether somebody has it is looked up later, by
 /// [`answer_asked`]: the time that this takes tells nothing.
-///
-/// # Errors
-/// When the database fails.
 pub async fn ask_for_link(state: &Service, email: &str) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     account_links::ask_for_link(&mut tx, email, state.clock.now()).await?;
@@ -240,9 +219,6 @@ pub async fn ask_for_link(state: &Service, email: &str) -> Result<(), Error> {
 }
 
 /// Queues a link for everybody whose address it was asked for by and who has no fresh one, and forgets the other addresses.
-///
-/// # Errors
-/// When the database fails.
 pub async fn answer_asked(state: &Service) -> Result<(), Error> {
     while let Some(email) = account_links::find_next_asked_link(state.db.reader()).await? {
         let mut tx = state.db.write().await?;
@@ -270,18 +246,12 @@ async fn answer(tx: &mut SqliteConnection, state: &Service, person: &Person) -> 
 }
 
 /// The link of a token, if it is good.
-///
-/// # Errors
-/// When the database fails.
 pub async fn link(state: &Service, token: &str) -> Result<Option<AccountLink>, Error> {
     Ok(account_links::find_valid_link(state.db.reader(), &secret::token_sha256(token), state.clock.now()).await?)
 }
 
 /// Sets the password that a link allows, which ends the link and every earlier sign-in. False when the link is not good
 /// any more.
-///
-/// # Errors
-/// When the database fails.
 pub async fn set_password_by_link(state: &Service, token: &str, password: &str) -> Result<bool, Error> {
     let hash = hash(state, password).await?;
     let mut tx = state.db.write().await?;
@@ -293,9 +263,6 @@ pub async fn set_password_by_link(state: &Service, token: &str, password: &str) 
 }
 
 /// Whether this is somebody's own password; what is not is written down.
-///
-/// # Errors
-/// When the database fails.
 pub async fn is_own_password(state: &Service, person: &CurrentPerson, typed: &str) -> Result<bool, Error> {
     let Some(known) = people::find_person(state.db.reader(), person.id).await? else { return Ok(false) };
     let known = people::find_credentials(state.db.reader(), &known.email).await?.and_then(|known| known.password_hash);
@@ -311,9 +278,6 @@ pub async fn is_own_password(state: &Service, person: &CurrentPerson, typed: &st
 }
 
 /// Sets somebody's own new password, if the old one is right.
-///
-/// # Errors
-/// When the database fails.
 pub async fn change_own_password(state: &Service, person: &CurrentPerson, old: &str, new: &str) -> Result<bool, Error> {
     if !is_own_password(state, person, old).await? {
         return Ok(false);
@@ -343,9 +307,6 @@ async fn set_password(
 }
 
 /// Keeps somebody from signing in and revokes their tokens; what they did stays.
-///
-/// # Errors
-/// When the database fails.
 pub async fn disable(state: &Service, by: &CurrentPerson, person: PersonId) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     disable_in(&mut tx, state, by, person).await?;
@@ -353,9 +314,6 @@ pub async fn disable(state: &Service, by: &CurrentPerson, person: PersonId) -> R
 }
 
 /// [`disable`], within a transaction.
-///
-/// # Errors
-/// When the database fails.
 pub async fn disable_in(
     tx: &mut SqliteConnection,
     state: &Service,
@@ -373,9 +331,6 @@ pub async fn disable_in(
 }
 
 /// Lets somebody sign in again.
-///
-/// # Errors
-/// When the database fails.
 pub async fn enable(state: &Service, by: &CurrentPerson, person: PersonId) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     if directory::enable_account(&mut tx, by.school_id, person).await? {
@@ -385,9 +340,6 @@ pub async fn enable(state: &Service, by: &CurrentPerson, person: PersonId) -> Re
 }
 
 /// Sets the language that somebody reads in; none for what their browser asks for.
-///
-/// # Errors
-/// When the database fails.
 pub async fn set_language(state: &Service, person: &CurrentPerson, chosen: Option<Language>) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     people::set_language(&mut tx, PersonKey { school_id: person.school_id, person_id: person.id }, chosen).await?;

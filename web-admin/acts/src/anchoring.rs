@@ -10,14 +10,14 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::{Context, ensure};
+use model::certificate::{self, Certificate};
+use model::ids::LetterId;
 use serde::{Deserialize, Serialize};
+use store::audit;
 
 use crate::certificates;
 use crate::mailer::Letter;
 use crate::service::Service;
-use model::certificate::{self, Certificate};
-use model::ids::LetterId;
-use store::audit;
 
 /// The folder of statements in the data folder.
 pub const STATEMENTS_DIR: &str = "statements";

@@ -2,26 +2,20 @@
 
 use std::collections::BTreeSet;
 
+use model::CurrentPerson;
+use model::assignment::{Assigned, AssignmentStanding, AttemptHistory, TaughtCourse, sort};
+use model::ids::{AssignmentId, PersonId, SchoolId};
 use serde_json::json;
+use store::assignments::{ManagedAssignment, NewAssignment};
+use store::audit::AuditEntry;
+use store::deadlines::{DeadlineKey, DeadlineKind};
+use store::{assignments, curricula, deadlines, practice, supervisions};
 
 use crate::deadlines::Dated;
 use crate::error::Error;
 use crate::service::Service;
-use model::CurrentPerson;
-use model::assignment::{Assigned, AssignmentStanding, AttemptHistory, TaughtCourse, sort};
-use model::ids::{AssignmentId, PersonId, SchoolId};
-use store::assignments;
-use store::assignments::{ManagedAssignment, NewAssignment};
-use store::audit::AuditEntry;
-use store::curricula;
-use store::deadlines;
-use store::deadlines::{DeadlineKey, DeadlineKind};
-use store::{practice, supervisions};
 
 /// Makes an assignment.
-///
-/// # Errors
-/// When the database fails.
 pub async fn make(state: &Service, by: &CurrentPerson, new: &NewAssignment) -> Result<AssignmentId, Error> {
     let mut tx = state.db.write().await?;
     let id = assignments::add_assignment(&mut tx, by, new, state.clock.now()).await?;
@@ -44,9 +38,6 @@ pub fn dated(assignment: &ManagedAssignment) -> Dated<'_> {
 }
 
 /// Takes an assignment back.
-///
-/// # Errors
-/// When the database fails.
 pub async fn withdraw(state: &Service, by: &CurrentPerson, assignment: AssignmentId) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     assignments::withdraw_assignment(&mut tx, by.school_id, assignment, state.clock.now()).await?;
@@ -55,9 +46,6 @@ pub async fn withdraw(state: &Service, by: &CurrentPerson, assignment: Assignmen
 }
 
 /// The courses of a school, for judging.
-///
-/// # Errors
-/// When the database fails.
 pub async fn taught(state: &Service, school: SchoolId) -> Result<Vec<TaughtCourse>, Error> {
     let reader = state.db.reader();
     let mut taught = Vec::new();
@@ -69,9 +57,6 @@ pub async fn taught(state: &Service, school: SchoolId) -> Result<Vec<TaughtCours
 }
 
 /// What is assigned to a trainee and how far they have come, what is due first before.
-///
-/// # Errors
-/// When the database fails.
 pub async fn standings(state: &Service, school: SchoolId, person: PersonId) -> Result<Vec<AssignmentStanding>, Error> {
     let reader = state.db.reader();
     let assigned: Vec<Assigned> = assignments::list_trainee_assignments(reader, school, person).await?;

@@ -8,10 +8,10 @@ use std::time::Duration;
 
 use governor::clock::{Clock, DefaultClock};
 use governor::{DefaultKeyedRateLimiter, Quota, RateLimiter};
+use model::ids::PersonId;
 
 use crate::error::Error;
 use crate::secret;
-use model::ids::PersonId;
 
 /// Tries in a row for one account from one address, and the pace afterwards.
 const PAIR_BURST: NonZeroU32 = NonZeroU32::new(10).unwrap();

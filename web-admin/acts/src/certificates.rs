@@ -33,9 +33,6 @@ pub fn public_key(data_dir: &Path) -> anyhow::Result<String> {
 }
 
 /// Writes down that a certificate was issued to a trainee.
-///
-/// # Errors
-/// When the database fails.
 pub async fn note_issued(
     state: &Service,
     by: &CurrentPerson,

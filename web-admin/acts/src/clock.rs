@@ -4,9 +4,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicI64, Ordering};
 use std::time::Instant;
 
-use time::OffsetDateTime;
-
 use model::Moment;
+use time::OffsetDateTime;
 
 /// Monotonic time, to measure how long another process has run.
 #[must_use]

@@ -37,9 +37,6 @@ pub async fn make_cohort(service: &Service, by: &CurrentPerson, name: &str) -> R
 
 /// Adds somebody of the school, where an administrator does it, else asks for them. False where nobody of the school who could be
 /// in a cohort has the address: whoever is of another school is answered like nobody.
-///
-/// # Errors
-/// When the database fails.
 pub async fn add_member(service: &Service, by: &CurrentPerson, cohort: CohortId, email: &str) -> Result<bool, Error> {
     let mut tx = service.db.write().await?;
     let known = people::find_person_by_email(&mut *tx, email).await?;

@@ -13,9 +13,6 @@ use crate::error::Error;
 use crate::service::Service;
 
 /// Adds a comment; its id.
-///
-/// # Errors
-/// When the database fails.
 pub async fn add_comment(
     service: &Service,
     by: &CurrentPerson,

@@ -1,15 +1,15 @@
 //! How the service was told to run.
 
-use crate::secret::PasswordCost;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use http::Uri;
+use model::roster::is_email;
 
 use crate::helper::Helper;
 use crate::scanning::Scanner;
-use model::roster::is_email;
+use crate::secret::PasswordCost;
 
 /// Where mail goes.
 #[derive(Clone, PartialEq, Eq)]

@@ -29,9 +29,6 @@ pub async fn record_consent(
 }
 
 /// Gives one's own consent, in the words that were shown; where one stands already, it goes on standing.
-///
-/// # Errors
-/// When the database fails.
 pub async fn give_own_consent(service: &Service, by: &CurrentPerson, wording: &str) -> Result<(), Error> {
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
     let new = NewDeclaration { wording, how: "given by themselves, signed in", given_at: now, recorded_by: by.id };
@@ -42,9 +39,6 @@ pub async fn give_own_consent(service: &Service, by: &CurrentPerson, wording: &s
 }
 
 /// Takes back the consent of `person`, where one stands.
-///
-/// # Errors
-/// When the database fails.
 pub async fn withdraw_consent(service: &Service, by: &CurrentPerson, person: PersonId) -> Result<(), Error> {
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
     if experts::withdraw_consent(&mut tx, PersonKey { school_id: by.school_id, person_id: person }, by.id, now).await? {

@@ -2,18 +2,17 @@
 
 use std::time::Duration;
 
-use serde_json::json;
-
-use crate::error::Error;
-use crate::service::Service;
 use model::ids::{DatedId, PersonId};
 use model::mail::MailKind;
 use model::{CurrentPerson, due};
+use serde_json::json;
 use store::audit::AuditEntry;
-use store::deadlines;
 use store::deadlines::{DeadlineKey, DeadlineKind};
-use store::mails;
 use store::mails::NewMail;
+use store::{deadlines, mails};
+
+use crate::error::Error;
+use crate::service::Service;
 
 /// How long before it is due somebody is reminded, in s.
 const REMIND_S: i64 = 48 * 3600;
@@ -78,9 +77,6 @@ pub async fn run(state: Service) {
 }
 
 /// Queues a reminder for whatever is due soon; each once.
-///
-/// # Errors
-/// When the database fails.
 pub async fn remind(state: &Service) -> Result<(), Error> {
     let now = state.clock.now();
     let soon = now.plus_s(REMIND_S);

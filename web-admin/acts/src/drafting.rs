@@ -4,22 +4,20 @@ use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 
 use documents::{Curriculum, ExerciseBundle, Issue};
-
-use crate::asking;
-use crate::error::{Error, refuse_trainees};
-use crate::judging::{DraftQuestion, JudgeAnswer, JudgeQuestion, same_id};
-use crate::publishing;
-use crate::publishing::{CourseRefused, DocumentPublisher};
-use crate::service::Service;
 use model::CurrentPerson;
 use model::draft::DraftVerdict;
 use model::ids::{DraftId, SchoolId};
 use model::progress::Mastery;
 use store::audit::{Actor, AuditEntry};
-use store::drafts;
 use store::drafts::{DocumentDraft, DraftEditor, DraftKind, NewDocumentDraft, Texts};
 use store::exercises::RevisionBytes;
-use store::{curricula, exercises};
+use store::{curricula, drafts, exercises};
+
+use crate::error::{Error, refuse_trainees};
+use crate::judging::{DraftQuestion, JudgeAnswer, JudgeQuestion, same_id};
+use crate::publishing::{CourseRefused, DocumentPublisher};
+use crate::service::Service;
+use crate::{asking, publishing};
 
 /// Longest id of a document, in characters.
 const LONGEST_ID: usize = 64;
@@ -191,9 +189,6 @@ pub async fn publish(
 }
 
 /// Throws a draft away in the version that was seen. False when it is another by now.
-///
-/// # Errors
-/// When the database fails.
 pub async fn discard(state: &Service, person: &CurrentPerson, id: DraftId, seen: i64) -> Result<bool, Error> {
     refuse_trainees(person)?;
     let by = by(state, person);

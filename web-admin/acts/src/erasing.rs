@@ -1,26 +1,22 @@
 //! Erasing somebody: whatever tells who they are goes for good, here and in what is restored later.
 
-use crate::replay_files;
 use std::io::ErrorKind;
 use std::path::Path;
 
+use model::directory::{AccountState, DirectoryEntry};
+use model::ids::SchoolId;
+use model::{CurrentPerson, PersonKey};
 use serde_json::{Value, json};
 use sqlx::SqliteConnection;
+use store::audit::{Actor, AuditEntry};
+use store::texts::{ErasedRecording, TextSide, Whose};
+use store::{directory, retention, schools, second_factors, texts, tokens};
 
 use crate::config::Config;
 use crate::erasures::{Erasure, ErasureList, ErasureScope};
 use crate::error::Error;
+use crate::replay_files;
 use crate::service::Service;
-use model::directory::{AccountState, DirectoryEntry};
-use model::ids::SchoolId;
-use model::{CurrentPerson, PersonKey};
-use store::audit::{Actor, AuditEntry};
-use store::directory;
-use store::retention;
-use store::second_factors;
-use store::texts;
-use store::texts::{ErasedRecording, TextSide, Whose};
-use store::{schools, tokens};
 
 /// Who erases, and what the audit log is told beside.
 #[derive(Clone, Debug)]
@@ -40,9 +36,6 @@ impl Eraser {
 }
 
 /// What goes with somebody: their texts as it is wished, and their recordings if the school's rule says so.
-///
-/// # Errors
-/// When the database fails.
 pub async fn wish_of_school(
     state: &Service,
     school: SchoolId,

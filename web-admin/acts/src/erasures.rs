@@ -9,11 +9,11 @@ use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
+use model::Moment;
+use model::ids::{PersonId, SchoolId};
 use serde::{Deserialize, Serialize};
 
 use crate::config::Config;
-use model::Moment;
-use model::ids::{PersonId, SchoolId};
 
 /// The list's file in the data folder, and in a backup.
 pub const ERASURES_FILE: &str = "erasures.jsonl";

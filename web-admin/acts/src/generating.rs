@@ -1,6 +1,5 @@
 //! Schools that nobody goes to: the demonstration's people, a crowd to measure pages on, answers to a survey that nobody gave.
 
-use crate::publishing::DocumentPublisher;
 use std::ops::Range;
 
 use anyhow::Context;
@@ -14,16 +13,14 @@ use sqlx::SqliteConnection;
 use sqlx::types::Json;
 use store::audit::{Actor, AuditEntry};
 use store::cohorts::{self, Deed, Membership};
-use store::generated;
 use store::generated::GeneratedCrowd;
 use store::people::{self, NewPerson, Person};
-use store::surveys as stored;
 use store::surveys::{NewResponse, NewSurvey, Submission, SurveyResponse};
-use store::{instruments, schools};
+use store::{generated, instruments, schools, surveys as stored};
 
-use crate::secret;
+use crate::publishing::DocumentPublisher;
 use crate::service::Service;
-use crate::surveys;
+use crate::{secret, surveys};
 
 /// Somebody of a generated school.
 #[derive(Clone, Debug)]
@@ -79,9 +76,6 @@ async fn add_generated(
 }
 
 /// Adds the people of a crowd.
-///
-/// # Errors
-/// When the database fails.
 pub async fn found_crowd(service: &Service, crowd: &GeneratedCrowd<'_>) -> anyhow::Result<()> {
     let mut tx = service.db.write().await?;
     generated::found(&mut tx, crowd).await?;
@@ -89,9 +83,6 @@ pub async fn found_crowd(service: &Service, crowd: &GeneratedCrowd<'_>) -> anyho
 }
 
 /// Adds the attempts of some trainees of a crowd, and ten acts of each to the audit log.
-///
-/// # Errors
-/// When the database fails.
 pub async fn practise_crowd(service: &Service, crowd: &GeneratedCrowd<'_>, trainees: Range<u32>) -> anyhow::Result<()> {
     const ENTRIES_EACH: u32 = 10;
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
@@ -106,9 +97,6 @@ pub async fn practise_crowd(service: &Service, crowd: &GeneratedCrowd<'_>, train
 }
 
 /// Brings what the database sums up to date with a crowd's attempts.
-///
-/// # Errors
-/// When the database fails.
 pub async fn conclude_crowd(service: &Service, crowd: &GeneratedCrowd<'_>) -> anyhow::Result<()> {
     let mut tx = service.db.write().await?;
     generated::conclude(&mut tx, crowd).await?;

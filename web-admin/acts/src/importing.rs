@@ -2,11 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::publishing;
 use crate::publishing::{CourseRefused, Published};
 use crate::registry::{RegistryError, choose_in};
 use crate::service::Service;
-use crate::surveys;
+use crate::{publishing, surveys};
 
 impl From<CourseRefused> for RegistryError {
     fn from(refused: CourseRefused) -> Self {

@@ -1,28 +1,26 @@
 //! Taking a recording in: from a file that has arrived to a row, a job and an audit entry, all or nothing.
 
-use crate::asking;
-use model::count_i64;
 use std::time::Duration;
 
 use data_encoding::HEXLOWER;
+use model::began::Claim;
+use model::ids::{PersonId, SchoolId, SessionId, StationId, UploadId};
+use model::{Moment, SessionKey, Uncounted, count_i64};
 use recording::signature;
 use serde_json::{Value, json};
 use sqlx::SqliteConnection;
-
-use crate::error::Error;
-use crate::judging::{JudgeAnswer, JudgeQuestion, RecordingFacts};
-use crate::keys;
-use crate::killpoints::KillPoint;
-use crate::recordings::Received;
-use crate::scanning::ScanVerdict;
-use crate::service::Service;
-use model::began::Claim;
-use model::ids::{PersonId, SchoolId, SessionId, StationId, UploadId};
-use model::{Moment, SessionKey, Uncounted};
 use store::audit::{Actor, AuditEntry};
 use store::sessions::{self, Session, SessionState};
 use store::stations::{self, Signer};
 use store::{exercises, jobs, people, tries, uploads};
+
+use crate::error::Error;
+use crate::judging::{JudgeAnswer, JudgeQuestion, RecordingFacts};
+use crate::killpoints::KillPoint;
+use crate::recordings::Received;
+use crate::scanning::ScanVerdict;
+use crate::service::Service;
+use crate::{asking, keys};
 
 /// Longest wait until it is one's turn to be read.
 const PATIENCE: Duration = Duration::from_secs(20);

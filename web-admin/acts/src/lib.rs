@@ -1,5 +1,7 @@
 //! Everything that changes something: one function an act, which opens the transaction, checks, writes and notes it in the audit
 //! log. Nothing else opens a write transaction.
+//!
+//! Whatever asks the database fails when the database does; a function says only what else it refuses.
 
 #[macro_use(tr)]
 extern crate words;

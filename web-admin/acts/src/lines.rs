@@ -4,9 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use tokio::sync::{OwnedSemaphorePermit, Semaphore};
-
 use model::ids::SchoolId;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
 /// Lines before a kind of work.
 #[derive(Debug)]

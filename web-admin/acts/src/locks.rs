@@ -7,9 +7,10 @@ use std::io::{Read, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use crate::config::Config;
 use model::Moment;
 use store::Database;
+
+use crate::config::Config;
 
 /// How often a lock that somebody holds is tried, ...
 const TRIES: u32 = 40;

@@ -7,10 +7,10 @@ use std::time::{Duration, SystemTime};
 use anyhow::Context;
 use lettre::message::{Mailbox, Message};
 use lettre::{AsyncSmtpTransport, AsyncTransport, Tokio1Executor};
-
-use crate::config::{Config, MailTo};
 use model::Moment;
 use model::ids::LetterId;
+
+use crate::config::{Config, MailTo};
 
 /// A letter that is ready.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -8,11 +8,10 @@ use store::account_links::Purpose;
 use store::surveys::{NewResponse, letters};
 use store::{mails, retention, surveys};
 
-use crate::accounts;
 use crate::error::Error;
-use crate::secret;
 use crate::service::Service;
 use crate::surveys::link_expiry;
+use crate::{accounts, secret};
 
 /// Waits before the tries after the first, in s; after the last a letter is given up.
 const AGAIN_S: [i64; 6] = [60, 300, 1800, 7200, 21_600, 86_400];
@@ -27,9 +26,6 @@ fn next_try(state: &Service, tries: i64) -> Option<model::Moment> {
 }
 
 /// Notes how a mail went; one that did not go is tried again, or given up.
-///
-/// # Errors
-/// When the database fails.
 pub async fn note_mail(state: &Service, mail: &Mail, sent: LetterResult) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     match sent {
@@ -43,9 +39,6 @@ pub async fn note_mail(state: &Service, mail: &Mail, sent: LetterResult) -> Resu
 }
 
 /// Takes a mail that is not wanted any more out of the queue.
-///
-/// # Errors
-/// When the database fails.
 pub async fn withdraw_mail(state: &Service, mail: &Mail) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     mails::withdraw_mail(&mut tx, mail.id).await?;
@@ -53,18 +46,12 @@ pub async fn withdraw_mail(state: &Service, mail: &Mail) -> Result<(), Error> {
 }
 
 /// Makes the link that a mail carries; its address.
-///
-/// # Errors
-/// When the database fails.
 pub async fn make_link(state: &Service, mail: &Mail, purpose: Purpose) -> Result<String, Error> {
     accounts::make_link(state, PersonKey { school_id: mail.school_id, person_id: mail.person_id }, purpose).await
 }
 
 /// Takes a survey's letter out of the queue before it goes, so that a service that dies on the way has written to nobody twice; the
 /// secret of its link.
-///
-/// # Errors
-/// When the database fails.
 pub async fn claim_survey_letter(state: &Service, letter: &SurveyLetter, survey: &Survey) -> Result<String, Error> {
     let token = secret::random_hex()?;
     let token_sha256 = secret::token_sha256(&token);
@@ -98,9 +85,6 @@ pub async fn claim_survey_letter(state: &Service, letter: &SurveyLetter, survey:
 }
 
 /// Gives up a survey's letter: the survey is over.
-///
-/// # Errors
-/// When the database fails.
 pub async fn give_up_survey_letter(state: &Service, letter: &SurveyLetter, why: &str) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     letters::mark_letter_failed(&mut tx, letter, why, None).await?;
@@ -108,9 +92,6 @@ pub async fn give_up_survey_letter(state: &Service, letter: &SurveyLetter, why: 
 }
 
 /// Notes how a survey's letter went; one that did not go is tried again, or given up.
-///
-/// # Errors
-/// When the database fails.
 pub async fn note_survey_letter(state: &Service, letter: &SurveyLetter, sent: LetterResult) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     match sent {
@@ -124,9 +105,6 @@ pub async fn note_survey_letter(state: &Service, letter: &SurveyLetter, sent: Le
 }
 
 /// Notes how a warning of erasure went; one that did not go is tried again, or given up.
-///
-/// # Errors
-/// When the database fails.
 pub async fn note_retention_letter(state: &Service, letter: &RetentionLetter, sent: LetterResult) -> Result<(), Error> {
     let again = sent.as_ref().err().and_then(|_| next_try(state, letter.tries));
     if let Err(error) = &sent {

@@ -1,18 +1,18 @@
 //! Attempts of before there was a hash of motions are compared, too, when nothing else waits: an old recording that somebody brings
 //! again is found, and of two old ones with one motion the first counts.
 
-use crate::asking;
 use anyhow::Context;
 use data_encoding::HEXLOWER;
 use model::SessionKey;
 use serde_json::json;
 use sqlx::SqliteConnection;
-
-use crate::judging::{JudgeAnswer, JudgeQuestion, RecordingFacts};
-use crate::service::Service;
 use store::audit::{Actor, AuditEntry};
 use store::sessions::{self, Session, SessionState};
 use store::{motions, practice};
+
+use crate::asking;
+use crate::judging::{JudgeAnswer, JudgeQuestion, RecordingFacts};
+use crate::service::Service;
 
 /// Hashes the motion of one attempt. False where none is left.
 ///

@@ -1,25 +1,23 @@
 //! Passkeys (WebAuthn) as a second factor: made, asked for a signature, renamed and removed. What was asked is kept here and good
 //! once; everything is in the audit log.
 
-use crate::passkey_site::{AnswerRefused, PasskeyChallenge, PasskeyOwner, Site};
-use model::ids::{CeremonyId, PasskeyId};
-use model::passkey::PasskeyQuestion;
 use std::net::IpAddr;
 
+use model::ids::{CeremonyId, PasskeyId};
+use model::passkey::PasskeyQuestion;
+use model::{CurrentPerson, PersonKey};
 use serde_json::json;
+use store::audit::AuditEntry;
+use store::passkeys::{KeptPasskey, NewPasskey, PasskeySignature};
+use store::{passkeys, people, second_factors};
 use webauthn_rs::prelude::{Passkey, PasskeyAuthentication, PasskeyRegistration};
 
 use crate::error::Error;
+use crate::passkey_site::{AnswerRefused, PasskeyChallenge, PasskeyOwner, Site};
 use crate::second_factor;
 use crate::second_factor::{Enrolled, SignInProof};
 use crate::service::Service;
 use crate::tokens::checked_name;
-use model::{CurrentPerson, PersonKey};
-use store::audit::AuditEntry;
-use store::passkeys;
-use store::passkeys::{KeptPasskey, NewPasskey, PasskeySignature};
-use store::people;
-use store::second_factors;
 
 /// Most passkeys that somebody has.
 pub const MOST: usize = 20;

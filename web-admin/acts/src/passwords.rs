@@ -2,9 +2,10 @@
 //! people choose, one's own name, address and school, runs along the alphabet or a keyboard, and letters written as digits; enough
 //! must be left.
 
+use std::sync::LazyLock;
+
 use model::limits::MIN_PASSWORD;
 use model::password_refused::PasswordRefused;
-use std::sync::LazyLock;
 
 use crate::secret;
 

@@ -6,10 +6,11 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use crate::error::Error;
-use crate::lines::{Lines, WorkPlace};
 use model::draft::DraftVerdict;
 use model::ids::SchoolId;
+
+use crate::error::Error;
+use crate::lines::{Lines, WorkPlace};
 
 /// Longest wait for one's turn.
 const PATIENCE: Duration = Duration::from_secs(5);

@@ -8,14 +8,13 @@ use assessment::statistics::NotComputable;
 use data_encoding::HEXLOWER;
 use documents::load::{Document, read_document};
 use documents::{Curriculum, DocumentError, ExerciseBundle, Issue};
+use model::Moment;
+use model::ids::SchoolId;
+use model::progress::Mastery;
 use phrase::phrase;
 use serde_json::json;
 use sha2::{Digest, Sha256};
 use sqlx::SqliteConnection;
-
-use model::Moment;
-use model::ids::SchoolId;
-use model::progress::Mastery;
 use store::audit::{Actor, AuditEntry};
 use store::curricula::{self, NewCurriculum, NewEntry};
 use store::exercises::{self, NewRevision};
@@ -120,9 +119,6 @@ pub async fn course(
 }
 
 /// Publishes an exercise with its scene and meshes.
-///
-/// # Errors
-/// When the database fails.
 pub async fn exercise(
     writer: &mut SqliteConnection,
     publisher: &DocumentPublisher,

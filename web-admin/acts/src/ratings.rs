@@ -3,18 +3,18 @@
 
 use assessment::questionnaire::Refused;
 use documents::Instrument;
+use model::CurrentPerson;
+use model::ids::{RatingId, RoundId};
+use model::survey::given::GivenAnswers;
 use serde_json::json;
+use store::audit::AuditEntry;
+use store::ratings::{self, NewRound, Rating, Round};
+use store::sessions::{self, Session};
 
 use crate::error::Error;
 use crate::service::Service;
 use crate::surveys;
 use crate::surveys::answering::read_answers_to_items;
-use model::CurrentPerson;
-use model::ids::{RatingId, RoundId};
-use model::survey::given::GivenAnswers;
-use store::audit::AuditEntry;
-use store::ratings::{self, NewRound, Rating, Round};
-use store::sessions::{self, Session};
 
 fn finished() -> Error {
     Error::Conflict(tr!("this rating is finished; it can no longer be changed").to_owned())
@@ -35,9 +35,6 @@ pub async fn make(state: &Service, by: &CurrentPerson, new: &NewRound) -> Result
 }
 
 /// Takes a round back.
-///
-/// # Errors
-/// When the database fails.
 pub async fn withdraw(state: &Service, by: &CurrentPerson, round: &Round) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     ratings::withdraw(&mut tx, round, state.clock.now()).await?;

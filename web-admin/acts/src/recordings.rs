@@ -1,6 +1,5 @@
 //! Recordings on disk: taken in piece by piece, kept only when they are whole on the disk, read a few at a time.
 
-use crate::recording_files::{hash_file, read};
 use std::fs::File;
 use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -9,19 +8,20 @@ use bytes::Bytes;
 use data_encoding::HEXLOWER;
 use futures::StreamExt;
 use futures::stream::BoxStream;
+use model::comment::CommentKind;
+use model::ids::{CommentId, UploadId};
 use recording::annotate::{Annotation, annotate};
 use recording::{ReadError, Recording};
 use sha2::{Digest, Sha256};
+use store::comments;
+use store::sessions::Session;
 use tokio::io::AsyncWriteExt;
 use uuid::Uuid;
 
 use crate::checksum::Checksum;
 use crate::error::Error;
+use crate::recording_files::{hash_file, read};
 use crate::service::Service;
-use model::comment::CommentKind;
-use model::ids::{CommentId, UploadId};
-use store::comments;
-use store::sessions::Session;
 
 /// A file that is deleted unless it is kept.
 #[derive(Debug)]

@@ -114,9 +114,6 @@ async fn join(tx: &mut SqliteConnection, person: &Person, cohort: &str, now: Mom
 }
 
 /// Sets a password for one sign-in, which ends every earlier one; until when it is good.
-///
-/// # Errors
-/// When the database fails.
 pub async fn reset_password(service: &Service, person: &Person, password: &str) -> Result<Moment, RegistryError> {
     let hash = secret::hash_password(password, service.config.password_cost)?;
     let now = service.clock.now();
@@ -131,9 +128,6 @@ pub async fn reset_password(service: &Service, person: &Person, password: &str) 
 }
 
 /// Keeps a person from signing in; how many of their tokens were revoked, none where they were disabled before.
-///
-/// # Errors
-/// When the database fails.
 pub async fn disable_person(service: &Service, person: &Person) -> Result<Option<u64>, RegistryError> {
     let now = service.clock.now();
     let mut tx = service.db.write().await?;

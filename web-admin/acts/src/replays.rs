@@ -1,19 +1,18 @@
 //! What replays need, on disk: made when an attempt is scored, named by the hash of its recording, and made again
 //! where it is missing.
 
-use crate::asking;
-use crate::replay_files::{PYRAMID, folder_of};
 use std::path::PathBuf;
 use std::time::Duration;
 
 use anyhow::Context;
+use model::series::Pyramid;
+use store::sessions::Session;
 
 use crate::error::Error;
 use crate::judging::{Brief, JudgeAnswer, JudgeQuestion, JudgingTask};
-use crate::recordings;
+use crate::replay_files::{PYRAMID, folder_of};
 use crate::service::Service;
-use model::series::Pyramid;
-use store::sessions::Session;
+use crate::{asking, recordings};
 
 /// Longest wait until it is one's turn to have a replay made.
 const PATIENCE: Duration = Duration::from_secs(10);

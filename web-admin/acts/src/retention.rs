@@ -3,24 +3,21 @@
 //!
 //! No clock erases anybody: the days between the letter and the end are also counted by how long the service has run.
 
-use model::count_i64;
-use model::ids::{PersonId, SchoolId};
-use model::{CurrentPerson, PersonKey};
 use std::time::Duration;
 
+use model::directory::AccountState;
+use model::ids::{PersonId, SchoolId};
+use model::retention::{Now, RetentionAction, step};
+use model::{CurrentPerson, Moment, PersonKey, count_i64};
 use serde_json::json;
+use store::audit::{Actor, AuditEntry};
+use store::retention::{self, Idle, Settings};
+use store::{directory, schools};
 
 use crate::clock;
 use crate::erasing::{self, Eraser};
 use crate::error::Error;
 use crate::service::Service;
-use model::Moment;
-use model::directory::AccountState;
-use model::retention::{Now, RetentionAction, step};
-use store::audit::{Actor, AuditEntry};
-use store::directory;
-use store::retention::{self, Idle, Settings};
-use store::schools;
 
 /// How often the time that the service runs is written down.
 const EVERY: Duration = Duration::from_secs(600);
@@ -48,9 +45,6 @@ pub struct RetentionResult {
 }
 
 /// What the rule of a school comes to now, and the rule. Nothing is changed.
-///
-/// # Errors
-/// When the database fails.
 pub async fn plan(state: &Service, school: SchoolId) -> Result<(Settings, Vec<RetentionStep>), Error> {
     let reader = state.db.reader();
     let settings = retention::find_retention_rule(reader, school).await?;
@@ -150,9 +144,6 @@ pub async fn tick(state: &Service, elapsed: Duration) -> Result<(), Error> {
 }
 
 /// Keeps somebody whatever the rule says, or no longer.
-///
-/// # Errors
-/// When the database fails.
 pub async fn set_held(state: &Service, by: &CurrentPerson, person: PersonId, held: bool) -> Result<(), Error> {
     let (now, mut tx) = (state.clock.now(), state.db.write().await?);
     let (since, action) = if held { (Some(now), "person.held") } else { (None, "person.released") };

@@ -36,9 +36,6 @@ pub async fn set_supervised(
 }
 
 /// Puts a grade in the place of the computed one, or lets the computed one count again.
-///
-/// # Errors
-/// When the database fails.
 pub async fn override_grade(
     service: &Service,
     by: &CurrentPerson,
@@ -54,9 +51,6 @@ pub async fn override_grade(
 }
 
 /// Marks an attempt as looked at, or puts it back into the queue.
-///
-/// # Errors
-/// When the database fails.
 pub async fn set_reviewed(
     service: &Service,
     by: &CurrentPerson,

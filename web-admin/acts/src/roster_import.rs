@@ -3,23 +3,21 @@
 use std::collections::BTreeMap;
 
 use data_encoding::HEXLOWER;
+use model::ids::{CohortId, PersonId, RosterId, SchoolId};
+use model::roster::{LineOutcome, Roster, RosterChange, RosterDifference, RosterEntry, RosterOutcome, RosterRequest};
+use model::{CurrentPerson, PersonKey, Role, roster};
 use serde_json::json;
 use sha2::{Digest, Sha256};
 use sqlx::SqliteConnection;
+use store::account_links::Purpose;
+use store::cohorts::{self, Deed, Membership, MembershipKey};
+use store::directory::{self, Details};
+use store::rosters::{About, NewRosterDraft, RosterDraft};
+use store::{audit, rosters};
 
 use crate::accounts;
 use crate::error::Error;
 use crate::service::Service;
-use model::ids::{CohortId, PersonId, RosterId, SchoolId};
-use model::roster;
-use model::roster::{LineOutcome, Roster, RosterChange, RosterDifference, RosterEntry, RosterOutcome, RosterRequest};
-use model::{CurrentPerson, PersonKey, Role};
-use store::account_links::Purpose;
-use store::audit;
-use store::cohorts::{self, Deed, Membership, MembershipKey};
-use store::directory::{self, Details};
-use store::rosters;
-use store::rosters::{About, NewRosterDraft, RosterDraft};
 
 /// How long a roster waits to be confirmed, in s.
 pub const DRAFT_LIFETIME_S: i64 = 86_400;

@@ -3,16 +3,15 @@
 //! The file is sent in pieces, each behind its length in four bytes, the first the highest; a length of zero ends it. The answer is
 //! `stream: OK`, `stream: NAME FOUND`, or something that ends in `ERROR`, and ends itself with a zero byte.
 
-use model::count_u32;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::{Context, bail};
+use model::count_u32;
+use model::line::on_one_line;
 use tokio::fs::File;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::UnixStream;
-
-use model::line::on_one_line;
 
 /// Asks for a file to be scanned that follows in pieces; ended by a zero byte, and so is the answer.
 const INSTREAM: &[u8] = b"zINSTREAM\0";

@@ -22,9 +22,6 @@ async fn settle(
 }
 
 /// Sets the time zone in which days are said. What was assigned before keeps the one in which it was said.
-///
-/// # Errors
-/// When the database fails.
 pub async fn set_time_zone(service: &Service, by: &CurrentPerson, zone: &str) -> Result<(), Error> {
     let mut tx = service.db.write().await?;
     schools::set_time_zone(&mut tx, by.school_id, zone).await?;
@@ -32,9 +29,6 @@ pub async fn set_time_zone(service: &Service, by: &CurrentPerson, zone: &str) ->
 }
 
 /// Sets from which origins browsers may read what the school publishes.
-///
-/// # Errors
-/// When the database fails.
 pub async fn set_origins(service: &Service, by: &CurrentPerson, allowed: &[String]) -> Result<(), Error> {
     let mut tx = service.db.write().await?;
     origins::replace_origins(&mut tx, by.school_id, allowed).await?;
@@ -42,9 +36,6 @@ pub async fn set_origins(service: &Service, by: &CurrentPerson, allowed: &[Strin
 }
 
 /// Sets of whom a second factor is asked.
-///
-/// # Errors
-/// When the database fails.
 pub async fn set_second_factor_rule(service: &Service, by: &CurrentPerson, rule: FactorRule) -> Result<(), Error> {
     let mut tx = service.db.write().await?;
     second_factors::set_factor_rule(&mut tx, by.school_id, rule).await?;
@@ -52,9 +43,6 @@ pub async fn set_second_factor_rule(service: &Service, by: &CurrentPerson, rule:
 }
 
 /// Sets what must be proved of an attempt for it to count towards a certificate.
-///
-/// # Errors
-/// When the database fails.
 pub async fn set_certificate_needs(service: &Service, by: &CurrentPerson, needed: Needed) -> Result<(), Error> {
     let mut tx = service.db.write().await?;
     schools::set_certificate_needs(&mut tx, by.school_id, needed).await?;
@@ -62,9 +50,6 @@ pub async fn set_certificate_needs(service: &Service, by: &CurrentPerson, needed
 }
 
 /// Sets how long people are kept who do nothing any more.
-///
-/// # Errors
-/// When the database fails.
 pub async fn set_retention(service: &Service, by: &CurrentPerson, settings: Settings) -> Result<(), Error> {
     let told = json!({
         "months": settings.months,

@@ -1,6 +1,5 @@
 //! Scores a recording, and writes down what came of it.
 
-use crate::asking;
 use std::time::Duration;
 
 use anyhow::Context;
@@ -13,8 +12,8 @@ use store::{exercises, practice, scores, tries};
 
 use crate::judging::{JudgeAnswer, JudgeQuestion, JudgingOutcome, JudgingTask};
 use crate::killpoints::KillPoint;
-use crate::replays;
 use crate::service::Service;
+use crate::{asking, replays};
 
 /// Tries before a recording is refused whatever the reason.
 const MAX_ATTEMPTS: u32 = 6;
@@ -41,9 +40,6 @@ impl<E: Into<anyhow::Error>> From<E> for ScoringFailure {
 }
 
 /// Has a recording judged, and keeps its score; or writes down why there is none.
-///
-/// # Errors
-/// When the database fails.
 pub async fn score_recording(state: &Service, job: &Job) -> anyhow::Result<()> {
     match outcome(state, job).await {
         Ok(outcome) => keep_score(state, job, outcome).await,

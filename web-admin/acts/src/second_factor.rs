@@ -3,20 +3,17 @@
 
 use std::net::IpAddr;
 
-use serde_json::{Value, json};
-use sqlx::SqliteConnection;
-
-use crate::error::Error;
-use crate::sealing;
-use crate::secret;
-use crate::service::Service;
 use model::mail::MailKind;
 use model::{CurrentPerson, Moment, PersonKey, TotpSecret};
+use serde_json::{Value, json};
+use sqlx::SqliteConnection;
 use store::audit::{Actor, AuditEntry};
-use store::mails;
 use store::mails::NewMail;
-use store::people;
-use store::second_factors;
+use store::{mails, people, second_factors};
+
+use crate::error::Error;
+use crate::service::Service;
+use crate::{sealing, secret};
 
 /// Recovery codes that are made at once.
 const RECOVERY_CODES: usize = 10;
@@ -259,9 +256,6 @@ fn without_spaces(typed: &str) -> String {
 
 /// Turns the codes of one's own app off; with the last second factor the recovery codes go, and a mail tells. False where there was
 /// no app.
-///
-/// # Errors
-/// When the database fails.
 pub async fn turn_off(state: &Service, person: &CurrentPerson) -> Result<bool, Error> {
     let now = state.clock.now();
     let mut tx = state.db.write().await?;
@@ -278,9 +272,6 @@ pub async fn turn_off(state: &Service, person: &CurrentPerson) -> Result<bool, E
 
 /// Forgets the recovery codes of somebody who has just removed their last second factor, and tells them by mail. False where one is
 /// left.
-///
-/// # Errors
-/// When the database fails.
 pub(crate) async fn end_if_last(tx: &mut SqliteConnection, person: &CurrentPerson, now: Moment) -> Result<bool, Error> {
     if second_factors::is_second_factor_on(&mut *tx, person.into()).await? {
         return Ok(false);
@@ -292,9 +283,6 @@ pub(crate) async fn end_if_last(tx: &mut SqliteConnection, person: &CurrentPerso
 
 /// Takes somebody's second factor away, who has lost it: they sign in by their password, and are told by mail. False where
 /// none was on.
-///
-/// # Errors
-/// When the database fails.
 pub async fn reset(state: &Service, key: PersonKey, by: Actor) -> Result<bool, Error> {
     let mut tx = state.db.write().await?;
     let done = remove(&mut tx, key, RemovalAct { by, action: "second_factor.reset" }, state).await?;
@@ -326,18 +314,12 @@ async fn note_off(tx: &mut SqliteConnection, key: PersonKey, act: RemovalAct, no
 }
 
 /// Writes down that somebody has signed in, and by what.
-///
-/// # Errors
-/// When the database fails.
 pub async fn note_sign_in(state: &Service, key: PersonKey, by: Option<SignInProof>) -> Result<(), Error> {
     let details = by.map_or_else(|| json!({}), |proof| json!({ "second_factor": proof.word() }));
     write_down(state, key, "person.signed_in", details).await
 }
 
 /// Writes down what somebody did to their second factor.
-///
-/// # Errors
-/// When the database fails.
 pub(crate) async fn note(state: &Service, key: PersonKey, action: &'static str) -> Result<(), Error> {
     write_down(state, key, action, json!({})).await
 }

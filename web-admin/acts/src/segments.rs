@@ -1,21 +1,18 @@
 //! Tasks to mark the moment of each pop on a blinded trace: made, marked, measured.
 
 use model::ids::{PersonId, SchoolId, TaskId, TraceId};
-use model::segments::TraceOutcome;
+use model::segments::{MarksVerdict, TraceOutcome, pops};
+use model::{CurrentPerson, Role, SessionKey};
 use serde_json::json;
 use sqlx::types::Json;
+use store::audit::AuditEntry;
+use store::deadlines::{DeadlineKey, DeadlineKind};
+use store::segments::{Marks, NewTask, SegmentTask, Trace};
+use store::{deadlines, scores, segments};
 
 use crate::deadlines::Dated;
 use crate::error::Error;
 use crate::service::Service;
-use model::segments::{MarksVerdict, pops};
-use model::{CurrentPerson, Role, SessionKey};
-use store::audit::AuditEntry;
-use store::deadlines;
-use store::deadlines::{DeadlineKey, DeadlineKind};
-use store::scores;
-use store::segments;
-use store::segments::{Marks, NewTask, SegmentTask, Trace};
 
 /// Makes a task.
 ///
@@ -42,9 +39,6 @@ pub fn dated(task: &SegmentTask) -> Dated<'_> {
 }
 
 /// Takes a task back.
-///
-/// # Errors
-/// When the database fails.
 pub async fn withdraw(state: &Service, by: &CurrentPerson, task: TaskId) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     segments::withdraw_task(&mut tx, by.school_id, task, state.clock.now()).await?;
@@ -113,9 +107,6 @@ pub async fn truth(state: &Service, school_id: SchoolId, trace: &Trace) -> Resul
 }
 
 /// The outcomes of a task, in the order of `people`.
-///
-/// # Errors
-/// When the database fails.
 pub async fn outcomes(
     state: &Service,
     school: SchoolId,

@@ -5,6 +5,7 @@ use std::os::unix::fs::DirBuilderExt;
 use std::sync::Arc;
 
 use anyhow::Context;
+use store::Database;
 use tokio::sync::{Notify, Semaphore};
 
 use crate::brakes::LoginLimits;
@@ -17,7 +18,6 @@ use crate::mailer::Mailer;
 use crate::passkey_site::Passkeys;
 use crate::previews::Previews;
 use crate::turns::Turns;
-use store::Database;
 
 /// What every act may use.
 #[derive(Clone, Debug)]

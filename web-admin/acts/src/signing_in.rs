@@ -3,18 +3,15 @@
 use std::net::IpAddr;
 
 use data_encoding::HEXLOWER;
+use model::ids::PersonId;
 use store::audit::{Actor, AuditEntry};
 use store::people;
 
 use crate::error::Error;
 use crate::secret;
 use crate::service::Service;
-use model::ids::PersonId;
 
 /// Writes down that somebody signed in or out.
-///
-/// # Errors
-/// When the database fails.
 pub async fn note_way_in(service: &Service, person: PersonId, action: &str) -> Result<(), Error> {
     let school_id = people::find_person(service.db.reader(), person).await?.map(|p| p.school_id);
     let mut tx = service.db.write().await?;
@@ -24,9 +21,6 @@ pub async fn note_way_in(service: &Service, person: PersonId, action: &str) -> R
 
 /// Writes down that somebody did not get in: in the log with the network address, in the audit log, which keeps for ever, without.
 /// An address that nobody has is told by its hash alone: passwords are typed into the wrong field. Costs the same for both.
-///
-/// # Errors
-/// When the database fails.
 pub async fn note_refused_sign_in(service: &Service, email: &str, from: IpAddr, action: &str) -> Result<(), Error> {
     let mut tx = service.db.write().await?;
     let person = people::find_person_by_email(&mut *tx, email).await?;

@@ -1,18 +1,17 @@
 //! Training stations: how one joins a school, and how a trainee signs in at one. Both by codes short enough to type.
 
-use serde_json::json;
-
-use crate::error::Error;
-use crate::keys;
-use crate::secret;
-use crate::service::Service;
 use model::ids::{SchoolId, StationId};
 use model::{CurrentPerson, Moment, PersonKey, Role, line};
+use serde_json::json;
 use store::audit::{Actor, AuditEntry};
 use store::people::Person;
 use store::stations::{self, PairingCode, WrongCodes};
 use store::tokens::{self, Token, TokenHolder};
 use store::{schools, sign_in_codes};
+
+use crate::error::Error;
+use crate::service::Service;
+use crate::{keys, secret};
 
 /// How long a pairing code is good, in s.
 pub const PAIRING_CODE_LIFETIME_S: i64 = 600;
@@ -55,9 +54,6 @@ pub struct CallingStation {
 }
 
 /// Makes a pairing code, as it is to be read out.
-///
-/// # Errors
-/// When the database fails.
 pub async fn make_pairing_code(state: &Service, maker: &CurrentPerson) -> Result<(String, Moment), Error> {
     let (now, code) = (state.clock.now(), secret::random_code(PAIRING_LETTERS)?);
     let row =
@@ -119,9 +115,6 @@ fn checked_name(given: &str) -> Result<String, Error> {
 }
 
 /// Takes a station's token from it. False when there is none to take.
-///
-/// # Errors
-/// When the database fails.
 pub async fn revoke(state: &Service, by: &CurrentPerson, station: StationId) -> Result<bool, Error> {
     let now = state.clock.now();
     let mut tx = state.db.write().await?;
@@ -214,9 +207,6 @@ fn in_groups(code: &str) -> String {
 }
 
 /// Notes when a token of a person was used, to the hour: its owner sees whether it is needed, and not what they did when.
-///
-/// # Errors
-/// When the database fails.
 pub async fn note_token_use(state: &Service, token: &Token) -> Result<(), Error> {
     let now = state.clock.now();
     if token.last_seen_at.is_some_and(|seen| now < seen.plus_s(HOUR_S)) {
@@ -229,9 +219,6 @@ pub async fn note_token_use(state: &Service, token: &Token) -> Result<(), Error>
 }
 
 /// Notes when a station was seen, to the minute: a write for each request would slow uploads down.
-///
-/// # Errors
-/// When the database fails.
 pub async fn note_station_sight(state: &Service, token: &Token) -> Result<(), Error> {
     let now = state.clock.now();
     if token.last_seen_at.is_some_and(|seen| now < seen.plus_s(SIGHT_S)) {

@@ -2,14 +2,14 @@
 
 use model::ids::TokenId;
 use model::limits::{LONGEST_NAME, TOKEN_LIFETIMES_DAYS};
+use model::{CurrentPerson, Moment, line};
 use serde_json::json;
+use store::audit::AuditEntry;
+use store::tokens::{self, NewToken};
 
 use crate::error::Error;
 use crate::secret;
 use crate::service::Service;
-use model::{CurrentPerson, Moment, line};
-use store::audit::AuditEntry;
-use store::tokens::{self, NewToken};
 
 /// Longest that one made on the command line may last, in days.
 pub const LONGEST_DAYS: i64 = 365;
@@ -86,9 +86,6 @@ pub async fn make(state: &Service, person: &CurrentPerson, wanted: TokenRequest<
 }
 
 /// Revokes one's own token. False where there is none.
-///
-/// # Errors
-/// When the database fails.
 pub async fn revoke(state: &Service, person: &CurrentPerson, id: TokenId) -> Result<bool, Error> {
     let now = state.clock.now();
     let mut tx = state.db.write().await?;

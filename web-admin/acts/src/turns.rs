@@ -4,9 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use tokio::sync::watch;
-
 use model::ids::UploadId;
+use tokio::sync::watch;
 
 /// How long who wants a turn waits for whoever has it.
 const PATIENCE: Duration = Duration::from_secs(5);

@@ -5,17 +5,15 @@ use std::io::ErrorKind;
 use std::path::Path;
 
 use anyhow::Context;
+use model::directory::AccountState;
+use model::ids::SchoolId;
+use store::sessions::{self, RecordingFile};
+use store::{Database, audit, directory, grades, scores};
 
 use crate::anchoring::AuditHead;
 use crate::config::Config;
 use crate::erasures::{Erasure, ErasureList};
 use crate::recording_files::hash_file;
-use model::directory::AccountState;
-use model::ids::SchoolId;
-use store::Database;
-use store::directory;
-use store::sessions::{self, RecordingFile};
-use store::{audit, grades, scores};
 
 /// What was looked at, and what is wrong with it.
 #[derive(Clone, Debug, PartialEq, Eq)]

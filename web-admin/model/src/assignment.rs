@@ -2,13 +2,13 @@
 //!
 //! Pure: attempts and the moment go in. Only scored attempts count.
 
-use crate::count_u32;
 use std::collections::BTreeSet;
 
 use time::OffsetDateTime;
 
 use super::Moment;
 use super::progress::{Course, Progress, ScoredAttempt, StepState};
+use crate::count_u32;
 use crate::ids::{AssignmentId, SessionId};
 
 /// What is to be trained.

@@ -4,7 +4,6 @@
 //! of the attempt that is shown, and forces are compared at the same share of it.
 
 use assessment::statistics::quantile;
-
 use attempt::{AttemptCurve, MarkKind};
 
 /// What an expert agrees to, in the words that the service proposes.
@@ -114,8 +113,9 @@ fn place(advance_mm: f64, forces_n: &[f64]) -> Option<CorridorPlace> {
 #[cfg(test)]
 mod tests {
     //! Fails when fewer than five experts are shown, or layers of another thickness are compared at the same depth.
-    use super::*;
     use attempt::{CurveMark, CurvePoint, LayerSpan};
+
+    use super::*;
 
     /// Force rises to `peak_n` at a boundary that opens at `at_mm`, then is 1 N down to `end_mm`.
     fn curve(at_mm: f64, peak_n: f64, end_mm: f64) -> AttemptCurve {

@@ -3,9 +3,9 @@
 use jiff::civil::DateTime;
 use jiff::tz::{AmbiguousOffset, TimeZone};
 use jiff::{Timestamp, ToSpan, Zoned};
+use words::dates;
 
 use super::Moment;
-use words::dates;
 
 /// A due date as it was said, and what it means.
 #[derive(Clone, Debug, PartialEq, Eq)]

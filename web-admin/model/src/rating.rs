@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use crate::ids::{PersonId, SessionId};
 use assessment::questionnaire::{self, Answer};
 use assessment::statistics::{IntraclassCorrelation, NotComputable, intraclass_correlation};
 use documents::Instrument;
 use documents::instrument::ScoreKey;
+
+use crate::ids::{PersonId, SessionId};
 
 /// A rating: the attempt, the rater, and, once it is finished, the answers in the order of the instrument's items.
 #[derive(Clone, Copy, Debug)]

@@ -1,7 +1,8 @@
 //! Marking the moment of each pop on a trace of force: what the pops are, what may be typed, and how near the marks come.
 
-use crate::Moment;
 use attempt::{AttemptCurve, MarkKind};
+
+use crate::Moment;
 
 /// How near a mark must come to a pop to hit it, in s.
 pub const TOLERANCE_S: f64 = 0.150;
@@ -197,8 +198,9 @@ pub struct TraceOutcome {
 mod tests {
     //! Fails when a mark hits two pops, a near mark is wasted on a far pop, or a strip is missing.
 
-    use super::*;
     use attempt::CurveMark;
+
+    use super::*;
 
     fn verdict(pops: &[f64], marks: &[f64]) -> (usize, usize, usize) {
         let verdict = MarksVerdict::of(pops, marks);

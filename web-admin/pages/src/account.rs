@@ -4,13 +4,13 @@ use std::borrow::Borrow;
 
 use askama::Template;
 use askama_web::WebTemplate;
-
-use super::{Shell, StatusWord, assets, format};
 use model::Role;
 use model::limits::MIN_PASSWORD;
 use model::membership::{MembershipAct, MembershipEvent, MembershipRequest};
 use model::password_refused::PasswordRefused;
 use words::Language;
+
+use super::{Shell, StatusWord, assets, format};
 
 /// One's own account.
 #[derive(Debug, Template, WebTemplate)]

@@ -2,13 +2,13 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
+use model::membership::MembershipRequest;
+use model::{FactorRule, Needed};
 use time::OffsetDateTime;
 
 use super::cohort::CohortLine;
 use super::trainee::needed_in_words;
 use super::{Shell, StatusWord, format};
-use model::membership::MembershipRequest;
-use model::{FactorRule, Needed};
 
 /// The administrator's home.
 #[derive(Debug, Template, WebTemplate)]
@@ -145,9 +145,10 @@ pub struct PairingCodePage {
 
 #[cfg(test)]
 mod tests {
+    use model::Role;
+
     use super::*;
     use crate::samples;
-    use model::Role;
 
     fn queue() -> Queue {
         let failing = vec![("/sessions/1".to_owned(), 3, "disk full <no>".to_owned())];

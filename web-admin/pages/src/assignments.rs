@@ -2,14 +2,14 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
-
-use super::form::FilledForm;
-use super::people::SelectOption;
-use super::{Shell, StatusWord, format};
 use model::Role;
 use model::assignment::{AssignmentStage, AssignmentStanding, AssignmentTask};
 use model::due::{Local, local};
 use model::ids::{AssignmentId, SessionId};
+
+use super::form::FilledForm;
+use super::people::SelectOption;
+use super::{Shell, StatusWord, format};
 
 /// A trainee's assignments.
 #[derive(Debug, Template, WebTemplate)]
@@ -162,10 +162,11 @@ impl AssignmentPage {
 mod tests {
     //! Fails when a trainee cannot see what is late, or an instructor who it is.
 
-    use super::*;
-    use crate::samples;
     use model::Moment;
     use model::assignment::Assigned;
+
+    use super::*;
+    use crate::samples;
 
     fn standing(stage: AssignmentStage, overdue: bool) -> AssignmentStanding {
         let assigned = Assigned {

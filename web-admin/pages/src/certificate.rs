@@ -1,10 +1,10 @@
 //! A certificate as a page that a person can keep and print: one file, with the signed statement inside it.
 
 use askama::Template;
+use model::certificate::Statement;
 use time::OffsetDateTime;
 
 use super::format;
-use model::certificate::Statement;
 
 /// Digits of the key that stand together.
 const GROUP: usize = 8;
@@ -43,10 +43,11 @@ impl CertificatePage {
 mod tests {
     //! A person must see what is certified; a name must stay a name, in the page and in the statement inside it.
 
-    use super::*;
-    use crate::{forgotten, samples};
     use ed25519_dalek::SigningKey;
     use model::certificate::{check_certificate, sign_statement};
+
+    use super::*;
+    use crate::{forgotten, samples};
 
     fn sample() -> Statement {
         let file = include_str!("../../../tests/data/certificate/statement.json");

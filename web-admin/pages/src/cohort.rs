@@ -2,15 +2,15 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
+use model::Role;
+use model::cohort::CohortSummary;
+use model::progress::{Progress, StepProgress, StepState};
 use time::OffsetDateTime;
 
 use super::concern::say_concern;
 use super::trainee::{CourseFacts, score_points};
 use super::{Shell, StatusWord, charts, format};
 use crate::addresses::exercise_href;
-use model::Role;
-use model::cohort::CohortSummary;
-use model::progress::{Progress, StepProgress, StepState};
 
 /// The page of a cohort.
 #[derive(Debug, Template, WebTemplate)]
@@ -270,9 +270,10 @@ impl CohortCard {
 mod tests {
     //! An instructor must see who needs help and why without opening thirty pages.
 
+    use model::ids::CohortId;
+
     use super::*;
     use crate::samples;
-    use model::ids::CohortId;
 
     #[test]
     fn tells_who_is_where_and_who_needs_help() {

@@ -1,7 +1,8 @@
 //! Why somebody may need help, in words.
 
-use crate::format;
 use model::progress::{Concern, DECLINE_RUN};
+
+use crate::format;
 
 /// The kind of a concern in a word or two, and the reason.
 #[must_use]

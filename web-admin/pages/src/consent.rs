@@ -2,12 +2,12 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
+use model::ids::PersonId;
 use serde::Deserialize;
 use time::OffsetDateTime;
 
 use super::form::FilledForm;
 use super::{Shell, StatusWord, format};
-use model::ids::PersonId;
 
 /// The consent of somebody who teaches.
 #[derive(Debug, Template, WebTemplate)]
@@ -62,9 +62,10 @@ impl ConsentOfExpertPage {
 mod tests {
     //! Fails when it cannot be seen what was agreed to, or a consent that stands cannot be taken back.
 
+    use model::Role;
+
     use super::*;
     use crate::samples;
-    use model::Role;
 
     #[test]
     fn words_and_history_are_shown_and_only_what_stands_is_taken_back() {

@@ -49,9 +49,10 @@ pub struct ExerciseLine {
 
 #[cfg(test)]
 mod tests {
+    use model::Role;
+
     use super::*;
     use crate::samples;
-    use model::Role;
 
     fn page() -> CurriculaPage {
         let line = |title: &str, id: &str, difficulty, before: &[&str], status| ExerciseLine {

@@ -3,8 +3,9 @@
 use askama::Template;
 use askama_web::WebTemplate;
 use documents::{Curriculum, ExerciseBundle, Issue};
-use model::draft::DraftVerdict;
+use model::draft::{DraftVerdict, Publishable};
 use model::ids::RevisionId;
+use model::progress::Mastery;
 use time::OffsetDateTime;
 use tissue::follow::FieldPlan;
 
@@ -12,8 +13,6 @@ use super::diff::DiffLine;
 use super::exercise::ExerciseFacts;
 use super::trainee::rule_in_words;
 use super::{Shell, assets, format};
-use model::draft::Publishable;
-use model::progress::Mastery;
 
 /// The drafts of a school.
 #[derive(Debug, Template, WebTemplate)]
@@ -200,12 +199,12 @@ pub struct RevisionRow {
 mod tests {
     //! A person must see what is wrong and where, and never lose what they typed.
 
+    use model::Role;
     use phrase::{Phrase, phrase};
 
     use super::*;
     use crate::diff::compare_lines;
     use crate::samples;
-    use model::Role;
 
     fn row() -> DraftRow {
         DraftRow {

@@ -2,10 +2,10 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
-
-use super::Shell;
 use model::directory::DirectoryEntry;
 use model::texts::{MOST_MENTIONS, TextCounts};
+
+use super::Shell;
 
 /// The page on which somebody is erased.
 #[derive(Debug, Template, WebTemplate)]
@@ -54,11 +54,12 @@ impl ErasePage {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::samples;
     use model::Role;
     use model::directory::AccountState;
     use model::ids::PersonId;
+
+    use super::*;
+    use crate::samples;
 
     fn page(held: bool, mentions: Vec<(String, String)>) -> ErasePage {
         let person = DirectoryEntry {

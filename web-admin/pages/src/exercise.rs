@@ -5,10 +5,9 @@ use askama_web::WebTemplate;
 use documents::{Exercise, ExerciseBundle, SceneStructure};
 use law::structures::{Shape, StructureKind};
 
-use super::charts;
 use super::charts::{CrossSection, SectionPoint, SectionStructure, StructureOutline};
 use super::trainee::OwnAttemptRow;
-use super::{Shell, StatusWord, anatomy, format, metric};
+use super::{Shell, StatusWord, anatomy, charts, format, metric};
 
 /// The page of an exercise.
 #[derive(Debug, Template, WebTemplate)]

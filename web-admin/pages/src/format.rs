@@ -158,9 +158,10 @@ pub fn as_sentence(text: &str) -> String {
 mod tests {
     //! A figure must not claim a digit nobody can use, round a fail up to the pass mark, or show a negative zero.
 
-    use super::*;
     use time::macros::datetime;
     use words::Language;
+
+    use super::*;
 
     #[test]
     fn figures_carry_unit_and_sensible_decimals() {

@@ -26,9 +26,10 @@ pub struct InstructorPage {
 
 #[cfg(test)]
 mod tests {
+    use model::Role;
+
     use super::*;
     use crate::samples;
-    use model::Role;
 
     #[test]
     fn help_comes_first_and_an_empty_home_tells_the_next_step() {

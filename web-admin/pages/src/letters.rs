@@ -1,17 +1,15 @@
 //! What mails say: a subject in the first line, an empty line, the text.
 
 use askama::Template;
-use model::mail::RetentionLetter;
-
-use crate::format;
 use model::Moment;
 use model::assignment::AssignmentStage;
 use model::due::{Local, local};
 use model::limits::{INVITATION_LIFETIME_S, RESET_LIFETIME_S};
 use model::line::on_one_line;
-use model::mail::Mail;
-use model::mail::SurveyLetter;
+use model::mail::{Mail, RetentionLetter, SurveyLetter};
 use model::survey::Survey;
+
+use crate::format;
 
 const DAY_S: i64 = 86_400;
 
@@ -140,9 +138,10 @@ fn subject_and_body(letter: &impl Template) -> (String, String) {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use model::ids::{LetterId, PersonId, SchoolId};
     use model::mail::MailKind;
+
+    use super::*;
 
     #[test]
     fn a_letter_has_a_subject_a_name_and_the_whole_link() {

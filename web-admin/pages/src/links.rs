@@ -2,9 +2,9 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
+use model::ids::SessionId;
 
 use super::Shell;
-use model::ids::SessionId;
 
 /// Addresses that were made for a recording, shown this once.
 #[derive(Debug, Template, WebTemplate)]
@@ -24,9 +24,10 @@ pub struct RecordingLinksPage {
 
 #[cfg(test)]
 mod tests {
+    use model::Role;
+
     use super::*;
     use crate::samples;
-    use model::Role;
 
     #[test]
     fn says_how_long_the_addresses_work() {

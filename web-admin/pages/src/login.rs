@@ -2,11 +2,10 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
-
-use super::assets;
-use super::passkeys;
-use crate::proving::AskPart;
 use model::passkey::PasskeyQuestion;
+
+use super::{assets, passkeys};
+use crate::proving::AskPart;
 
 /// The sign-in page.
 #[derive(Debug, Template, WebTemplate)]

@@ -125,9 +125,9 @@ mod tests {
 
     use assessment::words::{deduction_in_words, failure_in_words};
     use assessment::{Absent, UnmetRequirement};
+    use words::Language;
 
     use super::*;
-    use words::Language;
 
     fn german<T>(say: impl FnOnce() -> T) -> T {
         words::within(Language::named("de").expect("German"), say)

@@ -1,15 +1,13 @@
 //! Passkeys: what a browser is to ask of them, one's own, and a new one.
 
-use crate::proving::AskPart;
-use crate::proving::ProofAsked;
 use askama::Template;
 use askama_web::WebTemplate;
+use model::limits::LONGEST_NAME;
+use model::passkey::PasskeyQuestion;
 use time::OffsetDateTime;
 
 use super::{Shell, assets, format};
-use crate::proving::FactorRefused;
-use model::limits::LONGEST_NAME;
-use model::passkey::PasskeyQuestion;
+use crate::proving::{AskPart, FactorRefused, ProofAsked};
 
 /// The address of the script that asks passkeys.
 #[must_use]
@@ -90,9 +88,10 @@ impl MakePasskeyPage {
 pub(super) mod samples {
     //! Passkeys for the pages' own tests.
 
+    use model::ids::CeremonyId;
+
     use super::*;
     use crate::samples::NOW;
-    use model::ids::CeremonyId;
 
     pub(crate) fn question() -> PasskeyQuestion {
         let options = "{\"publicKey\":{\"challenge\":\"AAAA\",\"rpId\":\"localhost\"}}".to_owned();
@@ -109,10 +108,11 @@ pub(super) mod samples {
 mod tests {
     //! A page whose script is told half of what it needs asks nothing.
 
+    use model::Role;
+
     use super::samples::{question, row};
     use super::*;
     use crate::samples::{keep_page, shell};
-    use model::Role;
 
     fn page(last: bool, asked: bool) -> PasskeyPage {
         let proof = ProofAsked { on: true, app: false, question: Some(question()) };

@@ -4,12 +4,12 @@ use std::borrow::Borrow;
 
 use askama::Template;
 use askama_web::WebTemplate;
-
-use super::form::FilledForm;
-use super::{Shell, StatusWord, format, people};
 use model::Role;
 use model::directory::{AccountState, DirectoryEntry};
 use model::membership::MembershipRequest;
+
+use super::form::FilledForm;
+use super::{Shell, StatusWord, format, people};
 
 /// Every role, to choose from.
 pub const ROLES: [Role; 3] = [Role::Trainee, Role::Instructor, Role::Administrator];
@@ -227,9 +227,10 @@ pub fn state_badge(state: impl Borrow<AccountState>) -> String {
 mod tests {
     //! Fails when an administrator is not told what comes next, or what was typed is lost or runs.
 
+    use model::ids::PersonId;
+
     use super::*;
     use crate::samples;
-    use model::ids::PersonId;
 
     fn listed(name: &str, state: AccountState) -> DirectoryEntry {
         DirectoryEntry {

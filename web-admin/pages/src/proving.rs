@@ -1,8 +1,9 @@
 //! What somebody is asked to prove who they are, and why it was refused.
 
-use super::format;
 use askama::Template;
 use model::passkey::PasskeyQuestion;
+
+use super::format;
 
 /// What is asked for before a second factor is changed.
 #[derive(Clone, Debug)]

@@ -4,14 +4,14 @@ use std::borrow::Borrow;
 
 use askama::Template;
 use askama_web::WebTemplate;
+use model::ids::{RegradingId, SessionId};
+use model::regrading::{OutcomeCount, RegradingLine, RegradingOutcome, RegradingState, count_attempts};
 use serde::Deserialize;
 use time::OffsetDateTime;
 
 use super::form::FilledForm;
 use super::people::SelectOption;
 use super::{Shell, StatusWord, format};
-use model::ids::{RegradingId, SessionId};
-use model::regrading::{OutcomeCount, RegradingLine, RegradingOutcome, RegradingState, count_attempts};
 
 /// Where a rubric is chosen.
 #[derive(Debug, Template, WebTemplate)]
@@ -255,9 +255,10 @@ mod tests {
     //! Fails when somebody confirms without having seen who passes and who no longer does, when an override's safety is not
     //! said, or when a mean has the wrong sign.
 
+    use model::{Moment, Role};
+
     use super::*;
     use crate::samples;
-    use model::{Moment, Role};
 
     fn count(outcome: RegradingOutcome, attempts: i64, before: f64, after: f64) -> OutcomeCount {
         OutcomeCount { outcome, attempts, before, after }

@@ -4,13 +4,13 @@ use std::borrow::Borrow;
 
 use askama::Template;
 use askama_web::WebTemplate;
+use model::comment::{CommentKind, MOST_CHARACTERS, TypedComment};
+use model::ids::{CommentId, SessionId};
 use time::OffsetDateTime;
 
 use super::form::FilledForm;
 use super::session::Drawing;
 use super::{Shell, anatomy, assets, format};
-use model::comment::{CommentKind, MOST_CHARACTERS, TypedComment};
-use model::ids::{CommentId, SessionId};
 
 /// The page of a replay.
 #[derive(Debug, Template, WebTemplate)]
@@ -137,9 +137,10 @@ impl CommentView {
 mod tests {
     //! The page must be of use without scripts: curves, events, comments and a form with seconds.
 
+    use model::Role;
+
     use super::*;
     use crate::samples;
-    use model::Role;
 
     fn page() -> ReplayPage {
         let said =

@@ -2,13 +2,13 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
+use model::Role;
+use model::retention::RetentionAction;
 use serde::Deserialize;
 use time::OffsetDateTime;
 
 use super::form::{FilledForm, read_ticked_box};
 use super::{Shell, format};
-use model::Role;
-use model::retention::RetentionAction;
 
 /// The page.
 #[derive(Debug, Template, WebTemplate)]

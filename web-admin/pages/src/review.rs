@@ -3,13 +3,12 @@
 use askama::Template;
 use askama_web::WebTemplate;
 use assessment::Assessment;
+use model::ids::SessionId;
+use model::judgement::TypedOverride;
 use time::OffsetDateTime;
 
 use super::form::FilledForm;
-use super::metric;
-use super::{Shell, StatusWord, format};
-use model::ids::SessionId;
-use model::judgement::TypedOverride;
+use super::{Shell, StatusWord, format, metric};
 
 /// The queue of attempts that wait.
 #[derive(Debug, Template, WebTemplate)]
@@ -188,9 +187,10 @@ pub fn list_failures(assessment: &Assessment) -> Vec<String> {
 mod tests {
     //! The computed score must stay in sight of whatever was put in its place.
 
+    use model::Role;
+
     use super::*;
     use crate::samples;
-    use model::Role;
 
     fn judged() -> JudgedAttempt {
         let trainee = Some(("Ana Lindqvist".to_owned(), "/trainees/1".to_owned()));

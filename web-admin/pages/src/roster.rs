@@ -2,12 +2,12 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
+use model::ids::RosterId;
+use model::roster::{Leaving, LineOutcome, Refusal, RosterChange, RosterDifference, RosterOutcome};
 use serde::Deserialize;
 
 use super::form::{FilledForm, read_ticked_box, read_trimmed_text};
 use super::{Shell, StatusWord, roster};
-use model::ids::RosterId;
-use model::roster::{Leaving, LineOutcome, Refusal, RosterChange, RosterDifference, RosterOutcome};
 
 /// Lines on one page of a difference.
 pub const PER_PAGE: usize = 200;
@@ -154,11 +154,12 @@ pub fn line_badge(outcome: &RosterOutcome) -> String {
 mod tests {
     //! Fails when a line says nothing about why, or what stands in a file runs.
 
-    use super::*;
-    use crate::samples;
     use model::Role;
     use model::ids::PersonId;
     use model::roster::{RosterEntry, RosterRequest, SchoolPerson, read};
+
+    use super::*;
+    use crate::samples;
 
     fn difference() -> RosterDifference {
         let known = SchoolPerson {

@@ -1,8 +1,14 @@
 //! Sample data for the pages' own tests, drawn from one invented school.
 
 use assessment::{Deduction, DeductionCause, Direction, Metric};
+use attempt::{AttemptCurve, BoundaryStage, CurveMark, CurvePoint, LayerSpan, MarkKind, StageSpan};
 use documents::{Exercise, ExerciseBundle, HardFail, RubricLine};
-use time::{Duration, OffsetDateTime, macros::datetime};
+use model::ids::{CohortId, PersonId, SessionId};
+use model::membership::{MembershipAct, MembershipEvent, MembershipRequest};
+use model::progress::{Course, CourseStep, Mastery, Progress, ScoredAttempt};
+use model::{Moment, Role, Uncounted};
+use time::macros::datetime;
+use time::{Duration, OffsetDateTime};
 
 use super::cohort::{CohortPage, CourseShare, TraineeRow};
 use super::exercise::{Context, ExerciseFacts, ExercisePage};
@@ -12,11 +18,6 @@ use super::session::{Drawing, SessionOutcome, SessionPage, VerificationResult};
 use super::shell::ShellVisitor;
 use super::trainee::{CourseFacts, CourseView, OwnAttemptRow, PageNumbers, TraineePage};
 use super::{NavPlace, Shell, StatusWord};
-use attempt::{AttemptCurve, BoundaryStage, CurveMark, CurvePoint, LayerSpan, MarkKind, StageSpan};
-use model::ids::{CohortId, PersonId, SessionId};
-use model::membership::{MembershipAct, MembershipEvent, MembershipRequest};
-use model::progress::{Course, CourseStep, Mastery, Progress, ScoredAttempt};
-use model::{Moment, Role, Uncounted};
 
 mod tissue;
 

@@ -1,16 +1,14 @@
 //! One's own second factor: made, confirmed, turned off; recovery codes, shown once.
 
-use crate::proving::FactorRefused;
 use askama::Template;
 use askama_web::WebTemplate;
+use model::limits::LONGEST_NAME;
 use time::OffsetDateTime;
 
 use super::form::FilledForm;
-use super::passkeys;
 use super::passkeys::PasskeyRow;
-use super::{Shell, StatusWord, format};
-use crate::proving::ProofAsked;
-use model::limits::LONGEST_NAME;
+use super::{Shell, StatusWord, format, passkeys};
+use crate::proving::{FactorRefused, ProofAsked};
 
 /// Below this many recovery codes new ones are called for.
 const FEW_CODES: i64 = 3;
@@ -87,10 +85,11 @@ pub struct RecoveryCodesPage {
 mod tests {
     //! Fails when a secret is shown longer than it must be, or nobody is told what to do next.
 
+    use model::Role;
+
     use super::*;
     use crate::passkeys::samples::{question, row};
     use crate::{NavPlace, samples};
-    use model::Role;
 
     fn page(factor: FactorState, owed: bool) -> SecondFactorPage {
         let place = if owed { NavPlace::Enrolment } else { NavPlace::Account };

@@ -45,9 +45,10 @@ pub struct ActRow {
 
 #[cfg(test)]
 mod tests {
+    use model::Role;
+
     use super::*;
     use crate::samples;
-    use model::Role;
 
     #[test]
     fn health_and_acts_are_shown_and_details_cannot_become_markup() {

@@ -2,15 +2,14 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
-use law::axial::Contactor;
-use time::OffsetDateTime;
-
-use super::charts;
-use super::judgement::JudgementView;
-use super::{Shell, StatusWord, anatomy, format};
 use attempt::{AttemptCurve, BoundaryStage, MarkKind, StageSpan};
+use law::axial::Contactor;
 use model::Uncounted;
 use recording::keep_extremes;
+use time::OffsetDateTime;
+
+use super::judgement::JudgementView;
+use super::{Shell, StatusWord, anatomy, charts, format};
 
 /// The page of an attempt.
 #[derive(Debug, Template, WebTemplate)]

@@ -1,7 +1,8 @@
 //! What every page has around it: head, navigation, who is signed in.
 
-use super::assets;
 use model::{CurrentPerson, Role};
+
+use super::assets;
 
 /// Where a page belongs in the navigation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

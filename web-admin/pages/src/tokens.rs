@@ -2,11 +2,11 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
+use model::limits::{LONGEST_NAME, TOKEN_LIFETIMES_DAYS};
 use time::OffsetDateTime;
 
 use super::form::FilledForm;
 use super::{Shell, StatusWord, format};
-use model::limits::{LONGEST_NAME, TOKEN_LIFETIMES_DAYS};
 
 /// The page.
 #[derive(Debug, Template, WebTemplate)]
@@ -78,9 +78,10 @@ pub struct MadeTokenPage {
 mod tests {
     //! Fails when a token is listed as good that is not, or cannot be revoked.
 
+    use model::Role;
+
     use super::*;
     use crate::samples;
-    use model::Role;
 
     #[test]
     fn each_token_says_how_long_it_is_good() {

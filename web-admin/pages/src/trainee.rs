@@ -1,8 +1,11 @@
 //! A trainee's training: their own home, and what an instructor sees of it.
 
-use crate::addresses::exercise_href;
 use askama::Template;
 use askama_web::WebTemplate;
+use model::assignment::AssignmentStage;
+use model::membership::MembershipRequest;
+use model::progress::{Course, CurveRule, Mastery, Progress, ScoredAttempt, StepProgress, StepState};
+use model::{Needed, Role, Uncounted};
 use time::OffsetDateTime;
 
 use super::charts::{self, ScorePoint};
@@ -10,10 +13,7 @@ use super::concern::say_concern;
 use super::progress::HabitsView;
 use super::session::uncounted_in_short;
 use super::{Shell, StatusWord, format};
-use model::assignment::AssignmentStage;
-use model::membership::MembershipRequest;
-use model::progress::{Course, CurveRule, Mastery, Progress, ScoredAttempt, StepProgress, StepState};
-use model::{Needed, Role, Uncounted};
+use crate::addresses::exercise_href;
 
 /// A trainee's home.
 #[derive(Debug, Template, WebTemplate)]

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
-
-use super::{CommandFailure, StorageArgs, say_line};
 use acts::backup;
 use acts::backup::{KEYS, KeyFile};
 use acts::clock::Clock;
+use clap::Args;
+
+use super::{CommandFailure, StorageArgs, say_line};
 
 /// What to back up where to.
 #[derive(Debug, Args)]

@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
+use acts::certificates;
 use clap::{Args, Subcommand};
+use model::certificate::{Statement, check_certificate};
 
 use super::{CommandFailure, StorageArgs, say_line};
-use acts::certificates;
-use model::certificate::{Statement, check_certificate};
 
 /// `web-admin certificate …`
 #[derive(Debug, Subcommand)]

@@ -2,12 +2,10 @@
 
 use std::path::PathBuf;
 
+use acts::{importing, publishing, surveys};
 use clap::{Args, Subcommand};
 
 use super::{CommandFailure, StorageArgs, say_line};
-use acts::importing;
-use acts::publishing;
-use acts::surveys;
 
 /// `web-admin curricula …`
 #[derive(Debug, Subcommand)]

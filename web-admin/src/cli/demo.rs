@@ -1,12 +1,12 @@
 //! `web-admin demo`.
 
+use acts::secret;
 use clap::{Args, value_parser};
+use model::Role;
 
 use super::{CommandFailure, StorageArgs, say_line};
 use crate::demo;
 use crate::demo::{DemoAccount, Demonstration};
-use acts::secret;
-use model::Role;
 
 /// What to make where.
 #[derive(Debug, Args)]

@@ -3,12 +3,12 @@
 
 use std::io::{Read, Write};
 
+use acts::judging;
+use acts::judging::JudgeQuestion;
 use clap::Args;
 use rustix::process::{Resource, Rlimit, nice, setrlimit};
 
 use crate::examining::examine_draft;
-use acts::judging;
-use acts::judging::JudgeQuestion;
 
 /// By how much it is nicer than the service that has started it.
 const BEHIND_PAGES: i32 = 10;

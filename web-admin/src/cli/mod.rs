@@ -4,14 +4,13 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use acts::clock::Clock;
+use acts::config::Config;
+use acts::registry::RegistryError;
+use acts::{config, upkeep};
 use clap::{Args, Parser, Subcommand};
 
 use crate::AppState;
-use acts::clock::Clock;
-use acts::config;
-use acts::config::Config;
-use acts::registry::RegistryError;
-use acts::upkeep;
 
 mod backup;
 mod bench;

@@ -1,17 +1,16 @@
 //! `web-admin rescore`: every attempt at an exercise by the rubric that it has now.
 
+use acts::regrading::{Regrader, Rubric};
+use acts::{registry, regrading};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-
-use super::{CommandFailure, StorageArgs, say_line};
-use crate::AppState;
-use acts::registry;
-use acts::regrading;
-use acts::regrading::{Regrader, Rubric};
 use model::judgement;
 use store::audit::Actor;
 use store::scores;
 use store::sessions::{self, Session};
+
+use super::{CommandFailure, StorageArgs, say_line};
+use crate::AppState;
 
 /// What to grade again.
 #[derive(Debug, Args)]

@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
-
-use super::{CommandFailure, StorageArgs, say_line};
 use acts::backup;
 use acts::backup::{KeysRestored, RestoreRefused, RestoreRequest, RestoreSummary};
 use acts::clock::Clock;
 use acts::erasures::{Erasure, ErasureList};
 use acts::locks::DataLock;
+use clap::Args;
+
+use super::{CommandFailure, StorageArgs, say_line};
 
 /// What to restore where.
 #[derive(Debug, Args)]

@@ -1,13 +1,13 @@
 //! `web-admin retain`: whom a school keeps no longer.
 
-use clap::Args;
-
-use super::{CommandFailure, StorageArgs, say_line};
 use acts::retention;
 use acts::retention::RetentionStep;
+use clap::Args;
 use model::retention::RetentionAction;
 use store::retention::Settings;
 use store::schools;
+
+use super::{CommandFailure, StorageArgs, say_line};
 
 /// Whom to look at, and whether to act.
 #[derive(Debug, Args)]

@@ -6,17 +6,6 @@ use std::path::PathBuf;
 use std::thread;
 use std::time::Duration;
 
-use anyhow::Context;
-use clap::{Args, ValueEnum};
-use tokio::net::TcpListener;
-use tokio::signal::unix::{Signal, SignalKind, signal};
-use tower_sessions::ExpiredDeletion;
-use tracing_subscriber::EnvFilter;
-
-use super::{CommandFailure, StorageArgs, say_line};
-use crate::AppState;
-use crate::serving::{self, ConnectionLimits};
-use crate::{outbox, routes, worker};
 use acts::clock::Clock;
 use acts::config::{UploadQuota, anchor_mail, mail_to, origin};
 use acts::helper::Helper;
@@ -25,7 +14,17 @@ use acts::scanning::Scanner;
 use acts::upkeep::{self, SetAside};
 use acts::web_sessions::WebSessions;
 use acts::{anchoring, deadlines, erasing, recordings, retention, uploads, verification};
+use anyhow::Context;
+use clap::{Args, ValueEnum};
 use store::people;
+use tokio::net::TcpListener;
+use tokio::signal::unix::{Signal, SignalKind, signal};
+use tower_sessions::ExpiredDeletion;
+use tracing_subscriber::EnvFilter;
+
+use super::{CommandFailure, StorageArgs, say_line};
+use crate::serving::{self, ConnectionLimits};
+use crate::{AppState, outbox, routes, worker};
 
 /// How often what has expired is thrown away.
 const TIDY_EVERY: Duration = Duration::from_secs(600);

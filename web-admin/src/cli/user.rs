@@ -1,9 +1,8 @@
 //! `web-admin user`: adding people and giving them access.
 
-use acts::registry;
 use acts::registry::{AddedAccount, RegisteredPerson};
 use acts::tokens::{LONGEST_DAYS, TokenRequest};
-use acts::{passwords, second_factor, secret};
+use acts::{passwords, registry, second_factor, secret};
 use clap::{Args, Subcommand};
 use model::line::on_one_line;
 use model::password_refused::PasswordRefused;

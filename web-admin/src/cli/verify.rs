@@ -2,18 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
-use clap::Args;
-
-use super::{CommandFailure, StorageArgs, say_line};
-use acts::anchoring;
-use acts::certificates;
 use acts::certificates::KEY_FILE;
 use acts::config::Config;
 use acts::erasures::ErasureList;
-use acts::verification;
 use acts::verification::VerificationReport;
+use acts::{anchoring, certificates, verification};
+use anyhow::Context;
+use clap::Args;
 use store::Database;
+
+use super::{CommandFailure, StorageArgs, say_line};
 
 /// What to verify.
 #[derive(Debug, Args)]

@@ -1,21 +1,17 @@
 //! What the demonstration's instructors have asked for: something due soon, and something that is late, with more time
 //! for one trainee.
 
-use super::school::ADMINISTRATOR;
+use acts::{assignments, deadlines, schools};
 use anyhow::Context;
-
-use super::DAY_S;
-use super::school::{self, COHORTS, LEARNERS};
-use crate::AppState;
-use crate::outbox;
-use acts::assignments;
-use acts::deadlines;
-use acts::schools;
 use model::assignment::AssignmentTask;
 use model::ids::AssignmentId;
 use model::{CurrentPerson, Moment, due};
 use store::assignments::{self as stored, NewAssignment};
 use store::{cohorts, people};
+
+use super::DAY_S;
+use super::school::{self, ADMINISTRATOR, COHORTS, LEARNERS};
+use crate::{AppState, outbox};
 
 /// Where the school is.
 const TIME_ZONE: &str = "Europe/Berlin";

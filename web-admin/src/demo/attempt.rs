@@ -8,12 +8,10 @@ use assessment::attachments;
 use attempt::simulate::{Clock, simulate};
 use documents::{ExerciseBundle, Patient};
 use law::operator::{Occasion, Operator, Skill};
+use model::{Moment, new_id};
 use recording::write::SceneDrawing;
 use recording::{Session, Writer};
 use tissue::Specimen;
-
-use model::Moment;
-use model::new_id;
 
 /// Servo rate of the demonstration's station, in Hz.
 const TICK_HZ: f64 = 1000.0;

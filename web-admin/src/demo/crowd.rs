@@ -1,16 +1,15 @@
 //! A crowd beside the demonstration's people: generated, to measure pages on.
 
+use acts::{generating, secret};
 use anyhow::Context;
 use indicatif::ProgressBar;
+use model::ids::SessionId;
+use store::generated::GeneratedCrowd;
+use store::practice;
 
 use super::people::Trainee;
 use super::{DAY_S, Demonstration};
 use crate::AppState;
-use acts::generating;
-use acts::secret;
-use model::ids::SessionId;
-use store::generated::GeneratedCrowd;
-use store::practice;
 
 /// Attempts of each trainee of the crowd.
 pub const ATTEMPTS_EACH: u32 = 100;

@@ -1,17 +1,8 @@
 //! The experts of the demonstration: those who teach show each exercise once, and consent to be part of the corridor.
 
-use acts::consents;
-use acts::reviewing;
+use acts::{consents, reviewing};
 use anyhow::Context;
 use law::operator::{Occasion, Skill};
-use tokio::task::JoinSet;
-
-use super::attempt;
-use super::attempt::AttemptTask;
-use super::school::{self, ADMINISTRATOR, COHORTS, EXPERTS};
-use super::{COURSE, MadeAttempt, current_bundle, take_in};
-use crate::AppState;
-
 use model::corridor::WORDING;
 use model::ids::SchoolId;
 use model::progress::Course;
@@ -19,6 +10,12 @@ use model::{CurrentPerson, Moment};
 use store::experts::NewDeclaration;
 use store::people::{self, Person};
 use store::{curricula, practice, sessions};
+use tokio::task::JoinSet;
+
+use super::attempt::AttemptTask;
+use super::school::{self, ADMINISTRATOR, COHORTS, EXPERTS};
+use super::{COURSE, MadeAttempt, attempt, current_bundle, take_in};
+use crate::AppState;
 
 /// How many exercises of the course they show, from the first.
 const SHOWN: usize = 4;

@@ -1,11 +1,7 @@
 //! What an instructor of the demonstration has said and judged: comments, an answer, an override, reviews.
 
-use acts::comments;
-use acts::reviewing;
+use acts::{comments, reviewing};
 use anyhow::Context;
-
-use super::school::{self, COHORTS};
-use crate::AppState;
 use attempt::{AttemptCurve, MarkKind};
 use model::comment::{Comment, CommentKind};
 use model::ids::SessionId;
@@ -15,15 +11,15 @@ use store::people::{self, Person};
 use store::sessions::{self, Session};
 use store::{reports, reviews, scores};
 
+use super::school::{self, COHORTS};
+use crate::AppState;
+
 /// How many attempts are left in the queue.
 const LEFT: usize = 6;
 /// How long after the last attempt the instructor sits down to it, in s.
 const LATER_S: i64 = 3600;
 
 /// Lets the first cohort's instructor teach on what has been tried.
-///
-/// # Errors
-/// When the database fails.
 pub async fn teach_lesson(state: &AppState) -> anyhow::Result<()> {
     state.clock.advance(LATER_S);
     let reader = state.db.reader();

@@ -14,32 +14,27 @@ mod study;
 
 use std::path::PathBuf;
 
+use acts::intake::Bearer;
+use acts::recordings::Received;
+use acts::{importing, intake, publishing, surveys};
 use anyhow::{Context, ensure};
+use attempt::AttemptTask;
+pub use crowd::ATTEMPTS_EACH;
 use documents::ExerciseBundle;
 use indicatif::{ProgressBar, ProgressStyle};
 use law::operator::Occasion;
-use rust_embed::RustEmbed;
-use tokio::task::JoinSet;
-
-use crate::AppState;
-use crate::worker;
-use acts::importing;
-use acts::intake;
-use acts::intake::Bearer;
-use acts::publishing;
-use acts::recordings::Received;
-use acts::surveys;
-use attempt::AttemptTask;
 use model::Moment;
 use model::ids::{PersonId, SchoolId};
 use model::progress::{Course, Progress};
+pub use people::DemoAccount;
 use people::{Trainee, found_school};
+use rust_embed::RustEmbed;
 use school::LEARNERS;
 use store::audit::Actor;
 use store::{curricula, exercises, practice};
+use tokio::task::JoinSet;
 
-pub use crowd::ATTEMPTS_EACH;
-pub use people::DemoAccount;
+use crate::{AppState, worker};
 
 const DAY_S: i64 = 86_400;
 /// The first attempt of a day begins at nine in the morning, UTC; the next ones a quarter of an hour apart.

@@ -1,24 +1,22 @@
 //! Ratings and marked pops of the demonstration: made by a program from the attempts, through the doors of a real school,
 //! and labelled as generated.
 
+use acts::ratings::Rated;
+use acts::{deadlines, ratings, segments};
 use anyhow::Context;
 use assessment::questionnaire::Answer;
 use documents::instrument::ScaleKind;
+use model::{CurrentPerson, Moment, due};
+use store::ratings::{self as stored, NewRound};
+use store::reports::{self, ListedAttempt};
+use store::segments::{self as traces, NewTask};
+use store::{instruments, practice, schools};
 
 use super::DAY_S;
 use super::experts::find_expert;
 use super::school::{COHORTS, EXPERTS, LEARNERS};
 use super::study::scatter_of_seed;
 use crate::AppState;
-use acts::deadlines;
-use acts::ratings;
-use acts::ratings::Rated;
-use acts::segments;
-use model::{CurrentPerson, Moment, due};
-use store::ratings::{self as stored, NewRound};
-use store::reports::{self, ListedAttempt};
-use store::segments::{self as traces, NewTask};
-use store::{instruments, practice, schools};
 
 /// Attempts that are rated.
 const RATED: usize = 8;

@@ -1,17 +1,16 @@
 //! A pass mark of the demonstration that was changed after it had been used: published in a revision of its own, and every
 //! attempt of the first instructor's trainees graded again by it.
 
-use anyhow::{Context, bail, ensure};
-
-use super::experts::find_expert;
-use super::school::COHORTS;
-use crate::AppState;
-use crate::worker;
 use acts::drafting;
 use acts::drafting::SaveOutcome;
 use acts::regrading::exercise as regrading;
+use anyhow::{Context, bail, ensure};
 use model::{CurrentPerson, SessionKey};
 use store::{drafts, exercises, regradings, scores};
+
+use super::experts::find_expert;
+use super::school::COHORTS;
+use crate::{AppState, worker};
 
 /// By how much a pass mark is changed, in points; by more where nobody is so close to it.
 const POINTS: f64 = 5.0;

@@ -1,27 +1,22 @@
 //! A finished study of the demonstration: twelve professionals and twelve trainees on workload and on the simulator's
 //! validity. Nobody gave these answers: they are made from attempts, through the very form, and labelled as generated.
 
+use acts::surveys;
+use acts::surveys::answering::SurveyOccasion;
+use acts::surveys::{SurveyRequest, answering};
 use anyhow::Context;
 use assessment::questionnaire::Answer;
 use documents::Instrument;
 use documents::instrument::{Item, ScaleKind};
+use model::ids::{SchoolId, SessionId};
+use model::survey::{Identity, Survey};
+use model::{CurrentPerson, SessionKey};
+use store::people::{self, Person};
+use store::{instruments, practice, reports, scores, surveys as stored};
 
 use super::people::Trainee;
 use super::school::{self, COHORTS};
-use crate::AppState;
-use crate::outbox;
-use acts::surveys;
-use acts::surveys::SurveyRequest;
-use acts::surveys::answering;
-use acts::surveys::answering::SurveyOccasion;
-use model::ids::{SchoolId, SessionId};
-use model::survey::Identity;
-use model::survey::Survey;
-use model::{CurrentPerson, SessionKey};
-use store::people::{self, Person};
-use store::scores;
-use store::surveys as stored;
-use store::{instruments, practice, reports};
+use crate::{AppState, outbox};
 
 /// How many of each take part.
 const PEOPLE: usize = 12;

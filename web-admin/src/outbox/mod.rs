@@ -2,20 +2,18 @@
 
 use std::time::Duration;
 
-use crate::AppState;
-use acts::accounts;
-use acts::assignments;
 use acts::error::Error;
 use acts::mailer::Letter;
-use acts::mailing;
+use acts::{accounts, assignments, mailing};
 use model::assignment::{AssignmentStage, AssignmentStanding};
 use model::ids::DatedId;
 use model::mail::{Mail, MailKind};
 use pages::letters::{self, Reminded};
 use store::account_links::Purpose;
-use store::mails;
-use store::segments;
+use store::{mails, segments};
 use words::Language;
+
+use crate::AppState;
 
 mod retention;
 mod surveys;

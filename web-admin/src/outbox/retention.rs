@@ -1,7 +1,5 @@
 //! Letters to whoever is to be erased because they do nothing any more.
 
-use super::BATCH;
-use crate::AppState;
 use acts::error::Error;
 use acts::mailer::Letter;
 use acts::mailing;
@@ -9,6 +7,9 @@ use model::mail::RetentionLetter;
 use pages::letters;
 use store::retention;
 use words::Language;
+
+use super::BATCH;
+use crate::AppState;
 
 /// Sends the letters that are due.
 ///

@@ -1,9 +1,8 @@
 //! How a form is answered.
 
+use acts::error::Error;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
-
-use acts::error::Error;
 
 /// The answer to a form: what came of it, or its page once more, with what was typed and why it was refused.
 #[derive(Debug)]

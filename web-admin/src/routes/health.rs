@@ -1,20 +1,19 @@
 //! For whoever keeps the service running: is it up, is it ready, how much is there to do.
 
-use crate::monitoring::write_metric_family;
-
+use acts::error::Error;
+use acts::secret;
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
+use store::service::{self, Totals};
 
 use crate::AppState;
 use crate::error::ApiError;
+use crate::monitoring::write_metric_family;
 use crate::routes::Routes;
 use crate::routes::api::bearer_token;
-use acts::error::Error;
-use acts::secret;
-use store::service::{self, Totals};
 
 /// A figure without labels.
 fn write_gauge(name: &str, help: &str, value: f64) -> String {

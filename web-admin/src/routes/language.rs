@@ -1,5 +1,6 @@
 //! In which language a page is: as the person has chosen, else as a cookie or the browser says, else English.
 
+use acts::error::Error;
 use axum::extract::{Request, State};
 use axum::http::header::{ACCEPT_LANGUAGE, CONTENT_LANGUAGE, CONTENT_TYPE, COOKIE, SET_COOKIE, VARY};
 use axum::http::{HeaderMap, HeaderValue};
@@ -8,13 +9,12 @@ use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::post;
 use serde::Deserialize;
 use tower_sessions::cookie::{Cookie, SameSite};
+use words::Language;
 
 use super::auth::{CsrfForm, own_path};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
-use acts::error::Error;
-use words::Language;
 
 const NAME: &str = "stylet_language";
 

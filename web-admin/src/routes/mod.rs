@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use acts::error::Error;
+use acts::web_sessions::WebSessions;
 use axum::Router;
 use axum::extract::Request;
 use axum::http::{HeaderName, HeaderValue, Method, StatusCode, header};
@@ -18,8 +20,6 @@ use tower_sessions::{Expiry, SessionManagerLayer};
 
 use crate::AppState;
 use crate::error::{ApiError, PageError};
-use acts::error::Error;
-use acts::web_sessions::WebSessions;
 
 pub mod api;
 pub mod auth;

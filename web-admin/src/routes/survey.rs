@@ -3,21 +3,15 @@
 //! No cookie says who is asking, so no other site can make a browser act for somebody: the secret in the address is what
 //! the CSRF token is elsewhere, and a form that lay open overnight can still be sent.
 
+use acts::error::Error;
+use acts::surveys::answering;
+use acts::surveys::answering::Answering;
 use axum::extract::{Path, Query, State};
 use axum::http::header::ACCEPT_LANGUAGE;
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use axum_extra::extract::Form;
-use serde::Deserialize;
-
-use crate::AppState;
-use crate::error::PageError;
-use crate::routes::Routes;
-use crate::routes::forms::FormAnswer;
-use acts::error::Error;
-use acts::surveys::answering;
-use acts::surveys::answering::Answering;
 use model::survey::ResponseState;
 use model::survey::given::GivenAnswers;
 use pages::form::read_ticked_box;
@@ -25,7 +19,13 @@ use pages::survey::form::{
     ConsentPage, EndPage, FormPage, FormQuestion, GivenField, Refusals, SurveyEnd, Terms, respond_in_language,
     speak_language,
 };
+use serde::Deserialize;
 use words::Language;
+
+use crate::AppState;
+use crate::error::PageError;
+use crate::routes::Routes;
+use crate::routes::forms::FormAnswer;
 
 /// For anybody who has an address.
 #[must_use]
@@ -237,11 +237,12 @@ async fn go_to_page(
 mod tests {
     //! Fails when an answer of several choices loses one on its way in, or a single one is not taken for an answer.
 
-    use super::*;
     use axum::body::Body;
     use axum::extract::{FromRequest, Request};
     use axum::http::header::CONTENT_TYPE;
     use documents::Instrument;
+
+    use super::*;
 
     const INSTRUMENT: &str = r#"
 id = "habits"

@@ -1,5 +1,6 @@
 //! What anybody may ask of a service whose address they know (RFC 8615).
 
+use acts::certificates;
 use axum::extract::State;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
@@ -8,7 +9,6 @@ use axum::routing::get;
 use super::Routes;
 use crate::AppState;
 use crate::error::ApiError;
-use acts::certificates;
 
 /// Their addresses.
 #[must_use]

@@ -1,10 +1,10 @@
 //! Links by which somebody sets their password, once: only their hashes are here.
 
+use model::Moment;
+use model::ids::{PersonId, SchoolId};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
-use model::Moment;
-use model::ids::{PersonId, SchoolId};
 
 /// What a link is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, sqlx::Type)]
@@ -47,9 +47,6 @@ pub struct NewLink {
 }
 
 /// Keeps the hash of a new link. Earlier ones of the person for the same purpose are good no more.
-///
-/// # Errors
-/// When the database fails.
 pub async fn add_account_link(writer: &mut SqliteConnection, link: NewLink, token_sha256: &[u8; 32]) -> Result<()> {
     sqlx::query("DELETE FROM account_links WHERE person_id = $1 AND purpose = $2")
         .bind(link.person_id)
@@ -70,9 +67,6 @@ pub async fn add_account_link(writer: &mut SqliteConnection, link: NewLink, toke
 }
 
 /// Whether somebody has a link for this that is good for longer than until then.
-///
-/// # Errors
-/// When the database fails.
 pub async fn count_lasting_links(
     executor: impl SqliteExecutor<'_>,
     person: PersonId,
@@ -90,9 +84,6 @@ pub async fn count_lasting_links(
 }
 
 /// The link with this hash, if it is good now and its person may sign in.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_valid_link(
     executor: impl SqliteExecutor<'_>,
     token_sha256: &[u8; 32],
@@ -111,9 +102,6 @@ pub async fn find_valid_link(
 
 /// Ends every link of a person, to a password or to a recording, and their code at stations. Whatever changes the address or
 /// the password calls it: who had the old one has nothing any more.
-///
-/// # Errors
-/// When the database fails.
 pub(super) async fn end_account_links(writer: &mut SqliteConnection, person: PersonId) -> Result<()> {
     for statement in [
         "DELETE FROM account_links WHERE person_id = $1",
@@ -129,9 +117,6 @@ pub(super) async fn end_account_links(writer: &mut SqliteConnection, person: Per
 const LONGEST_ADDRESS: usize = 254;
 
 /// Notes an address that a link is asked for by. What can be nobody's is not kept.
-///
-/// # Errors
-/// When the database fails.
 pub async fn ask_for_link(writer: &mut SqliteConnection, email: &str, now: Moment) -> Result<()> {
     let kept = if email.len() > LONGEST_ADDRESS { "" } else { email };
     sqlx::query("INSERT INTO asked_links (email, asked_at) VALUES ($1, $2) ON CONFLICT (email) DO NOTHING")
@@ -143,25 +128,16 @@ pub async fn ask_for_link(writer: &mut SqliteConnection, email: &str, now: Momen
 }
 
 /// An address that a link is asked for by, the oldest first.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_next_asked_link(executor: impl SqliteExecutor<'_>) -> Result<Option<String>> {
     sqlx::query_scalar("SELECT email FROM asked_links ORDER BY asked_at, email LIMIT 1").fetch_optional(executor).await
 }
 
 /// Forgets that a link was asked for.
-///
-/// # Errors
-/// When the database fails.
 pub async fn forget_asked(writer: &mut SqliteConnection, email: &str) -> Result<()> {
     sqlx::query("DELETE FROM asked_links WHERE email = $1").bind(email).execute(writer).await.map(drop)
 }
 
 /// Throws away what has expired.
-///
-/// # Errors
-/// When the database fails.
 pub async fn forget_expired(writer: &mut SqliteConnection, now: Moment) -> Result<()> {
     sqlx::query("DELETE FROM account_links WHERE expires_at <= $1").bind(now).execute(writer).await.map(drop)
 }

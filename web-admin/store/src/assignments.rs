@@ -1,11 +1,11 @@
 //! What was assigned, to whom, until when.
 
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-
-use super::Result;
 use model::assignment::{Assigned, AssignmentTask};
 use model::ids::{AssignmentId, CohortId, PersonId, SchoolId};
 use model::{CurrentPerson, Moment, Role};
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+
+use super::Result;
 
 /// An assignment to be made.
 #[derive(Clone, Debug)]
@@ -116,9 +116,6 @@ macro_rules! assigned {
 }
 
 /// An assignment as it concerns whoever has no longer than everybody.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_assignment(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -134,9 +131,6 @@ pub async fn find_assignment(
 }
 
 /// What is assigned to a trainee, by themselves or in their cohorts, with their extensions.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_trainee_assignments(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -182,9 +176,6 @@ pub struct ManagedAssignment {
 
 /// Assignments of the cohorts that somebody teaches and of those cohorts' trainees; all of the school's for an
 /// administrator. The latest come first.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_managed_assignments(
     executor: impl SqliteExecutor<'_>,
     by: &CurrentPerson,
@@ -219,9 +210,6 @@ pub async fn list_managed_assignments(
 }
 
 /// Takes an assignment back.
-///
-/// # Errors
-/// When the database fails.
 pub async fn withdraw_assignment(
     writer: &mut SqliteConnection,
     school: SchoolId,

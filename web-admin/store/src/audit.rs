@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use data_encoding::{HEXLOWER, HEXLOWER_PERMISSIVE};
 use futures::TryStreamExt;
+use model::ids::{PersonId, SchoolId, SessionId};
+use model::{CurrentPerson, Moment};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
-use model::ids::{PersonId, SchoolId, SessionId};
-use model::{CurrentPerson, Moment};
 
 /// Something that was done.
 #[derive(Clone, Debug)]
@@ -110,9 +110,6 @@ impl<'a> AuditEntry<'a> {
     }
 
     /// Adds it to the log, in the transaction of what it tells of: neither happens without the other.
-    ///
-    /// # Errors
-    /// When the database fails.
     pub async fn append(self, writer: &mut SqliteConnection, now: Moment) -> Result<()> {
         let last: Option<(i64, Vec<u8>)> = sqlx::query_as("SELECT seq, hash FROM audit_log ORDER BY seq DESC LIMIT 1")
             .fetch_optional(&mut *writer)
@@ -154,9 +151,6 @@ async fn insert_audit_entry(writer: &mut SqliteConnection, row: &AuditRow) -> Re
 }
 
 /// The scores of every attempt that the log tells of, in order, 0–100; none yet where it was only uploaded.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_told_scores(executor: impl SqliteExecutor<'_>) -> Result<BTreeMap<SessionId, Vec<f64>>> {
     let rows: Vec<(String, Option<String>)> = sqlx::query_as(
         "SELECT object, CASE action WHEN 'session.scored' THEN details ->> '$.score'
@@ -186,9 +180,6 @@ pub struct AuditChain {
 }
 
 /// True where the database has an audit log: one that was never migrated has none.
-///
-/// # Errors
-/// When the database fails.
 pub async fn is_entry_kept(executor: impl SqliteExecutor<'_>) -> Result<bool> {
     sqlx::query_scalar("SELECT count(*) > 0 FROM sqlite_schema WHERE type = 'table' AND name = 'audit_log'")
         .fetch_one(executor)
@@ -196,9 +187,6 @@ pub async fn is_entry_kept(executor: impl SqliteExecutor<'_>) -> Result<bool> {
 }
 
 /// Whether a row of the log has this hash, in hexadecimal.
-///
-/// # Errors
-/// When the database fails.
 pub async fn holds_hash(executor: impl SqliteExecutor<'_>, hash: &str) -> Result<bool> {
     sqlx::query_scalar("SELECT count(*) > 0 FROM audit_log WHERE hash = $1")
         .bind(HEXLOWER_PERMISSIVE.decode(hash.as_bytes()).unwrap_or_default())
@@ -207,9 +195,6 @@ pub async fn holds_hash(executor: impl SqliteExecutor<'_>, hash: &str) -> Result
 }
 
 /// How many rows the log has, and the hash of the last, in hexadecimal; zeros where there is none.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_audit_head(executor: impl SqliteExecutor<'_>) -> Result<(i64, String)> {
     let last: Option<(i64, Vec<u8>)> =
         sqlx::query_as("SELECT seq, hash FROM audit_log ORDER BY seq DESC LIMIT 1").fetch_optional(executor).await?;
@@ -217,9 +202,6 @@ pub async fn find_audit_head(executor: impl SqliteExecutor<'_>) -> Result<(i64, 
 }
 
 /// Whether a row of the log has this number and hash, in hexadecimal.
-///
-/// # Errors
-/// When the database fails.
 pub async fn holds_hash_at(executor: impl SqliteExecutor<'_>, row: i64, hash: &str) -> Result<bool> {
     sqlx::query_scalar("SELECT count(*) > 0 FROM audit_log WHERE seq = $1 AND hash = $2")
         .bind(row)
@@ -229,9 +211,6 @@ pub async fn holds_hash_at(executor: impl SqliteExecutor<'_>, row: i64, hash: &s
 }
 
 /// Walks the chain from the first row.
-///
-/// # Errors
-/// When the database fails.
 pub async fn check_audit_chain(executor: impl SqliteExecutor<'_>) -> Result<AuditChain> {
     let mut rows = sqlx::query_as::<_, AuditRow>(
         "SELECT seq, at, school_id, actor, action, object, details, prev_hash, hash FROM audit_log ORDER BY seq",

@@ -2,10 +2,10 @@
 
 use model::ids::{CohortId, PersonId, SchoolId};
 use model::membership::{MembershipAct, MembershipEvent, MembershipRequest};
+use model::{Moment, Role, new_id};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
-use model::{Moment, Role, new_id};
 
 /// A cohort.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
@@ -17,9 +17,6 @@ pub struct Cohort {
 }
 
 /// The cohort of a name in a school, made where it is missing.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_or_create(
     writer: &mut SqliteConnection,
     school: SchoolId,
@@ -39,9 +36,6 @@ pub async fn find_or_create(
 }
 
 /// A cohort of a school.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_cohort(executor: impl SqliteExecutor<'_>, school: SchoolId, id: CohortId) -> Result<Option<Cohort>> {
     sqlx::query_as("SELECT id, name FROM cohorts WHERE school_id = $1 AND id = $2")
         .bind(school)
@@ -51,9 +45,6 @@ pub async fn find_cohort(executor: impl SqliteExecutor<'_>, school: SchoolId, id
 }
 
 /// The cohorts of a school, by name.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_cohorts(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<Cohort>> {
     sqlx::query_as("SELECT id, name FROM cohorts WHERE school_id = $1 ORDER BY name")
         .bind(school)
@@ -115,9 +106,6 @@ pub async fn join_cohort(writer: &mut SqliteConnection, membership: Membership, 
 }
 
 /// Takes a person out of a cohort. False when they were not in it.
-///
-/// # Errors
-/// When the database fails.
 pub async fn leave_cohort(writer: &mut SqliteConnection, key: MembershipKey, deed: Deed) -> Result<bool> {
     let left = sqlx::query("DELETE FROM cohort_members WHERE school_id = $1 AND cohort_id = $2 AND person_id = $3")
         .bind(key.school_id)
@@ -163,9 +151,6 @@ pub async fn ask_for_member(
 }
 
 /// Answers no, or takes back that somebody was asked for. False where nobody asked.
-///
-/// # Errors
-/// When the database fails.
 pub async fn decline_request(writer: &mut SqliteConnection, key: MembershipKey, deed: Deed) -> Result<bool> {
     if !forget_request(writer, key).await? {
         return Ok(false);
@@ -207,9 +192,6 @@ async fn note_membership_act(
 }
 
 /// Who is asked for in a school, the longest waiting first: everybody, those for one cohort, or one person.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_membership_requests(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -234,9 +216,6 @@ pub async fn list_membership_requests(
 }
 
 /// What was done about a person's places in cohorts, the latest first; at most 50 acts.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_membership_acts(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -255,9 +234,6 @@ pub async fn list_membership_acts(
 }
 
 /// Cohorts in which a person is, in a role, by name.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_cohorts_of_person(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,

@@ -1,13 +1,13 @@
 //! Comments on attempts, and their answers.
 
+use model::comment::{Comment, CommentKind};
+use model::ids::{CommentId, PersonId};
+use model::{Moment, Role, SessionKey};
 use serde::Serialize;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use utoipa::ToSchema;
 
 use super::Result;
-use model::comment::{Comment, CommentKind};
-use model::ids::{CommentId, PersonId};
-use model::{Moment, Role, SessionKey};
 
 /// A comment or an answer as it is kept.
 #[derive(Clone, Debug, PartialEq, FromRow, Serialize, ToSchema)]
@@ -108,9 +108,6 @@ pub async fn answer_comment(
 }
 
 /// Takes back what somebody said themselves. False where there is no such thing.
-///
-/// # Errors
-/// When the database fails.
 pub async fn withdraw_comment(
     writer: &mut SqliteConnection,
     session: SessionKey,
@@ -134,9 +131,6 @@ pub async fn withdraw_comment(
 
 /// What was said about an attempt: comments by their moment, then answers by the time they were given. Answers to a
 /// comment that was taken back are gone with it.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_session_comments(
     executor: impl SqliteExecutor<'_>,
     session: SessionKey,

@@ -1,12 +1,12 @@
 //! Curricula as they were published, and how far a trainee has come in them.
 
+use model::Moment;
+use model::ids::{RevisionId, SchoolId};
+use model::progress::{Course, CourseStep, CurveRule, Mastery};
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
-use model::Moment;
-use model::ids::{RevisionId, SchoolId};
-use model::progress::{Course, CourseStep, CurveRule, Mastery};
 
 /// A curriculum to be published.
 #[derive(Clone, Debug)]
@@ -77,9 +77,6 @@ struct CurriculumStepRow {
 }
 
 /// The curriculum revision with these bytes, if it was ever published.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_curriculum_by_hash(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -152,9 +149,6 @@ async fn insert_entry(
 }
 
 /// Makes a revision the one that is taught.
-///
-/// # Errors
-/// When the database fails.
 pub async fn make_current(
     writer: &mut SqliteConnection,
     school: SchoolId,
@@ -174,9 +168,6 @@ pub async fn make_current(
 }
 
 /// The curricula a school teaches, by id.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_taught_curricula(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -205,9 +196,6 @@ pub struct CurriculumRevision {
 }
 
 /// Every revision of a curriculum, newest first.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_curriculum_revisions(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -224,9 +212,6 @@ pub async fn list_curriculum_revisions(
 }
 
 /// The document of a revision, byte for byte.
-///
-/// # Errors
-/// When the database fails.
 pub async fn read_curriculum_bytes(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -240,9 +225,6 @@ pub async fn read_curriculum_bytes(
 }
 
 /// The ids of a revision's exercises, in order.
-///
-/// # Errors
-/// When the database fails.
 pub async fn exercise_ids(executor: impl SqliteExecutor<'_>, revision: RevisionId) -> Result<Vec<String>> {
     sqlx::query_scalar("SELECT exercise_id FROM curriculum_entries WHERE revision_id = $1 ORDER BY position")
         .bind(revision)
@@ -251,9 +233,6 @@ pub async fn exercise_ids(executor: impl SqliteExecutor<'_>, revision: RevisionI
 }
 
 /// The exercises of a taught curriculum, in order, each under its title in the revision that trainees are given.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_course(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,

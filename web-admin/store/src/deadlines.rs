@@ -1,10 +1,10 @@
 //! What has a due date: who has longer, and who is to be reminded. An assignment and a task to mark pops are put off alike.
 
+use model::Moment;
+use model::ids::{DatedId, PersonId, SchoolId};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
-use model::Moment;
-use model::ids::{DatedId, PersonId, SchoolId};
 
 /// What has a due date.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,9 +95,6 @@ pub struct DeadlineKey {
 }
 
 /// Lets one trainee have longer, or, with `None`, as long as everybody.
-///
-/// # Errors
-/// When the database fails.
 pub async fn extend_deadline(
     writer: &mut SqliteConnection,
     deadline: DeadlineKey,
@@ -119,9 +116,6 @@ pub async fn extend_deadline(
 }
 
 /// Whoever has something of a kind due between two moments and was not reminded of it.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_due_reminders(
     executor: impl SqliteExecutor<'_>,
     kind: DeadlineKind,
@@ -145,9 +139,6 @@ pub async fn list_due_reminders(
 }
 
 /// Everybody who has longer for an assignment or a task.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_extensions(executor: impl SqliteExecutor<'_>, deadline: DeadlineKey) -> Result<Vec<Extension>> {
     let DeadlineKey { school_id, kind, id } = deadline;
     let longer = match kind {

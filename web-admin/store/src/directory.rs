@@ -2,10 +2,10 @@
 
 use model::directory::{AccountState, DirectoryEntry};
 use model::ids::{CohortId, LetterId, PersonId, SchoolId};
+use model::{Moment, Role};
 use sqlx::{SqliteConnection, SqliteExecutor};
 
 use super::{Result, account_links};
-use model::{Moment, Role};
 
 /// Which people are looked for.
 #[derive(Clone, Debug, Default)]
@@ -23,9 +23,6 @@ pub struct Filter {
 }
 
 /// People by name.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_people(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -59,9 +56,6 @@ pub async fn list_people(
 }
 
 /// A person of a school.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_directory_entry(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -132,9 +126,6 @@ pub(super) fn search_people(name: &str, email: &str) -> String {
 }
 
 /// Changes what somebody may do, and with it what they are in their cohorts: an administrator is in none.
-///
-/// # Errors
-/// When the database fails.
 pub async fn change_role(writer: &mut SqliteConnection, school: SchoolId, id: PersonId, role: Role) -> Result<()> {
     sqlx::query("UPDATE people SET role = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
@@ -164,9 +155,6 @@ async fn leave_all_cohorts(writer: &mut SqliteConnection, school: SchoolId, id: 
 }
 
 /// Lets somebody sign in again.
-///
-/// # Errors
-/// When the database fails.
 pub async fn enable_account(writer: &mut SqliteConnection, school: SchoolId, id: PersonId) -> Result<bool> {
     sqlx::query(
         "UPDATE people SET disabled_at = NULL
@@ -180,9 +168,6 @@ pub async fn enable_account(writer: &mut SqliteConnection, school: SchoolId, id:
 }
 
 /// Every letter to somebody, sent or not, by its id.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_letters_to(
     executor: impl SqliteExecutor<'_>,
     person: &DirectoryEntry,
@@ -201,9 +186,6 @@ pub async fn list_letters_to(
 }
 
 /// Takes away everything that tells who somebody is. The attempts and scores stay, under the pseudonym.
-///
-/// # Errors
-/// When the database fails.
 pub async fn erase_person(
     writer: &mut SqliteConnection,
     person: &DirectoryEntry,
@@ -242,9 +224,6 @@ pub async fn erase_person(
 }
 
 /// When somebody came into being here.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_creation_time(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,

@@ -1,10 +1,10 @@
 //! Documents being written.
 
+use model::Moment;
+use model::ids::{DraftId, PersonId, RevisionId, SchoolId};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
-use model::Moment;
-use model::ids::{DraftId, PersonId, RevisionId, SchoolId};
 
 /// What a draft will be a revision of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, sqlx::Type)]
@@ -72,9 +72,6 @@ pub struct DraftEditor {
 }
 
 /// The draft of a document, if somebody has begun one.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_draft_of(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -118,9 +115,6 @@ pub async fn begin_draft(
 }
 
 /// A draft.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_draft(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -138,9 +132,6 @@ pub async fn find_draft(
 }
 
 /// Every draft of a school, courses first, by the document's id.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_drafts(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<DocumentDraft>> {
     sqlx::query_as(
         "SELECT d.id, d.kind, d.document_id, d.based_on, d.document, d.scene, d.version, p.display_name AS saved_by,
@@ -153,9 +144,6 @@ pub async fn list_drafts(executor: impl SqliteExecutor<'_>, school: SchoolId) ->
 }
 
 /// Saves a draft over the version that was seen; false when it is another by now.
-///
-/// # Errors
-/// When the database fails.
 pub async fn save_draft(
     writer: &mut SqliteConnection,
     by: DraftEditor,
@@ -181,9 +169,6 @@ pub async fn save_draft(
 
 /// Removes a draft in the version that was seen: it has been published, or is not wanted any more. False when it is another
 /// by now, or none.
-///
-/// # Errors
-/// When the database fails.
 pub async fn remove_draft(writer: &mut SqliteConnection, school: SchoolId, id: DraftId, seen: i64) -> Result<bool> {
     let removed = sqlx::query("DELETE FROM drafts WHERE school_id = $1 AND id = $2 AND version = $3")
         .bind(school)

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use model::Moment;
+use model::ids::{RevisionId, SchoolId};
 use serde::{Deserialize, Serialize};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
-use model::Moment;
-use model::ids::{RevisionId, SchoolId};
 
 /// A revision to be published.
 #[derive(Clone, Debug)]
@@ -67,9 +67,6 @@ pub struct RevisionBytes {
 }
 
 /// The revision with these bytes, if it was ever published.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_revision_by_bundle(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -83,9 +80,6 @@ pub async fn find_revision_by_bundle(
 }
 
 /// The newest revision that a recording's metadata names: of this exercise, made of these two documents.
-///
-/// # Errors
-/// When the database fails.
 pub async fn by_documents(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -158,9 +152,6 @@ async fn insert_mesh(
 }
 
 /// Makes a revision the one that trainees are given.
-///
-/// # Errors
-/// When the database fails.
 pub async fn make_current(
     writer: &mut SqliteConnection,
     school: SchoolId,
@@ -180,9 +171,6 @@ pub async fn make_current(
 }
 
 /// The revision of an exercise that trainees are given.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_current_revision(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -201,9 +189,6 @@ pub async fn find_current_revision(
 }
 
 /// Every revision of an exercise, newest first.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_exercise_revisions(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -220,9 +205,6 @@ pub async fn list_exercise_revisions(
 }
 
 /// The revisions that trainees of a school are given, by difficulty and title.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_current_exercises(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<Revision>> {
     sqlx::query_as(
         "SELECT r.id, r.exercise_id, r.title, r.difficulty, r.pass_mark, r.exercise_sha256, r.scene_sha256,
@@ -236,9 +218,6 @@ pub async fn list_current_exercises(executor: impl SqliteExecutor<'_>, school: S
 }
 
 /// The bytes of a revision.
-///
-/// # Errors
-/// When the database fails.
 pub async fn read_exercise_bytes(
     reader: &sqlx::SqlitePool,
     school: SchoolId,
@@ -259,9 +238,6 @@ pub async fn read_exercise_bytes(
 }
 
 /// The bytes of every revision that trainees of a school are given, by exercise: two queries, however many there are.
-///
-/// # Errors
-/// When the database fails.
 pub async fn all_documents(reader: &sqlx::SqlitePool, school: SchoolId) -> Result<BTreeMap<String, RevisionBytes>> {
     let documents: Vec<(String, Vec<u8>, Vec<u8>)> = sqlx::query_as(
         "SELECT e.exercise_id, r.exercise_bytes, r.scene_bytes

@@ -1,12 +1,12 @@
 //! Experts who let their attempts be shown to others, as one curve among at least five.
 
+use attempt::AttemptCurve;
+use model::ids::{PersonId, SchoolId};
+use model::{Moment, PersonKey, new_id};
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
-use attempt::AttemptCurve;
-use model::ids::{PersonId, SchoolId};
-use model::{Moment, PersonKey, new_id};
 
 /// Most experts whose attempts are taken together.
 const MOST: u32 = 50;
@@ -68,9 +68,6 @@ pub async fn record_consent(
 }
 
 /// Takes a consent back; what was recorded stays. False where there is none.
-///
-/// # Errors
-/// When the database fails.
 pub async fn withdraw_consent(
     writer: &mut SqliteConnection,
     PersonKey { school_id: school, person_id: person }: PersonKey,
@@ -91,9 +88,6 @@ pub async fn withdraw_consent(
 }
 
 /// When somebody consented, if they do.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_consents(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -109,9 +103,6 @@ pub async fn list_consents(
 }
 
 /// Everything that was recorded about somebody's consent, the latest first.
-///
-/// # Errors
-/// When the database fails.
 pub async fn declarations(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -132,9 +123,6 @@ pub async fn declarations(
 }
 
 /// The newest passed attempt of each consenting expert at an exercise.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_expert_curves(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,

@@ -1,11 +1,10 @@
 //! The grade that counts: the newest computed score, or what somebody has put in its place. Every grading stays.
 
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-
-use super::Result;
-use super::practice;
 use model::ids::{OverrideId, PersonId, SessionId};
 use model::{Moment, SessionKey};
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+
+use super::{Result, practice};
 
 /// The grade that counts.
 #[derive(Clone, Copy, Debug, PartialEq, FromRow)]
@@ -45,9 +44,6 @@ pub struct OverrideRecord {
 }
 
 /// The grade of an attempt that counts; none before it is scored.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_grade(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Option<Grade>> {
     sqlx::query_as(
         "SELECT score, passed, override_id IS NOT NULL AS overridden FROM grades
@@ -87,9 +83,6 @@ pub async fn put_override(
 }
 
 /// Attempts whose grade nobody has overridden and that is not that of the score it names.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_strayed_grades(executor: impl SqliteExecutor<'_>) -> Result<Vec<SessionId>> {
     sqlx::query_scalar(
         "SELECT g.session_id FROM grades g JOIN scores c ON c.id = g.score_id
@@ -100,9 +93,6 @@ pub async fn list_strayed_grades(executor: impl SqliteExecutor<'_>) -> Result<Ve
 }
 
 /// Every override of an attempt, in the order in which they were made.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_overrides(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Vec<OverrideRecord>> {
     sqlx::query_as(
         "SELECT o.score, o.passed, o.reason, p.display_name AS by, o.made_at FROM score_overrides o

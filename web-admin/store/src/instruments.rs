@@ -1,10 +1,10 @@
 //! Instruments in their published revisions.
 
+use model::Moment;
+use model::ids::{RevisionId, SchoolId};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
-use model::Moment;
-use model::ids::{RevisionId, SchoolId};
 
 /// A revision of an instrument.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
@@ -39,9 +39,6 @@ pub struct NewInstrument<'a> {
 }
 
 /// The revision with these very bytes, if there is one.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_instrument_by_hash(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -101,9 +98,6 @@ pub async fn make_current(
 }
 
 /// An instrument in the revision that new surveys ask.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_current_instrument(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -121,9 +115,6 @@ pub async fn find_current_instrument(
 }
 
 /// Every instrument in the revision that new surveys ask, by title.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_current_instruments(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -139,9 +130,6 @@ pub async fn list_current_instruments(
 }
 
 /// A revision, whether it is current or not.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_instrument_revision(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,

@@ -1,11 +1,11 @@
 //! The durable queue. A job lives until the transaction that stores its outcome deletes it: a crash repeats it.
 
+use model::ids::{SchoolId, SessionId};
+use model::{Moment, SessionKey};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
 use super::tries::MOST_DEATHS;
-use model::ids::{SchoolId, SessionId};
-use model::{Moment, SessionKey};
 
 /// A recording that waits to be scored.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
@@ -29,9 +29,6 @@ impl Job {
 }
 
 /// Puts an attempt into the queue; once is enough.
-///
-/// # Errors
-/// When the database fails.
 pub async fn enqueue_job(writer: &mut SqliteConnection, session: SessionKey, now: Moment) -> Result<()> {
     sqlx::query(
         "INSERT INTO jobs (school_id, session_id, kind, next_run_at) VALUES ($1, $2, 'score', $3)
@@ -58,9 +55,6 @@ pub struct JobQuery {
 }
 
 /// The schools for which something is due.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_waiting_schools(executor: impl SqliteExecutor<'_>, due: JobQuery) -> Result<Vec<SchoolId>> {
     sqlx::query_scalar(
         "SELECT s.id FROM schools s WHERE EXISTS (SELECT 1 FROM jobs j
@@ -74,9 +68,6 @@ pub async fn list_waiting_schools(executor: impl SqliteExecutor<'_>, due: JobQue
 }
 
 /// At most so many jobs of a school, those first that have been due for longest; none that was set aside.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_due_jobs(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -99,9 +90,6 @@ pub async fn list_due_jobs(
 }
 
 /// When the next job will be due that is not yet, if any waits.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_next_job_time(executor: impl SqliteExecutor<'_>, now: Moment) -> Result<Option<Moment>> {
     sqlx::query_scalar("SELECT min(next_run_at) FROM jobs WHERE next_run_at > $1 AND deaths < $2")
         .bind(now)
@@ -111,9 +99,6 @@ pub async fn find_next_job_time(executor: impl SqliteExecutor<'_>, now: Moment) 
 }
 
 /// Puts a job back after a failure that may pass.
-///
-/// # Errors
-/// When the database fails.
 pub async fn put_off_job(writer: &mut SqliteConnection, session: SessionKey, until: Moment, why: &str) -> Result<()> {
     sqlx::query(
         "UPDATE jobs SET begun = 0, attempts = attempts + 1, next_run_at = $3, error = $4
@@ -129,9 +114,6 @@ pub async fn put_off_job(writer: &mut SqliteConnection, session: SessionKey, unt
 }
 
 /// Takes a job out of the queue.
-///
-/// # Errors
-/// When the database fails.
 pub async fn finish_job(writer: &mut SqliteConnection, session: SessionKey) -> Result<()> {
     sqlx::query("DELETE FROM jobs WHERE school_id = $1 AND session_id = $2")
         .bind(session.school_id)
@@ -142,9 +124,6 @@ pub async fn finish_job(writer: &mut SqliteConnection, session: SessionKey) -> R
 }
 
 /// How many jobs wait.
-///
-/// # Errors
-/// When the database fails.
 pub async fn count_jobs(executor: impl SqliteExecutor<'_>) -> Result<i64> {
     sqlx::query_scalar("SELECT count(*) FROM jobs").fetch_one(executor).await
 }

@@ -2,17 +2,18 @@
 //! [`Database::write`] hands out, so that a writer always holds `BEGIN IMMEDIATE`.
 //!
 //! What a viewer may see of trainees is in one place, the view `taught_trainees`.
+//!
+//! Whatever asks the database fails when the database does; a function says only what else it refuses.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Duration;
 
+use model::Moment;
 use serde::{Deserialize, Deserializer};
 use sqlx::migrate::Migrator;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePool, SqlitePoolOptions, SqliteSynchronous};
 use sqlx::{Connection, Sqlite, SqliteConnection, SqliteExecutor, Transaction};
-
-use model::Moment;
 
 pub mod account_links;
 pub mod assignments;

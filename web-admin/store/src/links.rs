@@ -1,11 +1,11 @@
 //! Addresses under which a viewer elsewhere may read one recording for a short while.
 
+use model::ids::PersonId;
+use model::{Moment, SessionKey};
 use sqlx::{SqliteConnection, SqliteExecutor};
 
 use super::Result;
 use super::sessions::Session;
-use model::ids::PersonId;
-use model::{Moment, SessionKey};
 
 /// A link to a recording, about to be kept.
 #[derive(Clone, Copy, Debug)]
@@ -41,9 +41,6 @@ pub async fn add_recording_link(writer: &mut SqliteConnection, link: NewRecordin
 }
 
 /// The attempt that a link opens, while it lasts and whoever made it may sign in.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_linked_session(
     executor: impl SqliteExecutor<'_>,
     token_sha256: &[u8; 32],

@@ -1,11 +1,11 @@
 //! What is to be mailed, and what was.
 
+use model::Moment;
 use model::ids::{DatedId, LetterId, PersonId, SchoolId};
 use model::mail::{Mail, MailKind};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
-use model::Moment;
 
 /// To whom, and what about.
 #[derive(Clone, Copy, Debug)]
@@ -22,9 +22,6 @@ pub struct NewMail {
 
 /// Queues a mail. A reminder that was queued before is not queued again; an invitation or a reset that waits stands for
 /// the new one.
-///
-/// # Errors
-/// When the database fails.
 pub async fn queue_mail(writer: &mut SqliteConnection, mail: NewMail, now: Moment) -> Result<()> {
     sqlx::query(
         "INSERT INTO mails (id, school_id, person_id, kind, assignment_id, next_run_at)
@@ -44,9 +41,6 @@ pub async fn queue_mail(writer: &mut SqliteConnection, mail: NewMail, now: Momen
 }
 
 /// The mails that are due, oldest first.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_due_mails(executor: impl SqliteExecutor<'_>, now: Moment, limit: u32) -> Result<Vec<Mail>> {
     sqlx::query_as(
         "SELECT m.id, m.school_id, m.person_id, m.kind, m.assignment_id, m.tries, p.display_name AS name, p.email,
@@ -61,9 +55,6 @@ pub async fn list_due_mails(executor: impl SqliteExecutor<'_>, now: Moment, limi
 }
 
 /// Notes that a mail was sent.
-///
-/// # Errors
-/// When the database fails.
 pub async fn mark_mail_sent(writer: &mut SqliteConnection, id: LetterId, now: Moment) -> Result<()> {
     sqlx::query("UPDATE mails SET sent_at = $2, next_run_at = NULL, error = NULL WHERE id = $1")
         .bind(id)
@@ -74,9 +65,6 @@ pub async fn mark_mail_sent(writer: &mut SqliteConnection, id: LetterId, now: Mo
 }
 
 /// Notes that a mail could not be sent, and when to try again; never, where that is `None`.
-///
-/// # Errors
-/// When the database fails.
 pub async fn mark_mail_failed(
     writer: &mut SqliteConnection,
     id: LetterId,
@@ -93,9 +81,6 @@ pub async fn mark_mail_failed(
 }
 
 /// Takes back a mail that is no longer wanted.
-///
-/// # Errors
-/// When the database fails.
 pub async fn withdraw_mail(writer: &mut SqliteConnection, id: LetterId) -> Result<()> {
     sqlx::query("DELETE FROM mails WHERE id = $1").bind(id).execute(writer).await.map(drop)
 }
@@ -112,9 +97,6 @@ pub struct MailDelivery {
 }
 
 /// The latest mail with a link to a person.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_latest_mail(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,

@@ -1,15 +1,12 @@
 //! What the hand did, by its hash: attempts of before there was one.
 
+use model::{SessionKey, Uncounted};
 use sqlx::{SqliteConnection, SqliteExecutor};
 
 use super::Result;
 use super::sessions::Session;
-use model::{SessionKey, Uncounted};
 
 /// The next attempt whose motion has no hash yet, in the order in which they came.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_unhashed_motions(executor: impl SqliteExecutor<'_>) -> Result<Option<Session>> {
     sqlx::query_as(
         "SELECT s.* FROM (SELECT school_id, session_id FROM unhashed_motions ORDER BY rowid LIMIT 1) u
@@ -20,9 +17,6 @@ pub async fn list_unhashed_motions(executor: impl SqliteExecutor<'_>) -> Result<
 }
 
 /// Takes an attempt from those whose motion is to be hashed.
-///
-/// # Errors
-/// When the database fails.
 pub async fn mark_motions_done(writer: &mut SqliteConnection, session: SessionKey) -> Result<()> {
     sqlx::query("DELETE FROM unhashed_motions WHERE school_id = $1 AND session_id = $2")
         .bind(session.school_id)
@@ -47,9 +41,6 @@ pub async fn set_motion(writer: &mut SqliteConnection, session: SessionKey, moti
 }
 
 /// Whether an attempt was kept before another, whatever the clock said.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_earlier_motion(
     executor: impl SqliteExecutor<'_>,
     session: SessionKey,
@@ -68,9 +59,6 @@ pub async fn find_earlier_motion(
 }
 
 /// An attempt repeats the motion of an earlier one, and counts nowhere from now on.
-///
-/// # Errors
-/// When the database fails.
 pub async fn mark_repeated(writer: &mut SqliteConnection, session: SessionKey, first: SessionKey) -> Result<()> {
     sqlx::query("UPDATE sessions SET uncounted = $3, repeats = $4 WHERE school_id = $1 AND id = $2")
         .bind(session.school_id)

@@ -1,14 +1,11 @@
 //! Origins whose pages may upload to a school from a browser.
 
+use model::ids::SchoolId;
 use sqlx::{SqliteConnection, SqliteExecutor};
 
 use super::Result;
-use model::ids::SchoolId;
 
 /// Those that a school allows, in order.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_school_origins(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<String>> {
     sqlx::query_scalar("SELECT origin FROM school_origins WHERE school_id = $1 ORDER BY origin")
         .bind(school)
@@ -17,9 +14,6 @@ pub async fn list_school_origins(executor: impl SqliteExecutor<'_>, school: Scho
 }
 
 /// Whether any school allows an origin: a browser asks before it says whose token it has.
-///
-/// # Errors
-/// When the database fails.
 pub async fn is_origin_allowed(executor: impl SqliteExecutor<'_>, origin: &str) -> Result<bool> {
     sqlx::query_scalar("SELECT EXISTS (SELECT 1 FROM school_origins WHERE origin = $1)")
         .bind(origin)
@@ -28,9 +22,6 @@ pub async fn is_origin_allowed(executor: impl SqliteExecutor<'_>, origin: &str) 
 }
 
 /// Allows these and no other.
-///
-/// # Errors
-/// When the database fails.
 pub async fn replace_origins(writer: &mut SqliteConnection, school: SchoolId, origins: &[String]) -> Result<()> {
     sqlx::query("DELETE FROM school_origins WHERE school_id = $1").bind(school).execute(&mut *writer).await?;
     for origin in origins {

@@ -1,12 +1,12 @@
 //! Passkeys: public keys that sign for somebody when they sign in, each with its name.
 
+use model::ids::PasskeyId;
+use model::{Moment, PersonKey};
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use webauthn_rs::prelude::Passkey;
 
 use super::Result;
-use model::ids::PasskeyId;
-use model::{Moment, PersonKey};
 
 /// A passkey as it is kept.
 #[derive(Clone, Debug, FromRow)]
@@ -83,9 +83,6 @@ pub async fn find_passkey(
 }
 
 /// Keeps a passkey. False where it is known already, here or to somebody else.
-///
-/// # Errors
-/// When the database fails.
 pub async fn add_passkey(writer: &mut SqliteConnection, key: PersonKey, new: NewPasskey<'_>) -> Result<bool> {
     sqlx::query(
         "INSERT INTO passkeys (id, school_id, person_id, name, credential_id, public_key, sign_count, made_at)
@@ -104,9 +101,6 @@ pub async fn add_passkey(writer: &mut SqliteConnection, key: PersonKey, new: New
 }
 
 /// Gives a passkey another name. False where there is none.
-///
-/// # Errors
-/// When the database fails.
 pub async fn rename_passkey(writer: &mut SqliteConnection, key: PersonKey, id: PasskeyId, name: &str) -> Result<bool> {
     sqlx::query("UPDATE passkeys SET name = $4 WHERE id = $3 AND person_id = $1 AND school_id = $2")
         .bind(key.person_id)
@@ -119,9 +113,6 @@ pub async fn rename_passkey(writer: &mut SqliteConnection, key: PersonKey, id: P
 }
 
 /// Forgets a passkey. False where there is none.
-///
-/// # Errors
-/// When the database fails.
 pub async fn remove_passkey(writer: &mut SqliteConnection, key: PersonKey, id: PasskeyId) -> Result<bool> {
     sqlx::query("DELETE FROM passkeys WHERE id = $3 AND person_id = $1 AND school_id = $2")
         .bind(key.person_id)
@@ -134,9 +125,6 @@ pub async fn remove_passkey(writer: &mut SqliteConnection, key: PersonKey, id: P
 
 /// Takes a signature. False where its counter does not go on from the last one's, or there is no such passkey any more: of two
 /// authenticators that hold one key, at least one counts behind the other.
-///
-/// # Errors
-/// When the database fails.
 pub async fn take_signature(
     writer: &mut SqliteConnection,
     key: PersonKey,

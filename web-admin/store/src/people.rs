@@ -1,13 +1,12 @@
 //! People and their passwords' hashes.
 
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
-
-use super::Result;
-use super::account_links;
-use super::directory::search_people;
 use model::ids::{PersonId, SchoolId};
 use model::{CurrentPerson, Moment, PersonKey, Role};
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use words::Language;
+
+use super::directory::search_people;
+use super::{Result, account_links};
 
 /// A person, without what they sign in with.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
@@ -103,17 +102,11 @@ pub async fn add_person(writer: &mut SqliteConnection, person: &NewPerson<'_>, n
 }
 
 /// How many people there are, in every school.
-///
-/// # Errors
-/// When the database fails.
 pub async fn count_people(executor: impl SqliteExecutor<'_>) -> Result<i64> {
     sqlx::query_scalar("SELECT count(*) FROM people").fetch_one(executor).await
 }
 
 /// A person of any school: for the session cookie, which names no school.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_person(executor: impl SqliteExecutor<'_>, id: PersonId) -> Result<Option<Person>> {
     sqlx::query_as(
         "SELECT id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at, language
@@ -125,9 +118,6 @@ pub async fn find_person(executor: impl SqliteExecutor<'_>, id: PersonId) -> Res
 }
 
 /// A person of any school by address, whatever its case.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_person_by_email(executor: impl SqliteExecutor<'_>, email: &str) -> Result<Option<Person>> {
     sqlx::query_as(
         "SELECT id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at, language
@@ -139,9 +129,6 @@ pub async fn find_person_by_email(executor: impl SqliteExecutor<'_>, email: &str
 }
 
 /// A person of a school by pseudonym.
-///
-/// # Errors
-/// When the database fails.
 pub async fn by_pseudonym(executor: impl SqliteExecutor<'_>, school: SchoolId, name: &str) -> Result<Option<Person>> {
     sqlx::query_as(
         "SELECT id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at, language
@@ -154,9 +141,6 @@ pub async fn by_pseudonym(executor: impl SqliteExecutor<'_>, school: SchoolId, n
 }
 
 /// What signing in with an address compares with.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_credentials(executor: impl SqliteExecutor<'_>, email: &str) -> Result<Option<Credentials>> {
     sqlx::query_as(
         "SELECT id, nullif(password_hash, '') AS password_hash, credential_version, disabled_at,
@@ -169,9 +153,6 @@ pub async fn find_credentials(executor: impl SqliteExecutor<'_>, email: &str) ->
 }
 
 /// Sets a new password, which is their own, and ends every earlier sign-in, link and code. False when there is no such person.
-///
-/// # Errors
-/// When the database fails.
 pub async fn set_password(writer: &mut SqliteConnection, person: PersonId, password_hash: &str) -> Result<bool> {
     account_links::end_account_links(writer, person).await?;
     sqlx::query(
@@ -186,9 +167,6 @@ pub async fn set_password(writer: &mut SqliteConnection, person: PersonId, passw
 }
 
 /// Makes a person's password one that somebody else has set: good until then, for one sign-in.
-///
-/// # Errors
-/// When the database fails.
 pub async fn make_initial(writer: &mut SqliteConnection, person: PersonId, until: Moment) -> Result<()> {
     sqlx::query("UPDATE people SET password_initial_until = $2 WHERE id = $1")
         .bind(person)
@@ -199,9 +177,6 @@ pub async fn make_initial(writer: &mut SqliteConnection, person: PersonId, until
 }
 
 /// The language that a person of a school has chosen to read in.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_language(
     executor: impl SqliteExecutor<'_>,
     PersonKey { school_id: school, person_id: person }: PersonKey,
@@ -216,9 +191,6 @@ pub async fn find_language(
 }
 
 /// Sets the language that a person reads in; none for what their browser asks for. False when there is no such person.
-///
-/// # Errors
-/// When the database fails.
 pub async fn set_language(
     writer: &mut SqliteConnection,
     PersonKey { school_id: school, person_id: person }: PersonKey,
@@ -234,9 +206,6 @@ pub async fn set_language(
 }
 
 /// Ends every sign-in of a person in a browser.
-///
-/// # Errors
-/// When the database fails.
 pub async fn end_sign_ins(writer: &mut SqliteConnection, person: PersonId) -> Result<()> {
     sqlx::query("UPDATE people SET credential_version = credential_version + 1 WHERE id = $1")
         .bind(person)
@@ -246,9 +215,6 @@ pub async fn end_sign_ins(writer: &mut SqliteConnection, person: PersonId) -> Re
 }
 
 /// Keeps a person from signing in, from now on, and ends every sign-in, link and code. False when they already were.
-///
-/// # Errors
-/// When the database fails.
 pub async fn disable_person(writer: &mut SqliteConnection, person: PersonId, now: Moment) -> Result<bool> {
     account_links::end_account_links(writer, person).await?;
     sqlx::query(

@@ -2,19 +2,18 @@
 //!
 //! [`refresh_practice`] belongs into every transaction that changes which score counts: scoring, re-grading, an override.
 
-use model::count_i64;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use model::ids::{AssignmentId, CohortId, PersonId, RevisionId, SchoolId, SessionId};
+use model::progress::ScoredAttempt;
+use model::{Moment, PersonKey, SessionKey, count_i64};
 use serde::{Deserialize, Serialize};
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
 use super::tallies::{self, Sums};
-use model::ids::{AssignmentId, CohortId, PersonId, RevisionId, SchoolId, SessionId};
-use model::progress::ScoredAttempt;
-use model::{Moment, PersonKey, SessionKey};
 
 /// An attempt in a history: session, start in µs, score, passed, revision.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -83,9 +82,6 @@ struct ChangedScore {
 }
 
 /// Brings the sums up to date with the score that counts for an attempt.
-///
-/// # Errors
-/// When the database fails.
 pub async fn refresh_practice(writer: &mut SqliteConnection, session: SessionKey) -> Result<()> {
     let changed: ChangedScore =
         sqlx::query_as("SELECT trainee_id, exercise_id, started_at FROM sessions WHERE school_id = $1 AND id = $2")
@@ -173,9 +169,6 @@ async fn put(
 }
 
 /// The scored attempts of a trainee in order of time, each by the score that counts.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_trainee_practice(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -194,9 +187,6 @@ pub async fn list_trainee_practice(
 }
 
 /// Every scored attempt of a cohort's trainees.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_cohort_practice(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -210,9 +200,6 @@ pub async fn list_cohort_practice(
 }
 
 /// Every scored attempt of a cohort's trainees at an exercise.
-///
-/// # Errors
-/// When the database fails.
 pub async fn of_cohort_at(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -227,9 +214,6 @@ pub async fn of_cohort_at(
 }
 
 /// Every scored attempt of those to whom something was assigned.
-///
-/// # Errors
-/// When the database fails.
 pub async fn of_assignment(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeSet;
 
+use model::ids::{PersonId, SchoolId, SessionId};
+use model::{Needed, Proof, SessionKey};
 use sqlx::{FromRow, SqliteExecutor};
 
 use super::Result;
-use model::ids::{PersonId, SchoolId, SessionId};
-use model::{Needed, Proof, SessionKey};
 
 /// What is proved of an attempt.
 ///
@@ -28,9 +28,6 @@ struct Proved {
 }
 
 /// The attempts of a trainee of which enough is proved.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_proved_sessions(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,

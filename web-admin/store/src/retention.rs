@@ -2,11 +2,11 @@
 
 use model::ids::{LetterId, PersonId, SchoolId};
 use model::mail::RetentionLetter;
+use model::retention::{RetentionRule, Warned};
+use model::{Moment, PersonKey, Role};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
-use model::retention::{RetentionRule, Warned};
-use model::{Moment, PersonKey, Role};
 
 /// The rule of a school; none where everybody is kept for ever.
 ///
@@ -44,9 +44,6 @@ impl Settings {
 }
 
 /// Sets the rule of a school.
-///
-/// # Errors
-/// When the database fails.
 pub async fn set_retention_rule(writer: &mut SqliteConnection, school: SchoolId, settings: Settings) -> Result<()> {
     sqlx::query(
         "UPDATE schools SET retention_months = $2, retention_warn_days = $3, retention_texts = $4, erase_recordings = $5
@@ -99,9 +96,6 @@ impl Idle {
 
 /// Who of a school has done nothing since a moment, and who was warned, the longest idle first. Administrators and whoever was
 /// erased are not among them. That a link was asked for is nobody's deed: any stranger may do so.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_idle_people(executor: impl SqliteExecutor<'_>, school: SchoolId, since: Moment) -> Result<Vec<Idle>> {
     sqlx::query_as(
         "WITH everybody AS (
@@ -142,17 +136,11 @@ pub async fn warn_person(writer: &mut SqliteConnection, school: SchoolId, idle: 
 }
 
 /// Forgets that somebody was warned.
-///
-/// # Errors
-/// When the database fails.
 pub async fn forget_warning(writer: &mut SqliteConnection, person: PersonId) -> Result<()> {
     sqlx::query("DELETE FROM retention_warnings WHERE person_id = $1").bind(person).execute(writer).await.map(drop)
 }
 
 /// The letters that are due.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_due_warnings(
     executor: impl SqliteExecutor<'_>,
     now: Moment,
@@ -171,9 +159,6 @@ pub async fn list_due_warnings(
 }
 
 /// Notes what became of a letter: out, to be tried again, or given up. From the first or the last on the days count.
-///
-/// # Errors
-/// When the database fails.
 pub async fn note_warning_letter(
     writer: &mut SqliteConnection,
     letter: LetterId,
@@ -206,17 +191,11 @@ pub struct ServiceTime {
 }
 
 /// How long the service has run.
-///
-/// # Errors
-/// When the database fails.
 pub async fn service_time(executor: impl SqliteExecutor<'_>) -> Result<ServiceTime> {
     sqlx::query_as("SELECT observed_s, looked_s FROM service_time").fetch_one(executor).await
 }
 
 /// Adds to how long the service has run, in s.
-///
-/// # Errors
-/// When the database fails.
 pub async fn add_service_time(writer: &mut SqliteConnection, seconds: i64) -> Result<ServiceTime> {
     sqlx::query_as("UPDATE service_time SET observed_s = observed_s + $1 RETURNING observed_s, looked_s")
         .bind(seconds)
@@ -225,17 +204,11 @@ pub async fn add_service_time(writer: &mut SqliteConnection, seconds: i64) -> Re
 }
 
 /// Notes that it was looked whom to erase.
-///
-/// # Errors
-/// When the database fails.
 pub async fn note_look(writer: &mut SqliteConnection) -> Result<()> {
     sqlx::query("UPDATE service_time SET looked_s = observed_s").execute(writer).await.map(drop)
 }
 
 /// Since when somebody is kept whatever the rule says, if they are.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_hold_time(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -251,9 +224,6 @@ pub async fn find_hold_time(
 }
 
 /// Keeps somebody whatever the rule says, or no longer. False where nothing changes.
-///
-/// # Errors
-/// When the database fails.
 pub async fn hold_person(
     writer: &mut SqliteConnection,
     PersonKey { school_id: school, person_id: person }: PersonKey,
@@ -272,9 +242,6 @@ pub async fn hold_person(
 }
 
 /// Who of a school is kept whatever the rule says: id and name, by name.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_held_people(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<(PersonId, String)>> {
     sqlx::query_as(
         "SELECT id, display_name FROM people WHERE school_id = $1 AND held_at > 0 AND erased_at IS NULL
@@ -286,9 +253,6 @@ pub async fn list_held_people(executor: impl SqliteExecutor<'_>, school: SchoolI
 }
 
 /// How many people of a school were warned.
-///
-/// # Errors
-/// When the database fails.
 pub async fn count_warned(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<i64> {
     sqlx::query_scalar("SELECT count(*) FROM retention_warnings WHERE school_id = $1")
         .bind(school)

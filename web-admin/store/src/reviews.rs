@@ -1,10 +1,10 @@
 //! Attempts that wait to be looked at, and those that somebody has.
 
+use model::ids::{PersonId, SessionId};
+use model::{CurrentPerson, Moment, Role, SessionKey};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
-use model::ids::{PersonId, SessionId};
-use model::{CurrentPerson, Moment, Role, SessionKey};
 
 /// Most attempts of the queue that are listed at once.
 pub const LISTED: u32 = 50;
@@ -63,9 +63,6 @@ macro_rules! waiting {
 
 /// What waits for a person: flagged first, then the oldest; at most one more than [`LISTED`]. An instructor sees the
 /// attempts of the cohorts they teach, an administrator the school's.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_review_queue(
     executor: impl SqliteExecutor<'_>,
     viewer: &CurrentPerson,
@@ -105,9 +102,6 @@ pub async fn mark_reviewed(
 }
 
 /// Puts an attempt back into the queue. False where it is there.
-///
-/// # Errors
-/// When the database fails.
 pub async fn unmark_reviewed(writer: &mut SqliteConnection, session: SessionKey) -> Result<bool> {
     sqlx::query("DELETE FROM reviews WHERE school_id = $1 AND session_id = $2")
         .bind(session.school_id)
@@ -118,9 +112,6 @@ pub async fn unmark_reviewed(writer: &mut SqliteConnection, session: SessionKey)
 }
 
 /// Who has looked at an attempt.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_review(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Option<Review>> {
     sqlx::query_as(
         "SELECT p.display_name AS by, r.reviewed_at FROM reviews r

@@ -2,13 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use model::ids::{PersonId, RosterId, SchoolId};
+use model::roster::{RosterEntry, RosterRequest, SchoolPerson};
+use model::{Moment, Role};
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::{Result, directory, people};
-use model::ids::{PersonId, RosterId, SchoolId};
-use model::roster::{RosterEntry, RosterRequest, SchoolPerson};
-use model::{Moment, Role};
 
 /// A roster that waits.
 #[derive(Clone, Debug, FromRow)]
@@ -39,9 +39,6 @@ pub struct NewRosterDraft<'a> {
 }
 
 /// Keeps a roster until it is confirmed.
-///
-/// # Errors
-/// When the database fails.
 pub async fn keep_roster(writer: &mut SqliteConnection, draft: &NewRosterDraft<'_>, now: Moment) -> Result<RosterId> {
     let id = RosterId::made_at(now);
     sqlx::query(
@@ -61,9 +58,6 @@ pub async fn keep_roster(writer: &mut SqliteConnection, draft: &NewRosterDraft<'
 }
 
 /// A roster of a school that waits.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_roster(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -77,9 +71,6 @@ pub async fn find_roster(
 }
 
 /// Throws a roster away. False when it was gone.
-///
-/// # Errors
-/// When the database fails.
 pub async fn discard_roster(writer: &mut SqliteConnection, school: SchoolId, id: RosterId) -> Result<bool> {
     sqlx::query("DELETE FROM rosters WHERE school_id = $1 AND id = $2")
         .bind(school)
@@ -90,9 +81,6 @@ pub async fn discard_roster(writer: &mut SqliteConnection, school: SchoolId, id:
 }
 
 /// Throws away what was sent before a moment and never confirmed.
-///
-/// # Errors
-/// When the database fails.
 pub async fn forget_before(writer: &mut SqliteConnection, moment: Moment) -> Result<()> {
     sqlx::query("DELETE FROM rosters WHERE made_at < $1").bind(moment).execute(writer).await.map(drop)
 }
@@ -119,9 +107,6 @@ pub struct About<'a> {
 }
 
 /// The people of a school whom a roster may be about, with their cohorts; those made anonymous are nobody.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_known_people(
     connection: &mut SqliteConnection,
     school: SchoolId,
@@ -171,9 +156,6 @@ pub async fn list_known_people(
 }
 
 /// Which of these addresses people of other schools have.
-///
-/// # Errors
-/// When the database fails.
 pub async fn taken_elsewhere(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,

@@ -1,10 +1,10 @@
 //! Schools.
 
+use model::ids::SchoolId;
+use model::{Moment, Needed};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
-use model::ids::SchoolId;
-use model::{Moment, Needed};
 
 /// A school.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
@@ -16,9 +16,6 @@ pub struct School {
 }
 
 /// Every school, by name.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_schools(executor: impl SqliteExecutor<'_>) -> Result<Vec<School>> {
     sqlx::query_as("SELECT id, name FROM schools ORDER BY name").fetch_all(executor).await
 }
@@ -40,9 +37,6 @@ pub async fn find_time_zone(executor: impl SqliteExecutor<'_>, id: SchoolId) -> 
 }
 
 /// Sets the time zone of a school.
-///
-/// # Errors
-/// When the database fails.
 pub async fn set_time_zone(writer: &mut SqliteConnection, id: SchoolId, zone: &str) -> Result<()> {
     sqlx::query("UPDATE schools SET time_zone = $2 WHERE id = $1").bind(id).bind(zone).execute(writer).await.map(drop)
 }
@@ -56,9 +50,6 @@ pub async fn certificate_needs(executor: impl SqliteExecutor<'_>, id: SchoolId) 
 }
 
 /// Sets what must be proved of an attempt for it to count towards a certificate.
-///
-/// # Errors
-/// When the database fails.
 pub async fn set_certificate_needs(writer: &mut SqliteConnection, id: SchoolId, needed: Needed) -> Result<()> {
     sqlx::query("UPDATE schools SET certificate_needs = $2 WHERE id = $1")
         .bind(id)
@@ -77,9 +68,6 @@ pub async fn erases_recordings(executor: impl SqliteExecutor<'_>, id: SchoolId) 
 }
 
 /// The school of a name, made where it is missing.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_or_create(writer: &mut SqliteConnection, name: &str, now: Moment) -> Result<School> {
     sqlx::query_as(
         "INSERT INTO schools (id, name, created_at) VALUES ($1, $2, $3)
@@ -93,9 +81,6 @@ pub async fn find_or_create(writer: &mut SqliteConnection, name: &str, now: Mome
 }
 
 /// Whether there is more than one.
-///
-/// # Errors
-/// When the database fails.
 pub async fn are_schools_several(executor: impl SqliteExecutor<'_>) -> Result<bool> {
     sqlx::query_scalar("SELECT count(*) > 1 FROM (SELECT 1 FROM schools LIMIT 2)").fetch_one(executor).await
 }

@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 
 use assessment::{Absent, Assessment, Deduction, Direction, HardFailure, Metric};
+use attempt::AttemptCurve;
+use model::ids::{SchoolId, ScoreId, SessionId};
+use model::{Moment, SessionKey};
 use serde::Deserialize;
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::{ExactNumber, Result};
-use attempt::AttemptCurve;
-use model::ids::{SchoolId, ScoreId, SessionId};
-use model::{Moment, SessionKey};
 
 /// A grading of an attempt.
 #[derive(Clone, Debug, PartialEq, FromRow)]
@@ -72,9 +72,6 @@ const fn direction_word(direction: Direction) -> &'static str {
 }
 
 /// Adds a grading; earlier ones stay. Its id.
-///
-/// # Errors
-/// When the database fails.
 pub async fn add_score(
     writer: &mut SqliteConnection,
     session: SessionKey,
@@ -132,9 +129,6 @@ async fn insert_metric(
 }
 
 /// Every computed score of an attempt, in the order in which they were added: a clock may have been set back between two.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_scores(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Vec<Score>> {
     sqlx::query_as(
         "SELECT id, score, passed, rubric_id, rubric_sha256, deductions, hard_fails, simulator_version, computed_at
@@ -147,9 +141,6 @@ pub async fn list_scores(executor: impl SqliteExecutor<'_>, session: SessionKey)
 }
 
 /// The computed scores of every attempt, each in the order in which they were added, 0–100.
-///
-/// # Errors
-/// When the database fails.
 pub async fn count_added_scores(executor: impl SqliteExecutor<'_>) -> Result<BTreeMap<SessionId, Vec<f64>>> {
     let rows: Vec<(SessionId, f64)> =
         sqlx::query_as("SELECT session_id, score FROM scores ORDER BY rowid").fetch_all(executor).await?;
@@ -161,9 +152,6 @@ pub async fn count_added_scores(executor: impl SqliteExecutor<'_>) -> Result<BTr
 }
 
 /// The score that was added last, as the grade names it. Whether it counts is said by [`super::grades::find_grade`].
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_newest_score(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Option<Score>> {
     sqlx::query_as(
         "SELECT id, score, passed, rubric_id, rubric_sha256, deductions, hard_fails, simulator_version, computed_at
@@ -176,9 +164,6 @@ pub async fn find_newest_score(executor: impl SqliteExecutor<'_>, session: Sessi
 }
 
 /// The metrics of an attempt, in the catalogue's order.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_score_metrics(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Vec<Metric>> {
     let rows: Vec<MetricRow> = sqlx::query_as(
         "SELECT id, version, value, unit, direction, applies, label, absent FROM metrics
@@ -227,9 +212,6 @@ impl FoundMetric {
 /// The metrics of several attempts of a school, in the catalogue's order.
 ///
 /// A row for each metric: what SQLite hands over costs by the cell, and thirty attempts have twenty thousand.
-///
-/// # Errors
-/// When the database fails.
 pub async fn metrics_of_many(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -249,9 +231,6 @@ pub async fn metrics_of_many(
 }
 
 /// Stores what a page draws of an attempt.
-///
-/// # Errors
-/// When the database fails.
 pub async fn put_curve(writer: &mut SqliteConnection, session: SessionKey, curve: &AttemptCurve) -> Result<()> {
     sqlx::query(
         "INSERT INTO session_curves (school_id, session_id, body) VALUES ($1, $2, $3)
@@ -266,9 +245,6 @@ pub async fn put_curve(writer: &mut SqliteConnection, session: SessionKey, curve
 }
 
 /// What a page draws of an attempt.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_curve(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Option<AttemptCurve>> {
     let body: Option<Json<AttemptCurve>> =
         sqlx::query_scalar("SELECT body FROM session_curves WHERE school_id = $1 AND session_id = $2")

@@ -1,10 +1,10 @@
 //! Second factors: sealed secrets of apps that make codes, hashes of recovery codes, and of whom a school asks for one.
 
+use model::ids::SchoolId;
+use model::{FactorRule, Moment, PersonKey};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
-use model::ids::SchoolId;
-use model::{FactorRule, Moment, PersonKey};
 
 /// A secret that an app makes codes of.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
@@ -16,9 +16,6 @@ pub struct SecondFactor {
 }
 
 /// Somebody's second factor, on or only offered.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_second_factor(executor: impl SqliteExecutor<'_>, key: PersonKey) -> Result<Option<SecondFactor>> {
     sqlx::query_as("SELECT sealed_secret, confirmed_at FROM second_factors WHERE person_id = $1 AND school_id = $2")
         .bind(key.person_id)
@@ -28,9 +25,6 @@ pub async fn find_second_factor(executor: impl SqliteExecutor<'_>, key: PersonKe
 }
 
 /// Whether more than the password is asked for when somebody signs in: an app's code, or a passkey.
-///
-/// # Errors
-/// When the database fails.
 pub async fn is_second_factor_on(executor: impl SqliteExecutor<'_>, key: PersonKey) -> Result<bool> {
     sqlx::query_scalar(
         "SELECT EXISTS (SELECT 1 FROM second_factors WHERE person_id = $1 AND school_id = $2 AND confirmed_at IS NOT NULL)
@@ -43,9 +37,6 @@ pub async fn is_second_factor_on(executor: impl SqliteExecutor<'_>, key: PersonK
 }
 
 /// Whether somebody must have a second factor by their school's rule, and has none.
-///
-/// # Errors
-/// When the database fails.
 pub async fn is_second_factor_owed(executor: impl SqliteExecutor<'_>, key: PersonKey) -> Result<bool> {
     sqlx::query_scalar(
         "SELECT EXISTS (SELECT 1 FROM people p JOIN schools s ON s.id = p.school_id
@@ -60,9 +51,6 @@ pub async fn is_second_factor_owed(executor: impl SqliteExecutor<'_>, key: Perso
 }
 
 /// Offers a secret in place of one that was offered before. False where one is on already.
-///
-/// # Errors
-/// When the database fails.
 pub async fn offer_second_factor(
     writer: &mut SqliteConnection,
     key: PersonKey,
@@ -84,9 +72,6 @@ pub async fn offer_second_factor(
 }
 
 /// Turns the offered secret on, by the code of a time step. False where none is offered.
-///
-/// # Errors
-/// When the database fails.
 pub async fn confirm_second_factor(
     writer: &mut SqliteConnection,
     key: PersonKey,
@@ -107,9 +92,6 @@ pub async fn confirm_second_factor(
 }
 
 /// Takes the code of a time step. False where it, or one after it, was taken before: each is good once.
-///
-/// # Errors
-/// When the database fails.
 pub async fn take_step(writer: &mut SqliteConnection, key: PersonKey, step: i64) -> Result<bool> {
     sqlx::query(
         "UPDATE second_factors SET last_step = $3
@@ -124,9 +106,6 @@ pub async fn take_step(writer: &mut SqliteConnection, key: PersonKey, step: i64)
 }
 
 /// Forgets the secret of somebody's app. False where none was on.
-///
-/// # Errors
-/// When the database fails.
 pub async fn remove_app(writer: &mut SqliteConnection, key: PersonKey) -> Result<bool> {
     sqlx::query("DELETE FROM second_factors WHERE person_id = $1 AND school_id = $2 AND confirmed_at IS NOT NULL")
         .bind(key.person_id)
@@ -137,9 +116,6 @@ pub async fn remove_app(writer: &mut SqliteConnection, key: PersonKey) -> Result
 }
 
 /// Forgets all of somebody's second factors, app and passkeys, and their recovery codes. False where none was on.
-///
-/// # Errors
-/// When the database fails.
 pub async fn remove_second_factor(writer: &mut SqliteConnection, key: PersonKey) -> Result<bool> {
     let was_on = is_second_factor_on(&mut *writer, key).await?;
     for statement in [
@@ -153,9 +129,6 @@ pub async fn remove_second_factor(writer: &mut SqliteConnection, key: PersonKey)
 }
 
 /// Keeps the hashes of recovery codes, in place of those of before.
-///
-/// # Errors
-/// When the database fails.
 pub async fn put_recovery_codes(writer: &mut SqliteConnection, key: PersonKey, hashes: &[[u8; 32]]) -> Result<()> {
     sqlx::query("DELETE FROM recovery_codes WHERE person_id = $1 AND school_id = $2")
         .bind(key.person_id)
@@ -174,9 +147,6 @@ pub async fn put_recovery_codes(writer: &mut SqliteConnection, key: PersonKey, h
 }
 
 /// Uses a recovery code up. False where it is none of somebody's.
-///
-/// # Errors
-/// When the database fails.
 pub async fn use_recovery_code(writer: &mut SqliteConnection, key: PersonKey, hash: &[u8; 32]) -> Result<bool> {
     sqlx::query("DELETE FROM recovery_codes WHERE person_id = $1 AND school_id = $2 AND code_hash = $3")
         .bind(key.person_id)
@@ -188,9 +158,6 @@ pub async fn use_recovery_code(writer: &mut SqliteConnection, key: PersonKey, ha
 }
 
 /// How many recovery codes somebody has left.
-///
-/// # Errors
-/// When the database fails.
 pub async fn recovery_codes_left(executor: impl SqliteExecutor<'_>, key: PersonKey) -> Result<i64> {
     sqlx::query_scalar("SELECT count(*) FROM recovery_codes WHERE person_id = $1 AND school_id = $2")
         .bind(key.person_id)
@@ -208,9 +175,6 @@ pub async fn find_factor_rule(executor: impl SqliteExecutor<'_>, school: SchoolI
 }
 
 /// Sets of whom a school asks for a second factor.
-///
-/// # Errors
-/// When the database fails.
 pub async fn set_factor_rule(writer: &mut SqliteConnection, school: SchoolId, rule: FactorRule) -> Result<()> {
     sqlx::query("UPDATE schools SET second_factor_of = $2 WHERE id = $1")
         .bind(school)

@@ -1,11 +1,11 @@
 //! Tasks to mark pops: their traces, and what trainees have marked.
 
+use model::ids::{CohortId, PersonId, SchoolId, SessionId, TaskId, TraceId};
+use model::{CurrentPerson, Moment, Role};
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
-use model::ids::{CohortId, PersonId, SchoolId, SessionId, TaskId, TraceId};
-use model::{CurrentPerson, Moment, Role};
 
 /// A task to be made.
 #[derive(Clone, Debug)]
@@ -117,9 +117,6 @@ pub async fn add_segment_task(
 
 /// The tasks of the cohorts that somebody teaches, all of the school's for an administrator; the latest first, at most
 /// 100.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_managed_tasks(
     executor: impl SqliteExecutor<'_>,
     by: &CurrentPerson,
@@ -143,9 +140,6 @@ pub async fn list_managed_tasks(
 }
 
 /// What a trainee is to mark, by date; without tasks of nothing but their own attempts.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_trainee_tasks(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -171,9 +165,6 @@ pub async fn list_trainee_tasks(
 }
 
 /// The traces of a task, in order.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_traces(executor: impl SqliteExecutor<'_>, school: SchoolId, task: TaskId) -> Result<Vec<Trace>> {
     sqlx::query_as(
         "SELECT r.id, r.task_id, r.session_id, s.trainee_id, r.position FROM segment_traces r
@@ -187,9 +178,6 @@ pub async fn list_traces(executor: impl SqliteExecutor<'_>, school: SchoolId, ta
 }
 
 /// A trace of a school.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_trace(executor: impl SqliteExecutor<'_>, school: SchoolId, id: TraceId) -> Result<Option<Trace>> {
     sqlx::query_as(
         "SELECT r.id, r.task_id, r.session_id, s.trainee_id, r.position FROM segment_traces r
@@ -203,9 +191,6 @@ pub async fn find_trace(executor: impl SqliteExecutor<'_>, school: SchoolId, id:
 }
 
 /// Everybody's marks on the traces of a task.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_marks(executor: impl SqliteExecutor<'_>, school: SchoolId, task: TaskId) -> Result<Vec<Marks>> {
     sqlx::query_as(
         "SELECT a.person_id, a.trace_id, a.marks, a.sent_at FROM segment_traces r
@@ -219,9 +204,6 @@ pub async fn find_marks(executor: impl SqliteExecutor<'_>, school: SchoolId, tas
 }
 
 /// What somebody has marked on a trace so far.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_marks_of(
     executor: impl SqliteExecutor<'_>,
     trace: TraceId,
@@ -237,9 +219,6 @@ pub async fn list_marks_of(
 }
 
 /// Keeps marks. False where others were sent already.
-///
-/// # Errors
-/// When the database fails.
 pub async fn put_marks(writer: &mut SqliteConnection, school: SchoolId, new: &Marks) -> Result<bool> {
     sqlx::query(
         "INSERT INTO segment_marks (school_id, trace_id, person_id, marks, sent_at) VALUES ($1, $2, $3, $4, $5)
@@ -257,9 +236,6 @@ pub async fn put_marks(writer: &mut SqliteConnection, school: SchoolId, new: &Ma
 }
 
 /// Takes a task back.
-///
-/// # Errors
-/// When the database fails.
 pub async fn withdraw_task(writer: &mut SqliteConnection, school: SchoolId, id: TaskId, now: Moment) -> Result<()> {
     sqlx::query("UPDATE segment_tasks SET withdrawn_at = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)

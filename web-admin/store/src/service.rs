@@ -1,11 +1,11 @@
 //! The service as a whole: for whoever keeps it running.
 
+use model::Moment;
+use model::ids::SchoolId;
 use sqlx::{FromRow, SqliteExecutor};
 
 use super::Result;
 use super::tries::MOST_DEATHS;
-use model::Moment;
-use model::ids::SchoolId;
 
 /// Every school together.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
@@ -41,9 +41,6 @@ pub struct Totals {
 }
 
 /// Counts of everything.
-///
-/// # Errors
-/// When the database fails.
 pub async fn count_totals(executor: impl SqliteExecutor<'_>) -> Result<Totals> {
     sqlx::query_as(
         "SELECT (SELECT count(*) FROM people WHERE role = 'trainee' AND disabled_at IS NULL) AS trainees,
@@ -68,9 +65,6 @@ pub async fn count_totals(executor: impl SqliteExecutor<'_>) -> Result<Totals> {
 }
 
 /// The size of the database, in bytes.
-///
-/// # Errors
-/// When the database fails.
 pub async fn database_bytes(executor: impl SqliteExecutor<'_>) -> Result<i64> {
     sqlx::query_scalar("SELECT (SELECT page_count FROM pragma_page_count) * (SELECT page_size FROM pragma_page_size)")
         .fetch_one(executor)
@@ -95,9 +89,6 @@ pub struct SchoolAct {
 }
 
 /// The latest acts in a school before a place in the log, at most `limit`.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_school_acts(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,

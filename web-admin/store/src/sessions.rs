@@ -1,11 +1,11 @@
 //! Attempts: what was uploaded, by whom, and who may see it.
 
+use model::ids::{PersonId, RevisionId, SchoolId, SessionId, StationId};
+use model::{AttemptPlace, CurrentPerson, Moment, Role, SessionKey, Uncounted};
 use serde::{Deserialize, Serialize};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
-use model::ids::{PersonId, RevisionId, SchoolId, SessionId, StationId};
-use model::{AttemptPlace, CurrentPerson, Moment, Role, SessionKey, Uncounted};
 
 /// What became of an uploaded recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, sqlx::Type, utoipa::ToSchema)]
@@ -188,9 +188,6 @@ pub async fn insert_session(writer: &mut SqliteConnection, session: &Session) ->
 }
 
 /// The attempt of a school that counts and whose hand did just this.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_session_of_motion(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -204,9 +201,6 @@ pub async fn find_session_of_motion(
 }
 
 /// An attempt of a school, whoever asks.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_session(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -221,9 +215,6 @@ pub async fn find_session(
 
 /// An attempt that a person may see: a trainee their own, an instructor also those of the cohorts they teach, an
 /// administrator the school's.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_visible_session(
     executor: impl SqliteExecutor<'_>,
     viewer: &CurrentPerson,
@@ -242,9 +233,6 @@ pub async fn find_visible_session(
 }
 
 /// The attempts that a person may see, newest first, after one of them; at most `limit`.
-///
-/// # Errors
-/// When the database fails.
 pub async fn visible_after(
     executor: impl SqliteExecutor<'_>,
     viewer: &CurrentPerson,
@@ -277,9 +265,6 @@ pub async fn visible_after(
 }
 
 /// Ends the wait for a score.
-///
-/// # Errors
-/// When the database fails.
 pub async fn mark_scored(
     writer: &mut SqliteConnection,
     school: SchoolId,
@@ -301,9 +286,6 @@ pub async fn mark_scored(
 }
 
 /// Ends the wait for a score that will never come, with the reason.
-///
-/// # Errors
-/// When the database fails.
 pub async fn mark_refused(writer: &mut SqliteConnection, school: SchoolId, id: SessionId, why: &str) -> Result<()> {
     sqlx::query("UPDATE sessions SET state = 'refused', refusal = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
@@ -315,9 +297,6 @@ pub async fn mark_refused(writer: &mut SqliteConnection, school: SchoolId, id: S
 }
 
 /// The scored attempts of a school at an exercise that count, oldest first: for a re-grading.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_scored_sessions(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -334,9 +313,6 @@ pub async fn list_scored_sessions(
 }
 
 /// Every recording of every school that was not erased: for `verify`.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_recordings(executor: impl SqliteExecutor<'_>) -> Result<Vec<RecordingFile>> {
     sqlx::query_as(
         "SELECT id, recording_path, recording_sha256, recording_size FROM sessions

@@ -1,16 +1,13 @@
 //! The codes by which trainees sign in at a station: only their hashes are here.
 
+use model::ids::{PersonId, SchoolId};
+use model::{Moment, PersonKey};
 use sqlx::{SqliteConnection, SqliteExecutor};
 
 use super::Result;
 use super::people::Person;
-use model::ids::{PersonId, SchoolId};
-use model::{Moment, PersonKey};
 
 /// Gives a person a code, in place of the one they had. False when somebody of the school has the same.
-///
-/// # Errors
-/// When the database fails.
 pub async fn put_sign_in_code(
     writer: &mut SqliteConnection,
     PersonKey { school_id: school, person_id: person }: PersonKey,
@@ -32,9 +29,6 @@ pub async fn put_sign_in_code(
 }
 
 /// Whose code this is.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_code_holder(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -53,9 +47,6 @@ pub async fn find_code_holder(
 }
 
 /// Since when a person has had their code.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_code_time(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,

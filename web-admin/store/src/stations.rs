@@ -1,11 +1,11 @@
 //! Training stations: the codes they join with, when they were last seen, and the wrong sign-in codes they passed on.
 //! A station is a row of `api_tokens`.
 
+use model::Moment;
+use model::ids::{PersonId, SchoolId, StationId, TokenId};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
-use model::Moment;
-use model::ids::{PersonId, SchoolId, StationId, TokenId};
 
 /// A station that has, or had, a token.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
@@ -45,9 +45,6 @@ pub struct WrongCodes {
 }
 
 /// The stations of a school, by name.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_stations(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<Station>> {
     sqlx::query_as(
         "SELECT id, station, created_at, last_seen_at, revoked_at IS NOT NULL AS revoked,
@@ -60,9 +57,6 @@ pub async fn list_stations(executor: impl SqliteExecutor<'_>, school: SchoolId) 
 }
 
 /// The name of a station of a school, revoked or not.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_station_name(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -87,9 +81,6 @@ pub struct Signer {
 }
 
 /// The station of a school that is paired now and has a key.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_station_signer(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -106,9 +97,6 @@ pub async fn find_station_signer(
 }
 
 /// Registers the key of a station that has just been paired.
-///
-/// # Errors
-/// When the database fails.
 pub async fn set_station_key(
     writer: &mut SqliteConnection,
     school: SchoolId,
@@ -125,9 +113,6 @@ pub async fn set_station_key(
 }
 
 /// Whether a station of a school that may still be used has this name.
-///
-/// # Errors
-/// When the database fails.
 pub async fn is_station_name_taken(executor: impl SqliteExecutor<'_>, school: SchoolId, name: &str) -> Result<bool> {
     sqlx::query_scalar(
         "SELECT EXISTS (SELECT 1 FROM api_tokens WHERE school_id = $1 AND station = $2 AND revoked_at IS NULL)",
@@ -139,9 +124,6 @@ pub async fn is_station_name_taken(executor: impl SqliteExecutor<'_>, school: Sc
 }
 
 /// Notes that a token was seen, of a station or a person.
-///
-/// # Errors
-/// When the database fails.
 pub async fn note_station_seen(
     writer: &mut SqliteConnection,
     school: SchoolId,
@@ -158,9 +140,6 @@ pub async fn note_station_seen(
 }
 
 /// Revokes the token of a station. False when there is none to revoke.
-///
-/// # Errors
-/// When the database fails.
 pub async fn revoke_station(
     writer: &mut SqliteConnection,
     school: SchoolId,
@@ -180,9 +159,6 @@ pub async fn revoke_station(
 }
 
 /// Keeps the hash of a pairing code, and forgets those that have expired.
-///
-/// # Errors
-/// When the database fails.
 pub async fn add_pairing_code(
     writer: &mut SqliteConnection,
     code: &PairingCode,
@@ -201,9 +177,6 @@ pub async fn add_pairing_code(
 }
 
 /// Takes a code that is still good: it is so no longer. The school that it leads to.
-///
-/// # Errors
-/// When the database fails.
 pub async fn use_pairing_code(
     writer: &mut SqliteConnection,
     code_sha256: &[u8; 32],
@@ -217,9 +190,6 @@ pub async fn use_pairing_code(
 }
 
 /// Wrong sign-in codes that a station has passed on.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_wrong_codes(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -233,9 +203,6 @@ pub async fn find_wrong_codes(
 }
 
 /// Notes how many wrong sign-in codes a station has passed on.
-///
-/// # Errors
-/// When the database fails.
 pub async fn set_wrong_codes(
     writer: &mut SqliteConnection,
     school: SchoolId,
@@ -253,9 +220,6 @@ pub async fn set_wrong_codes(
 }
 
 /// Takes back one wrong code: it was right.
-///
-/// # Errors
-/// When the database fails.
 pub async fn forgive_wrong_codes(writer: &mut SqliteConnection, school: SchoolId, id: StationId) -> Result<()> {
     sqlx::query(
         "UPDATE api_tokens SET wrong_codes = wrong_codes - 1 WHERE school_id = $1 AND id = $2 AND wrong_codes > 0",

@@ -1,11 +1,11 @@
 //! Attempts at which somebody who teaches was there, as they have confirmed.
 
+use model::ids::{AssignmentId, PersonId, SchoolId, SessionId};
+use model::{Moment, SessionKey};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
 use crate::sessions::Session;
-use model::ids::{AssignmentId, PersonId, SchoolId, SessionId};
-use model::{Moment, SessionKey};
 
 /// Somebody was there.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
@@ -41,9 +41,6 @@ pub async fn confirm_supervision(
 }
 
 /// Takes a confirmation back. False where there is none.
-///
-/// # Errors
-/// When the database fails.
 pub async fn withdraw_supervision(writer: &mut SqliteConnection, session: SessionKey) -> Result<bool> {
     sqlx::query("DELETE FROM supervisions WHERE school_id = $1 AND session_id = $2")
         .bind(session.school_id)
@@ -54,9 +51,6 @@ pub async fn withdraw_supervision(writer: &mut SqliteConnection, session: Sessio
 }
 
 /// Who was there at an attempt.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_supervision(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Option<Supervision>> {
     sqlx::query_as(
         "SELECT p.display_name AS \"by\", v.confirmed_at FROM supervisions v
@@ -70,9 +64,6 @@ pub async fn find_supervision(executor: impl SqliteExecutor<'_>, session: Sessio
 }
 
 /// The attempts of a trainee at which somebody was there.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_trainee_supervisions(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -86,9 +77,6 @@ pub async fn list_trainee_supervisions(
 }
 
 /// The attempts of those to whom something was assigned, at which somebody was there.
-///
-/// # Errors
-/// When the database fails.
 pub async fn of_assignment(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,

@@ -1,10 +1,10 @@
 //! Sums over the attempts of a month: of each cohort, and of the whole school.
 
+use model::ids::{CohortId, SchoolId};
+use model::{Moment, PersonKey};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
-use model::ids::{CohortId, SchoolId};
-use model::{Moment, PersonKey};
 
 /// The cohort in `tallies` that stands for the whole school.
 const WHOLE_SCHOOL: CohortId = CohortId::nil();
@@ -68,9 +68,6 @@ pub struct YearOfCohort {
 }
 
 /// Sums over a year, UTC, of the cohorts that have practised in it, by name, from the first after `after`; `limit` of them at most.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_tallies_in_year(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -94,9 +91,6 @@ pub async fn list_tallies_in_year(
 }
 
 /// Sums of the whole school by month, the earliest first: 12 × year + month − 1, and the sums.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_tallies_by_month(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<(i64, Sums)>> {
     let rows: Vec<(i64, i64, i64, f64)> = sqlx::query_as(
         "SELECT month, attempts, passes, points FROM tallies WHERE school_id = $1 AND cohort_id = $2 ORDER BY month",

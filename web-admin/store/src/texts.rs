@@ -4,15 +4,14 @@ use assessment::questionnaire::Answer;
 use documents::Instrument;
 use documents::instrument::ScaleKind;
 use futures::TryStreamExt;
-use model::count_i64;
 use model::ids::{PersonId, SchoolId, SessionId};
 use model::texts::{MOST_MENTIONS, TextCounts};
+use model::{Moment, count_i64};
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqlitePool};
 use uuid::Uuid;
 
 use super::Result;
-use model::Moment;
 
 /// What stands where a text was. The database's triggers know it, too.
 pub const ERASED: &str = "[erased]";
@@ -45,9 +44,6 @@ macro_rules! plain {
 }
 
 /// How many texts there are about somebody, and by them.
-///
-/// # Errors
-/// When the database fails.
 pub async fn count_texts(reader: &SqlitePool, whose: Whose) -> Result<TextCounts> {
     let mut texts = TextCounts::default();
     for (side, found) in [(TextSide::Written, &mut texts.written), (TextSide::About, &mut texts.about)] {
@@ -97,9 +93,6 @@ async fn plain_texts(reader: &SqlitePool, whose: Whose, side: TextSide) -> Resul
 }
 
 /// Makes the texts of a side unreadable; how many there were.
-///
-/// # Errors
-/// When the database fails.
 pub async fn redact_texts(writer: &mut SqliteConnection, whose: Whose, side: TextSide) -> Result<u64> {
     let mut redacted = 0;
     let statements = match side {
@@ -254,9 +247,6 @@ pub struct Mention {
 }
 
 /// Comments and reasons about others' attempts, written by others, in which one of the words stands as a whole word, whatever its case.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_mentions(reader: &SqlitePool, whose: Whose, words: &[String]) -> Result<Vec<Mention>> {
     let mut found = Vec::new();
     let mut rows = sqlx::query_as::<_, (SessionId, String)>(
@@ -291,9 +281,6 @@ pub fn words_of(name: &str) -> Vec<String> {
 }
 
 /// The recordings of a person that are still there, until a moment: session, file and hash.
-///
-/// # Errors
-/// When the database fails.
 pub async fn recordings(writer: &mut SqliteConnection, whose: Whose) -> Result<Vec<ErasedRecording>> {
     sqlx::query_as(
         "SELECT recording_path, recording_sha256 FROM sessions
@@ -316,9 +303,6 @@ pub struct ErasedRecording {
 }
 
 /// Notes that the recordings of a person are gone, and that those that wait are never scored.
-///
-/// # Errors
-/// When the database fails.
 pub async fn note_erased_recordings(writer: &mut SqliteConnection, whose: Whose) -> Result<()> {
     for statement in [
         "DELETE FROM jobs WHERE school_id = $1 AND session_id IN (
@@ -339,9 +323,6 @@ pub async fn note_erased_recordings(writer: &mut SqliteConnection, whose: Whose)
 }
 
 /// Every recording that was erased: for whoever looks whether its file is gone.
-///
-/// # Errors
-/// When the database fails.
 pub async fn all_erased(reader: &SqlitePool) -> Result<Vec<ErasedRecording>> {
     sqlx::query_as("SELECT recording_path, recording_sha256 FROM sessions WHERE recording_erased_at > 0")
         .fetch_all(reader)

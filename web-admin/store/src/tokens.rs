@@ -1,10 +1,10 @@
 //! Bearer tokens of the API: only their hashes are here.
 
+use model::ids::{PersonId, SchoolId, TokenId};
+use model::{Moment, PersonKey};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
-use model::ids::{PersonId, SchoolId, TokenId};
-use model::{Moment, PersonKey};
 
 /// Whom a token stands for.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
@@ -61,9 +61,6 @@ pub struct OwnToken {
 }
 
 /// Keeps the hash of a new token without an end.
-///
-/// # Errors
-/// When the database fails.
 pub async fn add_station_token(
     writer: &mut SqliteConnection,
     holder: &TokenHolder,
@@ -85,9 +82,6 @@ pub async fn add_station_token(
 }
 
 /// Keeps the hash of a new token of a person.
-///
-/// # Errors
-/// When the database fails.
 pub async fn add_personal_token(
     writer: &mut SqliteConnection,
     new: NewToken<'_>,
@@ -110,9 +104,6 @@ pub async fn add_personal_token(
 }
 
 /// The token with this hash, unless it was revoked. It may have ended.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_token(executor: impl SqliteExecutor<'_>, token_sha256: &[u8; 32]) -> Result<Option<Token>> {
     sqlx::query_as(
         "SELECT id, school_id, person_id, station, last_seen_at, expires_at FROM api_tokens
@@ -124,9 +115,6 @@ pub async fn find_token(executor: impl SqliteExecutor<'_>, token_sha256: &[u8; 3
 }
 
 /// The tokens of a person that were not revoked, the newest first.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_tokens_of_person(executor: impl SqliteExecutor<'_>, owner: PersonKey) -> Result<Vec<OwnToken>> {
     sqlx::query_as(
         "SELECT id, name, created_at, last_seen_at, expires_at FROM api_tokens
@@ -139,9 +127,6 @@ pub async fn list_tokens_of_person(executor: impl SqliteExecutor<'_>, owner: Per
 }
 
 /// Revokes a token of a person. False where there is none to revoke.
-///
-/// # Errors
-/// When the database fails.
 pub async fn revoke_token(writer: &mut SqliteConnection, owner: PersonKey, id: TokenId, now: Moment) -> Result<bool> {
     sqlx::query(
         "UPDATE api_tokens SET revoked_at = $4
@@ -157,9 +142,6 @@ pub async fn revoke_token(writer: &mut SqliteConnection, owner: PersonKey, id: T
 }
 
 /// Revokes every token of a person; says how many there were.
-///
-/// # Errors
-/// When the database fails.
 pub async fn revoke_all_tokens(writer: &mut SqliteConnection, person: PersonId, now: Moment) -> Result<u64> {
     sqlx::query("UPDATE api_tokens SET revoked_at = $2 WHERE person_id = $1 AND revoked_at IS NULL")
         .bind(person)
@@ -170,9 +152,6 @@ pub async fn revoke_all_tokens(writer: &mut SqliteConnection, person: PersonId, 
 }
 
 /// Forgets what somebody called their tokens.
-///
-/// # Errors
-/// When the database fails.
 pub async fn forget_names(writer: &mut SqliteConnection, owner: PersonKey) -> Result<()> {
     sqlx::query("UPDATE api_tokens SET name = NULL WHERE person_id = $1 AND school_id = $2")
         .bind(owner.person_id)

@@ -1,12 +1,12 @@
 //! Tries at what may end the process that tries it. Each is written down before it begins; one that was begun and never ended is a
 //! death, and what has died twice is set aside.
 
+use model::ids::{SchoolId, UploadId};
+use model::{Moment, SessionKey, new_id};
 use sqlx::{FromRow, SqliteConnection};
 use uuid::Uuid;
 
 use super::Result;
-use model::ids::{SchoolId, UploadId};
-use model::{Moment, SessionKey, new_id};
 
 /// Deaths after which something is tried no more.
 pub const MOST_DEATHS: i64 = 2;
@@ -15,9 +15,6 @@ pub const MOST_DEATHS: i64 = 2;
 const DIED: &str = "the service ended while it worked on this recording";
 
 /// Notes that a job is begun.
-///
-/// # Errors
-/// When the database fails.
 pub async fn begin_job_try(writer: &mut SqliteConnection, session: SessionKey) -> Result<()> {
     sqlx::query("UPDATE jobs SET begun = 1 WHERE school_id = $1 AND session_id = $2")
         .bind(session.school_id)
@@ -28,9 +25,6 @@ pub async fn begin_job_try(writer: &mut SqliteConnection, session: SessionKey) -
 }
 
 /// Notes that whoever worked on a job has died of it.
-///
-/// # Errors
-/// When the database fails.
 pub async fn note_job_death(writer: &mut SqliteConnection, session: SessionKey, why: &str) -> Result<()> {
     sqlx::query(
         "UPDATE jobs SET begun = 0, deaths = deaths + 1, attempts = attempts + 1, error = $3
@@ -45,17 +39,11 @@ pub async fn note_job_death(writer: &mut SqliteConnection, session: SessionKey, 
 }
 
 /// Notes that an upload is about to be read, or that whoever read it has lived on.
-///
-/// # Errors
-/// When the database fails.
 pub async fn mark_upload_begun(writer: &mut SqliteConnection, id: UploadId, begun: bool) -> Result<()> {
     sqlx::query("UPDATE uploads SET begun = $2 WHERE id = $1").bind(id).bind(begun).execute(writer).await.map(drop)
 }
 
 /// Notes that whoever read an upload has died of it.
-///
-/// # Errors
-/// When the database fails.
 pub async fn note_upload_death(writer: &mut SqliteConnection, id: UploadId) -> Result<()> {
     sqlx::query("UPDATE uploads SET begun = 0, deaths = deaths + 1 WHERE id = $1")
         .bind(id)
@@ -65,9 +53,6 @@ pub async fn note_upload_death(writer: &mut SqliteConnection, id: UploadId) -> R
 }
 
 /// Notes that bytes that came at once are about to be read; how often that was fatal before.
-///
-/// # Errors
-/// When the database fails.
 pub async fn begin_reading(writer: &mut SqliteConnection, school: SchoolId, sha256: &str, now: Moment) -> Result<i64> {
     sqlx::query_scalar(
         "INSERT INTO readings (id, school_id, sha256, begun, noted_at) VALUES ($1, $2, $3, 1, $4)
@@ -82,9 +67,6 @@ pub async fn begin_reading(writer: &mut SqliteConnection, school: SchoolId, sha2
 }
 
 /// Notes that a reader has lived.
-///
-/// # Errors
-/// When the database fails.
 pub async fn end_reading_try(writer: &mut SqliteConnection, school: SchoolId, sha256: &str) -> Result<()> {
     sqlx::query("DELETE FROM readings WHERE school_id = $1 AND sha256 = $2 AND begun <= 1")
         .bind(school)
@@ -100,9 +82,6 @@ pub async fn end_reading_try(writer: &mut SqliteConnection, school: SchoolId, sh
 }
 
 /// Notes that a reader has died.
-///
-/// # Errors
-/// When the database fails.
 pub async fn note_reading_death(writer: &mut SqliteConnection, school: SchoolId, sha256: &str) -> Result<()> {
     sqlx::query(
         "UPDATE readings SET begun = max(begun - 1, 0), deaths = deaths + 1 WHERE school_id = $1 AND sha256 = $2",
@@ -115,9 +94,6 @@ pub async fn note_reading_death(writer: &mut SqliteConnection, school: SchoolId,
 }
 
 /// Forgets deaths at reading that were noted before a moment.
-///
-/// # Errors
-/// When the database fails.
 pub async fn forget_readings(writer: &mut SqliteConnection, before: Moment) -> Result<()> {
     sqlx::query("DELETE FROM readings WHERE noted_at < $1 AND begun = 0").bind(before).execute(writer).await.map(drop)
 }
@@ -132,9 +108,6 @@ pub struct SetAside {
 }
 
 /// Counts what was begun and never ended as deaths: at the start, before anything is begun. All that is set aside.
-///
-/// # Errors
-/// When the database fails.
 pub async fn count_deaths(writer: &mut SqliteConnection) -> Result<Vec<SetAside>> {
     sqlx::query("UPDATE jobs SET begun = 0, deaths = deaths + 1, attempts = attempts + 1, error = $1 WHERE begun = 1")
         .bind(DIED)
@@ -153,9 +126,6 @@ pub async fn count_deaths(writer: &mut SqliteConnection) -> Result<Vec<SetAside>
 }
 
 /// Takes back what was begun: the service stops because it was asked to.
-///
-/// # Errors
-/// When the database fails.
 pub async fn take_back_tries(writer: &mut SqliteConnection) -> Result<()> {
     sqlx::query("UPDATE jobs SET begun = 0 WHERE begun = 1").execute(&mut *writer).await?;
     sqlx::query("DELETE FROM readings WHERE begun > 0 AND deaths = 0").execute(&mut *writer).await?;
@@ -165,9 +135,6 @@ pub async fn take_back_tries(writer: &mut SqliteConnection) -> Result<()> {
 
 /// Forgets every death, so that what was set aside is tried again; uploads are kept until a moment. How many recordings and uploads
 /// that are.
-///
-/// # Errors
-/// When the database fails.
 pub async fn forgive_deaths(writer: &mut SqliteConnection, until: Moment) -> Result<u64> {
     let jobs = sqlx::query("UPDATE jobs SET deaths = 0, attempts = 0, next_run_at = 0 WHERE deaths >= $1");
     let jobs = jobs.bind(MOST_DEATHS).execute(&mut *writer).await?.rows_affected();

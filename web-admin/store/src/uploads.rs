@@ -1,11 +1,11 @@
 //! Uploads that arrive in pieces: how far each has come, and what became of it.
 
+use model::Moment;
+use model::ids::{PersonId, SchoolId, SessionId, StationId, UploadId};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
 use super::tries::MOST_DEATHS;
-use model::Moment;
-use model::ids::{PersonId, SchoolId, SessionId, StationId, UploadId};
 
 /// Who began an upload, and alone may go on with it: a person, or a station by its token's id.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,9 +60,6 @@ impl Upload {
 }
 
 /// Begins an upload.
-///
-/// # Errors
-/// When the database fails.
 pub async fn insert_upload(writer: &mut SqliteConnection, upload: &Upload) -> Result<()> {
     sqlx::query(
         "INSERT INTO uploads (id, school_id, person_id, station_id, length, metadata, expires_at, clock_offset_us)
@@ -91,9 +88,6 @@ pub struct Unfinished {
 }
 
 /// What an owner has begun, or with neither person nor station what all of a school have.
-///
-/// # Errors
-/// When the database fails.
 pub async fn count_unfinished_uploads(executor: impl SqliteExecutor<'_>, owner: UploadOwner) -> Result<Unfinished> {
     sqlx::query_as(
         "SELECT count(*) AS uploads, coalesce(sum(length), 0) AS bytes FROM uploads
@@ -108,9 +102,6 @@ pub async fn count_unfinished_uploads(executor: impl SqliteExecutor<'_>, owner: 
 }
 
 /// An upload of an owner.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_upload(
     executor: impl SqliteExecutor<'_>,
     owner: UploadOwner,
@@ -129,9 +120,6 @@ pub async fn find_upload(
 }
 
 /// Notes how many bytes are on the disk, and the new time limit.
-///
-/// # Errors
-/// When the database fails.
 pub async fn advance_upload(writer: &mut SqliteConnection, upload: &Upload) -> Result<()> {
     sqlx::query("UPDATE uploads SET received = $3, expires_at = $4 WHERE school_id = $1 AND id = $2")
         .bind(upload.school_id)
@@ -144,9 +132,6 @@ pub async fn advance_upload(writer: &mut SqliteConnection, upload: &Upload) -> R
 }
 
 /// Notes which attempt an upload has become.
-///
-/// # Errors
-/// When the database fails.
 pub async fn finish_upload(
     writer: &mut SqliteConnection,
     school: SchoolId,
@@ -163,9 +148,6 @@ pub async fn finish_upload(
 }
 
 /// Forgets an upload.
-///
-/// # Errors
-/// When the database fails.
 pub async fn remove_upload(writer: &mut SqliteConnection, school: SchoolId, id: UploadId) -> Result<()> {
     sqlx::query("DELETE FROM uploads WHERE school_id = $1 AND id = $2")
         .bind(school)
@@ -176,25 +158,16 @@ pub async fn remove_upload(writer: &mut SqliteConnection, school: SchoolId, id: 
 }
 
 /// Ids of every school's uploads: for tidying.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_uploads(executor: impl SqliteExecutor<'_>) -> Result<Vec<UploadId>> {
     sqlx::query_scalar("SELECT id FROM uploads ORDER BY id").fetch_all(executor).await
 }
 
 /// An upload of any school: for tidying.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_upload_by_id(executor: impl SqliteExecutor<'_>, id: UploadId) -> Result<Option<Upload>> {
     sqlx::query_as("SELECT * FROM uploads WHERE id = $1").bind(id).fetch_optional(executor).await
 }
 
 /// Forgets every upload that has not become an attempt: in a copy of the database, whose pieces are not beside it.
-///
-/// # Errors
-/// When the database fails.
 pub async fn forget_unfinished(writer: &mut SqliteConnection) -> Result<()> {
     sqlx::query("DELETE FROM uploads WHERE session_id IS NULL").execute(writer).await.map(drop)
 }

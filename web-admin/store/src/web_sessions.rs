@@ -25,9 +25,6 @@ pub struct WebSessionRow<'a> {
 }
 
 /// Keeps a session; a `new` one only under an id that nobody has. False where somebody has it.
-///
-/// # Errors
-/// When the database fails.
 pub async fn put_session(writer: &mut SqliteConnection, row: WebSessionRow<'_>, new: bool) -> Result<bool> {
     let done = sqlx::query(
         "INSERT INTO web_sessions (id_sha256, data, expires_at) VALUES ($1, $2, $3)
@@ -44,9 +41,6 @@ pub async fn put_session(writer: &mut SqliteConnection, row: WebSessionRow<'_>, 
 }
 
 /// What a session holds that has not ended, and when it will.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find_session(
     executor: impl SqliteExecutor<'_>,
     id_sha256: &[u8],
@@ -62,17 +56,11 @@ pub async fn find_session(
 }
 
 /// Forgets a session.
-///
-/// # Errors
-/// When the database fails.
 pub async fn forget_session(writer: &mut SqliteConnection, id_sha256: &[u8]) -> Result<()> {
     sqlx::query("DELETE FROM web_sessions WHERE id_sha256 = $1").bind(id_sha256).execute(writer).await.map(drop)
 }
 
 /// Forgets the sessions that have ended.
-///
-/// # Errors
-/// When the database fails.
 pub async fn forget_ended_sessions(writer: &mut SqliteConnection, now: Moment) -> Result<()> {
     sqlx::query("DELETE FROM web_sessions WHERE expires_at <= $1").bind(now).execute(writer).await.map(drop)
 }

@@ -5,10 +5,9 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use acts::anchoring;
-use acts::certificates;
 use acts::clock::Clock;
 use acts::config::MailTo;
+use acts::{anchoring, certificates};
 use model::{Moment, Role};
 
 use super::support::App;

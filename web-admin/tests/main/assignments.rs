@@ -9,8 +9,7 @@ use model::{Moment, Role};
 use store::{cohorts, schools};
 use time::macros::datetime;
 use uuid::Uuid;
-use web_admin::outbox;
-use web_admin::worker;
+use web_admin::{outbox, worker};
 
 use super::support::client::{Answer, Client, csrf_in};
 use super::support::recordings::{Attempt, record};

@@ -1,8 +1,7 @@
 //! A certificate through the front door: who has mastered a course saves a page, and anybody checks it without the service.
 //! Fails when one is issued for less, in another's language, or when what is printed or signed is not what was earned.
 
-use acts::certificates;
-use acts::publishing;
+use acts::{certificates, publishing};
 use model::certificate::check_certificate;
 use model::{PersonKey, Role};
 use store::people;

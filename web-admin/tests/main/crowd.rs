@@ -6,9 +6,8 @@ use std::time::Duration;
 
 use axum::http::HeaderValue;
 use model::{Moment, Role};
-use store::generated;
 use store::generated::GeneratedCrowd;
-use store::{practice, reports, tallies};
+use store::{generated, practice, reports, tallies};
 use web_admin::worker;
 
 use super::support::App;

@@ -21,16 +21,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
-use store::cohorts::MembershipKey;
 
-use acts::assignments;
 use acts::clock::Clock;
-use acts::drafting;
 use acts::regrading::exercise as regrading;
-use acts::roster_import;
-use acts::surveys;
-use acts::uploads;
 use acts::uploads::Announced;
+use acts::{assignments, drafting, roster_import, surveys, uploads};
 use axum::body::Body;
 use axum::http::{Method, Request, header};
 use model::assignment::AssignmentTask;
@@ -42,12 +37,13 @@ use model::{Role, SessionKey};
 use sqlx::pool::PoolConnection;
 use sqlx::{Sqlite, SqliteConnection};
 use store::assignments::NewAssignment;
-use store::surveys as stored;
+use store::cohorts::MembershipKey;
 use store::uploads::UploadOwner;
-use store::{cohorts, comments, exercises, instruments, people, ratings, reports, segments, stations};
+use store::{
+    cohorts, comments, exercises, instruments, people, ratings, reports, segments, stations, surveys as stored,
+};
 use tempfile::TempDir;
-use web_admin::routes;
-use web_admin::worker;
+use web_admin::{routes, worker};
 
 use super::support::client::{Client, csrf_in};
 use super::support::recordings::{Attempt, record};

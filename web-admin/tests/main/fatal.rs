@@ -9,11 +9,9 @@ use std::time::Duration;
 
 use acts::clock::Clock;
 use acts::helper::Helper;
-use acts::judging;
 use acts::judging::{Brief, JudgeAnswer, JudgeQuestion, JudgingTask};
-use acts::killpoints;
 use acts::killpoints::KillPoint;
-use acts::uploads;
+use acts::{judging, killpoints, uploads};
 use axum::body::Body;
 use axum::http::Request;
 use data_encoding::HEXLOWER;

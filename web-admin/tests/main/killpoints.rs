@@ -1,7 +1,6 @@
 //! The service, a backup and a restore are ended at every place where something is half done. Fails when an acknowledged attempt is lost,
 //! is there twice, is scored twice or not at all, when a backup or a restore wants a hand, or when `verify` finds anything.
 
-use model::SessionKey;
 use std::io::Read;
 use std::net::TcpStream;
 use std::os::unix::process::ExitStatusExt;
@@ -11,6 +10,7 @@ use std::time::Duration;
 
 use acts::config::Config;
 use acts::killpoints::{KillPoint, VARIABLE};
+use model::SessionKey;
 use store::{Database, scores, sessions};
 
 use super::support::recordings::{Attempt, record};

@@ -5,10 +5,9 @@
 use std::process::Command;
 use std::time::Duration;
 
-use acts::accounts;
 use acts::clock::Clock;
 use acts::config::MailTo;
-use acts::retention;
+use acts::{accounts, retention};
 use model::ids::SchoolId;
 use model::{Moment, Role};
 use store::{audit, people};

@@ -7,8 +7,7 @@ use acts::clock::Clock;
 use model::ids::SessionId;
 use model::{Moment, Role, SessionKey};
 use serde_json::Value;
-use store::scores;
-use store::{grades, jobs, sessions};
+use store::{grades, jobs, scores, sessions};
 use web_admin::worker::work_off_jobs;
 
 use super::support::App;

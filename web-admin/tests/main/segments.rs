@@ -7,10 +7,8 @@ use acts::deadlines;
 use model::ids::{CohortId, PersonId, SchoolId, SessionId};
 use model::segments::pops;
 use model::{Moment, Role, SessionKey};
-use store::schools;
-use store::scores;
-use web_admin::outbox;
-use web_admin::worker;
+use store::{schools, scores};
+use web_admin::{outbox, worker};
 
 use super::support::client::{Answer, Client, csrf_in};
 use super::support::recordings::{Attempt, record};

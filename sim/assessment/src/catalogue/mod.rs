@@ -8,10 +8,9 @@ mod table;
 
 use recording::Contactor;
 use serde::{Deserialize, Serialize};
+pub use table::DEFINITIONS;
 
 use crate::absent::Absent;
-
-pub use table::DEFINITIONS;
 
 /// Which way is better.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

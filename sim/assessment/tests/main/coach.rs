@@ -1,12 +1,12 @@
 //! Coaching speaks once when a limit is passed and again only after the needle has come back below it: it would fail if a
 //! message repeated each tick, came from a tremor, or came in the wrong unit or outside the body.
 
+use assessment::Coach;
 use documents::CoachingRule;
 use nalgebra::Vector3;
 use recording::Recording;
 
 use super::support::{Pose, bundle, down, press, record};
-use assessment::Coach;
 
 fn rule(quantity: &str, above: f64, rearm_below: f64) -> CoachingRule {
     CoachingRule { quantity: quantity.into(), above, rearm_below, message: quantity.into() }

@@ -9,7 +9,8 @@ use documents::{
 };
 use law::axial::ForceLaw;
 use nalgebra::{Point3, UnitQuaternion, Vector3};
-use recording::{Energy, Event, EventKind, Recording, Sample, Session, sample::flags};
+use recording::sample::flags;
+use recording::{Energy, Event, EventKind, Recording, Sample, Session};
 
 /// Skin 2 mm, fat 10 mm, muscle 40 mm; straight down at the origin to 20 mm.
 pub fn bundle() -> ExerciseBundle {

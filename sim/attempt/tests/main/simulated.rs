@@ -14,7 +14,6 @@ use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use recording::recover::recover;
 use recording::sample::flags;
 use recording::{EventKind, Recording, Session};
-
 use tissue::{Specimen, SpecimenSpec};
 
 use crate::support::{file, read, writer};

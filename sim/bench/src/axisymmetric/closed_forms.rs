@@ -2,11 +2,12 @@
 
 use std::f64::consts::PI;
 
-use crate::slabs::{ask_contactor, make_elastic_layer, solve_beyond_need, solve_exactly};
-use crate::{Measured, largest};
 use tissue::axisymmetric::{Axisymmetric, AxisymmetricError, MeshSpec, Side};
 use tissue::quadrature::gauss_rule;
 use tissue::{ElasticLayer, FieldModel, Load, LoadKind, Problem, Slab};
+
+use crate::slabs::{ask_contactor, make_elastic_layer, solve_beyond_need, solve_exactly};
+use crate::{Measured, largest};
 
 /// Points of the rule for integrals over a load: they leave 1e-9.
 const POINTS: usize = 32;

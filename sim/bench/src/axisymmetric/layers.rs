@@ -1,9 +1,10 @@
 //! Layers that make an element model give way: contrasts, near incompressibility, slivers and nothing at all.
 
-use crate::slabs::{ask_contactor, make_elastic_layer, relative_distance_of_models, solve_beyond_need};
-use crate::{Measured, largest};
 use tissue::axisymmetric::{Axisymmetric, AxisymmetricError, FittedAxisymmetric, MeshSpec, fit};
 use tissue::{ElasticLayer, Problem};
+
+use crate::slabs::{ask_contactor, make_elastic_layer, relative_distance_of_models, solve_beyond_need};
+use crate::{Measured, largest};
 
 const TOLERANCE: f64 = 1e-3;
 

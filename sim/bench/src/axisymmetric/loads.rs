@@ -1,9 +1,10 @@
 //! Forces that jump, stay, or are none. The model has no memory, so no force may leave a trace.
 
-use crate::slabs::{ask_contactor, make_elastic_layer};
-use crate::{Measured, largest};
 use tissue::FieldModel;
 use tissue::axisymmetric::{Axisymmetric, AxisymmetricError, fit};
+
+use crate::slabs::{ask_contactor, make_elastic_layer};
+use crate::{Measured, largest};
 
 fn lower_back() -> Result<Axisymmetric, AxisymmetricError> {
     let layers = vec![

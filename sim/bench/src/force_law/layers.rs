@@ -1,14 +1,14 @@
 //! Layers that few bodies have, paths that meet them anew, and paths that meet them askew.
 
+use law::axial::{AxialSpec, Contactor, ParamError, Rupture};
+use law::closed_form;
+use law::puncture::PunctureEvent;
 use nalgebra::{Point3, Vector3};
 
 use super::{DT, lateness_m, latest_m};
 use crate::needle::{DrivenNeedle, NeedleTick};
 use crate::scenes::{AxialRun, Leg, in_hold_out_in, make_layer, paper_axial_spec, training_axial_spec, trocar_through};
 use crate::{Measured, largest};
-use law::axial::{AxialSpec, Contactor, ParamError, Rupture};
-use law::closed_form;
-use law::puncture::PunctureEvent;
 
 /// From the skin to a depth in m, by so much a tick.
 fn insertion(to_m: f64, tick_m: f64) -> Leg {

@@ -7,6 +7,8 @@ mod layers;
 mod motion;
 mod samples;
 
+use law::axial::{AxialSpec, ParamError, Rupture};
+use law::closed_form::{self, PredictedRupture};
 use layers::{
     beside_intact, cascade_lateness, cascade_order, coincident_cutting, coincident_lateness, oblique_lateness,
     same_track_force, same_track_ruptures, thin_lateness, threshold_excess, withdrawn_energy,
@@ -20,8 +22,6 @@ use samples::{bad_first_sample, bad_samples, missing_samples, no_time};
 
 use super::scenes::{AxialRun, Leg};
 use super::{case, largest};
-use law::axial::{AxialSpec, ParamError, Rupture};
-use law::closed_form::{self, PredictedRupture};
 
 super::trials! { "force law":
     stab_lateness, case::STAB, "latest rupture after its closed form; bound: a tick", <= 1.0 "mm";

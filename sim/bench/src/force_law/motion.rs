@@ -1,9 +1,10 @@
 //! Motions that no careful hand makes, and motions that last.
 
+use law::axial::{AxialOutput, ParamError};
+
 use super::{DT, inserted, lateness_m};
 use crate::scenes::{AxialRun, Leg, in_hold_out_in, training_axial_spec};
 use crate::{Measured, largest};
-use law::axial::{AxialOutput, ParamError};
 
 /// 1 m/s from the air to beyond the last rupture.
 const STAB: Leg = Leg { start_s: 0.0, duration_s: 0.045, dt_s: DT, from_m: -0.002, to_m: 0.043 };

@@ -1,9 +1,10 @@
 //! What a broken device sends: none of it may leave a trace.
 
+use law::axial::{AxialInput, AxialOutput, step};
+
 use super::{DT, inserted};
 use crate::scenes::{AxialRun, training_axial_spec};
 use crate::{Measured, largest};
-use law::axial::{AxialInput, AxialOutput, step};
 
 /// Time at which the needle has come to rest, in s: its insertion to 20 mm at 10 mm/s ends there.
 const ARRIVED_S: f64 = 2.0;

@@ -16,10 +16,11 @@ use statics::{
     coincident_answer, contrast_error, incompressible_estimate, incompressible_met, sliver_refused, thin_skin_error,
     thin_skin_refused,
 };
-
-use super::{case, slabs::make_elastic_layer};
 use tissue::mass_spring::{LatticePatch, LatticeSymmetry};
 use tissue::{ElasticLayer, Load, LoadKind, Problem, Slab};
+
+use super::case;
+use super::slabs::make_elastic_layer;
 
 super::trials! { "mass-spring":
     contrast_error, case::RATIOS, "largest distance from elements of ν = 1/4; bound: that of cells of half a footprint", <= 0.1 "";

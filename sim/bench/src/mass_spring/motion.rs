@@ -1,10 +1,11 @@
 //! Lattices that are moved as no careful hand moves them.
 
+use law::axial::ParamError;
+use tissue::mass_spring::{Damping, LatticeError, MAX_FORCE_N};
+
 use super::moved::{Advance, Moved, energy_over_work};
 use crate::scenes::{AxialRun, training_axial_spec};
 use crate::{Measured, largest};
-use law::axial::ParamError;
-use tissue::mass_spring::{Damping, LatticeError, MAX_FORCE_N};
 
 pub(super) fn inverted_energy() -> Measured {
     let mut moved = Moved::undamped()?;

@@ -1,10 +1,11 @@
 //! A lattice that moves, and what integrates it.
 
-use super::{RADIUS_M, lower_back, patch, problem};
-use crate::{Measured, largest};
 use tissue::mass_spring::explicit::{self, ExplicitScratch};
 use tissue::mass_spring::implicit::{self, ImplicitScratch};
 use tissue::mass_spring::{Damping, Lattice, LatticeError, LatticeMotion, NodalLoad};
+
+use super::{RADIUS_M, lower_back, patch, problem};
+use crate::{Measured, largest};
 
 /// A lattice of 1 mm cells under a load of the skin, and what moves it.
 pub(super) struct Moved {

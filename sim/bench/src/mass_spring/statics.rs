@@ -1,10 +1,11 @@
 //! Layers that lattices find hard, at rest.
 
+use tissue::mass_spring::{Damping, FittedLattice, Lattice, LatticeError, MassSpring, fit};
+use tissue::{ElasticLayer, Problem, axisymmetric};
+
 use super::{RADIUS_M, lower_back, patch, problem};
 use crate::slabs::{make_elastic_layer, relative_distance_of_models};
 use crate::{Measured, largest};
-use tissue::mass_spring::{Damping, FittedLattice, Lattice, LatticeError, MassSpring, fit};
-use tissue::{ElasticLayer, Problem, axisymmetric};
 
 /// Distance of a lattice that covers the whole of a problem to elements with Poisson ratios of 1/4.
 fn own_error(problem: &Problem, spacing_m: f64) -> Measured {

@@ -3,7 +3,6 @@
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
 
-use crate::calibration::{Disturbance, Judged, Measurement, Origin, Trialled, sample, try_fit};
 use documents::Patient;
 use law::axial::AxialSpec;
 use tissue::calibrate::{ParameterEstimate, ParameterStanding, QUANTITIES, Quantity};
@@ -11,6 +10,7 @@ use tissue::calibrate::{ParameterEstimate, ParameterStanding, QUANTITIES, Quanti
 use super::chart::{self, Chart};
 use super::sheet::{self, ReportSheet};
 use super::{Subject, measured_on, quantile, specimen};
+use crate::calibration::{Disturbance, Judged, Measurement, Origin, Trialled, sample, try_fit};
 use crate::clock;
 use crate::error::BenchError;
 use crate::progress::MeasurementProgress;

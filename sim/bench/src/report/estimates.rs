@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::estimates::{DrawnTissue, JudgedEstimate, TOLERANCES, draw, measure as measure_one};
 use tissue::LoadKind;
 
 use super::sheet::{self, ReportSheet};
 use super::{Subject, measured_on, quantile};
 use crate::error::BenchError;
+use crate::estimates::{DrawnTissue, JudgedEstimate, TOLERANCES, draw, measure as measure_one};
 use crate::progress::MeasurementProgress;
 
 /// Random tissues in a report, and in a shortened one.

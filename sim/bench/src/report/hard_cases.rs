@@ -2,10 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::HardCaseTrial;
-
 use super::sheet::{self, ReportSheet};
 use super::{Subject, measured_on};
+use crate::HardCaseTrial;
 use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
 

@@ -27,13 +27,12 @@ use std::path::{Path, PathBuf};
 use ::recording::Session;
 use ::render::frame::{Frame, Stage};
 use documents::ExerciseBundle;
+pub use field::peers::{Peer, read as read_peers};
 use haptics::device::Device;
 use haptics::servo::Report;
 use tissue::Specimen;
 
 use crate::error::BenchError;
-
-pub use field::peers::{Peer, read as read_peers};
 
 /// What there is to report on, in the order in which all of it is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::Soaked;
 use documents::Patient;
 use tissue::Specimen;
 
 use super::sheet::{self, ReportSheet};
 use super::{Subject, measured_on, specimen};
+use crate::Soaked;
 use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
 

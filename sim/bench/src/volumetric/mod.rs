@@ -14,10 +14,10 @@ use statics::{
     bad_forces, duplicate_change, hold_still, incompressible_error, oblique_error, ratio_error, sliver_energy,
     thin_skin_error, zero_thickness_change,
 };
-
-use super::case;
 use tissue::volumetric::{Body, HexMesh, Material, MeshSpec3, Problem3, VolumetricError};
 use tissue::{ElasticLayer, Load, LoadKind, Problem, Slab};
+
+use super::case;
 
 super::trials! { "volumetric":
     ratio_error, case::RATIOS, "largest error of a fit to 10 %, against the axisymmetric model", <= 0.1 "";

@@ -1,9 +1,10 @@
 //! Large rotations and motion: loads that jump, blocks that are turned inside out.
 
-use super::{block, coarse, lower_back, problem};
-use crate::{Measured, largest};
 use tissue::FieldModel;
 use tissue::volumetric::{Corotational, Effort, Patch, Problem3, TissueMotion, VolumetricError};
+
+use super::{block, coarse, lower_back, problem};
+use crate::{Measured, largest};
 
 /// What a step may take.
 const EFFORT: Effort = Effort { iterations: 30, tolerance: 1e-4 };

@@ -1,12 +1,12 @@
 //! Answers in equilibrium: materials, meshes and forces that are hard.
 
 use nalgebra::Matrix3;
+use tissue::volumetric::{Corotational, Effort, MeshSpec3, Patch, Problem3, Volumetric, fit};
+use tissue::{ElasticLayer, FieldModel, axisymmetric};
 
 use super::{block, coarse, layer, lower_back, problem};
 use crate::slabs::relative_distance_of_models;
 use crate::{Measured, largest};
-use tissue::volumetric::{Corotational, Effort, MeshSpec3, Patch, Problem3, Volumetric, fit};
-use tissue::{ElasticLayer, FieldModel, axisymmetric};
 
 /// Error of a fit on layers, by the axisymmetric model fitted to 0.5 %.
 fn error(layers: Vec<ElasticLayer>, tolerance: f64) -> Measured {

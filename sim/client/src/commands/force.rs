@@ -1,6 +1,5 @@
 //! `stylet force`: the force law alone.
 
-use crate::sources;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
@@ -8,9 +7,9 @@ use law::axial::{self, AxialInput, AxialOutput, AxialParams, AxialScratch, Axial
 use law::soundness;
 
 use crate::exit::{Failure, Outcome};
-use crate::output;
 use crate::progress::Progress;
 use crate::trajectory::{self, AxialSample};
+use crate::{output, sources};
 
 /// Columns of the table on standard output; those of the reference tables, in their order.
 const HEADER: &str = "t_s,x_m,v_m_per_s,F_n,F_tip_n,F_rim_n,F_viscous_n,F_friction_n,F_cutting_n,depth_m,events";

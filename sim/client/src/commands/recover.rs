@@ -1,6 +1,5 @@
 //! `stylet recover`: every valid message out of a cut or damaged recording.
 
-use crate::sources;
 use std::io::BufReader;
 use std::path::PathBuf;
 
@@ -9,8 +8,8 @@ use recording::recover;
 
 use crate::exit::{Failure, Outcome};
 use crate::new_file::NewFile;
-use crate::output;
 use crate::progress::Progress;
+use crate::{output, sources};
 
 /// Copy every valid message of a cut or damaged recording into a whole one
 ///

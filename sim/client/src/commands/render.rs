@@ -1,6 +1,5 @@
 //! `stylet render`: one picture of a recording or an exercise, or the frames of a film, without a window.
 
-use crate::sources;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Arc;
@@ -11,9 +10,9 @@ use render::{Headless, PictureError, Quality};
 
 use crate::exit::{Failure, Outcome};
 use crate::new_file::create_folder;
-use crate::output;
 use crate::picture::{self, Look, Moment, Telling};
 use crate::progress::Progress;
+use crate::{output, sources};
 
 /// Largest side of a picture, in pixels.
 const MOST_PIXELS: u32 = 8192;

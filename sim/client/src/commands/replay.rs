@@ -1,10 +1,9 @@
 //! `stylet replay`: a recording in a window, with timeline, plots and scrubbing.
 
-use crate::sources;
 use std::path::PathBuf;
 
 use crate::exit::Outcome;
-use crate::window;
+use crate::{sources, window};
 
 /// Watch a recording in a window
 #[derive(clap::Args)]

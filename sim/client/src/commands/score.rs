@@ -1,6 +1,5 @@
 //! `stylet score`: metrics, score and reasons of a recording.
 
-use crate::sources;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
@@ -10,7 +9,7 @@ use documents::ExerciseBundle;
 use serde_json::json;
 
 use crate::exit::{Failure, Outcome};
-use crate::output;
+use crate::{output, sources};
 
 /// Judge a recorded attempt: metrics, score and what cost points
 ///

@@ -1,6 +1,5 @@
 //! `stylet simulate`: an attempt without a window, faster than real time.
 
-use crate::sources;
 use std::fs;
 use std::path::PathBuf;
 
@@ -19,7 +18,7 @@ use crate::exit::{Failure, Outcome};
 use crate::maker::{self, HandChoice, Maker};
 use crate::motion::WatchedSource;
 use crate::new_file::NewFile;
-use crate::{clock, output};
+use crate::{clock, output, sources};
 
 /// Let a virtual operator perform an exercise and record it
 ///

@@ -1,6 +1,5 @@
 //! `stylet verify`: a recording against its own re-simulation.
 
-use crate::sources;
 use std::path::PathBuf;
 
 use attempt::verify::{self, Verification};
@@ -8,7 +7,7 @@ use documents::Patient;
 use tissue::Specimen;
 
 use crate::exit::{Failure, Outcome};
-use crate::output;
+use crate::{output, sources};
 
 /// Re-simulate a recording's input and compare every recorded force and tent
 ///

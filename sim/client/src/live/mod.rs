@@ -16,14 +16,13 @@ use haptics::device::DeviceInfo;
 use haptics::mapping::Mapping;
 use haptics::scaling::Scaling;
 use haptics::servo::{self, Driven, LatestReader, Report, Running, Setup};
+pub use recorder::{Kept, Unsaved, recover_left_behind};
 use recording::Session;
+pub use shown::{AttemptView, Phase, SpokenEvent};
 use tissue::Specimen;
 
 use crate::exit::Failure;
 use crate::station::StationKey;
-
-pub use recorder::{Kept, Unsaved, recover_left_behind};
-pub use shown::{AttemptView, Phase, SpokenEvent};
 
 /// What an attempt is made of. Shared with the recorder's thread.
 pub struct LiveTrial {

@@ -167,8 +167,9 @@ fn in_words(event: &Event, phase: Phase) -> Option<String> {
 mod tests {
     //! An attempt that ends too early loses the withdrawal; one that never ends keeps the trainee waiting.
 
-    use super::*;
     use recording::sample::flags;
+
+    use super::*;
 
     fn shown(time_limit_s: f64) -> AttemptView {
         let layers = vec!["skin".to_owned(), "fat".to_owned()];

@@ -12,14 +12,14 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use data_encoding::HEXLOWER;
+pub use entry::Entry;
+pub use send::{Access, Delivery, Patience, Post};
 use sha2::{Digest, Sha256};
+pub use sheet::AnswerSheet;
 use tempfile::Builder;
 
 use crate::exit::Failure;
 use crate::folders;
-pub use entry::Entry;
-pub use send::{Access, Delivery, Patience, Post};
-pub use sheet::AnswerSheet;
 
 /// What recordings in the outbox end in.
 const EXTENSION: &str = "mcap";

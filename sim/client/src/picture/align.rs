@@ -63,8 +63,9 @@ fn first(events: &[Event], point: &WayPoint) -> Option<f64> {
 mod tests {
     //! A ghost that is not where the other attempt was at the same boundary shows a difference that nobody made.
 
-    use super::*;
     use EventKind::{Coaching, Confirm, Contact, TipRupture};
+
+    use super::*;
 
     fn events(told: &[(EventKind, Option<u32>, f64)]) -> Vec<Event> {
         let event = |&(kind, boundary, t_s): &(EventKind, Option<u32>, f64)| Event {

@@ -1,6 +1,5 @@
 //! What is constant in the pictures of an attempt.
 
-use crate::sources;
 use std::path::Path;
 
 use documents::{Channel, Exercise, ExerciseBundle, Feedback, Patient, Scene};
@@ -13,6 +12,7 @@ use tissue::Specimen;
 use tissue::follow::Profiles;
 
 use crate::exit::Failure;
+use crate::sources;
 
 /// The stage of an exercise on a patient. The file is named where its tissue is refused.
 ///

@@ -284,10 +284,11 @@ fn show_exercise_facts(ui: &mut Ui, exercise: &Exercise, device: &str) {
 mod tests {
     //! A trainee must see a day that is past for what it is, on their school's clock.
 
-    use super::*;
-    use crate::live::history;
     use serde_json::json;
     use time::macros::datetime;
+
+    use super::*;
+    use crate::live::history;
 
     fn offer(at: usize) -> (Shelf, usize) {
         let course = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/lower-back-basics");

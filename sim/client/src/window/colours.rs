@@ -54,8 +54,9 @@ fn adjust_style(style: &mut Style) {
 mod tests {
     //! A sign that the fonts lack is drawn as an empty box.
 
-    use super::*;
     use eframe::egui::{FontId, RawInput};
+
+    use super::*;
 
     #[test]
     fn every_sign_has_a_glyph() {

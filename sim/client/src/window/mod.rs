@@ -15,7 +15,6 @@ mod steer;
 mod survey;
 mod trial;
 
-use crate::sources;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -38,9 +37,9 @@ use crate::live::history::History;
 use crate::live::open::{self, Steered};
 use crate::live::{self, Live};
 use crate::maker::Maker;
-use crate::picture;
 use crate::shelf::{Offer, Shelf};
 use crate::station::{Pairing, StationKey};
+use crate::{picture, sources};
 
 /// Servo rate, in Hz.
 const TICK_HZ: f64 = 1000.0;

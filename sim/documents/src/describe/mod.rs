@@ -5,7 +5,6 @@
 
 use std::borrow::Borrow;
 use std::fmt::Display;
-
 use std::ops::RangeInclusive;
 
 use phrase::{Phrase, phrase};

@@ -8,11 +8,10 @@ mod topology;
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
+pub(crate) use axes::Axes;
 use law::structures::{Shape, Surface};
 use nalgebra::{Point3, Vector3};
 use phrase::{Phrase, phrase};
-
-pub(crate) use axes::Axes;
 
 /// What the mesh of a structure must be, in words.
 pub(crate) fn allowed_solid() -> Phrase {

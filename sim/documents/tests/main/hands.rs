@@ -4,8 +4,7 @@
 //! (38 mm), when a hand goes on where the hub lies on the skin, when a novice pushes no harder than an expert where a harder
 //! boundary is within reach, or when the same seed is not the same attempt. Bands are of medians; messages say the spread.
 
-use std::fmt;
-use std::thread;
+use std::{fmt, thread};
 
 use bench::{Performance, perform};
 use documents::{ExerciseBundle, Patient};

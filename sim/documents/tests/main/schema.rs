@@ -2,9 +2,8 @@
 //!
 //! Would fail if the schema and the reader drifted apart.
 
-use documents::DocumentKind;
-use documents::document_schema;
 use documents::load::{Document, read_document};
+use documents::{DocumentKind, document_schema};
 use jsonschema::Validator;
 use serde_json::Value;
 

@@ -2,9 +2,8 @@
 //!
 //! Would fail if a document were edited into something that its own reader, or physics, refuses.
 
-use documents::check_documents;
 use documents::load::read_document;
-use documents::{Curriculum, Document, ExerciseBundle, MasteryRule, Patient, Scene};
+use documents::{Curriculum, Document, ExerciseBundle, MasteryRule, Patient, Scene, check_documents};
 
 use crate::support::{curricula, shipped};
 

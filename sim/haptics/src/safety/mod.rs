@@ -16,11 +16,11 @@ pub mod thermal;
 pub mod wall;
 pub mod watchdog;
 
-use crate::clamp;
+pub use hold::Believed;
 use nalgebra::Vector3;
 
+use crate::clamp;
 use crate::device::{DeviceFault, DeviceInfo, Reading};
-pub use hold::Believed;
 
 /// What the chain changed, a bit each. They keep clear of the four lowest bits, which a recording's samples use for themselves.
 pub mod flags {

@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use law::puncture::{PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureState};
-use law::puncture::{step, write_loads};
+use law::puncture::{
+    PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureState, step, write_loads,
+};
 use nalgebra::Vector3;
 
 use super::grid::TickGrid;

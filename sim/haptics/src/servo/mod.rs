@@ -12,25 +12,23 @@ mod record;
 mod run;
 mod timing;
 
-use std::fmt;
-use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::thread::{self, JoinHandle};
+use std::{fmt, io};
 
+pub use bare::bare;
+pub use engine::{Counts, Engine, TickMoment};
+pub use latest::{LatestReader, Snapshot};
 use law::puncture::PunctureParams;
+pub use priority::Priority;
+pub use record::{CAPACITY, Record, Records};
+pub use timing::{Quantiles, Times};
 
 use crate::device::{Clocked, Device, DeviceFault, DeviceInfo};
 use crate::mapping::Mapping;
 use crate::safety;
 use crate::scaling::Scaling;
-
-pub use bare::bare;
-pub use engine::{Counts, Engine, TickMoment};
-pub use latest::{LatestReader, Snapshot};
-pub use priority::Priority;
-pub use record::{CAPACITY, Record, Records};
-pub use timing::{Quantiles, Times};
 
 /// What happened to a tick besides what the safety chain did, in [`Record::flags`] beside [`safety::flags`].
 pub mod flags {

@@ -56,12 +56,11 @@ mod springs;
 mod state;
 mod step;
 
+pub(crate) use book::book_lateral;
 pub use loads::write_loads;
 pub use params::{
     AxialParams, AxialSpec, Domain, ForceLaw, Layer, MAX_LAYERS, ParamError, RateDependence, UnknownForceLaw,
 };
+pub(crate) use path::{Open, Path, lay_boundaries};
 pub use state::{AxialInput, AxialOutput, AxialScratch, AxialStanding, AxialState, Contactor, PiercingStage, Rupture};
 pub use step::{forecast_standing, step};
-
-pub(crate) use book::book_lateral;
-pub(crate) use path::{Open, Path, lay_boundaries};

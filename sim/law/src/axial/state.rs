@@ -1,12 +1,12 @@
 //! What goes in and out of a step, and what lasts between steps.
 
+use phrase::{Phrase, phrase};
 use serde::{Deserialize, Serialize};
 
 use super::params::AxialParams;
 use super::path::Open;
 use super::speed_window::SpeedWindow;
 use crate::ledger::Ledger;
-use phrase::{Phrase, phrase};
 
 /// Samples closer than this are the same instant, in s: recordings count nanoseconds, and a velocity over less is noise.
 const MIN_TICK_S: f64 = 1e-9;

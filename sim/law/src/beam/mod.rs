@@ -16,8 +16,9 @@
 
 mod end;
 
-use crate::axial::{Domain, ParamError};
 use end::End;
+
+use crate::axial::{Domain, ParamError};
 
 /// Below this 2βs the needle is rigid to round-off; smaller numbers would underflow when multiplied.
 const RIGID: f64 = 1e-9;

@@ -50,16 +50,14 @@ mod skilled;
 mod tremor;
 mod wave;
 
-use nalgebra::{Isometry3, Point3, Vector3};
-
 use constant::Constant;
-use skilled::Skilled;
-
 pub use gauss::Draw;
 pub use hand::{Hand, SetPoint};
+use nalgebra::{Isometry3, Point3, Vector3};
 pub use occasion::Occasion;
 pub use pose::needle_pose;
 pub use skill::Skill;
+use skilled::Skilled;
 
 /// What an operator intends.
 #[derive(Clone, Copy, Debug, PartialEq)]

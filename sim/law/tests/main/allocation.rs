@@ -3,13 +3,13 @@
 //! It would fail on a vector that grows with events or tracks, and on a query of a shape that builds a heap.
 
 use allocation_counter::measure;
+use bench::needle::DrivenNeedle;
+use bench::scenes::{AxialRun, in_hold_out_in, training_axial_spec};
 use law::operator::{Operator, Plan, Skill, needle_pose};
 use law::puncture::{PunctureInput, step};
 use nalgebra::{Point3, Vector3};
 
 use crate::structures::one_of_each;
-use bench::needle::DrivenNeedle;
-use bench::scenes::{AxialRun, in_hold_out_in, training_axial_spec};
 
 #[test]
 fn the_axial_law_never_allocates() {

@@ -10,8 +10,7 @@ use wgpu::{
 
 use crate::camera::Camera;
 use crate::field::{self, DrawnResponses};
-use crate::frame::MOST_LAYERS;
-use crate::frame::{Frame, Stage, View};
+use crate::frame::{Frame, MOST_LAYERS, Stage, View};
 use crate::gpu::buffers::Loaded;
 use crate::gpu::layouts::{Layouts, group};
 use crate::gpu::pipelines::{Drawn, FIELD, Fixed, Shaders};

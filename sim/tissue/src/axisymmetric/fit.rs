@@ -8,14 +8,15 @@
 //! Then graded meshes are climbed, from near the one that the reference cases need, and the first that the judge finds good enough
 //! is trimmed: orders that the tolerance does not need go.
 
+use law::axial::Domain;
+use phrase::Phrase;
+
 use super::basis::MAX_ORDER;
 use super::grading::{LEAST_ORDER, LEVELS};
 use super::judge::Judge;
 use super::trim::{AnswerView, Rung, Trimming};
 use super::{Axisymmetric, AxisymmetricError, MeshSpec, fit_first};
 use crate::{Judging, Problem, Sampled};
-use law::axial::Domain;
-use phrase::Phrase;
 
 /// A model with what is known of its error.
 #[derive(Clone, Debug)]

@@ -1,9 +1,10 @@
 //! The mesh: strips across the radius times strips down the depth.
 
-use super::basis::MAX_ORDER;
-use crate::Problem;
 use law::axial::ParamError;
 use phrase::{Phrase, phrase};
+
+use super::basis::MAX_ORDER;
+use crate::Problem;
 
 /// Depths closer than this are the same, in m.
 const SAME_DEPTH_M: f64 = 1e-9;

@@ -25,6 +25,7 @@ mod trim;
 
 pub use basis::MAX_ORDER;
 pub use fit::{FittedAxisymmetric, fit, fit_by, fit_rung};
+use law::axial::ParamError;
 pub use mesh::{MeshSpec, Strip};
 pub use model::Axisymmetric;
 pub use oblique::Oblique;
@@ -33,7 +34,6 @@ pub use oblique_fit::{Along, FittedOblique, along_needle, fit_oblique, fit_obliq
 pub use superposed::Superposed;
 
 use super::multifrontal::NotPositiveDefinite;
-use law::axial::ParamError;
 
 /// Why there is no model.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -3,6 +3,9 @@
 //! As for a perpendicular needle the judge has a mesh of its own, and more stations along a drag. Nothing is trimmed: an oblique
 //! answer is solved once and kept, so that a re-solve is free.
 
+use law::axial::Domain;
+use phrase::{Phrase, phrase};
+
 use super::basis::MAX_ORDER;
 use super::fit::{BETTER, first_level};
 use super::judge::Judge;
@@ -10,8 +13,6 @@ use super::oblique::SharedMesh;
 use super::{Axisymmetric, AxisymmetricError, MeshSpec, Oblique};
 use crate::volumetric::Problem3;
 use crate::{FieldModel, Judging, Load, Problem, Sampled, relative_distance};
-use law::axial::Domain;
-use phrase::{Phrase, phrase};
 
 /// Stations of a drag in each strip, and of its judge.
 const STATIONS: [usize; 2] = [3, 5];

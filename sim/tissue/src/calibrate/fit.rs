@@ -1,5 +1,9 @@
 //! The fit as a whole: guess, descend from several starts, try neighbouring places, make sound, say how well it went.
 
+use law::axial::{AxialParams, AxialSpec, Contactor, ForceLaw};
+use law::operator::Draw;
+use law::soundness::{self, Unsound};
+
 use super::CalibrateError;
 use super::curve::Curve;
 use super::descent::Lowest;
@@ -13,9 +17,6 @@ use super::uncertainty::{
 };
 use super::verdict::{Misfit, find_misfit};
 use super::words::in_words;
-use law::axial::{AxialParams, AxialSpec, Contactor, ForceLaw};
-use law::operator::Draw;
-use law::soundness::{self, Unsound};
 
 /// Iterations of a whole descent, and of one that only tells whether a neighbouring place is better.
 const DESCENT: u32 = 40;

@@ -1,12 +1,13 @@
 //! Starting values, from the curve itself or from a scene laid over it.
 
+use law::axial::{AxialSpec, Contactor, ForceLaw, Layer};
+use law::closed_form;
+
 use super::CalibrateError;
 use super::curve::Curve;
 use super::drops::{Drop, Front};
 use super::model::{Guess, Places};
 use super::starts::{LEAST_STIFFNESS_N_PER_M, rise_n_per_m};
-use law::axial::{AxialSpec, Contactor, ForceLaw, Layer};
-use law::closed_form;
 
 /// What is asked for where no scene to start from is given.
 #[derive(Clone, Copy, Debug, PartialEq)]

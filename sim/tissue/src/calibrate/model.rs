@@ -5,14 +5,14 @@
 //! where within the gap is the variable x; the threshold follows: P = k (x − D) for the tip, P = k (x − L − D) for the rim. With the
 //! places held, the residual is continuous in every variable, and nothing that is differentiated straddles a drop.
 
+use law::axial::{AxialSpec, Layer};
+use law::closed_form::{self, PredictedRupture};
+use law::quasistatic::quasistatic_forces_n;
 use nalgebra::DMatrix;
 
 use super::curve::Curve;
 use super::descent::{LeastSquares, Lowest, square};
 use super::drops::Front;
-use law::axial::{AxialSpec, Layer};
-use law::closed_form::{self, PredictedRupture};
-use law::quasistatic::quasistatic_forces_n;
 
 /// What is fitted of each layer, in the order of the variables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

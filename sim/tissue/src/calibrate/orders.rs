@@ -4,10 +4,11 @@
 //! the two rows lie between each other depends on every number of the scene, so that numbers a quarter off may change it. Several
 //! may open at one drop, and one that new friction and cutting make up for shows none.
 
+use law::axial::{AxialSpec, Contactor};
+
 use super::drops::{Drop, Front};
 use super::guess::{Leader, find_leaders, largest_drops, move_place};
 use super::model::Guess;
-use law::axial::{AxialSpec, Contactor};
 
 /// How many ways of the beginning of a curve are followed, and how many of the whole are tried: those that move ruptures least.
 const FOLLOWED: usize = 400;

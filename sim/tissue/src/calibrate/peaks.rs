@@ -1,8 +1,9 @@
 //! The ruptures of a fitted law beside the drops of the curve.
 
-use super::model::{CurveModel, Guess};
 use law::axial::{AxialSpec, Contactor};
 use law::closed_form;
+
+use super::model::{CurveModel, Guess};
 
 /// A place this many gaps from a drop of the curve explains it.
 const NEAR_GAPS: usize = 2;

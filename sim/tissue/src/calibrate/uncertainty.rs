@@ -6,12 +6,12 @@
 //! Bounds and bends of the law shape it as they are, where a covariance would be blind to them. Other minima that the curve does not
 //! refuse either widen it. A number that is not held to within its own size is not determined and has no interval.
 
+use law::operator::Draw;
 use nalgebra::{DMatrix, DVector};
 
 use super::descent::{LeastSquares, Lowest, square};
 use super::model::{CurveModel, Guess, OWN, QUANTITIES, Quantity, step_sizes};
 use super::peaks::is_another_reading;
-use law::operator::Draw;
 
 /// A residual never speaks for more than this part of the peak (choice): a noise-free curve would make everything exact.
 pub(super) const FINEST_PART: f64 = 1e-4;

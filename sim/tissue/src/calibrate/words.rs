@@ -1,8 +1,9 @@
 //! What a curve cannot determine, in words.
 
+use law::axial::AxialSpec;
+
 use super::model::{CurveModel, Guess, QUANTITIES, Quantity};
 use super::uncertainty::{ParameterEstimate, ParameterStanding};
-use law::axial::AxialSpec;
 
 /// A line for each reason, naming the parameters that it holds for.
 pub(super) fn in_words(

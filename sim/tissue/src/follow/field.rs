@@ -1,5 +1,8 @@
 //! The field of an attempt: unit responses by the planner's choice of model, and the follower.
 
+use law::axial::{AxialSpec, ParamError};
+use phrase::Phrase;
+
 use super::responses::{Responses, pose_question};
 use super::spec::TissueSpec;
 use super::state::FollowParams;
@@ -7,8 +10,6 @@ use crate::axisymmetric::{Along, along_needle};
 use crate::planner::{self, PlanError, PlanRequest, Planned, Reach, cut_patch, find_reach, reach_of_all};
 use crate::volumetric::Problem3;
 use crate::{Judging, Load, LoadKind, Model, Problem, relative_distance};
-use law::axial::{AxialSpec, ParamError};
-use phrase::Phrase;
 
 /// Rate of the field, in Hz (physics section 5).
 pub const FIELD_HZ: u32 = 120;

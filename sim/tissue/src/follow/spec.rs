@@ -1,7 +1,8 @@
 //! The tissue of a scene, as a field needs it.
 
-use crate::{ElasticLayer, Judging, Load, LoadKind, Model, Slab};
 use law::axial::{Domain, ParamError};
+
+use crate::{ElasticLayer, Judging, Load, LoadKind, Model, Slab};
 
 /// A slab under a needle, and where the needle loads it. Unchecked.
 #[derive(Clone, Debug, PartialEq)]

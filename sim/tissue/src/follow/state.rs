@@ -1,9 +1,9 @@
 //! One step of the field's loads.
 
+use law::axial::ParamError;
 use serde::{Deserialize, Serialize};
 
 use super::spec::TissueSpec;
-use law::axial::ParamError;
 
 /// What a follower needs to know, constant for an attempt.
 #[derive(Clone, Debug, PartialEq)]

@@ -9,11 +9,12 @@
 
 use std::iter;
 
+use law::axial::Domain;
+use phrase::{Phrase, phrase};
+
 use super::grid::{nearest_spacing_m, thinnest_m};
 use super::{LatticeError, LatticePatch, LatticeSymmetry, MassSpring};
 use crate::{Judging, LoadKind, Problem, Sampled, axisymmetric};
-use law::axial::Domain;
-use phrase::{Phrase, phrase};
 
 /// A model with what is known of its error.
 #[derive(Clone, Debug)]

@@ -1,10 +1,11 @@
 //! Where the nodes are: planes through the interfaces of the layers, square meshes in each.
 
+use law::axial::{Domain, ParamError};
+
 use super::LatticeError;
 use super::calibration::HEIGHT_PER_WIDTH;
 use super::lanes::LANES;
 use crate::{ElasticLayer, Slab};
-use law::axial::{Domain, ParamError};
 
 /// Degrees of freedom at most: 6 million take 2 GB and a minute to relax, and nothing shipped needs more.
 pub const MAX_UNKNOWNS: usize = 6_000_000;

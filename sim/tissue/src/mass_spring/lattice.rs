@@ -1,14 +1,14 @@
 //! The lattice: nodes with masses, springs between them, and the longest stable step.
 
-use super::LatticeError;
+use law::axial::Domain;
+
 use super::calibration::spring_constants;
 use super::grid::{Grid, LatticePatch, LatticeSymmetry};
 use super::kernel::{self, NodalField};
-use super::laws;
 use super::links::{CLASSES, CORNERS, Link};
 use super::motion::LatticeMotion;
+use super::{LatticeError, laws};
 use crate::Slab;
-use law::axial::Domain;
 
 /// How motion dies away: a force −α m v on every node and a dashpot β k along every spring.
 ///

@@ -1,12 +1,12 @@
 //! A load on the nodes: what a traction does on the trilinear shape functions, so that its sum and its moment are exact.
 
+use law::axial::{Domain, ParamError};
 use libm::{erf, exp};
 
 use super::grid::Grid;
 use super::kernel::NodalField;
 use super::lattice::Lattice;
 use crate::{Load, LoadKind};
-use law::axial::{Domain, ParamError};
 
 /// The share of an axial force that each node takes.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -27,6 +27,7 @@ mod response;
 pub use fit::{FittedLattice, fit, fit_by, fit_rung};
 pub use grid::{LatticePatch, LatticeSymmetry, MAX_UNKNOWNS};
 pub use lattice::{Damping, Lattice};
+use law::axial::ParamError;
 pub use load::NodalLoad;
 pub use model::MassSpring;
 pub use motion::{LatticeMotion, MAX_FORCE_N};
@@ -34,7 +35,6 @@ pub use puncture::{LatticePuncture, OpenedSprings};
 pub use response::{NodeForce, Response};
 
 use super::axisymmetric::AxisymmetricError;
-use law::axial::ParamError;
 
 /// Why a lattice cannot be made or stepped, and the nearest that can be done.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

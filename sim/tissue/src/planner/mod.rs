@@ -11,12 +11,12 @@
 mod patch;
 
 pub use patch::{Reach, cut_patch, find_reach, reach_of_all};
+use phrase::{Phrase, phrase};
 
 use super::axisymmetric::{self, AxisymmetricError};
 use super::mass_spring::{self, LatticeError};
 use super::volumetric::{self, Problem3, Skin, VolumetricError};
 use super::{FieldModel, Judging, Model, Problem};
-use phrase::{Phrase, phrase};
 
 /// What is asked of the planner.
 #[derive(Clone, Copy, Debug, PartialEq)]

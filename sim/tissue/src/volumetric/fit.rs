@@ -5,12 +5,12 @@
 //! the two answers is most of the error of the lower one. A finer rung of the same order is no judge: what a
 //! coarse mesh misses, the next one often misses too.
 
+use law::axial::Domain;
 use nalgebra::{Point3, Vector3};
+use phrase::{Phrase, phrase};
 
 use super::{Grading, MeshSpec3, Problem3, Symmetry, Volumetric, VolumetricError};
 use crate::{FieldModel, Judging, Sampled};
-use law::axial::Domain;
-use phrase::{Phrase, phrase};
 
 /// A model with what is known of its error.
 #[derive(Clone, Debug)]

@@ -2,9 +2,8 @@
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
-use super::basis;
 use super::mesh::PatchMesh;
-use super::{Body, Problem3};
+use super::{Body, Problem3, basis};
 use crate::multifrontal::FIXED;
 
 /// Points of the quadrature across an element: enough for a footprint much smaller than the element.

@@ -1,12 +1,11 @@
 //! Hexahedra of any order: a layered disc, graded towards its load, or a box.
 
+use law::axial::{Domain, ParamError};
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 
-use super::basis;
 use super::plan::{DiscPlan, Outline};
-use super::{Problem3, Symmetry, number_node};
-use law::axial::{Domain, ParamError};
+use super::{Problem3, Symmetry, basis, number_node};
 
 /// Orders that the elements may have. Linear ones lock in thin stiff layers, so there are none.
 pub const ORDERS: std::ops::RangeInclusive<usize> = 2..=4;

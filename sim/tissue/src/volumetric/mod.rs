@@ -23,18 +23,17 @@ mod plan;
 mod problem;
 mod rotation;
 
-use nalgebra::{Point3, Vector3};
-
 pub use body::Body;
 pub use corotational::{Corotational, Energies, RefusedLoad, TissueMotion};
 pub use fit::{FittedVolumetric, fit, fit_by, fit_rung};
+use law::axial::ParamError;
 pub use mesh::{Grading, HexMesh, MeshSpec3, ORDERS};
 pub use minimiser::{Effort, Outcome};
+use nalgebra::{Point3, Vector3};
 pub use problem::{Inclusion, InclusionShape, Material, Problem3, Skin, Symmetry};
 
 use super::multifrontal::{Cholesky, NotPositiveDefinite};
 use super::{FieldModel, Model};
-use law::axial::ParamError;
 
 /// Why there is no model of a problem.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -1,11 +1,11 @@
 //! What only three dimensions can ask: a tilted needle, a curved skin, inclusions.
 
+use law::axial::{Domain, ParamError};
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::problem::lame_pa;
 use crate::{ElasticLayer, FieldModel, Problem};
-use law::axial::{Domain, ParamError};
 
 /// A problem without an axis of symmetry. With everything at its default it is the flat problem.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

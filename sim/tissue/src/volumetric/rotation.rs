@@ -82,8 +82,9 @@ fn from_quaternion(w: f64, v: &Vector3<f64>) -> Matrix3<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{by_eigenvectors, nearest_rotation};
     use nalgebra::{Matrix3, Rotation3, Vector3};
+
+    use super::{by_eigenvectors, nearest_rotation};
 
     fn stretched(turn: &Rotation3<f64>, stretch: [f64; 3]) -> Matrix3<f64> {
         turn.matrix() * Matrix3::from_diagonal(&Vector3::from(stretch))

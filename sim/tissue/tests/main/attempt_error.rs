@@ -1,8 +1,7 @@
 //! What a field claims of an attempt is what the attempt sees: every boundary pushed, the shaft's drag along every layer, on the
 //! whole body. It would fail where the claim is that of a push on the skin, or of the patch that it was computed on.
 
-use tissue::axisymmetric::Axisymmetric;
-use tissue::axisymmetric::MeshSpec;
+use tissue::axisymmetric::{Axisymmetric, MeshSpec};
 use tissue::follow::{AttemptLoad, Field, TissueSpec};
 use tissue::{FieldModel, Judging, Load, Problem, relative_distance};
 

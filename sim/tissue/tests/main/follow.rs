@@ -4,6 +4,7 @@
 //! or not on the layer, a drag that pushes on withdrawal, and a follower that drifts or is thrown by a bad clock.
 
 use allocation_counter::measure;
+use bench::scenes::{AxialRun, Leg, in_hold_out_in, paper_axial_spec, training_axial_spec};
 use law::axial::{AxialParams, AxialSpec, forecast_standing, write_loads};
 use tissue::follow::{
     FollowError, FollowParams, FollowState, HandOver, Responses, StraightInsertion, TissueSpec, hand_over, rate_errors,
@@ -11,8 +12,6 @@ use tissue::follow::{
 };
 use tissue::volumetric::Problem3;
 use tissue::{ElasticLayer, FieldModel, Judging, LoadKind, Model, Slab};
-
-use bench::scenes::{AxialRun, Leg, in_hold_out_in, paper_axial_spec, training_axial_spec};
 
 /// The lower back of physics section 4 under a needle of 1 mm radius.
 pub fn lower_back() -> TissueSpec {

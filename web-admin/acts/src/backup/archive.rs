@@ -8,10 +8,10 @@ use std::path::Path;
 use anyhow::{Context, bail, ensure};
 use data_encoding::HEXLOWER;
 use sha2::{Digest, Sha256};
+use store::sessions::RecordingFile;
 use tar::{Archive, Builder, EntryType, Header, HeaderMode};
 
 use super::{DATABASE, MANIFEST, Manifest, RECORDINGS, SMALL};
-use store::sessions::RecordingFile;
 
 /// More than any manifest has.
 const MOST_MANIFEST_BYTES: u64 = 1 << 16;

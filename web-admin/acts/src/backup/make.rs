@@ -8,7 +8,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
 use data_encoding::HEXLOWER;
+use model::Moment;
 use sha2::{Digest, Sha256};
+use store::sessions::{self, RecordingFile};
+use store::{Database, audit, tries, uploads};
 
 use super::archive::{self, Sources};
 use super::{FORMAT, KEYS, Manifest, Scratch, passphrase};
@@ -17,9 +20,6 @@ use crate::erasures::{ERASURES_FILE, ErasureList};
 use crate::killpoints::KillPoint;
 use crate::recording_files::hash_file;
 use crate::verification::VerificationReport;
-use model::Moment;
-use store::sessions::{self, RecordingFile};
-use store::{Database, audit, tries, uploads};
 
 /// Makes a backup, reads it back, and only then gives it its name. The key of certificates is in it where there is a passphrase to seal it.
 ///

@@ -11,13 +11,12 @@ mod restore;
 
 use std::collections::BTreeMap;
 
+pub use make::make;
+pub use restore::{KeysRestored, RestoreRequest, RestoreSummary, restore};
 use serde::{Deserialize, Serialize};
 
 use crate::erasures::ERASURES_FILE;
 use crate::{certificates, sealing};
-
-pub use make::make;
-pub use restore::{KeysRestored, RestoreRequest, RestoreSummary, restore};
 
 /// Name of the manifest, the first file of an archive.
 const MANIFEST: &str = "manifest.json";

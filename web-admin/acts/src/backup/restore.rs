@@ -3,21 +3,19 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use store::Database;
 
 use super::{
     DATABASE, FORMAT, KEYS, KNOWN, MANIFEST, Manifest, RECORDINGS, RestoreRefused, Scratch, archive, passphrase,
 };
 use crate::clock::Clock;
 use crate::config::Config;
-use crate::erasing;
 use crate::erasures::{ERASURES_FILE, Erasure, ErasureList};
 use crate::killpoints::KillPoint;
 use crate::recording_files::hash_file;
-use crate::sealing;
 use crate::service::Service;
-use crate::verification;
 use crate::verification::VerificationReport;
-use store::Database;
+use crate::{erasing, sealing, verification};
 
 /// Written into the unpacked backup when it was found whole: from then on only its parts are to be moved.
 const WHOLE: &str = "whole.json";

@@ -5,9 +5,8 @@ use model::draft::Publishable;
 use phrase::{Phrase, phrase};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use tissue::follow::{Field, FieldPlan};
-
 use store::exercises::RevisionBytes;
+use tissue::follow::{Field, FieldPlan};
 
 /// A draft, and for whom its verdict is.
 #[derive(Debug, Serialize, Deserialize)]

@@ -4,24 +4,23 @@
 mod arrival;
 mod draft;
 
-use crate::{recording_files, replay_files};
-use model::count_i64;
 use std::path::{Path, PathBuf};
 
+pub use arrival::{RecordingFacts, ReportedRecording};
 use assessment::{Assessment, assess, own_exercise};
+use attempt::AttemptCurve;
 use attempt::verify::verify_recording;
 use documents::{ExerciseBundle, Patient};
+pub use draft::{DraftQuestion, publishable, same_id};
+use model::count_i64;
+use model::draft::DraftVerdict;
 use recording::{ReadError, Recording};
 use serde::{Deserialize, Serialize};
-use tissue::Specimen;
-
-use attempt::AttemptCurve;
-use model::draft::DraftVerdict;
 use store::exercises::RevisionBytes;
 use store::sessions::Verified;
+use tissue::Specimen;
 
-pub use arrival::{RecordingFacts, ReportedRecording};
-pub use draft::{DraftQuestion, publishable, same_id};
+use crate::{recording_files, replay_files};
 
 /// What whoever judges can be asked.
 #[derive(Debug, Serialize, Deserialize)]

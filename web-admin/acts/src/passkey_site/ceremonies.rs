@@ -3,10 +3,9 @@
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
-use webauthn_rs::prelude::{PasskeyAuthentication, PasskeyRegistration};
-
 use model::Moment;
 use model::ids::{CeremonyId, PersonId};
+use webauthn_rs::prelude::{PasskeyAuthentication, PasskeyRegistration};
 
 /// How long an answer is waited for, in s.
 const WAIT_S: i64 = 5 * 60;

@@ -3,6 +3,8 @@
 mod ceremonies;
 
 use anyhow::Context;
+pub use ceremonies::{Ceremonies, PasskeyChallenge};
+use model::ids::PersonId;
 use serde::de::DeserializeOwned;
 use webauthn_rs::prelude::{
     AuthenticationResult, CredentialID, Passkey, PasskeyAuthentication, PasskeyRegistration, Url, WebauthnError,
@@ -10,9 +12,6 @@ use webauthn_rs::prelude::{
 use webauthn_rs::{Webauthn, WebauthnBuilder};
 
 use crate::config::Config;
-use model::ids::PersonId;
-
-pub use ceremonies::{Ceremonies, PasskeyChallenge};
 
 /// What browsers are told of us.
 const NAME: &str = "Stylet";

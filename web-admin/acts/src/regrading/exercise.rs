@@ -4,21 +4,18 @@
 use anyhow::Context;
 use data_encoding::HEXLOWER;
 use futures::future::join_all;
+use model::ids::{RegradingId, RevisionId, SessionId};
+use model::regrading::{RegradingOutcome, RegradingState, count_attempts};
+use model::{CurrentPerson, SessionKey, judgement};
 use serde_json::json;
 use sha2::{Digest, Sha256};
+use store::audit::{Actor, AuditEntry};
+use store::regradings::{RegradedAttempt, Regrading, Stood};
+use store::{Write, exercises, grades, regradings, scores, sessions};
 
 use super::{Regrader, Rubric, ScoreChange, add};
 use crate::error::{Error, refuse_trainees};
 use crate::service::Service;
-use model::ids::{RegradingId, RevisionId, SessionId};
-use model::regrading::{RegradingOutcome, RegradingState, count_attempts};
-use model::{CurrentPerson, SessionKey, judgement};
-use store::Write;
-use store::audit::{Actor, AuditEntry};
-use store::regradings;
-use store::regradings::{RegradedAttempt, Regrading, Stood};
-use store::scores;
-use store::{exercises, grades, sessions};
 
 /// How long a preview waits to be confirmed, in s.
 pub const PREVIEW_LIFETIME_S: i64 = 86_400;
@@ -131,9 +128,6 @@ pub async fn forget(state: &Service, by: &CurrentPerson, id: RegradingId) -> Res
 }
 
 /// Goes on with the oldest re-grading that is under way. False where there is none.
-///
-/// # Errors
-/// When the database fails.
 pub async fn step(state: &Service) -> anyhow::Result<bool> {
     let Some(regrading) = regradings::under_way(state.db.reader()).await? else { return Ok(false) };
     match regrading.state {

@@ -8,21 +8,19 @@ pub mod exercise;
 use anyhow::Context;
 use assessment::{AssessError, Assessment, assess, own_exercise, suffices};
 use data_encoding::HEXLOWER;
-use documents::Exercise;
-use documents::ExerciseBundle;
-use serde_json::json;
-use sqlx::SqliteConnection;
-
-use crate::error::Error;
-use crate::recordings;
-use crate::secret;
-use crate::service::Service;
+use documents::{Exercise, ExerciseBundle};
 use model::ids::{RevisionId, SchoolId, ScoreId};
 use model::{Moment, SessionKey};
+use serde_json::json;
+use sqlx::SqliteConnection;
 use store::audit::{Actor, AuditEntry};
 use store::regradings::{self, NewReason};
 use store::sessions::Session;
 use store::{exercises, practice, scores};
+
+use crate::error::Error;
+use crate::service::Service;
+use crate::{recordings, secret};
 
 /// What decides a score.
 #[derive(Clone, Debug)]
@@ -30,9 +28,6 @@ pub struct Rubric(Exercise);
 
 impl Rubric {
     /// The rubric that trainees are judged by today. None where the school no longer teaches the exercise.
-    ///
-    /// # Errors
-    /// When the database fails.
     pub async fn of_today(state: &Service, school: SchoolId, exercise: &str) -> Result<Option<Self>, Error> {
         match exercises::find_current_revision(state.db.reader(), school, exercise).await? {
             Some(taught) => Self::of_revision(state, school, taught.id).await.map(Some),
@@ -100,9 +95,6 @@ pub struct Regrader<'a> {
 }
 
 /// Adds a score to one attempt; earlier ones stay.
-///
-/// # Errors
-/// When the database fails.
 pub async fn apply(state: &Service, by: Regrader<'_>, session: &Session, again: &Assessment) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     let before = scores::find_newest_score(&mut *tx, session.key()).await?.context("a scored attempt")?;

@@ -6,19 +6,18 @@
 
 use assessment::questionnaire::{Answer, Refused, asked_pages, is_asked, read_answer};
 use documents::Instrument;
+use model::ids::SessionId;
+use model::survey::given::GivenAnswers;
+use model::survey::{ResponseState, Survey};
+use model::{CurrentPerson, Moment};
 use sqlx::SqliteConnection;
+use store::audit::{Actor, AuditEntry};
+use store::surveys;
+use store::surveys::{NewResponse, Submission, SurveyResponse};
 
 use crate::error::Error;
 use crate::secret;
 use crate::service::Service;
-use model::ids::SessionId;
-use model::survey::ResponseState;
-use model::survey::Survey;
-use model::survey::given::GivenAnswers;
-use model::{CurrentPerson, Moment};
-use store::audit::{Actor, AuditEntry};
-use store::surveys;
-use store::surveys::{NewResponse, Submission, SurveyResponse};
 
 pub(super) const ANSWERED: &str = "these answers were sent already; they can be taken back, not changed";
 
@@ -127,9 +126,6 @@ impl Answering {
     }
 
     /// Forgets what was begun.
-    ///
-    /// # Errors
-    /// When the database fails.
     pub async fn discard(&self, state: &Service) -> Result<(), Error> {
         let mut tx = state.db.write().await?;
         surveys::reset(&mut tx, &self.response).await?;

@@ -1,25 +1,23 @@
 //! Instruments: from documents to published revisions, and between TOML and JSON.
 
-use crate::error::Error;
-use crate::publishing::DocumentPublisher;
-use crate::service::Service;
-use model::CurrentPerson;
-use model::ids::{RevisionId, SchoolId, SurveyId};
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use documents::{DocumentError, Instrument, Issue};
+use model::ids::{RevisionId, SchoolId, SurveyId};
+use model::survey::Identity;
+use model::{CurrentPerson, Moment};
 use phrase::{Phrase, phrase};
 use serde_json::json;
 use sqlx::SqliteConnection;
-
-use crate::publishing::{CourseRefused, Published};
-use model::Moment;
-use model::survey::Identity;
 use store::audit::{Actor, AuditEntry};
 use store::instruments::{self as stored, NewInstrument};
 use store::surveys::{self, NewSurvey};
+
+use crate::error::Error;
+use crate::publishing::{CourseRefused, DocumentPublisher, Published};
+use crate::service::Service;
 
 /// Every document of a folder's `instruments`, or of the folder itself where that is its name, in order.
 ///
@@ -56,9 +54,6 @@ pub async fn publish(
 }
 
 /// Publishes an instrument that was read already, with the bytes it was read from.
-///
-/// # Errors
-/// When the database fails.
 pub async fn publish_text(
     writer: &mut SqliteConnection,
     publisher: &DocumentPublisher,
@@ -90,9 +85,6 @@ pub async fn publish_text(
 
 /// Makes the surveys that the courses of a school ask for after attempts, where they are missing. One that asks an older
 /// revision closes: its answers keep theirs.
-///
-/// # Errors
-/// When the database fails.
 pub async fn course_surveys(writer: &mut SqliteConnection, school: SchoolId, now: Moment) -> anyhow::Result<()> {
     let asked = surveys::asked_by_courses(&mut *writer, school).await?;
     let open = surveys::of_course(&mut *writer, school).await?;
@@ -166,9 +158,6 @@ fn no_document(line: usize, column: usize, error: impl Display) -> DocumentError
 }
 
 /// Publishes an instrument that was written in the browser. False where it is to be `new` and there is one of its id.
-///
-/// # Errors
-/// When the database fails.
 pub async fn publish_written(
     state: &Service,
     by: &CurrentPerson,

@@ -2,18 +2,17 @@
 
 use model::ids::{CohortId, RevisionId, SchoolId, SurveyId};
 use model::limits::LETTERS_AN_HOUR;
+use model::survey::{Identity, PROFESSIONAL, Survey};
+use model::{CurrentPerson, Moment};
 use serde_json::json;
 use sqlx::SqliteExecutor;
+use store::audit::AuditEntry;
+use store::surveys;
+use store::surveys::{NewResponse, NewSurvey, letters};
 
 use crate::error::Error;
 use crate::secret;
 use crate::service::Service;
-use model::survey::Survey;
-use model::survey::{Identity, PROFESSIONAL};
-use model::{CurrentPerson, Moment};
-use store::audit::AuditEntry;
-use store::surveys;
-use store::surveys::{NewResponse, NewSurvey, letters};
 
 /// How long a link is good where the survey does not close before, in s.
 pub const LINK_LIFETIME_S: i64 = 60 * 24 * 3600;
@@ -40,9 +39,6 @@ pub struct SurveyRequest {
 }
 
 /// Makes a survey that belongs to a person.
-///
-/// # Errors
-/// When the database fails.
 pub async fn make(state: &Service, person: &CurrentPerson, wanted: &SurveyRequest) -> Result<SurveyId, Error> {
     let now = state.clock.now();
     let new = NewSurvey {
@@ -84,9 +80,6 @@ pub fn link_expiry(survey: &Survey, now: Moment) -> Moment {
 }
 
 /// How many letters with links a school may still send now.
-///
-/// # Errors
-/// When the database fails.
 pub async fn letters_left(executor: impl SqliteExecutor<'_>, school: SchoolId, now: Moment) -> Result<usize, Error> {
     let queued = letters::queued_since(executor, school, now.plus_s(-3600)).await?;
     Ok(LETTERS_AN_HOUR.saturating_sub(queued as usize))
@@ -164,9 +157,6 @@ pub async fn make_links(
 }
 
 /// Closes a survey now, or opens a closed one again.
-///
-/// # Errors
-/// When the database fails.
 pub async fn close(state: &Service, person: &CurrentPerson, survey: &Survey, closed: bool) -> Result<(), Error> {
     let now = state.clock.now();
     let mut tx = state.db.write().await?;

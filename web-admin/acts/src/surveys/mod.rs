@@ -6,39 +6,29 @@ mod making;
 mod taking;
 mod themes;
 
+use documents::Instrument;
 pub use instruments::{course_surveys, documents_in, from_json, publish, publish_text, publish_written, to_json};
 pub use making::{SurveyLink, SurveyRequest, close, letters_left, link_expiry, mail_links, make, make_links};
-pub use taking::{AnsweredSheet, take};
-pub use themes::{Theme, set_theme};
-
-use documents::Instrument;
-
-use crate::error::Error;
-use crate::service::Service;
 use model::ids::{RevisionId, SchoolId};
 use model::survey::Survey;
 use store::instruments as stored;
+pub use taking::{AnsweredSheet, take};
+pub use themes::{Theme, set_theme};
+
+use crate::error::Error;
+use crate::service::Service;
 
 /// The instrument that a survey asks, in the revision it has always asked.
-///
-/// # Errors
-/// When the database fails.
 pub async fn instrument_of(state: &Service, survey: &Survey) -> Result<Instrument, Error> {
     revision(state, survey.school_id, survey.revision_id).await?.ok_or(Error::NotFound)
 }
 
 /// A revision of an instrument. Publishing has checked it, so a refusal now is our fault.
-///
-/// # Errors
-/// When the database fails.
 pub async fn revision(state: &Service, school: SchoolId, id: RevisionId) -> Result<Option<Instrument>, Error> {
     Ok(document(state, school, id).await?.map(|(instrument, _)| instrument))
 }
 
 /// A revision of an instrument, and the document that it was read from.
-///
-/// # Errors
-/// When the database fails.
 pub async fn document(
     state: &Service,
     school: SchoolId,

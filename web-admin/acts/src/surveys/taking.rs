@@ -7,21 +7,19 @@ use std::collections::BTreeMap;
 
 use assessment::questionnaire::{Answer, read_answer};
 use documents::Instrument;
+use model::Moment;
+use model::ids::SurveyId;
+use model::survey::{ResponseState, Survey};
 use sqlx::SqliteConnection;
 use sqlx::types::Json;
+use store::sessions::Session;
+use store::surveys::{NewResponse, Practised, SurveyResponse};
+use store::{people, surveys};
 
 use super::answering::{ANSWERED, Answering};
 use crate::error::Error;
 use crate::secret;
 use crate::service::Service;
-use model::Moment;
-use model::ids::SurveyId;
-use model::survey::ResponseState;
-use model::survey::Survey;
-use store::people;
-use store::sessions::Session;
-use store::surveys;
-use store::surveys::{NewResponse, Practised, SurveyResponse};
 
 /// Hexadecimal digits of a secret: 256 bits, as ours have.
 const SECRET_DIGITS: usize = 64;

@@ -4,6 +4,9 @@ use std::io::SeekFrom;
 
 use bytes::Bytes;
 use futures::StreamExt;
+use model::ids::UploadId;
+use store::uploads;
+use store::uploads::{Upload, UploadOwner};
 use tokio::fs::File;
 use tokio::io::{AsyncSeekExt, AsyncWriteExt};
 
@@ -14,9 +17,6 @@ use crate::killpoints::KillPoint;
 use crate::recordings::Chunks;
 use crate::service::Service;
 use crate::turns::Turn;
-use model::ids::UploadId;
-use store::uploads;
-use store::uploads::{Upload, UploadOwner};
 
 /// A piece without a checksum is acknowledged to ourselves this often, in bytes: so much is sent again after a crash.
 const CHECKPOINT_BYTES: i64 = 8 << 20;

@@ -3,8 +3,13 @@
 
 mod append;
 
-use crate::turns::Turn;
 use std::path::PathBuf;
+
+pub use append::{UploadPiece, append};
+use model::ids::UploadId;
+use store::audit::Actor;
+use store::uploads::{Unfinished, Upload, UploadOwner};
+use store::{stations, tries, uploads};
 
 use crate::config::UploadQuota;
 use crate::error::Error;
@@ -12,13 +17,7 @@ use crate::intake::{self, Bearer};
 use crate::killpoints::KillPoint;
 use crate::recordings::{self, Received};
 use crate::service::Service;
-use model::ids::UploadId;
-use store::audit::Actor;
-use store::uploads;
-use store::uploads::{Unfinished, Upload, UploadOwner};
-use store::{stations, tries};
-
-pub use append::{UploadPiece, append};
+use crate::turns::Turn;
 
 /// What the file of an unfinished upload ends in. At the start, `recordings::clear_uploads` deletes `part` files.
 const EXTENSION: &str = "tus";

@@ -1,9 +1,10 @@
 //! What a trainee does well, and what costs points again and again.
 
-use crate::count_u32;
 use std::collections::BTreeMap;
 
 use assessment::{Deduction, catalogue};
+
+use crate::count_u32;
 
 /// Attempts in which a line must have been judged before it is called a strength or a habit.
 pub const LEAST_ATTEMPTS: usize = 3;

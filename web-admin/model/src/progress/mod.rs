@@ -9,13 +9,13 @@ mod tests;
 
 use std::sync::Arc;
 
-use crate::ids::{RevisionId, SessionId};
 pub use assessment::learning::{CurveRule, Mastery};
 use assessment::learning::{LearningCurve, Reached};
-use time::OffsetDateTime;
-
 pub use concerns::{Concern, DECLINE_POINTS, DECLINE_RUN, INACTIVE_DAYS, STUCK_FAILS};
 pub use habits::{Habits, RubricHabit};
+use time::OffsetDateTime;
+
+use crate::ids::{RevisionId, SessionId};
 
 /// One scored attempt.
 #[derive(Clone, Debug, PartialEq)]

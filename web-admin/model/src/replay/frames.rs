@@ -1,7 +1,6 @@
 //! The moving part of a replay: so many pictures a second of needle and tents, small enough to be sent before play.
 
-use attempt::Dents;
-use attempt::{needle_axis, patient_thicknesses_m};
+use attempt::{Dents, needle_axis, patient_thicknesses_m};
 use documents::ExerciseBundle;
 use recording::{Recording, Sample};
 

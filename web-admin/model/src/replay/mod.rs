@@ -4,13 +4,13 @@
 mod frames;
 mod stage;
 
+use attempt::AttemptCurve;
 use documents::ExerciseBundle;
+pub use frames::{COLUMNS, Frames};
 use recording::Recording;
+pub use stage::ReplayStage;
 
 use super::series::Pyramid;
-use attempt::AttemptCurve;
-pub use frames::{COLUMNS, Frames};
-pub use stage::ReplayStage;
 
 /// A recording, taken apart for the browser.
 #[derive(Clone, Debug)]

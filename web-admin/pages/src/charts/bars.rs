@@ -98,8 +98,9 @@ pub fn draw_score_among_others(own: f64, others: &assessment::statistics::Summar
 mod tests {
     //! A day's bar is as high as its attempts, and no attempts at all are drawn too.
 
-    use super::*;
     use time::macros::date;
+
+    use super::*;
 
     #[test]
     fn days_are_stacked_and_empty_ones_keep_their_place() {

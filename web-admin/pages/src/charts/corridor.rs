@@ -45,9 +45,10 @@ fn describe_corridor(corridor: &Corridor) -> String {
 
 #[cfg(test)]
 mod tests {
+    use model::corridor::corridor as of;
+
     use super::*;
     use crate::samples;
-    use model::corridor::corridor as of;
 
     #[test]
     fn draws_band_median_and_attempt() {

@@ -1,13 +1,12 @@
 //! Force against depth: layers behind it, ruptures on it, the stages of each boundary below it.
 
-use crate::format;
 use attempt::{AttemptCurve, CurvePoint, LayerSpan};
 
-use super::DrawingSize;
-use super::marks;
 use super::plot::{Plot, extent_with_zero};
 use super::scale::Extent;
 use super::svg::{Area, Caption, PaperPoint, Svg, text_width};
+use super::{DrawingSize, marks};
+use crate::format;
 
 const LEFT: f64 = 46.0;
 const RIGHT: f64 = 12.0;

@@ -84,11 +84,11 @@ mod tests {
     //! Drawings are made in the reader's language, down to what only a screen reader says.
 
     use assessment::learning::{CusumParams, Rule, learning_curve as learning};
+    use model::corridor::corridor as corridor_of;
 
     use super::*;
     use crate::forgotten::check_drawing;
     use crate::{anatomy, samples};
-    use model::corridor::corridor as corridor_of;
 
     #[test]
     fn drawings_of_an_attempt_speak_the_readers_language() {

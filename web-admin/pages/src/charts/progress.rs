@@ -178,9 +178,10 @@ pub fn draw_score_bar(score: f64, pass_mark: Option<f64>) -> String {
 mod tests {
     //! Every attempt must be on the chart, passes and fails apart; no attempt, and one, must be drawn too.
 
-    use super::*;
     use time::Duration;
     use time::macros::datetime;
+
+    use super::*;
 
     fn points(scores: &[f64]) -> Vec<ScorePoint> {
         let at = |i: usize| datetime!(2026-03-02 09:00 UTC) + Duration::days(i64::try_from(i).expect("few"));

@@ -3,11 +3,11 @@
 use askama::Template;
 use askama_web::WebTemplate;
 use assessment::statistics::Estimate;
+use model::progress::{DECLINE_RUN, StepProgress, StepState};
 use time::Date;
 
 use super::ScoredRow;
 use crate::{Shell, StatusWord, charts, format};
-use model::progress::{DECLINE_RUN, StepProgress, StepState};
 
 /// The page.
 #[derive(Debug, Template, WebTemplate)]

@@ -4,10 +4,10 @@ use askama::Template;
 use askama_web::WebTemplate;
 use assessment::learning::{Crossing, LearningPoint, Standing};
 use assessment::statistics::{Estimate, Summary};
+use model::progress::{CurveRule, Habits, RubricHabit, ScoredAttempt, StepProgress};
 use time::OffsetDateTime;
 
 use crate::{Shell, StatusWord, charts, format, metric};
-use model::progress::{CurveRule, Habits, RubricHabit, ScoredAttempt, StepProgress};
 
 /// The page.
 #[derive(Debug, Template, WebTemplate)]

@@ -4,6 +4,9 @@ use assessment::learning::CusumParams;
 use assessment::statistics::{summary, wilson};
 use assessment::{Deduction, DeductionCause};
 use documents::MasteryRule;
+use model::Role;
+use model::ids::RevisionId;
+use model::progress::{Concern, Course, Habits, Mastery, Progress, ScoredAttempt};
 use time::Duration;
 
 use super::{
@@ -12,9 +15,6 @@ use super::{
 };
 use crate::trainee::score_points;
 use crate::{StatusWord, charts, samples};
-use model::Role;
-use model::ids::RevisionId;
-use model::progress::{Concern, Course, Habits, Mastery, Progress, ScoredAttempt};
 
 fn by_curve() -> (Course, Mastery) {
     let CusumParams { p0, p1, alpha, beta } = CusumParams { p0: 0.2, p1: 0.4, alpha: 0.05, beta: 0.1 };

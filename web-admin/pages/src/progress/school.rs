@@ -58,9 +58,10 @@ pub struct MonthRow {
 
 #[cfg(test)]
 mod tests {
+    use model::Role;
+
     use super::*;
     use crate::{charts, samples};
-    use model::Role;
 
     #[test]
     fn years_and_months_have_their_shares_and_an_empty_school_says_so() {

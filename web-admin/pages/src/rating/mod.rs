@@ -5,18 +5,17 @@ mod round;
 #[cfg(test)]
 mod samples;
 
-pub use rate::{OwnRating, RatePage};
-pub use round::{RatedAttemptRow, RaterRow, RoundPage, ScoreView};
-
 use askama::Template;
 use askama_web::WebTemplate;
+use model::ids::SessionId;
+pub use rate::{OwnRating, RatePage};
+pub use round::{RatedAttemptRow, RaterRow, RoundPage, ScoreView};
 use serde::Deserialize;
 use time::OffsetDateTime;
 
 use super::form::{FilledForm, read_trimmed_text};
 use super::people::SelectOption;
 use super::{Shell, StatusWord, format};
-use model::ids::SessionId;
 
 /// Rounds of ratings.
 #[derive(Debug, Template, WebTemplate)]
@@ -105,9 +104,10 @@ pub struct AttemptChoice {
 mod tests {
     //! Fails when somebody is not led to what they are to rate, or what was typed is lost with a refusal.
 
+    use model::Role;
+
     use super::*;
     use crate::samples;
-    use model::Role;
 
     #[test]
     fn open_ratings_come_with_a_button() {

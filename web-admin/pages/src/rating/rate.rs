@@ -2,12 +2,12 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
+use model::ids::RatingId;
 
 use crate::replay::OtherAttempt;
 use crate::session::Drawing;
 use crate::survey::form::{FormQuestion, QuestionField};
 use crate::{Shell, StatusWord, anatomy, assets, format};
-use model::ids::RatingId;
 
 /// An attempt to be rated.
 #[derive(Debug, Template, WebTemplate)]

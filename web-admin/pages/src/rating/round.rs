@@ -3,11 +3,11 @@
 use askama::Template;
 use askama_web::WebTemplate;
 use assessment::statistics::{IntraclassCorrelation, NotComputable};
+use model::rating::{ScoreTable, mean};
 use time::OffsetDateTime;
 
 use crate::rating::OwnRating;
 use crate::{Shell, StatusWord, format};
-use model::rating::{ScoreTable, mean};
 
 /// A round of ratings.
 #[derive(Debug, Template, WebTemplate)]

@@ -1,12 +1,13 @@
 //! Samples of the pages of ratings.
 
+use model::Role;
+use model::ids::RatingId;
+use model::rating::ScoreTable;
+
 use super::{OwnRating, RatePage, RatedAttemptRow, RaterRow, RoundPage, ScoreView};
 use crate::samples;
 use crate::session::Drawing;
 use crate::survey::form::{FormQuestion, GivenField};
-use model::Role;
-use model::ids::RatingId;
-use model::rating::ScoreTable;
 
 pub(super) fn show(name: &str, page: &(impl askama::Template + std::fmt::Debug)) -> String {
     samples::keep_page(name, page)

@@ -2,19 +2,18 @@
 
 mod trace;
 
-pub use trace::{StripView, TracePage, TraceTruth};
-
 use askama::Template;
 use askama_web::WebTemplate;
+use model::due::Local;
+use model::ids::PersonId;
+use model::segments::TraceOutcome;
 use serde::Deserialize;
 use time::OffsetDateTime;
+pub use trace::{StripView, TracePage, TraceTruth};
 
 use super::form::{FilledForm, read_trimmed_text};
 use super::people::SelectOption;
 use super::{Shell, StatusWord, format};
-use model::due::Local;
-use model::ids::PersonId;
-use model::segments::TraceOutcome;
 
 /// Tasks of a visitor.
 #[derive(Debug, Template, WebTemplate)]
@@ -140,10 +139,11 @@ pub fn attempt_label(trainee: &str, exercise: &str, at: OffsetDateTime) -> Strin
 mod tests {
     //! Fails when a trainee cannot see what is to be done, or a missing figure is shown as 0.
 
-    use super::*;
-    use crate::samples;
     use model::Role;
     use model::segments::MarksVerdict;
+
+    use super::*;
+    use crate::samples;
 
     fn task() -> TaskRow {
         TaskRow {

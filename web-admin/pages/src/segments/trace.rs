@@ -2,15 +2,14 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
-
-use crate::charts;
-use crate::charts::{Extent, TRACE_LEFT, TRACE_RIGHT, TraceStrip};
-use crate::form::FilledForm;
-use crate::segments::{TaskRow, as_milliseconds};
-use crate::{Shell, assets, format};
 use model::ids::TraceId;
 use model::segments::{MOST_MARKS, MarksVerdict, TOLERANCE_S};
 use model::series::TimeSpan;
+
+use crate::charts::{Extent, TRACE_LEFT, TRACE_RIGHT, TraceStrip};
+use crate::form::FilledForm;
+use crate::segments::{TaskRow, as_milliseconds};
+use crate::{Shell, assets, charts, format};
 
 /// Empty fields beside those that are filled in.
 const SPARE: usize = 4;
@@ -144,9 +143,10 @@ impl TracePage {
 mod tests {
     //! Fails when the truth is in the page before the marks were sent, or a figure lacks its unit afterwards.
 
+    use model::Role;
+
     use super::*;
     use crate::samples;
-    use model::Role;
 
     fn page(found: Option<TraceTruth>) -> TracePage {
         let span = |n: u32| TimeSpan {

@@ -1,7 +1,8 @@
 //! Figures of a survey in words.
 
-use crate::format;
 use model::survey::results::{Alpha, ConfidenceInterval, Quartiles, RaterAgreement, SurveyFigure};
+
+use crate::format;
 
 /// A figure in words, or why there is none.
 fn say_figure<T>(figure: &SurveyFigure<T>, words: impl Fn(&T) -> String) -> String {

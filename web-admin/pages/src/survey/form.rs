@@ -6,11 +6,11 @@ use assessment::questionnaire::{Allowed, Answer, Found, Refused};
 use axum::response::{IntoResponse, Response};
 use documents::Instrument;
 use documents::instrument::{Item, ScaleKind, Words};
-
-use crate::{assets, format};
 use model::survey::Identity;
 use model::survey::given::{GivenAnswers, name_of_field};
 use words::Language;
+
+use crate::{assets, format};
 
 /// Most places of a row of marks; a finer scale is a field for a number.
 const MOST_MARKS: f64 = 21.0;

@@ -2,15 +2,15 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
+use model::limits::LETTERS_AN_HOUR;
+use model::mail::LetterDelivery;
+use model::survey::Identity;
 use serde::Deserialize;
 use time::OffsetDateTime;
 
 use super::identity_words;
 use crate::form::{FilledForm, read_ticked_box, read_trimmed_text};
 use crate::{Shell, StatusWord, format};
-use model::limits::LETTERS_AN_HOUR;
-use model::mail::LetterDelivery;
-use model::survey::Identity;
 
 /// `/surveys`: what is asked of a trainee, or what the school asks.
 #[derive(Debug, Template, WebTemplate)]

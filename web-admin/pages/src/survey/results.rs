@@ -4,15 +4,14 @@ use std::borrow::Borrow;
 
 use askama::Template;
 use askama_web::WebTemplate;
-
-use super::figures;
-use crate::charts;
-use crate::charts::{BoxRow, Extent, LikertBar};
-use crate::{Shell, format};
 use model::survey::Identity;
 use model::survey::results::{
     ConfidenceInterval, ItemGroup, ItemResult, Results, ScoreGroup, ScoreResult, SurveyFigure,
 };
+
+use super::figures;
+use crate::charts::{BoxRow, Extent, LikertBar};
+use crate::{Shell, charts, format};
 
 /// The results of a survey.
 #[derive(Debug, Template, WebTemplate)]

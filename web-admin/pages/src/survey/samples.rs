@@ -3,6 +3,12 @@
 
 use assessment::questionnaire::{Answer, Scorer};
 use documents::Instrument;
+use model::ids::ResponseId;
+use model::mail::LetterDelivery;
+use model::survey::Identity;
+use model::survey::results::{ResponseRow, Results, correlation, score_group};
+use model::{Moment, Role};
+use words::Language;
 
 use super::form::{ConsentPage, EndPage, FormPage, FormQuestion, GivenField, SurveyEnd, Terms};
 use super::instrument::{EditPage, InstrumentPage, InstrumentPreview, InstrumentsPage};
@@ -13,12 +19,6 @@ use super::results::{
 use crate::charts::Extent;
 use crate::form::FilledForm;
 use crate::samples::{NOW, keep_page, shell};
-use model::ids::ResponseId;
-use model::mail::LetterDelivery;
-use model::survey::Identity;
-use model::survey::results::{ResponseRow, Results, correlation, score_group};
-use model::{Moment, Role};
-use words::Language;
 
 fn shipped(name: &str) -> Instrument {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/instruments").join(name);

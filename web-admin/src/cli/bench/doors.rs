@@ -1,22 +1,18 @@
 //! Pages that no link leads to, or only when somebody has just done something: made anew for each measurement, since some are
 //! kept for a day only.
 
+use acts::{accounts, drafting, ratings, regrading, roster_import, surveys};
 use anyhow::Context;
-
-use super::school;
-use crate::AppState;
-use crate::demo::school::{COHORTS, email_of};
-use crate::worker;
-use acts::accounts;
-use acts::{drafting, ratings, regrading, roster_import, surveys};
 use model::CurrentPerson;
 use model::roster::RosterRequest;
 use model::survey::Survey;
 use store::account_links::Purpose;
 use store::ratings::NewRound;
-use store::reports;
-use store::surveys as asked;
-use store::{exercises, generated, instruments, people};
+use store::{exercises, generated, instruments, people, reports, surveys as asked};
+
+use super::school;
+use crate::demo::school::{COHORTS, email_of};
+use crate::{AppState, worker};
 
 /// Lines of the roster: those of a cohort.
 const LINES: u32 = 30;

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use acts::clock::Clock;
 use axum::http::StatusCode;
 use indicatif::ProgressBar;
 use tokio::task::JoinSet;
@@ -10,7 +11,6 @@ use tokio::time::{MissedTickBehavior, interval};
 
 use super::pages::Page;
 use super::visitor::BenchVisitor;
-use acts::clock::Clock;
 
 /// From each page to the next one asked for: a prime, so that every page has its turn, and far from its neighbours in the
 /// list, which are alike.

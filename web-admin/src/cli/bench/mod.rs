@@ -17,13 +17,13 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::{Args, value_parser};
-
-use super::{CommandFailure, say_line};
-use crate::demo::ATTEMPTS_EACH;
 use load::RequestPace;
 use pages::Tour;
 use report::MeasuredSchool;
 use service::BenchService;
+
+use super::{CommandFailure, say_line};
+use crate::demo::ATTEMPTS_EACH;
 
 /// The password of everybody here.
 const PASSWORD: &str = "a password for measurements";

@@ -1,21 +1,20 @@
 //! The school that pages are measured on: the demonstration, a generated crowd, and a survey with many answers.
 
-use acts::generating::{self, GeneratedSurvey};
 use std::fmt::Write;
 use std::path::Path;
 
+use acts::clock::Clock;
+use acts::config::Config;
+use acts::generating::{self, GeneratedSurvey};
 use anyhow::Context;
+use store::people;
+use store::surveys::{self as stored};
 
 use super::PASSWORD;
 use super::doors::{self, Doors};
-use crate::AppState;
 use crate::demo::school::{ADMINISTRATOR, email_of};
 use crate::demo::{self, Demonstration};
-use crate::routes;
-use acts::clock::Clock;
-use acts::config::Config;
-use store::people;
-use store::surveys::{self as stored};
+use crate::{AppState, routes};
 
 /// Responses to the survey.
 pub(super) const RESPONSES: usize = 5_000;

@@ -4,9 +4,8 @@ use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
 
-use anyhow::{Context, ensure};
-
 use acts::clock::Clock;
+use anyhow::{Context, ensure};
 
 /// A running `web-admin serve`, ended when dropped.
 pub(super) struct BenchService {

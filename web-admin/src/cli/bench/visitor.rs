@@ -7,11 +7,11 @@ use hyper_util::client::legacy::Client;
 use hyper_util::client::legacy::connect::HttpConnector;
 use hyper_util::rt::TokioExecutor;
 use percent_encoding::{NON_ALPHANUMERIC, utf8_percent_encode};
+use store::generated;
 
 use super::PASSWORD;
 use super::doors::Doors;
 use crate::demo::school::{self, ADMINISTRATOR, COHORTS, LEARNERS};
-use store::generated;
 
 /// How many of the crowd's trainees and instructors ask, spread over all of them.
 const OF_EACH: u32 = 4;

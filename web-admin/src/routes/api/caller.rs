@@ -1,27 +1,26 @@
 //! Who is calling, settled before anything else of a request is read.
 
+use acts::error::Error;
+use acts::secret;
+use acts::stations::CallingStation;
 use axum::extract::{FromRequestParts, Request, State};
 use axum::http::header::AUTHORIZATION;
 use axum::http::request::Parts;
 use axum::http::{HeaderMap, Method};
 use axum::middleware::Next;
 use axum::response::Response;
-use tower_sessions::Session;
-
-use crate::AppState;
-use crate::error::ApiError;
-use crate::refusals::{KnownAsker, RequestFacts};
-use crate::routes::auth::asked_by;
-use crate::routes::auth::person_of;
-use acts::error::Error;
-use acts::secret;
-use acts::stations::CallingStation;
 use model::CurrentPerson;
 use model::ids::SchoolId;
 use store::audit::Actor;
 use store::people::{self, Person};
 use store::tokens::{self, Token};
 use store::uploads::UploadOwner;
+use tower_sessions::Session;
+
+use crate::AppState;
+use crate::error::ApiError;
+use crate::refusals::{KnownAsker, RequestFacts};
+use crate::routes::auth::{asked_by, person_of};
 
 /// Who is calling.
 #[derive(Clone, Debug)]

@@ -1,10 +1,15 @@
 //! What was said about an attempt.
 
 use acts::comments as said;
+use acts::error::Error;
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
+use model::comment::{Comment, TypedComment};
+use model::ids::{CommentId, SessionId};
 use serde::{Deserialize, Serialize};
+use store::comments;
+use store::comments::CommentRecord;
 use utoipa::ToSchema;
 
 use super::caller::Caller;
@@ -12,11 +17,6 @@ use super::sessions::find_session;
 use super::{ApiId, ApiJson};
 use crate::AppState;
 use crate::error::{ApiError, ProblemDocument};
-use acts::error::Error;
-use model::comment::{Comment, TypedComment};
-use model::ids::{CommentId, SessionId};
-use store::comments;
-use store::comments::CommentRecord;
 
 /// Comments by their moment, then answers by the time they were given.
 #[derive(Debug, Serialize, ToSchema)]

@@ -6,9 +6,9 @@ use axum::extract::{Request, State};
 use axum::http::{HeaderName, HeaderValue, header};
 use axum::middleware::Next;
 use axum::response::Response;
+use store::origins;
 
 use crate::AppState;
-use store::origins;
 
 /// What a page may be told of an allowed origin.
 const SHARED: [(HeaderName, &str); 4] = [

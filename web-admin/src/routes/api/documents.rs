@@ -2,27 +2,25 @@
 
 use std::collections::BTreeSet;
 
+use acts::assignments as teaching;
+use acts::error::Error;
 use assessment::learning::Standing;
 use axum::Json;
 use axum::extract::{Path, State};
+use model::assignment::{AssignmentStage, AssignmentTask};
+use model::due::local;
+use model::ids::{AssignmentId, PersonId, SchoolId};
+use model::progress::{Course, Mastery, Progress, StepProgress, StepState};
+use model::{Moment, assignment};
 use serde::Serialize;
+use store::curricula::TaughtCurriculum;
+use store::exercises::{self, Revision, RevisionBytes};
+use store::{curricula, practice};
 use utoipa::ToSchema;
 
 use super::caller::Caller;
 use crate::AppState;
 use crate::error::{ApiError, ProblemDocument};
-use acts::assignments as teaching;
-use acts::error::Error;
-use model::Moment;
-use model::assignment;
-use model::assignment::{AssignmentStage, AssignmentTask};
-use model::due::local;
-use model::ids::{AssignmentId, PersonId, SchoolId};
-use model::progress::{Course, Mastery, Progress, StepProgress, StepState};
-use store::curricula;
-use store::curricula::TaughtCurriculum;
-use store::exercises::{self, Revision, RevisionBytes};
-use store::practice;
 
 /// What the caller may train now.
 #[derive(Debug, Serialize, ToSchema)]

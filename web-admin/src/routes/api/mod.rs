@@ -1,5 +1,6 @@
 //! `/api/v1`: JSON for programs, by bearer token.
 
+use acts::error::Error;
 use axum::Json;
 use axum::extract::{FromRequest, FromRequestParts, Path, Request};
 use axum::http::request::Parts;
@@ -14,7 +15,6 @@ use utoipa_axum::routes;
 use crate::AppState;
 use crate::error::ApiError;
 use crate::routes::Routes;
-use acts::error::Error;
 
 mod caller;
 mod comments;

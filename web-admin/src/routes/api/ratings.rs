@@ -1,5 +1,7 @@
 //! The replay of an attempt that somebody is asked to rate, by the id of the rating: without the attempt's own.
 
+use acts::error::Error;
+use acts::ratings::attempt;
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, Request, State};
@@ -7,17 +9,15 @@ use axum::http::header::{
     ETAG, IF_MATCH, IF_MODIFIED_SINCE, IF_NONE_MATCH, IF_RANGE, IF_UNMODIFIED_SINCE, LAST_MODIFIED,
 };
 use axum::response::Response;
+use model::ids::RatingId;
+use model::replay::ReplayStage;
+use store::sessions::Session;
 
 use super::ApiId;
 use super::caller::Caller;
 use super::replay::{self, Series, SeriesQuery};
 use crate::AppState;
 use crate::error::{ApiError, ProblemDocument};
-use acts::error::Error;
-use acts::ratings::attempt;
-use model::ids::RatingId;
-use model::replay::ReplayStage;
-use store::sessions::Session;
 
 async fn find_rated_attempt(state: &AppState, caller: &Caller, id: RatingId) -> Result<Session, Error> {
     attempt(state, caller.person()?, id).await

@@ -1,12 +1,18 @@
 //! What a replay draws: the stage, the frames, and what is plotted over time.
 
-use acts::replay_files;
+use acts::error::Error;
+use acts::{replay_files, replays};
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, Request, State};
 use axum::http::{HeaderValue, header};
 use axum::response::{IntoResponse, Response};
+use model::ids::SessionId;
+use model::replay::ReplayStage;
+use model::series;
+use model::series::{AttemptStretch, TimeSpan};
 use serde::{Deserialize, Serialize};
+use store::sessions::Session;
 use tower::ServiceExt;
 use tower_http::services::ServeFile;
 use utoipa::ToSchema;
@@ -16,13 +22,6 @@ use super::caller::Caller;
 use super::sessions::find_session;
 use crate::AppState;
 use crate::error::{ApiError, ProblemDocument};
-use acts::error::Error;
-use acts::replays;
-use model::ids::SessionId;
-use model::replay::ReplayStage;
-use model::series;
-use model::series::{AttemptStretch, TimeSpan};
-use store::sessions::Session;
 
 /// What is asked for, as it was typed: each refusal names its field.
 #[derive(Deserialize)]

@@ -1,11 +1,16 @@
 //! What an attempt scored.
 
+use acts::error::Error;
 use assessment::{Assessment, RubricRef};
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
+use model::ids::SessionId;
+use model::{Moment, Proof, Uncounted};
 use serde::Serialize;
+use store::sessions::SessionState;
+use store::{grades, proofs, scores};
 use utoipa::ToSchema;
 
 use super::ApiId;
@@ -13,13 +18,6 @@ use super::caller::Caller;
 use super::sessions::find_session;
 use crate::AppState;
 use crate::error::{ApiError, ProblemDocument};
-use acts::error::Error;
-use model::ids::SessionId;
-use model::{Moment, Proof, Uncounted};
-use store::grades;
-use store::proofs;
-use store::scores;
-use store::sessions::SessionState;
 
 /// Where the score stands while there is none.
 #[derive(Debug, Serialize, ToSchema)]

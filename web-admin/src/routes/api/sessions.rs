@@ -2,12 +2,17 @@
 
 use std::path::Path;
 
+use acts::error::Error;
+use acts::recordings;
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, Request, State};
 use axum::http::{HeaderValue, header};
 use axum::response::{IntoResponse, Response};
+use model::ids::{PersonId, SessionId};
+use model::{AttemptPlace, Moment, Uncounted};
 use serde::{Deserialize, Serialize};
+use store::sessions::{self, Session, SessionState};
 use tower::ServiceExt;
 use tower_http::services::ServeFile;
 use utoipa::ToSchema;
@@ -16,11 +21,6 @@ use super::ApiId;
 use super::caller::Caller;
 use crate::AppState;
 use crate::error::{ApiError, ProblemDocument};
-use acts::error::Error;
-use acts::recordings;
-use model::ids::{PersonId, SessionId};
-use model::{AttemptPlace, Moment, Uncounted};
-use store::sessions::{self, Session, SessionState};
 
 /// An attempt.
 #[derive(Debug, Serialize, ToSchema)]

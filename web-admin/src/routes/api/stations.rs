@@ -1,9 +1,12 @@
 //! Training stations: joining a school by a code, and signing a trainee in by theirs.
 
+use acts::stations;
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
+use model::ids::StationId;
 use serde::{Deserialize, Serialize};
+use store::schools;
 use utoipa::ToSchema;
 
 use super::ApiJson;
@@ -13,9 +16,6 @@ use super::surveys::{self, StationSurvey};
 use crate::AppState;
 use crate::error::{ApiError, ProblemDocument};
 use crate::routes::auth::ClientAddress;
-use acts::stations;
-use model::ids::StationId;
-use store::schools;
 
 /// A station that wants to join.
 #[derive(Deserialize, ToSchema)]

@@ -2,10 +2,18 @@
 
 use std::collections::BTreeMap;
 
+use acts::error::Error;
+use acts::surveys as asking;
+use acts::surveys::AnsweredSheet;
 use axum::Json;
 use axum::extract::{Path, State};
+use model::ids::{PersonId, SchoolId, SessionId, SurveyId};
+use model::survey::{Identity, ResponseState, Survey};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use store::sessions::{self, Session};
+use store::surveys;
+use store::surveys::Practised;
 use utoipa::ToSchema;
 
 use super::caller::Caller;
@@ -13,15 +21,6 @@ use super::{ApiId, ApiJson};
 use crate::AppState;
 use crate::error::{ApiError, ProblemDocument};
 use crate::routes::survey::{TermsOf, terms_of_survey};
-use acts::error::Error;
-use acts::surveys as asking;
-use acts::surveys::AnsweredSheet;
-use model::ids::{PersonId, SchoolId, SessionId, SurveyId};
-use model::survey::Survey;
-use model::survey::{Identity, ResponseState};
-use store::sessions::{self, Session};
-use store::surveys;
-use store::surveys::Practised;
 
 /// The surveys that are asked after an attempt.
 #[derive(Debug, Serialize, ToSchema)]

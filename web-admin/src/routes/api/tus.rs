@@ -1,6 +1,10 @@
 //! `/api/v1/uploads`: tus 1.0.0 with creation, creation-with-upload, checksum, expiration and termination.
 //! <https://tus.io/protocols/resumable-upload>
 
+use acts::checksum::Checksum;
+use acts::error::Error;
+use acts::uploads;
+use acts::uploads::{Announced, UploadPiece};
 use axum::body::Body;
 use axum::extract::{Request, State};
 use axum::http::header::{CONTENT_LENGTH, CONTENT_TYPE, LOCATION};
@@ -9,6 +13,9 @@ use axum::middleware::{Next, from_fn, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{options, post};
 use data_encoding::BASE64;
+use model::Moment;
+use model::ids::UploadId;
+use store::uploads::Upload;
 use time::format_description::BorrowedFormatItem;
 use time::macros::format_description;
 use utoipa_axum::router::OpenApiRouter;
@@ -20,13 +27,6 @@ use super::{ApiId, cors};
 use crate::AppState;
 use crate::error::{ApiError, ProblemDocument};
 use crate::routes::Routes;
-use acts::checksum::Checksum;
-use acts::error::Error;
-use acts::uploads;
-use acts::uploads::{Announced, UploadPiece};
-use model::Moment;
-use model::ids::UploadId;
-use store::uploads::Upload;
 
 const VERSION: &str = "1.0.0";
 const EXTENSIONS: &str = "creation,creation-with-upload,checksum,expiration,termination";

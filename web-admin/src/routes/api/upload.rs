@@ -1,11 +1,17 @@
 //! Uploading a recording: acknowledged only when the file and its row are on the disk.
 
+use acts::checksum::Checksum;
+use acts::error::Error;
+use acts::intake;
+use acts::intake::{Bearer, RecordingReceipt};
+use acts::recordings::{self, Arriving};
 use axum::Json;
 use axum::body::{Body, HttpBody};
 use axum::extract::State;
 use axum::http::header::{CONTENT_LENGTH, CONTENT_TYPE};
 use axum::http::{HeaderMap, StatusCode};
 use futures::{StreamExt, TryStreamExt};
+use model::Moment;
 use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 
@@ -13,12 +19,6 @@ use super::caller::Caller;
 use super::sessions::SessionView;
 use crate::AppState;
 use crate::error::{ApiError, ProblemDocument};
-use acts::checksum::Checksum;
-use acts::error::Error;
-use acts::intake;
-use acts::intake::{Bearer, RecordingReceipt};
-use acts::recordings::{self, Arriving};
-use model::Moment;
 
 /// Takes in a recording. The same one again is acknowledged again; another one under its id is refused, and so is one that
 /// names the pseudonym of somebody else. What `uncounted` says is kept and counts nowhere.

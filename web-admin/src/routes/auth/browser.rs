@@ -5,13 +5,13 @@ use std::net::IpAddr;
 use axum::extract::FromRequestParts;
 use axum::http::HeaderMap;
 use axum::http::request::Parts;
+use model::CurrentPerson;
 use tower_sessions::Session;
 
 use super::address::ClientAddress;
 use super::csrf::{Csrf, session_of};
 use crate::AppState;
 use crate::error::PageError;
-use model::CurrentPerson;
 
 /// Somebody who has asked for a page, and the token of its forms.
 #[derive(Clone, Copy, Debug)]

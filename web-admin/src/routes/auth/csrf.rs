@@ -1,6 +1,8 @@
 //! A form must come from a page of ours: each carries a token that only the page and the session know, or, where nobody is signed in,
 //! a cookie.
 
+use acts::error::Error;
+use acts::secret;
 use axum::body::Body;
 use axum::extract::{FromRequest, FromRequestParts, RawForm, Request};
 use axum::http::request::Parts;
@@ -12,8 +14,6 @@ use tower_sessions::Session;
 
 use super::stranger::StrangerToken;
 use crate::error::PageError;
-use acts::error::Error;
-use acts::secret;
 
 const KEY: &str = "csrf";
 

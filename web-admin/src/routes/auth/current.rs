@@ -1,10 +1,15 @@
 //! Who is signed in, settled before anything else of a request is read.
 
+use acts::error::Error;
+use acts::web_sessions::{SIGNED_IN_KEY, SignedInSession};
 use axum::extract::{FromRequestParts, Request, State};
 use axum::http::Method;
 use axum::http::request::Parts;
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Redirect, Response};
+use model::ids::PersonId;
+use model::{CurrentPerson, Moment, Role};
+use store::{people, second_factors};
 use tower_sessions::Session;
 
 use super::address::asked_by;
@@ -13,11 +18,6 @@ use crate::AppState;
 use crate::error::PageError;
 use crate::refusals::KnownAsker;
 use crate::routes::language;
-use acts::error::Error;
-use acts::web_sessions::{SIGNED_IN_KEY, SignedInSession};
-use model::ids::PersonId;
-use model::{CurrentPerson, Moment, Role};
-use store::{people, second_factors};
 
 /// How long somebody stays signed in, in s.
 const SIGNED_IN_S: i64 = 12 * 3600;

@@ -1,10 +1,18 @@
 //! Between the password and the second factor: such a session opens nothing but the page that asks for it.
 
+use acts::error::Error;
+use acts::second_factor;
 use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::get;
+use model::ids::PersonId;
+use model::{Moment, PersonKey};
+use pages::login::CodePage;
+use pages::proving::FactorRefused;
 use serde::{Deserialize, Serialize};
+use store::people::{self, Person};
+use store::second_factors;
 use tower_sessions::Session;
 
 use super::browser::Browser;
@@ -15,14 +23,6 @@ use super::proving::{FactorQuestion, ShownFactor};
 use crate::AppState;
 use crate::error::{PageError, finish_answer, status_of};
 use crate::routes::Routes;
-use acts::error::Error;
-use acts::second_factor;
-use model::ids::PersonId;
-use model::{Moment, PersonKey};
-use pages::login::CodePage;
-use pages::proving::FactorRefused;
-use store::people::{self, Person};
-use store::second_factors;
 
 const KEY: &str = "half";
 /// How long the second factor is waited for, in s.

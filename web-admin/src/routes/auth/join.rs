@@ -1,10 +1,16 @@
 //! `/join/{token}`: a password is chosen by a link. `/forgotten`: such a link is asked for.
 
+use acts::error::Error;
+use acts::{accounts, passwords};
 use axum::extract::{Path, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
+use model::password_refused::PasswordRefused;
+use pages::account::{DeadLinkPage, ForgottenPage, JoinPage};
 use serde::Deserialize;
+use store::account_links::{AccountLink, Purpose};
+use store::people;
 use tower_sessions::Session;
 
 use super::address::ClientAddress;
@@ -14,13 +20,6 @@ use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
 use crate::routes::forms::FormAnswer;
-use acts::accounts;
-use acts::error::Error;
-use acts::passwords;
-use model::password_refused::PasswordRefused;
-use pages::account::{DeadLinkPage, ForgottenPage, JoinPage};
-use store::account_links::{AccountLink, Purpose};
-use store::people;
 
 /// The ways to a password, for anybody.
 pub(super) fn password_routes() -> Routes {

@@ -1,12 +1,14 @@
 //! The sign-in page, and signing out.
 
-use crate::routes::auth::Visitor;
+use acts::error::Error;
 use acts::signing_in::{note_refused_sign_in, note_way_in};
-
+use acts::{accounts, secret};
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
+use pages::login::LoginPage;
 use serde::Deserialize;
+use store::people::{self, Credentials};
 use tower_sessions::Session;
 
 use super::address::ClientAddress;
@@ -16,11 +18,7 @@ use super::{half, join};
 use crate::AppState;
 use crate::error::{PageError, finish_answer, status_of};
 use crate::routes::Routes;
-use acts::accounts;
-use acts::error::Error;
-use acts::secret;
-use pages::login::LoginPage;
-use store::people::{self, Credentials};
+use crate::routes::auth::Visitor;
 
 /// `/login` and the ways to a password, for anybody.
 #[must_use]

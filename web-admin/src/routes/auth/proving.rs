@@ -1,22 +1,21 @@
 //! A second factor shown in a form: a code that was typed, or the answer of a passkey to what the page has asked. What is waited for
 //! stays in the session, by its id alone.
 
-use model::PersonKey;
-use model::ids::CeremonyId;
 use std::net::IpAddr;
 
+use acts::error::Error;
+use acts::passkey_site::AnswerRefused;
+use acts::passkeys::{PasskeyAnswer, PasskeyCheck};
+use acts::second_factor::{SignInProof, TypedCode};
+use acts::{passkeys, second_factor};
+use model::PersonKey;
+use model::ids::CeremonyId;
+use model::passkey::PasskeyQuestion;
+use pages::proving::FactorRefused;
 use serde::Deserialize;
 use tower_sessions::Session;
 
 use crate::AppState;
-use acts::error::Error;
-use acts::passkey_site::AnswerRefused;
-use acts::passkeys;
-use acts::passkeys::{PasskeyAnswer, PasskeyCheck};
-use acts::second_factor;
-use acts::second_factor::{SignInProof, TypedCode};
-use model::passkey::PasskeyQuestion;
-use pages::proving::FactorRefused;
 
 const KEY: &str = "passkey";
 

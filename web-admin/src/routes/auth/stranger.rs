@@ -3,6 +3,8 @@
 
 use std::sync::{Arc, OnceLock};
 
+use acts::error::Error;
+use acts::secret;
 use axum::extract::{Request, State};
 use axum::http::header::{COOKIE, SET_COOKIE};
 use axum::http::{HeaderMap, HeaderValue};
@@ -11,8 +13,6 @@ use axum::response::Response;
 use tower_sessions::cookie::{Cookie, SameSite};
 
 use crate::AppState;
-use acts::error::Error;
-use acts::secret;
 
 /// Digits of a token.
 const DIGITS: usize = 64;

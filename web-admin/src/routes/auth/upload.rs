@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use acts::error::Error;
 use axum::extract::multipart::MultipartError;
 use axum::extract::{FromRequest, Multipart, Request};
 use axum::response::{IntoResponse, Response};
@@ -11,7 +12,6 @@ use tower_sessions::Session;
 
 use super::csrf;
 use crate::error::PageError;
-use acts::error::Error;
 
 /// A form with a file, whose field `csrf` holds the session's token; anything else is refused with 403. The token comes
 /// before the file, so that nothing of a stranger's file is read.

@@ -1,25 +1,24 @@
 //! `/account`: one's own details, password and data.
 
+use acts::error::Error;
+use acts::{accounts, passwords};
 use axum::extract::State;
 use axum::http::header;
 use axum::response::{IntoResponse, Redirect, Response};
+use model::CurrentPerson;
+use model::password_refused::PasswordRefused;
+use pages::account::AccountPage;
+use pages::{NavPlace, Shell};
 use serde::Deserialize;
+use store::{cohorts, directory, exports, people, schools, second_factors};
 use tower_sessions::Session;
+use words::Language;
 
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, Visitor, start_session};
 use crate::routes::forms::FormAnswer;
 use crate::routes::language;
-use acts::accounts;
-use acts::error::Error;
-use acts::passwords;
-use model::CurrentPerson;
-use model::password_refused::PasswordRefused;
-use pages::account::AccountPage;
-use pages::{NavPlace, Shell};
-use store::{cohorts, directory, exports, people, schools, second_factors};
-use words::Language;
 
 pub(super) async fn show_account(
     State(state): State<AppState>,

@@ -1,23 +1,22 @@
 //! The administrator's pages.
 
+use acts::error::Error;
+use acts::stations as pairing;
 use axum::extract::State;
 use axum::response::Redirect;
+use model::ids::{SchoolId, StationId};
+use model::{CurrentPerson, Moment, Needed};
+use pages::admin::{AdminHomePage, AdminPage, PairingCodePage, Queue, StationRow};
+use pages::{NavPlace, Shell};
 use serde::Deserialize;
+use store::reports::SchoolCounts;
+use store::stations::{self, Station};
+use store::{cohorts as cohort_storage, reports, retention, schools, second_factors};
 
 use super::{PathId, cohorts};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields};
-use acts::error::Error;
-use acts::stations as pairing;
-use model::ids::{SchoolId, StationId};
-use model::{CurrentPerson, Moment, Needed};
-use pages::admin::{AdminHomePage, AdminPage, PairingCodePage, Queue, StationRow};
-use pages::{NavPlace, Shell};
-use store::reports;
-use store::reports::SchoolCounts;
-use store::stations::{self, Station};
-use store::{cohorts as cohort_storage, retention, schools, second_factors};
 
 /// Cohorts on the home page; the others are on their own.
 const FEW: usize = 10;

@@ -1,13 +1,13 @@
 //! The style sheet and pictures.
 
+use acts::error::Error;
 use axum::extract::{Path, RawQuery};
 use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, ETAG, IF_NONE_MATCH};
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Response};
+use pages::assets;
 
 use crate::error::PageError;
-use acts::error::Error;
-use pages::assets;
 
 /// Under the address that holds its hash an asset never changes; under any other it is asked for again.
 const FOREVER: &str = "public, max-age=31536000, immutable";

@@ -1,17 +1,9 @@
 //! `/assignments`: what a trainee is to do; what was assigned, and who has done it.
 
+use acts::error::Error;
+use acts::{assignments as teaching, deadlines};
 use axum::extract::State;
 use axum::response::{IntoResponse, Redirect, Response};
-use serde::Deserialize;
-
-use super::PathId;
-use crate::AppState;
-use crate::error::PageError;
-use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields, Teacher, Visitor};
-use crate::routes::forms::{FormAnswer, split_refusal};
-use acts::assignments as teaching;
-use acts::deadlines;
-use acts::error::Error;
 use model::assignment::AssignmentTask;
 use model::due::{self, is_zone, local};
 use model::ids::{AssignmentId, CohortId, PersonId, SchoolId};
@@ -22,11 +14,16 @@ use pages::assignments::{
 use pages::form::{FilledForm, read_ticked_box};
 use pages::people::SelectOption;
 use pages::{NavPlace, Shell};
-use store::assignments;
+use serde::Deserialize;
 use store::assignments::{ManagedAssignment, NewAssignment};
-use store::reports;
 use store::reports::NamedItem;
-use store::{curricula, exercises, people, schools};
+use store::{assignments, curricula, exercises, people, reports, schools};
+
+use super::PathId;
+use crate::AppState;
+use crate::error::PageError;
+use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields, Teacher, Visitor};
+use crate::routes::forms::{FormAnswer, split_refusal};
 
 /// Assignments on the page of those who make them.
 const LATEST: u32 = 100;

@@ -1,26 +1,26 @@
 //! Who is in a cohort: administrators decide it; its instructors ask, and the trainee or an administrator answers.
 
+use acts::cohorts::{self as membership, RequestKey};
+use acts::error::Error;
 use axum::extract::rejection::PathRejection;
 use axum::extract::{Path, State};
 use axum::response::Redirect;
-use serde::Deserialize;
-
-use super::PathId;
-use crate::AppState;
-use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher, Visitor};
-use crate::routes::forms::FormAnswer;
-use acts::cohorts::{self as membership, RequestKey};
-use acts::error::Error;
 use model::ids::{CohortId, PersonId, SchoolId};
 use model::roster::is_name;
 use model::{CurrentPerson, Role};
 use pages::form::FilledForm;
 use pages::people::{CohortPeoplePage, UnknownAddress};
 use pages::{NavPlace, Shell};
+use serde::Deserialize;
 use store::cohorts::{self};
 use store::reports;
 use store::reports::NamedItem;
+
+use super::PathId;
+use crate::AppState;
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher, Visitor};
+use crate::routes::forms::FormAnswer;
 
 #[derive(Deserialize)]
 pub(super) struct CohortForm {

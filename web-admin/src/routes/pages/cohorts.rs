@@ -1,22 +1,20 @@
 //! `/cohorts` and `/cohorts/{id}`.
 
+use acts::error::Error;
 use axum::extract::{Query, State};
-use model::count_u32;
+use model::ids::CohortId;
+use model::{CurrentPerson, Role, count_u32};
+use pages::cohort::{CohortLine, CohortPage, CohortsPage, CourseShare};
+use pages::{NavPlace, Shell};
 use serde::Deserialize;
+use store::reports;
+use store::reports::NamedItem;
 
-use super::standing;
 use super::standing::TaughtCourse;
-use super::{PathId, encode_in_query};
+use super::{PathId, encode_in_query, standing};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, Teacher, Visitor};
-use acts::error::Error;
-use model::ids::CohortId;
-use model::{CurrentPerson, Role};
-use pages::cohort::{CohortLine, CohortPage, CohortsPage, CourseShare};
-use pages::{NavPlace, Shell};
-use store::reports;
-use store::reports::NamedItem;
 
 /// Cohorts on one page.
 const PER_PAGE: usize = 50;

@@ -2,9 +2,18 @@
 //! corridor, in which words, and that they took it back.
 
 use acts::consents;
+use acts::error::Error;
 use axum::extract::State;
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
+use model::directory::DirectoryEntry;
+use model::ids::PersonId;
+use model::{CurrentPerson, Moment, Role, corridor};
+use pages::consent::{ConsentOfExpertPage, DeclarationForm, Recorded};
+use pages::form::FilledForm;
+use pages::{NavPlace, Shell, format};
+use store::directory;
+use store::experts::{self, NewDeclaration};
 use time::format_description::well_known::Iso8601;
 use time::{Date, Time};
 
@@ -14,15 +23,6 @@ use crate::error::PageError;
 use crate::routes::Routes;
 use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields, Visit};
 use crate::routes::forms::FormAnswer;
-use acts::error::Error;
-use model::directory::DirectoryEntry;
-use model::ids::PersonId;
-use model::{CurrentPerson, Moment, Role, corridor};
-use pages::consent::{ConsentOfExpertPage, DeclarationForm, Recorded};
-use pages::form::FilledForm;
-use pages::{NavPlace, Shell, format};
-use store::directory;
-use store::experts::{self, NewDeclaration};
 
 /// Most characters of the words that were agreed to, and of how.
 const MOST_WORDING: usize = 2000;

@@ -1,19 +1,12 @@
 //! `/drafts`: documents being written.
 
+use acts::drafting;
+use acts::drafting::{Checked, SaveOutcome};
+use acts::error::Error;
 use axum::extract::{Path, State};
 use axum::http::StatusCode;
 use axum::http::header::RETRY_AFTER;
 use axum::response::{IntoResponse, Redirect, Response};
-use serde::Deserialize;
-
-use super::{PathId, unix_lines};
-use crate::AppState;
-use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher};
-use crate::routes::forms::FormAnswer;
-use acts::drafting;
-use acts::drafting::{Checked, SaveOutcome};
-use acts::error::Error;
 use model::draft::DraftVerdict;
 use model::ids::DraftId;
 use pages::diff::compare_lines;
@@ -21,9 +14,15 @@ use pages::draft::{
     DraftPage, DraftRow, DraftsPage, VerdictPart, verdict_of_course, verdict_of_refused, verdict_while_waiting,
 };
 use pages::{NavPlace, Shell};
-use store::drafts;
+use serde::Deserialize;
 use store::drafts::{DocumentDraft, DraftKind, Texts};
-use store::exercises;
+use store::{drafts, exercises};
+
+use super::{PathId, unix_lines};
+use crate::AppState;
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher};
+use crate::routes::forms::FormAnswer;
 
 /// A copy to be begun.
 #[derive(Debug, Deserialize)]

@@ -1,7 +1,18 @@
 //! `/people/{id}/erase`: what goes with somebody and what stays, and the end of it.
 
+use acts::erasing;
+use acts::erasing::Eraser;
+use acts::error::Error;
 use axum::extract::State;
+use model::CurrentPerson;
+use model::directory::{AccountState, DirectoryEntry};
+use model::ids::PersonId;
+use pages::erasing::ErasePage;
+use pages::form::read_ticked_box;
+use pages::{NavPlace, Shell};
 use serde::Deserialize;
+use store::texts::{self, Whose};
+use store::{retention, schools};
 
 use super::PathId;
 use super::people::{find_person, refuse_own_account};
@@ -9,17 +20,6 @@ use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Administrator, Csrf, CsrfForm, Visit};
 use crate::routes::forms::FormAnswer;
-use acts::erasing;
-use acts::erasing::Eraser;
-use acts::error::Error;
-use model::CurrentPerson;
-use model::directory::{AccountState, DirectoryEntry};
-use model::ids::PersonId;
-use pages::erasing::ErasePage;
-use pages::form::read_ticked_box;
-use pages::{NavPlace, Shell};
-use store::texts::{self, Whose};
-use store::{retention, schools};
 
 pub(super) async fn show_erasing(
     State(state): State<AppState>,

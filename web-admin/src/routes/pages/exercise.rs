@@ -1,15 +1,8 @@
 //! `/curricula` and `/exercises/{id}`.
 
+use acts::error::Error;
 use axum::extract::{Path, State};
 use documents::ExerciseBundle;
-
-use super::standing;
-use super::standing::TaughtCourse;
-use super::{published_bundle, rows};
-use crate::AppState;
-use crate::error::PageError;
-use crate::routes::auth::{Csrf, Visitor};
-use acts::error::Error;
 use model::progress::{CourseStep, Progress, StepState};
 use model::{CurrentPerson, Role};
 use pages::addresses::exercise_href;
@@ -18,6 +11,12 @@ use pages::exercise::{Context, ExerciseFacts, ExercisePage};
 use pages::trainee::{rule_in_words, score_points};
 use pages::{NavPlace, Shell, StatusWord, charts};
 use store::{exercises, practice, reports};
+
+use super::standing::TaughtCourse;
+use super::{published_bundle, rows, standing};
+use crate::AppState;
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, Visitor};
 
 /// A course, and the visitor's progress in it where they are a trainee.
 type VisitedExercise = (TaughtCourse, Option<Progress>);

@@ -1,20 +1,20 @@
 //! `/`: a dashboard by role.
 
+use acts::error::Error;
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Response};
-
-use super::trainees::TraineePageQuery;
-use super::{admin, cohorts, rows, standing, trainees};
-use crate::AppState;
-use crate::error::PageError;
-use crate::routes::auth::{Csrf, Visitor};
-use acts::error::Error;
 use model::{CurrentPerson, Role};
 use pages::cohort::CohortCard;
 use pages::instructor::InstructorPage;
 use pages::{NavPlace, Shell};
 use store::reports;
 use store::reports::NamedItem;
+
+use super::trainees::TraineePageQuery;
+use super::{admin, cohorts, rows, standing, trainees};
+use crate::AppState;
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, Visitor};
 
 pub(super) async fn show_home(
     State(state): State<AppState>,

@@ -1,9 +1,15 @@
 //! Recordings for viewers elsewhere: short-lived addresses, readable in ranges from exactly those viewers' pages.
 
+use acts::error::Error;
 use acts::recording_links::{self, LINK_LIFETIME_S};
+use acts::{recordings, secret};
 use axum::extract::{Path, Request, State};
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use model::ids::SessionId;
+use pages::links::RecordingLinksPage;
+use pages::{NavPlace, Shell};
+use store::{links, sessions};
 use tower::ServiceExt;
 use tower_http::services::ServeFile;
 
@@ -11,13 +17,6 @@ use super::{PathId, encode_in_query};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{CsrfForm, NoFields, PageHead, Visitor};
-use acts::error::Error;
-use acts::recordings;
-use acts::secret;
-use model::ids::SessionId;
-use pages::links::RecordingLinksPage;
-use pages::{NavPlace, Shell};
-use store::{links, sessions};
 
 /// How long an address works, in s.
 /// Viewers: name, origin, and the address that a recording's own is appended to.

@@ -1,18 +1,18 @@
 //! Pages: HTML for the signed-in person.
 
+use acts::error::Error;
 use axum::extract::{DefaultBodyLimit, FromRequestParts, Path};
 use axum::http::request::Parts;
 use axum::routing::{get, post};
 use documents::ExerciseBundle;
+use model::ids::{RevisionId, SchoolId};
 use percent_encoding::{NON_ALPHANUMERIC, PercentEncode, utf8_percent_encode};
 use serde::de::DeserializeOwned;
+use store::exercises;
 
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
-use acts::error::Error;
-use model::ids::{RevisionId, SchoolId};
-use store::exercises;
 
 mod account;
 mod admin;

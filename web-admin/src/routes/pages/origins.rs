@@ -1,18 +1,17 @@
 //! `/admin/origins`: other sites whose pages may upload to the school with a token.
 
-use acts::schools;
+use acts::error::Error;
+use acts::{config, schools};
 use axum::extract::State;
+use pages::form::FilledForm;
+use pages::origins::{OriginsForm, OriginsPage};
+use pages::{NavPlace, Shell};
+use store::origins;
 
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Administrator, Csrf, CsrfForm, Visit};
 use crate::routes::forms::FormAnswer;
-use acts::config;
-use acts::error::Error;
-use pages::form::FilledForm;
-use pages::origins::{OriginsForm, OriginsPage};
-use pages::{NavPlace, Shell};
-use store::origins;
 
 /// Most origins that a school allows.
 const MOST: usize = 20;

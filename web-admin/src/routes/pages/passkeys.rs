@@ -1,9 +1,21 @@
 //! `/account/second-factor/passkeys`: one's own passkeys, added, renamed and removed.
 
+use acts::error::Error;
+use acts::passkeys;
+use acts::passkeys::PasskeyAnswer;
 use axum::extract::State;
 use axum::response::IntoResponse;
 use axum::routing::{get, post};
+use model::CurrentPerson;
+use model::ids::PasskeyId;
+use pages::form::FilledForm;
+use pages::passkeys::{MakePasskeyPage, PasskeyPage, PasskeyRow};
+use pages::proving::FactorRefused;
+use pages::second_factor::SecondFactorPage;
+use pages::{NavPlace, Shell};
 use serde::Deserialize;
+use store::passkeys::{self as stored, KeptPasskey};
+use store::second_factors;
 
 use super::PathId;
 use super::second_factor::{
@@ -15,18 +27,6 @@ use crate::error::PageError;
 use crate::routes::Routes;
 use crate::routes::auth::{Browser, CsrfForm, ShownFactor, Visitor, hold_question, take_held_question};
 use crate::routes::forms::{FormAnswer, split_refusal};
-use acts::error::Error;
-use acts::passkeys;
-use acts::passkeys::PasskeyAnswer;
-use model::CurrentPerson;
-use model::ids::PasskeyId;
-use pages::form::FilledForm;
-use pages::passkeys::{MakePasskeyPage, PasskeyPage, PasskeyRow};
-use pages::proving::FactorRefused;
-use pages::second_factor::SecondFactorPage;
-use pages::{NavPlace, Shell};
-use store::passkeys::{self as stored, KeptPasskey};
-use store::second_factors;
 
 /// One's own.
 pub(super) fn passkey_routes() -> Routes {

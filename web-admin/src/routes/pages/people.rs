@@ -1,17 +1,10 @@
 //! `/people`: an administrator looks people up, adds, invites, changes, disables and forgets them.
 
-use axum::extract::{Query, State};
-use axum::response::{IntoResponse, Redirect, Response};
-use serde::Deserialize;
-
-use super::{PathId, encode_in_query};
-use crate::AppState;
-use crate::error::PageError;
-use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields, Visit};
-use crate::routes::forms::FormAnswer;
 use acts::accounts;
 use acts::accounts::NewAccount;
 use acts::error::Error;
+use axum::extract::{Query, State};
+use axum::response::{IntoResponse, Redirect, Response};
 use model::directory::{AccountState, DirectoryEntry};
 use model::ids::{CohortId, PersonId};
 use model::roster::{is_email, is_name};
@@ -19,10 +12,15 @@ use model::{CurrentPerson, PersonKey, Role};
 use pages::form::FilledForm;
 use pages::people::{LinkPage, PeoplePage, PersonChangeDone, PersonForm, PersonPage, PersonRefused, SelectOption};
 use pages::{NavPlace, Shell};
-use store::directory;
+use serde::Deserialize;
 use store::directory::{Details, Filter};
-use store::second_factors;
-use store::{cohorts, mails, retention};
+use store::{cohorts, directory, mails, retention, second_factors};
+
+use super::{PathId, encode_in_query};
+use crate::AppState;
+use crate::error::PageError;
+use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields, Visit};
+use crate::routes::forms::FormAnswer;
 
 /// People on one page.
 const PER_PAGE: u32 = 50;

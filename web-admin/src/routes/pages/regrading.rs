@@ -1,10 +1,22 @@
 //! `/exercises/{id}/regrade` and `/regradings/{id}`: every attempt at an exercise by another rubric.
 
+use acts::error::Error;
+use acts::regrading::exercise as regrading;
 use axum::extract::{Path, Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect};
 use axum::routing::{get, post};
+use model::Role;
+use model::ids::{RegradingId, RevisionId, SessionId};
+use model::regrading::RegradingState as Standing;
+use pages::addresses::exercise_href;
+use pages::form::FilledForm;
+use pages::people::SelectOption;
+use pages::regrading::{ChooseRubricPage, EarlierRegrading, RegradingFilter, RegradingPage};
+use pages::{NavPlace, Shell, format, regrading as views};
 use serde::Deserialize;
+use store::regradings::Regrading;
+use store::{exercises, regradings};
 
 use super::PathId;
 use crate::AppState;
@@ -12,20 +24,6 @@ use crate::error::PageError;
 use crate::routes::Routes;
 use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher, Visit};
 use crate::routes::forms::{FormAnswer, split_refusal};
-use acts::error::Error;
-use acts::regrading::exercise as regrading;
-use model::Role;
-use model::ids::{RegradingId, RevisionId, SessionId};
-use model::regrading::RegradingState as Standing;
-use pages::addresses::exercise_href;
-use pages::form::FilledForm;
-use pages::people::SelectOption;
-use pages::regrading as views;
-use pages::regrading::{ChooseRubricPage, EarlierRegrading, RegradingFilter, RegradingPage};
-use pages::{NavPlace, Shell, format};
-use store::exercises;
-use store::regradings;
-use store::regradings::Regrading;
 
 /// Attempts on one page.
 const PER_PAGE: u32 = 50;

@@ -1,32 +1,29 @@
 //! `/sessions/{id}/replay`: an attempt to be watched again, and what is said about it.
 
-use acts::comments as said;
-use acts::consents;
+use acts::error::Error;
+use acts::{comments as said, consents};
+use attempt::AttemptCurve;
 use axum::extract::{Path, Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
+use model::comment::{Comment, TypedComment};
+use model::ids::{CommentId, SessionId};
+use model::{CurrentPerson, Moment, Role, comment, corridor};
+use pages::form::FilledForm;
+use pages::replay::{CommentForm, CommentView, OtherAttempt, ReplayPage, Utterance};
+use pages::session::Drawing;
+use pages::{NavPlace, Shell, charts, format};
 use serde::Deserialize;
+use store::comments::CommentRecord;
+use store::experts::{self};
+use store::scores::{self};
+use store::sessions::{self, Session};
+use store::{comments, reports};
 
 use super::{PathId, sessions as attempts};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visit, Visitor};
 use crate::routes::forms::FormAnswer;
-use acts::error::Error;
-use attempt::AttemptCurve;
-use model::comment;
-use model::comment::{Comment, TypedComment};
-use model::ids::{CommentId, SessionId};
-use model::{CurrentPerson, Moment, Role, corridor};
-use pages::form::FilledForm;
-use pages::replay::{CommentForm, CommentView, OtherAttempt, ReplayPage, Utterance};
-use pages::session::Drawing;
-use pages::{NavPlace, Shell, charts, format};
-use store::comments;
-use store::comments::CommentRecord;
-use store::experts::{self};
-use store::reports;
-use store::scores::{self};
-use store::sessions::{self, Session};
 
 /// What the address may add.
 #[derive(Debug, Default, Deserialize)]

@@ -1,25 +1,24 @@
 //! `/admin/retention`: how long the school keeps people, and whom it takes next. `/people/{id}/hold`: who is kept whatever the rule says.
 
-use acts::schools;
+use acts::error::Error;
+use acts::retention::RetentionStep;
+use acts::{retention as retaining, schools};
 use axum::extract::{Query, State};
 use axum::response::Redirect;
+use model::Moment;
+use model::ids::PersonId;
+use pages::form::FilledForm;
+use pages::retention::{IdleRow, RetentionForm, RetentionPage};
+use pages::{NavPlace, Shell};
 use serde::Deserialize;
+use store::directory;
+use store::retention::{self, Settings};
 
 use super::PathId;
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Administrator, Csrf, CsrfForm, Visit};
 use crate::routes::forms::FormAnswer;
-use acts::error::Error;
-use acts::retention as retaining;
-use acts::retention::RetentionStep;
-use model::Moment;
-use model::ids::PersonId;
-use pages::form::FilledForm;
-use pages::retention::{IdleRow, RetentionForm, RetentionPage};
-use pages::{NavPlace, Shell};
-use store::directory;
-use store::retention::{self, Settings};
 
 /// People who are listed.
 const LISTED: usize = 200;

@@ -1,38 +1,31 @@
 //! `/review`, and the pages of a grade: who judged what, when, why.
 
-use acts::reviewing;
+use acts::error::Error;
+use acts::regrading::{Regrader, Rubric};
+use acts::{regrading, reviewing, surveys};
 use assessment::{Assessment, questionnaire};
 use axum::extract::State;
 use axum::response::{IntoResponse, Redirect, Response};
+use model::ids::SessionId;
+use model::judgement::{ScoreOverride, TypedOverride};
+use model::rating::mean;
+use model::{CurrentPerson, judgement};
+use pages::form::FilledForm;
+use pages::review::{GradeAct, GradePage, JudgedAttempt, RatedMean, RegradePage, ReviewPage, WaitingRow};
+use pages::{NavPlace, Shell, StatusWord, format, review as views};
 use serde::Deserialize;
+use store::audit::Actor;
+use store::grades::{self, NewOverride};
+use store::reviews::WaitingReview;
+use store::scores::{self, Score};
+use store::sessions::{self, Session};
+use store::{ratings, regradings, reviews, supervisions};
 
 use super::{PathId, sessions as attempts};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visit, Visitor};
 use crate::routes::forms::FormAnswer;
-use acts::error::Error;
-use acts::regrading;
-use acts::regrading::{Regrader, Rubric};
-use acts::surveys;
-use model::CurrentPerson;
-use model::ids::SessionId;
-use model::judgement;
-use model::judgement::{ScoreOverride, TypedOverride};
-use model::rating::mean;
-use pages::form::FilledForm;
-use pages::review as views;
-use pages::review::{GradeAct, GradePage, JudgedAttempt, RatedMean, RegradePage, ReviewPage, WaitingRow};
-use pages::{NavPlace, Shell, StatusWord, format};
-use store::audit::Actor;
-use store::grades::{self, NewOverride};
-use store::ratings;
-use store::regradings;
-use store::reviews;
-use store::reviews::WaitingReview;
-use store::scores::{self, Score};
-use store::sessions::{self, Session};
-use store::supervisions;
 
 pub(super) async fn show_queue(
     State(state): State<AppState>,

@@ -1,18 +1,18 @@
 //! `/exercises/{id}/revisions` and `/curricula/{id}/revisions`: what was published, and how two of them differ.
 
-use axum::extract::{Path, Query, State};
-use serde::Deserialize;
-
-use crate::AppState;
-use crate::error::PageError;
-use crate::routes::auth::{Csrf, Teacher};
 use acts::error::Error;
+use axum::extract::{Path, Query, State};
 use model::ids::RevisionId;
 use pages::addresses::exercise_href;
 use pages::diff::{DiffLine, compare_lines};
 use pages::draft::{RevisionRow, RevisionsPage};
 use pages::{NavPlace, Shell, format};
+use serde::Deserialize;
 use store::{curricula, exercises};
+
+use crate::AppState;
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, Teacher};
 
 /// Which two are compared; the two newest where nothing is said.
 #[derive(Debug, Deserialize)]

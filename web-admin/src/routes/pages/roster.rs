@@ -1,25 +1,25 @@
 //! `/people/roster`: a list of people is sent, looked at, and confirmed.
 
-use axum::extract::{Query, State};
-use axum::http::StatusCode;
-use axum::response::{IntoResponse, Redirect, Response};
-use serde::Deserialize;
-
-use super::PathId;
-use crate::AppState;
-use crate::error::PageError;
-use crate::routes::auth::{Administrator, Csrf, CsrfForm, CsrfUpload, SentFile, Visit};
-use crate::routes::forms::{FormAnswer, split_refusal};
 use acts::error::Error;
 use acts::roster_import;
 use acts::roster_import::RosterPreview;
+use axum::extract::{Query, State};
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Redirect, Response};
 use model::CurrentPerson;
 use model::ids::{RosterId, SchoolId};
 use model::roster::{RosterRequest, is_name};
 use pages::form::{FilledForm, read_ticked_box};
 use pages::roster::{RosterFilter, RosterForm, RosterPage, RosterPreviewPage};
 use pages::{NavPlace, Shell};
+use serde::Deserialize;
 use store::cohorts;
+
+use super::PathId;
+use crate::AppState;
+use crate::error::PageError;
+use crate::routes::auth::{Administrator, Csrf, CsrfForm, CsrfUpload, SentFile, Visit};
+use crate::routes::forms::{FormAnswer, split_refusal};
 
 /// Largest file taken, in bytes.
 pub(super) const MAX_BYTES: usize = 8_000_000;

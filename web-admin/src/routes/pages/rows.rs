@@ -1,8 +1,7 @@
 //! From stored attempts to rows of a list.
 
-use pages::StatusWord;
-use pages::metric;
 use pages::trainee::OwnAttemptRow;
+use pages::{StatusWord, metric};
 use store::reports::ListedAttempt;
 use store::sessions::SessionState;
 

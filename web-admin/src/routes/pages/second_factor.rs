@@ -1,11 +1,22 @@
 //! `/account/second-factor`: one's own second factor. An administrator resets a colleague's, and says of whom the school asks
 //! for one.
 
+use acts::error::Error;
+use acts::second_factor::{Enrolled, TypedCode};
+use acts::{accounts, second_factor};
 use axum::extract::State;
 use axum::http::header;
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
+use model::ids::PersonId;
+use model::{CurrentPerson, FactorRule, PersonKey};
+use pages::form::FilledForm;
+use pages::proving::{FactorRefused, ProofAsked};
+use pages::second_factor::{FactorState, RecoveryCodesPage, SecondFactorPage};
+use pages::{NavPlace, Shell, qr};
 use serde::Deserialize;
+use store::audit::Actor;
+use store::{directory, passkeys as stored, people, schools, second_factors};
 use tower_sessions::Session;
 
 use super::{PathId, passkeys};
@@ -16,22 +27,6 @@ use crate::routes::auth::{
     Administrator, Browser, Csrf, CsrfForm, FactorQuestion, NoFields, ShownFactor, Visitor, start_session,
 };
 use crate::routes::forms::FormAnswer;
-use acts::accounts;
-use acts::error::Error;
-use acts::second_factor;
-use acts::second_factor::{Enrolled, TypedCode};
-use model::ids::PersonId;
-use model::{CurrentPerson, FactorRule, PersonKey};
-use pages::form::FilledForm;
-use pages::proving::FactorRefused;
-use pages::proving::ProofAsked;
-use pages::qr;
-use pages::second_factor::{FactorState, RecoveryCodesPage, SecondFactorPage};
-use pages::{NavPlace, Shell};
-use store::audit::Actor;
-use store::passkeys as stored;
-use store::second_factors;
-use store::{directory, people, schools};
 
 /// One's own.
 pub(super) const PAGE: &str = "/account/second-factor";

@@ -2,17 +2,16 @@
 
 use axum::extract::{Query, State};
 use model::count_i64;
+use pages::service::{ActRow, ServicePage};
+use pages::{NavPlace, Shell};
 use serde::Deserialize;
+use store::service::SchoolAct;
+use store::{reports, service, stations};
 
 use super::admin::{self};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Administrator, Csrf};
-use pages::service::{ActRow, ServicePage};
-use pages::{NavPlace, Shell};
-use store::service;
-use store::service::SchoolAct;
-use store::{reports, stations};
 
 /// Acts on one page.
 const PER_PAGE: u32 = 50;

@@ -1,22 +1,21 @@
 //! `/sessions/{id}`: one attempt.
 
+use acts::error::Error;
 use axum::extract::State;
 use documents::ExerciseBundle;
-
-use super::{PathId, published_bundle, surveys};
-use crate::AppState;
-use crate::error::PageError;
-use crate::routes::auth::{Csrf, Visitor};
-use acts::error::Error;
 use model::ids::SessionId;
 use model::{CurrentPerson, SessionKey, Uncounted};
 use pages::addresses::exercise_href;
 use pages::judgement::{GradedAttempt, JudgementView};
 use pages::session::{Drawing, Ruling, SessionOutcome, SessionPage, VerificationResult};
 use pages::{NavPlace, Shell, format};
-use store::scores;
 use store::sessions::{self, Session, SessionState};
-use store::{exercises, grades, reports, stations, supervisions};
+use store::{exercises, grades, reports, scores, stations, supervisions};
+
+use super::{PathId, published_bundle, surveys};
+use crate::AppState;
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, Visitor};
 
 pub(super) async fn show_session(
     State(state): State<AppState>,

@@ -1,17 +1,16 @@
 //! Where trainees stand in the courses of their school.
 
-use crate::AppState;
 use acts::error::Error;
 use model::ids::{CohortId, PersonId, SchoolId};
 use model::progress::{Course, Progress, ScoredAttempt};
 use model::{Needed, Role};
 use pages::cohort::TraineeRow;
 use pages::trainee::CourseFacts;
-use store::curricula;
 use store::curricula::TaughtCurriculum;
-use store::reports;
 use store::reports::{ExerciseInShort, NamedItem};
-use store::{practice, proofs, schools};
+use store::{curricula, practice, proofs, reports, schools};
+
+use crate::AppState;
 
 /// A course with what its pages tell.
 pub(super) struct TaughtCourse {

@@ -1,8 +1,10 @@
 //! `/sessions/{id}/supervision`: somebody who teaches says that they were there during an attempt.
 
+use acts::error::Error;
 use acts::reviewing;
 use axum::extract::State;
 use axum::response::Redirect;
+use model::ids::{AssignmentId, SessionId};
 use serde::Deserialize;
 
 use super::PathId;
@@ -10,8 +12,6 @@ use super::review::find_scored;
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{CsrfForm, Teacher};
-use acts::error::Error;
-use model::ids::{AssignmentId, SessionId};
 
 #[derive(Debug, Deserialize)]
 pub(super) struct SupervisionForm {

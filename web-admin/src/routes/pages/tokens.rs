@@ -1,9 +1,17 @@
 //! `/account/tokens`: one's own tokens for programs.
 
+use acts::error::Error;
+use acts::tokens::TokenRequest;
+use acts::{accounts, tokens};
 use axum::extract::State;
 use axum::response::{IntoResponse, Redirect};
 use axum::routing::{get, post};
+use model::ids::TokenId;
+use pages::form::FilledForm;
+use pages::tokens::{MadeTokenPage, TokenFields, TokenRow, TokensPage};
+use pages::{NavPlace, Shell};
 use serde::Deserialize;
+use store::tokens as stored;
 
 use super::PathId;
 use crate::AppState;
@@ -11,15 +19,6 @@ use crate::error::PageError;
 use crate::routes::Routes;
 use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visit, Visitor};
 use crate::routes::forms::{FormAnswer, split_refusal};
-use acts::accounts;
-use acts::error::Error;
-use acts::tokens;
-use acts::tokens::TokenRequest;
-use model::ids::TokenId;
-use pages::form::FilledForm;
-use pages::tokens::{MadeTokenPage, TokenFields, TokenRow, TokensPage};
-use pages::{NavPlace, Shell};
-use store::tokens as stored;
 
 /// What is chosen until something else is, in days.
 const DEFAULT_DAYS: i64 = 90;

@@ -1,18 +1,9 @@
 //! `/trainees/{id}`, and a trainee's own home.
 
+use acts::error::Error;
+use acts::{assignments as teaching, stations};
 use assessment::Deduction;
 use axum::extract::{Query, State};
-use serde::Deserialize;
-
-use super::standing;
-use super::standing::TaughtCourse;
-use super::{PathId, rows};
-use crate::AppState;
-use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
-use acts::assignments as teaching;
-use acts::error::Error;
-use acts::stations;
 use model::assignment::AssignmentStanding;
 use model::ids::PersonId;
 use model::progress::{Habits, Progress};
@@ -21,9 +12,15 @@ use pages::assignments::AssignmentRow;
 use pages::progress::HabitsView;
 use pages::trainee::{CourseView, PageNumbers, SignInCodePage, TraineePage, needed_in_words};
 use pages::{NavPlace, Shell};
-use store::reports;
+use serde::Deserialize;
 use store::reports::{ListStretch, ListedAttempt, NamedItem};
-use store::{cohorts, practice, sign_in_codes};
+use store::{cohorts, practice, reports, sign_in_codes};
+
+use super::standing::TaughtCourse;
+use super::{PathId, rows, standing};
+use crate::AppState;
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
 
 /// Attempts over which habits are looked for.
 const RECENT: ListStretch = ListStretch { limit: 20, offset: 0 };

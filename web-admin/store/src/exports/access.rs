@@ -1,12 +1,12 @@
 //! What lets somebody in, for themselves: never the secrets.
 
+use model::{Moment, PersonKey};
 use serde::Serialize;
 use sqlx::{FromRow, SqlitePool};
 
 use super::Result;
 use crate::passkeys::{self, KeptPasskey};
 use crate::second_factors;
-use model::{Moment, PersonKey};
 
 /// What lets somebody in besides their password.
 #[derive(Clone, Debug, Serialize)]

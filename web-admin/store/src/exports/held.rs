@@ -4,14 +4,14 @@
 
 use std::collections::BTreeMap;
 
+use model::Moment;
+use model::ids::{PersonId, SchoolId};
 use serde_json::Value;
 use sqlx::sqlite::SqliteRow;
 use sqlx::{Column, Row, SqlitePool, TypeInfo, ValueRef};
 use uuid::Uuid;
 
 use super::super::Result;
-use model::Moment;
-use model::ids::{PersonId, SchoolId};
 
 /// A kind of rows, by school and person.
 struct RecordKind {

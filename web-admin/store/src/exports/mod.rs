@@ -4,19 +4,18 @@ mod access;
 mod held;
 mod said;
 
-pub use access::{AccessFacts, PasskeyFacts, TokenFacts};
-pub use said::{AnswerFacts, AssignmentFacts, CommentFacts, MarksFacts, RatingFacts};
-
 use std::collections::BTreeMap;
 
+pub use access::{AccessFacts, PasskeyFacts, TokenFacts};
+use model::ids::{PersonId, SchoolId, SessionId, StationId};
+use model::{Moment, PersonKey, Role};
+pub use said::{AnswerFacts, AssignmentFacts, CommentFacts, MarksFacts, RatingFacts};
 use serde::Serialize;
 use serde_json::Value;
 use sqlx::types::Json;
 use sqlx::{FromRow, SqlitePool};
 
 use super::{ExactNumber, Result};
-use model::ids::{PersonId, SchoolId, SessionId, StationId};
-use model::{Moment, PersonKey, Role};
 
 /// Everything held about a person.
 #[derive(Clone, Debug, Serialize)]
@@ -119,9 +118,6 @@ pub struct LogFacts {
 }
 
 /// Gathers it. `None` when there is no such person.
-///
-/// # Errors
-/// When the database fails.
 pub async fn of_person(reader: &SqlitePool, school: SchoolId, person: PersonId) -> Result<Option<PersonExport>> {
     let facts: Option<PersonFacts> = sqlx::query_as(
         "SELECT p.id, s.name AS school, p.role, p.email, p.display_name, p.pseudonym, p.registrar_id, p.language, p.created_at

@@ -1,15 +1,15 @@
 //! What was said to and about somebody, and what they answered.
 
 use assessment::questionnaire::Answer;
+use attempt::AttemptCurve;
+use model::Moment;
+use model::ids::{AssignmentId, CommentId, PersonId, SchoolId, SessionId, TraceId};
+use model::segments::{MarksVerdict, pops};
 use serde::Serialize;
 use sqlx::types::Json;
 use sqlx::{FromRow, SqlitePool};
 
 use crate::{Result, assignments};
-use attempt::AttemptCurve;
-use model::Moment;
-use model::ids::{AssignmentId, CommentId, PersonId, SchoolId, SessionId, TraceId};
-use model::segments::{MarksVerdict, pops};
 
 /// A comment on an attempt of theirs, or an answer to one.
 #[derive(Clone, Debug, Serialize, FromRow)]

@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
+use model::ids::SessionId;
 use sqlx::SqliteConnection;
 
 use super::{ATTEMPTS, GeneratedCrowd, TRAINEES};
 use crate::Result;
-use model::ids::SessionId;
 
 /// Each trainee goes through the school's exercises in turn, at the hours of a day. One re-simulation in a thousand differs.
 pub(super) async fn add(

@@ -5,10 +5,10 @@
 
 use std::ops::Range;
 
+use model::ids::{SchoolId, SessionId};
 use sqlx::SqliteConnection;
 
 use super::Result;
-use model::ids::{SchoolId, SessionId};
 
 /// A statement that selects from `n`, whose `i` counts from 0 up to $2.
 macro_rules! counted {
@@ -83,9 +83,6 @@ pub fn instructor_email(place: u32) -> String {
 }
 
 /// Generates trainees, cohorts, instructors with four cohorts each, and what these have assigned.
-///
-/// # Errors
-/// When the database fails.
 pub async fn found(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
     // 256 MB: the indices grow at random places.
     sqlx::query("PRAGMA cache_size = -256000").execute(&mut *writer).await?;
@@ -96,9 +93,6 @@ pub async fn found(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>) ->
 }
 
 /// Generates the attempts of some trainees, by their places, with their scores and metrics, and what was said about them.
-///
-/// # Errors
-/// When the database fails.
 pub async fn practise(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>, trainees: Range<u32>) -> Result<()> {
     attempts::add(writer, crowd, &trainees).await?;
     let (from, to) = crowd.attempts_of(&trainees);
@@ -109,9 +103,6 @@ pub async fn practise(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>,
 }
 
 /// Sums the school up. The planner is told nothing of its size: no service that grows by itself is.
-///
-/// # Errors
-/// When the database fails.
 pub async fn conclude(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
     sqlx::query("DELETE FROM tallies WHERE school_id = $1").bind(crowd.school_id).execute(&mut *writer).await?;
     attempts::tally(writer, crowd).await

@@ -1,10 +1,10 @@
 //! What generated instructors ask for, and what is said about generated attempts.
 
+use model::ids::SessionId;
 use sqlx::SqliteConnection;
 
 use super::{COHORTS, COHORTS_EACH, GeneratedCrowd, INSTRUCTORS};
 use crate::Result;
-use model::ids::SessionId;
 
 /// An exercise that is over and a course that is due in a month, for each cohort.
 pub(super) async fn assignments(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>) -> Result<()> {

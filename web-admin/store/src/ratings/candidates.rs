@@ -1,10 +1,10 @@
 //! Who can be asked to rate, and which attempts.
 
+use model::Moment;
+use model::ids::{AssignmentId, PersonId, SchoolId, SessionId};
 use sqlx::{FromRow, SqliteExecutor};
 
 use crate::Result;
-use model::Moment;
-use model::ids::{AssignmentId, PersonId, SchoolId, SessionId};
 
 /// Most attempts that are offered at once.
 const OFFERED: u32 = 100;
@@ -32,9 +32,6 @@ pub struct RateableAttempt {
 }
 
 /// The instructors of a school who can sign in, by name.
-///
-/// # Errors
-/// When the database fails.
 pub async fn raters(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<Rater>> {
     sqlx::query_as(
         "SELECT id, display_name AS name FROM people
@@ -48,9 +45,6 @@ pub async fn raters(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Resu
 
 /// The scored attempts at what was assigned, by those to whom it was and since it was, the latest first. For a course
 /// those at any of its exercises.
-///
-/// # Errors
-/// When the database fails.
 pub async fn of_assignment(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,

@@ -3,16 +3,15 @@
 mod candidates;
 mod results;
 
-pub use candidates::{RateableAttempt, Rater, of_assignment, raters};
-pub use results::{FinishedRating, RatingCell, cells, finished_of};
-
 use assessment::questionnaire::Answer;
+pub use candidates::{RateableAttempt, Rater, of_assignment, raters};
+use model::ids::{PersonId, RatingId, RevisionId, RoundId, SchoolId, SessionId};
+use model::{CurrentPerson, Moment, Role};
+pub use results::{FinishedRating, RatingCell, cells, finished_of};
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
-use model::ids::{PersonId, RatingId, RevisionId, RoundId, SchoolId, SessionId};
-use model::{CurrentPerson, Moment, Role};
 
 /// A round of ratings.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
@@ -165,9 +164,6 @@ macro_rules! listed {
 }
 
 /// A round that a person asked for or takes part in; any of the school's for an administrator.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson, id: RoundId) -> Result<Option<Round>> {
     sqlx::query_as(listed!(
         "WHERE o.school_id = $1 AND o.id = $4 AND o.withdrawn_at IS NULL AND ($3 OR o.made_by = $2 OR EXISTS (
@@ -182,9 +178,6 @@ pub async fn find(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson, id:
 }
 
 /// The rounds that [`find`] finds, the latest first, at most 100.
-///
-/// # Errors
-/// When the database fails.
 pub async fn all(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) -> Result<Vec<Round>> {
     sqlx::query_as(listed!(
         "WHERE o.school_id = $1 AND o.withdrawn_at IS NULL AND ($3 OR o.made_by = $2 OR o.id IN (
@@ -199,9 +192,6 @@ pub async fn all(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) -> R
 }
 
 /// How many ratings wait for somebody.
-///
-/// # Errors
-/// When the database fails.
 pub async fn count_open(executor: impl SqliteExecutor<'_>, rater: &CurrentPerson) -> Result<u32> {
     sqlx::query_scalar(
         "SELECT count(*) FROM ratings r JOIN rating_rounds o ON o.id = r.round_id AND o.withdrawn_at IS NULL
@@ -214,9 +204,6 @@ pub async fn count_open(executor: impl SqliteExecutor<'_>, rater: &CurrentPerson
 }
 
 /// A rater's own ratings of a round, in the order in which they see them.
-///
-/// # Errors
-/// When the database fails.
 pub async fn own(executor: impl SqliteExecutor<'_>, rater: &CurrentPerson, round: RoundId) -> Result<Vec<Rating>> {
     sqlx::query_as(
         "SELECT id, school_id, round_id, session_id, answers, finished_at FROM ratings
@@ -230,9 +217,6 @@ pub async fn own(executor: impl SqliteExecutor<'_>, rater: &CurrentPerson, round
 }
 
 /// A rating that a person is asked for. Nobody else's, whoever asks.
-///
-/// # Errors
-/// When the database fails.
 pub async fn rating(executor: impl SqliteExecutor<'_>, rater: &CurrentPerson, id: RatingId) -> Result<Option<Rating>> {
     sqlx::query_as(
         "SELECT r.id, r.school_id, r.round_id, r.session_id, r.answers, r.finished_at FROM ratings r
@@ -247,9 +231,6 @@ pub async fn rating(executor: impl SqliteExecutor<'_>, rater: &CurrentPerson, id
 }
 
 /// Stores the answers so far, and, with a moment, that they are finished. False where they are already.
-///
-/// # Errors
-/// When the database fails.
 pub async fn put(writer: &mut SqliteConnection, rating: &Rating, finished_at: Option<Moment>) -> Result<bool> {
     mark_knowledge(writer, rating.school_id, rating.id).await?;
     sqlx::query(
@@ -265,9 +246,6 @@ pub async fn put(writer: &mut SqliteConnection, rating: &Rating, finished_at: Op
 }
 
 /// Takes a round back: nobody is asked any more, and its ratings are shown nowhere.
-///
-/// # Errors
-/// When the database fails.
 pub async fn withdraw(writer: &mut SqliteConnection, round: &Round, now: Moment) -> Result<()> {
     sqlx::query("UPDATE rating_rounds SET withdrawn_at = $3 WHERE school_id = $1 AND id = $2")
         .bind(round.school_id)

@@ -1,13 +1,13 @@
 //! What raters have said.
 
 use assessment::questionnaire::Answer;
+use model::ids::{PersonId, RevisionId, RoundId, SessionId};
+use model::{CurrentPerson, Moment, Role, SessionKey};
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteExecutor};
 
 use crate::Result;
 use crate::ratings::Round;
-use model::ids::{PersonId, RevisionId, RoundId, SessionId};
-use model::{CurrentPerson, Moment, Role, SessionKey};
 
 /// A rating as whoever asked for it sees it.
 #[derive(Clone, Debug, PartialEq, FromRow)]
@@ -37,9 +37,6 @@ pub struct RatingCell {
 }
 
 /// Every rating of a round, by attempt and rater.
-///
-/// # Errors
-/// When the database fails.
 pub async fn cells(
     executor: impl SqliteExecutor<'_>,
     viewer: &CurrentPerson,
@@ -83,9 +80,6 @@ pub struct FinishedRating {
 }
 
 /// The finished ratings of an attempt, by round; without the rounds in which the viewer has yet to rate.
-///
-/// # Errors
-/// When the database fails.
 pub async fn finished_of(
     executor: impl SqliteExecutor<'_>,
     session: SessionKey,

@@ -2,13 +2,12 @@
 
 use assessment::Assessment;
 use model::ids::{RegradingId, SchoolId, ScoreId, SessionId};
-use model::regrading::{OutcomeCount, RegradingLine};
+use model::regrading::{OutcomeCount, RegradingLine, RegradingOutcome};
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Regrading;
 use crate::Result;
-use model::regrading::RegradingOutcome;
 
 /// What finds a line.
 #[derive(Clone, Copy)]
@@ -49,9 +48,6 @@ pub struct ToGrade {
 }
 
 /// The next attempts that wait to be looked at.
-///
-/// # Errors
-/// When the database fails.
 pub async fn to_look(executor: impl SqliteExecutor<'_>, regrading: RegradingId, most: u32) -> Result<Vec<SessionId>> {
     sqlx::query_scalar(
         "SELECT session_id FROM regrading_lines WHERE regrading_id = $1 AND outcome IS NULL ORDER BY session_id LIMIT $2",
@@ -63,9 +59,6 @@ pub async fn to_look(executor: impl SqliteExecutor<'_>, regrading: RegradingId, 
 }
 
 /// Keeps what was found out about an attempt.
-///
-/// # Errors
-/// When the database fails.
 pub async fn found(
     writer: &mut SqliteConnection,
     regrading: &Regrading,
@@ -91,9 +84,6 @@ pub async fn found(
 }
 
 /// The next attempts whose scores are to be added.
-///
-/// # Errors
-/// When the database fails.
 pub async fn to_grade(executor: impl SqliteExecutor<'_>, regrading: RegradingId, most: u32) -> Result<Vec<ToGrade>> {
     sqlx::query_as(
         "SELECT l.session_id, l.assessment, l.before, g.score_id = l.score_id AS current FROM regrading_lines l
@@ -107,9 +97,6 @@ pub async fn to_grade(executor: impl SqliteExecutor<'_>, regrading: RegradingId,
 }
 
 /// Notes the score that an attempt was given; none where somebody was quicker.
-///
-/// # Errors
-/// When the database fails.
 pub async fn graded(
     writer: &mut SqliteConnection,
     regrading: &Regrading,
@@ -147,9 +134,6 @@ pub(super) async fn sum_up(executor: impl SqliteExecutor<'_>, regrading: &Regrad
 }
 
 /// How many attempts were looked at, and how many there are.
-///
-/// # Errors
-/// When the database fails.
 pub async fn looked_at(executor: impl SqliteExecutor<'_>, regrading: RegradingId) -> Result<(i64, i64)> {
     sqlx::query_as("SELECT count(outcome), count(*) FROM regrading_lines WHERE regrading_id = $1")
         .bind(regrading)
@@ -158,9 +142,6 @@ pub async fn looked_at(executor: impl SqliteExecutor<'_>, regrading: RegradingId
 }
 
 /// How many scores are yet to be added.
-///
-/// # Errors
-/// When the database fails.
 pub async fn left(executor: impl SqliteExecutor<'_>, regrading: RegradingId) -> Result<i64> {
     sqlx::query_scalar("SELECT count(*) FROM regrading_lines WHERE regrading_id = $1 AND assessment IS NOT NULL")
         .bind(regrading)
@@ -169,9 +150,6 @@ pub async fn left(executor: impl SqliteExecutor<'_>, regrading: RegradingId) -> 
 }
 
 /// Lines of some outcomes after one attempt, by its id, so many at most.
-///
-/// # Errors
-/// When the database fails.
 pub async fn lines(
     executor: impl SqliteExecutor<'_>,
     regrading: &Regrading,

@@ -2,12 +2,12 @@
 
 use model::ids::{OverrideId, PersonId, RegradingId, RevisionId, SchoolId, ScoreId, SessionId};
 use model::regrading::{OutcomeCount, RegradingState};
+use model::{CurrentPerson, Moment, Role, SessionKey};
 use serde::Serialize;
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
-use model::{CurrentPerson, Moment, Role, SessionKey};
 
 mod lines;
 
@@ -124,9 +124,6 @@ pub async fn begin(
 }
 
 /// The attempts at an exercise that somebody may judge, as their grades stand now, by id.
-///
-/// # Errors
-/// When the database fails.
 pub async fn standing(executor: impl SqliteExecutor<'_>, by: &CurrentPerson, exercise: &str) -> Result<Vec<Stood>> {
     let mut attempts: Vec<Stood> = sqlx::query_as(attempts!("SELECT s.id AS session_id, g.score_id, g.override_id"))
         .bind(by.school_id)
@@ -141,9 +138,6 @@ pub async fn standing(executor: impl SqliteExecutor<'_>, by: &CurrentPerson, exe
 }
 
 /// The attempts of a re-grading, as their grades stood when they were looked at, by id.
-///
-/// # Errors
-/// When the database fails.
 pub async fn stood(executor: impl SqliteExecutor<'_>, regrading: &Regrading) -> Result<Vec<Stood>> {
     sqlx::query_as(
         "SELECT session_id, score_id, override_id FROM regrading_lines WHERE school_id = $1 AND regrading_id = $2
@@ -156,9 +150,6 @@ pub async fn stood(executor: impl SqliteExecutor<'_>, regrading: &Regrading) -> 
 }
 
 /// A re-grading that somebody may see: their own, any of the school for an administrator.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find(executor: impl SqliteExecutor<'_>, by: &CurrentPerson, id: RegradingId) -> Result<Option<Regrading>> {
     sqlx::query_as(regrading!("WHERE g.school_id = $1 AND g.id = $2 AND ($3 OR g.made_by = $4)"))
         .bind(by.school_id)
@@ -170,9 +161,6 @@ pub async fn find(executor: impl SqliteExecutor<'_>, by: &CurrentPerson, id: Reg
 }
 
 /// The re-gradings of an exercise that somebody may see, the latest first, at most 20.
-///
-/// # Errors
-/// When the database fails.
 pub async fn of_exercise(
     executor: impl SqliteExecutor<'_>,
     by: &CurrentPerson,
@@ -191,9 +179,6 @@ pub async fn of_exercise(
 }
 
 /// The re-grading that the worker is to go on with: the oldest of every school's.
-///
-/// # Errors
-/// When the database fails.
 pub async fn under_way(executor: impl SqliteExecutor<'_>) -> Result<Option<Regrading>> {
     sqlx::query_as(regrading!("WHERE g.state IN ('looking', 'grading') ORDER BY g.made_at LIMIT 1"))
         .fetch_optional(executor)
@@ -201,9 +186,6 @@ pub async fn under_way(executor: impl SqliteExecutor<'_>) -> Result<Option<Regra
 }
 
 /// Looking has come to its end: what was found is summed up, and stands under a digest.
-///
-/// # Errors
-/// When the database fails.
 pub async fn show(writer: &mut SqliteConnection, regrading: &Regrading, shown_sha256: &str) -> Result<()> {
     let counts = lines::sum_up(&mut *writer, regrading).await?;
     sqlx::query(
@@ -236,9 +218,6 @@ pub async fn confirm(writer: &mut SqliteConnection, regrading: &Regrading, reaso
 }
 
 /// Every score was added; those that somebody else was quicker with are counted as such.
-///
-/// # Errors
-/// When the database fails.
 pub async fn end(writer: &mut SqliteConnection, regrading: &Regrading, now: Moment) -> Result<()> {
     let counts = lines::sum_up(&mut *writer, regrading).await?;
     sqlx::query("UPDATE regradings SET state = 'done', counts = $3, ended_at = $4 WHERE school_id = $1 AND id = $2")
@@ -252,9 +231,6 @@ pub async fn end(writer: &mut SqliteConnection, regrading: &Regrading, now: Mome
 }
 
 /// Throws away what was looked at before a moment and never confirmed.
-///
-/// # Errors
-/// When the database fails.
 pub async fn forget_before(writer: &mut SqliteConnection, moment: Moment) -> Result<()> {
     let forgotten: Vec<RegradingId> =
         sqlx::query_scalar("SELECT id FROM regradings WHERE made_at < $1 AND confirmed_at IS NULL")
@@ -303,9 +279,6 @@ pub struct NewReason<'a> {
 }
 
 /// Keeps why one attempt was graded again.
-///
-/// # Errors
-/// When the database fails.
 pub async fn add_reason(
     writer: &mut SqliteConnection,
     session: SessionKey,
@@ -328,9 +301,6 @@ pub async fn add_reason(
 }
 
 /// The re-gradings in the history of an attempt's grade. Reasons of before stand in the audit log.
-///
-/// # Errors
-/// When the database fails.
 pub async fn of_session(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Vec<RegradingAct>> {
     // Left to itself, SQLite reads every line of the school.
     sqlx::query_as(

@@ -1,13 +1,13 @@
 //! Lists of attempts.
 
 use assessment::{Deduction, HardFailure};
+use model::ids::{PersonId, SchoolId, SessionId};
+use model::{AttemptPlace, CurrentPerson, Moment, Proof, Role, Uncounted};
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteExecutor};
 
 use crate::Result;
 use crate::sessions::SessionState;
-use model::ids::{PersonId, SchoolId, SessionId};
-use model::{AttemptPlace, CurrentPerson, Moment, Proof, Role, Uncounted};
 
 /// An attempt in a list.
 #[derive(Clone, Debug, PartialEq, FromRow)]
@@ -101,9 +101,6 @@ pub struct ListStretch {
 }
 
 /// The attempts of a trainee, newest first.
-///
-/// # Errors
-/// When the database fails.
 pub async fn attempts_of(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -120,9 +117,6 @@ pub async fn attempts_of(
 }
 
 /// The attempts of a trainee at an exercise, newest first.
-///
-/// # Errors
-/// When the database fails.
 pub async fn attempts_at(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -141,9 +135,6 @@ pub async fn attempts_at(
 }
 
 /// How many attempts a trainee has made.
-///
-/// # Errors
-/// When the database fails.
 pub async fn count_attempts(executor: impl SqliteExecutor<'_>, school: SchoolId, trainee: PersonId) -> Result<u32> {
     sqlx::query_scalar("SELECT count(*) FROM sessions WHERE school_id = $1 AND trainee_id = $2")
         .bind(school)
@@ -153,9 +144,6 @@ pub async fn count_attempts(executor: impl SqliteExecutor<'_>, school: SchoolId,
 }
 
 /// The latest attempts in the cohorts that somebody teaches.
-///
-/// # Errors
-/// When the database fails.
 pub async fn latest_taught(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) -> Result<Vec<ListedAttempt>> {
     // From those who are taught to the latest of each, and from these to the latest of all: however many attempts the
     // school has. A cross join keeps this order. Where there are ten whose last attempt is later than something, no
@@ -184,9 +172,6 @@ pub async fn latest_taught(executor: impl SqliteExecutor<'_>, viewer: &CurrentPe
 }
 
 /// The latest attempts at an exercise that a person may see.
-///
-/// # Errors
-/// When the database fails.
 pub async fn latest_at(
     executor: impl SqliteExecutor<'_>,
     viewer: &CurrentPerson,
@@ -224,9 +209,6 @@ pub async fn latest_at(
 }
 
 /// Attempts of a school, newest first, after one of them; at most `limit`.
-///
-/// # Errors
-/// When the database fails.
 pub async fn records_after(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,

@@ -1,13 +1,13 @@
 //! Cohorts and trainees that a person may see.
 
-use model::cohort::CohortSummary;
-use model::ids::{CohortId, PersonId, SchoolId};
 use std::collections::BTreeMap;
 
+use model::cohort::CohortSummary;
+use model::ids::{CohortId, PersonId, SchoolId};
+use model::{CurrentPerson, Role};
 use sqlx::{FromRow, SqliteExecutor};
 
 use crate::Result;
-use model::{CurrentPerson, Role};
 
 /// A name and what it belongs to.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
@@ -30,9 +30,6 @@ macro_rules! cohorts {
 }
 
 /// The cohorts that a person may see: those they teach, or all of the school for an administrator.
-///
-/// # Errors
-/// When the database fails.
 pub async fn cohorts(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) -> Result<Vec<NamedItem<CohortId>>> {
     sqlx::query_as(cohorts!("ORDER BY c.name"))
         .bind(viewer.school_id)
@@ -43,9 +40,6 @@ pub async fn cohorts(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) 
 }
 
 /// One of [`cohorts`].
-///
-/// # Errors
-/// When the database fails.
 pub async fn cohort(
     executor: impl SqliteExecutor<'_>,
     viewer: &CurrentPerson,
@@ -61,9 +55,6 @@ pub async fn cohort(
 }
 
 /// The cohorts that a person may see, by name, from the first after `after`: what there is to a page of them.
-///
-/// # Errors
-/// When the database fails.
 pub async fn cohorts_in_short(
     executor: impl SqliteExecutor<'_>,
     viewer: &CurrentPerson,
@@ -90,9 +81,6 @@ pub async fn cohorts_in_short(
 }
 
 /// The people of a cohort in a role, by name.
-///
-/// # Errors
-/// When the database fails.
 pub async fn members(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -113,9 +101,6 @@ pub async fn members(
 }
 
 /// The pseudonyms of a cohort's trainees: what tells namesakes apart in a file, and finds their recordings.
-///
-/// # Errors
-/// When the database fails.
 pub async fn pseudonyms(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -134,9 +119,6 @@ pub async fn pseudonyms(
 }
 
 /// A trainee whom a person may see: themselves, a trainee of a cohort they teach, or any for an administrator.
-///
-/// # Errors
-/// When the database fails.
 pub async fn trainee(
     executor: impl SqliteExecutor<'_>,
     viewer: &CurrentPerson,

@@ -1,11 +1,11 @@
 //! A school as a whole: exercises, counts, people.
 
+use model::Moment;
+use model::ids::{SchoolId, SessionId};
 use sqlx::{FromRow, SqliteExecutor};
 
 use crate::Result;
 use crate::tries::MOST_DEATHS;
-use model::Moment;
-use model::ids::{SchoolId, SessionId};
 
 /// An exercise in short, in the revision that trainees are given.
 #[derive(Clone, Debug, PartialEq, FromRow)]
@@ -19,9 +19,6 @@ pub struct ExerciseInShort {
 }
 
 /// The exercises a school gives to trainees.
-///
-/// # Errors
-/// When the database fails.
 pub async fn exercises(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<ExerciseInShort>> {
     sqlx::query_as(
         "SELECT e.exercise_id, r.pass_mark, r.difficulty FROM exercises e
@@ -56,9 +53,6 @@ pub struct SchoolCounts {
 }
 
 /// Counts of a school; `since` bounds the recent ones.
-///
-/// # Errors
-/// When the database fails.
 pub async fn counts(executor: impl SqliteExecutor<'_>, school: SchoolId, since: Moment) -> Result<SchoolCounts> {
     sqlx::query_as(
         "SELECT s.name AS school,
@@ -94,9 +88,6 @@ pub struct FailingJob {
 }
 
 /// The jobs of a school that failed at least once, at most 50.
-///
-/// # Errors
-/// When the database fails.
 pub async fn failing_jobs(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<FailingJob>> {
     sqlx::query_as(
         "SELECT session_id, attempts,

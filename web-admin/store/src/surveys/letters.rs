@@ -1,17 +1,14 @@
 //! Letters with a survey's link to people without an account.
 
+use model::Moment;
 use model::ids::{LetterId, ResponseId, SchoolId};
 use model::mail::{LetterDelivery, SurveyLetter};
+use model::survey::Survey;
 use sqlx::{SqliteConnection, SqliteExecutor};
 
 use crate::Result;
-use model::Moment;
-use model::survey::Survey;
 
 /// Queues a letter. False when somebody of that address was written to before.
-///
-/// # Errors
-/// When the database fails.
 pub async fn queue_survey_letter(
     writer: &mut SqliteConnection,
     survey: &Survey,
@@ -35,9 +32,6 @@ pub async fn queue_survey_letter(
 }
 
 /// How many letters of a school were queued since a moment. Their ids tell when.
-///
-/// # Errors
-/// When the database fails.
 pub async fn queued_since(executor: impl SqliteExecutor<'_>, school: SchoolId, since: Moment) -> Result<u32> {
     let milliseconds = since.duration_since(Moment::from_micros(0)).as_millis();
     let first = LetterId::from_u128(milliseconds << 80);
@@ -49,9 +43,6 @@ pub async fn queued_since(executor: impl SqliteExecutor<'_>, school: SchoolId, s
 }
 
 /// The letters that are due, oldest first.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_due_survey_letters(
     executor: impl SqliteExecutor<'_>,
     now: Moment,
@@ -69,9 +60,6 @@ pub async fn list_due_survey_letters(
 }
 
 /// Takes a letter from the queue before it goes out: whatever happens then, it does not go out again by itself.
-///
-/// # Errors
-/// When the database fails.
 pub async fn claim_survey_letter(
     writer: &mut SqliteConnection,
     letter: &SurveyLetter,
@@ -90,9 +78,6 @@ pub async fn claim_survey_letter(
 }
 
 /// Notes that a letter is out; it no longer leads to the answer.
-///
-/// # Errors
-/// When the database fails.
 pub async fn mark_letter_sent(writer: &mut SqliteConnection, letter: &SurveyLetter, now: Moment) -> Result<()> {
     sqlx::query(
         "UPDATE survey_letters SET sent_at = $3, response_id = NULL, next_run_at = NULL, error = NULL
@@ -107,9 +92,6 @@ pub async fn mark_letter_sent(writer: &mut SqliteConnection, letter: &SurveyLett
 }
 
 /// Notes why a letter did not go out, and when to try again; never, where that is `None`.
-///
-/// # Errors
-/// When the database fails.
 pub async fn mark_letter_failed(
     writer: &mut SqliteConnection,
     letter: &SurveyLetter,
@@ -127,9 +109,6 @@ pub async fn mark_letter_failed(
 }
 
 /// How the letters of a survey went, by address.
-///
-/// # Errors
-/// When the database fails.
 pub async fn list_deliveries(executor: impl SqliteExecutor<'_>, survey: &Survey) -> Result<Vec<LetterDelivery>> {
     sqlx::query_as(
         "SELECT name, email, sent_at, error, next_run_at FROM survey_letters

@@ -1,13 +1,13 @@
 //! What a survey is tied to: cohorts, exercises, courses, themes of comments; and who is asked to answer it.
 
+use model::Moment;
+use model::ids::{CohortId, PersonId, ResponseId, RevisionId, SchoolId, SessionId, SurveyId};
+use model::survey::Survey;
 use sqlx::{SqliteConnection, SqliteExecutor};
 
 use super::survey;
 use crate::Result;
 use crate::sessions::Session;
-use model::Moment;
-use model::ids::{CohortId, PersonId, ResponseId, RevisionId, SchoolId, SessionId, SurveyId};
-use model::survey::Survey;
 
 /// Sends a survey to a cohort.
 ///
@@ -29,9 +29,6 @@ pub async fn add_cohort(
 }
 
 /// Names of the cohorts that a survey was sent to.
-///
-/// # Errors
-/// When the database fails.
 pub async fn cohort_names(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -48,9 +45,6 @@ pub async fn cohort_names(
 }
 
 /// Asks a survey after an exercise.
-///
-/// # Errors
-/// When the database fails.
 pub async fn add_exercise(
     writer: &mut SqliteConnection,
     school: SchoolId,
@@ -71,9 +65,6 @@ pub async fn add_exercise(
 
 /// Which instruments the courses of a school ask for, after which exercises: the instrument's id, the revision that is
 /// current, its title, and the exercise. Instruments that were never published are left out.
-///
-/// # Errors
-/// When the database fails.
 pub async fn asked_by_courses(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -91,9 +82,6 @@ pub async fn asked_by_courses(
 }
 
 /// The open surveys that courses have asked for: those without an owner.
-///
-/// # Errors
-/// When the database fails.
 pub async fn of_course(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<Survey>> {
     sqlx::query_as(survey!(
         "WHERE s.school_id = $1 AND s.after_attempts = 1 AND s.owner_id IS NULL AND s.closes_at IS NULL"
@@ -104,9 +92,6 @@ pub async fn of_course(executor: impl SqliteExecutor<'_>, school: SchoolId) -> R
 }
 
 /// Sets when a survey closes; `None` opens it again for good.
-///
-/// # Errors
-/// When the database fails.
 pub async fn close(
     writer: &mut SqliteConnection,
     school: SchoolId,
@@ -123,9 +108,6 @@ pub async fn close(
 }
 
 /// The open surveys that a person is asked once, by a cohort they are in as a trainee.
-///
-/// # Errors
-/// When the database fails.
 pub async fn of_person(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -166,9 +148,6 @@ impl<'a> Practised<'a> {
 }
 
 /// The open surveys that are asked after an attempt.
-///
-/// # Errors
-/// When the database fails.
 pub async fn after_attempt(
     executor: impl SqliteExecutor<'_>,
     practised: Practised<'_>,
@@ -193,9 +172,6 @@ pub async fn after_attempt(
 }
 
 /// The exercises after which surveys of a school are asked: survey and exercise. A survey without one is asked after all.
-///
-/// # Errors
-/// When the database fails.
 pub async fn exercises(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<(SurveyId, String)>> {
     sqlx::query_as(
         "SELECT e.survey_id, e.exercise_id FROM surveys s JOIN survey_exercises e ON e.survey_id = s.id
@@ -207,9 +183,6 @@ pub async fn exercises(executor: impl SqliteExecutor<'_>, school: SchoolId) -> R
 }
 
 /// Whether a person has answered a survey, for an attempt or at all.
-///
-/// # Errors
-/// When the database fails.
 pub async fn answered(
     executor: impl SqliteExecutor<'_>,
     survey: &Survey,
@@ -229,9 +202,6 @@ pub async fn answered(
 }
 
 /// Puts a theme on a comment. False when there is no such comment in the survey.
-///
-/// # Errors
-/// When the database fails.
 pub async fn add_tag(
     writer: &mut SqliteConnection,
     survey: &Survey,
@@ -256,9 +226,6 @@ pub async fn add_tag(
 }
 
 /// Takes a theme from a comment. False when it was not there.
-///
-/// # Errors
-/// When the database fails.
 pub async fn remove_tag(
     writer: &mut SqliteConnection,
     survey: &Survey,

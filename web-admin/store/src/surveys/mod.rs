@@ -9,18 +9,16 @@ pub use links::{
     Practised, add_cohort, add_exercise, add_tag, after_attempt, answered, asked_by_courses, close, cohort_names,
     exercises, of_course, of_person, remove_tag,
 };
+use model::Moment;
+use model::ids::{PersonId, RevisionId, SchoolId, SurveyId};
+use model::survey::{Identity, Survey};
 pub use responses::{
     NewResponse, Submission, SurveyResponse, add, by_token, draft_of, put_answers, reset, set_token, submit, withdraw,
 };
 pub use results::{ResponseCounts, ResponseMetric, SubmittedResponse, Tag, attempts, counts, submitted, tags};
-
-use model::ids::{PersonId, RevisionId, SchoolId, SurveyId};
-use model::survey::Survey;
 use sqlx::{SqliteConnection, SqliteExecutor};
 
 use super::Result;
-use model::Moment;
-use model::survey::Identity;
 
 /// A survey to be added.
 #[derive(Clone, Copy, Debug)]
@@ -84,17 +82,11 @@ macro_rules! survey {
 pub(crate) use survey;
 
 /// A survey of a school.
-///
-/// # Errors
-/// When the database fails.
 pub async fn find(executor: impl SqliteExecutor<'_>, school: SchoolId, id: SurveyId) -> Result<Option<Survey>> {
     sqlx::query_as(survey!("WHERE s.school_id = $1 AND s.id = $2")).bind(school).bind(id).fetch_optional(executor).await
 }
 
 /// Every survey of a school, newest first, at most 200.
-///
-/// # Errors
-/// When the database fails.
 pub async fn all(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<Survey>> {
     sqlx::query_as(survey!("WHERE s.school_id = $1 ORDER BY s.created_at DESC, s.id DESC LIMIT 200"))
         .bind(school)

@@ -1,13 +1,13 @@
 //! Responses, from a link or a beginning to sent answers.
 
 use assessment::questionnaire::Answer;
+use model::Moment;
+use model::ids::{PersonId, ResponseId, SchoolId, SessionId, SurveyId};
+use model::survey::{Identity, ResponseState};
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use crate::Result;
-use model::Moment;
-use model::ids::{PersonId, ResponseId, SchoolId, SessionId, SurveyId};
-use model::survey::{Identity, ResponseState};
 
 /// A response.
 #[derive(Clone, Debug, PartialEq, FromRow)]
@@ -90,9 +90,6 @@ pub async fn add(writer: &mut SqliteConnection, new: &NewResponse<'_>) -> Result
 }
 
 /// The response of an address, in any school: the address names none.
-///
-/// # Errors
-/// When the database fails.
 pub async fn by_token(executor: impl SqliteExecutor<'_>, token_sha256: &[u8; 32]) -> Result<Option<SurveyResponse>> {
     sqlx::query_as(
         "SELECT id, school_id, survey_id, state, person_id, session_id, language, answers, expires_at
@@ -104,9 +101,6 @@ pub async fn by_token(executor: impl SqliteExecutor<'_>, token_sha256: &[u8; 32]
 }
 
 /// What a person has begun, or sent under their name or pseudonym.
-///
-/// # Errors
-/// When the database fails.
 pub async fn draft_of(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -128,9 +122,6 @@ pub async fn draft_of(
 }
 
 /// Gives a response another address; the one before leads nowhere then.
-///
-/// # Errors
-/// When the database fails.
 pub async fn set_token(
     writer: &mut SqliteConnection,
     school: SchoolId,
@@ -147,9 +138,6 @@ pub async fn set_token(
 }
 
 /// Stores the answers so far. False when they were sent or taken back in the meantime.
-///
-/// # Errors
-/// When the database fails.
 pub async fn put_answers(writer: &mut SqliteConnection, response: &SurveyResponse, now: Moment) -> Result<bool> {
     sqlx::query(
         "UPDATE survey_responses SET answers = $3, language = $4, state = 'begun',
@@ -220,9 +208,6 @@ pub async fn submit(
 }
 
 /// Forgets what was begun: a person's response goes, a link is as if it had never been opened.
-///
-/// # Errors
-/// When the database fails.
 pub async fn reset(writer: &mut SqliteConnection, response: &SurveyResponse) -> Result<()> {
     let statement = if response.person_id.is_some() {
         "DELETE FROM survey_responses WHERE school_id = $1 AND id = $2 AND state = 'begun'"
@@ -234,9 +219,6 @@ pub async fn reset(writer: &mut SqliteConnection, response: &SurveyResponse) -> 
 }
 
 /// Takes sent answers back: what was said, and the themes found in it, are gone. False when there was nothing sent.
-///
-/// # Errors
-/// When the database fails.
 pub async fn withdraw(writer: &mut SqliteConnection, response: &SurveyResponse) -> Result<bool> {
     sqlx::query("DELETE FROM survey_tags WHERE school_id = $1 AND response_id = $2")
         .bind(response.school_id)

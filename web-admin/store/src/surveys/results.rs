@@ -1,14 +1,13 @@
 //! What a survey was answered: one indexed query for all answers, one for the attempts behind them.
 
 use assessment::questionnaire::Answer;
+use model::Moment;
+use model::ids::{ResponseId, SessionId};
+use model::survey::{Identity, Survey};
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteExecutor};
 
 use crate::Result;
-use model::Moment;
-use model::ids::{ResponseId, SessionId};
-use model::survey::Identity;
-use model::survey::Survey;
 
 /// Sent answers.
 #[derive(Clone, Debug, PartialEq, FromRow)]
@@ -38,9 +37,6 @@ pub struct SubmittedResponse {
 }
 
 /// Every sent response of a survey, in no telling order.
-///
-/// # Errors
-/// When the database fails.
 pub async fn submitted(executor: impl SqliteExecutor<'_>, survey: &Survey) -> Result<Vec<SubmittedResponse>> {
     let mut submitted: Vec<SubmittedResponse> = sqlx::query_as(
         "SELECT r.id, r.role, CASE $3 WHEN 'named' THEN coalesce(p.display_name, r.label)
@@ -69,9 +65,6 @@ pub struct ResponseMetric {
 }
 
 /// A metric of the attempts behind the sent responses; `score` is the grade that counts.
-///
-/// # Errors
-/// When the database fails.
 pub async fn attempts(executor: impl SqliteExecutor<'_>, survey: &Survey, metric: &str) -> Result<Vec<ResponseMetric>> {
     if survey.identity == Identity::Anonymous {
         return Ok(Vec::new());
@@ -108,9 +101,6 @@ pub struct ResponseCounts {
 }
 
 /// Counts a survey.
-///
-/// # Errors
-/// When the database fails.
 pub async fn counts(executor: impl SqliteExecutor<'_>, survey: &Survey, now: Moment) -> Result<ResponseCounts> {
     sqlx::query_as(
         "SELECT
@@ -165,9 +155,6 @@ pub struct Tag {
 }
 
 /// Every theme of a survey's comments.
-///
-/// # Errors
-/// When the database fails.
 pub async fn tags(executor: impl SqliteExecutor<'_>, survey: &Survey) -> Result<Vec<Tag>> {
     sqlx::query_as(
         "SELECT response_id, item_id, tag FROM survey_tags WHERE school_id = $1 AND survey_id = $2

@@ -10,10 +10,10 @@ use std::path::{Path, PathBuf};
 
 use acts::clock::Clock;
 use acts::config::Config;
-use acts::publishing;
-use acts::secret;
 use acts::secret::PasswordCost;
+use acts::{publishing, secret};
 use axum::Router;
+use client::Client;
 use model::Role;
 use model::ids::SchoolId;
 use sqlx::SqliteConnection;
@@ -23,10 +23,7 @@ use store::people::{self, NewPerson, Person};
 use store::schools;
 use store::tokens::{self, TokenHolder};
 use tempfile::TempDir;
-use web_admin::AppState;
-use web_admin::routes;
-
-use client::Client;
+use web_admin::{AppState, routes};
 
 /// The password of everybody.
 pub const PASSWORD: &str = "a long enough password";

@@ -8,16 +8,15 @@ use data_encoding::HEXLOWER;
 use documents::{ExerciseBundle, Patient};
 use ed25519_dalek::{Signer, SigningKey};
 use law::operator::Motion;
+use model::ids::{SessionId, StationId};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use recording::session::{EXERCISE_ATTACHMENT, SCENE_ATTACHMENT};
-use recording::signature;
 use recording::write::SceneDrawing;
-use recording::{Attachment, Event, EventKind, Sample, Session, Signature, Writer};
+use recording::{Attachment, Event, EventKind, Sample, Session, Signature, Writer, signature};
 use time::OffsetDateTime;
 use tissue::Specimen;
 
 use super::course_folder;
-use model::ids::{SessionId, StationId};
 
 /// The shipped exercise that is attempted.
 pub static EXERCISE: LazyLock<ExerciseBundle> =

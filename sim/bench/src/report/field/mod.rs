@@ -7,6 +7,8 @@ pub mod peers;
 
 use std::path::{Path, PathBuf};
 
+use cases::ReferenceLoad;
+use peers::Peer;
 use tissue::planner::{self, PlanRequest};
 use tissue::volumetric::Problem3;
 use tissue::{FieldModel, Judging, Model};
@@ -17,8 +19,6 @@ use super::{Subject, head};
 use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
 use crate::timing::{self, TimingEffort, answer_s};
-use cases::ReferenceLoad;
-use peers::Peer;
 
 /// Tolerances at which the planner is asked.
 const TOLERANCES: [f64; 4] = [0.05, 0.02, 0.01, 0.001];

@@ -6,12 +6,12 @@ mod figures;
 use std::path::{Path, PathBuf};
 
 use assessment::catalogue::{DEFINITIONS, Definition};
+use crowd::{Crowd, Size, crowds};
+use figures::{BY_CONTENT, FAIR, Figures, JUDGED_BY, MetricReading, Pooled, SCORE, least_agreement};
 
 use super::sheet::{self, ReportSheet};
 use super::{Subject, measured_on};
 use crate::error::BenchError;
-use crowd::{Crowd, Size, crowds};
-use figures::{BY_CONTENT, FAIR, Figures, JUDGED_BY, MetricReading, Pooled, SCORE, least_agreement};
 
 /// Measures, and writes `metrics.{csv,md}`; returns the files written.
 ///

@@ -4,20 +4,19 @@ mod data;
 mod report;
 mod sheet;
 
-use crate::sources;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::builder::RangedU64ValueParser;
 use documents::{DocumentError, Patient, Scene};
 use law::axial::AxialSpec;
+use report::CalibrationReport;
 use tissue::calibrate::{self, CalibrateError, Curve, Fit, Fresh, Start};
 
 use crate::exit::{Failure, Outcome};
 use crate::new_file::NewFile;
-use crate::output;
 use crate::progress::Progress;
-use report::CalibrationReport;
+use crate::{output, sources};
 
 /// Weight of the patient that a curve is taken to be of, in kg (Stylet's physics, section 2; literature).
 const REFERENCE_KG: f64 = 71.1;

@@ -8,11 +8,11 @@ use std::path::{Path, PathBuf};
 
 use assessment::appraise_rubric;
 use documents::{Document, ExerciseBundle, Issue};
+use plan::ScenePlan;
+use report::FileReport;
 
 use crate::exit::{Failure, Outcome};
 use crate::output;
-use plan::ScenePlan;
-use report::FileReport;
 
 /// Validate scenes, exercises, curricula and instruments, and print what simulating them comes to
 ///

@@ -6,13 +6,13 @@ mod probes;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
+use bench::machine::{self, Machine};
 use serde::Serialize;
 use ureq::http::Uri;
 
 use crate::devices::DeviceArgs;
 use crate::exit::{Failure, Outcome};
 use crate::{output, service};
-use bench::machine::{self, Machine};
 
 /// Examine this machine: timer, priority, processor, disk, haptic devices, server
 ///

@@ -4,14 +4,13 @@ use std::io::Write;
 use std::path::Path;
 use std::time::Duration;
 
+use bench::machine::{Machine, proc_field};
 use haptics::servo;
 use ureq::Agent;
 use ureq::http::Uri;
 
 use super::DoctorFinding;
-use crate::clock;
-use crate::machine;
-use bench::machine::{Machine, proc_field};
+use crate::{clock, machine};
 
 /// Ticks of the timer probe: one second at 1 kHz.
 const TICKS: u32 = 1000;

@@ -3,7 +3,6 @@
 mod csv;
 mod parquet;
 
-use crate::sources;
 use std::fs;
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
@@ -16,8 +15,8 @@ use self::csv::CsvTable;
 use self::parquet::ParquetTable;
 use crate::exit::{Failure, Outcome};
 use crate::new_file::{NewFile, create_folder};
-use crate::output;
 use crate::progress::Progress;
+use crate::{output, sources};
 
 /// Write the numbers of a recording as tables, for a spreadsheet, R or Python
 ///

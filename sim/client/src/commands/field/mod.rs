@@ -2,17 +2,16 @@
 
 mod answer;
 
-use crate::sources;
 use std::path::PathBuf;
 
+use answer::FieldAnswer;
 use clap::ValueEnum;
 use documents::field_case::FieldCase;
 use tissue::planner::PlanRequest;
 use tissue::{Judging, Model};
 
 use crate::exit::{Failure, Outcome};
-use crate::output;
-use answer::FieldAnswer;
+use crate::{output, sources};
 
 /// Compute how layered tissue deforms under a needle
 ///

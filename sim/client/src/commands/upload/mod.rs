@@ -1,6 +1,5 @@
 //! `stylet upload`: recordings to the service, by way of the outbox.
 
-use crate::sources;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -9,9 +8,9 @@ use ureq::http::Uri;
 
 use crate::exit::{Failure, Outcome};
 use crate::outbox::{Access, Delivery, Outbox, Patience, Post};
-use crate::output;
 use crate::service::{self, Service};
 use crate::station::Pairing;
+use crate::{output, sources};
 
 /// Send recordings to a service
 ///

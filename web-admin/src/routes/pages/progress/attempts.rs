@@ -1,21 +1,21 @@
 //! Every attempt of a school as a file, for its administrators.
 
-use crate::routes::auth::Administrator;
 use std::time::Duration;
 
+use acts::error::Error;
 use assessment::words::failure_in_words;
 use axum::extract::State;
 use axum::response::Response;
 use futures::stream;
-
-use crate::AppState;
-use crate::error::PageError;
-use crate::export::{CsvCell, stream_csv};
-use acts::error::Error;
 use model::AttemptPlace;
 use model::ids::SchoolId;
 use pages::format;
 use store::reports::{self, AttemptRecord};
+
+use crate::AppState;
+use crate::error::PageError;
+use crate::export::{CsvCell, stream_csv};
+use crate::routes::auth::Administrator;
 
 /// Attempts that are read at once: a long file keeps neither memory nor the database busy for long.
 const AT_ONCE: u32 = 200;

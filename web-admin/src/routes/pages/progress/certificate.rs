@@ -1,17 +1,11 @@
 //! A certificate that a course was mastered.
 
+use acts::certificates;
+use acts::error::Error;
 use askama::Template;
 use axum::extract::{Path, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::{IntoResponse, Response};
-use time::OffsetDateTime;
-
-use crate::AppState;
-use crate::error::PageError;
-use crate::routes::auth::{CsrfForm, NoFields, Visitor};
-use crate::routes::pages::standing;
-use acts::certificates;
-use acts::error::Error;
 use model::certificate::{Certificate, Statement, sign_statement};
 use model::ids::PersonId;
 use model::progress::{Course, Mastery, Progress, StepState};
@@ -19,12 +13,16 @@ use model::{CurrentPerson, Needed, PersonKey};
 use pages::certificate::CertificatePage;
 use pages::format;
 use pages::trainee::{needed_in_words, rule_in_words};
-use store::curricula;
 use store::curricula::TaughtCurriculum;
-use store::reports;
 use store::reports::NamedItem;
-use store::{people, practice, schools};
+use store::{curricula, people, practice, reports, schools};
+use time::OffsetDateTime;
 use words::Language;
+
+use crate::AppState;
+use crate::error::PageError;
+use crate::routes::auth::{CsrfForm, NoFields, Visitor};
+use crate::routes::pages::standing;
 
 /// What a certificate does not say.
 const SCOPE: &str = "Simulated performance only; no statement about competence with patients.";

@@ -2,10 +2,18 @@
 
 use std::collections::BTreeMap;
 
+use acts::error::Error;
 use assessment::statistics::wilson;
 use axum::extract::{Query, State};
 use axum::response::Response;
+use model::ids::{CohortId, PersonId};
+use model::progress::{Progress, ScoredAttempt};
+use model::{CurrentPerson, Role};
+use pages::progress::{CohortProgressPage, CourseHeat, Hardness, HeatRow, ScoredRow, Worry, make_heat_cell};
+use pages::{NavPlace, Shell};
 use serde::Deserialize;
+use store::reports::NamedItem;
+use store::{practice, reports};
 use time::format_description::well_known::Iso8601;
 use time::{Date, Duration};
 
@@ -15,18 +23,8 @@ use crate::AppState;
 use crate::error::PageError;
 use crate::export::{CsvCell, download_csv};
 use crate::routes::auth::{Csrf, Visitor};
-use crate::routes::pages::standing;
 use crate::routes::pages::standing::TaughtCourse;
-use crate::routes::pages::{PathId, cohorts};
-use acts::error::Error;
-use model::ids::{CohortId, PersonId};
-use model::progress::{Progress, ScoredAttempt};
-use model::{CurrentPerson, Role};
-use pages::progress::{CohortProgressPage, CourseHeat, Hardness, HeatRow, ScoredRow, Worry, make_heat_cell};
-use pages::{NavPlace, Shell};
-use store::practice;
-use store::reports;
-use store::reports::NamedItem;
+use crate::routes::pages::{PathId, cohorts, standing};
 
 /// Days on the chart.
 const DAYS: i64 = 28;

@@ -1,9 +1,19 @@
 //! How a cohort's latest attempts at an exercise are distributed.
 
+use acts::error::Error;
 use assessment::statistics::summary;
 use axum::extract::{Path, State};
 use axum::response::Response;
 use futures::stream;
+use model::ids::{CohortId, PersonId, SessionId};
+use model::progress::ScoredAttempt;
+use model::{CurrentPerson, Role};
+use pages::addresses::exercise_href;
+use pages::progress::{MetricSpreadRow, MetricsPage, ScoredRow};
+use pages::{NavPlace, Shell, format, metric};
+use store::reports::NamedItem;
+use store::scores::{self, FoundMetric, MetricOfMany};
+use store::{practice, reports};
 
 use super::trainee_cells;
 use crate::AppState;
@@ -11,17 +21,6 @@ use crate::error::PageError;
 use crate::export::{CsvCell, stream_csv};
 use crate::routes::auth::{Csrf, Visitor};
 use crate::routes::pages::{cohorts, standing};
-use acts::error::Error;
-use model::ids::{CohortId, PersonId, SessionId};
-use model::progress::ScoredAttempt;
-use model::{CurrentPerson, Role};
-use pages::addresses::exercise_href;
-use pages::progress::{MetricSpreadRow, MetricsPage, ScoredRow};
-use pages::{NavPlace, Shell, format, metric};
-use store::practice;
-use store::reports;
-use store::reports::NamedItem;
-use store::scores::{self, FoundMetric, MetricOfMany};
 
 /// What both the page and its file are made of.
 struct CohortMetrics {

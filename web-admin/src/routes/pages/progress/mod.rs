@@ -10,10 +10,10 @@ mod trainee;
 use std::collections::BTreeMap;
 
 use axum::routing::{get, post};
+use model::ids::PersonId;
 
 use crate::export::CsvCell;
 use crate::routes::Routes;
-use model::ids::PersonId;
 
 /// Their addresses.
 pub(super) fn progress_routes() -> Routes {

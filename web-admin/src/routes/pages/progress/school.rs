@@ -3,16 +3,16 @@
 use assessment::statistics::{Estimate, wilson};
 use axum::extract::{Query, State};
 use axum::response::Response;
+use pages::progress::{MonthRow, SchoolProgressPage, YearRow};
+use pages::{NavPlace, Shell, charts};
 use serde::Deserialize;
+use store::tallies::{self, Sums, YearOfCohort};
 
 use crate::AppState;
 use crate::error::PageError;
 use crate::export::{CsvCell, download_csv};
 use crate::routes::auth::{Administrator, Csrf};
 use crate::routes::pages::encode_in_query;
-use pages::progress::{MonthRow, SchoolProgressPage, YearRow};
-use pages::{NavPlace, Shell, charts};
-use store::tallies::{self, Sums, YearOfCohort};
 
 /// Cohorts on one page.
 const PER_PAGE: u32 = 50;

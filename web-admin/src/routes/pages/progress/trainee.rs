@@ -1,17 +1,9 @@
 //! One exercise of one trainee.
 
+use acts::error::Error;
 use assessment::statistics::{summary, wilson};
 use axum::extract::{Path, State};
 use axum::response::Response;
-
-use crate::AppState;
-use crate::error::PageError;
-use crate::export::{CsvCell, download_csv};
-use crate::routes::auth::{Csrf, Visitor};
-use crate::routes::pages::standing;
-use crate::routes::pages::standing::TaughtCourse;
-use crate::routes::pages::trainees;
-use acts::error::Error;
 use model::ids::{PersonId, SchoolId};
 use model::progress::{CurveRule, Mastery, Progress, ScoredAttempt, StepProgress, StepState};
 use model::{CurrentPerson, Role};
@@ -19,9 +11,15 @@ use pages::addresses::exercise_href;
 use pages::progress::{Comparison, CurveFacts, CurveRow, LearningPage};
 use pages::trainee::{rule_in_words, score_points};
 use pages::{NavPlace, Shell, StatusWord, charts};
-use store::reports;
 use store::reports::{ListStretch, NamedItem};
-use store::{cohorts, practice};
+use store::{cohorts, practice, reports};
+
+use crate::AppState;
+use crate::error::PageError;
+use crate::export::{CsvCell, download_csv};
+use crate::routes::auth::{Csrf, Visitor};
+use crate::routes::pages::standing::TaughtCourse;
+use crate::routes::pages::{standing, trainees};
 
 /// Attempts over which habits are looked for.
 const RECENT: ListStretch = ListStretch { limit: 20, offset: 0 };

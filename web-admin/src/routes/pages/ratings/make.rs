@@ -2,25 +2,23 @@
 
 use std::collections::BTreeSet;
 
-use axum::extract::{Query, State};
-use serde::Deserialize;
-
-use crate::AppState;
-use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visit};
-use crate::routes::forms::{FormAnswer, split_refusal};
 use acts::error::Error;
-use acts::ratings;
-use acts::surveys;
+use acts::{ratings, surveys};
+use axum::extract::{Query, State};
 use model::ids::{AssignmentId, PersonId, SchoolId, SessionId};
 use model::{CurrentPerson, line};
 use pages::form::FilledForm;
 use pages::people::SelectOption;
 use pages::rating::{AttemptChoice, NewRoundForm, NewRoundPage};
 use pages::{NavPlace, Shell};
-use store::ratings as stored;
+use serde::Deserialize;
 use store::ratings::{NewRound, RateableAttempt, Rater};
-use store::{assignments, grades, instruments, reviews, sessions};
+use store::{assignments, grades, instruments, ratings as stored, reviews, sessions};
+
+use crate::AppState;
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visit};
+use crate::routes::forms::{FormAnswer, split_refusal};
 
 /// Most raters of a round, and most attempts.
 const MOST_RATERS: usize = 20;

@@ -1,21 +1,12 @@
 //! `/ratings`: rounds of ratings, and what they found.
 
+use acts::error::Error;
+use acts::{ratings, surveys};
 use assessment::questionnaire::{Answer, score_response};
 use axum::extract::State;
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
 use documents::Instrument;
-
-use super::PathId;
-use crate::AppState;
-use crate::error::PageError;
-use crate::export;
-use crate::export::CsvCell as Column;
-use crate::routes::Routes;
-use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher};
-use acts::error::Error;
-use acts::ratings;
-use acts::surveys;
 use model::ids::{PersonId, RatingId, RoundId, SessionId};
 use model::rating::{RatingAnswers, tables};
 use model::{CurrentPerson, Moment, Role};
@@ -23,6 +14,13 @@ use pages::rating::{OwnRating, RatedAttemptRow, RaterRow, RatingsPage, RoundPage
 use pages::{NavPlace, Shell, format};
 use store::ratings as stored;
 use store::ratings::{Rating, RatingCell, Round};
+
+use super::PathId;
+use crate::error::PageError;
+use crate::export::CsvCell as Column;
+use crate::routes::Routes;
+use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher};
+use crate::{AppState, export};
 
 mod make;
 mod rate;

@@ -1,21 +1,13 @@
 //! `/rate/{id}`: a rater and an attempt, known to them by the id of their rating alone. Nothing here says whose attempt it
 //! is, when it was, or what came of it.
 
+use acts::error::Error;
+use acts::ratings;
+use acts::ratings::Rated;
 use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::IntoResponse;
 use documents::instrument::Item;
-use serde::Deserialize;
-
-use super::{own_ratings, round_href};
-use crate::AppState;
-use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visit};
-use crate::routes::forms::FormAnswer;
-use crate::routes::pages::{PathId, sessions as attempts};
-use acts::error::Error;
-use acts::ratings;
-use acts::ratings::Rated;
 use model::CurrentPerson;
 use model::ids::RatingId;
 use model::survey::given::GivenAnswers;
@@ -23,7 +15,15 @@ use pages::rating::RatePage;
 use pages::session::Drawing;
 use pages::survey::form::{FormQuestion, GivenField, Refusals};
 use pages::{NavPlace, Shell};
+use serde::Deserialize;
 use store::{ratings as stored, scores};
+
+use super::{own_ratings, round_href};
+use crate::AppState;
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visit};
+use crate::routes::forms::FormAnswer;
+use crate::routes::pages::{PathId, sessions as attempts};
 
 pub(super) async fn show_rating(
     State(state): State<AppState>,

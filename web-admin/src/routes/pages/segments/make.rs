@@ -1,23 +1,23 @@
 //! Making a task: attempts, a cohort, a date.
 
-use axum::extract::{Query, State};
-use serde::Deserialize;
-
-use crate::AppState;
-use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visit};
-use crate::routes::forms::{FormAnswer, split_refusal};
 use acts::error::Error;
 use acts::segments;
+use axum::extract::{Query, State};
 use model::ids::{CohortId, SessionId};
 use model::{CurrentPerson, Moment, due, line};
 use pages::form::FilledForm;
 use pages::people::SelectOption;
 use pages::segments::{NewTaskForm, NewTaskPage, attempt_label};
 use pages::{NavPlace, Shell};
+use serde::Deserialize;
 use store::reports::{self, ListedAttempt};
 use store::segments::NewTask;
 use store::{schools, scores, sessions};
+
+use crate::AppState;
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visit};
+use crate::routes::forms::{FormAnswer, split_refusal};
 
 /// Most traces of a task.
 const MOST_TRACES: usize = 20;

@@ -1,31 +1,28 @@
 //! `/segments`: tasks to mark pops, and how everybody has done.
 
+use acts::error::Error;
+use acts::{deadlines, segments};
 use axum::extract::State;
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
-
-use super::PathId;
-use super::assignments::ExtensionForm;
-use super::progress::trainee_cells;
-use crate::AppState;
-use crate::error::PageError;
-use crate::export;
-use crate::export::CsvCell;
-use crate::routes::Routes;
-use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher, Visitor};
-use acts::deadlines;
-use acts::error::Error;
-use acts::segments;
 use model::due::local;
 use model::ids::{PersonId, TaskId};
 use model::segments::TraceOutcome;
 use model::{CurrentPerson, Role};
 use pages::segments::{OwnTaskPage, ResultRow, SegmentsPage, TaskPage, TaskRow};
 use pages::{NavPlace, Shell};
-use store::reports;
 use store::reports::NamedItem;
-use store::segments as stored;
 use store::segments::{SegmentTask, Trace};
+use store::{reports, segments as stored};
+
+use super::PathId;
+use super::assignments::ExtensionForm;
+use super::progress::trainee_cells;
+use crate::error::PageError;
+use crate::export::CsvCell;
+use crate::routes::Routes;
+use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher, Visitor};
+use crate::{AppState, export};
 
 mod make;
 mod trace;

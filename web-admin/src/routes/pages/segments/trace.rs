@@ -1,17 +1,8 @@
 //! `/segments/traces/{id}`: a trace to be marked. Until it is sent the page holds the force over time and nothing else.
 
-use axum::extract::State;
-use serde::Deserialize;
-
-use super::{list_own_traces, make_task_row, trace_href};
-use crate::AppState;
-use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, Visit, Visitor};
-use crate::routes::forms::FormAnswer;
-use crate::routes::pages::PathId;
 use acts::error::Error;
-use acts::replays;
-use acts::segments;
+use acts::{replays, segments};
+use axum::extract::State;
 use model::ids::TraceId;
 use model::segments::{MarksVerdict, read_pop_marks, strips};
 use model::series::{AttemptStretch, TimeSpan};
@@ -19,9 +10,17 @@ use model::{CurrentPerson, Role};
 use pages::form::FilledForm;
 use pages::segments::{StripView, TracePage, TraceTruth};
 use pages::{NavPlace, Shell};
+use serde::Deserialize;
 use store::segments as stored;
 use store::segments::{SegmentTask, Trace};
 use store::sessions::{self, Session};
+
+use super::{list_own_traces, make_task_row, trace_href};
+use crate::AppState;
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, CsrfForm, Visit, Visitor};
+use crate::routes::forms::FormAnswer;
+use crate::routes::pages::PathId;
 
 /// Spans of a strip: finer than a pixel of its drawing.
 const SPANS: usize = 500;

@@ -1,6 +1,7 @@
 //! Exports of a survey: the same rows as the results, as files.
 
-use crate::routes::auth::Visitor;
+use acts::error::Error;
+use acts::surveys::instrument_of;
 use assessment::questionnaire::Answer;
 use axum::extract::{Path, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
@@ -8,21 +9,19 @@ use axum::response::{IntoResponse, Response};
 use documents::Instrument;
 use documents::instrument::{Item, ScaleKind};
 use futures::stream;
-use serde_json::json;
-
-use super::results::rows_of_responses;
-use super::{find_school_survey, owns_survey};
-use crate::AppState;
-use crate::error::PageError;
-use crate::export;
-use crate::export::{CsvCell, write_csv};
-use acts::error::Error;
-use acts::surveys::instrument_of;
 use model::ids::SurveyId;
 use model::survey::Survey;
 use model::survey::results::{ResponseRow, Results, answers_of};
+use serde_json::json;
 use store::surveys as stored;
 use store::surveys::SubmittedResponse;
+
+use super::results::rows_of_responses;
+use super::{find_school_survey, owns_survey};
+use crate::error::PageError;
+use crate::export::{CsvCell, write_csv};
+use crate::routes::auth::Visitor;
+use crate::{AppState, export};
 
 /// What is known of a response beside its answers.
 const FACTS: [&str; 9] =

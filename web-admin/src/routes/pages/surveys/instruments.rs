@@ -1,24 +1,24 @@
 //! `/surveys/instruments`: what can be asked, and the editor.
 
+use acts::error::Error;
+use acts::surveys;
 use axum::extract::{Path, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::{IntoResponse, Response};
 use documents::{DocumentError, Instrument, Issue};
+use model::CurrentPerson;
+use pages::draft::say_issue;
+use pages::form::FilledForm;
+use pages::survey::instrument::{EditPage, InstrumentPage, InstrumentPreview, InstrumentsPage};
+use pages::{NavPlace, Shell};
 use serde::Deserialize;
+use store::instruments::{self, InstrumentRevision};
 
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, Teacher};
 use crate::routes::forms::FormAnswer;
 use crate::routes::pages::unix_lines;
-use acts::error::Error;
-use acts::surveys;
-use model::CurrentPerson;
-use pages::draft::say_issue;
-use pages::form::FilledForm;
-use pages::survey::instrument::{EditPage, InstrumentPage, InstrumentPreview, InstrumentsPage};
-use pages::{NavPlace, Shell};
-use store::instruments::{self, InstrumentRevision};
 
 /// Where somebody who writes a new one may begin.
 const BLANK: &str = r#"id = "my-questionnaire"

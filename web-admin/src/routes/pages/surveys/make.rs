@@ -1,9 +1,22 @@
 //! Making a survey, its links, and closing it.
 
+use acts::error::Error;
+use acts::surveys;
+use acts::surveys::SurveyRequest;
 use axum::extract::State;
 use axum::http::header::HOST;
 use axum::response::{IntoResponse, Redirect};
+use model::ids::{CohortId, RevisionId, SurveyId};
+use model::roster::{is_email, is_name};
+use model::survey::{Identity, Survey};
+use model::{CurrentPerson, Moment, line};
+use pages::form::FilledForm;
+use pages::survey::manage::{ManagePage, NewSurveyForm, NewSurveyPage, SurveyLinksPage};
+use pages::{NavPlace, Shell, format};
 use serde::Deserialize;
+use store::reports::NamedItem;
+use store::surveys::letters;
+use store::{instruments, people, reports, surveys as stored};
 use time::format_description::well_known::Iso8601;
 use time::{Date, Time};
 
@@ -13,22 +26,6 @@ use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, PageHead, Teacher, Visitor};
 use crate::routes::forms::FormAnswer;
 use crate::routes::pages::PathId;
-use acts::error::Error;
-use acts::surveys;
-use acts::surveys::SurveyRequest;
-use model::ids::{CohortId, RevisionId, SurveyId};
-use model::roster::{is_email, is_name};
-use model::survey::Identity;
-use model::survey::Survey;
-use model::{CurrentPerson, Moment, line};
-use pages::form::FilledForm;
-use pages::survey::manage::{ManagePage, NewSurveyForm, NewSurveyPage, SurveyLinksPage};
-use pages::{NavPlace, Shell, format};
-use store::reports;
-use store::reports::NamedItem;
-use store::surveys as stored;
-use store::surveys::letters;
-use store::{instruments, people};
 
 /// Most links made at once, and longest label, in characters.
 const MOST_LINKS: usize = 200;

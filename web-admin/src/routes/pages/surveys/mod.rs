@@ -5,10 +5,22 @@ mod instruments;
 mod make;
 mod results;
 
+use acts::error::Error;
+use acts::surveys::answering::SurveyOccasion;
+use acts::surveys::{answering, instrument_of};
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
+use model::ids::{SessionId, SurveyId};
+use model::survey::Survey;
+use model::{CurrentPerson, Moment, Role};
+use pages::form::{FilledForm, read_ticked_box};
+use pages::survey::form::{ConsentPage, respond_in_language};
+use pages::survey::manage::{ManagePage, OwnSurveyRow, SurveyRow, SurveysPage};
+use pages::{NavPlace, Shell};
 use serde::Deserialize;
+use store::surveys::Practised;
+use store::{sessions, surveys};
 
 use super::PathId;
 use crate::AppState;
@@ -17,20 +29,6 @@ use crate::routes::Routes;
 use crate::routes::auth::{Csrf, CsrfForm, PageHead, Visitor};
 use crate::routes::forms::FormAnswer;
 use crate::routes::survey::{TermsOf, preferred_languages, terms_of_survey};
-use acts::error::Error;
-use acts::surveys::answering;
-use acts::surveys::answering::SurveyOccasion;
-use acts::surveys::instrument_of;
-use model::ids::{SessionId, SurveyId};
-use model::survey::Survey;
-use model::{CurrentPerson, Moment, Role};
-use pages::form::{FilledForm, read_ticked_box};
-use pages::survey::form::{ConsentPage, respond_in_language};
-use pages::survey::manage::{ManagePage, OwnSurveyRow, SurveyRow, SurveysPage};
-use pages::{NavPlace, Shell};
-use store::sessions;
-use store::surveys;
-use store::surveys::Practised;
 
 /// Below `/surveys`, for whoever is signed in.
 pub(super) fn survey_routes() -> Routes {

@@ -1,25 +1,16 @@
 //! `/surveys/{id}/results`, and the themes of comments.
 
-use acts::surveys;
-use acts::surveys::Theme;
 use std::collections::BTreeMap;
 
+use acts::error::Error;
+use acts::surveys;
+use acts::surveys::{Theme, instrument_of};
 use assessment::questionnaire::{Answer, Scorer};
 use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use documents::Instrument;
 use documents::instrument::ScaleKind;
-use serde::Deserialize;
-use time::OffsetDateTime;
-
-use super::{find_school_survey, owns_survey};
-use crate::AppState;
-use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, Visitor};
-use crate::routes::pages::PathId;
-use acts::error::Error;
-use acts::surveys::instrument_of;
 use model::ids::{ResponseId, SurveyId};
 use model::line;
 use model::survey::Survey;
@@ -30,8 +21,16 @@ use pages::survey::results::{
     AskedLine, CommentBlock, ResultsPage, ScatteredScore, ScatteredScores, SplitScore, SplitScores, SurveyComment,
 };
 use pages::{NavPlace, Shell};
+use serde::Deserialize;
 use store::surveys as stored;
 use store::surveys::{SubmittedResponse, Tag};
+use time::OffsetDateTime;
+
+use super::{find_school_survey, owns_survey};
+use crate::AppState;
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, CsrfForm, Visitor};
+use crate::routes::pages::PathId;
 
 /// Figures of an attempt that scores can be held against: word and title.
 const METRICS: [(&str, &str); 5] = [
