@@ -234,15 +234,20 @@ fn a_changed_attachment_is_refused() {
     stylet(&["verify", text(&changed)]).refused(&["changed.mcap"]);
 }
 
-/// Recorded by the program of before there was a second version of the force law: its scene names none, and cuts.
-#[test]
-fn a_recording_of_the_first_law_re_simulates_by_the_first_law() {
-    let file = repository("tests/data/recordings/force-law-1.mcap");
+/// A recording of before, which re-simulates to the bit.
+fn kept_recording(name: &str) -> Recording {
+    let file = repository("tests/data/recordings").join(name);
     let verification = stylet(&["verify", text(&file), "--json"]).ends(0).json();
     assert_eq!(verification["largest_deviation_n"], 0.0, "{verification}");
     assert_eq!(verification["largest_tent_deviation_m"], 0.0, "{verification}");
     assert_eq!(verification["event_differences"], 0, "{verification}");
-    let old = Recording::read(File::open(&file).expect("a recording")).expect("readable");
+    Recording::read(File::open(&file).expect("a recording")).expect("readable")
+}
+
+/// Recorded by the program of before there was a second version of the force law: its scene names none, and cuts.
+#[test]
+fn a_recording_of_the_first_law_re_simulates_by_the_first_law() {
+    let old = kept_recording("force-law-1.mcap");
     let cutting = old.samples.iter().filter(|sample| sample.cutting_n > 0.0).count();
     assert!(cutting > 200, "it must cut, or the laws would not differ: {cutting} ticks");
 }
@@ -250,12 +255,7 @@ fn a_recording_of_the_first_law_re_simulates_by_the_first_law() {
 /// Recorded by a program of before recordings said how their field was judged: an oblique attempt at 250 Hz that cuts.
 #[test]
 fn a_recording_of_before_fields_were_judged_anew_re_simulates() {
-    let file = repository("tests/data/recordings/first-judging.mcap");
-    let verification = stylet(&["verify", text(&file), "--json"]).ends(0).json();
-    assert_eq!(verification["largest_deviation_n"], 0.0, "{verification}");
-    assert_eq!(verification["largest_tent_deviation_m"], 0.0, "{verification}");
-    assert_eq!(verification["event_differences"], 0, "{verification}");
-    let old = Recording::read(File::open(&file).expect("a recording")).expect("readable");
+    let old = kept_recording("first-judging.mcap");
     assert!(
         old.samples.iter().any(|sample| sample.cutting_n > 0.0) && old.tents.len() > 500,
         "there is much to compare"
