@@ -215,6 +215,16 @@ fn one_module_answers_refused_forms() {
 }
 
 #[test]
+fn every_form_has_a_limit_of_fields() {
+    let reads_a_form =
+        |text: &str| ["extract::Form;", "extract::{Form", ", Form,", "RawForm"].iter().any(|name| text.contains(name));
+    for (path, text) in shipped("web-admin/src") {
+        let inside = path.ends_with("routes/auth/csrf.rs");
+        assert!(inside || !reads_a_form(&text), "{}: take CsrfForm or OpenForm", path.display());
+    }
+}
+
+#[test]
 fn one_module_knows_parry() {
     for (path, text) in shipped("sim/law/src").chain(shipped("sim/tissue/src")) {
         let inside = path.starts_with("sim/law/src/structures") || path.ends_with("structures.rs");

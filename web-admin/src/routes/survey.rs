@@ -11,7 +11,6 @@ use axum::http::header::ACCEPT_LANGUAGE;
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
-use axum_extra::extract::Form;
 use model::survey::ResponseState;
 use model::survey::given::GivenAnswers;
 use pages::form::read_ticked_box;
@@ -25,6 +24,7 @@ use words::Language;
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
+use crate::routes::auth::OpenForm;
 use crate::routes::forms::FormAnswer;
 
 /// For anybody who has an address.
@@ -161,7 +161,7 @@ struct SurveyAnswerForm {
 async fn act_on_form(
     State(state): State<AppState>,
     Path(token): Path<String>,
-    Form(form): Form<SurveyAnswerForm>,
+    OpenForm(form): OpenForm<SurveyAnswerForm>,
 ) -> Result<FormAnswer<Response>, PageError> {
     let mut answering = answering::open(&state, &token).await?;
     match form.step.as_str() {
@@ -285,7 +285,7 @@ scale = "places"
         let body = "do=send&page=2&q.one=ward&q.several=ward&lang=en&q.several=at+home";
         let request = Request::post("/").header(CONTENT_TYPE, "application/x-www-form-urlencoded");
         let request = request.body(Body::from(body)).unwrap();
-        let Form(form) = Form::<SurveyAnswerForm>::from_request(request, &()).await.unwrap();
+        let OpenForm(form) = OpenForm::<SurveyAnswerForm>::from_request(request, &()).await.unwrap();
         assert_eq!((form.step.as_str(), form.page.as_str(), form.consent), ("send", "2", false));
         let instrument = Instrument::from_bytes("habits.toml", INSTRUMENT.as_bytes()).unwrap();
         let given: Vec<Vec<&str>> = instrument.items.iter().map(|item| form.given.texts_for(item)).collect();

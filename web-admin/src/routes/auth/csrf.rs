@@ -124,19 +124,47 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for CsrfForm<T> {
         let again = |body| Request::from_parts(parts.clone(), body);
         let RawForm(bytes) = RawForm::from_request(again(body), state).await.map_err(IntoResponse::into_response)?;
         // Before anything is looked for in it.
-        if bytes.iter().filter(|&&byte| byte == b'&').count() >= MOST_FIELDS {
-            return Err(PageError(too_many_fields()).into_response());
-        }
+        check_field_count(&bytes).map_err(|e| PageError(e).into_response())?;
         let sent = Form::<TokenField>::from_request(again(Body::from(bytes.clone())), state).await;
         let sent = sent.map(|Form(field)| field.csrf).unwrap_or_default();
         if !is_ours(&session, &stranger_of_request(&parts), &sent).await.map_err(|e| PageError(e).into_response())? {
             return Err(PageError(refuse_form()).into_response());
         }
-        if bytes.windows(NUL.len()).any(|part| part == NUL) || bytes.contains(&0) {
-            let why = tr!("The form holds the character U+0000, which no text does.");
-            return Err(PageError(Error::BadRequest(why.to_owned())).into_response());
-        }
-        let form = Form::<T>::from_request(again(Body::from(bytes)), state).await;
-        form.map(|Form(fields)| Self(fields)).map_err(|e| PageError(Error::BadRequest(e.body_text())).into_response())
+        read_fields(again(Body::from(bytes.clone())), &bytes, state).await.map(Self)
     }
+}
+
+/// A form without a token, of whoever has an address that is a secret itself.
+#[derive(Clone, Debug)]
+pub struct OpenForm<T>(pub T);
+
+impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for OpenForm<T> {
+    type Rejection = Response;
+
+    async fn from_request(request: Request, state: &S) -> Result<Self, Self::Rejection> {
+        let (parts, body) = request.into_parts();
+        let again = |body| Request::from_parts(parts.clone(), body);
+        let RawForm(bytes) = RawForm::from_request(again(body), state).await.map_err(IntoResponse::into_response)?;
+        check_field_count(&bytes).map_err(|e| PageError(e).into_response())?;
+        read_fields(again(Body::from(bytes.clone())), &bytes, state).await.map(Self)
+    }
+}
+
+fn check_field_count(bytes: &[u8]) -> Result<(), Error> {
+    let fields = bytes.iter().filter(|&&byte| byte == b'&').count();
+    if fields >= MOST_FIELDS { Err(too_many_fields()) } else { Ok(()) }
+}
+
+/// Reads the fields of a form whose bytes are known.
+async fn read_fields<T: DeserializeOwned, S: Send + Sync>(
+    request: Request,
+    bytes: &[u8],
+    state: &S,
+) -> Result<T, Response> {
+    if bytes.windows(NUL.len()).any(|part| part == NUL) || bytes.contains(&0) {
+        let why = tr!("The form holds the character U+0000, which no text does.");
+        return Err(PageError(Error::BadRequest(why.to_owned())).into_response());
+    }
+    let form = Form::<T>::from_request(request, state).await;
+    form.map(|Form(fields)| fields).map_err(|e| PageError(Error::BadRequest(e.body_text())).into_response())
 }

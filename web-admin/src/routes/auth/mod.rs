@@ -13,7 +13,7 @@ mod upload;
 
 pub(crate) use address::{ClientAddress, asked_by};
 pub(crate) use browser::{Browser, PageHead, Visit};
-pub use csrf::{Csrf, CsrfForm, NoFields};
+pub use csrf::{Csrf, CsrfForm, NoFields, OpenForm};
 pub use current::{Administrator, Teacher, Visitor, require_person};
 pub(crate) use current::{person_of, start_session};
 pub(crate) use login::own_path;
