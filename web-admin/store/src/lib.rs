@@ -162,14 +162,17 @@ impl Database {
         MIGRATIONS.run(&self.writer).await
     }
 
+    /// The newest migration that the database has had; 0 where it had none.
+    async fn newest_migration(&self) -> Result<i64> {
+        sqlx::query_scalar("SELECT coalesce(max(version), 0) FROM _sqlx_migrations").fetch_one(&self.reader).await
+    }
+
     /// How many migrations this program knows and the database has not had: 0 when it is up to date.
     ///
     /// # Errors
     /// When the file cannot be read, or was never migrated.
     pub async fn count_missing_migrations(&self) -> Result<usize> {
-        let newest: i64 = sqlx::query_scalar("SELECT coalesce(max(version), 0) FROM _sqlx_migrations")
-            .fetch_one(&self.reader)
-            .await?;
+        let newest = self.newest_migration().await?;
         Ok(MIGRATIONS.iter().filter(|migration| migration.version > newest).count())
     }
 
@@ -178,9 +181,7 @@ impl Database {
     /// # Errors
     /// When the file cannot be read, or was never migrated.
     pub async fn lost_triggers(&self) -> Result<Vec<String>> {
-        let newest: i64 = sqlx::query_scalar("SELECT coalesce(max(version), 0) FROM _sqlx_migrations")
-            .fetch_one(&self.reader)
-            .await?;
+        let newest = self.newest_migration().await?;
         let mut fresh = SqliteConnection::connect("sqlite::memory:").await?;
         for migration in MIGRATIONS.iter().filter(|migration| migration.version <= newest) {
             sqlx::raw_sql(migration.sql.clone()).execute(&mut fresh).await?;

@@ -3,20 +3,16 @@
 //! and when a key is restored without its passphrase.
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 use acts::clock::Clock;
 use acts::config::MailTo;
 use acts::{anchoring, certificates};
 use model::{Moment, Role};
 
-use super::support::App;
+use super::support::{App, web_admin};
 
 const NOW: Moment = Moment::from_micros(1_795_269_600_000_000); // 2026-11-21 14:00 UTC
-
-fn web_admin(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_web-admin")).args(arguments).arg("--data-dir").arg(folder).output().unwrap()
-}
 
 fn words(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)

@@ -1,17 +1,13 @@
 //! The program as somebody at a terminal meets it: exit codes, one line for an error, and what `verify` finds.
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 
 use model::Role;
 use web_admin::worker;
 
 use super::support::recordings::{Attempt, record};
-use super::support::{App, PASSWORD, course_folder};
-
-fn web_admin(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_web-admin")).args(arguments).arg("--data-dir").arg(folder).output().unwrap()
-}
+use super::support::{App, PASSWORD, course_folder, web_admin};
 
 /// Runs what must succeed; what it printed.
 fn done(folder: &Path, arguments: &[&str]) -> String {

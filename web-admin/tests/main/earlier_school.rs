@@ -3,22 +3,18 @@
 //! command asks an old database what only a new one knows, or when an old score's words are lost.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
 
 use acts::clock::Clock;
 
-use super::support::App;
 use super::support::client::Client;
+use super::support::{App, web_admin};
 
 const DEEP: &str = "019f0000-0000-7000-8000-000000000002";
 const OBLIQUE: &str = "019f0000-0000-7000-8000-000000000001";
 
 fn backup() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/school-of-before/backup.tar")
-}
-
-fn web_admin(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_web-admin")).args(arguments).arg("--data-dir").arg(folder).output().unwrap()
 }
 
 /// What a command that must succeed has said.

@@ -1,8 +1,8 @@
 //! What goes with somebody who is erased: free texts as it is wished, recordings if the school's rule says so. Fails when a text or a recording
 //! stays that was to go, when one goes that was to stay, when a judgement changes with its words, and when a backup brings them back.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::PathBuf;
+use std::process::Output;
 
 use acts::clock::Clock;
 use acts::config::Config;
@@ -17,11 +17,7 @@ use web_admin::AppState;
 use super::every_route::World;
 use super::support::client::{Answer, Client, csrf_in};
 use super::support::recordings::{Attempt, record};
-use super::support::{App, Member};
-
-fn web_admin(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_web-admin")).args(arguments).arg("--data-dir").arg(folder).output().unwrap()
-}
+use super::support::{App, Member, web_admin};
 
 fn words(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)

@@ -2,7 +2,7 @@
 //! back, when the list of erasures tells a name, or when a backup leaves the list out.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 
 use acts::clock::Clock;
 use acts::config::Config;
@@ -15,11 +15,7 @@ use web_admin::AppState;
 use super::support::client::{Client, csrf_in};
 use super::support::recordings::{Attempt, record};
 use super::support::service::Service;
-use super::support::{App, Member};
-
-fn web_admin(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_web-admin")).args(arguments).arg("--data-dir").arg(folder).output().unwrap()
-}
+use super::support::{App, Member, web_admin};
 
 fn words(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)

@@ -4,7 +4,7 @@
 
 use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 
 use acts::clock::Clock;
 use acts::config::Config;
@@ -12,12 +12,8 @@ use model::Role;
 use store::{audit, sessions};
 use web_admin::AppState;
 
-use super::support::App;
 use super::support::recordings::{Attempt, record};
-
-fn web_admin(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_web-admin")).args(arguments).arg("--data-dir").arg(folder).output().unwrap()
-}
+use super::support::{App, web_admin};
 
 /// Fails with a code and one line; the line.
 fn refused(folder: &Path, arguments: &[&str], code: i32) -> String {

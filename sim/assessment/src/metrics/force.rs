@@ -21,10 +21,11 @@ pub(super) fn measure_force(attempt: &Attempt, sheet: &mut MetricSheet) {
     sheet.put("force_rate_peak_n_per_s", rate_peak_n_per_s(attempt, &axial_n));
     let peaks_n = raise_before_ruptures(attempt, axial_n);
     put_largest(attempt, sheet, "peak_force_n", &peaks_n);
-    put_largest_by_layer(attempt, sheet, "peak_force_layer_n", &peaks_n);
     let lateral_n = lateral_n(attempt);
     put_largest(attempt, sheet, "lateral_peak_n", &lateral_n);
-    put_largest_by_layer(attempt, sheet, "max_lateral_force_n", &lateral_n);
+    let layers = tip_layers(attempt);
+    put_by_layer(attempt, sheet, "peak_force_layer_n", &layer_peaks_n(attempt, &layers, &peaks_n));
+    put_by_layer(attempt, sheet, "max_lateral_force_n", &layer_peaks_n(attempt, &layers, &lateral_n));
 }
 
 /// Puts down the largest of a column of forces, in N, one for each sample.
@@ -32,10 +33,9 @@ fn put_largest(attempt: &Attempt, sheet: &mut MetricSheet, id: &str, column_n: &
     sheet.put(id, attempt.touched().map(|_| column_n.iter().copied().fold(0.0, f64::max)));
 }
 
-/// Puts down the largest of a column of forces, in N, one for each sample, while the tip is at each layer.
-fn put_largest_by_layer(attempt: &Attempt, sheet: &mut MetricSheet, id: &str, column_n: &[f64]) {
-    let by_layer = layer_peaks_n(attempt, column_n);
-    for (layer, peak_n) in attempt.bundle.scene.layers.iter().zip(by_layer) {
+/// Puts down the peak of each layer, in N; none of a layer that the tip has not met.
+fn put_by_layer(attempt: &Attempt, sheet: &mut MetricSheet, id: &str, peaks_n: &[Option<f64>]) {
+    for (layer, peak_n) in attempt.bundle.scene.layers.iter().zip(peaks_n) {
         let outcome = attempt.touched().and_then(|_| peak_n.ok_or(absent_if_not_reached(attempt)));
         sheet.put_for(id, &layer.name, outcome);
     }
@@ -107,11 +107,16 @@ fn raise_before_ruptures(attempt: &Attempt, mut axial_n: Vec<f64>) -> Vec<f64> {
     axial_n
 }
 
-fn layer_peaks_n(attempt: &Attempt, column_n: &[f64]) -> Vec<Option<f64>> {
-    let mut peaks: Vec<Option<f64>> = vec![None; attempt.thickness_m.len()];
+/// The layer at which the tip is in each sample, as [`TipWay::layer`] finds it.
+fn tip_layers(attempt: &Attempt) -> Vec<Option<usize>> {
     let mut tip = TipWay::new(attempt);
-    for ((sample, insertion), force_n) in attempt.ticks().zip(column_n) {
-        let layer = insertion.and_then(|insertion| tip.layer(sample, insertion));
+    attempt.ticks().map(|(sample, insertion)| insertion.and_then(|insertion| tip.layer(sample, insertion))).collect()
+}
+
+/// The largest of a column of forces, in N, one for each sample, while the tip is at each layer.
+fn layer_peaks_n(attempt: &Attempt, layers: &[Option<usize>], column_n: &[f64]) -> Vec<Option<f64>> {
+    let mut peaks: Vec<Option<f64>> = vec![None; attempt.thickness_m.len()];
+    for (layer, force_n) in layers.iter().zip(column_n) {
         if let Some(peak) = layer.and_then(|layer| peaks.get_mut(layer)) {
             *peak = Some(peak.map_or(*force_n, |p: f64| p.max(*force_n)));
         }

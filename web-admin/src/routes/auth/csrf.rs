@@ -3,7 +3,7 @@
 
 use acts::error::Error;
 use acts::secret;
-use axum::body::Body;
+use axum::body::{Body, Bytes};
 use axum::extract::{FromRequest, FromRequestParts, RawForm, Request};
 use axum::http::request::Parts;
 use axum::response::{IntoResponse, Response};
@@ -122,15 +122,13 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for CsrfForm<T> {
         let (mut parts, body) = request.into_parts();
         let session = session_of(&mut parts, state).await.map_err(IntoResponse::into_response)?;
         let again = |body| Request::from_parts(parts.clone(), body);
-        let RawForm(bytes) = RawForm::from_request(again(body), state).await.map_err(IntoResponse::into_response)?;
-        // Before anything is looked for in it.
-        check_field_count(&bytes).map_err(|e| PageError(e).into_response())?;
+        let bytes = read_form_bytes(again(body), state).await?;
         let sent = Form::<TokenField>::from_request(again(Body::from(bytes.clone())), state).await;
         let sent = sent.map(|Form(field)| field.csrf).unwrap_or_default();
         if !is_ours(&session, &stranger_of_request(&parts), &sent).await.map_err(|e| PageError(e).into_response())? {
             return Err(PageError(refuse_form()).into_response());
         }
-        read_fields(again(Body::from(bytes.clone())), &bytes, state).await.map(Self)
+        read_fields(&parts, bytes, state).await.map(Self)
     }
 }
 
@@ -143,28 +141,28 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for OpenForm<T> {
 
     async fn from_request(request: Request, state: &S) -> Result<Self, Self::Rejection> {
         let (parts, body) = request.into_parts();
-        let again = |body| Request::from_parts(parts.clone(), body);
-        let RawForm(bytes) = RawForm::from_request(again(body), state).await.map_err(IntoResponse::into_response)?;
-        check_field_count(&bytes).map_err(|e| PageError(e).into_response())?;
-        read_fields(again(Body::from(bytes.clone())), &bytes, state).await.map(Self)
+        let bytes = read_form_bytes(Request::from_parts(parts.clone(), body), state).await?;
+        read_fields(&parts, bytes, state).await.map(Self)
     }
 }
 
-fn check_field_count(bytes: &[u8]) -> Result<(), Error> {
+/// The bytes of a form that has no more fields than are allowed, before anything is looked for in them.
+async fn read_form_bytes<S: Send + Sync>(request: Request, state: &S) -> Result<Bytes, Response> {
+    let RawForm(bytes) = RawForm::from_request(request, state).await.map_err(IntoResponse::into_response)?;
     let fields = bytes.iter().filter(|&&byte| byte == b'&').count();
-    if fields >= MOST_FIELDS { Err(too_many_fields()) } else { Ok(()) }
+    if fields >= MOST_FIELDS { Err(PageError(too_many_fields()).into_response()) } else { Ok(bytes) }
 }
 
 /// Reads the fields of a form whose bytes are known.
 async fn read_fields<T: DeserializeOwned, S: Send + Sync>(
-    request: Request,
-    bytes: &[u8],
+    parts: &Parts,
+    bytes: Bytes,
     state: &S,
 ) -> Result<T, Response> {
     if bytes.windows(NUL.len()).any(|part| part == NUL) || bytes.contains(&0) {
         let why = tr!("The form holds the character U+0000, which no text does.");
         return Err(PageError(Error::BadRequest(why.to_owned())).into_response());
     }
-    let form = Form::<T>::from_request(request, state).await;
+    let form = Form::<T>::from_request(Request::from_parts(parts.clone(), Body::from(bytes)), state).await;
     form.map(|Form(fields)| fields).map_err(|e| PageError(Error::BadRequest(e.body_text())).into_response())
 }

@@ -7,6 +7,7 @@ pub mod recordings;
 pub mod service;
 
 use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
 
 use acts::clock::Clock;
 use acts::config::Config;
@@ -38,6 +39,11 @@ pub struct App {
     pub state: AppState,
     pub router: Router,
     pub folder: TempDir,
+}
+
+/// Runs the program on a data folder.
+pub fn web_admin(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_web-admin")).args(arguments).arg("--data-dir").arg(folder).output().unwrap()
 }
 
 /// Somebody with a token.
