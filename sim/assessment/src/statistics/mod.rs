@@ -4,6 +4,7 @@
 
 use phrase::{Phrase, phrase};
 
+mod comparison;
 mod content;
 mod icc;
 mod mean;
@@ -13,13 +14,14 @@ mod rank;
 mod reliability;
 mod table;
 
+pub use comparison::{RankSumTest, hedges_g, holm_adjusted, mann_whitney};
 pub use content::{ContentValidity, content_validity, scale_content_validity};
 pub use icc::{IntraclassCorrelation, intraclass_correlation};
 pub use mean::mean;
 pub use proportion::wilson;
 pub use quantile::{Summary, quantile, summary};
 pub use rank::{area_under_curve, rank_correlation};
-pub use reliability::{Reliability, cronbach_alpha};
+pub use reliability::{ItemAnalysis, Reliability, cronbach_alpha, item_analysis};
 
 /// The standard normal quantile of 97.5 %.
 const Z_95: f64 = 1.959_963_984_540_054;

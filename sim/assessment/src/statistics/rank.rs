@@ -2,6 +2,9 @@
 
 use super::{Estimate, NotComputable, Z_95, arithmetic_mean, check_sample, count_as_number, sample_variance};
 
+/// Halves the way between two areas to less than rounding.
+const HALVINGS: usize = 60;
+
 /// Spearman's ρ of pairs, ties at their mean rank, with an interval by Fisher's z and the variance
 /// (1 + ρ²/2)/(n − 3) of Bonett and Wright (2000), "Sample size requirements for estimating Pearson, Kendall and
 /// Spearman correlations", Psychometrika 65, 23–28. At ρ = ±1 the interval has no width: z has no end there.
@@ -19,7 +22,7 @@ pub fn rank_correlation(pairs: &[(f64, f64)]) -> Result<Estimate, NotComputable>
 }
 
 /// Ranks from 1; equal values share the mean of the ranks they take.
-fn ranks(values: &[f64]) -> Vec<f64> {
+pub(super) fn ranks(values: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
     let mut ranks = vec![0.0; values.len()];
@@ -34,7 +37,7 @@ fn ranks(values: &[f64]) -> Vec<f64> {
 }
 
 /// Pearson's correlation of two columns of one length.
-fn pearson(left: &[f64], right: &[f64]) -> Result<f64, NotComputable> {
+pub(super) fn pearson(left: &[f64], right: &[f64]) -> Result<f64, NotComputable> {
     let product = sample_variance(left) * sample_variance(right);
     if product <= 0.0 {
         return Err(NotComputable::NoVariance);
@@ -46,8 +49,9 @@ fn pearson(left: &[f64], right: &[f64]) -> Result<f64, NotComputable> {
 }
 
 /// How often a value of the first sample is above one of the second, ties by half: the area under the receiver's curve, 0–1. Its
-/// interval is that of Hanley and McNeil (1982), "The meaning and use of the area under a receiver operating characteristic (ROC)
-/// curve", Radiology 143, 29–36.
+/// interval is the fifth method of Newcombe (2006), "Confidence intervals for an effect size measure based on the Mann–Whitney
+/// statistic. Part 2: asymptotic methods and evaluation", Statistics in Medicine 25, 559–573: it has a width at 0 and at 1,
+/// too, where that of Hanley and McNeil has none.
 ///
 /// # Errors
 /// With fewer than two values on either side, or with a value that is not finite.
@@ -57,10 +61,25 @@ pub fn area_under_curve(above: &[f64], below: &[f64]) -> Result<Estimate, NotCom
     let (n, m) = (count_as_number(above.len()), count_as_number(below.len()));
     let together: Vec<f64> = above.iter().chain(below).copied().collect();
     let rank_sum: f64 = ranks(&together)[..above.len()].iter().sum();
-    let area = (rank_sum - n * (n + 1.0) / 2.0) / (n * m);
-    let (q1, q2) = (area / (2.0 - area), 2.0 * area * area / (1.0 + area));
-    let square = area * area;
-    let variance = (area * (1.0 - area) + (n - 1.0) * (q1 - square) + (m - 1.0) * (q2 - square)) / (n * m);
-    let half = Z_95 * libm::sqrt(variance.max(0.0));
-    Ok(Estimate { value: area, low: (area - half).max(0.0), high: (area + half).min(1.0), n: together.len() })
+    let value = (rank_sum - n * (n + 1.0) / 2.0) / (n * m);
+    // Squared distance from the area found, less that which z standard errors of an area span.
+    let beyond = |area: f64| (area - value) * (area - value) - Z_95 * Z_95 * area_variance(area, n, m);
+    let end = |limit: f64| between(value, limit, beyond);
+    Ok(Estimate { value, low: end(0.0), high: end(1.0), n: together.len() })
+}
+
+/// The variance of an area found in samples of n and m values, with the mean of their sizes in place of each.
+fn area_variance(area: f64, n: f64, m: f64) -> f64 {
+    let size = (n + m) / 2.0 - 1.0;
+    area * (1.0 - area) * (1.0 + size * (1.0 - area) / (2.0 - area) + size * area / (1.0 + area)) / (n * m)
+}
+
+/// Where `beyond` becomes positive on the way from `inside` to `limit`, by halving.
+fn between(inside: f64, limit: f64, beyond: impl Fn(f64) -> f64) -> f64 {
+    let (mut near, mut far) = (inside, limit);
+    for _ in 0..HALVINGS {
+        let middle = f64::midpoint(near, far);
+        if beyond(middle) > 0.0 { far = middle } else { near = middle }
+    }
+    far
 }

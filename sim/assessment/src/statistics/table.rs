@@ -39,4 +39,11 @@ impl Complete {
     pub(super) fn column(&self, at: usize) -> Vec<f64> {
         self.rows.iter().map(|row| row[at]).collect()
     }
+
+    /// The table without one column.
+    pub(super) fn without_column(&self, at: usize) -> Self {
+        let kept =
+            |row: &Vec<f64>| row.iter().enumerate().filter(|(column, _)| *column != at).map(|(_, v)| *v).collect();
+        Self { rows: self.rows.iter().map(kept).collect(), columns: self.columns - 1, missing: self.missing }
+    }
 }
