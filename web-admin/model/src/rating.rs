@@ -63,11 +63,23 @@ pub fn tables(
         ScoreTable {
             title: key.title.in_language("en").to_owned(),
             range: questionnaire::score_range(instrument, key),
-            agreement: intraclass_correlation(&rows),
+            agreement: agreement_of_raters(&rows),
             rows,
         }
     };
     instrument.scores.iter().map(score).collect()
+}
+
+/// Fewest attempts over which agreement is computed: of two, chance alone makes almost any figure.
+const FEWEST_ATTEMPTS: usize = 3;
+
+/// How far the raters agree, from [`FEWEST_ATTEMPTS`] that all of them scored.
+fn agreement_of_raters(rows: &[Vec<Option<f64>>]) -> Result<IntraclassCorrelation, NotComputable> {
+    let found = intraclass_correlation(rows)?;
+    if found.n < FEWEST_ATTEMPTS {
+        return Err(NotComputable::TooFew { found: found.n, needed: FEWEST_ATTEMPTS });
+    }
+    Ok(found)
 }
 
 /// The mean of the scores that there are, and how many they are.
@@ -111,8 +123,9 @@ mod tests {
         let table = &tables(&instrument, &attempts, &raters, &list)[0];
         assert_eq!(table.rows, [vec![Some(7.0), Some(14.0)], vec![Some(28.0), Some(35.0)], vec![Some(21.0), None]]);
         assert_eq!(table.complete_and_missing(), (2, 1));
-        let agreement = table.agreement.expect("two attempts, two raters");
-        assert_eq!((agreement.n, agreement.raters, agreement.missing), (2, 2, 1));
+        assert_eq!(table.agreement, Err(NotComputable::TooFew { found: 2, needed: 3 }), "two attempts tell nothing");
+        let three = agreement_of_raters(&[[1.0, 2.0], [3.0, 4.0], [2.0, 2.0]].map(|row| row.map(Some).to_vec()));
+        assert_eq!(three.map(|found| (found.n, found.raters)), Ok((3, 2)));
         assert_eq!(mean(&table.rows[2]), Some((21.0, 1)));
         assert_eq!(mean(&[None]), None);
         let lonely = &tables(&instrument, &attempts, &raters[..1], &list)[0];

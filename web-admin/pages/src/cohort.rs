@@ -73,8 +73,7 @@ impl CohortLine {
     /// The share that passed, as a bar and in words.
     #[must_use]
     pub fn passed(&self) -> Option<(String, String)> {
-        self.passed
-            .map(|share| (charts::draw_share_bar(share), format!("{}\u{a0}%", format::format_fixed(share * 100.0, 0))))
+        self.passed.map(|share| (charts::draw_share_bar(share), format::format_percent(share)))
     }
 }
 
@@ -262,7 +261,7 @@ impl CohortCard {
     /// The share in words.
     #[must_use]
     pub fn percent(&self) -> String {
-        format!("{}\u{a0}%", format::format_fixed(self.mastered * 100.0, 0))
+        format::format_percent(self.mastered)
     }
 }
 

@@ -133,6 +133,12 @@ pub fn format_size(bytes: i64) -> String {
     }
 }
 
+/// A share without its interval, in whole percent.
+#[must_use]
+pub fn format_percent(share: impl Borrow<f64>) -> String {
+    format!("{}\u{a0}%", format_fixed(share.borrow() * 100.0, 0))
+}
+
 /// A share with its 95 % interval: 90 % (70–97 %).
 #[must_use]
 pub fn format_share(share: impl Borrow<Estimate>) -> String {

@@ -18,7 +18,7 @@ use polib::po_file;
 mod choice;
 
 /// Words that are data as well, and are said by `words::known`: of libraries that speak English alone.
-const KNOWN: [&str; 16] = [
+const KNOWN: [&str; 17] = [
     "target",
     "vessel",
     "nerve",
@@ -28,6 +28,7 @@ const KNOWN: [&str; 16] = [
     "instructor",
     "administrator",
     "professional",
+    "experts",
     "trocar",
     "needle",
     "diamond",

@@ -3,6 +3,7 @@
 pub mod given;
 pub mod groups;
 pub mod results;
+mod scales;
 
 use serde::{Deserialize, Serialize};
 

@@ -11,6 +11,8 @@ use phrase::Phrase;
 use serde::Serialize;
 
 use super::groups::ResponseGroups;
+use super::scales;
+pub use super::scales::{Alpha, AlphaRemark, RaterAgreement, ScaleItem};
 use crate::ids::ResponseId;
 
 /// A response, as it is analysed.
@@ -50,7 +52,7 @@ pub enum SurveyFigure<T> {
 }
 
 impl<T> SurveyFigure<T> {
-    fn of<U>(found: Result<U, NotComputable>, take: impl FnOnce(U) -> T) -> Self {
+    pub(super) fn of<U>(found: Result<U, NotComputable>, take: impl FnOnce(U) -> T) -> Self {
         match found {
             Ok(value) => Self::Value(take(value)),
             Err(why) => Self::None { not_computable: why.in_words() },
@@ -105,6 +107,12 @@ fn quartiles(values: &[f64]) -> SurveyFigure<Quartiles> {
     })
 }
 
+/// The group of those who judge content: whoever knows the procedure (Lynn 1986; Polit and Beck 2006).
+pub const EXPERTS: &str = "experts";
+
+/// The roles that make it up.
+const EXPERT_ROLES: [&str; 3] = ["expert", "professional", "instructor"];
+
 /// What was found.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Results {
@@ -116,8 +124,9 @@ pub struct Results {
     pub items: Vec<ItemResult>,
     /// Every score.
     pub scores: Vec<ScoreResult>,
-    /// Mean of the items' content validity, over all groups; absent where no item is judged for it.
-    pub scale_content_validity: Option<SurveyFigure<ConfidenceInterval>>,
+    /// Mean of the items' content validity (S-CVI/Ave): of the experts alone, then of every other group; empty where no item is
+    /// judged for it.
+    pub scale_content_validity: Vec<GroupValidity>,
 }
 
 /// How an item was answered.
@@ -137,8 +146,17 @@ pub struct ItemResult {
     pub labels: Vec<String>,
     /// Role by role.
     pub groups: Vec<ItemGroup>,
-    /// Share of all who answered that call it relevant.
-    pub content_validity: Option<SurveyFigure<ConfidenceInterval>>,
+    /// Share that calls it relevant (I-CVI): of the experts alone, then of every other group; empty where it is not judged for it.
+    pub content_validity: Vec<GroupValidity>,
+}
+
+/// Content validity as a group judged it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct GroupValidity {
+    /// [`EXPERTS`], or the role.
+    pub group: String,
+    /// The share with Wilson's interval; of a whole instrument the mean of its shares, without one.
+    pub validity: SurveyFigure<ConfidenceInterval>,
 }
 
 /// How a group answered an item.
@@ -169,6 +187,8 @@ pub struct ScoreResult {
     pub groups: Vec<ScoreGroup>,
     /// Cronbach's α: of each role, then of all.
     pub alpha: Vec<(String, SurveyFigure<Alpha>)>,
+    /// What each item does to the scale, over all shown.
+    pub scale_items: SurveyFigure<Vec<ScaleItem>>,
     /// Agreement of all who answered every item about the items.
     pub agreement: SurveyFigure<RaterAgreement>,
 }
@@ -188,38 +208,6 @@ pub struct ScoreGroup {
     pub quartiles: SurveyFigure<Quartiles>,
 }
 
-/// Cronbach's α.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Alpha {
-    /// α.
-    pub alpha: f64,
-    /// Items.
-    pub items: usize,
-    /// Complete responses.
-    pub n: usize,
-    /// Responses that are not.
-    pub missing: usize,
-}
-
-/// Intraclass correlations: items as objects, people as raters.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct RaterAgreement {
-    /// ICC(2,1).
-    pub icc_2_1: f64,
-    /// ICC(2,k), where it can be computed.
-    pub icc_2_k: Option<f64>,
-    /// ICC(3,1).
-    pub icc_3_1: f64,
-    /// ICC(3,k).
-    pub icc_3_k: f64,
-    /// Items.
-    pub items: usize,
-    /// People who answered all of them.
-    pub raters: usize,
-    /// People who did not.
-    pub missing: usize,
-}
-
 impl Results {
     /// What the rows of a survey say, small groups hidden unless the reader may see the whole.
     #[must_use]
@@ -236,7 +224,7 @@ impl Results {
         Self {
             groups: groups.shown.iter().map(|(name, rows)| (name.clone(), rows.len())).collect(),
             hidden: groups.hidden,
-            scale_content_validity: scale_content_validity(instrument, &groups.all()),
+            scale_content_validity: scale_content_validity(instrument, &groups),
             scores: instrument.scores.iter().enumerate().map(|(at, key)| score(instrument, at, key, &groups)).collect(),
             items,
         }
@@ -286,9 +274,11 @@ fn item(
         kind: scale.word(),
         section: section.to_owned(),
         groups: groups.shown.iter().map(|(name, rows)| item_group(name, rows, at, &ids)).collect(),
-        content_validity: relevant_from(scale).map(|from| {
-            let ratings = ratings(&groups.all(), at, from);
-            SurveyFigure::of(statistics::content_validity(&ratings), |found| interval_of_share(found.value, found.n))
+        content_validity: relevant_from(scale).map_or_else(Vec::new, |from| {
+            validity_by_group(groups, |rows| {
+                let found = statistics::content_validity(&ratings(rows, at, from));
+                SurveyFigure::of(found, |found| interval_of_share(found.value, found.n))
+            })
         }),
         labels: answers.into_iter().map(|(_, label)| label).collect(),
     })
@@ -342,24 +332,39 @@ fn interval_of_share(share: f64, n: usize) -> ConfidenceInterval {
     }
 }
 
-fn scale_content_validity(
-    instrument: &Instrument,
-    rows: &[&ResponseRow<'_>],
-) -> Option<SurveyFigure<ConfidenceInterval>> {
-    let judged = instrument.items.iter().enumerate();
-    let judged = judged.filter_map(|(at, item)| Some((at, relevant_from(instrument.scale(item)?)?)));
-    let items: Vec<Vec<Option<u8>>> = judged.map(|(at, from)| ratings(rows, at, from)).collect();
-    if items.is_empty() {
-        return None;
+/// A figure of the experts alone, and of every other group for itself.
+fn validity_by_group(
+    groups: &ResponseGroups<'_, ResponseRow<'_>>,
+    validity: impl Fn(&[&ResponseRow<'_>]) -> SurveyFigure<ConfidenceInterval>,
+) -> Vec<GroupValidity> {
+    let all = groups.all();
+    let experts: Vec<_> = all.into_iter().filter(|row| EXPERT_ROLES.contains(&row.role)).collect();
+    let others = groups.shown.iter().filter(|(name, _)| !EXPERT_ROLES.contains(&name.as_str()));
+    let first = (!experts.is_empty()).then(|| (EXPERTS, experts.as_slice()));
+    first
+        .into_iter()
+        .chain(others.map(|(name, rows)| (name.as_str(), rows.as_slice())))
+        .map(|(name, rows)| GroupValidity { group: name.to_owned(), validity: validity(rows) })
+        .collect()
+}
+
+fn scale_content_validity(instrument: &Instrument, groups: &ResponseGroups<'_, ResponseRow<'_>>) -> Vec<GroupValidity> {
+    let items = instrument.items.iter().enumerate();
+    let judged: Vec<(usize, f64)> =
+        items.filter_map(|(at, item)| Some((at, relevant_from(instrument.scale(item)?)?))).collect();
+    if judged.is_empty() {
+        return Vec::new();
     }
-    // A mean of shares: it has no interval of its own.
-    let found = statistics::scale_content_validity(&items);
-    Some(SurveyFigure::of(found, |found| ConfidenceInterval {
-        value: found.value,
-        low: found.value,
-        high: found.value,
-        n: found.n,
-    }))
+    validity_by_group(groups, |rows| {
+        let items: Vec<Vec<Option<u8>>> = judged.iter().map(|(at, from)| ratings(rows, *at, *from)).collect();
+        // A mean of shares: it has no interval of its own.
+        SurveyFigure::of(statistics::scale_content_validity(&items), |found| ConfidenceInterval {
+            value: found.value,
+            low: found.value,
+            high: found.value,
+            n: found.n,
+        })
+    })
 }
 
 fn score(
@@ -370,9 +375,9 @@ fn score(
 ) -> ScoreResult {
     let (all, scorer) = (groups.all(), Scorer::new(instrument, key));
     let mut alpha: Vec<(String, SurveyFigure<Alpha>)> =
-        groups.shown.iter().map(|(name, rows)| (name.clone(), alpha_of(&scorer, rows))).collect();
+        groups.shown.iter().map(|(name, rows)| (name.clone(), scales::alpha_of(&scorer, rows))).collect();
     if groups.shown.len() != 1 {
-        alpha.push(("all".to_owned(), alpha_of(&scorer, &all)));
+        alpha.push(("all".to_owned(), scales::alpha_of(&scorer, &all)));
     }
     ScoreResult {
         id: key.id.clone(),
@@ -380,7 +385,8 @@ fn score(
         range: questionnaire::score_range(instrument, key),
         groups: groups.shown.iter().map(|(name, rows)| score_group(name, rows, at)).collect(),
         alpha,
-        agreement: agreement(&scorer, key.items.len(), &all),
+        scale_items: scales::scale_items(instrument, key, &scorer, &all),
+        agreement: scales::agreement_of_people(&scorer, key.items.len(), &all),
     }
 }
 
@@ -395,32 +401,6 @@ pub fn score_group(name: &str, rows: &[&ResponseRow<'_>], at: usize) -> ScoreGro
         mean: SurveyFigure::of(statistics::mean(&values), ConfidenceInterval::from),
         quartiles: quartiles(&values),
     }
-}
-
-fn alpha_of(scorer: &Scorer<'_>, rows: &[&ResponseRow<'_>]) -> SurveyFigure<Alpha> {
-    let table: Vec<Vec<Option<f64>>> = rows.iter().map(|row| scorer.item_counts(row.answers)).collect();
-    SurveyFigure::of(statistics::cronbach_alpha(&table), |found| Alpha {
-        alpha: found.alpha,
-        items: found.items,
-        n: found.n,
-        missing: found.missing,
-    })
-}
-
-fn agreement(scorer: &Scorer<'_>, items: usize, rows: &[&ResponseRow<'_>]) -> SurveyFigure<RaterAgreement> {
-    let given = rows.iter().map(|row| scorer.item_counts(row.answers));
-    let complete: Vec<Vec<Option<f64>>> = given.filter(|counts| counts.iter().all(Option::is_some)).collect();
-    let by_item: Vec<Vec<Option<f64>>> =
-        (0..items).map(|item| complete.iter().map(|counts| counts[item]).collect()).collect();
-    SurveyFigure::of(statistics::intraclass_correlation(&by_item), |found| RaterAgreement {
-        icc_2_1: found.single_random,
-        icc_2_k: found.average_random,
-        icc_3_1: found.single_fixed,
-        icc_3_k: found.average_fixed,
-        items: found.n,
-        raters: found.raters,
-        missing: rows.len() - complete.len(),
-    })
 }
 
 /// Spearman's ρ of scores with a figure of the attempts behind them.

@@ -16,6 +16,22 @@ pub fn shorten_name(name: &str, width: f64) -> String {
     format!("{}…", kept.last().unwrap_or_default().trim_end())
 }
 
+/// A text in lines of at most a width, in the drawing's units, broken between words; a word that is wider stands alone.
+#[must_use]
+pub fn wrap_lines(text: &str, width: f64) -> Vec<&str> {
+    let mut lines = Vec::new();
+    let mut rest = text.trim();
+    while text_width(rest) > width {
+        let breaks: Vec<usize> = rest.match_indices(' ').map(|(at, _)| at).collect();
+        let fits = breaks.iter().rev().find(|at| text_width(&rest[..**at]) <= width).or(breaks.first());
+        let Some(at) = fits.copied() else { break };
+        lines.push(&rest[..at]);
+        rest = rest[at..].trim_start();
+    }
+    lines.push(rest);
+    lines
+}
+
 /// The room that is taken.
 #[derive(Debug)]
 pub struct Labels {

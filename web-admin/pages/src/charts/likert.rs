@@ -2,6 +2,7 @@
 
 use super::svg::{Area, Caption, PaperPoint, Svg};
 use super::{DrawingSize, labels};
+use crate::format;
 
 /// A bar: how often each point was chosen.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,26 +13,79 @@ pub struct LikertBar {
     pub counts: Vec<usize>,
 }
 
-const ROW: f64 = 46.0;
-const BAR: f64 = 18.0;
-const TOP: f64 = 8.0;
+/// An item: its words, and a bar for each group that answered.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LikertItem {
+    /// The question, whole.
+    pub text: String,
+    /// The groups.
+    pub bars: Vec<LikertBar>,
+}
 
-/// Diverging bars, a row each. `key` makes the ids unique on the page.
+const LINE: f64 = 16.0;
+const BAR: f64 = 18.0;
+const BAR_ROW: f64 = LINE + BAR + 6.0;
+const GAP: f64 = 12.0;
+const TOP: f64 = 4.0;
+const AXIS: f64 = 22.0;
+
+/// What all bars of a drawing share.
+struct BarScale {
+    /// Where the middle of the points lies.
+    middle: f64,
+    /// From a share to a width.
+    scale: f64,
+    /// The largest share on one side.
+    reach: f64,
+}
+
+/// Diverging bars, the items one below the other, over one axis of shares. `key` makes the ids unique on the page.
 #[must_use]
-pub fn draw_diverging_bars(bars: &[LikertBar], key: &str, title: &str, size: DrawingSize) -> String {
+pub fn draw_diverging_bars(items: &[LikertItem], key: &str, title: &str, size: DrawingSize) -> String {
     let id = format!("{key}-{}", size.name());
-    let description = bars.iter().map(describe_bar).collect::<Vec<_>>().join(" ");
+    let description = items.iter().map(describe_item).collect::<Vec<_>>().join(" ");
     let caption = Caption { id: &id, class: size.name(), title, description: &description };
-    let height = TOP + ROW * bars.len() as f64;
-    let mut svg = Svg::new(size.width(), height, &caption);
-    let middle = size.width() / 2.0;
-    let reach = bars.iter().map(|bar| shares_of_sides(bar).0.max(shares_of_sides(bar).1)).fold(0.25, f64::max);
-    let scale = (middle - 6.0) / reach;
-    for (bar, top) in bars.iter().zip((0..).map(|row| TOP + ROW * f64::from(row))) {
-        draw_diverging_bar(&mut svg, bar, middle, top, scale);
+    let lines: Vec<Vec<&str>> = items.iter().map(|item| labels::wrap_lines(&item.text, size.width() - 8.0)).collect();
+    let height_of =
+        |item: &LikertItem, lines: &[&str]| LINE * lines.len() as f64 + BAR_ROW * item.bars.len() as f64 + GAP;
+    let rows: f64 = items.iter().zip(&lines).map(|(item, lines)| height_of(item, lines)).sum();
+    let mut svg = Svg::new(size.width(), TOP + rows + AXIS, &caption);
+    let scale = BarScale::new(items, size.width());
+    draw_share_axis(&mut svg, &scale, TOP + rows);
+    let mut top = TOP;
+    for (item, lines) in items.iter().zip(&lines) {
+        for (line, text) in (1..).zip(lines) {
+            svg.text("item-name", PaperPoint::new(4.0, top + LINE * f64::from(line) - 3.0), text);
+        }
+        let first = top + LINE * lines.len() as f64;
+        for (bar, row) in item.bars.iter().zip(0..) {
+            draw_diverging_bar(&mut svg, bar, first + BAR_ROW * f64::from(row), &scale);
+        }
+        top += height_of(item, lines);
     }
-    svg.line("axis", PaperPoint::new(middle, 0.0), PaperPoint::new(middle, height));
     svg.finish()
+}
+
+impl BarScale {
+    fn new(items: &[LikertItem], width: f64) -> Self {
+        let sides = items.iter().flat_map(|item| &item.bars).map(shares_of_sides);
+        let reach = sides.map(|(low, high)| low.max(high)).fold(0.25, f64::max);
+        let middle = width / 2.0;
+        Self { middle, scale: (middle - 20.0) / reach, reach }
+    }
+}
+
+/// Shares of the answers at both sides of the middle, every quarter as far as the bars go.
+fn draw_share_axis(svg: &mut Svg, scale: &BarScale, bottom: f64) {
+    let ticks = (1..=4).map(|quarter| f64::from(quarter) / 4.0).take_while(|share| *share <= scale.reach + 1e-9);
+    let places = ticks.flat_map(|share| [(share, -share * scale.scale), (share, share * scale.scale)]);
+    for (share, off) in places {
+        let x = scale.middle + off;
+        svg.line("grid", PaperPoint::new(x, 0.0), PaperPoint::new(x, bottom));
+        svg.text("tick middle", PaperPoint::new(x, bottom + 15.0), &format::format_percent(share));
+    }
+    svg.line("axis", PaperPoint::new(scale.middle, 0.0), PaperPoint::new(scale.middle, bottom));
+    svg.text("tick middle", PaperPoint::new(scale.middle, bottom + 15.0), &format::format_percent(0.0));
 }
 
 /// Shares left and right of the middle; the middle point lies on both sides.
@@ -44,28 +98,27 @@ fn shares_of_sides(bar: &LikertBar) -> (f64, f64) {
     ((low as f64 + centre) / total, (high as f64 + centre) / total)
 }
 
-fn draw_diverging_bar(svg: &mut Svg, bar: &LikertBar, middle: f64, top: f64, scale: f64) {
+fn draw_diverging_bar(svg: &mut Svg, bar: &LikertBar, top: f64, scale: &BarScale) {
     let total = bar.counts.iter().sum::<usize>();
-    svg.text("bar-name", PaperPoint::new(4.0, top + 13.0), &labels::shorten_name(&bar.label, middle * 2.0 - 8.0));
-    let mut left = middle - shares_of_sides(bar).0 * scale;
+    let under = top + LINE - 1.0;
+    svg.text("bar-name", PaperPoint::new(4.0, top + LINE - 5.0), &bar.label);
+    let mut left = scale.middle - shares_of_sides(bar).0 * scale.scale;
     for (point, count) in bar.counts.iter().enumerate().filter(|(_, count)| **count > 0) {
-        let width = *count as f64 / total as f64 * scale;
-        let area = Area { x: left, y: top + 19.0, width, height: BAR };
+        let width = *count as f64 / total as f64 * scale.scale;
+        let area = Area { x: left, y: under, width, height: BAR };
         svg.rect(&format!("level {}", class_of_point(point, bar.counts.len())), area);
         // The number is the second cue: which point it is tells the order, how many the figure.
         if width > 16.0 {
-            svg.text(
-                "level-count middle",
-                PaperPoint::new(left + width / 2.0, top + 19.0 + BAR - 5.0),
-                &count.to_string(),
-            );
+            let place = PaperPoint::new(left + width / 2.0, under + BAR - 5.0);
+            svg.text("level-count middle", place, &count.to_string());
         }
         left += width;
     }
 }
 
 /// The class of a point: how far it lies from the middle, and on which side.
-fn class_of_point(point: usize, points: usize) -> &'static str {
+#[must_use]
+pub fn class_of_point(point: usize, points: usize) -> &'static str {
     let share = point as f64 / (points.max(2) - 1) as f64;
     match share {
         ..0.2 => "low2",
@@ -74,6 +127,11 @@ fn class_of_point(point: usize, points: usize) -> &'static str {
         ..0.8 => "high1",
         _ => "high2",
     }
+}
+
+fn describe_item(item: &LikertItem) -> String {
+    let bars: Vec<String> = item.bars.iter().map(describe_bar).collect();
+    format!("{} {}", item.text, bars.join(" "))
 }
 
 fn describe_bar(bar: &LikertBar) -> String {
@@ -97,8 +155,12 @@ mod tests {
 
     #[test]
     fn a_bar_without_answers_draws_nothing_and_no_nonsense() {
-        let bars = [LikertBar { label: "<b>".to_owned(), counts: vec![0; 5] }];
+        let bars = vec![LikertBar { label: "<b>".to_owned(), counts: vec![0; 5] }];
+        let bars = [LikertItem { text: "<i>".to_owned(), bars }];
         let drawn = draw_diverging_bars(&bars, "x", "t", DrawingSize::Wide);
-        assert!(!drawn.contains("<rect") && !drawn.contains("NaN") && !drawn.contains("<b>"), "{drawn}");
+        assert!(
+            !drawn.contains("<rect") && !drawn.contains("NaN") && !drawn.contains("<b>") && !drawn.contains("<i>"),
+            "{drawn}"
+        );
     }
 }

@@ -28,7 +28,7 @@ pub use cross_section::{CrossSection, SectionPoint, SectionStructure, StructureO
 pub use damage::{LayerDamage, draw_damage};
 pub use force_depth::draw_force_over_depth;
 pub use learning::draw_learning_curve;
-pub use likert::{LikertBar, draw_diverging_bars};
+pub use likert::{LikertBar, LikertItem, class_of_point, draw_diverging_bars};
 pub use marks::number_marks;
 pub use progress::{ScorePoint, draw_mastery_strip, draw_score_bar, draw_scores, draw_share_bar, draw_sparkline};
 pub use scale::Extent;

@@ -1,6 +1,6 @@
 //! Figures of a survey in words.
 
-use model::survey::results::{Alpha, ConfidenceInterval, Quartiles, RaterAgreement, SurveyFigure};
+use model::survey::results::{Alpha, AlphaRemark, ConfidenceInterval, Quartiles, RaterAgreement, SurveyFigure};
 
 use crate::format;
 
@@ -52,17 +52,37 @@ pub fn say_validity(figure: &SurveyFigure<ConfidenceInterval>) -> String {
     })
 }
 
-/// α with what it rests on.
+/// α with its interval and what it rests on.
 #[must_use]
 pub fn say_alpha(figure: &SurveyFigure<Alpha>) -> String {
     say_figure(figure, |a| {
         tr!(
-            "{value} (n = {n}, {missing} incomplete)",
-            value = format::format_number(a.alpha),
+            "{value} ({low} to {high}; n = {n}, {missing} incomplete)",
+            value = format::format_fixed(a.alpha, 2),
+            low = format::format_fixed(a.low, 2),
+            high = format::format_fixed(a.high, 2),
             n = a.n,
             missing = a.missing
         )
     })
+}
+
+/// What to know before relying on an α; empty where there is nothing.
+#[must_use]
+pub fn say_alpha_remark(figure: &SurveyFigure<Alpha>) -> &'static str {
+    match figure.value().and_then(|alpha| alpha.remark) {
+        Some(AlphaRemark::Negative) => {
+            tr!("Negative: some items work against the others. Look for one that should be scored the other way round.")
+        }
+        Some(AlphaRemark::FewResponses) => tr!("Fewer than 30 complete responses: read the interval, not the figure."),
+        None => "",
+    }
+}
+
+/// A correlation or an α of an item, to two digits.
+#[must_use]
+pub fn say_coefficient(figure: &SurveyFigure<f64>) -> String {
+    say_figure(figure, |value| format::format_fixed(*value, 2))
 }
 
 /// The four correlations with what they rest on.

@@ -10,7 +10,7 @@ use model::survey::results::{
 };
 
 use super::figures;
-use crate::charts::{BoxRow, Extent, LikertBar};
+use crate::charts::{BoxRow, Extent, LikertBar, LikertItem};
 use crate::{Shell, charts, format};
 
 /// The results of a survey.
@@ -61,7 +61,7 @@ impl AskedLine {
         if self.asked == 0 {
             return "–".to_owned();
         }
-        format!("{}\u{a0}%", format::format_fixed(self.answered as f64 / self.asked as f64 * 100.0, 0))
+        format::format_percent(self.answered as f64 / self.asked as f64)
     }
 }
 
@@ -142,13 +142,33 @@ pub struct ItemBlock<'a> {
     pub items: Vec<&'a ItemResult>,
 }
 
+impl ItemBlock<'_> {
+    /// Class and words of each point, where the picture has points.
+    #[must_use]
+    pub fn legend(&self) -> Vec<(&'static str, &str)> {
+        let labels = match self.items.first() {
+            Some(item) if item.kind == "likert" => item.labels.as_slice(),
+            _ => &[],
+        };
+        labels
+            .iter()
+            .enumerate()
+            .map(|(at, label)| (charts::class_of_point(at, labels.len()), label.as_str()))
+            .collect()
+    }
+
+    /// Whether any of its items is judged for content.
+    #[must_use]
+    pub fn is_judged_for_content(&self) -> bool {
+        self.items.iter().any(|item| !item.content_validity.is_empty())
+    }
+}
+
 impl ResultsPage {
     /// Items by section and by points.
     #[must_use]
     pub fn blocks(&self) -> Vec<ItemBlock<'_>> {
-        let alike = |a: &ItemResult, b: &ItemResult| {
-            (&a.section, a.kind, a.labels.len()) == (&b.section, b.kind, b.labels.len())
-        };
+        let alike = |a: &ItemResult, b: &ItemResult| (&a.section, a.kind, &a.labels) == (&b.section, b.kind, &b.labels);
         self.results.items.chunk_by(alike).enumerate().map(|(at, items)| make_item_block(at, items)).collect()
     }
 
@@ -187,20 +207,18 @@ fn make_item_block(at: usize, items: &[ItemResult]) -> ItemBlock<'_> {
 }
 
 fn draw_likert_items(items: &[ItemResult], key: &str, title: &str) -> String {
-    let bar = |item: &ItemResult| {
-        let name = item.name.clone();
-        let of = move |group: &ItemGroup| LikertBar {
-            label: format!("{name} · {} ({})", words::known(&group.group), group.n),
-            counts: group.counts.clone(),
-        };
-        item.groups.iter().map(of).collect::<Vec<_>>()
-    };
-    let bars: Vec<LikertBar> = items.iter().flat_map(bar).collect();
-    if bars.is_empty() {
+    let bars =
+        |item: &ItemResult| LikertItem { text: item.text.clone(), bars: item.groups.iter().map(likert_bar).collect() };
+    let rows: Vec<LikertItem> = items.iter().map(bars).filter(|item| !item.bars.is_empty()).collect();
+    if rows.is_empty() {
         String::new()
     } else {
-        charts::draw_both_widths(|size| charts::draw_diverging_bars(&bars, key, title, size))
+        charts::draw_both_widths(|size| charts::draw_diverging_bars(&rows, key, title, size))
     }
+}
+
+fn likert_bar(group: &ItemGroup) -> LikertBar {
+    LikertBar { label: format!("{} ({})", words::known(&group.group), group.n), counts: group.counts.clone() }
 }
 
 /// Sliders side by side: the profile of a workload.
