@@ -116,6 +116,14 @@ pub fn stream_csv(
     Ok((csv_headers(file), body).into_response())
 }
 
+/// The same file with the mark by which Excel knows UTF-8.
+#[must_use]
+pub fn mark_byte_order(file: Response) -> Response {
+    let (parts, body) = file.into_parts();
+    let marked = futures::stream::once(async { Ok("\u{feff}".into()) }).chain(body.into_data_stream());
+    Response::from_parts(parts, Body::from_stream(marked))
+}
+
 fn csv_headers(file: &str) -> [(HeaderName, String); 2] {
     let safe: String = file.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '-' }).collect();
     let disposition = format!("attachment; filename=\"{safe}.csv\"");

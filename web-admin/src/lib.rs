@@ -4,7 +4,7 @@
 //!
 //! Whatever asks the database fails when the database does; a function says only what else it refuses.
 
-#[macro_use(sentence, tr)]
+#[macro_use(sentence, tr, trn)]
 extern crate words;
 
 pub mod cli;

@@ -2,22 +2,33 @@
 
 use std::collections::BTreeSet;
 
-use model::CurrentPerson;
-use model::assignment::{Assigned, AssignmentStanding, AttemptHistory, TaughtCourse, sort};
-use model::ids::{AssignmentId, PersonId, SchoolId};
+use model::assignment::{
+    Assigned, AssignmentStanding, AssignmentTask, AttemptHistory, TaughtCourse, missing_before, sort,
+};
+use model::ids::{AssignmentId, CohortId, PersonId, SchoolId};
+use model::{CurrentPerson, Role};
 use serde_json::json;
 use store::assignments::{ManagedAssignment, NewAssignment};
 use store::audit::AuditEntry;
-use store::deadlines::{DeadlineKey, DeadlineKind};
-use store::{assignments, curricula, deadlines, practice, supervisions};
+use store::deadlines::{CohortExtension, DeadlineKey, DeadlineKind};
+use store::practice::ByTrainee;
+use store::reports::NamedItem;
+use store::{assignments, curricula, deadlines, practice, reports, supervisions};
 
 use crate::deadlines::Dated;
 use crate::error::Error;
 use crate::service::Service;
 
 /// Makes an assignment.
+///
+/// # Errors
+/// [`Error::Unprocessable`] where the same was assigned to the same, and is not over.
 pub async fn make(state: &Service, by: &CurrentPerson, new: &NewAssignment) -> Result<AssignmentId, Error> {
     let mut tx = state.db.write().await?;
+    if assignments::find_same_assignment(&mut *tx, by.school_id, new, state.clock.now()).await?.is_some() {
+        let why = tr!("this is assigned to them already: change that assignment, or take it back first");
+        return Err(Error::Unprocessable(why.to_owned()));
+    }
     let id = assignments::add_assignment(&mut tx, by, new, state.clock.now()).await?;
     let told =
         json!({ "cohort": new.cohort_id, "person": new.person_id, "due": new.due.as_ref().map(|(local, _)| local) });
@@ -75,6 +86,122 @@ pub async fn standings(state: &Service, school: SchoolId, person: PersonId) -> R
         assigned.into_iter().map(|assigned| AssignmentStanding::of(assigned, &taught, &tried, now)).collect();
     sort(&mut standings);
     Ok(standings)
+}
+
+/// What is assigned in a cohort, and how far everybody has come with it.
+#[derive(Clone, Debug)]
+pub struct CohortStandings {
+    /// What is assigned to the whole cohort, the earliest first.
+    pub assigned: Vec<Assigned>,
+    /// Every trainee.
+    pub trainees: Vec<TraineeStandings>,
+}
+
+/// How far a trainee has come.
+#[derive(Clone, Debug)]
+pub struct TraineeStandings {
+    /// Who.
+    pub trainee: NamedItem<PersonId>,
+    /// With what is assigned to the cohort, in its order.
+    pub with_cohort: Vec<AssignmentStanding>,
+    /// With what is assigned to them alone.
+    pub alone: Vec<AssignmentStanding>,
+}
+
+/// What a cohort's trainees are judged by.
+#[derive(Clone, Copy, Debug)]
+pub struct CohortPractice<'a> {
+    /// Its trainees.
+    pub trainees: &'a [NamedItem<PersonId>],
+    /// What they have practised.
+    pub practised: &'a ByTrainee,
+    /// The school's courses.
+    pub taught: &'a [TaughtCourse],
+}
+
+/// How far a cohort has come with everything that is assigned in it.
+pub async fn cohort_standings(
+    state: &Service,
+    school: SchoolId,
+    cohort: CohortId,
+    of: CohortPractice<'_>,
+) -> Result<CohortStandings, Error> {
+    let reader = state.db.reader();
+    let (alone, assigned): (Vec<Assigned>, Vec<Assigned>) =
+        assignments::list_cohort_assignments(reader, school, cohort)
+            .await?
+            .into_iter()
+            .partition(|assigned| assigned.person_id.is_some());
+    let (longer, supervised) = if assigned.is_empty() && alone.is_empty() {
+        (Vec::new(), BTreeSet::new())
+    } else {
+        let longer = deadlines::list_cohort_extensions(reader, school, cohort).await?;
+        (longer, supervisions::list_cohort_supervisions(reader, school, cohort).await?.into_iter().collect())
+    };
+    let now = state.clock.now();
+    let standing = |assigned: &Assigned, person: PersonId| {
+        let mut own = assigned.clone();
+        let is_theirs = |x: &&CohortExtension| x.assignment_id == own.id && x.extension.person_id == person;
+        if let Some(CohortExtension { extension, .. }) = longer.iter().find(is_theirs) {
+            (own.due_at, own.extended_days) = (Some(extension.due_at), extension.days);
+        }
+        let attempts = of.practised.get(&person).map_or(&[][..], Vec::as_slice);
+        AssignmentStanding::of(own, of.taught, &AttemptHistory { attempts, supervised: &supervised }, now)
+    };
+    let of_trainee = |trainee: &NamedItem<PersonId>| TraineeStandings {
+        with_cohort: assigned.iter().map(|assigned| standing(assigned, trainee.id)).collect(),
+        alone: alone
+            .iter()
+            .filter(|assigned| assigned.person_id == Some(trainee.id))
+            .map(|assigned| standing(assigned, trainee.id))
+            .collect(),
+        trainee: trainee.clone(),
+    };
+    let trainees = of.trainees.iter().map(of_trainee).collect();
+    Ok(CohortStandings { assigned, trainees })
+}
+
+/// Who of those to whom an exercise is to be assigned cannot do it yet.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LockedTrainees {
+    /// How many they are.
+    pub locked: usize,
+    /// Of how many.
+    pub of: usize,
+    /// Titles of what any of them must master first.
+    pub missing: BTreeSet<String>,
+}
+
+/// Who would have to master something else before what is to be assigned; none of a course, which begins at its beginning.
+pub async fn find_locked_trainees(
+    state: &Service,
+    school: SchoolId,
+    new: &NewAssignment,
+) -> Result<Option<LockedTrainees>, Error> {
+    let AssignmentTask::Exercise(exercise) = &new.task else { return Ok(None) };
+    let reader = state.db.reader();
+    let trainees = match (new.cohort_id, new.person_id) {
+        (Some(cohort), _) => {
+            reports::members(reader, school, cohort, Role::Trainee).await?.into_iter().map(|t| t.id).collect()
+        }
+        (None, person) => person.into_iter().collect::<Vec<_>>(),
+    };
+    let taught = taught(state, school).await?;
+    let mut practised = match new.cohort_id {
+        Some(cohort) => practice::list_cohort_practice(reader, school, cohort).await?,
+        None => ByTrainee::new(),
+    };
+    let mut found = LockedTrainees { locked: 0, of: trainees.len(), missing: BTreeSet::new() };
+    for trainee in trainees {
+        let attempts = match new.cohort_id {
+            Some(_) => practised.remove(&trainee).unwrap_or_default(),
+            None => practice::list_trainee_practice(reader, school, trainee).await?,
+        };
+        let missing = missing_before(exercise, &taught, &attempts, state.clock.now());
+        found.locked += usize::from(!missing.is_empty());
+        found.missing.extend(missing);
+    }
+    Ok((found.locked > 0).then_some(found))
 }
 
 /// How far those have come to whom something was assigned, in the order of `people`, who are some of them.

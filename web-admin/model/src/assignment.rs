@@ -2,6 +2,7 @@
 //!
 //! Pure: attempts and the moment go in. Only scored attempts count.
 
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 
 use time::OffsetDateTime;
@@ -9,15 +10,27 @@ use time::OffsetDateTime;
 use super::Moment;
 use super::progress::{Course, Progress, ScoredAttempt, StepState};
 use crate::count_u32;
-use crate::ids::{AssignmentId, SessionId};
+use crate::ids::{AssignmentId, PersonId, SessionId};
 
 /// What is to be trained.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum AssignmentTask {
-    /// An exercise, by its id: passed once since it was assigned.
+    /// An exercise, by its id: passed once.
     Exercise(String),
-    /// A course, by its id: every exercise mastered, whenever.
+    /// A course, by its id: every exercise mastered.
     Course(String),
+}
+
+impl AssignmentTask {
+    /// Whether an exercise belongs to it.
+    fn asks_for(&self, exercise: &str, taught: &[TaughtCourse]) -> bool {
+        match self {
+            Self::Exercise(id) => id == exercise,
+            Self::Course(id) => taught
+                .iter()
+                .any(|taught| taught.id == *id && taught.course.steps.iter().any(|step| step.exercise == exercise)),
+        }
+    }
 }
 
 /// An assignment as it concerns one trainee.
@@ -29,8 +42,12 @@ pub struct Assigned {
     pub task: AssignmentTask,
     /// Title of the exercise or course.
     pub title: String,
+    /// The trainee to whom alone it is assigned; none where it is a cohort's.
+    pub person_id: Option<PersonId>,
     /// Since when.
     pub made_at: Moment,
+    /// Only attempts since then count; otherwise what was passed or mastered before is done already.
+    pub since_only: bool,
     /// Until when, with their extension.
     pub due_at: Option<Moment>,
     /// Days by which it was extended for them; 0 for none.
@@ -57,6 +74,8 @@ pub enum AssignmentStage {
     Open {
         /// Attempts that are left, where they are limited.
         left: Option<u32>,
+        /// Of a course, how much of it is mastered.
+        mastered: Option<MasteredShare>,
     },
     /// Other exercises come first.
     Locked {
@@ -65,6 +84,15 @@ pub enum AssignmentStage {
     },
     /// No attempt is left, and none passed.
     Spent,
+}
+
+/// How much of a course is mastered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MasteredShare {
+    /// Exercises that are.
+    pub exercises: usize,
+    /// All of its exercises.
+    pub of: usize,
 }
 
 /// The attempts of one trainee, in any order.
@@ -78,24 +106,24 @@ pub struct AttemptHistory<'a> {
 
 impl AttemptHistory<'_> {
     /// The attempts that count towards an assignment.
-    fn counting(&self, assigned: &Assigned) -> Vec<ScoredAttempt> {
-        let counts = |attempt: &&ScoredAttempt| !assigned.supervised || self.supervised.contains(&attempt.session);
-        self.attempts.iter().filter(counts).cloned().collect()
+    fn counting(&self, assigned: &Assigned) -> Cow<'_, [ScoredAttempt]> {
+        if !assigned.supervised && !assigned.since_only {
+            return Cow::Borrowed(self.attempts);
+        }
+        let counts = |attempt: &&ScoredAttempt| {
+            (!assigned.supervised || self.supervised.contains(&attempt.session))
+                && (!assigned.since_only || Moment::from(attempt.at) >= assigned.made_at)
+        };
+        Cow::Owned(self.attempts.iter().filter(counts).cloned().collect())
     }
 
     /// The attempts at what was assigned, since it was, that only lack a confirmation.
     fn unconfirmed(&self, assigned: &Assigned, taught: &[TaughtCourse]) -> Vec<SessionId> {
-        let asked = |exercise: &str| match &assigned.task {
-            AssignmentTask::Exercise(id) => id == exercise,
-            AssignmentTask::Course(id) => taught
-                .iter()
-                .any(|taught| taught.id == *id && taught.course.steps.iter().any(|step| step.exercise == exercise)),
-        };
         let lacks = |attempt: &&ScoredAttempt| {
             assigned.supervised
                 && !self.supervised.contains(&attempt.session)
                 && Moment::from(attempt.at) >= assigned.made_at
-                && asked(&attempt.exercise)
+                && assigned.task.asks_for(&attempt.exercise, taught)
         };
         self.attempts.iter().filter(lacks).map(|attempt| attempt.session).collect()
     }
@@ -110,6 +138,10 @@ pub struct AssignmentStanding {
     pub stage: AssignmentStage,
     /// It is due, and not done.
     pub overdue: bool,
+    /// Attempts at it that count, those after it was done among them.
+    pub attempts: usize,
+    /// The best score among them, 0–100.
+    pub best: Option<f64>,
     /// Attempts that do not count because nobody has confirmed that they were there.
     pub unconfirmed: Vec<SessionId>,
 }
@@ -127,14 +159,20 @@ impl AssignmentStanding {
     /// Judges the attempts of one trainee.
     #[must_use]
     pub fn of(assigned: Assigned, taught: &[TaughtCourse], tried: &AttemptHistory<'_>, now: Moment) -> Self {
+        let counting = tried.counting(&assigned);
         let stage = match &assigned.task {
-            AssignmentTask::Exercise(exercise) => exercise_stage(&assigned, exercise, taught, tried, now),
-            AssignmentTask::Course(course) => course_stage(&assigned, course, taught, &tried.counting(&assigned), now),
+            AssignmentTask::Exercise(exercise) => {
+                let missing = || missing_before(exercise, taught, tried.attempts, now);
+                exercise_stage(&assigned, exercise, &counting, missing)
+            }
+            AssignmentTask::Course(course) => course_stage(&assigned, course, taught, &counting, now),
         };
+        let at_it = || counting.iter().filter(|attempt| assigned.task.asks_for(&attempt.exercise, taught));
+        let (attempts, best) = (at_it().count(), at_it().map(|attempt| attempt.score).reduce(f64::max));
         let done = matches!(stage, AssignmentStage::Done { .. });
         let overdue = !done && assigned.due_at.is_some_and(|due| due < now);
         let unconfirmed = if done { Vec::new() } else { tried.unconfirmed(&assigned, taught) };
-        Self { assigned, stage, overdue, unconfirmed }
+        Self { assigned, stage, overdue, attempts, best, unconfirmed }
     }
 
     /// There is something left to do.
@@ -151,32 +189,33 @@ fn late(on: OffsetDateTime, assigned: &Assigned) -> bool {
 fn exercise_stage(
     assigned: &Assigned,
     exercise: &str,
-    taught: &[TaughtCourse],
-    tried: &AttemptHistory<'_>,
-    now: Moment,
+    counting: &[ScoredAttempt],
+    missing: impl FnOnce() -> Vec<String>,
 ) -> AssignmentStage {
-    let counting = tried.counting(assigned);
-    let mut since: Vec<&ScoredAttempt> =
-        counting.iter().filter(|a| *a.exercise == *exercise && Moment::from(a.at) >= assigned.made_at).collect();
-    since.sort_by_key(|attempt| attempt.at);
+    let mut at_it: Vec<&ScoredAttempt> = counting.iter().filter(|attempt| *attempt.exercise == *exercise).collect();
+    at_it.sort_by_key(|attempt| attempt.at);
+    let (before, since) = at_it.split_at(at_it.partition_point(|attempt| Moment::from(attempt.at) < assigned.made_at));
     let limit = assigned.attempt_limit.map_or(usize::MAX, |limit| limit as usize);
-    if let Some(passed) = since.iter().take(limit).find(|attempt| attempt.passed) {
+    // The first that did it: what was passed before is done before it could be late.
+    if let Some(passed) = before.iter().chain(since.iter().take(limit)).find(|attempt| attempt.passed) {
         return AssignmentStage::Done { on: passed.at, late: late(passed.at, assigned) };
     }
     if since.len() >= limit {
         return AssignmentStage::Spent;
     }
-    match missing(exercise, taught, tried.attempts, now) {
+    match missing() {
         missing if missing.is_empty() => {
             let used = count_u32(since.len());
-            AssignmentStage::Open { left: assigned.attempt_limit.map(|limit| limit.saturating_sub(used)) }
+            let left = assigned.attempt_limit.map(|limit| limit.saturating_sub(used));
+            AssignmentStage::Open { left, mastered: None }
         }
         missing => AssignmentStage::Locked { missing },
     }
 }
 
-/// What must be mastered before an exercise; nothing where one course that has it opens it, or none has it.
-fn missing(exercise: &str, taught: &[TaughtCourse], attempts: &[ScoredAttempt], now: Moment) -> Vec<String> {
+/// What a trainee must master before an exercise; nothing where one course that has it opens it, or none has it.
+#[must_use]
+pub fn missing_before(exercise: &str, taught: &[TaughtCourse], attempts: &[ScoredAttempt], now: Moment) -> Vec<String> {
     let mut first = Vec::new();
     for taught in taught {
         let Some(step) = taught.course.steps.iter().position(|step| step.exercise == exercise) else { continue };
@@ -197,16 +236,43 @@ fn course_stage(
     now: Moment,
 ) -> AssignmentStage {
     let Some(taught) = taught.iter().find(|taught| taught.id == course) else {
-        return AssignmentStage::Open { left: None };
+        return AssignmentStage::Open { left: None, mastered: None };
     };
     let progress = Progress::of(&taught.course, attempts, now.to_utc());
     let mastered = progress.steps.iter().map(|step| match step.state {
         StepState::Mastered { on } | StepState::Regressing { on, .. } => Some(on),
         StepState::Open { .. } | StepState::Locked { .. } => None,
     });
-    match mastered.collect::<Option<Vec<_>>>().and_then(|moments| moments.into_iter().max()) {
-        Some(on) => AssignmentStage::Done { on, late: late(on, assigned) },
-        None => AssignmentStage::Open { left: None },
+    let (of, mastered) = (progress.steps.len(), mastered.flatten().collect::<Vec<_>>());
+    match mastered.iter().max() {
+        Some(on) if mastered.len() == of => AssignmentStage::Done { on: *on, late: late(*on, assigned) },
+        _ => {
+            let mastered = MasteredShare { exercises: mastered.len(), of };
+            AssignmentStage::Open { left: None, mastered: Some(mastered) }
+        }
+    }
+}
+
+/// How those stand to whom something was assigned.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct AssignmentTally {
+    /// Who have done it.
+    pub done: usize,
+    /// Who have not, after it was due for them.
+    pub late: usize,
+    /// All of them.
+    pub of: usize,
+}
+
+impl AssignmentTally {
+    /// Counts.
+    #[must_use]
+    pub fn of<'a>(standings: impl Iterator<Item = &'a AssignmentStanding>) -> Self {
+        standings.fold(Self::default(), |tally, standing| Self {
+            done: tally.done + usize::from(matches!(standing.stage, AssignmentStage::Done { .. })),
+            late: tally.late + usize::from(standing.overdue),
+            of: tally.of + 1,
+        })
     }
 }
 
@@ -230,6 +296,7 @@ mod tests {
     use crate::progress::{CourseStep, Mastery};
 
     const NOW: OffsetDateTime = datetime!(2026-05-20 12:00 UTC);
+    const OPEN: AssignmentStage = AssignmentStage::Open { left: None, mastered: None };
 
     fn taught() -> Vec<TaughtCourse> {
         let step = |id: &str, before: &[&str]| CourseStep {
@@ -249,7 +316,9 @@ mod tests {
             id: AssignmentId::nil(),
             task,
             title: String::new(),
+            person_id: None,
             made_at: Moment::from(NOW - Duration::days(2)),
+            since_only: true,
             due_at: Some(Moment::from(NOW - Duration::hours(1))),
             extended_days: 0,
             attempt_limit: limit,
@@ -258,8 +327,12 @@ mod tests {
         }
     }
 
-    /// Attempts so many hours ago.
     fn standing(task: AssignmentTask, limit: Option<u32>, tried: &[(&str, i64, bool)]) -> AssignmentStanding {
+        judge(assigned(task, limit), tried)
+    }
+
+    /// Attempts so many hours ago.
+    fn judge(assigned: Assigned, tried: &[(&str, i64, bool)]) -> AssignmentStanding {
         let attempt = |(exercise, hours, passed): &(&str, i64, bool)| ScoredAttempt {
             session: SessionId::nil(),
             exercise: (*exercise).into(),
@@ -270,7 +343,7 @@ mod tests {
         };
         let attempts: Vec<_> = tried.iter().map(attempt).collect();
         let tried = AttemptHistory { attempts: &attempts, supervised: &BTreeSet::new() };
-        AssignmentStanding::of(assigned(task, limit), &taught(), &tried, Moment::from(NOW))
+        AssignmentStanding::of(assigned, &taught(), &tried, Moment::from(NOW))
     }
 
     fn exercise(id: &str) -> AssignmentTask {
@@ -280,7 +353,7 @@ mod tests {
     #[test]
     fn only_a_pass_since_the_assignment_does_it() {
         let before = standing(exercise("a"), None, &[("a", 72, true), ("a", 10, false)]);
-        assert_eq!((before.stage, before.overdue), (AssignmentStage::Open { left: None }, true));
+        assert_eq!((before.stage, before.overdue), (OPEN, true));
         let in_time = standing(exercise("a"), None, &[("a", 5, true), ("a", 10, false)]);
         assert_eq!(in_time.stage, AssignmentStage::Done { on: NOW - Duration::hours(5), late: false });
         let late = standing(exercise("a"), None, &[("a", 0, true)]);
@@ -291,7 +364,10 @@ mod tests {
     fn a_limit_counts_attempts_from_the_first() {
         let tried = [("a", 10, false), ("a", 9, false), ("a", 8, true)];
         assert_eq!(standing(exercise("a"), Some(2), &tried).stage, AssignmentStage::Spent);
-        assert_eq!(standing(exercise("a"), Some(3), &tried[..2]).stage, AssignmentStage::Open { left: Some(1) });
+        assert_eq!(
+            standing(exercise("a"), Some(3), &tried[..2]).stage,
+            AssignmentStage::Open { left: Some(1), mastered: None }
+        );
         assert!(matches!(standing(exercise("a"), Some(3), &tried).stage, AssignmentStage::Done { .. }));
     }
 
@@ -318,9 +394,15 @@ mod tests {
             )
         };
         let nobody = judge(exercise("a"), &[]);
-        assert_eq!((nobody.stage, nobody.unconfirmed.len()), (AssignmentStage::Open { left: Some(2) }, 2));
+        assert_eq!(
+            (nobody.stage, nobody.unconfirmed.len()),
+            (AssignmentStage::Open { left: Some(2), mastered: None }, 2)
+        );
         let one = judge(exercise("a"), &[seen]);
-        assert_eq!((one.stage, one.unconfirmed), (AssignmentStage::Open { left: Some(1) }, vec![alone]));
+        assert_eq!(
+            (one.stage, one.unconfirmed),
+            (AssignmentStage::Open { left: Some(1), mastered: None }, vec![alone])
+        );
         let done = judge(exercise("a"), &[seen, alone]);
         assert!(matches!(done.stage, AssignmentStage::Done { late: false, .. }) && done.unconfirmed.is_empty());
         let course = judge(AssignmentTask::Course("course".to_owned()), &[]);
@@ -330,16 +412,33 @@ mod tests {
     #[test]
     fn prerequisites_come_first() {
         assert_eq!(standing(exercise("b"), None, &[]).stage, AssignmentStage::Locked { missing: vec!["A".to_owned()] });
-        assert_eq!(standing(exercise("b"), None, &[("a", 90, true)]).stage, AssignmentStage::Open { left: None });
-        assert_eq!(standing(exercise("elsewhere"), None, &[]).stage, AssignmentStage::Open { left: None });
+        assert_eq!(standing(exercise("b"), None, &[("a", 90, true)]).stage, OPEN);
+        assert_eq!(standing(exercise("elsewhere"), None, &[]).stage, OPEN);
     }
 
     #[test]
-    fn a_course_is_done_when_all_of_it_is_mastered() {
-        let course = || AssignmentTask::Course("course".to_owned());
-        assert_eq!(standing(course(), None, &[("a", 90, true)]).stage, AssignmentStage::Open { left: None });
-        let done = standing(course(), None, &[("a", 90, true), ("b", 4, true)]).stage;
-        assert_eq!(done, AssignmentStage::Done { on: NOW - Duration::hours(4), late: false });
+    fn a_course_is_done_when_all_of_it_is_mastered_and_says_how_much_is() {
+        let course = |since_only, tried: &[(&str, i64, bool)]| {
+            let asked = Assigned { since_only, ..assigned(AssignmentTask::Course("course".to_owned()), None) };
+            judge(asked, tried).stage
+        };
+        let share =
+            |exercises| AssignmentStage::Open { left: None, mastered: Some(MasteredShare { exercises, of: 2 }) };
+        assert_eq!(course(false, &[("a", 90, true)]), share(1));
+        let both = [("a", 90, true), ("b", 4, true)];
+        assert_eq!(course(false, &both), AssignmentStage::Done { on: NOW - Duration::hours(4), late: false });
+        assert_eq!(course(true, &both), share(1), "the first is from before");
+    }
+
+    #[test]
+    fn what_was_passed_before_is_done_and_never_late_where_it_counts() {
+        let asked = Assigned { since_only: false, ..assigned(exercise("a"), Some(1)) };
+        let before = judge(asked.clone(), &[("a", 72, true), ("a", 10, false)]);
+        assert_eq!(before.stage, AssignmentStage::Done { on: NOW - Duration::hours(72), late: false });
+        assert_eq!((before.overdue, before.attempts), (false, 2));
+        let failed = judge(asked, &[("a", 72, false)]);
+        let open = AssignmentStage::Open { left: Some(1), mastered: None };
+        assert_eq!((failed.stage, failed.overdue), (open, true), "only attempts since then use the limit up");
     }
 
     #[test]

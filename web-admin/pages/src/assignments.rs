@@ -3,9 +3,10 @@
 use askama::Template;
 use askama_web::WebTemplate;
 use model::Role;
-use model::assignment::{AssignmentStage, AssignmentStanding, AssignmentTask};
+use model::assignment::{AssignmentStage, AssignmentStanding, AssignmentTally, AssignmentTask};
 use model::due::{Local, local};
 use model::ids::{AssignmentId, SessionId};
+use time::OffsetDateTime;
 
 use super::form::FilledForm;
 use super::people::SelectOption;
@@ -36,7 +37,15 @@ pub struct AssignmentRow {
     pub stage: AssignmentStage,
     /// It is due, and not done.
     pub overdue: bool,
-    /// Attempts that count.
+    /// When it was assigned.
+    pub made_at: OffsetDateTime,
+    /// Only attempts since then count.
+    pub since_only: bool,
+    /// Attempts at it that count.
+    pub attempts: usize,
+    /// The best score among them, 0–100.
+    pub best: Option<f64>,
+    /// How many attempts may count.
     pub limit: Option<u32>,
     /// Under an instructor's eyes.
     pub supervised: bool,
@@ -73,6 +82,8 @@ pub struct ManagedRow {
     pub limit: Option<u32>,
     /// Under an instructor's eyes.
     pub supervised: bool,
+    /// Only attempts since it was made count.
+    pub since_only: bool,
 }
 
 /// What was typed to assign something.
@@ -90,6 +101,12 @@ pub struct AssignForm {
     pub limit: String,
     /// Under an instructor's eyes.
     pub supervised: bool,
+    /// Only attempts from now on count.
+    pub since_only: bool,
+    /// It is locked for somebody, and was refused for that.
+    pub locked: bool,
+    /// It is to be assigned all the same.
+    pub despite_locks: bool,
     /// The school's time zone.
     pub time_zone: String,
 }
@@ -106,13 +123,30 @@ pub struct AssignmentPage {
     pub assignment: ManagedRow,
     /// Trainees by name.
     pub rows: Vec<AssignmentRow>,
+    /// The gradebook of the cohort to which it is assigned.
+    pub gradebook: Option<String>,
+}
+
+/// An assignment of a cohort or a trainee, for whoever teaches them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DueLine {
+    /// Its page.
+    pub href: String,
+    /// What.
+    pub title: String,
+    /// Name of the cohort or trainee.
+    pub to: String,
+    /// Until when.
+    pub due: Option<Local>,
+    /// Who has done it, and who is late.
+    pub tally: AssignmentTally,
 }
 
 impl AssignmentRow {
     /// A row under a title of its own.
     #[must_use]
     pub fn new(standing: AssignmentStanding, title: String, href: String, person: String) -> Self {
-        let AssignmentStanding { assigned, stage, overdue, unconfirmed } = standing;
+        let AssignmentStanding { assigned, stage, overdue, attempts, best, unconfirmed } = standing;
         Self {
             title,
             href,
@@ -120,6 +154,10 @@ impl AssignmentRow {
             extended_days: assigned.extended_days,
             stage,
             overdue,
+            made_at: assigned.made_at.to_utc(),
+            since_only: assigned.since_only,
+            attempts,
+            best,
             limit: assigned.attempt_limit,
             supervised: assigned.supervised,
             person,
@@ -141,13 +179,27 @@ impl AssignmentRow {
     /// How it stands, as a badge.
     #[must_use]
     pub fn badge(&self) -> String {
+        let status = match (&self.stage, self.overdue) {
+            (AssignmentStage::Done { .. }, _) => StatusWord::Passed,
+            (AssignmentStage::Spent, _) => StatusWord::Failed,
+            (_, true) => StatusWord::Help,
+            (AssignmentStage::Locked { .. }, false) => StatusWord::Locked,
+            (AssignmentStage::Open { .. }, false) => StatusWord::Open,
+        };
+        status.badge_saying(self.say_state())
+    }
+
+    /// How it stands, in a word.
+    #[must_use]
+    pub fn say_state(&self) -> &'static str {
         match (&self.stage, self.overdue) {
-            (AssignmentStage::Done { late: false, .. }, _) => StatusWord::Passed.badge_saying(tr!("Done")),
-            (AssignmentStage::Done { late: true, .. }, _) => StatusWord::Passed.badge_saying(tr!("Done late")),
-            (AssignmentStage::Spent, _) => StatusWord::Failed.badge_saying(tr!("No attempts left")),
-            (_, true) => StatusWord::Help.badge_saying(tr!("Late")),
-            (AssignmentStage::Locked { .. }, false) => StatusWord::Locked.badge(),
-            (AssignmentStage::Open { .. }, false) => StatusWord::Open.badge_saying(tr!("To do")),
+            (AssignmentStage::Done { on, .. }, _) if *on < self.made_at => tr!("Done before"),
+            (AssignmentStage::Done { late: false, .. }, _) => tr!("Done"),
+            (AssignmentStage::Done { late: true, .. }, _) => tr!("Done late"),
+            (AssignmentStage::Spent, _) => tr!("No attempts left"),
+            (_, true) => tr!("Late"),
+            (AssignmentStage::Locked { .. }, false) => tr!("Locked"),
+            (AssignmentStage::Open { .. }, false) => tr!("To do"),
         }
     }
 }
@@ -159,11 +211,11 @@ impl AssignmentPage {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     //! Fails when a trainee cannot see what is late, or an instructor who it is.
 
     use model::Moment;
-    use model::assignment::Assigned;
+    use model::assignment::{Assigned, MasteredShare};
 
     use super::*;
     use crate::samples;
@@ -173,20 +225,29 @@ mod tests {
             id: AssignmentId::nil(),
             task: AssignmentTask::Exercise("stop-in-the-fat".to_owned()),
             title: "Stop in the <fat>".to_owned(),
+            person_id: None,
             made_at: Moment::from(samples::NOW),
+            since_only: true,
             due_at: Some(Moment::from(samples::NOW)),
             extended_days: 3,
             attempt_limit: Some(5),
             supervised: true,
             time_zone: "Europe/Berlin".to_owned(),
         };
-        AssignmentStanding { assigned, stage, overdue, unconfirmed: vec![SessionId::from_u128(1)] }
+        AssignmentStanding {
+            assigned,
+            stage,
+            overdue,
+            attempts: 4,
+            best: Some(71.2),
+            unconfirmed: vec![SessionId::from_u128(1)],
+        }
     }
 
-    fn rows() -> Vec<AssignmentRow> {
+    pub(crate) fn rows() -> Vec<AssignmentRow> {
         let stages = [
-            (AssignmentStage::Open { left: Some(2) }, true),
-            (AssignmentStage::Open { left: None }, false),
+            (AssignmentStage::Open { left: Some(2), mastered: None }, true),
+            (AssignmentStage::Open { left: None, mastered: Some(MasteredShare { exercises: 6, of: 7 }) }, false),
             (AssignmentStage::Locked { missing: vec!["Feel the layers".to_owned()] }, false),
             (AssignmentStage::Spent, false),
             (AssignmentStage::Done { on: samples::NOW, late: true }, false),
@@ -218,6 +279,7 @@ mod tests {
             due: Some(local(Moment::from(samples::NOW), "Europe/Berlin")),
             limit: Some(5),
             supervised: false,
+            since_only: true,
         };
         let form = AssignForm {
             due: "2026-03-29T02:30".to_owned(),
@@ -229,7 +291,8 @@ mod tests {
         let page = ManagedAssignmentsPage { shell: shell.clone(), rows: vec![managed.clone()], form };
         let html = samples::keep_page("assignments-managed", &page);
         assert!(html.contains("value=\"2026-03-29T02:30\"") && html.contains("The due date: skipped"), "{html}");
-        let page = AssignmentPage { shell, id: AssignmentId::nil(), assignment: managed, rows: rows() };
+        let page =
+            AssignmentPage { shell, id: AssignmentId::nil(), assignment: managed, rows: rows(), gradebook: None };
         let html = samples::keep_page("assignment", &page);
         assert!(
             html.contains("/sessions/00000000-0000-0000-0000-000000000001/supervision") && html.contains("I was there"),

@@ -7,6 +7,7 @@ use model::cohort::CohortSummary;
 use model::progress::{Progress, StepProgress, StepState};
 use time::OffsetDateTime;
 
+use super::assignments::DueLine;
 use super::concern::say_concern;
 use super::trainee::{CourseFacts, score_points};
 use super::{Shell, StatusWord, charts, format};
@@ -26,6 +27,8 @@ pub struct CohortPage {
     pub instructors: Vec<String>,
     /// Trainees by name.
     pub trainees: Vec<TraineeRow>,
+    /// What is assigned to it and to its trainees.
+    pub due_lines: Vec<DueLine>,
     /// How the cohort stands on each exercise, by course.
     pub courses: Vec<CourseShare>,
     /// Now, for "… days ago".

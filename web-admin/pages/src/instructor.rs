@@ -4,6 +4,7 @@ use askama::Template;
 use askama_web::WebTemplate;
 use time::OffsetDateTime;
 
+use super::assignments::DueLine;
 use super::cohort::{CohortCard, TraineeRow};
 use super::trainee::OwnAttemptRow;
 use super::{Shell, StatusWord, format};
@@ -18,6 +19,8 @@ pub struct InstructorPage {
     pub cohorts: Vec<CohortCard>,
     /// Trainees who may need help, each with the cohort's name.
     pub help: Vec<(String, TraineeRow)>,
+    /// What is due soon in those cohorts, and what is late.
+    pub due_lines: Vec<DueLine>,
     /// Latest attempts of those cohorts.
     pub recent: Vec<OwnAttemptRow>,
     /// Now, for "… days ago".
@@ -39,10 +42,26 @@ mod tests {
         let card = CohortCard::new("/cohorts/1".to_owned(), "Spring 2026".to_owned(), [&progress].into_iter());
         let shell = samples::shell(Role::Instructor);
         let recent = samples::attempts();
-        let page = InstructorPage { shell: shell.clone(), cohorts: vec![card], help, recent, now: samples::NOW };
+        let page = InstructorPage {
+            shell: shell.clone(),
+            cohorts: vec![card],
+            help,
+            due_lines: vec![samples::due_line()],
+            recent,
+            now: samples::NOW,
+        };
         let html = samples::keep_page("instructor-home", &page);
-        assert!(html.find("Who needs help") < html.find("Your cohorts"));
-        let empty = InstructorPage { shell, cohorts: vec![], help: vec![], recent: vec![], now: samples::NOW };
+        assert!(
+            html.find("Who needs help") < html.find("Due soon") && html.find("Due soon") < html.find("Your cohorts")
+        );
+        let empty = InstructorPage {
+            shell,
+            cohorts: vec![],
+            help: vec![],
+            due_lines: vec![],
+            recent: vec![],
+            now: samples::NOW,
+        };
         assert!(samples::keep_page("instructor-empty", &empty).contains("You teach no cohort yet"));
     }
 }

@@ -24,6 +24,7 @@ pub mod exercise;
 mod forgotten;
 pub mod form;
 pub mod format;
+pub mod gradebook;
 pub mod instructor;
 pub mod judgement;
 pub mod letters;

@@ -3,6 +3,8 @@
 use assessment::{Deduction, DeductionCause, Direction, Metric};
 use attempt::{AttemptCurve, BoundaryStage, CurveMark, CurvePoint, LayerSpan, MarkKind, StageSpan};
 use documents::{Exercise, ExerciseBundle, HardFail, RubricLine};
+use model::assignment::AssignmentTally;
+use model::due::local;
 use model::ids::{CohortId, PersonId, SessionId};
 use model::membership::{MembershipAct, MembershipEvent, MembershipRequest};
 use model::progress::{Course, CourseStep, Mastery, Progress, ScoredAttempt};
@@ -10,6 +12,7 @@ use model::{Moment, Role, Uncounted};
 use time::macros::datetime;
 use time::{Duration, OffsetDateTime};
 
+use super::assignments::DueLine;
 use super::cohort::{CohortPage, CourseShare, TraineeRow};
 use super::exercise::{Context, ExerciseFacts, ExercisePage};
 use super::judgement::{GradedAttempt, JudgementView};
@@ -427,8 +430,19 @@ pub(super) fn cohort_page() -> CohortPage {
         name: "Spring 2026".to_owned(),
         instructors: vec!["Dr Peter Osei".to_owned()],
         trainees: standing.iter().map(row).collect(),
+        due_lines: vec![due_line()],
         courses: vec![CourseShare::new(&facts(&course), &standing.each_ref().map(|(name, p)| (name.as_str(), p)))],
         now: NOW,
+    }
+}
+
+pub(super) fn due_line() -> DueLine {
+    DueLine {
+        href: "/assignments/1".to_owned(),
+        title: "Stop in the fat".to_owned(),
+        to: "Spring 2026".to_owned(),
+        due: Some(local(Moment::from(NOW), "Europe/Berlin")),
+        tally: AssignmentTally { done: 4, late: 2, of: 6 },
     }
 }
 

@@ -25,7 +25,7 @@ pub struct TraineePage {
     pub name: String,
     /// The trainee is the visitor.
     pub own: bool,
-    /// What is assigned to the visitor and not done, what is due first before.
+    /// What is assigned to the trainee and not done, what is due first before.
     pub due: Vec<super::assignments::AssignmentRow>,
     /// Who asks to have the visitor in a cohort.
     pub requests: Vec<MembershipRequest>,

@@ -69,6 +69,7 @@ async fn make_demo_assignment(
         task,
         cohort_id: Some(cohort.id),
         person_id: None,
+        since_only: false,
         supervised: false,
         attempt_limit: None,
         due: Some((due.local, due.at)),

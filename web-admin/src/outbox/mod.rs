@@ -98,7 +98,7 @@ async fn compose_reminder(state: &AppState, mail: &Mail) -> Result<Option<(Strin
     let tasks = segments::list_trainee_tasks(state.db.reader(), mail.school_id, mail.person_id).await?;
     let still = tasks.iter().find(|task| is_meant(task.id.into()) && task.sent < task.traces);
     let remind = |(task, due_at): (&segments::SegmentTask, _)| {
-        let stage = &AssignmentStage::Open { left: None };
+        let stage = &AssignmentStage::Open { left: None, mastered: None };
         let of = Reminded { title: &task.title, due_at, time_zone: &task.time_zone, stage };
         letters::write_reminder(mail, of, &format!("{address}/segments/{}", task.id))
     };

@@ -18,6 +18,8 @@ pub struct NewAssignment {
     pub person_id: Option<PersonId>,
     /// Under an instructor's eyes.
     pub supervised: bool,
+    /// Only attempts from now on count.
+    pub since_only: bool,
     /// Attempts that count.
     pub attempt_limit: Option<u32>,
     /// When it is due, as it was said and as it is meant.
@@ -42,8 +44,8 @@ pub async fn add_assignment(
     };
     sqlx::query_scalar(
         "INSERT INTO assignments (id, school_id, exercise_id, curriculum_id, cohort_id, person_id, supervised,
-           attempt_limit, due_local, time_zone, due_at, made_by, made_at)
-         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13) RETURNING id",
+           attempt_limit, due_local, time_zone, due_at, made_by, made_at, since_only)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14) RETURNING id",
     )
     .bind(AssignmentId::made_at(now))
     .bind(by.school_id)
@@ -58,6 +60,7 @@ pub async fn add_assignment(
     .bind(new.due.as_ref().map(|(_, at)| *at))
     .bind(by.id)
     .bind(now)
+    .bind(new.since_only)
     .fetch_one(writer)
     .await
 }
@@ -68,7 +71,9 @@ struct AssignedRow {
     exercise_id: Option<String>,
     curriculum_id: Option<String>,
     title: String,
+    person_id: Option<PersonId>,
     made_at: Moment,
+    since_only: bool,
     due_at: Option<Moment>,
     extended_days: i64,
     attempt_limit: Option<u32>,
@@ -86,7 +91,9 @@ impl From<AssignedRow> for Assigned {
             id: row.id,
             task,
             title: row.title,
+            person_id: row.person_id,
             made_at: row.made_at,
+            since_only: row.since_only,
             due_at: row.due_at,
             extended_days: row.extended_days,
             attempt_limit: row.attempt_limit,
@@ -100,8 +107,8 @@ impl From<AssignedRow> for Assigned {
 macro_rules! assigned {
     ($which:literal) => {
         concat!(
-            "SELECT a.id, a.exercise_id, a.curriculum_id, coalesce(r.title, c.title, '') AS title, a.made_at,
-               coalesce(x.due_at, a.due_at) AS due_at, coalesce(x.days, 0) AS extended_days, a.attempt_limit,
+            "SELECT a.id, a.exercise_id, a.curriculum_id, coalesce(r.title, c.title, '') AS title, a.person_id, a.made_at,
+               a.since_only, coalesce(x.due_at, a.due_at) AS due_at, coalesce(x.days, 0) AS extended_days, a.attempt_limit,
                a.supervised, a.time_zone
              FROM assignments a
              LEFT JOIN assignment_extensions x ON x.assignment_id = a.id AND x.person_id = $2
@@ -128,6 +135,52 @@ pub async fn find_assignment(
         .fetch_optional(executor)
         .await?;
     Ok(row.map(Assigned::from))
+}
+
+/// What is assigned to a cohort, and to single trainees of it, each as it concerns whoever has no longer than everybody.
+pub async fn list_cohort_assignments(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    cohort: CohortId,
+) -> Result<Vec<Assigned>> {
+    let rows: Vec<AssignedRow> = sqlx::query_as(assigned!(
+        "IN (SELECT id FROM assignments WHERE cohort_id = $3
+             UNION SELECT b.id FROM cohort_members m JOIN assignments b ON b.person_id = m.person_id
+                   WHERE m.cohort_id = $3 AND m.role = 'trainee')
+         ORDER BY a.made_at, a.id"
+    ))
+    .bind(school)
+    .bind(None::<PersonId>)
+    .bind(cohort)
+    .fetch_all(executor)
+    .await?;
+    Ok(rows.into_iter().map(Assigned::from).collect())
+}
+
+/// The same task for the same cohort or trainee, where it was not taken back and is not over.
+pub async fn find_same_assignment(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    new: &NewAssignment,
+    now: Moment,
+) -> Result<Option<AssignmentId>> {
+    let (exercise, course) = match &new.task {
+        AssignmentTask::Exercise(id) => (Some(id), None),
+        AssignmentTask::Course(id) => (None, Some(id)),
+    };
+    sqlx::query_scalar(
+        "SELECT id FROM assignments WHERE school_id = $1 AND exercise_id IS $2 AND curriculum_id IS $3
+           AND cohort_id IS $4 AND person_id IS $5 AND withdrawn_at IS NULL AND coalesce(due_at, $6) >= $6
+         ORDER BY made_at DESC LIMIT 1",
+    )
+    .bind(school)
+    .bind(exercise)
+    .bind(course)
+    .bind(new.cohort_id)
+    .bind(new.person_id)
+    .bind(now)
+    .fetch_optional(executor)
+    .await
 }
 
 /// What is assigned to a trainee, by themselves or in their cohorts, with their extensions.
@@ -172,6 +225,8 @@ pub struct ManagedAssignment {
     pub attempt_limit: Option<u32>,
     /// Under an instructor's eyes.
     pub supervised: bool,
+    /// Only attempts since it was made count.
+    pub since_only: bool,
 }
 
 /// Assignments of the cohorts that somebody teaches and of those cohorts' trainees; all of the school's for an
@@ -185,7 +240,7 @@ pub async fn list_managed_assignments(
     sqlx::query_as(
         "SELECT a.id, coalesce(r.title, c.title, '') AS title, a.cohort_id, a.person_id,
            coalesce(k.name, p.display_name, '') AS \"to\", a.due_local, a.due_at, a.time_zone, a.attempt_limit,
-           a.supervised
+           a.supervised, a.since_only
          FROM assignments a
          LEFT JOIN cohorts k ON k.id = a.cohort_id
          LEFT JOIN people p ON p.id = a.person_id

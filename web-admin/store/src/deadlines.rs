@@ -1,7 +1,7 @@
 //! What has a due date: who has longer, and who is to be reminded. An assignment and a task to mark pops are put off alike.
 
 use model::Moment;
-use model::ids::{DatedId, PersonId, SchoolId};
+use model::ids::{AssignmentId, CohortId, DatedId, PersonId, SchoolId};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
@@ -136,6 +136,33 @@ pub async fn list_due_reminders(
         DeadlineKind::Segments => to_remind!("segment_tasks", "segment_extensions", "task_id", ""),
     };
     sqlx::query_as(due).bind(from).bind(to).fetch_all(executor).await
+}
+
+/// An extension of one assignment among those of a cohort.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
+pub struct CohortExtension {
+    /// Of what.
+    pub assignment_id: AssignmentId,
+    /// Who, how long, until when.
+    #[sqlx(flatten)]
+    pub extension: Extension,
+}
+
+/// Everybody in a cohort who has longer for anything assigned.
+pub async fn list_cohort_extensions(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    cohort: CohortId,
+) -> Result<Vec<CohortExtension>> {
+    sqlx::query_as(
+        "SELECT x.assignment_id, x.person_id, x.days, x.due_at FROM cohort_members m
+         CROSS JOIN assignment_extensions x ON x.school_id = m.school_id AND x.person_id = m.person_id
+         WHERE m.school_id = $1 AND m.cohort_id = $2 AND m.role = 'trainee'",
+    )
+    .bind(school)
+    .bind(cohort)
+    .fetch_all(executor)
+    .await
 }
 
 /// Everybody who has longer for an assignment or a task.

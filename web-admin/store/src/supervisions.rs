@@ -1,6 +1,6 @@
 //! Attempts at which somebody who teaches was there, as they have confirmed.
 
-use model::ids::{AssignmentId, PersonId, SchoolId, SessionId};
+use model::ids::{AssignmentId, CohortId, PersonId, SchoolId, SessionId};
 use model::{Moment, SessionKey};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
@@ -74,6 +74,23 @@ pub async fn list_trainee_supervisions(
         .bind(trainee)
         .fetch_all(executor)
         .await
+}
+
+/// The attempts of a cohort's trainees at which somebody was there.
+pub async fn list_cohort_supervisions(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    cohort: CohortId,
+) -> Result<Vec<SessionId>> {
+    sqlx::query_scalar(
+        "SELECT v.session_id FROM (
+           SELECT person_id FROM cohort_members WHERE school_id = $1 AND cohort_id = $2 AND role = 'trainee') trained
+         CROSS JOIN supervisions v ON v.school_id = $1 AND v.trainee_id = trained.person_id",
+    )
+    .bind(school)
+    .bind(cohort)
+    .fetch_all(executor)
+    .await
 }
 
 /// The attempts of those to whom something was assigned, at which somebody was there.

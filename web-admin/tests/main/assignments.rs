@@ -158,10 +158,96 @@ async fn a_pass_does_it_and_a_limit_ends_it() {
 async fn a_locked_exercise_is_assigned_and_waits_for_its_prerequisite() {
     let mut world = World::new().await;
     let fields = [("task", "exercise:stop-in-the-fat"), ("email", "ada@example.org")];
-    assert_eq!(world.post("/assignments", &fields).await.status, 303);
+    let warned = world.post("/assignments", &fields).await;
+    assert_eq!(warned.status, 422);
+    let words = "locked for 1 trainee of 1, who must first master: Feel the layers";
+    assert!(warned.text().contains(words) && warned.text().contains("Assign it all the same"), "{}", warned.text());
+    assert!(world.adas_page().await.contains("Nothing is assigned"));
+    let knowingly = [fields[0], fields[1], ("despite_locks", "yes")];
+    assert_eq!(world.post("/assignments", &knowingly).await.status, 303);
     assert!(world.adas_page().await.contains("Locked"));
     let due = world.app.with_token(&world.ada.token).get("/api/v1/me/assignments").await.json();
     assert!(due["assignments"].as_array().unwrap().iter().all(|a| a["exercise_id"] != "stop-in-the-fat"), "{due}");
+}
+
+#[tokio::test]
+async fn the_same_is_not_assigned_twice_until_it_is_over() {
+    let mut world = World::new().await;
+    let first = world.assign("2026-03-03T12:00", "").await;
+    let cohort = world.cohort.to_string();
+    let fields = [("task", "exercise:feel-the-layers"), ("cohort", cohort.as_str())];
+    let again = world.post("/assignments", &fields).await;
+    assert!(again.status == 422 && again.text().contains("assigned to them already"), "{}", again.text());
+    world.pass_days(4).await;
+    assert_ne!(world.post("/assignments", &fields).await.header("location"), first, "the next term's");
+}
+
+#[tokio::test]
+async fn what_was_passed_before_counts_unless_everybody_is_to_do_it_again() {
+    let mut world = World::new().await;
+    let began = datetime!(2026-03-01 9:00 UTC);
+    let passed = Attempt { session_id: SessionId::random(), started_at: began, ..Attempt::default() };
+    world.pass_days(1).await;
+    assert_eq!(world.app.with_token(&world.ada.token).upload(&record(&passed)).await.status, 201);
+    worker::work_off_jobs(&world.app.state).await.unwrap();
+    let id = passed.session_id.to_string();
+    let grade = [("score", "90"), ("result", "passed"), ("reason", "seen")];
+    assert_eq!(world.post(&format!("/sessions/{id}/override"), &grade).await.status, 303);
+    let page = world.assign("2026-03-05T12:00", "").await;
+    world.pass_days(9).await;
+    assert!(world.adas_page().await.contains("Done before"), "{}", world.adas_page().await);
+    let home = world.teacher.get("/").await.text();
+    assert!(!home.contains("Due soon, and late"), "nobody is late who has passed: {home}");
+    world.post(&format!("{page}/withdraw"), &[]).await;
+    let cohort = world.cohort.to_string();
+    let again = [
+        ("task", "exercise:feel-the-layers"),
+        ("cohort", cohort.as_str()),
+        ("due", "2026-03-14T12:00"),
+        ("since_only", "yes"),
+    ];
+    let page = world.post("/assignments", &again).await.header("location").to_owned();
+    let own = world.adas_page().await;
+    assert!(own.contains("To do") && own.contains("only attempts since it was assigned count"), "{own}");
+    let home = world.teacher.get("/").await.text();
+    assert!(home.contains("Due soon, and late") && home.contains("0 of 1") && home.contains(&page), "{home}");
+    world.pass_days(9).await;
+    let overview = world.teacher.get(&format!("/cohorts/{cohort}")).await.text();
+    assert!(overview.contains(&page) && overview.contains("/gradebook"), "{overview}");
+    let trainee = world.teacher.get(&format!("/trainees/{}", world.ada.person.id)).await.text();
+    assert!(trainee.contains("Assigned and not done") && trainee.contains("Late"), "{trainee}");
+}
+
+#[tokio::test]
+async fn the_gradebook_and_its_file_say_the_same() {
+    let mut world = World::new().await;
+    world.assign("2026-03-05T12:00", "").await;
+    world.pass_days(4).await;
+    let attempt = Attempt { session_id: SessionId::random(), ..Attempt::default() };
+    assert_eq!(world.app.with_token(&world.ada.token).upload(&record(&attempt)).await.status, 201);
+    worker::work_off_jobs(&world.app.state).await.unwrap();
+    let id = attempt.session_id.to_string();
+    let grade = [("score", "71.2"), ("result", "passed"), ("reason", "seen")];
+    assert_eq!(world.post(&format!("/sessions/{id}/override"), &grade).await.status, 303);
+    let path = format!("/cohorts/{}/gradebook", world.cohort);
+    let page = world.teacher.get(&path).await.text();
+    assert!(
+        page.contains("<strong>71</strong>") && page.contains("1 attempt") && page.contains("1 of 1 done"),
+        "{page}"
+    );
+    let csv = world.teacher.get(&format!("{path}.csv")).await.text();
+    let mut lines = csv.lines();
+    assert_eq!(
+        lines.next(),
+        Some(
+            "Registrar’s number,Name,Feel the layers: state,Feel the layers: best score,Feel the layers: attempts,\
+             Feel the layers: done on"
+        )
+    );
+    let row = lines.next().expect("a trainee");
+    assert!(row.contains(",Done,71,1,4 Mar 2026") && lines.next().is_none(), "{row}");
+    let marked = world.teacher.get(&format!("{path}.csv?bom=1")).await.text();
+    assert_eq!(marked.strip_prefix('\u{feff}'), Some(csv.as_str()));
 }
 
 #[tokio::test]

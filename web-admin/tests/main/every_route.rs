@@ -291,6 +291,7 @@ async fn objects(
     let by = admin.person.clone().into_current().unwrap();
     let roster = roster_import::keep(&app.state, &by, "roster.csv", file, &RosterRequest::default()).await.unwrap();
     let new = NewAssignment {
+        since_only: false,
         task: AssignmentTask::Exercise("feel-the-layers".to_owned()),
         cohort_id: Some(known[0].id),
         person_id: None,

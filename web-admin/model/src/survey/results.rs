@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use super::groups::ResponseGroups;
 use super::scales;
-pub use super::scales::{Alpha, AlphaRemark, RaterAgreement, ScaleItem};
+pub use super::scales::{Alpha, AlphaRemark, FEWEST_FOR_ALPHA, RaterAgreement, ScaleItem};
 use crate::ids::ResponseId;
 
 /// A response, as it is analysed.
@@ -235,11 +235,12 @@ impl Results {
 #[must_use]
 pub fn answers_of(instrument: &Instrument, item: &Item) -> Vec<(String, String)> {
     match instrument.scale(item) {
-        Some(ScaleKind::Likert { points, labels, .. }) => (1..=*points)
+        Some(ScaleKind::Likert { points, labels, first, last, .. }) => (1..=*points)
             .zip(labels.iter().map(Some).chain(std::iter::repeat(None)))
             .map(|(point, label)| {
-                let label = label.map_or_else(|| point.to_string(), |l| format!("{point} {}", l.in_language("en")));
-                (point.to_string(), label)
+                let end = || first.as_ref().filter(|_| point == 1).or(last.as_ref().filter(|_| point == *points));
+                let words = label.or_else(end).map(|words| words.in_language("en"));
+                (point.to_string(), words.map_or_else(|| point.to_string(), |words| format!("{point} {words}")))
             })
             .collect(),
         Some(ScaleKind::Pair) => {

@@ -67,15 +67,14 @@ pub fn say_alpha(figure: &SurveyFigure<Alpha>) -> String {
     })
 }
 
-/// What to know before relying on an α; empty where there is nothing.
+/// What a negative α means; empty for any other.
 #[must_use]
 pub fn say_alpha_remark(figure: &SurveyFigure<Alpha>) -> &'static str {
     match figure.value().and_then(|alpha| alpha.remark) {
         Some(AlphaRemark::Negative) => {
             tr!("Negative: some items work against the others. Look for one that should be scored the other way round.")
         }
-        Some(AlphaRemark::FewResponses) => tr!("Fewer than 30 complete responses: read the interval, not the figure."),
-        None => "",
+        Some(AlphaRemark::FewResponses) | None => "",
     }
 }
 

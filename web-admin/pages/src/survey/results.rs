@@ -6,7 +6,7 @@ use askama::Template;
 use askama_web::WebTemplate;
 use model::survey::Identity;
 use model::survey::results::{
-    ConfidenceInterval, ItemGroup, ItemResult, Results, ScoreGroup, ScoreResult, SurveyFigure,
+    ConfidenceInterval, FEWEST_FOR_ALPHA, ItemGroup, ItemResult, Results, ScoreGroup, ScoreResult, SurveyFigure,
 };
 
 use super::figures;
@@ -178,6 +178,14 @@ impl ResultsPage {
         let key = format!("score-{}", score.id);
         let (least, greatest) = score.range;
         draw_score_boxes(&score.groups, Extent::new(least, greatest), &key, &score.title)
+    }
+
+    /// Whether an α rests on so few responses that its interval says more than itself.
+    #[must_use]
+    pub fn has_alpha_of_few(&self) -> bool {
+        let mut alphas =
+            self.results.scores.iter().flat_map(|score| &score.alpha).filter_map(|(_, alpha)| alpha.value());
+        alphas.any(|alpha| alpha.n < FEWEST_FOR_ALPHA)
     }
 
     /// The scores of another split as boxes.

@@ -72,7 +72,7 @@ struct AssignedView {
 impl AssignedView {
     fn new(standing: &assignment::AssignmentStanding) -> Self {
         let assigned = &standing.assigned;
-        let left = if let AssignmentStage::Open { left } = standing.stage { left } else { None };
+        let left = if let AssignmentStage::Open { left, .. } = standing.stage { left } else { None };
         Self {
             assignment_id: assigned.id,
             due_at: assigned.due_at.map(|at| local(at, &assigned.time_zone).machine),

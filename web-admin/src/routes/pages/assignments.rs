@@ -1,5 +1,6 @@
 //! `/assignments`: what a trainee is to do; what was assigned, and who has done it.
 
+use acts::assignments::LockedTrainees;
 use acts::error::Error;
 use acts::{assignments as teaching, deadlines};
 use axum::extract::State;
@@ -61,6 +62,9 @@ async fn managed_page(
         due: typed.due,
         limit: typed.limit,
         supervised: typed.supervised,
+        since_only: typed.since_only,
+        locked: typed.despite_locks,
+        despite_locks: typed.despite_locks,
         time_zone: schools::find_time_zone(state.db.reader(), person.school_id).await?,
     };
     let rows = rows.into_iter().map(make_managed_row).collect();
@@ -87,6 +91,7 @@ fn make_managed_row(listed: ManagedAssignment) -> ManagedRow {
         due: listed.due_at.map(|at| local(at, &listed.time_zone)),
         limit: listed.attempt_limit,
         supervised: listed.supervised,
+        since_only: listed.since_only,
     }
 }
 
@@ -101,6 +106,10 @@ pub(super) struct TypedAssignment {
     limit: String,
     #[serde(deserialize_with = "read_ticked_box")]
     supervised: bool,
+    #[serde(deserialize_with = "read_ticked_box")]
+    since_only: bool,
+    #[serde(deserialize_with = "read_ticked_box")]
+    despite_locks: bool,
 }
 
 pub(super) async fn make_assignment(
@@ -109,16 +118,37 @@ pub(super) async fn make_assignment(
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<TypedAssignment>,
 ) -> Result<FormAnswer<ManagedAssignmentsPage>, PageError> {
-    match split_refusal(read_assignment(&state, &person, &typed).await)? {
-        Ok(new) => {
-            let id = teaching::make(&state, &person, &new).await?;
-            Ok(FormAnswer::lead_to(&format!("/assignments/{id}")))
-        }
+    let read = split_refusal(read_assignment(&state, &person, &typed).await)?;
+    let locks = match &read {
+        Ok(new) if !typed.despite_locks => teaching::find_locked_trainees(&state, person.school_id, new).await?,
+        _ => None,
+    };
+    let (made, locked) = match (read, locks) {
+        (Ok(_), Some(locks)) => (Err(say_locks(&locks)), true),
+        (Ok(new), None) => (split_refusal(teaching::make(&state, &person, &new).await)?, false),
+        (Err(why), _) => (Err(why), false),
+    };
+    match made {
+        Ok(id) => Ok(FormAnswer::lead_to(&format!("/assignments/{id}"))),
         Err(why) => {
             let shell = Shell::new(&person, csrf.token(), NavPlace::Assignments);
-            Ok(FormAnswer::Refused(managed_page(&state, shell, &person, FilledForm::refused(typed, why)).await?))
+            let mut page = managed_page(&state, shell, &person, FilledForm::refused(typed, why)).await?;
+            page.form.typed.locked |= locked;
+            Ok(FormAnswer::Refused(page))
         }
     }
+}
+
+/// For whom it is locked, and until when.
+fn say_locks(locks: &LockedTrainees) -> String {
+    let missing = locks.missing.iter().map(String::as_str).collect::<Vec<_>>().join(", ");
+    trn!(
+        "it is locked for {n} trainee of {of}, who must first master: {missing}; tick “Assign it all the same”, or assign that first",
+        "it is locked for {n} trainees of {of}, who must first master: {missing}; tick “Assign it all the same”, or assign that first",
+        locks.locked,
+        of = locks.of,
+        missing = missing
+    )
 }
 
 /// What was typed, as an assignment. A cohort, trainee, exercise or course that the visitor may not see is none: 404.
@@ -144,7 +174,16 @@ async fn read_assignment(
         ("", _) | (_, AssignmentTask::Course(_)) => None,
         (said, AssignmentTask::Exercise(_)) => Some(read_attempt_limit(said)?),
     };
-    Ok(NewAssignment { task, cohort_id, person_id, supervised: typed.supervised, attempt_limit, due, time_zone })
+    Ok(NewAssignment {
+        task,
+        cohort_id,
+        person_id,
+        supervised: typed.supervised,
+        since_only: typed.since_only,
+        attempt_limit,
+        due,
+        time_zone,
+    })
 }
 
 fn read_attempt_limit(said: &str) -> Result<u32, Error> {
@@ -226,7 +265,8 @@ pub(super) async fn show_assignment(
     };
     let rows = trainees.into_iter().zip(standings).map(row_of).collect();
     let shell = Shell::new(&person, csrf.token(), NavPlace::Assignments);
-    Ok(AssignmentPage { shell, id, assignment: make_managed_row(listed), rows })
+    let gradebook = listed.cohort_id.map(|cohort| format!("/cohorts/{cohort}/gradebook"));
+    Ok(AssignmentPage { shell, id, assignment: make_managed_row(listed), rows, gradebook })
 }
 
 async fn trainees_of_assignment(

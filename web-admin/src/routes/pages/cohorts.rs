@@ -11,7 +11,7 @@ use store::reports;
 use store::reports::NamedItem;
 
 use super::standing::TaughtCourse;
-use super::{PathId, encode_in_query, standing};
+use super::{PathId, encode_in_query, gradebook, standing};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, Teacher, Visitor};
@@ -69,12 +69,16 @@ pub(super) async fn show_cohort(
     let (reader, school) = (state.db.reader(), person.school_id);
     let cohort = reports::cohort(reader, &person, id).await?.ok_or(Error::NotFound)?;
     let courses = standing::taught_courses(&state, school).await?;
-    let standing = standing::standing_of_cohort(&state, school, id, &courses).await?;
+    let practised = standing::practice_of_cohort(&state, school, cohort).await?;
+    let standing = practised.standing(&courses, &state);
+    let assigned = practised.assignments(&courses, &state, school).await?;
+    let cohort = practised.cohort;
     let instructors = reports::members(reader, school, id, Role::Instructor).await?;
     let share = |(i, taught): (usize, &TaughtCourse)| CourseShare::new(&taught.facts(None), &standing.in_course(i));
     Ok(CohortPage {
         shell: Shell::new(&person, csrf.token(), NavPlace::Cohorts),
         href: cohort_href(&cohort),
+        due_lines: gradebook::list_assignments_of_cohort(&assigned, &cohort.name),
         name: cohort.name,
         instructors: instructors.into_iter().map(|i| i.name).collect(),
         courses: courses.iter().enumerate().map(share).collect(),

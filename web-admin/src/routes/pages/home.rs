@@ -11,7 +11,7 @@ use store::reports;
 use store::reports::NamedItem;
 
 use super::trainees::TraineePageQuery;
-use super::{admin, cohorts, rows, standing, trainees};
+use super::{admin, cohorts, gradebook, rows, standing, trainees};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, Visitor};
@@ -37,13 +37,16 @@ async fn make_instructor_home(state: &AppState, shell: Shell, person: &CurrentPe
     let reader = state.db.reader();
     let courses = standing::taught_courses(state, person.school_id).await?;
     let mut cards = Vec::new();
-    let mut help = Vec::new();
+    let (mut help, mut due) = (Vec::new(), Vec::new());
     for cohort in reports::cohorts(reader, person).await? {
-        let standing = standing::standing_of_cohort(state, person.school_id, cohort.id, &courses).await?;
-        cards.push(CohortCard::new(cohorts::cohort_href(&cohort), cohort.name.clone(), standing.main()));
+        let practised = standing::practice_of_cohort(state, person.school_id, cohort).await?;
+        let (cohort, standing) = (&practised.cohort, practised.standing(&courses, state));
+        let assigned = practised.assignments(&courses, state, person.school_id).await?;
+        due.extend(gradebook::list_pressing_assignments(&assigned, &cohort.name, state.clock.now()));
+        cards.push(CohortCard::new(cohorts::cohort_href(cohort), cohort.name.clone(), standing.main()));
         let rows = standing.rows(&courses, |progress| !progress.concerns.is_empty());
         help.extend(rows.into_iter().map(|row| (cohort.name.clone(), row)));
     }
     let recent = rows::mixed_rows(reports::latest_taught(reader, person).await?);
-    Ok(InstructorPage { shell, cohorts: cards, help, recent, now: state.clock.now().to_utc() })
+    Ok(InstructorPage { shell, cohorts: cards, help, due_lines: due, recent, now: state.clock.now().to_utc() })
 }

@@ -24,6 +24,7 @@ pub(crate) mod consents;
 mod drafts;
 mod erasing;
 mod exercise;
+mod gradebook;
 mod home;
 mod links;
 mod origins;
@@ -65,6 +66,8 @@ pub fn page_routes() -> Routes {
         .route("/exercises/{id}/revisions", get(revisions::compare_exercise_revisions))
         .route("/cohorts", get(cohorts::list_cohorts).post(cohort_people::make_cohort))
         .route("/cohorts/{id}", get(cohorts::show_cohort))
+        .route("/cohorts/{id}/gradebook", get(gradebook::show_gradebook))
+        .route("/cohorts/{id}/gradebook.csv", get(gradebook::download_gradebook))
         .route("/cohorts/{id}/people", get(cohort_people::show_cohort_people).post(cohort_people::add_to_cohort))
         .route("/cohorts/{id}/people/{person}/answer", post(cohort_people::answer_request))
         .route("/cohorts/{id}/people/{person}/remove", post(cohort_people::remove_from_cohort))

@@ -1,12 +1,14 @@
 //! Where trainees stand in the courses of their school.
 
+use acts::assignments::{self as teaching, CohortPractice, CohortStandings};
 use acts::error::Error;
 use model::ids::{CohortId, PersonId, SchoolId};
 use model::progress::{Course, Progress, ScoredAttempt};
-use model::{Needed, Role};
+use model::{Needed, Role, assignment};
 use pages::cohort::TraineeRow;
 use pages::trainee::CourseFacts;
 use store::curricula::TaughtCurriculum;
+use store::practice::ByTrainee;
 use store::reports::{ExerciseInShort, NamedItem};
 use store::{curricula, practice, proofs, reports, schools};
 
@@ -110,19 +112,47 @@ impl CohortStanding {
     }
 }
 
-/// Where a cohort's trainees stand.
-pub(super) async fn standing_of_cohort(
+/// A cohort and everything that its trainees have practised.
+pub(super) struct PractisedCohort {
+    /// The cohort.
+    pub cohort: NamedItem<CohortId>,
+    trainees: Vec<NamedItem<PersonId>>,
+    practised: ByTrainee,
+}
+
+/// What a cohort's trainees have practised.
+pub(super) async fn practice_of_cohort(
     state: &AppState,
     school: SchoolId,
-    cohort: CohortId,
-    courses: &[TaughtCourse],
-) -> Result<CohortStanding, Error> {
+    cohort: NamedItem<CohortId>,
+) -> Result<PractisedCohort, Error> {
     let reader = state.db.reader();
-    let trainees = reports::members(reader, school, cohort, Role::Trainee).await?;
-    let mut practised = practice::list_cohort_practice(reader, school, cohort).await?;
-    let standing = |trainee: NamedItem<PersonId>| {
-        let own = practised.remove(&trainee.id).unwrap_or_default();
-        (trainee, progress_in_courses(courses, &own, state))
-    };
-    Ok(CohortStanding(trainees.into_iter().map(standing).collect()))
+    let trainees = reports::members(reader, school, cohort.id, Role::Trainee).await?;
+    let practised = practice::list_cohort_practice(reader, school, cohort.id).await?;
+    Ok(PractisedCohort { cohort, trainees, practised })
+}
+
+impl PractisedCohort {
+    /// Where its trainees stand in the courses.
+    pub fn standing(&self, courses: &[TaughtCourse], state: &AppState) -> CohortStanding {
+        let standing = |trainee: &NamedItem<PersonId>| {
+            let own = self.practised.get(&trainee.id).map_or(&[][..], Vec::as_slice);
+            (trainee.clone(), progress_in_courses(courses, own, state))
+        };
+        CohortStanding(self.trainees.iter().map(standing).collect())
+    }
+
+    /// How far they have come with what is assigned to them.
+    pub async fn assignments(
+        &self,
+        courses: &[TaughtCourse],
+        state: &AppState,
+        school: SchoolId,
+    ) -> Result<CohortStandings, Error> {
+        let judged =
+            |taught: &TaughtCourse| assignment::TaughtCourse { id: taught.id.clone(), course: taught.course.clone() };
+        let taught: Vec<assignment::TaughtCourse> = courses.iter().map(judged).collect();
+        let of = CohortPractice { trainees: &self.trainees, practised: &self.practised, taught: &taught };
+        teaching::cohort_standings(state, school, self.cohort.id, of).await
+    }
 }

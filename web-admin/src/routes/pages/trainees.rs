@@ -82,7 +82,7 @@ pub(super) async fn make_trainee_page(
     let latest = reports::attempts_of(reader, school, trainee.id, RECENT).await?;
     let requests =
         if own { cohorts::list_membership_requests(reader, school, None, Some(visitor.id)).await? } else { Vec::new() };
-    let due = if own { teaching::standings(state, school, visitor.id).await? } else { Vec::new() };
+    let due = teaching::standings(state, school, trainee.id).await?;
     Ok(TraineePage {
         shell,
         due: due.into_iter().filter(AssignmentStanding::is_open).take(SHOWN_DUE).map(AssignmentRow::own).collect(),

@@ -100,6 +100,24 @@ pub async fn members(
     .await
 }
 
+/// What the registrar knows a cohort's trainees by, where that is known.
+pub async fn registrar_ids(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    cohort: CohortId,
+) -> Result<BTreeMap<PersonId, String>> {
+    let rows: Vec<(PersonId, String)> = sqlx::query_as(
+        "SELECT p.id, p.registrar_id FROM cohort_members m
+         JOIN people p ON p.school_id = m.school_id AND p.id = m.person_id
+         WHERE m.school_id = $1 AND m.cohort_id = $2 AND m.role = 'trainee' AND p.registrar_id IS NOT NULL",
+    )
+    .bind(school)
+    .bind(cohort)
+    .fetch_all(executor)
+    .await?;
+    Ok(rows.into_iter().collect())
+}
+
 /// The pseudonyms of a cohort's trainees: what tells namesakes apart in a file, and finds their recordings.
 pub async fn pseudonyms(
     executor: impl SqliteExecutor<'_>,

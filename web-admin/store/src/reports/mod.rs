@@ -8,5 +8,5 @@ pub use attempts::{
     AttemptRecord, ListStretch, ListedAttempt, attempts_at, attempts_of, count_attempts, latest_at, latest_taught,
     records_after,
 };
-pub use groups::{NamedItem, cohort, cohorts, cohorts_in_short, members, pseudonyms, trainee};
+pub use groups::{NamedItem, cohort, cohorts, cohorts_in_short, members, pseudonyms, registrar_ids, trainee};
 pub use school::{ExerciseInShort, FailingJob, SchoolCounts, counts, exercises, failing_jobs};

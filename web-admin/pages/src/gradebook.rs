@@ -1,0 +1,94 @@
+//! A cohort against what is assigned to it: state, best score and attempts of everybody.
+
+use askama::Template;
+use askama_web::WebTemplate;
+use model::assignment::{AssignmentStage, AssignmentTally};
+use model::due::Local;
+
+use super::assignments::{AssignmentRow, DueLine};
+use super::{Shell, StatusWord, format};
+
+/// The gradebook of a cohort.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "gradebook.html")]
+pub struct GradebookPage {
+    /// Frame.
+    pub shell: Shell,
+    /// The cohort's page.
+    pub href: String,
+    /// The cohort's name.
+    pub name: String,
+    /// What is assigned to the cohort, the earliest first.
+    pub columns: Vec<GradebookColumn>,
+    /// Trainees by name.
+    pub rows: Vec<GradebookRow>,
+    /// What is assigned to single trainees.
+    pub alone: Vec<DueLine>,
+}
+
+/// An assignment at the head of a column.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GradebookColumn {
+    /// Its page.
+    pub href: String,
+    /// What.
+    pub title: String,
+    /// Until when.
+    pub due: Option<Local>,
+    /// Who has done it, and who is late.
+    pub tally: AssignmentTally,
+}
+
+/// A trainee.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GradebookRow {
+    /// Their page.
+    pub href: String,
+    /// Their name.
+    pub name: String,
+    /// What the registrar knows them by.
+    pub registrar_id: Option<String>,
+    /// How they stand, in the order of the columns.
+    pub cells: Vec<AssignmentRow>,
+}
+
+#[cfg(test)]
+mod tests {
+    //! Fails when a trainee's name becomes markup, or a column does not say how many are late.
+
+    use model::Role;
+
+    use super::*;
+    use crate::assignments::tests::rows;
+    use crate::samples;
+
+    #[test]
+    fn everybody_stands_beside_everything_assigned() {
+        let columns = rows().into_iter().map(|row| GradebookColumn {
+            href: "/assignments/1".to_owned(),
+            title: row.title,
+            due: row.due,
+            tally: AssignmentTally { done: 3, late: 2, of: 9 },
+        });
+        let row = GradebookRow {
+            href: "/trainees/1".to_owned(),
+            name: "Ada <Okafor>".to_owned(),
+            registrar_id: Some("4711".to_owned()),
+            cells: rows(),
+        };
+        let page = GradebookPage {
+            shell: samples::shell(Role::Instructor),
+            href: "/cohorts/1".to_owned(),
+            name: "Spring".to_owned(),
+            columns: columns.collect(),
+            rows: vec![row],
+            alone: vec![samples::due_line()],
+        };
+        let html = samples::keep_page("gradebook", &page);
+        for wanted in ["Ada &#60;Okafor&#62;", "4711", "2 late", "3 of 9", "Done late", "71", "gradebook.csv?bom=1"] {
+            assert!(html.contains(wanted), "{wanted} is missing in {html}");
+        }
+        let words: Vec<&str> = rows().iter().map(AssignmentRow::say_state).collect();
+        assert_eq!(words, ["Late", "To do", "Locked", "No attempts left", "Done late"]);
+    }
+}
