@@ -3,6 +3,7 @@
 
 use assessment::questionnaire::Refused;
 use documents::Instrument;
+use documents::instrument::ScaleKind;
 use model::CurrentPerson;
 use model::ids::{RatingId, RoundId};
 use model::survey::given::GivenAnswers;
@@ -80,6 +81,20 @@ impl Rated {
     pub fn read(&mut self, given: &GivenAnswers) -> Vec<(usize, Refused)> {
         let all: Vec<usize> = (0..self.instrument.items.len()).collect();
         read_answers_to_items(&self.instrument, &all, given, &mut self.rating.answers)
+    }
+
+    /// Places of the items that have no answer and were not left out on purpose: a rating is not finished by oversight. A text may
+    /// stay empty.
+    #[must_use]
+    pub fn unanswered(&self, given: &GivenAnswers) -> Vec<usize> {
+        let items = self.instrument.items.iter().enumerate();
+        items
+            .filter(|(at, item)| {
+                let is_text = matches!(self.instrument.scale(item), Some(ScaleKind::Text { .. }) | None);
+                self.rating.answers.0[*at].is_none() && !is_text && !given.is_left_out(item)
+            })
+            .map(|(at, _)| at)
+            .collect()
     }
 
     /// Stores the answers so far.

@@ -140,7 +140,7 @@ pub struct AssignmentStanding {
     pub overdue: bool,
     /// Attempts at it that count, those after it was done among them.
     pub attempts: usize,
-    /// The best score among them, 0–100.
+    /// The best score among them, 0–100; none of a course.
     pub best: Option<f64>,
     /// Attempts that do not count because nobody has confirmed that they were there.
     pub unconfirmed: Vec<SessionId>,
@@ -168,7 +168,11 @@ impl AssignmentStanding {
             AssignmentTask::Course(course) => course_stage(&assigned, course, taught, &counting, now),
         };
         let at_it = || counting.iter().filter(|attempt| assigned.task.asks_for(&attempt.exercise, taught));
-        let (attempts, best) = (at_it().count(), at_it().map(|attempt| attempt.score).reduce(f64::max));
+        let attempts = at_it().count();
+        let best = match &assigned.task {
+            AssignmentTask::Exercise(_) => at_it().map(|attempt| attempt.score).reduce(f64::max),
+            AssignmentTask::Course(_) => None,
+        };
         let done = matches!(stage, AssignmentStage::Done { .. });
         let overdue = !done && assigned.due_at.is_some_and(|due| due < now);
         let unconfirmed = if done { Vec::new() } else { tried.unconfirmed(&assigned, taught) };

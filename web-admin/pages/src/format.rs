@@ -8,6 +8,8 @@ use assessment::statistics::Estimate;
 use time::{Date, Duration, OffsetDateTime};
 use words::decimal;
 
+use crate::school_time::to_school_time;
+
 /// A number with the decimals a reader can use, and a true minus sign.
 #[must_use]
 pub fn format_number(value: impl Borrow<f64>) -> String {
@@ -69,14 +71,14 @@ pub fn line_points(points: impl Borrow<f64>) -> String {
 /// 2 March 2026.
 #[must_use]
 pub fn format_date(at: impl Borrow<OffsetDateTime>) -> String {
-    let day = at.borrow().date();
+    let day = to_school_time(*at.borrow()).date();
     words::dates::date(day.year(), u8::from(day.month()), day.day())
 }
 
-/// 2 Mar 2026, 09:05. Times are UTC, as the foot of each page says.
+/// 2 Mar 2026, 09:05, on the school's clock, as the foot of each page says.
 #[must_use]
 pub fn format_date_time(at: impl Borrow<OffsetDateTime>) -> String {
-    let at = at.borrow();
+    let at = to_school_time(*at.borrow());
     tr!("{date}, {time}", date = format_date(at), time = format!("{:02}:{:02}", at.hour(), at.minute()))
 }
 

@@ -47,6 +47,7 @@ pub mod review;
 pub mod roster;
 #[cfg(test)]
 mod samples;
+pub mod school_time;
 pub mod second_factor;
 pub mod segments;
 pub mod service;

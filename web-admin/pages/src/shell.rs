@@ -2,7 +2,7 @@
 
 use model::{CurrentPerson, Role};
 
-use super::assets;
+use super::{assets, school_time};
 
 /// Where a page belongs in the navigation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,6 +74,12 @@ impl Shell {
     #[must_use]
     pub fn style(&self) -> &'static str {
         assets::style_sheet()
+    }
+
+    /// The time zone in which times are told.
+    #[must_use]
+    pub fn zone(&self) -> String {
+        school_time::zone_name()
     }
 
     /// The pages this visitor may open.

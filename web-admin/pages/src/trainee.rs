@@ -230,12 +230,10 @@ pub fn rule_in_words(rule: &Mastery) -> String {
     }
 }
 
-fn curve_in_words(CurveRule { params, within, .. }: &CurveRule) -> String {
+fn curve_in_words(CurveRule { params, .. }: &CurveRule) -> String {
     let percent = |share: f64| format::format_fixed(share * 100.0, 0);
-    let kind = if within.is_some() { "LC-CUSUM" } else { "CUSUM" };
     tr!(
-        "mastered when its learning curve ({kind}) shows at most {acceptable} % failures rather than {unacceptable} %",
-        kind = kind,
+        "mastered when its learning curve shows at most {acceptable} % failures rather than {unacceptable} %",
         acceptable = percent(params.p0),
         unacceptable = percent(params.p1)
     )

@@ -139,7 +139,8 @@ fn show_form(answering: &Answering, token: &str, page: Option<usize>, refusals: 
 }
 
 fn make_question(answering: &Answering, item: usize, language: &str, refusals: &Refusals) -> FormQuestion {
-    let given = GivenField { answer: answering.response.answers.0[item].as_ref(), refused: refusals.at(item) };
+    let given =
+        GivenField { answer: answering.response.answers.0[item].as_ref(), refused: refusals.at(item), left_out: None };
     FormQuestion::new(&answering.instrument, &answering.instrument.items[item], language, &given)
 }
 

@@ -1,7 +1,7 @@
 //! Sums over the attempts of a month: of each cohort, and of the whole school.
 
-use model::ids::{CohortId, SchoolId};
-use model::{Moment, PersonKey};
+use model::ids::CohortId;
+use model::{CurrentPerson, Moment, PersonKey, Role};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
@@ -67,10 +67,11 @@ pub struct YearOfCohort {
     pub sums: Sums,
 }
 
-/// Sums over a year, UTC, of the cohorts that have practised in it, by name, from the first after `after`; `limit` of them at most.
+/// Sums over a year, UTC, of the cohorts that somebody may see and that have practised in it, by name, from the first after `after`;
+/// `limit` of them at most.
 pub async fn list_tallies_in_year(
     executor: impl SqliteExecutor<'_>,
-    school: SchoolId,
+    viewer: &CurrentPerson,
     year: i64,
     after: &str,
     limit: u32,
@@ -80,23 +81,34 @@ pub async fn list_tallies_in_year(
            sum(t.points) AS points
          FROM cohorts c CROSS JOIN tallies t ON t.school_id = c.school_id AND t.cohort_id = c.id
            AND t.month >= 12 * $2 AND t.month < 12 * $2 + 12
-         WHERE c.school_id = $1 AND c.name > $3 GROUP BY c.name, c.id ORDER BY c.name, c.id LIMIT $4",
+         WHERE c.school_id = $1 AND c.name > $3 AND ($6 OR EXISTS (SELECT 1 FROM cohort_members m
+           WHERE m.cohort_id = c.id AND m.person_id = $5 AND m.role = 'instructor')) GROUP BY c.name, c.id ORDER BY c.name, c.id LIMIT $4",
     )
-    .bind(school)
+    .bind(viewer.school_id)
     .bind(year)
     .bind(after)
     .bind(limit)
+    .bind(viewer.id)
+    .bind(viewer.role == Role::Administrator)
     .fetch_all(executor)
     .await
 }
 
-/// Sums of the whole school by month, the earliest first: 12 × year + month − 1, and the sums.
-pub async fn list_tallies_by_month(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<(i64, Sums)>> {
-    let rows: Vec<(i64, i64, i64, f64)> = sqlx::query_as(
-        "SELECT month, attempts, passes, points FROM tallies WHERE school_id = $1 AND cohort_id = $2 ORDER BY month",
-    )
-    .bind(school)
-    .bind(WHOLE_SCHOOL)
+/// Sums by month, the earliest first: 12 × year + month − 1, and the sums. Of the whole school for an administrator, otherwise of the
+/// cohorts that the viewer teaches together.
+pub async fn list_tallies_by_month(
+    executor: impl SqliteExecutor<'_>,
+    viewer: &CurrentPerson,
+) -> Result<Vec<(i64, Sums)>> {
+    let whole =
+        "SELECT month, attempts, passes, points FROM tallies WHERE school_id = $1 AND cohort_id = $2 ORDER BY month";
+    let taught = "SELECT t.month, sum(t.attempts), sum(t.passes), sum(t.points) FROM cohort_members m
+         CROSS JOIN tallies t ON t.school_id = m.school_id AND t.cohort_id = m.cohort_id
+         WHERE m.school_id = $1 AND m.person_id = $2 AND m.role = 'instructor' GROUP BY t.month ORDER BY t.month";
+    let rows: Vec<(i64, i64, i64, f64)> = match viewer.role {
+        Role::Administrator => sqlx::query_as(whole).bind(viewer.school_id).bind(WHOLE_SCHOOL),
+        _ => sqlx::query_as(taught).bind(viewer.school_id).bind(viewer.id),
+    }
     .fetch_all(executor)
     .await?;
     let sums = |(month, attempts, passes, points)| (month, Sums { attempts, passes, points });

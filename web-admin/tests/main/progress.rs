@@ -4,9 +4,9 @@
 use std::path::Path;
 
 use acts::publishing;
-use model::ids::SchoolId;
-use model::{Role, SessionKey};
-use store::{practice, scores, tallies};
+use model::ids::{SchoolId, SessionId};
+use model::{CurrentPerson, Role, SessionKey};
+use store::{practice, schools, scores, tallies};
 use web_admin::worker;
 
 use super::support::recordings::{Attempt, record};
@@ -39,16 +39,40 @@ async fn sums_are_those_of_the_scores_and_stay_so_when_made_again() {
         points += scores::find_newest_score(reader, key).await.unwrap().unwrap().score;
         app.write(async |tx| practice::refresh_practice(tx, key).await.unwrap()).await;
     }
+    let administrator = CurrentPerson { role: Role::Administrator, ..ada.person.clone().into_current().unwrap() };
     let kept = practice::list_trainee_practice(reader, school, ada.person.id).await.unwrap();
     assert_eq!(kept.len(), 3);
     assert!((kept.iter().map(|attempt| attempt.score).sum::<f64>() - points).abs() < 1e-9);
-    let months = tallies::list_tallies_by_month(reader, school).await.unwrap();
+    let months = tallies::list_tallies_by_month(reader, &administrator).await.unwrap();
     assert_eq!(months.iter().map(|(_, sums)| sums.attempts).sum::<i64>(), 3, "nothing is counted twice");
     let year = months[0].0.div_euclid(12);
-    let cohorts = tallies::list_tallies_in_year(reader, school, year, "", 10).await.unwrap();
+    let cohorts = tallies::list_tallies_in_year(reader, &administrator, year, "", 10).await.unwrap();
     assert!(cohorts.len() == 1 && cohorts[0].sums.attempts == 3 && (cohorts[0].sums.points - points).abs() < 1e-9);
-    assert_eq!(tallies::list_tallies_in_year(reader, school, year, &cohorts[0].cohort, 10).await.unwrap(), []);
-    assert_eq!(tallies::list_tallies_in_year(reader, school, year + 1, "", 10).await.unwrap(), []);
+    assert_eq!(tallies::list_tallies_in_year(reader, &administrator, year, &cohorts[0].cohort, 10).await.unwrap(), []);
+    assert_eq!(tallies::list_tallies_in_year(reader, &administrator, year + 1, "", 10).await.unwrap(), []);
+}
+
+#[tokio::test]
+async fn whoever_teaches_sees_their_cohorts_side_by_side_on_the_schools_clock() {
+    let app = App::new().await;
+    let school = app.school("North").await;
+    app.publish(school).await;
+    app.write(async |tx| schools::set_time_zone(tx, school, "Europe/Berlin").await.unwrap()).await;
+    let ada = app.member(school, Role::Trainee, "ada@example.org").await;
+    let teacher = app.member(school, Role::Instructor, "teacher@example.org").await;
+    app.cohort(school, "Mine", &[&ada.person, &teacher.person]).await;
+    let bo = app.member(school, Role::Trainee, "bo@example.org").await;
+    app.cohort(school, "Another's", &[&bo.person]).await;
+    for member in [&ada, &bo] {
+        let attempt = Attempt { session_id: SessionId::random(), ..Attempt::default() };
+        assert_eq!(app.with_token(&member.token).upload(&record(&attempt)).await.status, 201);
+    }
+    worker::work_off_jobs(&app.state).await.unwrap();
+    let page = app.signed_in("teacher@example.org").await.get("/progress").await.text();
+    assert!(page.contains("Mine") && !page.contains("Another"), "{page}");
+    assert!(page.contains("Cohorts side by side") && page.contains("Times are those of Europe/Berlin."), "{page}");
+    let file = app.signed_in("teacher@example.org").await.get("/progress.csv").await.text();
+    assert!(file.lines().count() == 2 && file.contains(",Mine,1,"), "{file}");
 }
 
 #[tokio::test]
@@ -109,5 +133,5 @@ async fn a_course_may_be_judged_by_a_learning_curve() {
     assert_eq!((&first["standing"], &first["passes"]), (&"not_yet".into(), &0.into()), "{due}");
     assert!(first["passes_needed"].as_u64().unwrap() > 5, "{due}");
     let page = app.signed_in("ada@example.org").await.get("/").await;
-    assert!(page.text().contains("LC-CUSUM"), "{}", page.text());
+    assert!(page.text().contains("its learning curve shows at most"), "{}", page.text());
 }

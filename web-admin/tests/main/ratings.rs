@@ -130,6 +130,28 @@ async fn a_rater_is_sent_neither_name_nor_score_nor_what_the_others_gave() {
 }
 
 #[tokio::test]
+async fn a_rating_is_not_finished_by_oversight() {
+    let school = School::new().await;
+    let round = school.round(&mut school.teacher().await).await;
+    let mut far = school.app.signed_in("far@example.org").await;
+    let page = far.get(&round).await.link("/rate/");
+    let csrf = csrf_in(&far.get(&page).await.text());
+    let first = format!("q.{}", ITEMS[0]);
+    let some = [("csrf", csrf.as_str()), ("do", "finish"), (first.as_str(), "4")];
+    let refused = far.form(&page, &some).await;
+    assert_eq!(refused.status, 422);
+    assert_eq!(refused.text().matches("Choose one, or tick").count(), ITEMS.len() - 1, "{}", refused.text());
+    let leave: Vec<String> = ITEMS[1..].iter().map(|item| format!("leave.{item}")).collect();
+    let mut on_purpose = some.to_vec();
+    on_purpose.extend(leave[1..].iter().map(|name| (name.as_str(), "yes")));
+    let one_left = far.form(&page, &on_purpose).await;
+    assert_eq!((one_left.status.as_u16(), one_left.text().matches("Choose one, or tick").count()), (422, 1));
+    on_purpose.push((leave[0].as_str(), "yes"));
+    assert_eq!(far.form(&page, &on_purpose).await.status, 303);
+    assert!(far.get(&page).await.text().contains("Finished"));
+}
+
+#[tokio::test]
 async fn whoever_asked_sees_agreement_and_the_trainee_the_mean() {
     let school = School::new().await;
     let mut teacher = school.teacher().await;

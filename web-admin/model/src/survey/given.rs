@@ -25,7 +25,19 @@ enum FieldTexts {
     Several(Vec<String>),
 }
 
+/// What the box is called by which an item is left without an answer on purpose.
+#[must_use]
+pub fn name_of_leaving(item: &Item) -> String {
+    format!("leave.{}", item.id)
+}
+
 impl GivenAnswers {
+    /// Whether an item was left without an answer on purpose.
+    #[must_use]
+    pub fn is_left_out(&self, item: &Item) -> bool {
+        matches!(self.0.get(&name_of_leaving(item)), Some(FieldTexts::One(text)) if text == "yes")
+    }
+
     /// What was typed for an item, in the order in which it was sent.
     #[must_use]
     pub fn texts_for(&self, item: &Item) -> Vec<&str> {

@@ -229,7 +229,7 @@ mod tests {
     #[test]
     fn a_curve_beside_another_rule_says_that_it_decides_nothing() {
         let html = samples::keep_page("learning-beside", &made::learning_beside_passes(9));
-        for words in ["3 passes", "it decides nothing in this course", "more straight successes", "an example"] {
+        for words in ["3 passes", "It decides nothing in this course", "stricter statistical test", "an example"] {
             assert!(html.contains(words), "{words}: {html}");
         }
         assert!(!samples::keep_page("learning", &made::learning_page(9)).contains("decides nothing"));

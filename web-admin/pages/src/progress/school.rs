@@ -12,6 +12,8 @@ use crate::{Shell, format};
 pub struct SchoolProgressPage {
     /// Frame.
     pub shell: Shell,
+    /// It is of the whole school; otherwise of the cohorts that the visitor teaches.
+    pub whole: bool,
     /// The years in which somebody has practised, UTC, the latest first.
     pub years: Vec<i64>,
     /// The year whose cohorts are shown.
@@ -68,6 +70,7 @@ mod tests {
         let passed = assessment::statistics::wilson(18, 20).ok();
         let full = SchoolProgressPage {
             shell: samples::shell(Role::Administrator),
+            whole: true,
             years: vec![2026, 2025],
             year: 2026,
             later: true,

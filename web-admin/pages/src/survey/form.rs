@@ -7,7 +7,7 @@ use axum::response::{IntoResponse, Response};
 use documents::Instrument;
 use documents::instrument::{Item, ScaleKind, Words};
 use model::survey::Identity;
-use model::survey::given::{GivenAnswers, name_of_field};
+use model::survey::given::{GivenAnswers, name_of_field, name_of_leaving};
 use words::Language;
 
 use crate::{assets, format};
@@ -130,6 +130,8 @@ pub struct FormQuestion {
     pub field: QuestionField,
     /// What is wrong with what was typed.
     pub refusal: Option<String>,
+    /// Name of the box by which it is left without an answer on purpose, where that is offered, and whether it is ticked.
+    pub leaving: Option<(String, bool)>,
 }
 
 /// How a question is answered.
@@ -245,6 +247,13 @@ fn say_refusal(refused: &Refused) -> String {
 pub struct Refusals(Vec<(usize, String, String)>);
 
 impl Refusals {
+    /// Items that were left without an answer by oversight.
+    #[must_use]
+    pub fn of_blanks(items: &[usize]) -> Self {
+        let why = tr!("No answer. Choose one, or tick that you leave it out.");
+        Self(items.iter().map(|at| (*at, String::new(), why.to_owned())).collect())
+    }
+
     /// In the language that is spoken here, from the fields of a form and what was refused of them, by the item's place.
     #[must_use]
     pub fn new(instrument: &Instrument, given: &GivenAnswers, refused: &[(usize, Refused)]) -> Self {
@@ -269,6 +278,8 @@ pub struct GivenField<'a> {
     pub answer: Option<&'a Answer>,
     /// What was typed and refused, and why.
     pub refused: Option<(String, String)>,
+    /// It may be left without an answer on purpose: whether it is.
+    pub left_out: Option<bool>,
 }
 
 impl FormQuestion {
@@ -283,6 +294,7 @@ impl FormQuestion {
             text: read(&item.text),
             field: field.unwrap_or(QuestionField::Several(Vec::new())),
             refusal: given.refused.as_ref().map(|(_, why)| why.clone()),
+            leaving: given.left_out.map(|ticked| (name_of_leaving(item), ticked)),
         }
     }
 }

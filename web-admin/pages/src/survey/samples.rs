@@ -29,7 +29,7 @@ fn form(instrument: &Instrument, language: &str, page: usize) -> FormPage {
     let pages = instrument.pages();
     let refused = |at: usize| (at == 0).then(|| ("<b>9</b>".to_owned(), "\"<b>9</b>\"; allowed: 1 to 5".to_owned()));
     let question = |at: &usize| {
-        let given = GivenField { answer: None, refused: refused(*at) };
+        let given = GivenField { refused: refused(*at), ..GivenField::default() };
         FormQuestion::new(instrument, &instrument.items[*at], language, &given)
     };
     FormPage {

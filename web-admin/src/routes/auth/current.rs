@@ -9,7 +9,8 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse, Redirect, Response};
 use model::ids::PersonId;
 use model::{CurrentPerson, Moment, Role};
-use store::{people, second_factors};
+use pages::school_time;
+use store::{people, schools, second_factors};
 use tower_sessions::Session;
 
 use super::address::asked_by;
@@ -98,11 +99,15 @@ pub async fn require_person(
         SignInStanding::OwesFactor(person) | SignInStanding::SignedIn(person) => person,
     };
     let (chosen, asker, asked) = (person.language, KnownAsker::from(&person), asked_by(&state, &request));
+    let zone = schools::find_time_zone(state.db.reader(), person.school_id).await?;
     request.extensions_mut().insert(person);
-    let answer = match chosen {
-        Some(language) => language::answer_in_language(language, request, next).await,
-        None => next.run(request).await,
-    };
+    let answer = school_time::on_school_clock(&zone, async {
+        match chosen {
+            Some(language) => language::answer_in_language(language, request, next).await,
+            None => next.run(request).await,
+        }
+    })
+    .await;
     state.refusals.note(asker, &asked, &answer);
     Ok(answer)
 }

@@ -1,8 +1,9 @@
-//! A school's progress, for its administrators.
+//! Cohorts side by side, for whoever teaches them, and a school's progress, for its administrators.
 
 use assessment::statistics::{Estimate, wilson};
 use axum::extract::{Query, State};
 use axum::response::Response;
+use model::Role;
 use pages::progress::{MonthRow, SchoolProgressPage, YearRow};
 use pages::{NavPlace, Shell, charts};
 use serde::Deserialize;
@@ -11,7 +12,7 @@ use store::tallies::{self, Sums, YearOfCohort};
 use crate::AppState;
 use crate::error::PageError;
 use crate::export::{CsvCell, download_csv};
-use crate::routes::auth::{Administrator, Csrf};
+use crate::routes::auth::{Csrf, Teacher};
 use crate::routes::pages::encode_in_query;
 
 /// Cohorts on one page.
@@ -50,20 +51,22 @@ fn years_with_attempts(months: &[(i64, Sums)]) -> Vec<i64> {
 
 pub(super) async fn show_school_progress(
     State(state): State<AppState>,
-    Administrator(person): Administrator,
+    Teacher(person): Teacher,
     csrf: Csrf,
     Query(query): Query<YearQuery>,
 ) -> Result<SchoolProgressPage, PageError> {
-    let (reader, school) = (state.db.reader(), person.school_id);
-    let months = tallies::list_tallies_by_month(reader, school).await?;
+    let reader = state.db.reader();
+    let months = tallies::list_tallies_by_month(reader, &person).await?;
     let years = years_with_attempts(&months);
     let year = query.chosen(&years);
-    let mut cohorts = tallies::list_tallies_in_year(reader, school, year, &query.after, PER_PAGE + 1).await?;
+    let mut cohorts = tallies::list_tallies_in_year(reader, &person, year, &query.after, PER_PAGE + 1).await?;
     let more = cohorts.len() > PER_PAGE as usize;
     cohorts.truncate(PER_PAGE as usize);
     let next = cohorts.last().filter(|_| more);
+    let whole = person.role == Role::Administrator;
     Ok(SchoolProgressPage {
-        shell: Shell::new(&person, csrf.token(), NavPlace::Administration),
+        shell: Shell::new(&person, csrf.token(), if whole { NavPlace::Administration } else { NavPlace::Cohorts }),
+        whole,
         year,
         years,
         later: !query.after.is_empty(),
@@ -96,12 +99,12 @@ fn make_month_row(month: i64, sums: Sums) -> MonthRow {
 
 pub(super) async fn export_school_progress(
     State(state): State<AppState>,
-    Administrator(person): Administrator,
+    Teacher(person): Teacher,
     Query(query): Query<YearQuery>,
 ) -> Result<Response, PageError> {
-    let (reader, school) = (state.db.reader(), person.school_id);
-    let year = query.chosen(&years_with_attempts(&tallies::list_tallies_by_month(reader, school).await?));
-    let cohorts = tallies::list_tallies_in_year(reader, school, year, "", u32::MAX).await?;
+    let reader = state.db.reader();
+    let year = query.chosen(&years_with_attempts(&tallies::list_tallies_by_month(reader, &person).await?));
+    let cohorts = tallies::list_tallies_in_year(reader, &person, year, "", u32::MAX).await?;
     let rows: Vec<Vec<CsvCell>> = cohorts.into_iter().map(make_year_row).map(|row| year_cells(year, row)).collect();
     let names = ["year", "cohort", "attempts", "share_passed", "share_low_95", "share_high_95", "mean_score"];
     Ok(download_csv(&format!("progress-{year}"), &names, &rows)?)

@@ -32,7 +32,8 @@ pub(super) async fn show_rating(
     csrf: Csrf,
 ) -> Result<RatePage, PageError> {
     let rated = ratings::open(&state, &person, id).await?;
-    Ok(make_rate_page(&state, Visit::new(&person, &csrf), &rated, &Refusals::default()).await?)
+    Ok(make_rate_page(&state, Visit::new(&person, &csrf), &rated, &Refusals::default(), &GivenAnswers::default())
+        .await?)
 }
 
 async fn make_rate_page(
@@ -40,6 +41,7 @@ async fn make_rate_page(
     Visit { person, csrf }: Visit<'_>,
     rated: &Rated,
     refusals: &Refusals,
+    given: &GivenAnswers,
 ) -> Result<RatePage, Error> {
     let session = ratings::attempt(state, person, rated.rating.id).await?;
     let curve = scores::find_curve(state.db.reader(), session.key()).await?;
@@ -51,15 +53,18 @@ async fn make_rate_page(
         round: (rated.round.title.clone(), round_href(rated.round.id)),
         exercise: attempts::title_of_exercise(state, &session).await?,
         drawing: curve.as_ref().map(Drawing::new),
-        questions: if finished { Vec::new() } else { questions_of_rating(rated, refusals) },
+        questions: if finished { Vec::new() } else { questions_of_rating(rated, refusals, given) },
         own: own_ratings(&own, Some(rated.rating.id)),
         finished,
     })
 }
 
-fn questions_of_rating(rated: &Rated, refusals: &Refusals) -> Vec<FormQuestion> {
+fn questions_of_rating(rated: &Rated, refusals: &Refusals, given: &GivenAnswers) -> Vec<FormQuestion> {
     let question = |(at, item): (usize, &Item)| {
-        let given = GivenField { answer: rated.rating.answers.0[at].as_ref(), refused: refusals.at(at) };
+        let (answer, refused) = (rated.rating.answers.0[at].as_ref(), refusals.at(at));
+        let left_out = given.is_left_out(item);
+        let offered = (answer.is_none() && (left_out || refused.is_some())).then_some(left_out);
+        let given = GivenField { answer, refused, left_out: offered };
         FormQuestion::new(&rated.instrument, item, rated.instrument.language_for(words::current().code()), &given)
     };
     rated.instrument.items.iter().enumerate().map(question).collect()
@@ -85,7 +90,7 @@ pub(super) async fn act_on_rating(
     let refused = rated.read(&form.given);
     if !refused.is_empty() {
         let refusals = Refusals::new(&rated.instrument, &form.given, &refused);
-        let page = make_rate_page(&state, Visit::new(&person, &csrf), &rated, &refusals).await?;
+        let page = make_rate_page(&state, Visit::new(&person, &csrf), &rated, &refusals, &form.given).await?;
         return Ok(FormAnswer::Refused(page));
     }
     match form.step.as_str() {
@@ -98,6 +103,13 @@ pub(super) async fn act_on_rating(
             Ok(FormAnswer::lead_to(&round_href(rated.round.id)))
         }
         "finish" => {
+            let blank = rated.unanswered(&form.given);
+            if !blank.is_empty() {
+                rated.save(&state).await?;
+                let refusals = Refusals::of_blanks(&blank);
+                let page = make_rate_page(&state, Visit::new(&person, &csrf), &rated, &refusals, &form.given).await?;
+                return Ok(FormAnswer::Refused(page));
+            }
             rated.finish(&state, &person).await?;
             Ok(FormAnswer::lead_to(&next_rating_href(&state, &person, &rated).await?))
         }
