@@ -63,6 +63,7 @@ pub mod service;
 pub mod shares;
 pub mod signing_in;
 pub mod stations;
+pub mod studies;
 pub mod surveys;
 pub mod tokens;
 pub mod turns;

@@ -53,7 +53,7 @@ pub async fn withdraw(state: &Service, by: &CurrentPerson, task: TaskId) -> Resu
 pub async fn task(state: &Service, person: &CurrentPerson, id: TaskId) -> Result<SegmentTask, Error> {
     let reader = state.db.reader();
     let found = match person.role {
-        Role::Trainee => segments::list_trainee_tasks(reader, person.school_id, person.id).await?,
+        Role::Trainee | Role::Guest => segments::list_trainee_tasks(reader, person.school_id, person.id).await?,
         Role::Instructor | Role::Administrator => segments::list_managed_tasks(reader, person, Some(id)).await?,
     };
     found.into_iter().find(|task| task.id == id).ok_or(Error::NotFound)

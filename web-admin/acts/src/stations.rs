@@ -1,6 +1,6 @@
-//! Training stations: how one joins a school, and how a trainee signs in at one. Both by codes short enough to type.
+//! Training stations: how one joins a school, and how somebody signs in at one. Both by codes short enough to type.
 
-use model::ids::{SchoolId, StationId};
+use model::ids::{PersonId, SchoolId, StationId};
 use model::{CurrentPerson, Moment, PersonKey, Role, line};
 use serde_json::json;
 use store::audit::{Actor, AuditEntry};
@@ -126,36 +126,33 @@ pub async fn revoke(state: &Service, by: &CurrentPerson, station: StationId) -> 
     Ok(true)
 }
 
-/// Makes a trainee's sign-in code, in place of the one they had.
-///
-/// # Errors
-/// When the person is no trainee, or the database fails.
+/// Makes one's own sign-in code, in place of the one before.
 pub async fn make_sign_in_code(state: &Service, person: &CurrentPerson) -> Result<String, Error> {
-    if person.role != Role::Trainee {
-        return Err(Error::Forbidden("only trainees sign in at a station"));
-    }
+    give_sign_in_code(state, person, person.id).await
+}
+
+/// Gives somebody of the maker's school a sign-in code, in place of the one they had.
+pub(crate) async fn give_sign_in_code(
+    state: &Service,
+    maker: &CurrentPerson,
+    holder: PersonId,
+) -> Result<String, Error> {
     loop {
         let code = secret::random_code(SIGN_IN_LETTERS)?;
-        let hash = hash(state, person.school_id, code.clone()).await?;
+        let hash = hash(state, maker.school_id, code.clone()).await?;
         let now = state.clock.now();
         let mut tx = state.db.write().await?;
+        let holder = PersonKey { school_id: maker.school_id, person_id: holder };
         // One in a million that somebody has it already: then it is another.
-        if sign_in_codes::put_sign_in_code(
-            &mut tx,
-            PersonKey { school_id: person.school_id, person_id: person.id },
-            &hash,
-            now,
-        )
-        .await?
-        {
-            AuditEntry::by(person, "sign_in_code.made", person.id).append(&mut tx, now).await?;
+        if sign_in_codes::put_sign_in_code(&mut tx, holder, &hash, now).await? {
+            AuditEntry::by(maker, "sign_in_code.made", holder.person_id).append(&mut tx, now).await?;
             tx.commit().await?;
             return Ok(in_groups(&code));
         }
     }
 }
 
-/// The trainee whose code this is. A try counts as wrong until it proves right: so of many at once no more are made
+/// Whose code this is. A guest's is good once. A try counts as wrong until it proves right: so of many at once no more are made
 /// than the brake allows, and a right one in between does not loosen it.
 ///
 /// # Errors
@@ -165,13 +162,17 @@ pub async fn sign_in(state: &Service, station: &CallingStation, code: &str) -> R
     let hash = hash(state, station.school_id, secret::plain_code(code)).await?;
     let mut tx = state.db.write().await?;
     let known = sign_in_codes::find_code_holder(&mut *tx, station.school_id, &hash).await?;
-    let known = known.filter(|person| person.role == Role::Trainee && person.disabled_at.is_none());
-    let Some(person) = known else {
-        return Err(Error::Forbidden("this is nobody's sign-in code; a trainee's own page makes one"));
+    let Some(person) = known.filter(|person| person.disabled_at.is_none()) else {
+        return Err(Error::Forbidden("this is nobody's sign-in code; the page of one's account makes one"));
     };
+    if person.role == Role::Guest {
+        sign_in_codes::end_sign_in_code(&mut tx, PersonKey { school_id: person.school_id, person_id: person.id })
+            .await?;
+    }
     stations::forgive_wrong_codes(&mut tx, station.school_id, station.id).await?;
     let actor = Actor::Station(station.name.clone());
-    let entry = AuditEntry::new(station.school_id, actor, "trainee.signed_in_at_station", person.id);
+    let action = format!("{}.signed_in_at_station", person.role);
+    let entry = AuditEntry::new(station.school_id, actor, &action, person.id);
     entry.append(&mut tx, state.clock.now()).await?;
     tx.commit().await?;
     Ok(person)

@@ -119,6 +119,8 @@ ids! {
     TraceId;
     /// What has a due date: an assignment or a task.
     DatedId;
+    /// A validation study.
+    StudyId;
     /// A survey.
     SurveyId;
     /// What somebody answered to a survey.

@@ -20,6 +20,9 @@ pub enum Role {
     Instructor,
     /// Sees the whole school.
     Administrator,
+    /// Practises in a study by a code; has no account, signs in nowhere else, and is in no list of people.
+    #[value(skip)]
+    Guest,
 }
 
 impl Role {
@@ -30,6 +33,7 @@ impl Role {
             Self::Trainee => "trainee",
             Self::Instructor => "instructor",
             Self::Administrator => "administrator",
+            Self::Guest => "guest",
         }
     }
 
@@ -37,7 +41,7 @@ impl Role {
     #[must_use]
     pub const fn teaches(self) -> bool {
         match self {
-            Self::Trainee => false,
+            Self::Trainee | Self::Guest => false,
             Self::Instructor | Self::Administrator => true,
         }
     }
@@ -49,6 +53,7 @@ impl Role {
             Self::Trainee => tr!("trainee"),
             Self::Instructor => tr!("instructor"),
             Self::Administrator => tr!("administrator"),
+            Self::Guest => tr!("guest"),
         }
     }
 }

@@ -8,6 +8,7 @@ use model::Role;
 use model::limits::MIN_PASSWORD;
 use model::membership::{MembershipAct, MembershipEvent, MembershipRequest};
 use model::password_refused::PasswordRefused;
+use time::OffsetDateTime;
 use words::Language;
 
 use super::{Shell, StatusWord, assets, format};
@@ -34,6 +35,10 @@ pub struct AccountPage {
     pub language: Option<Language>,
     /// They have a second factor.
     pub second_factor: bool,
+    /// The page of their own attempts.
+    pub practice: String,
+    /// Since when they have had a sign-in code, if they have one.
+    pub sign_in_code: Option<OffsetDateTime>,
     /// Why the new password was not taken.
     pub refused: Option<PasswordRefused>,
 }
@@ -110,6 +115,8 @@ mod tests {
                 .to_vec(),
             language: None,
             second_factor: false,
+            practice: "/trainees/1".to_owned(),
+            sign_in_code: None,
             refused: Some(PasswordRefused::WrongOld),
         };
         let html = samples::keep_page("account", &page);

@@ -54,6 +54,7 @@ pub mod service;
 pub mod session;
 pub mod shell;
 pub mod status;
+pub mod study;
 pub mod survey;
 pub mod tokens;
 pub mod trainee;

@@ -51,7 +51,7 @@ pub(super) fn keep_page(name: &str, page: &(impl askama::Template + std::fmt::De
 
 pub(super) fn shell(role: Role) -> Shell {
     let name = match role {
-        Role::Trainee => "Ana Lindqvist",
+        Role::Trainee | Role::Guest => "Ana Lindqvist",
         Role::Instructor => "Dr Peter Osei",
         Role::Administrator => "Maria Keller",
     };

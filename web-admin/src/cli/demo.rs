@@ -45,7 +45,7 @@ fn line_of_account(DemoAccount { role, name, email }: &DemoAccount) -> String {
     let role = match role {
         Role::Administrator => "administrator",
         Role::Instructor => "instructor",
-        Role::Trainee => "trainee",
+        Role::Trainee | Role::Guest => "trainee",
     };
     format!("    {role:<14} {email:<34} {name}")
 }

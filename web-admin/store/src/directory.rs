@@ -38,7 +38,7 @@ pub async fn list_people(
              coalesce((SELECT group_concat(c.name, ', ') FROM cohort_members m JOIN cohorts c ON c.id = m.cohort_id
                        WHERE m.person_id = p.id), '') AS cohorts
            FROM people p
-           WHERE p.school_id = $1 AND (p.display_name, p.id) > ($2, $3) AND ($4 = '' OR instr(p.search, $4) > 0)
+           WHERE p.school_id = $1 AND p.role <> 'guest' AND (p.display_name, p.id) > ($2, $3) AND ($4 = '' OR instr(p.search, $4) > 0)
              AND ($5 IS NULL OR p.role = $5)
              AND ($6 IS NULL OR EXISTS (SELECT 1 FROM cohort_members m WHERE m.cohort_id = $6 AND m.person_id = p.id)))
          WHERE $7 IS NULL OR state = $7 ORDER BY name, id LIMIT $8",
@@ -55,7 +55,7 @@ pub async fn list_people(
     .await
 }
 
-/// A person of a school.
+/// A person of a school who has an account: no guest.
 pub async fn find_directory_entry(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -67,7 +67,7 @@ pub async fn find_directory_entry(
                 WHEN p.password_hash = '' THEN 'invited' ELSE 'active' END AS state,
            coalesce((SELECT group_concat(c.name, ', ') FROM cohort_members m JOIN cohorts c ON c.id = m.cohort_id
                      WHERE m.person_id = p.id), '') AS cohorts
-         FROM people p WHERE p.school_id = $1 AND p.id = $2",
+         FROM people p WHERE p.school_id = $1 AND p.id = $2 AND p.role <> 'guest'",
     )
     .bind(school)
     .bind(id)

@@ -53,6 +53,7 @@ pub mod service;
 pub mod sessions;
 pub mod sign_in_codes;
 pub mod stations;
+pub mod studies;
 pub mod supervisions;
 pub mod surveys;
 pub mod tallies;

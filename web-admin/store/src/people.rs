@@ -32,10 +32,10 @@ pub struct Person {
 }
 
 impl Person {
-    /// As the signed-in person, unless disabled.
+    /// As the signed-in person, unless disabled. A guest signs in at stations alone.
     #[must_use]
     pub fn into_current(self) -> Option<CurrentPerson> {
-        self.disabled_at.is_none().then_some(CurrentPerson {
+        (self.disabled_at.is_none() && self.role != Role::Guest).then_some(CurrentPerson {
             id: self.id,
             school_id: self.school_id,
             role: self.role,
@@ -97,6 +97,26 @@ pub async fn add_person(writer: &mut SqliteConnection, person: &NewPerson<'_>, n
     .bind(person.password_hash)
     .bind(now)
     .bind(search_people(person.display_name, person.email))
+    .fetch_one(writer)
+    .await
+}
+
+/// Adds a guest: a pseudonym and nothing else. The address leads nowhere, and no password fits.
+///
+/// # Errors
+/// When the database fails.
+pub async fn add_guest(writer: &mut SqliteConnection, school: SchoolId, now: Moment) -> Result<Person> {
+    let id = PersonId::made_at(now);
+    let pseudonym = format!("g-{}", &id.uuid().simple().to_string()[20..]);
+    sqlx::query_as(
+        "INSERT INTO people (id, school_id, role, email, display_name, pseudonym, password_hash, created_at, search)
+         VALUES ($1, $2, 'guest', $3 || '@guest.invalid', $3, $3, '', $4, '')
+         RETURNING id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at, language",
+    )
+    .bind(id)
+    .bind(school)
+    .bind(pseudonym)
+    .bind(now)
     .fetch_one(writer)
     .await
 }

@@ -94,7 +94,7 @@ impl Idle {
     }
 }
 
-/// Who of a school has done nothing since a moment, and who was warned, the longest idle first. Administrators and whoever was
+/// Who of a school has done nothing since a moment, and who was warned, the longest idle first. Administrators, guests and whoever was
 /// erased are not among them. That a link was asked for is nobody's deed: any stranger may do so.
 pub async fn list_idle_people(executor: impl SqliteExecutor<'_>, school: SchoolId, since: Moment) -> Result<Vec<Idle>> {
     sqlx::query_as(
@@ -107,7 +107,7 @@ pub async fn list_idle_people(executor: impl SqliteExecutor<'_>, school: SchoolI
                    || substr(hex(p.id), 9, 4) || '-' || substr(hex(p.id), 13, 4) || '-' || substr(hex(p.id), 17, 4) || '-'
                    || substr(hex(p.id), 21)) AND a.action <> 'person.link_asked_for' ORDER BY a.seq DESC LIMIT 1), 0)) AS active_at
            FROM people p LEFT JOIN retention_warnings w ON w.person_id = p.id
-           WHERE p.school_id = $1 AND p.erased_at IS NULL AND p.role <> 'administrator')
+           WHERE p.school_id = $1 AND p.erased_at IS NULL AND p.role IN ('trainee', 'instructor'))
          SELECT * FROM everybody WHERE active_at < $2 OR warned_at IS NOT NULL ORDER BY active_at, id",
     )
     .bind(school)

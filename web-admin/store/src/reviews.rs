@@ -62,13 +62,15 @@ macro_rules! waiting {
 }
 
 /// What waits for a person: flagged first, then the oldest; at most one more than [`LISTED`]. An instructor sees the
-/// attempts of the cohorts they teach, an administrator the school's.
+/// attempts of the cohorts they teach, an administrator those of all trainees.
 pub async fn list_review_queue(
     executor: impl SqliteExecutor<'_>,
     viewer: &CurrentPerson,
 ) -> Result<Vec<WaitingReview>> {
     let statement = match viewer.role {
-        Role::Administrator => waiting!("sessions n WHERE true"),
+        Role::Administrator => {
+            waiting!("sessions n WHERE (SELECT role FROM people WHERE people.id = n.trainee_id) = 'trainee'")
+        }
         // A cross join keeps this order: from the few who are taught to their attempts, not through the whole queue.
         _ => waiting!(
             "(SELECT DISTINCT trainee_id AS person_id FROM taught_trainees WHERE teacher_id = $2) taught

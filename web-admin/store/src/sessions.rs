@@ -245,7 +245,7 @@ pub async fn visible_after(
              ORDER BY started_at DESC, id DESC LIMIT $5"
         }
         // From whoever is seen to the newest of each, and from these to the newest of all.
-        Role::Instructor | Role::Trainee => {
+        Role::Instructor | Role::Trainee | Role::Guest => {
             "SELECT s.* FROM (SELECT n.id FROM (SELECT trainee_id AS person_id FROM taught_trainees WHERE teacher_id = $2 UNION SELECT $2) seen
                CROSS JOIN sessions n ON n.school_id = $1 AND n.id IN (
                  SELECT l.id FROM sessions l WHERE l.school_id = $1 AND l.trainee_id = seen.person_id

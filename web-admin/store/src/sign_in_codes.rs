@@ -1,4 +1,4 @@
-//! The codes by which trainees sign in at a station: only their hashes are here.
+//! The codes by which people sign in at a station: only their hashes are here.
 
 use model::ids::{PersonId, SchoolId};
 use model::{Moment, PersonKey};
@@ -57,4 +57,17 @@ pub async fn find_code_time(
         .bind(person)
         .fetch_optional(executor)
         .await
+}
+
+/// Ends the code of a person.
+pub async fn end_sign_in_code(
+    writer: &mut SqliteConnection,
+    PersonKey { school_id: school, person_id: person }: PersonKey,
+) -> Result<()> {
+    sqlx::query("DELETE FROM sign_in_codes WHERE school_id = $1 AND person_id = $2")
+        .bind(school)
+        .bind(person)
+        .execute(writer)
+        .await
+        .map(drop)
 }

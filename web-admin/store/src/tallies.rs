@@ -20,23 +20,25 @@ pub struct Sums {
     pub points: f64,
 }
 
-/// Adds a difference to the school's month and to that of each cohort the trainee is in.
+/// Adds a difference to the school's month and to that of each cohort the trainee is in. Whoever is no trainee counts in none.
 pub(super) async fn add_to_tally(
     writer: &mut SqliteConnection,
     PersonKey { school_id: school, person_id: trainee }: PersonKey,
     at: Moment,
     by: Sums,
 ) -> Result<()> {
-    let cohorts: Vec<CohortId> = sqlx::query_scalar(
-        "SELECT cohort_id FROM cohort_members WHERE person_id = $2 AND role = 'trainee' AND school_id = $1",
+    let sums: Vec<CohortId> = sqlx::query_scalar(
+        "SELECT cohort_id FROM cohort_members WHERE person_id = $2 AND role = 'trainee' AND school_id = $1
+         UNION ALL SELECT $3 FROM people WHERE id = $2 AND role = 'trainee' AND school_id = $1",
     )
     .bind(school)
     .bind(trainee)
+    .bind(WHOLE_SCHOOL)
     .fetch_all(&mut *writer)
     .await?;
     let at = at.to_utc();
     let month = i64::from(at.year()) * 12 + i64::from(u8::from(at.month())) - 1;
-    for cohort in cohorts.into_iter().chain([WHOLE_SCHOOL]) {
+    for cohort in sums {
         sqlx::query(
             "INSERT INTO tallies (school_id, cohort_id, month, attempts, passes, points)
              VALUES ($1, $2, $3, $4, $5, $6) ON CONFLICT (school_id, cohort_id, month) DO UPDATE SET

@@ -57,6 +57,7 @@ mod segments;
 mod signing_in;
 mod station_surveys;
 mod stations;
+mod studies;
 mod support;
 mod survey_letters;
 mod surveys;

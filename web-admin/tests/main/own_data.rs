@@ -15,7 +15,7 @@ use super::support::recordings::{Attempt, record};
 use super::support::{App, PASSWORD};
 
 /// What refers to a person: table and column, and under which key it stands in the file.
-const HELD: [(&str, &str); 46] = [
+const HELD: [(&str, &str); 49] = [
     ("api_tokens.person_id", "access/tokens"),
     ("account_links.person_id", "password_links"),
     ("assignment_extensions.person_id", "assignment_extensions"),
@@ -49,6 +49,9 @@ const HELD: [(&str, &str); 46] = [
     ("segment_tasks.made_by", "tasks_made"),
     ("sessions.trainee_id", "attempts"),
     ("sign_in_codes.person_id", "sign_in_codes"),
+    ("studies.owner_id", "studies_made"),
+    ("study_participants.added_by", "study_participants_added"),
+    ("study_participants.person_id", "studies"),
     ("supervisions.confirmed_by", "supervisions_confirmed"),
     ("supervisions.trainee_id", "supervisions"),
     ("survey_participations.person_id", "surveys_answered"),

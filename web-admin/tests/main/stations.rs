@@ -7,6 +7,7 @@ use axum::http::Request;
 use model::{Moment, Role};
 use serde_json::{Value, json};
 use store::{audit, people};
+use web_admin::worker;
 
 use super::support::App;
 use super::support::client::{Answer, Client, csrf_in};
@@ -138,6 +139,32 @@ async fn a_trainee_signs_in_and_what_is_recorded_there_is_theirs() {
 }
 
 #[tokio::test]
+async fn whoever_teaches_practises_like_a_trainee_and_counts_in_no_figure() {
+    let school = School::new().await;
+    let mut station = school.station("lab").await;
+    let reader = school.app.state.db.reader();
+    let head = people::find_person_by_email(reader, "head@example.org").await.unwrap().unwrap();
+    let mut browser = school.app.signed_in("head@example.org").await;
+    let code = code_in(&press(&mut browser, "/account", "/sign-in-code").await);
+    let answer = post(&mut station, "sign-in", &json!({ "code": code })).await;
+    assert_eq!((answer.status.as_u16(), &answer.json()["trainee"]), (200, &head.pseudonym.clone().into()));
+    let attempt = Attempt { trainee: head.pseudonym.clone(), ..Attempt::default() };
+    assert_eq!(station.upload(&record(&attempt)).await.status, 201);
+    worker::work_off_jobs(&school.app.state).await.unwrap();
+    let page = browser.get("/account").await.text();
+    assert!(page.contains(&format!("/trainees/{}", head.id)) && page.contains("1 Jan 2026"), "{page}");
+    let own = browser.get(&format!("/trainees/{}", head.id)).await.text();
+    assert!(own.contains(&attempt.session_id.to_string()), "{own}");
+    assert_eq!(browser.get(&format!("/sessions/{}", attempt.session_id)).await.status, 200);
+    let queue = browser.get("/review").await.text();
+    assert!(!queue.contains(&attempt.session_id.to_string()), "nobody judges whoever teaches: {queue}");
+    let counted: Option<i64> = sqlx::query_scalar("SELECT sum(attempts) FROM tallies").fetch_one(reader).await.unwrap();
+    assert_eq!(counted, None);
+    let mut ada = school.app.signed_in("ada@example.org").await;
+    assert_eq!(ada.get(&format!("/trainees/{}", head.id)).await.status, 404, "their practice is theirs");
+}
+
+#[tokio::test]
 async fn a_sign_in_code_ends_with_the_next_one_and_opens_no_other_school() {
     let school = School::new().await;
     let mut station = school.station("lab").await;
@@ -184,7 +211,7 @@ async fn only_a_station_signs_in_and_only_the_right_people_make_codes() {
     assert_eq!(press(&mut ada, "/", "/admin/pairing-codes").await.status, 403);
     assert_eq!(ada.form("/sign-in-code", &[]).await.status, 403, "a form of another site");
     let mut head = school.app.signed_in("head@example.org").await;
-    assert_eq!(press(&mut head, "/", "/sign-in-code").await.status, 403);
+    assert_eq!(press(&mut head, "/account", "/sign-in-code").await.status, 200, "whoever has an account practises");
     assert_eq!(school.app.stranger().form("/admin/pairing-codes", &[]).await.status, 303);
 }
 

@@ -72,9 +72,19 @@ pub struct AskedSurvey {
     pub instrument: Instrument,
     /// After which exercises; none: after all.
     exercises: Vec<String>,
+    /// A study asks it: here, however long it takes.
+    study: bool,
+    /// From the how-manieth attempt at those exercises on, counted from the sign-in.
+    from_attempt: usize,
 }
 
-/// A survey as the service tells it.
+impl AskedSurvey {
+    fn is_after(&self, exercise: &str) -> bool {
+        self.exercises.is_empty() || self.exercises.iter().any(|id| id == exercise)
+    }
+}
+
+/// A survey as the service tells it. One of before knows no studies.
 #[derive(Deserialize)]
 struct ToldSurvey {
     survey_id: Uuid,
@@ -83,6 +93,10 @@ struct ToldSurvey {
     terms: BTreeMap<String, Vec<String>>,
     instrument_toml: String,
     exercises: Vec<String>,
+    #[serde(default)]
+    study: bool,
+    #[serde(default)]
+    from_attempt: usize,
 }
 
 impl TryFrom<ToldSurvey> for AskedSurvey {
@@ -91,8 +105,8 @@ impl TryFrom<ToldSurvey> for AskedSurvey {
     fn try_from(told: ToldSurvey) -> Result<Self, DocumentError> {
         let instrument = Instrument::from_bytes("survey", told.instrument_toml.as_bytes())?;
         let anonymous = told.identity == "anonymous";
-        let ToldSurvey { survey_id: id, title, terms, exercises, .. } = told;
-        Ok(Self { id, title, anonymous, terms, instrument, exercises })
+        let ToldSurvey { survey_id: id, title, terms, exercises, study, from_attempt, .. } = told;
+        Ok(Self { id, title, anonymous, terms, instrument, exercises, study, from_attempt })
     }
 }
 
@@ -103,14 +117,17 @@ fn readable<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<Arc<AskedSurvey>>,
 }
 
 impl SignedIn {
-    /// What is asked at the station after an exercise: a minute at most. Longer surveys wait on the school's pages.
-    pub fn asked_after(&self, exercise: &str) -> Option<Arc<AskedSurvey>> {
+    /// What is asked at the station after the last of the exercises practised since the sign-in: what a study asks, and of the
+    /// school's own surveys one of a minute at most. Longer ones wait on the school's pages.
+    pub fn asked_after(&self, practised: &[String]) -> Vec<Arc<AskedSurvey>> {
         const LONGEST_MIN: f64 = 1.0;
-        let fits = |asked: &&Arc<AskedSurvey>| {
-            let after = asked.exercises.is_empty() || asked.exercises.iter().any(|id| id == exercise);
-            after && asked.instrument.duration_min <= LONGEST_MIN
+        let Some(last) = practised.last() else { return Vec::new() };
+        let after = || self.surveys.iter().filter(|asked| asked.is_after(last));
+        let due = |asked: &&Arc<AskedSurvey>| {
+            asked.study && practised.iter().filter(|id| asked.is_after(id)).count() >= asked.from_attempt
         };
-        self.surveys.iter().find(fits).cloned()
+        let short = |asked: &&Arc<AskedSurvey>| !asked.study && asked.instrument.duration_min <= LONGEST_MIN;
+        after().filter(due).chain(after().find(short)).cloned().collect()
     }
 }
 
@@ -147,7 +164,7 @@ fn ask<T: Send + 'static>(work: impl FnOnce() -> Result<T, String> + Send + 'sta
     call
 }
 
-/// Signs a trainee in by the code from their own page.
+/// Signs somebody in by the code from their own page, or a guest by that of a study.
 pub fn sign_in(pairing: Pairing, code: String) -> Call<SignedIn> {
     ask(move || {
         let address = format!("{}/api/v1/stations/sign-in", pairing.server);

@@ -1,5 +1,6 @@
 //! After an attempt: the score, the three costliest mistakes, the curves, and what comes next.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use assessment::words::{deduction_in_words, failure_in_words};
@@ -29,8 +30,8 @@ pub struct Debrief {
     delivery: Option<Call<String>>,
     /// Why the outbox did not take it.
     refused: Option<String>,
-    /// What the school asks after this attempt.
-    asked: Option<Arc<AskedSurvey>>,
+    /// What is asked after this attempt, one after the other.
+    asked: VecDeque<Arc<AskedSurvey>>,
     survey: Option<Survey>,
 }
 
@@ -65,13 +66,14 @@ impl Debrief {
         trial: &LiveTrial,
         finished: Finished,
         pairing: Option<Pairing>,
-        asked: Option<Arc<AskedSurvey>>,
+        asked: Vec<Arc<AskedSurvey>>,
     ) -> Result<Self, Failure> {
         let servo = finished.report.map(|report| report.to_string());
         let kept = match finished.kept {
             Ok(kept) => Ok(JudgedAttempt::new(trial, kept)?),
             Err(unsaved) => Err(Rescue::new(unsaved)),
         };
+        let asked = VecDeque::from(asked);
         let mut debrief = Self { kept, servo, pairing, delivery: None, refused: None, asked, survey: None };
         debrief.deliver();
         Ok(debrief)
@@ -83,18 +85,28 @@ impl Debrief {
         if judged.recording.session.trainee.is_empty() {
             return;
         }
-        let sent = Outbox::open(None).and_then(|outbox| {
-            let call = desk::deliver(&outbox, &judged.kept.path, pairing.clone())?;
-            Ok((call, outbox))
-        });
+        let sent = Outbox::open(None).and_then(|outbox| desk::deliver(&outbox, &judged.kept.path, pairing.clone()));
         match sent {
-            Ok((call, outbox)) => {
+            Ok(call) => {
                 self.delivery = Some(call);
-                let session = judged.recording.session.session_id;
-                self.survey = self.asked.take().map(|asked| Survey::new(asked, session, pairing.clone(), outbox));
+                self.ask_next();
             }
             Err(failure) => self.refused = Some(failure.to_string()),
         }
+    }
+
+    /// Offers what is asked next, if anything is.
+    fn ask_next(&mut self) {
+        let (Ok(judged), Some(pairing)) = (&self.kept, &self.pairing) else { return };
+        let session = judged.recording.session.session_id;
+        let next = self.asked.pop_front();
+        self.survey = next.and_then(|asked| match Outbox::open(None) {
+            Ok(outbox) => Some(Survey::new(asked, session, pairing.clone(), outbox)),
+            Err(failure) => {
+                self.refused = Some(failure.to_string());
+                None
+            }
+        });
     }
 
     /// What becomes of the recording, in a line.
@@ -139,8 +151,9 @@ impl Debrief {
         let Ok(judged) = &self.kept else { return AfterDebrief::Stay };
         let next = egui::Panel::bottom("next").show(ui, |ui| show_next_buttons(ui, judged)).inner;
         if self.survey.as_mut().is_some_and(|survey| survey.ui(ui)) {
-            self.survey = None;
+            self.ask_next();
         }
+        let Ok(judged) = &self.kept else { return next };
         scrolling_page(ui, |ui| {
             judged.ui(ui);
             self.delivery_ui(ui);

@@ -1,9 +1,11 @@
-//! Signing in at a station that has joined a school, by the code from the trainee's own page.
+//! Signing in at a station that has joined a school, by the code from one's own page, or a guest's of a study.
+
+use std::sync::Arc;
 
 use eframe::egui::{self, Align, Key, Layout, Modifiers, TextEdit, Ui};
 
 use super::colours;
-use crate::live::desk::{Call, DeskAnswer, SignedIn, read, sign_in};
+use crate::live::desk::{AskedSurvey, Call, DeskAnswer, SignedIn, read, sign_in};
 use crate::station::Pairing;
 
 /// Who sits here.
@@ -11,6 +13,8 @@ use crate::station::Pairing;
 pub struct Desk {
     code: String,
     call: Option<Call<SignedIn>>,
+    /// The exercises that they have practised since.
+    practised: Vec<String>,
 }
 
 impl Desk {
@@ -20,6 +24,13 @@ impl Desk {
             DeskAnswer::Came(who) => Some(who),
             DeskAnswer::Waiting | DeskAnswer::Refused(_) => None,
         }
+    }
+
+    /// Notes an attempt of whoever sits here; says what is asked after it.
+    pub fn note_attempt(&mut self, exercise: &str) -> Vec<Arc<AskedSurvey>> {
+        let Some(who) = self.signed_in() else { return Vec::new() };
+        self.practised.push(exercise.to_owned());
+        who.asked_after(&self.practised)
     }
 
     /// The school is being asked who this is.

@@ -323,7 +323,7 @@ impl Window {
     fn debrief(&mut self, at: usize, trial: TrialScreen) -> Screen {
         let (trial, finished) = trial.stop();
         let pairing = self.station.as_ref().and_then(|station| station.pairing.clone());
-        let asked = self.desk.signed_in().and_then(|who| who.asked_after(&trial.bundle.exercise.id));
+        let asked = self.desk.note_attempt(&trial.bundle.exercise.id);
         match Debrief::new(&trial, finished, pairing, asked) {
             Ok(debrief) => {
                 if let (Some(station), Some(assessment)) = (&self.station, debrief.assessment()) {

@@ -120,6 +120,7 @@ async fn make_for_course(
         owner_id: None,
         identity: Identity::Pseudonymous,
         after_attempts: true,
+        study: None,
         generated: false,
         opens_at: now,
         closes_at: None,

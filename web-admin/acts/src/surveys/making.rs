@@ -48,6 +48,7 @@ pub async fn make(state: &Service, person: &CurrentPerson, wanted: &SurveyReques
         owner_id: Some(person.id),
         identity: wanted.identity,
         after_attempts: wanted.after_attempts,
+        study: None,
         generated: wanted.generated,
         opens_at: wanted.opens_at,
         closes_at: wanted.closes_at,

@@ -109,6 +109,11 @@ async fn response(
     }
     let attempt = Some(session.id);
     let begun = surveys::draft_of(&mut *writer, survey.school_id, survey.id, session.trainee_id, attempt).await?;
+    if let Some(link) = begun.as_ref().filter(|begun| begun.state == ResponseState::Invited) {
+        // Nobody has followed the link that a study made meanwhile.
+        surveys::set_token(writer, link.school_id, link.id, &token_sha256).await?;
+        return surveys::by_token(writer, &token_sha256).await?.ok_or(Error::NotFound);
+    }
     if begun.is_some() || surveys::answered(&mut *writer, survey, session.trainee_id, attempt).await? {
         return Err(Error::Conflict(ANSWERED.to_owned()));
     }

@@ -8,7 +8,7 @@ mod scales;
 use serde::{Deserialize, Serialize};
 
 use crate::Moment;
-use crate::ids::{PersonId, RevisionId, SchoolId, SurveyId};
+use crate::ids::{PersonId, RevisionId, SchoolId, StudyId, SurveyId};
 
 /// The role of whoever answers by a link.
 pub const PROFESSIONAL: &str = "professional";
@@ -75,6 +75,10 @@ pub struct Survey {
     pub identity: Identity,
     /// Asked after each attempt.
     pub after_attempts: bool,
+    /// The study that asks it of its participants.
+    pub study_id: Option<StudyId>,
+    /// A study asks it after the last attempt, not after each.
+    pub at_end: bool,
     /// The answers were made by a program.
     pub generated: bool,
     /// From when on it can be answered.

@@ -11,11 +11,11 @@ use model::assignment::{AssignmentStage, AssignmentTask};
 use model::due::local;
 use model::ids::{AssignmentId, PersonId, SchoolId};
 use model::progress::{Course, Mastery, Progress, StepProgress, StepState};
-use model::{Moment, assignment};
+use model::{Moment, PersonKey, assignment};
 use serde::Serialize;
 use store::curricula::TaughtCurriculum;
 use store::exercises::{self, Revision, RevisionBytes};
-use store::{curricula, practice};
+use store::{curricula, practice, studies};
 use utoipa::ToSchema;
 
 use super::caller::Caller;
@@ -272,6 +272,20 @@ pub(super) async fn listed_exercises(
     listed.sort_by_key(|exercise| {
         (!exercise.assigned, place(exercise).filter(|_| exercise.assigned), !exercise.next, !exercise.due)
     });
+    Ok(listed)
+}
+
+/// What a guest practises: the exercises of their study, in the order of all, each to be done now.
+pub(super) async fn studied_exercises(
+    state: &AppState,
+    school: SchoolId,
+    guest: PersonId,
+) -> Result<Vec<ListedExercise>, Error> {
+    let guest = PersonKey { school_id: school, person_id: guest };
+    let studied = studies::list_studied_exercises(state.db.reader(), guest).await?;
+    let mut listed = listed_exercises(state, school, None).await?;
+    listed.retain(|exercise| studied.contains(&exercise.exercise_id));
+    listed.iter_mut().for_each(|exercise| exercise.due = true);
     Ok(listed)
 }
 

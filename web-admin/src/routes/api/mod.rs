@@ -8,6 +8,7 @@ use axum::middleware::from_fn_with_state;
 use axum::routing::get;
 pub(crate) use caller::bearer_token;
 use serde::de::DeserializeOwned;
+pub(crate) use surveys::open_attempts;
 use utoipa::openapi::OpenApi as Description;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;

@@ -4,6 +4,7 @@ use acts::stations;
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
+use model::Role;
 use model::ids::StationId;
 use serde::{Deserialize, Serialize};
 use store::schools;
@@ -78,10 +79,10 @@ pub(super) async fn show_station(State(state): State<AppState>, caller: Caller) 
     Ok(Json(StationView { station_id: station.id, name: station.name.clone(), school }))
 }
 
-/// A trainee at a station.
+/// Somebody at a station.
 #[derive(Deserialize, ToSchema)]
 pub(super) struct SignInRequest {
-    /// The code from the trainee's own page; case, spaces and hyphens do not matter.
+    /// The code from one's own page, or a guest's of a study; case, spaces and hyphens do not matter.
     #[serde(alias = "pin")]
     code: String,
 }
@@ -99,7 +100,7 @@ pub(super) struct SignedInView {
     surveys: Vec<StationSurvey>,
 }
 
-/// Signs a trainee of the station's school in. After 20 wrong codes in an hour the station is locked for the rest of it.
+/// Signs somebody of the station's school in, or a guest of a study, whose code is good once. After 20 wrong codes in an hour the station is locked for the rest of it.
 #[utoipa::path(post, path = "/stations/sign-in", tag = "stations", operation_id = "sign_in_at_station", request_body = SignInRequest,
     responses((status = 200, body = SignedInView), (status = 401, body = ProblemDocument),
               (status = 403, body = ProblemDocument, description = "Nobody's code, or not a station's token"),
@@ -110,7 +111,10 @@ pub(super) async fn sign_in_at_station(
     ApiJson(asked): ApiJson<SignInRequest>,
 ) -> Result<Json<SignedInView>, ApiError> {
     let person = stations::sign_in(&state, caller.station()?, &asked.code).await?;
-    let exercises = documents::listed_exercises(&state, person.school_id, Some(person.id)).await?;
+    let exercises = match person.role {
+        Role::Guest => documents::studied_exercises(&state, person.school_id, person.id).await?,
+        _ => documents::listed_exercises(&state, person.school_id, Some(person.id)).await?,
+    };
     let surveys = surveys::surveys_at_station(&state, person.school_id, person.id).await?;
     Ok(Json(SignedInView { trainee: person.pseudonym, display_name: person.display_name, exercises, surveys }))
 }

@@ -7,13 +7,14 @@ use acts::surveys as asking;
 use acts::surveys::AnsweredSheet;
 use axum::Json;
 use axum::extract::{Path, State};
+use model::PersonKey;
 use model::ids::{PersonId, SchoolId, SessionId, SurveyId};
 use model::survey::{Identity, ResponseState, Survey};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use store::sessions::{self, Session};
-use store::surveys;
 use store::surveys::Practised;
+use store::{studies, surveys};
 use utoipa::ToSchema;
 
 use super::caller::Caller;
@@ -64,6 +65,10 @@ pub(super) struct StationSurvey {
     questions: Questions,
     /// After which exercises; none: after all.
     exercises: Vec<String>,
+    /// A study asks it: at the station, however long it takes.
+    study: bool,
+    /// From the how-manieth attempt at those exercises on, counted from this sign-in: a study may ask after the last one.
+    from_attempt: u32,
 }
 
 async fn questions_of_survey(state: &AppState, survey: Survey) -> Result<Questions, Error> {
@@ -83,7 +88,16 @@ async fn questions_of_survey(state: &AppState, survey: Survey) -> Result<Questio
     })
 }
 
-/// What a trainee may be asked at a station after whatever they practise there, though the station lose the service.
+/// How many attempts somebody has yet to make before a survey is asked: those of a study that asks it at its end.
+pub(crate) async fn open_attempts(state: &AppState, survey: &Survey, person: PersonId) -> Result<u32, Error> {
+    let person = PersonKey { school_id: survey.school_id, person_id: person };
+    match survey.study_id.filter(|_| survey.at_end) {
+        Some(study) => Ok(studies::count_open_attempts(state.db.reader(), person, study).await?),
+        None => Ok(0),
+    }
+}
+
+/// What somebody may be asked at a station after whatever they practise there, though the station lose the service.
 pub(super) async fn surveys_at_station(
     state: &AppState,
     school: SchoolId,
@@ -97,7 +111,14 @@ pub(super) async fn surveys_at_station(
     for survey in open {
         let own = after.iter().filter(|(id, _)| *id == survey.id);
         let exercises = own.map(|(_, exercise)| exercise.clone()).collect();
-        asked.push(StationSurvey { questions: questions_of_survey(state, survey).await?, exercises });
+        let study = survey.study_id.is_some();
+        let from_attempt = open_attempts(state, &survey, trainee).await?.max(1);
+        asked.push(StationSurvey {
+            questions: questions_of_survey(state, survey).await?,
+            exercises,
+            study,
+            from_attempt,
+        });
     }
     Ok(asked)
 }
@@ -114,7 +135,8 @@ pub(super) async fn list_surveys_after(
     let reader = state.db.reader();
     let mut asked = Vec::new();
     for survey in surveys::after_attempt(reader, Practised::by(&session), state.clock.now()).await? {
-        if !surveys::answered(reader, &survey, session.trainee_id, Some(id)).await? {
+        let open = open_attempts(&state, &survey, session.trainee_id).await? == 0;
+        if open && !surveys::answered(reader, &survey, session.trainee_id, Some(id)).await? {
             let path = format!("/surveys/{}?session={id}", survey.id);
             asked.push(SurveyAfter { questions: questions_of_survey(&state, survey).await?, path });
         }

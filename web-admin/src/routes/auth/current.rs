@@ -146,7 +146,7 @@ impl<S: Send + Sync> FromRequestParts<S> for Teacher {
         let Visitor(person) = Visitor::from_request_parts(parts, state).await?;
         match person.role {
             Role::Instructor | Role::Administrator => Ok(Self(person)),
-            Role::Trainee => Err(refuse_role(tr!("this page is for those who teach"))),
+            Role::Trainee | Role::Guest => Err(refuse_role(tr!("this page is for those who teach"))),
         }
     }
 }
@@ -162,7 +162,7 @@ impl<S: Send + Sync> FromRequestParts<S> for Administrator {
         let Visitor(person) = Visitor::from_request_parts(parts, state).await?;
         match person.role {
             Role::Administrator => Ok(Self(person)),
-            Role::Instructor | Role::Trainee => Err(refuse_role(tr!("this page is for administrators"))),
+            Role::Instructor | Role::Trainee | Role::Guest => Err(refuse_role(tr!("this page is for administrators"))),
         }
     }
 }

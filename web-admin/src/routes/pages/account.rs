@@ -5,12 +5,12 @@ use acts::{accounts, passwords};
 use axum::extract::State;
 use axum::http::header;
 use axum::response::{IntoResponse, Redirect, Response};
-use model::CurrentPerson;
 use model::password_refused::PasswordRefused;
+use model::{CurrentPerson, Moment};
 use pages::account::AccountPage;
 use pages::{NavPlace, Shell};
 use serde::Deserialize;
-use store::{cohorts, directory, exports, people, schools, second_factors};
+use store::{cohorts, directory, exports, people, schools, second_factors, sign_in_codes};
 use tower_sessions::Session;
 use words::Language;
 
@@ -41,6 +41,8 @@ async fn make_account_page(state: &AppState, person: &CurrentPerson, csrf: &Csrf
         acts: cohorts::list_membership_acts(reader, person.school_id, person.id).await?,
         language: person.language,
         second_factor: second_factors::is_second_factor_on(reader, person.into()).await?,
+        practice: format!("/trainees/{}", person.id),
+        sign_in_code: sign_in_codes::find_code_time(reader, person.school_id, person.id).await?.map(Moment::to_utc),
         refused: None,
     })
 }

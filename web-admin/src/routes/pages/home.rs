@@ -24,7 +24,7 @@ pub(super) async fn show_home(
 ) -> Result<Response, PageError> {
     let shell = Shell::new(&person, csrf.token(), NavPlace::Home);
     Ok(match person.role {
-        Role::Trainee => {
+        Role::Trainee | Role::Guest => {
             let own = NamedItem { id: person.id, name: person.display_name.clone() };
             trainees::make_trainee_page(&state, shell, &person, own, query).await?.into_response()
         }

@@ -44,6 +44,7 @@ mod segments;
 mod service;
 mod sessions;
 mod standing;
+mod studies;
 mod supervision;
 mod surveys;
 mod tokens;
@@ -88,6 +89,7 @@ pub fn page_routes() -> Routes {
         .route("/review", get(review::show_queue))
         .route("/sign-in-code", post(trainees::make_sign_in_code))
         .merge(surveys::survey_routes())
+        .merge(studies::study_routes())
         .merge(ratings::rating_routes())
         .merge(consents::consent_routes())
         .merge(segments::segment_routes())

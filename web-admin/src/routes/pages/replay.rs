@@ -73,7 +73,7 @@ async fn make_replay_page(
             None => None,
         },
         consent: match person.role {
-            Role::Trainee => None,
+            Role::Trainee | Role::Guest => None,
             _ => Some(experts::list_consents(reader, person.school_id, person.id).await?.map(Moment::to_utc)),
         },
         comments: comment_views(&said, person),

@@ -24,7 +24,7 @@ const fn kind(key: &'static str, rows: &'static str) -> RecordKind {
 }
 
 /// What others did about them, and what stands in their name.
-const ABOUT: [RecordKind; 19] = [
+const ABOUT: [RecordKind; 20] = [
     kind(
         "overrides",
         "SELECT o.session_id, o.score, o.passed AS is_pass, o.reason, p.display_name AS made_by, o.made_at
@@ -82,6 +82,11 @@ const ABOUT: [RecordKind; 19] = [
          WHERE p.school_id = $1 AND p.id = $2",
     ),
     kind("password_links", "SELECT purpose, expires_at FROM account_links WHERE school_id = $1 AND person_id = $2"),
+    kind(
+        "studies",
+        "SELECT u.title, u.controller, u.contact, u.consent, t.facts AS facts_json, t.added_at, t.consented_at, t.withdrawn_at
+         FROM study_participants t JOIN studies u ON u.id = t.study_id WHERE t.school_id = $1 AND t.person_id = $2",
+    ),
     kind("sign_in_codes", "SELECT made_at FROM sign_in_codes WHERE school_id = $1 AND person_id = $2"),
     kind(
         "recording_links",
@@ -122,7 +127,7 @@ const ABOUT: [RecordKind; 19] = [
 ];
 
 /// What they did themselves, to others' or to the school's things.
-const DONE: [RecordKind; 17] = [
+const DONE: [RecordKind; 19] = [
     kind(
         "comments_made",
         "SELECT id, session_id, answers, kind, from_s, to_s, body, made_at, withdrawn_at FROM comments
@@ -188,6 +193,11 @@ const DONE: [RecordKind; 17] = [
     kind(
         "drafts_saved",
         "SELECT id, kind, document_id, document, scene, saved_at FROM drafts WHERE school_id = $1 AND saved_by = $2",
+    ),
+    kind("studies_made", "SELECT id, title, created_at, closed_at FROM studies WHERE school_id = $1 AND owner_id = $2"),
+    kind(
+        "study_participants_added",
+        "SELECT study_id, person_id, added_at FROM study_participants WHERE school_id = $1 AND added_by = $2",
     ),
     kind("rosters_sent", "SELECT id, file_name, made_at FROM rosters WHERE school_id = $1 AND made_by = $2"),
     kind("pairing_codes_made", "SELECT expires_at FROM pairing_codes WHERE school_id = $1 AND made_by = $2"),

@@ -181,12 +181,13 @@ pub async fn latest_at(
         Role::Administrator => listed!(
             "",
             "(SELECT n.id FROM sessions n WHERE n.school_id = $1 AND n.exercise_id = $5
+                 AND (SELECT role FROM people WHERE people.id = n.trainee_id) <> 'guest'
                ORDER BY n.started_at DESC, n.id DESC LIMIT $3) chosen
              CROSS JOIN sessions s ON s.school_id = $1 AND s.id = chosen.id",
             "WHERE s.school_id = $1"
         ),
         // As in [`latest_taught`], with their own.
-        Role::Instructor | Role::Trainee => listed!(
+        Role::Instructor | Role::Trainee | Role::Guest => listed!(
             "",
             "(SELECT n.id FROM (SELECT trainee_id AS person_id FROM taught_trainees WHERE teacher_id = $2 UNION SELECT $2) seen
                CROSS JOIN sessions n ON n.school_id = $1 AND n.id IN (
@@ -208,7 +209,7 @@ pub async fn latest_at(
         .await
 }
 
-/// Attempts of a school, newest first, after one of them; at most `limit`.
+/// Attempts of a school's people, newest first, after one of them; at most `limit`. Those of guests are in their studies.
 pub async fn records_after(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
@@ -219,6 +220,7 @@ pub async fn records_after(
         ", s.trainee_id, p.pseudonym, s.exercise_id, s.exercise_sha256, s.received_at, s.duration_s, s.complete, s.device,
            s.simulator_version, s.claimed_started_at, q.signed, q.resimulated, q.supervised",
         "(SELECT n.id FROM sessions n WHERE n.school_id = $1 AND (n.started_at, n.id) < ($2, $5)
+             AND (SELECT role FROM people WHERE people.id = n.trainee_id) <> 'guest'
            ORDER BY n.started_at DESC, n.id DESC LIMIT $3) chosen
          CROSS JOIN sessions s ON s.school_id = $1 AND s.id = chosen.id
          CROSS JOIN proofs q ON q.school_id = $1 AND q.session_id = chosen.id",

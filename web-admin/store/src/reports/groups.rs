@@ -136,7 +136,7 @@ pub async fn pseudonyms(
     Ok(found.into_iter().collect())
 }
 
-/// A trainee whom a person may see: themselves, a trainee of a cohort they teach, or any for an administrator.
+/// Somebody whose practice a person may see: themselves, a trainee of a cohort they teach, or any for an administrator.
 pub async fn trainee(
     executor: impl SqliteExecutor<'_>,
     viewer: &CurrentPerson,
@@ -144,8 +144,8 @@ pub async fn trainee(
 ) -> Result<Option<NamedItem<PersonId>>> {
     sqlx::query_as(
         "SELECT p.id, p.display_name AS name FROM people p
-         WHERE p.school_id = $1 AND p.id = $3 AND p.role = 'trainee' AND ($4 OR p.id = $2 OR EXISTS (
-           SELECT 1 FROM taught_trainees taught WHERE taught.teacher_id = $2 AND taught.trainee_id = p.id))",
+         WHERE p.school_id = $1 AND p.id = $3 AND (p.id = $2 OR p.role = 'trainee' AND ($4 OR EXISTS (
+           SELECT 1 FROM taught_trainees taught WHERE taught.teacher_id = $2 AND taught.trainee_id = p.id)))",
     )
     .bind(viewer.school_id)
     .bind(viewer.id)

@@ -133,7 +133,7 @@ pub async fn of_person(
 pub struct Practised<'a> {
     /// Their school.
     pub school: SchoolId,
-    /// The trainee.
+    /// Whoever practises.
     pub trainee: PersonId,
     /// The exercise; none: any.
     pub exercise: Option<&'a str>,
@@ -147,7 +147,7 @@ impl<'a> Practised<'a> {
     }
 }
 
-/// The open surveys that are asked after an attempt.
+/// The open surveys that are asked after an attempt: of trainees by their cohort or of all of them, and of whoever takes part in a study.
 pub async fn after_attempt(
     executor: impl SqliteExecutor<'_>,
     practised: Practised<'_>,
@@ -158,10 +158,13 @@ pub async fn after_attempt(
            AND (s.closes_at IS NULL OR s.closes_at > $4)
            AND ($3 IS NULL OR NOT EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = s.id)
              OR EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = s.id AND e.exercise_id = $3))
-           AND (NOT EXISTS (SELECT 1 FROM survey_cohorts sc WHERE sc.survey_id = s.id)
-             OR EXISTS (SELECT 1 FROM survey_cohorts sc JOIN cohort_members m ON m.cohort_id = sc.cohort_id
-               WHERE sc.survey_id = s.id AND m.person_id = $2 AND m.role = 'trainee'))
-         ORDER BY s.created_at"
+           AND CASE WHEN s.study_id IS NOT NULL THEN EXISTS (SELECT 1 FROM study_participants t
+               WHERE t.study_id = s.study_id AND t.person_id = $2 AND t.withdrawn_at IS NULL)
+             WHEN EXISTS (SELECT 1 FROM survey_cohorts sc WHERE sc.survey_id = s.id) THEN
+               EXISTS (SELECT 1 FROM survey_cohorts sc JOIN cohort_members m ON m.cohort_id = sc.cohort_id
+               WHERE sc.survey_id = s.id AND m.person_id = $2 AND m.role = 'trainee')
+             ELSE (SELECT role FROM people WHERE people.id = $2) = 'trainee' END
+         ORDER BY s.at_end, s.created_at"
     ))
     .bind(practised.school)
     .bind(practised.trainee)

@@ -10,7 +10,7 @@ pub use links::{
     exercises, of_course, of_person, remove_tag,
 };
 use model::Moment;
-use model::ids::{PersonId, RevisionId, SchoolId, SurveyId};
+use model::ids::{PersonId, RevisionId, SchoolId, StudyId, SurveyId};
 use model::survey::{Identity, Survey};
 pub use responses::{
     NewResponse, Submission, SurveyResponse, add, by_token, draft_of, put_answers, reset, set_token, submit, withdraw,
@@ -19,6 +19,15 @@ pub use results::{ResponseCounts, ResponseMetric, SubmittedResponse, Tag, attemp
 use sqlx::{SqliteConnection, SqliteExecutor};
 
 use super::Result;
+
+/// The study that asks a survey of its participants.
+#[derive(Clone, Copy, Debug)]
+pub struct StudyOccasion {
+    /// The study.
+    pub id: StudyId,
+    /// After the last attempt, not after each.
+    pub at_end: bool,
+}
 
 /// A survey to be added.
 #[derive(Clone, Copy, Debug)]
@@ -35,6 +44,8 @@ pub struct NewSurvey<'a> {
     pub identity: Identity,
     /// Asked after each attempt.
     pub after_attempts: bool,
+    /// The study that asks it; none: the school does.
+    pub study: Option<StudyOccasion>,
     /// The answers are made by a program.
     pub generated: bool,
     /// From when on it can be answered.
@@ -50,8 +61,8 @@ pub struct NewSurvey<'a> {
 pub async fn insert(writer: &mut SqliteConnection, new: &NewSurvey<'_>, now: Moment) -> Result<SurveyId> {
     sqlx::query_scalar(
         "INSERT INTO surveys (id, school_id, revision_id, title, owner_id, identity, after_attempts, generated,
-           opens_at, closes_at, created_at)
-         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11) RETURNING id",
+           opens_at, closes_at, created_at, study_id, at_end)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13) RETURNING id",
     )
     .bind(SurveyId::made_at(now))
     .bind(new.school_id)
@@ -64,6 +75,8 @@ pub async fn insert(writer: &mut SqliteConnection, new: &NewSurvey<'_>, now: Mom
     .bind(new.opens_at)
     .bind(new.closes_at)
     .bind(now)
+    .bind(new.study.map(|study| study.id))
+    .bind(new.study.is_some_and(|study| study.at_end))
     .fetch_one(writer)
     .await
 }
@@ -73,7 +86,7 @@ macro_rules! survey {
     ($rest:literal) => {
         concat!(
             "SELECT s.id, s.school_id, s.revision_id, r.title AS instrument, s.title, s.owner_id, s.identity,
-               s.after_attempts, s.generated, s.opens_at, s.closes_at, s.created_at
+               s.after_attempts, s.study_id, s.at_end, s.generated, s.opens_at, s.closes_at, s.created_at
              FROM surveys s JOIN instrument_revisions r ON r.school_id = s.school_id AND r.id = s.revision_id ",
             $rest
         )

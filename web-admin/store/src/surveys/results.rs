@@ -125,12 +125,13 @@ pub async fn counts(executor: impl SqliteExecutor<'_>, survey: &Survey, now: Mom
              CROSS JOIN sessions s ON s.school_id = $1 AND s.exercise_id = e.exercise_id AND s.started_at >= $4
                AND s.started_at < $5
              WHERE e.survey_id = $2 AND $3 = 1
-               AND NOT EXISTS (SELECT 1 FROM survey_cohorts sc WHERE sc.survey_id = $2)
+               AND (SELECT role FROM people WHERE people.id = s.trainee_id) = 'trainee' AND NOT EXISTS (SELECT 1 FROM survey_cohorts sc WHERE sc.survey_id = $2)
              UNION ALL
              SELECT 1 FROM (SELECT 1 WHERE $3 = 1
                AND NOT EXISTS (SELECT 1 FROM survey_cohorts sc WHERE sc.survey_id = $2)
                AND NOT EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = $2)) everybody
              CROSS JOIN sessions s ON s.school_id = $1 AND s.started_at >= $4 AND s.started_at < $5
+             WHERE (SELECT role FROM people WHERE people.id = s.trainee_id) = 'trainee'
              LIMIT 50000)) AS attempts
          FROM survey_responses r WHERE r.school_id = $1 AND r.survey_id = $2",
     )

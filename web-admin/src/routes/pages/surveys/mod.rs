@@ -26,6 +26,7 @@ use super::PathId;
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
+use crate::routes::api::open_attempts;
 use crate::routes::auth::{Csrf, CsrfForm, PageHead, Visitor};
 use crate::routes::forms::FormAnswer;
 use crate::routes::survey::{TermsOf, preferred_languages, terms_of_survey};
@@ -115,7 +116,7 @@ async fn show_survey(
     head: PageHead,
     Query(query): Query<SurveyQuery>,
 ) -> Result<Response, PageError> {
-    if person.role != Role::Trainee {
+    if person.role != Role::Trainee && query.session.is_none() {
         let survey = find_school_survey(&state, &person, id).await?;
         let page = make::make_manage_page(&state, &person, &head.csrf, survey, FilledForm::default()).await?;
         return Ok(ManagePage { mailed: query.mailed.zip(query.before), ..page }.into_response());
@@ -159,7 +160,7 @@ async fn make_consent_page(
     })
 }
 
-/// A survey that a trainee is asked: once, or after an attempt of their own.
+/// A survey that somebody is asked: once, or after an attempt of their own.
 async fn find_asked_survey(
     state: &AppState,
     person: &CurrentPerson,
@@ -194,9 +195,6 @@ async fn begin_answer(
     csrf: Csrf,
     CsrfForm(form): CsrfForm<ConsentAnswerForm>,
 ) -> Result<FormAnswer<Response>, PageError> {
-    if person.role != Role::Trainee {
-        return Err(Error::NotFound.into());
-    }
     let survey = find_asked_survey(&state, &person, id, form.session).await?;
     if !form.consent {
         let page = make_consent_page(&state, &survey, form.session, &csrf, &form.lang).await?;
@@ -222,7 +220,8 @@ pub(super) async fn list_surveys_after(
     let reader = state.db.reader();
     let mut found = Vec::new();
     for survey in surveys::after_attempt(reader, Practised::by(session), state.clock.now()).await? {
-        if !surveys::answered(reader, &survey, person.id, Some(session.id)).await? {
+        let open = open_attempts(state, &survey, person.id).await? == 0;
+        if open && !surveys::answered(reader, &survey, person.id, Some(session.id)).await? {
             let minutes = instrument_of(state, &survey).await?.duration_min;
             found.push((survey.title, format!("/surveys/{}?session={}", survey.id, session.id), minutes));
         }

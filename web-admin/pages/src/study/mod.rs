@@ -1,0 +1,289 @@
+//! Validation studies: the list, a new one, one of them with its participants, and a guest's code.
+
+use askama::Template;
+use askama_web::WebTemplate;
+use serde::Deserialize;
+use time::OffsetDateTime;
+
+use crate::form::{FilledForm, read_ticked_box, read_trimmed_text};
+use crate::{Shell, StatusWord, format};
+
+/// `/studies`.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "study/list.html")]
+pub struct StudiesPage {
+    /// Frame.
+    pub shell: Shell,
+    /// Studies that the visitor may see, newest first.
+    pub studies: Vec<StudyRow>,
+}
+
+/// A study in the list.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StudyRow {
+    /// Its page.
+    pub href: String,
+    /// Its title.
+    pub title: String,
+    /// Who runs it.
+    pub owner: String,
+    /// It has not ended.
+    pub open: bool,
+    /// The participants are a program's.
+    pub generated: bool,
+    /// When it was made.
+    pub created_at: OffsetDateTime,
+}
+
+/// The form of a new study.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "study/new.html")]
+pub struct NewStudyPage {
+    /// Frame.
+    pub shell: Shell,
+    /// Exercises that the school gives: id and title.
+    pub exercises: Vec<(String, String)>,
+    /// Instruments: id and title.
+    pub instruments: Vec<(String, String)>,
+    /// What is typed.
+    pub form: FilledForm<NewStudyForm>,
+}
+
+/// The fields of a new study.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(default)]
+pub struct NewStudyForm {
+    /// Title.
+    #[serde(deserialize_with = "read_trimmed_text")]
+    pub title: String,
+    /// Ids of exercises.
+    #[serde(rename = "exercise")]
+    pub exercises: Vec<String>,
+    /// Attempts of each participant at each exercise.
+    #[serde(deserialize_with = "read_trimmed_text")]
+    pub attempts: String,
+    /// Groups, one a line.
+    pub groups: String,
+    /// What is asked of each participant, one a line.
+    pub questions: String,
+    /// Ids of instruments asked after each attempt.
+    pub after: Vec<String>,
+    /// Ids of instruments asked after the last.
+    pub end: Vec<String>,
+    /// What participants agree to.
+    pub consent: String,
+    /// Who answers for the data.
+    #[serde(deserialize_with = "read_trimmed_text")]
+    pub controller: String,
+    /// Whom to ask.
+    #[serde(deserialize_with = "read_trimmed_text")]
+    pub contact: String,
+    /// How long data are kept, in months.
+    #[serde(deserialize_with = "read_trimmed_text")]
+    pub kept: String,
+}
+
+/// A study, with whoever takes part.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "study/one.html")]
+pub struct StudyPage {
+    /// Frame.
+    pub shell: Shell,
+    /// Title.
+    pub title: String,
+    /// Its address.
+    pub href: String,
+    /// It has not ended.
+    pub open: bool,
+    /// The participants are a program's.
+    pub generated: bool,
+    /// What is known of it: name and value.
+    pub facts: Vec<(&'static str, String)>,
+    /// What participants agree to.
+    pub consent: String,
+    /// Names of the groups.
+    pub groups: Vec<String>,
+    /// What is asked of each participant.
+    pub questions: Vec<String>,
+    /// Attempts asked of each participant in all.
+    pub asked: u32,
+    /// Whoever takes part, or has left.
+    pub participants: Vec<ParticipantRow>,
+    /// Somebody who is to be added.
+    pub form: FilledForm<ParticipantForm>,
+}
+
+/// Somebody who takes part.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ParticipantRow {
+    /// Their address below the study's.
+    pub href: String,
+    /// What files say of them.
+    pub pseudonym: String,
+    /// The name of somebody of the school.
+    pub name: Option<String>,
+    /// Their group.
+    pub group: String,
+    /// What they told, in short.
+    pub facts: String,
+    /// Attempts made.
+    pub attempts: u32,
+    /// Answers sent.
+    pub answers: u32,
+    /// When they agreed.
+    pub consented_at: OffsetDateTime,
+    /// When they left.
+    pub withdrawn_at: Option<OffsetDateTime>,
+    /// A code that was not used yet.
+    pub has_code: bool,
+}
+
+/// The fields of somebody who is to take part.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(default)]
+pub struct ParticipantForm {
+    /// The address of somebody of the school; empty for a guest.
+    #[serde(deserialize_with = "read_trimmed_text")]
+    pub email: String,
+    /// The place of their group.
+    #[serde(deserialize_with = "read_trimmed_text")]
+    pub group: String,
+    /// What they told, in the order of the questions.
+    #[serde(rename = "fact")]
+    pub facts: Vec<String>,
+    /// They have read what they agree to, and agree.
+    #[serde(deserialize_with = "read_ticked_box")]
+    pub consent: bool,
+}
+
+/// A guest's code, shown this once.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "study/code.html")]
+pub struct GuestCodePage {
+    /// Frame.
+    pub shell: Shell,
+    /// The study's title, and its page.
+    pub study: (String, String),
+    /// Who, by the pseudonym alone.
+    pub pseudonym: String,
+    /// The code.
+    pub code: String,
+    /// Titles of the exercises.
+    pub exercises: Vec<String>,
+    /// Attempts at each.
+    pub attempts: usize,
+    /// What they have agreed to.
+    pub consent: String,
+    /// Who answers for the data, whom to ask, and how long they are kept.
+    pub terms: Vec<(&'static str, String)>,
+}
+
+/// How long data are kept, in words.
+#[must_use]
+pub fn kept_in_words(months: usize) -> String {
+    trn!("{n} month after the study has ended", "{n} months after the study has ended", months)
+}
+
+impl StudyPage {
+    fn is_group(&self, at: &usize) -> bool {
+        self.form.typed.group == at.to_string()
+    }
+
+    fn fact(&self, at: &usize) -> &str {
+        self.form.typed.facts.get(*at).map_or("", String::as_str)
+    }
+
+    /// Those who have not left.
+    fn taking_part(&self) -> usize {
+        self.participants.iter().filter(|row| row.withdrawn_at.is_none()).count()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Fails when a code is shown without what it is for, or somebody who has left can be given another.
+
+    use model::Role;
+
+    use super::*;
+    use crate::samples;
+
+    fn row(name: Option<&str>, withdrawn_at: Option<OffsetDateTime>) -> ParticipantRow {
+        ParticipantRow {
+            href: "/studies/1/participants/2".to_owned(),
+            pseudonym: "g-1".to_owned(),
+            name: name.map(str::to_owned),
+            group: "Experts".to_owned(),
+            facts: "surgeon, 12".to_owned(),
+            attempts: 2,
+            answers: 1,
+            consented_at: samples::NOW,
+            withdrawn_at,
+            has_code: name.is_none(),
+        }
+    }
+
+    fn study(participants: Vec<ParticipantRow>, open: bool) -> StudyPage {
+        StudyPage {
+            shell: samples::shell(Role::Instructor),
+            title: "Is it like a patient?".to_owned(),
+            href: "/studies/1".to_owned(),
+            open,
+            generated: true,
+            facts: vec![("Contact", "ethics@example.org".to_owned())],
+            consent: "I take part.\nI can leave.".to_owned(),
+            groups: vec!["Novices".to_owned(), "Experts".to_owned()],
+            questions: vec!["Role".to_owned()],
+            asked: 3,
+            participants,
+            form: FilledForm::refused(ParticipantForm::default(), "no consent".to_owned()),
+        }
+    }
+
+    #[test]
+    fn a_study_shows_who_takes_part_and_how_far_they_are() {
+        let all = vec![row(None, None), row(Some("Ana Ek"), None), row(None, Some(samples::NOW))];
+        let html = samples::keep_page("study", &study(all, true));
+        assert!(html.contains("2 of 3") && html.contains("no consent"), "{html}");
+        assert_eq!(html.matches("/participants/2/withdraw").count(), 2, "who has left cannot leave: {html}");
+        let html = samples::keep_page("study-ended", &study(vec![], false));
+        assert!(!html.contains("Add a participant"), "{html}");
+    }
+
+    #[test]
+    fn a_new_study_keeps_what_was_typed_and_a_code_says_what_it_is_for() {
+        let typed =
+            NewStudyForm { exercises: vec!["a".to_owned()], end: vec!["tlx".to_owned()], ..NewStudyForm::default() };
+        let page = NewStudyPage {
+            shell: samples::shell(Role::Instructor),
+            exercises: vec![("a".to_owned(), "A".to_owned()), ("b".to_owned(), "B".to_owned())],
+            instruments: vec![("tlx".to_owned(), "Workload".to_owned())],
+            form: FilledForm::refused(typed, "title: 0 characters".to_owned()),
+        };
+        let html = samples::keep_page("study-new", &page);
+        assert!(html.matches("checked").count() == 2 && html.contains("0 characters"), "{html}");
+        let rows = vec![StudyRow {
+            href: "/studies/1".to_owned(),
+            title: "Is it like a patient?".to_owned(),
+            owner: "Ana Ek".to_owned(),
+            open: true,
+            generated: true,
+            created_at: samples::NOW,
+        }];
+        let shell = samples::shell(Role::Instructor);
+        samples::keep_page("studies", &StudiesPage { shell: shell.clone(), studies: rows });
+        samples::keep_page("studies-none", &StudiesPage { shell: shell.clone(), studies: vec![] });
+        let page = GuestCodePage {
+            shell,
+            study: ("Is it like a patient?".to_owned(), "/studies/1".to_owned()),
+            pseudonym: "g-1".to_owned(),
+            code: "ABC-DEF".to_owned(),
+            exercises: vec!["Feel the layers".to_owned()],
+            attempts: 3,
+            consent: "I take part.".to_owned(),
+            terms: vec![("Contact", "ethics@example.org".to_owned())],
+        };
+        let html = samples::keep_page("study-code", &page);
+        assert!(html.contains("ABC-DEF") && html.contains("Feel the layers") && html.contains("ethics@"), "{html}");
+    }
+}

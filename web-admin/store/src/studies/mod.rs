@@ -1,0 +1,218 @@
+//! Validation studies: what they ask of whom, who takes part, and what they have done.
+
+mod participants;
+
+use model::ids::{PersonId, RevisionId, SchoolId, StudyId};
+use model::survey::Survey;
+use model::{CurrentPerson, Moment, Role};
+pub use participants::{
+    NewParticipant, StudyAttempt, StudyParticipant, add_participant, count_open_attempts, find_participant,
+    list_participants, list_studied_exercises, list_study_attempts, withdraw_participant,
+};
+use sqlx::types::Json;
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+
+use super::Result;
+use super::surveys::survey;
+
+/// A study.
+#[derive(Clone, Debug, PartialEq, FromRow)]
+pub struct Study {
+    /// Id.
+    pub id: StudyId,
+    /// Its school.
+    pub school_id: SchoolId,
+    /// Title.
+    pub title: String,
+    /// Whoever runs it.
+    pub owner_id: PersonId,
+    /// Their name.
+    pub owner: String,
+    /// Attempts asked of each participant at each exercise.
+    pub attempts: u32,
+    /// Names of the groups, from the least experienced to the experts.
+    pub groups: Json<Vec<String>>,
+    /// What is asked of each participant.
+    pub questions: Json<Vec<String>>,
+    /// What they agree to.
+    pub consent: String,
+    /// Who answers for the data.
+    pub controller: String,
+    /// Whom to ask.
+    pub contact: String,
+    /// How long its data are kept after its end, in months.
+    pub kept_months: u32,
+    /// The participants are a program's.
+    pub generated: bool,
+    /// When it was made.
+    pub created_at: Moment,
+    /// When it ended.
+    pub closed_at: Option<Moment>,
+}
+
+/// A study to be added.
+#[derive(Clone, Copy, Debug)]
+pub struct NewStudy<'a> {
+    /// Its school.
+    pub school_id: SchoolId,
+    /// Title.
+    pub title: &'a str,
+    /// Whoever runs it.
+    pub owner_id: PersonId,
+    /// Attempts asked of each participant at each exercise.
+    pub attempts: u32,
+    /// Names of the groups, from the least experienced to the experts.
+    pub groups: &'a [String],
+    /// What is asked of each participant.
+    pub questions: &'a [String],
+    /// What they agree to.
+    pub consent: &'a str,
+    /// Who answers for the data.
+    pub controller: &'a str,
+    /// Whom to ask.
+    pub contact: &'a str,
+    /// How long its data are kept after its end, in months.
+    pub kept_months: u32,
+    /// The participants are a program's.
+    pub generated: bool,
+}
+
+/// An exercise of a study, in the revision that is studied.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct StudyExercise {
+    /// The revision.
+    pub revision_id: RevisionId,
+    /// The exercise's id.
+    pub exercise_id: String,
+    /// Its title.
+    pub title: String,
+}
+
+macro_rules! study {
+    ($rest:literal) => {
+        concat!(
+            "SELECT u.id, u.school_id, u.title, u.owner_id, p.display_name AS owner, u.attempts, u.groups, u.questions,
+               u.consent, u.controller, u.contact, u.kept_months, u.generated, u.created_at, u.closed_at
+             FROM studies u JOIN people p ON p.school_id = u.school_id AND p.id = u.owner_id ",
+            $rest
+        )
+    };
+}
+
+/// Adds a study.
+///
+/// # Errors
+/// When the owner is of another school, or the database fails.
+pub async fn insert_study(writer: &mut SqliteConnection, new: &NewStudy<'_>, now: Moment) -> Result<StudyId> {
+    sqlx::query_scalar(
+        "INSERT INTO studies (id, school_id, title, owner_id, attempts, groups, questions, consent, controller, contact,
+           kept_months, generated, created_at)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13) RETURNING id",
+    )
+    .bind(StudyId::made_at(now))
+    .bind(new.school_id)
+    .bind(new.title)
+    .bind(new.owner_id)
+    .bind(new.attempts)
+    .bind(Json(new.groups))
+    .bind(Json(new.questions))
+    .bind(new.consent)
+    .bind(new.controller)
+    .bind(new.contact)
+    .bind(new.kept_months)
+    .bind(new.generated)
+    .bind(now)
+    .fetch_one(writer)
+    .await
+}
+
+/// Adds an exercise to a study, in the revision that its school gives now. False where the school teaches no such exercise.
+pub async fn add_study_exercise(
+    writer: &mut SqliteConnection,
+    school: SchoolId,
+    study: StudyId,
+    exercise: &str,
+) -> Result<bool> {
+    sqlx::query(
+        "INSERT INTO study_exercises (school_id, study_id, position, revision_id)
+         SELECT e.school_id, $2, (SELECT count(*) FROM study_exercises WHERE study_id = $2), e.revision_id
+         FROM exercises e WHERE e.school_id = $1 AND e.exercise_id = $3",
+    )
+    .bind(school)
+    .bind(study)
+    .bind(exercise)
+    .execute(writer)
+    .await
+    .map(|done| done.rows_affected() == 1)
+}
+
+/// The studies that somebody may see, newest first: an administrator those of the school, anybody else their own.
+pub async fn list_studies(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) -> Result<Vec<Study>> {
+    sqlx::query_as(study!(
+        "WHERE u.school_id = $1 AND ($3 OR u.owner_id = $2) ORDER BY u.created_at DESC, u.id LIMIT 200"
+    ))
+    .bind(viewer.school_id)
+    .bind(viewer.id)
+    .bind(viewer.role == Role::Administrator)
+    .fetch_all(executor)
+    .await
+}
+
+/// One of [`list_studies`].
+pub async fn find_visible_study(
+    executor: impl SqliteExecutor<'_>,
+    viewer: &CurrentPerson,
+    id: StudyId,
+) -> Result<Option<Study>> {
+    sqlx::query_as(study!("WHERE u.school_id = $1 AND u.id = $4 AND ($3 OR u.owner_id = $2)"))
+        .bind(viewer.school_id)
+        .bind(viewer.id)
+        .bind(viewer.role == Role::Administrator)
+        .bind(id)
+        .fetch_optional(executor)
+        .await
+}
+
+/// The exercises of a study, in order.
+pub async fn list_study_exercises(executor: impl SqliteExecutor<'_>, study: &Study) -> Result<Vec<StudyExercise>> {
+    sqlx::query_as(
+        "SELECT e.revision_id, r.exercise_id, r.title FROM study_exercises e
+         JOIN exercise_revisions r ON r.school_id = e.school_id AND r.id = e.revision_id
+         WHERE e.school_id = $1 AND e.study_id = $2 ORDER BY e.position",
+    )
+    .bind(study.school_id)
+    .bind(study.id)
+    .fetch_all(executor)
+    .await
+}
+
+/// What a study asks: after each attempt first, then at the end.
+pub async fn list_study_surveys(executor: impl SqliteExecutor<'_>, study: &Study) -> Result<Vec<Survey>> {
+    sqlx::query_as(survey!("WHERE s.school_id = $1 AND s.study_id = $2 ORDER BY s.at_end, s.created_at, s.id"))
+        .bind(study.school_id)
+        .bind(study.id)
+        .fetch_all(executor)
+        .await
+}
+
+/// Ends a study, or opens it again, and with it what it asks.
+pub async fn close_study(
+    writer: &mut SqliteConnection,
+    school: SchoolId,
+    study: StudyId,
+    at: Option<Moment>,
+) -> Result<()> {
+    sqlx::query("UPDATE surveys SET closes_at = $3 WHERE school_id = $1 AND study_id = $2")
+        .bind(school)
+        .bind(study)
+        .bind(at)
+        .execute(&mut *writer)
+        .await?;
+    sqlx::query("UPDATE studies SET closed_at = $3 WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(study)
+        .bind(at)
+        .execute(writer)
+        .await
+        .map(drop)
+}

@@ -1,0 +1,212 @@
+//! Studies through the front door. Fails when a guest leaves more than a pseudonym, counts outside the study, signs in twice by
+//! one code or without having agreed; when an answer is not of the attempt after which it was given; and when somebody who has
+//! left is still in the study.
+
+use axum::body::Body;
+use axum::http::Request;
+use model::ids::SessionId;
+use serde_json::{Value, json};
+use web_admin::worker;
+
+use super::support::client::{Answer, Client, csrf_in};
+use super::support::recordings::{Attempt, record};
+use super::surveys::{School, send};
+
+const STUDY: [(&str, &str); 11] = [
+    ("title", "Is it like a patient?"),
+    ("exercise", "feel-the-layers"),
+    ("attempts", "2"),
+    ("groups", "Novices\r\nExperts"),
+    ("questions", "Role\r\nYears"),
+    ("after", "nasa-tlx"),
+    ("end", "simulator-validity"),
+    ("consent", "I take part.\r\nI can leave."),
+    ("controller", "North"),
+    ("contact", "study@example.org"),
+    ("kept", "12"),
+];
+
+/// A school in which a study is held, and a station.
+struct StudyDay {
+    school: School,
+    teacher: Client,
+    study: String,
+    station: Client,
+}
+
+impl StudyDay {
+    async fn new() -> Self {
+        let school = School::new().await;
+        let mut teacher = school.app.signed_in("teacher@example.org").await;
+        let csrf = csrf_in(&teacher.get("/studies/new").await.text());
+        let made = send(&mut teacher, "/studies/new", &[&[("csrf", csrf.as_str())], &STUDY[..]].concat()).await;
+        assert_eq!(made.status, 303, "{}", made.text());
+        let station = school.app.with_token(&school.app.station(school.id).await);
+        Self { school, study: made.header("location").to_owned(), teacher, station }
+    }
+
+    /// Sends a form of the study's page.
+    async fn post(&mut self, path: &str, fields: &[(&str, &str)]) -> Answer {
+        let csrf = csrf_in(&self.teacher.get(&self.study).await.text());
+        send(&mut self.teacher, path, &[&[("csrf", csrf.as_str())], fields].concat()).await
+    }
+
+    async fn add(&mut self, fields: &[(&str, &str)]) -> Answer {
+        self.post(&format!("{}/participants", self.study), fields).await
+    }
+
+    /// The code of a guest who is an expert.
+    async fn guest(&mut self) -> String {
+        let fields = [("group", "1"), ("fact", "surgeon"), ("fact", "12"), ("consent", "yes")];
+        code_in(&self.add(&fields).await)
+    }
+
+    async fn sign_in(&mut self, code: &str) -> Answer {
+        let request = Request::post("/api/v1/stations/sign-in").header("content-type", "application/json");
+        self.station.send(request.body(Body::from(json!({ "code": code }).to_string())).unwrap()).await
+    }
+
+    /// An attempt of somebody at the station.
+    async fn attempt(&mut self, trainee: &Value) -> SessionId {
+        let session_id = SessionId::random();
+        let trainee = trainee.as_str().unwrap().to_owned();
+        let attempt = Attempt { session_id, trainee, ..Attempt::default() };
+        let answer = self.station.upload(&record(&attempt)).await;
+        assert_eq!(answer.status, 201, "{}", answer.text());
+        worker::work_off_jobs(&self.school.app.state).await.unwrap();
+        session_id
+    }
+
+    /// Answers at the station what is asked after an attempt.
+    async fn answer(&mut self, session: SessionId, survey: &Value, item: &str) -> Answer {
+        let path = format!("/api/v1/sessions/{session}/survey/{}", survey["survey_id"].as_str().unwrap());
+        let secret: String = session.uuid().simple().to_string().repeat(2);
+        let secret = if item == "mental" { secret } else { secret.chars().rev().collect() };
+        let value = if item == "mental" { 40 } else { 4 };
+        let given =
+            json!({ "secret": secret, "language": "en", "consent": true, "answers": { item: value }, "sent": true });
+        let request = Request::put(&path).header("content-type", "application/json");
+        self.station.send(request.body(Body::from(given.to_string())).unwrap()).await
+    }
+
+    async fn count(&self, statement: &'static str) -> i64 {
+        sqlx::query_scalar(statement).fetch_one(self.school.app.state.db.reader()).await.unwrap()
+    }
+}
+
+fn code_in(answer: &Answer) -> String {
+    let page = answer.text();
+    assert_eq!(answer.status, 200, "{page}");
+    assert!(page.contains("I can leave.") && page.contains("study@example.org"), "what was agreed to: {page}");
+    page.split("code-to-type\">").nth(1).expect("a code").split('<').next().unwrap().to_owned()
+}
+
+#[tokio::test]
+async fn a_guest_goes_from_a_code_to_answers_tied_to_the_attempt() {
+    let mut day = StudyDay::new().await;
+    let refused = day.add(&[("group", "1"), ("fact", "surgeon")]).await;
+    assert!(refused.status == 422 && refused.text().contains("who has not agreed"), "{}", refused.text());
+    let code = day.guest().await;
+    let signed_in = day.sign_in(&code).await.json();
+    assert_eq!(signed_in["trainee"], signed_in["display_name"], "a pseudonym and nothing else");
+    let exercises = signed_in["exercises"].as_array().unwrap();
+    assert_eq!((exercises.len(), &exercises[0]["due"]), (1, &true.into()), "{signed_in}");
+    let surveys = signed_in["surveys"].as_array().unwrap();
+    let asked: Vec<_> = surveys.iter().map(|s| (s["study"].as_bool(), s["from_attempt"].as_u64())).collect();
+    assert_eq!(asked, [(Some(true), Some(1)), (Some(true), Some(2))], "after each, and after the second");
+    assert_eq!(day.sign_in(&code).await.status, 403, "good once");
+    let first = day.attempt(&signed_in["trainee"]).await;
+    assert_eq!(day.answer(first, &surveys[0], "mental").await.status, 200);
+    let second = day.attempt(&signed_in["trainee"]).await;
+    assert_eq!(day.answer(second, &surveys[0], "mental").await.status, 200);
+    assert_eq!(day.answer(second, &surveys[1], "looks").await.status, 200);
+    let page = day.teacher.get(&day.study.clone()).await.text();
+    assert!(page.contains("2 of 2") && page.contains("surgeon · 12") && page.contains(">3</td>"), "{page}");
+    let tied = "SELECT count(*) FROM survey_responses r JOIN sessions s ON s.id = r.session_id
+                AND s.trainee_id = r.person_id WHERE r.state = 'submitted'";
+    assert_eq!(day.count(tied).await, 3);
+}
+
+#[tokio::test]
+async fn a_guest_counts_nowhere_but_in_the_study_and_has_no_account() {
+    let mut day = StudyDay::new().await;
+    let code = day.guest().await;
+    let trainee = day.sign_in(&code).await.json()["trainee"].clone();
+    let session = day.attempt(&trainee).await;
+    assert_eq!(day.count("SELECT coalesce(sum(attempts), 0) FROM tallies").await, 0);
+    let mut head = day.school.app.signed_in("head@example.org").await;
+    let pseudonym = trainee.as_str().unwrap();
+    for path in ["/people", "/review", "/progress/attempts.csv", "/exercises/feel-the-layers", "/"] {
+        let page = head.get(path).await;
+        assert_eq!(page.status, 200, "{path}");
+        assert!(
+            !page.text().contains(pseudonym) && !page.text().contains(&session.to_string()),
+            "{path}: {}",
+            page.text()
+        );
+    }
+    let sql = "SELECT lower(hex(id)) FROM people WHERE role = 'guest'";
+    let guest: String = sqlx::query_scalar(sql).fetch_one(day.school.app.state.db.reader()).await.unwrap();
+    let guest: model::ids::PersonId = guest.parse().unwrap();
+    assert_eq!(head.get(&format!("/people/{guest}")).await.status, 404);
+    let address = format!("{pseudonym}@guest.invalid");
+    assert_eq!(day.school.app.stranger().sign_in(&address, "").await.status, 401);
+    assert_eq!(day.count("SELECT count(*) FROM mails").await, 0);
+    let page = day.teacher.get(&format!("/sessions/{session}")).await;
+    assert_eq!(page.status, 404, "who runs a study sees figures, not attempts of single people");
+}
+
+#[tokio::test]
+async fn whoever_leaves_is_out_with_all_they_said() {
+    let mut day = StudyDay::new().await;
+    let code = day.guest().await;
+    let signed_in = day.sign_in(&code).await.json();
+    let session = day.attempt(&signed_in["trainee"]).await;
+    assert_eq!(day.answer(session, &signed_in["surveys"][0], "mental").await.status, 200);
+    let page = day.teacher.get(&day.study.clone()).await.text();
+    let path = page.split("action=\"").find(|rest| rest.contains("/withdraw\"")).unwrap().split('"').next().unwrap();
+    let (withdraw, code) = (path.to_owned(), path.replace("/withdraw", "/code"));
+    let renewed = day.post(&code, &[]).await;
+    let unused = code_in(&renewed);
+    assert_eq!(day.post(&withdraw, &[]).await.status, 303);
+    assert_eq!(day.sign_in(&unused).await.status, 403, "an open code is closed");
+    assert_eq!(day.post(&code, &[]).await.status, 404);
+    assert_eq!(day.post(&withdraw, &[]).await.status, 404, "once is enough");
+    let page = day.teacher.get(&day.study.clone()).await.text();
+    assert!(page.contains("left on 20 May 2026") && !page.contains("surgeon"), "{page}");
+    assert_eq!(
+        day.count("SELECT count(*) FROM survey_responses WHERE answers <> '[]' OR person_id IS NOT NULL").await,
+        0
+    );
+}
+
+#[tokio::test]
+async fn people_of_the_school_take_part_and_answer_by_link_afterwards() {
+    let mut day = StudyDay::new().await;
+    let fields = |email| [("email", email), ("group", "0"), ("consent", "yes")];
+    assert_eq!(day.add(&fields("nobody@example.org")).await.status, 422);
+    assert_eq!(day.add(&fields("other@example.org")).await.status, 303);
+    assert_eq!(day.add(&fields("other@example.org")).await.status, 422, "once");
+    let mut other = day.school.app.signed_in("other@example.org").await;
+    assert_eq!(other.get(&day.study.clone()).await.status, 404, "a study is whoever's who runs it");
+    let csrf = csrf_in(&other.get("/account").await.text());
+    let page = other.form("/sign-in-code", &[("csrf", &csrf)]).await.text();
+    let code = page.split("code-to-type\">").nth(1).unwrap().split('<').next().unwrap().to_owned();
+    let signed_in = day.sign_in(&code).await.json();
+    let session = day.attempt(&signed_in["trainee"]).await;
+    let own = other.get(&format!("/sessions/{session}")).await.text();
+    assert!(own.contains("/surveys/") && own.contains("NASA"), "asked on the attempt's own page: {own}");
+    let page = day.teacher.get(&day.study.clone()).await.text();
+    let path = page.split("formaction=\"").find(|rest| rest.contains("/links\"")).unwrap().split('"').next().unwrap();
+    let links = day.post(path, &[]).await.text();
+    let link = links.split("href=\"http://localhost").nth(1).unwrap().split('"').next().unwrap().to_owned();
+    let mut browser = day.school.app.stranger();
+    assert_eq!(send(&mut browser, &link, &[("do", "begin"), ("consent", "yes"), ("lang", "en")]).await.status, 303);
+    let sent = send(&mut browser, &link, &[("do", "send"), ("page", "0"), ("q.mental", "40")]).await;
+    assert_eq!(sent.status, 303, "{}", sent.text());
+    let tied =
+        "SELECT count(*) FROM survey_responses r JOIN sessions s ON s.id = r.session_id WHERE r.state = 'submitted'";
+    assert_eq!(day.count(tied).await, 1);
+    assert_eq!(day.post(&format!("{}/close", day.study), &[("closed", "true")]).await.status, 303);
+    assert_eq!(day.add(&fields("ada@example.org")).await.status, 409, "it has ended");
+}
