@@ -32,6 +32,7 @@ pub mod login;
 #[cfg(test)]
 mod markup;
 pub mod metric;
+pub mod moments;
 pub mod origins;
 pub mod passkeys;
 pub mod people;

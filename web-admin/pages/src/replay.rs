@@ -4,13 +4,14 @@ use std::borrow::Borrow;
 
 use askama::Template;
 use askama_web::WebTemplate;
+use attempt::{AttemptCurve, CurveMark, MarkKind};
 use model::comment::{CommentKind, MOST_CHARACTERS, TypedComment};
 use model::ids::{CommentId, SessionId};
 use time::OffsetDateTime;
 
 use super::form::FilledForm;
-use super::session::Drawing;
-use super::{Shell, anatomy, assets, format};
+use super::session::{Drawing, say_event};
+use super::{Shell, anatomy, assets, format, moments};
 
 /// The page of a replay.
 #[derive(Debug, Template, WebTemplate)]
@@ -30,6 +31,8 @@ pub struct ReplayPage {
     pub duration_s: f64,
     /// The curves, for browsers without scripts.
     pub drawing: Option<Drawing>,
+    /// What happened when, and where it opens.
+    pub happened: NamedHappenings,
     /// The attempt over the experts' corridor, for both widths, where enough of them consent.
     pub corridor: Option<String>,
     /// Since when the visitor lets their own attempts be part of it; absent for a trainee, who is no expert.
@@ -40,6 +43,71 @@ pub struct ReplayPage {
     pub form: CommentForm,
     /// Attempts that may be laid over this one.
     pub others: Vec<OtherAttempt>,
+}
+
+/// What happened when in a replay, in words, and where it opens.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct NamedHappenings {
+    /// Events in order of time.
+    pub events: Vec<NamedEvent>,
+    /// The second at which it opens; absent for the beginning.
+    pub opened: Option<OpenedMoment>,
+}
+
+impl NamedHappenings {
+    /// Everything that happened in an attempt; `asked` is the second that an address asks for.
+    #[must_use]
+    pub fn new(curve: Option<&AttemptCurve>, asked: &str, duration_s: f64) -> Self {
+        Self {
+            events: curve.map(name_events).unwrap_or_default(),
+            opened: OpenedMoment::asked(asked, duration_s, curve),
+        }
+    }
+
+    /// The words of the events for the script, as JSON, in order of time.
+    pub(crate) fn as_json(&self) -> String {
+        let words: Vec<&str> = self.events.iter().map(|event| event.what.as_str()).collect();
+        // A list of strings always has a JSON.
+        serde_json::to_string(&words).unwrap_or_default()
+    }
+}
+
+/// The second at which a replay opens.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OpenedMoment {
+    /// Since the start, in s.
+    pub t_s: f64,
+    /// What stands there: depth, force, layer, what happened last.
+    pub words: String,
+}
+
+impl OpenedMoment {
+    /// The moment that an address asks for, where it names one of the attempt's.
+    fn asked(said: &str, duration_s: f64, curve: Option<&AttemptCurve>) -> Option<Self> {
+        let t_s = said.replace(',', ".").parse::<f64>().ok().filter(|t_s| t_s.is_finite())?.clamp(0.0, duration_s);
+        Some(Self { t_s, words: curve.map_or_else(String::new, |curve| moments::say_moment(curve, t_s)) })
+    }
+}
+
+/// An event and its second.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedEvent {
+    /// Since the start, in s.
+    pub t_s: f64,
+    /// What happened, in words.
+    pub what: String,
+    /// Its sign in the plots.
+    pub kind: MarkKind,
+}
+
+/// Everything that happened in an attempt, in words.
+fn name_events(curve: &AttemptCurve) -> Vec<NamedEvent> {
+    let name = |mark: &CurveMark| NamedEvent {
+        t_s: mark.t_s,
+        what: format::as_sentence(&say_event(mark.kind, &anatomy::say_structure(&mark.name))),
+        kind: mark.kind,
+    };
+    curve.marks.iter().map(name).collect()
 }
 
 /// An attempt that may be laid over another.
@@ -116,6 +184,14 @@ impl ReplayPage {
         self.others.iter().find(|other| other.chosen)
     }
 
+    /// The second in the form: as it was typed, or at which the page opens.
+    fn from_typed(&self) -> String {
+        match (&self.form.fields.refused, &self.happened.opened) {
+            (None, Some(opened)) => format::plain_seconds(opened.t_s),
+            _ => self.form.fields.typed.from_s.clone(),
+        }
+    }
+
     fn longest(&self) -> usize {
         MOST_CHARACTERS
     }
@@ -160,7 +236,8 @@ mod tests {
             trainee: None,
             started_at: samples::NOW,
             duration_s: 26.0,
-            drawing: Some(Drawing::new(&samples::curve())),
+            drawing: Some(Drawing::new(&samples::curve()).leading_to("")),
+            happened: NamedHappenings::new(Some(&samples::curve()), "19,5", 26.0),
             corridor: None,
             consent: Some(None),
             comments: vec![comment],
@@ -183,6 +260,16 @@ mod tests {
         ] {
             assert!(html.contains(wanted), "{wanted} is missing");
         }
+    }
+
+    #[test]
+    fn it_opens_at_the_second_that_is_asked_for() {
+        let html = samples::keep_page("replay-moment", &page());
+        assert!(html.contains("data-at=\"19.5\"") && html.contains("At 19.50 s"), "{html}");
+        assert!(html.contains("Position confirmed, 0.5"), "in words, for whoever runs no scripts");
+        assert!(html.contains("?t=3.50") && html.contains("data-second=\"3.5\""), "from a comment");
+        let asked = |said| OpenedMoment::asked(said, 26.0, None).map(|moment| moment.t_s);
+        assert_eq!([asked("99"), asked("-1"), asked("x"), asked("NaN")], [Some(26.0), Some(0.0), None, None]);
     }
 
     #[test]

@@ -12,7 +12,7 @@ use time::{Duration, OffsetDateTime};
 
 use super::cohort::{CohortPage, CourseShare, TraineeRow};
 use super::exercise::{Context, ExerciseFacts, ExercisePage};
-use super::judgement::{GradedAttempt, JudgementView};
+use super::judgement::{GradedAttempt, JudgementView, MetricSpread, OthersSpreads};
 use super::progress::HabitsView;
 use super::session::{Drawing, SessionOutcome, SessionPage, VerificationResult};
 use super::shell::ShellVisitor;
@@ -210,7 +210,7 @@ pub(super) fn metrics() -> Vec<Metric> {
     values.map(|(id, value)| metric(id, value)).to_vec()
 }
 
-fn metric(id: &str, value: Option<f64>) -> Metric {
+pub(super) fn metric(id: &str, value: Option<f64>) -> Metric {
     let definition = assessment::catalogue::newest_definition(id);
     let label = definition.map_or_else(String::new, |d| {
         id.split_once('.').map_or_else(|| d.label.to_owned(), |(_, part)| d.label_of(part))
@@ -244,6 +244,12 @@ pub(super) fn judgement() -> JudgementView {
         hard_fails: &[],
         metrics: &metrics(),
         exercise: Some(&bundle.exercise),
+        targets: &[],
+        curve: Some(&curve()),
+        others: &OthersSpreads {
+            cohort: vec![MetricSpread { id: "peak_force_n".to_owned(), version: 1, quartiles: [1.9, 2.3, 2.7] }],
+            experts: vec![],
+        },
     })
 }
 
@@ -258,7 +264,7 @@ pub(super) fn session_page() -> SessionPage {
         grade_href: "/sessions/0190/grade".to_owned(),
         outcome: SessionOutcome::Scored(Box::new(judgement())),
         ruling: None,
-        drawing: Some(Drawing::new(&curve())),
+        drawing: Some(Drawing::new(&curve()).leading_to("/sessions/0190/replay")),
         uncounted: Some((Uncounted::Duplicate, Some("/sessions/0180".to_owned()))),
         verification: VerificationResult::Same,
         signed_by: Some("Skills lab 2".to_owned()),

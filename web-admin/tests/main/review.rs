@@ -68,7 +68,7 @@ async fn an_override_counts_everywhere_and_the_computed_score_stays_beside_it() 
     let mut ada = school.app.signed_in("ada@example.org").await;
     for path in [school.path("/grade"), school.path(""), "/".to_owned()] {
         let page = ada.get(&path).await.text();
-        assert!(page.contains("97") && page.contains(&format!("{}", computed.floor())), "{path}: {page}");
+        assert!(page.contains("97") && page.contains(&format!("{}", computed.round())), "{path}: {page}");
     }
     assert!(ada.get(&school.path("")).await.text().contains("The device slipped"));
     assert!((school.computed().await - computed).abs() < 1e-9, "the computed score is as it was");

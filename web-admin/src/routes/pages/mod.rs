@@ -27,6 +27,7 @@ mod exercise;
 mod home;
 mod links;
 mod origins;
+mod others;
 mod passkeys;
 mod people;
 mod progress;

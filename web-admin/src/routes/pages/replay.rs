@@ -9,7 +9,7 @@ use model::comment::{Comment, TypedComment};
 use model::ids::{CommentId, SessionId};
 use model::{CurrentPerson, Moment, Role, comment, corridor};
 use pages::form::FilledForm;
-use pages::replay::{CommentForm, CommentView, OtherAttempt, ReplayPage, Utterance};
+use pages::replay::{CommentForm, CommentView, NamedHappenings, OtherAttempt, ReplayPage, Utterance};
 use pages::session::Drawing;
 use pages::{NavPlace, Shell, charts, format};
 use serde::Deserialize;
@@ -31,6 +31,9 @@ pub(super) struct ReplayQuery {
     /// An attempt to lay over it; empty for none.
     #[serde(default)]
     with: String,
+    /// The second at which it opens; empty for the beginning.
+    #[serde(default)]
+    t: String,
 }
 
 pub(super) async fn show_replay(
@@ -67,7 +70,8 @@ async fn make_replay_page(
         trainee: attempts::name_of_trainee(state, person, session).await?,
         started_at: session.started_at.to_utc(),
         duration_s: session.duration_s,
-        drawing: curve.as_ref().map(Drawing::new),
+        drawing: curve.as_ref().map(|curve| Drawing::new(curve).leading_to("")),
+        happened: NamedHappenings::new(curve.as_ref(), &query.t, session.duration_s),
         corridor: match &curve {
             Some(curve) => draw_experts_corridor(state, session, curve).await?,
             None => None,
