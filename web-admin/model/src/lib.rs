@@ -22,6 +22,7 @@ pub mod line;
 pub mod mail;
 pub mod membership;
 pub mod moment;
+pub mod notice;
 pub mod passkey;
 pub mod password_refused;
 pub mod person;

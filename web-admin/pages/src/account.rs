@@ -32,6 +32,8 @@ pub struct AccountPage {
     pub acts: Vec<MembershipEvent>,
     /// The language that they have chosen, if any.
     pub language: Option<Language>,
+    /// They are mailed what is new for them.
+    pub mailed: bool,
     /// They have a second factor.
     pub second_factor: bool,
     /// Why the new password was not taken.
@@ -109,6 +111,7 @@ mod tests {
                 .map(samples::noted)
                 .to_vec(),
             language: None,
+            mailed: true,
             second_factor: false,
             refused: Some(PasswordRefused::WrongOld),
         };

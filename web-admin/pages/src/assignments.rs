@@ -90,6 +90,8 @@ pub struct AssignForm {
     pub limit: String,
     /// Under an instructor's eyes.
     pub supervised: bool,
+    /// Whom it concerns is mailed at once.
+    pub mailed: bool,
     /// The school's time zone.
     pub time_zone: String,
 }

@@ -5,6 +5,7 @@ use askama_web::WebTemplate;
 use time::OffsetDateTime;
 
 use super::cohort::{CohortCard, TraineeRow};
+use super::news::NewsItem;
 use super::trainee::OwnAttemptRow;
 use super::{Shell, StatusWord, format};
 
@@ -14,6 +15,8 @@ use super::{Shell, StatusWord, format};
 pub struct InstructorPage {
     /// Frame.
     pub shell: Shell,
+    /// What is new for them.
+    pub news: Vec<NewsItem>,
     /// Cohorts they teach.
     pub cohorts: Vec<CohortCard>,
     /// Trainees who may need help, each with the cohort's name.
@@ -39,10 +42,13 @@ mod tests {
         let card = CohortCard::new("/cohorts/1".to_owned(), "Spring 2026".to_owned(), [&progress].into_iter());
         let shell = samples::shell(Role::Instructor);
         let recent = samples::attempts();
-        let page = InstructorPage { shell: shell.clone(), cohorts: vec![card], help, recent, now: samples::NOW };
+        let news = samples::news();
+        let page = InstructorPage { shell: shell.clone(), news, cohorts: vec![card], help, recent, now: samples::NOW };
         let html = samples::keep_page("instructor-home", &page);
         assert!(html.find("Who needs help") < html.find("Your cohorts"));
-        let empty = InstructorPage { shell, cohorts: vec![], help: vec![], recent: vec![], now: samples::NOW };
+        assert!(html.contains("New for you") && html.contains("has answered a comment"));
+        let empty =
+            InstructorPage { shell, news: vec![], cohorts: vec![], help: vec![], recent: vec![], now: samples::NOW };
         assert!(samples::keep_page("instructor-empty", &empty).contains("You teach no cohort yet"));
     }
 }

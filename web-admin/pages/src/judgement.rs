@@ -115,8 +115,6 @@ pub struct RubricRow {
     pub available: Option<f64>,
     /// Points lost.
     pub lost: f64,
-    /// The reason, in words.
-    pub why: String,
 }
 
 /// Metrics that tell of one thing.
@@ -228,7 +226,12 @@ fn say_spread(spreads: &[MetricSpread], id: &str, version: u32, unit: &str) -> S
     let found = spreads.iter().find(|spread| spread.id == id && spread.version == version);
     found.map_or_else(String::new, |MetricSpread { quartiles: [lower, median, upper], .. }| {
         let [lower, median] = [lower, median].map(format::format_number);
-        format!("{median} ({lower}–{upper})", upper = format::format_quantity(upper, unit))
+        tr!(
+            "{median} ({lower} to {upper})",
+            median = median,
+            lower = lower,
+            upper = format::format_quantity(upper, unit)
+        )
     })
 }
 
@@ -249,7 +252,6 @@ fn make_rubric_row(graded: &GradedAttempt<'_>, deduction: &Deduction) -> RubricR
         earned: available.map(|a| (a - deduction.points).max(0.0)),
         available,
         lost: deduction.points,
-        why: metric::deduction_reason(deduction),
     }
 }
 
@@ -357,7 +359,7 @@ mod tests {
     fn a_metric_stands_beside_those_of_others() {
         let judgement = samples::judgement();
         let row = judgement.rubric.iter().find(|row| row.label == "Peak force").expect("a row");
-        assert_eq!((row.cohort.as_str(), row.experts.as_str()), ("2.30 (1.90–2.70\u{a0}N)", ""));
+        assert_eq!((row.cohort.as_str(), row.experts.as_str()), ("2.30 (1.90 to 2.70\u{a0}N)", ""));
         assert!(judgement.beside_cohort && !judgement.beside_experts);
     }
 

@@ -33,6 +33,7 @@ pub mod login;
 mod markup;
 pub mod metric;
 pub mod moments;
+pub mod news;
 pub mod origins;
 pub mod passkeys;
 pub mod people;

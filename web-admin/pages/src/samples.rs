@@ -5,6 +5,7 @@ use attempt::{AttemptCurve, BoundaryStage, CurveMark, CurvePoint, LayerSpan, Mar
 use documents::{Exercise, ExerciseBundle, HardFail, RubricLine};
 use model::ids::{CohortId, PersonId, SessionId};
 use model::membership::{MembershipAct, MembershipEvent, MembershipRequest};
+use model::notice::{Notice, NoticeKind};
 use model::progress::{Course, CourseStep, Mastery, Progress, ScoredAttempt};
 use model::{Moment, Role, Uncounted};
 use time::macros::datetime;
@@ -13,6 +14,7 @@ use time::{Duration, OffsetDateTime};
 use super::cohort::{CohortPage, CourseShare, TraineeRow};
 use super::exercise::{Context, ExerciseFacts, ExercisePage};
 use super::judgement::{GradedAttempt, JudgementView, MetricSpread, OthersSpreads};
+use super::news::NewsItem;
 use super::progress::HabitsView;
 use super::session::{Drawing, SessionOutcome, SessionPage, VerificationResult};
 use super::shell::ShellVisitor;
@@ -52,7 +54,12 @@ pub(super) fn shell(role: Role) -> Shell {
         Role::Instructor => "Dr Peter Osei",
         Role::Administrator => "Maria Keller",
     };
-    Shell { visitor: ShellVisitor { name: name.to_owned(), role }, csrf: "token".to_owned(), place: NavPlace::Home }
+    Shell {
+        visitor: ShellVisitor { name: name.to_owned(), role },
+        csrf: "token".to_owned(),
+        place: NavPlace::Home,
+        news: 3,
+    }
 }
 
 /// An insertion through three layers with a trocar, a stop, and the way out.
@@ -384,9 +391,25 @@ pub(super) fn noted(act: MembershipAct) -> MembershipEvent {
     MembershipEvent { cohort: "Spring".to_owned(), act, by: Some("Ben Okafor".to_owned()), done_at: Moment::from(NOW) }
 }
 
+/// Something new of three kinds.
+pub(super) fn news() -> Vec<NewsItem> {
+    let notice = |kind| Notice {
+        kind,
+        by: "Dr Peter Osei".to_owned(),
+        session_id: Some(SessionId::nil()),
+        comment_id: None,
+        from_s: Some(3.5),
+        round_id: None,
+        title: "Stop in the fat".to_owned(),
+        made_at: Moment::from_micros(1_779_000_000_000_000),
+    };
+    [NoticeKind::Answer, NoticeKind::Override, NoticeKind::Assignment].map(|kind| NewsItem::new(&notice(kind))).to_vec()
+}
+
 pub(super) fn trainee_page(own: bool) -> TraineePage {
     let (course, progress) = (course(), progress());
     TraineePage {
+        news: if own { news() } else { vec![] },
         requests: if own { vec![request()] } else { vec![] },
         shell: shell(if own { Role::Trainee } else { Role::Instructor }),
         name: "Ana Lindqvist".to_owned(),

@@ -253,7 +253,7 @@ mod tests {
         assert!(html.matches("<caption").count() >= 5, "each table says what it is");
         assert!(html.contains("/sessions/0190/replay?t=19.00"), "a lost point leads to its second");
         assert!(html.matches("<details class=\"theme\"").count() >= 3, "what earns no points is folded");
-        assert!(html.contains("2.30 (1.90–2.70"), "the cohort stands beside it");
+        assert!(html.contains("2.30 (1.90 to 2.70"), "the cohort stands beside it");
     }
 
     #[test]

@@ -1,12 +1,13 @@
 //! `/assignments`: what a trainee is to do; what was assigned, and who has done it.
 
 use acts::error::Error;
-use acts::{assignments as teaching, deadlines};
+use acts::{assignments as teaching, deadlines, notices};
 use axum::extract::State;
 use axum::response::{IntoResponse, Redirect, Response};
 use model::assignment::AssignmentTask;
 use model::due::{self, is_zone, local};
 use model::ids::{AssignmentId, CohortId, PersonId, SchoolId};
+use model::notice::NoticePlace;
 use model::{CurrentPerson, Role};
 use pages::assignments::{
     AssignForm, AssignmentPage, AssignmentRow, ManagedAssignmentsPage, ManagedRow, OwnAssignmentsPage,
@@ -33,6 +34,7 @@ pub(super) async fn list_assignments(
     Visitor(person): Visitor,
     csrf: Csrf,
 ) -> Result<Response, PageError> {
+    let person = notices::note_read(&state, person, NoticePlace::Assignments).await?;
     let shell = Shell::new(&person, csrf.token(), NavPlace::Assignments);
     if person.role == Role::Trainee {
         let standings = teaching::standings(&state, person.school_id, person.id).await?;
@@ -61,6 +63,7 @@ async fn managed_page(
         due: typed.due,
         limit: typed.limit,
         supervised: typed.supervised,
+        mailed: typed.mailed,
         time_zone: schools::find_time_zone(state.db.reader(), person.school_id).await?,
     };
     let rows = rows.into_iter().map(make_managed_row).collect();
@@ -101,6 +104,8 @@ pub(super) struct TypedAssignment {
     limit: String,
     #[serde(deserialize_with = "read_ticked_box")]
     supervised: bool,
+    #[serde(deserialize_with = "read_ticked_box")]
+    mailed: bool,
 }
 
 pub(super) async fn make_assignment(
@@ -112,6 +117,9 @@ pub(super) async fn make_assignment(
     match split_refusal(read_assignment(&state, &person, &typed).await)? {
         Ok(new) => {
             let id = teaching::make(&state, &person, &new).await?;
+            if typed.mailed {
+                notices::mail_assignees(&state, &person, id).await?;
+            }
             Ok(FormAnswer::lead_to(&format!("/assignments/{id}")))
         }
         Err(why) => {

@@ -11,7 +11,7 @@ use store::reports;
 use store::reports::NamedItem;
 
 use super::trainees::TraineePageQuery;
-use super::{admin, cohorts, rows, standing, trainees};
+use super::{admin, cohorts, news, rows, standing, trainees};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, Visitor};
@@ -45,5 +45,6 @@ async fn make_instructor_home(state: &AppState, shell: Shell, person: &CurrentPe
         help.extend(rows.into_iter().map(|row| (cohort.name.clone(), row)));
     }
     let recent = rows::mixed_rows(reports::latest_taught(reader, person).await?);
-    Ok(InstructorPage { shell, cohorts: cards, help, recent, now: state.clock.now().to_utc() })
+    let news = news::list_news(state, person).await?;
+    Ok(InstructorPage { shell, news, cohorts: cards, help, recent, now: state.clock.now().to_utc() })
 }

@@ -1,12 +1,13 @@
 //! `/sessions/{id}/replay`: an attempt to be watched again, and what is said about it.
 
 use acts::error::Error;
-use acts::{comments as said, consents};
+use acts::{comments as said, consents, notices};
 use attempt::AttemptCurve;
 use axum::extract::{Path, Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
 use model::comment::{Comment, TypedComment};
 use model::ids::{CommentId, SessionId};
+use model::notice::NoticePlace;
 use model::{CurrentPerson, Moment, Role, comment, corridor};
 use pages::form::FilledForm;
 use pages::replay::{CommentForm, CommentView, NamedHappenings, OtherAttempt, ReplayPage, Utterance};
@@ -44,6 +45,7 @@ pub(super) async fn show_replay(
     Query(query): Query<ReplayQuery>,
 ) -> Result<ReplayPage, PageError> {
     let session = find_visible_attempt(&state, &person, id).await?;
+    let person = notices::note_read(&state, person, NoticePlace::Replay(id)).await?;
     Ok(make_replay_page(&state, Visit::new(&person, &csrf), &session, CommentForm::default(), query).await?)
 }
 

@@ -2,12 +2,13 @@
 
 use acts::error::Error;
 use acts::regrading::{Regrader, Rubric};
-use acts::{regrading, reviewing, surveys};
+use acts::{notices, regrading, reviewing, surveys};
 use assessment::{Assessment, questionnaire};
 use axum::extract::State;
 use axum::response::{IntoResponse, Redirect, Response};
 use model::ids::SessionId;
 use model::judgement::{ScoreOverride, TypedOverride};
+use model::notice::NoticePlace;
 use model::rating::mean;
 use model::{CurrentPerson, judgement};
 use pages::form::FilledForm;
@@ -74,6 +75,7 @@ pub(super) async fn show_grade(
     csrf: Csrf,
 ) -> Result<GradePage, PageError> {
     let session = find_visible_attempt(&state, &person, id).await?;
+    let person = notices::note_read(&state, person, NoticePlace::Grade(id)).await?;
     Ok(make_grade_page(&state, Visit::new(&person, &csrf), &session, FilledForm::default()).await?)
 }
 

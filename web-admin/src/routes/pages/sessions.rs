@@ -1,11 +1,13 @@
 //! `/sessions/{id}`: one attempt.
 
 use acts::error::Error;
+use acts::notices;
 use attempt::AttemptCurve;
 use axum::extract::State;
 use documents::ExerciseBundle;
 use law::structures::StructureKind;
 use model::ids::SessionId;
+use model::notice::NoticePlace;
 use model::{CurrentPerson, SessionKey, Uncounted};
 use pages::addresses::exercise_href;
 use pages::judgement::{GradedAttempt, JudgementView};
@@ -27,6 +29,7 @@ pub(super) async fn show_session(
 ) -> Result<SessionPage, PageError> {
     let reader = state.db.reader();
     let session = sessions::find_visible_session(reader, &person, id).await?.ok_or(Error::NotFound)?;
+    let person = notices::note_read(&state, person, NoticePlace::Attempt(id)).await?;
     let key = SessionKey { school_id: session.school_id, id };
     let bundle = match session.revision_id {
         Some(revision) => published_bundle(&state, session.school_id, revision).await?,
