@@ -15,6 +15,7 @@ pub mod count;
 pub mod directory;
 pub mod draft;
 pub mod due;
+pub mod expert_way;
 pub mod ids;
 pub mod judgement;
 pub mod limits;

@@ -51,3 +51,35 @@ export class Alignment {
     return own[at - 1] + (span > 0 ? (mm - theirs[at - 1]) / span : 1) * (own[at] - own[at - 1]);
   }
 }
+
+// The experts' median, which has a depth and a force and no other movement: together with this attempt at each layer, as the service made it.
+export class ExpertGhost {
+  constructor(attempt, stretches) {
+    const { entry_mm: entry, target_mm: target } = attempt.stage;
+    const way = target.map((part, i) => part - entry[i]);
+    const length = Math.hypot(...way) || 1;
+    this.entry = entry;
+    this.axis = way.map((part) => part / length);
+    this.stretches = stretches;
+  }
+
+  // Where the needle of the median is beside a time of this attempt; none before the first touch.
+  pose(t) {
+    const at = this.stretches.findLast((stretch) => stretch.from_s <= t);
+    if (!at) return null;
+    const after = t - at.from_s;
+    const next = at.places.findIndex(([time]) => time >= after);
+    const [to, from] = next < 0 ? [at.places.at(-1), at.places.at(-1)] : [at.places[next], at.places[Math.max(next - 1, 0)]];
+    const share = to[0] > from[0] ? (after - from[0]) / (to[0] - from[0]) : 1;
+    const advance = from[1] + share * (to[1] - from[1]);
+    return { tip: this.entry.map((part, i) => part + advance * this.axis[i]), axis: this.axis };
+  }
+
+  // Stretches of time, advance and force as a plot draws them: each ends where this attempt comes to the next layer.
+  lines() {
+    return this.stretches.map(({ from_s: from, places }, i) => {
+      const end = this.stretches[i + 1]?.from_s ?? Infinity;
+      return places.map(([after, advance, force]) => [from + after, advance, force]).filter(([time]) => time <= end);
+    });
+  }
+}

@@ -32,7 +32,7 @@ function ticks(from, to, most) {
 
 export class Plots {
   constructor(canvas, attempt, clock) {
-    Object.assign(this, { canvas, words: canvas.dataset, attempt, clock, other: null, comments: [], hover: null });
+    Object.assign(this, { canvas, words: canvas.dataset, attempt, clock, other: null, experts: null, comments: [], hover: null });
     this.from = 0;
     this.to = Math.max(clock.duration, 0.1);
     this.spans = attempt.spans;
@@ -145,6 +145,7 @@ export class Plots {
     this.drawRibbon(pen);
     this.drawEvents(pen);
     if (this.other) this.drawOther(pen);
+    if (this.experts) this.drawExperts(pen);
     this.drawForce(pen, this.spans, 0, this.theme.ink);
     this.drawDepth(pen, this.attempt, 0, this.theme.ink);
     this.drawComments(pen);
@@ -335,6 +336,23 @@ export class Plots {
       this.drawDepth(pen, attempt, shift, this.theme['part-4'], (mm) => alignment.depth(mm));
       pen.restore();
     });
+  }
+
+  // The experts' median, dashed: together with this attempt at each layer.
+  drawExperts(pen) {
+    pen.setLineDash([6, 4]);
+    pen.strokeStyle = this.theme['part-4'];
+    pen.lineWidth = 1.5;
+    this.experts.lines().forEach((places) => {
+      const [force, depth] = [new Path2D(), new Path2D()];
+      places.forEach(([t, advance, newtons]) => {
+        force.lineTo(this.x(t), this.force(newtons));
+        depth.lineTo(this.x(t), this.depth(advance));
+      });
+      pen.stroke(force);
+      pen.stroke(depth);
+    });
+    pen.setLineDash([]);
   }
 
   drawComments(pen) {

@@ -26,6 +26,7 @@ export class Scene {
     this.painter = new Painter(canvas);
     this.moving = { solid: new Mesh(), lines: new Mesh(), ghost: new Mesh() };
     this.other = null;
+    this.experts = null;
     this.still = { solid: new Mesh(), glass: new Mesh() };
     this.measure();
     this.look('whole');
@@ -230,6 +231,8 @@ export class Scene {
 
   // The needle of another attempt where it was in this one's layers, beside this one.
   drawGhost(t) {
+    const median = this.experts?.pose(t);
+    if (median) this.drawNeedle(this.moving.ghost, median, this.attempt.stage.needle, rgb(this.theme['part-4']), 0.55);
     if (!this.other?.attempt.frames?.count) return;
     const { attempt, alignment } = this.other;
     const row = attempt.frames.at(alignment.beside(t));

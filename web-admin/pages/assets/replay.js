@@ -1,6 +1,6 @@
 // Wires a replay: what is fetched, what is drawn, what the hand and the keyboard do.
 
-import { Alignment } from './replay-align.js';
+import { Alignment, ExpertGhost } from './replay-align.js';
 import { Clock, SPEEDS } from './replay-clock.js';
 import { Comments } from './replay-comments.js';
 import { Attempt } from './replay-data.js';
@@ -154,6 +154,11 @@ async function start() {
     comments.reach(clock.t);
     follow();
   };
+  if (root.dataset.experts) {
+    plots.experts = new ExpertGhost(attempt, JSON.parse(root.dataset.experts));
+    if (scene) scene.experts = plots.experts;
+    plots.stale = true;
+  }
   if (scene) scene.onTurn = draw;
   const jump = jumper(attempt, clock);
   clock.addEventListener('moved', draw);

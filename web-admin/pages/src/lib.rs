@@ -20,6 +20,7 @@ pub mod draft;
 pub mod erasing;
 pub mod error;
 pub mod exercise;
+pub mod experts;
 #[cfg(test)]
 mod forgotten;
 pub mod form;

@@ -6,12 +6,14 @@ use askama::Template;
 use askama_web::WebTemplate;
 use attempt::{AttemptCurve, CurveMark, MarkKind};
 use model::comment::{CommentKind, MOST_CHARACTERS, TypedComment};
+use model::expert_way::GhostStretch;
 use model::ids::{CommentId, SessionId};
 use time::OffsetDateTime;
 
+use super::experts::BesideExperts;
 use super::form::FilledForm;
 use super::session::{Drawing, say_event};
-use super::{Shell, anatomy, assets, format, moments};
+use super::{Shell, StatusWord, anatomy, assets, format, moments};
 
 /// The page of a replay.
 #[derive(Debug, Template, WebTemplate)]
@@ -33,8 +35,8 @@ pub struct ReplayPage {
     pub drawing: Option<Drawing>,
     /// What happened when, and where it opens.
     pub happened: NamedHappenings,
-    /// The attempt over the experts' corridor, for both widths, where enough of them consent.
-    pub corridor: Option<String>,
+    /// The attempt beside the experts, where enough of them consent.
+    pub experts: Option<BesideExperts>,
     /// Since when the visitor lets their own attempts be part of it; absent for a trainee, who is no expert.
     pub consent: Option<Option<OffsetDateTime>>,
     /// What was said, by its moment.
@@ -52,6 +54,25 @@ pub struct NamedHappenings {
     pub events: Vec<NamedEvent>,
     /// The second at which it opens; absent for the beginning.
     pub opened: Option<OpenedMoment>,
+    /// The way of the experts' median, which is shown as a ghost.
+    pub ghost: Option<ExpertGhost>,
+}
+
+/// The way of the experts' median.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExpertGhost {
+    /// From each crossing of the attempt to the next.
+    pub stretches: Vec<GhostStretch>,
+    /// How many experts.
+    pub experts: usize,
+}
+
+impl ExpertGhost {
+    /// For the script, as JSON.
+    pub(crate) fn as_json(&self) -> String {
+        // Numbers that are finite always have a JSON.
+        serde_json::to_string(&self.stretches).unwrap_or_default()
+    }
 }
 
 impl NamedHappenings {
@@ -61,7 +82,15 @@ impl NamedHappenings {
         Self {
             events: curve.map(name_events).unwrap_or_default(),
             opened: OpenedMoment::asked(asked, duration_s, curve),
+            ghost: None,
         }
+    }
+
+    /// The same, with the experts' median beside the needle, where there is one.
+    #[must_use]
+    pub fn beside(self, stretches: Vec<GhostStretch>, experts: usize) -> Self {
+        let ghost = (!stretches.is_empty()).then_some(ExpertGhost { stretches, experts });
+        Self { ghost, ..self }
     }
 
     /// The words of the events for the script, as JSON, in order of time.
@@ -238,7 +267,7 @@ mod tests {
             duration_s: 26.0,
             drawing: Some(Drawing::new(&samples::curve()).leading_to("")),
             happened: NamedHappenings::new(Some(&samples::curve()), "19,5", 26.0),
-            corridor: None,
+            experts: None,
             consent: Some(None),
             comments: vec![comment],
             form: CommentForm::default(),

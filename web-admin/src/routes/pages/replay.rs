@@ -6,13 +6,15 @@ use attempt::AttemptCurve;
 use axum::extract::{Path, Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
 use model::comment::{Comment, TypedComment};
+use model::expert_way::GhostStretch;
 use model::ids::{CommentId, SessionId};
 use model::notice::NoticePlace;
-use model::{CurrentPerson, Moment, Role, comment, corridor};
+use model::{CurrentPerson, Moment, Role, comment, corridor, expert_way};
+use pages::experts::BesideExperts;
 use pages::form::FilledForm;
 use pages::replay::{CommentForm, CommentView, NamedHappenings, OtherAttempt, ReplayPage, Utterance};
 use pages::session::Drawing;
-use pages::{NavPlace, Shell, charts, format};
+use pages::{NavPlace, Shell, format};
 use serde::Deserialize;
 use store::comments::CommentRecord;
 use store::experts::{self};
@@ -65,6 +67,11 @@ async fn make_replay_page(
     let key = session.key();
     let curve = scores::find_curve(reader, key).await?;
     let said = comments::list_session_comments(reader, key).await?;
+    let beside = match &curve {
+        Some(curve) => compare_with_experts(state, session, curve).await?,
+        None => None,
+    };
+    let happened = NamedHappenings::new(curve.as_ref(), &query.t, session.duration_s);
     Ok(ReplayPage {
         shell: Shell::new(person, csrf.token(), NavPlace::Elsewhere),
         session: session.id,
@@ -73,11 +80,11 @@ async fn make_replay_page(
         started_at: session.started_at.to_utc(),
         duration_s: session.duration_s,
         drawing: curve.as_ref().map(|curve| Drawing::new(curve).leading_to("")),
-        happened: NamedHappenings::new(curve.as_ref(), &query.t, session.duration_s),
-        corridor: match &curve {
-            Some(curve) => draw_experts_corridor(state, session, curve).await?,
-            None => None,
+        happened: match beside.as_ref().filter(|_| query.with == EXPERTS) {
+            Some(beside) => happened.beside(beside.ghost.clone(), beside.shown.experts),
+            None => happened,
         },
+        experts: beside.map(|beside| beside.shown),
         consent: match person.role {
             Role::Trainee => None,
             _ => Some(experts::list_consents(reader, person.school_id, person.id).await?.map(Moment::to_utc)),
@@ -88,15 +95,25 @@ async fn make_replay_page(
     })
 }
 
-/// The attempt over the experts' corridor, for both widths.
-async fn draw_experts_corridor(
+/// What the address names in place of an attempt, for the experts' median.
+const EXPERTS: &str = "experts";
+
+/// An attempt beside the experts, and the way of their median.
+struct ExpertsBeside {
+    shown: BesideExperts,
+    ghost: Vec<GhostStretch>,
+}
+
+async fn compare_with_experts(
     state: &AppState,
     session: &Session,
     curve: &AttemptCurve,
-) -> Result<Option<String>, Error> {
+) -> Result<Option<ExpertsBeside>, Error> {
     let experts = experts::list_expert_curves(state.db.reader(), session.school_id, &session.exercise_id).await?;
-    let made = corridor::corridor(curve, &experts);
-    Ok(made.map(|made| charts::draw_both_widths(|size| charts::draw_corridor(curve, &made, size))))
+    Ok(corridor::corridor(curve, &experts).map(|made| ExpertsBeside {
+        shown: BesideExperts::new(curve, &made, &expert_way::compare_by_layer(curve, &experts)),
+        ghost: expert_way::median_way(curve, &experts),
+    }))
 }
 
 #[derive(Debug, Deserialize)]
