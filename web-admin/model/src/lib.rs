@@ -33,6 +33,7 @@ pub mod rating;
 pub mod regrading;
 pub mod replay;
 pub mod retention;
+pub mod review;
 pub mod roster;
 pub mod second_factor;
 pub mod segments;

@@ -8,6 +8,7 @@ use attempt::{AttemptCurve, CurveMark, MarkKind};
 use model::comment::{CommentKind, MOST_CHARACTERS, TypedComment};
 use model::expert_way::GhostStretch;
 use model::ids::{CommentId, SessionId};
+use model::review::{ReviewFilter, ReviewReason};
 use time::OffsetDateTime;
 
 use super::experts::BesideExperts;
@@ -39,12 +40,38 @@ pub struct ReplayPage {
     pub experts: Option<BesideExperts>,
     /// Since when the visitor lets their own attempts be part of it; absent for a trainee, who is no expert.
     pub consent: Option<Option<OffsetDateTime>>,
+    /// The step through the review queue; absent for whoever does not review, and before the attempt is scored.
+    pub look: Option<ReviewLook>,
     /// What was said, by its moment.
     pub comments: Vec<CommentView>,
     /// The form as it was filled in.
     pub form: CommentForm,
     /// Attempts that may be laid over this one.
     pub others: Vec<OtherAttempt>,
+}
+
+/// Whether somebody has looked at an attempt, and by which part of the queue it was come to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ReviewLook {
+    /// Somebody has looked at it.
+    pub reviewed: bool,
+    /// The part of the queue.
+    pub filter: ReviewFilter,
+}
+
+impl ReviewLook {
+    fn what(&self) -> &'static str {
+        self.filter.reason.map_or("", ReviewReason::name)
+    }
+
+    fn cohort(&self) -> String {
+        self.filter.cohort.map(String::from).unwrap_or_default()
+    }
+
+    fn queue_href(&self) -> String {
+        let query = self.filter.query();
+        if query.is_empty() { "/review".to_owned() } else { format!("/review?{query}") }
+    }
 }
 
 /// What happened when in a replay, in words, and where it opens.
@@ -269,6 +296,10 @@ mod tests {
             happened: NamedHappenings::new(Some(&samples::curve()), "19,5", 26.0),
             experts: None,
             consent: Some(None),
+            look: Some(ReviewLook {
+                reviewed: false,
+                filter: ReviewFilter { reason: Some(ReviewReason::Failed), cohort: None },
+            }),
             comments: vec![comment],
             form: CommentForm::default(),
             others: vec![OtherAttempt { session: SessionId::nil(), label: "12 May, 80".to_owned(), chosen: true }],
@@ -286,6 +317,8 @@ mod tests {
             "Why &#60;so&#62; fast",
             "I lost the layer.",
             "name=\"from_s\"",
+            "Looked at, next",
+            "name=\"what\" value=\"failed\"",
         ] {
             assert!(html.contains(wanted), "{wanted} is missing");
         }

@@ -9,18 +9,19 @@ use model::comment::{Comment, TypedComment};
 use model::expert_way::GhostStretch;
 use model::ids::{CommentId, SessionId};
 use model::notice::NoticePlace;
+use model::review::ReviewFilter;
 use model::{CurrentPerson, Moment, Role, comment, corridor, expert_way};
 use pages::experts::BesideExperts;
 use pages::form::FilledForm;
-use pages::replay::{CommentForm, CommentView, NamedHappenings, OtherAttempt, ReplayPage, Utterance};
+use pages::replay::{CommentForm, CommentView, NamedHappenings, OtherAttempt, ReplayPage, ReviewLook, Utterance};
 use pages::session::Drawing;
 use pages::{NavPlace, Shell, format};
 use serde::Deserialize;
 use store::comments::CommentRecord;
 use store::experts::{self};
 use store::scores::{self};
-use store::sessions::{self, Session};
-use store::{comments, reports};
+use store::sessions::{self, Session, SessionState};
+use store::{comments, reports, reviews};
 
 use super::{PathId, sessions as attempts};
 use crate::AppState;
@@ -37,6 +38,12 @@ pub(super) struct ReplayQuery {
     /// The second at which it opens; empty for the beginning.
     #[serde(default)]
     t: String,
+    /// By which part of the review queue it was come to.
+    #[serde(default)]
+    what: String,
+    /// The cohort of that part.
+    #[serde(default)]
+    cohort: String,
 }
 
 pub(super) async fn show_replay(
@@ -89,10 +96,25 @@ async fn make_replay_page(
             Role::Trainee => None,
             _ => Some(experts::list_consents(reader, person.school_id, person.id).await?.map(Moment::to_utc)),
         },
+        look: look_at(state, person, session, &query).await?,
         comments: comment_views(&said, person),
         form,
         others: other_attempts(state, person, session, query.with.parse().ok()).await?,
     })
+}
+
+/// The step through the review queue, for whoever teaches.
+async fn look_at(
+    state: &AppState,
+    person: &CurrentPerson,
+    session: &Session,
+    query: &ReplayQuery,
+) -> Result<Option<ReviewLook>, Error> {
+    if !person.role.teaches() || session.state != SessionState::Scored {
+        return Ok(None);
+    }
+    let reviewed = reviews::find_review(state.db.reader(), session.key()).await?.is_some();
+    Ok(Some(ReviewLook { reviewed, filter: ReviewFilter::asked(&query.what, &query.cohort) }))
 }
 
 /// What the address names in place of an attempt, for the experts' median.
