@@ -13,10 +13,11 @@ use store::audit::AuditEntry;
 use store::deadlines::{CohortExtension, DeadlineKey, DeadlineKind};
 use store::practice::ByTrainee;
 use store::reports::NamedItem;
-use store::{assignments, curricula, deadlines, practice, reports, supervisions};
+use store::{assignments, curricula, deadlines, notices as stored, practice, reports, supervisions};
 
 use crate::deadlines::Dated;
 use crate::error::Error;
+use crate::notices::{self, News};
 use crate::service::Service;
 
 /// Makes an assignment.
@@ -33,6 +34,7 @@ pub async fn make(state: &Service, by: &CurrentPerson, new: &NewAssignment) -> R
     let told =
         json!({ "cohort": new.cohort_id, "person": new.person_id, "due": new.due.as_ref().map(|(local, _)| local) });
     AuditEntry::by(by, "assignment.made", id).with(told).append(&mut tx, state.clock.now()).await?;
+    notices::tell(&mut tx, by, News::Assigned(id), state.clock.now()).await?;
     tx.commit().await?;
     Ok(id)
 }
@@ -52,6 +54,7 @@ pub fn dated(assignment: &ManagedAssignment) -> Dated<'_> {
 pub async fn withdraw(state: &Service, by: &CurrentPerson, assignment: AssignmentId) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     assignments::withdraw_assignment(&mut tx, by.school_id, assignment, state.clock.now()).await?;
+    stored::forget_assignment_notices(&mut tx, by.school_id, assignment).await?;
     AuditEntry::by(by, "assignment.withdrawn", assignment).append(&mut tx, state.clock.now()).await?;
     Ok(tx.commit().await?)
 }

@@ -1,15 +1,17 @@
 //! What people say about an attempt.
 
 use model::CurrentPerson;
-use model::comment::Comment;
+use model::comment::{Comment, CommentKind};
 use model::ids::CommentId;
 use serde_json::json;
 use store::audit::AuditEntry;
 use store::comments;
 use store::comments::CommentAnswer;
+use store::notices as told;
 use store::sessions::Session;
 
 use crate::error::Error;
+use crate::notices::{self, News};
 use crate::service::Service;
 
 /// Adds a comment; its id.
@@ -22,6 +24,8 @@ pub async fn add_comment(
     let (now, mut tx) = (service.clock.now(), service.db.write().await?);
     let made = comments::add_comment(&mut tx, session.key(), by.id, comment, now).await?;
     AuditEntry::by(by, "comment.added", session.id).with(json!({ "comment": made })).append(&mut tx, now).await?;
+    let question = comment.kind == CommentKind::Question;
+    notices::tell(&mut tx, by, News::Said { session, comment: made, question }, now).await?;
     tx.commit().await?;
     Ok(made)
 }
@@ -43,6 +47,7 @@ pub async fn answer_comment(
             .await?;
     let made = made.ok_or(Error::NotFound)?;
     AuditEntry::by(by, "comment.answered", session.id).with(json!({ "comment": made })).append(&mut tx, now).await?;
+    notices::tell(&mut tx, by, News::Answered { session, comment, answer: made }, now).await?;
     tx.commit().await?;
     Ok(made)
 }
@@ -61,6 +66,7 @@ pub async fn withdraw_comment(
     if !comments::withdraw_comment(&mut tx, session.key(), by.id, comment, now).await? {
         return Err(Error::NotFound);
     }
+    told::forget_comment_notices(&mut tx, session.key(), comment).await?;
     AuditEntry::by(by, "comment.withdrawn", session.id)
         .with(json!({ "comment": comment }))
         .append(&mut tx, now)

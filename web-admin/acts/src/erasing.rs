@@ -79,6 +79,7 @@ pub async fn erase(
         }
         return Err(error.into());
     }
+    state.db.fold_log().await?;
     let config = state.config.clone();
     tokio::task::spawn_blocking(move || remove(&config, &gone)).await??;
     Ok(())

@@ -36,6 +36,7 @@ pub mod locks;
 pub mod mailer;
 pub mod mailing;
 pub mod motions;
+pub mod notices;
 pub mod passkey_site;
 pub mod passkeys;
 pub mod passwords;

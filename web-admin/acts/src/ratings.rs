@@ -13,6 +13,7 @@ use store::ratings::{self, NewRound, Rating, Round};
 use store::sessions::{self, Session};
 
 use crate::error::Error;
+use crate::notices::{self, News};
 use crate::service::Service;
 use crate::surveys;
 use crate::surveys::answering::read_answers_to_items;
@@ -121,6 +122,7 @@ impl Rated {
         // The log names the rating, not the attempt: a rater reads their own export.
         let told = json!({ "round": self.rating.round_id });
         AuditEntry::by(rater, "rating.finished", self.rating.id).with(told).append(&mut tx, state.clock.now()).await?;
+        notices::tell(&mut tx, rater, News::Rated(self.rating.round_id), state.clock.now()).await?;
         Ok(tx.commit().await?)
     }
 }

@@ -8,6 +8,7 @@ use store::sessions::Session;
 use store::{reviews, supervisions};
 
 use crate::error::Error;
+use crate::notices::{self, News};
 use crate::service::Service;
 
 /// Says that somebody who teaches was there during an attempt, or takes that back.
@@ -47,6 +48,7 @@ pub async fn override_grade(
     let action = if new.grade.is_some() { "grade.overridden" } else { "grade.override_withdrawn" };
     let details = json!({ "score": new.grade.map(|(score, _)| score), "passed": new.grade.map(|(_, passed)| passed) });
     AuditEntry::by(by, action, session.id).with(details).append(&mut tx, now).await?;
+    notices::tell(&mut tx, by, News::Judged(session), now).await?;
     Ok(tx.commit().await?)
 }
 

@@ -135,6 +135,8 @@ ids! {
     UploadId;
     /// A list of people that is looked at before it is taken over.
     RosterId;
+    /// Something that is new for somebody.
+    NoticeId;
     /// A letter that waits to be sent.
     LetterId;
     /// A token of a person or a station.

@@ -17,6 +17,8 @@ pub enum MailKind {
     /// Their second factor was turned off.
     #[cfg_attr(feature = "sqlx", sqlx(rename = "second_factor_off"))]
     SecondFactorOff,
+    /// What is new for them.
+    News,
 }
 
 /// A mail that is to be sent.

@@ -93,6 +93,8 @@ pub struct CurrentPerson {
     pub display_name: String,
     /// The language that they have chosen, if any.
     pub language: Option<Language>,
+    /// How much is new for them.
+    pub news: u32,
 }
 
 /// A person within their school.

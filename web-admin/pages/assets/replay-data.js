@@ -59,7 +59,11 @@ export class Attempt {
     this.address = address;
     this.names = names;
     this.stage = stage;
-    [...stage.layers, ...stage.structures].forEach((thing) => { thing.name = names[thing.name] ?? thing.name; });
+    // Events name a layer as its scene does, which is kept as the key.
+    [...stage.layers, ...stage.structures].forEach((thing) => {
+      thing.key = thing.name;
+      thing.name = names[thing.name] ?? thing.name;
+    });
     this.frames = null;
     this.spans = [];
   }
@@ -84,12 +88,6 @@ export class Attempt {
     const query = `points=${points}&from_s=${fromS.toFixed(4)}&to_s=${toS.toFixed(4)}`;
     const answer = await get(`${this.address}/series?${query}`);
     return (await answer.json()).spans;
-  }
-
-  // When the needle first touched the skin, where two attempts are laid over each other.
-  get contact() {
-    const contact = this.stage.events.find((event) => event.kind === 'contact');
-    return contact ? contact.t_s : 0;
   }
 
   // The layer that holds a depth along the needle, or none above the skin.

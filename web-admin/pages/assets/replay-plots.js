@@ -32,7 +32,7 @@ function ticks(from, to, most) {
 
 export class Plots {
   constructor(canvas, attempt, clock) {
-    Object.assign(this, { canvas, words: canvas.dataset, attempt, clock, other: null, comments: [] });
+    Object.assign(this, { canvas, words: canvas.dataset, attempt, clock, other: null, experts: null, comments: [], hover: null });
     this.from = 0;
     this.to = Math.max(clock.duration, 0.1);
     this.spans = attempt.spans;
@@ -43,7 +43,7 @@ export class Plots {
 
   // Scales that stay while the stretch of time changes: a peak keeps its height.
   rest() {
-    const forces = this.attempt.spans.concat(this.other ? this.other.spans : []);
+    const forces = this.attempt.spans.concat(this.other ? this.other.attempt.spans : []);
     this.low = Math.min(0, ...forces.map((span) => span.force_min_n)) * 1.05;
     this.high = Math.max(0.1, ...forces.map((span) => span.force_max_n)) * 1.1;
     let deepest = Math.max(this.attempt.stage.target_depth_mm, 1);
@@ -113,6 +113,7 @@ export class Plots {
     pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
     pen.drawImage(this.still, 0, 0);
     pen.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
+    this.drawHover(pen);
     const x = this.x(this.clock.t);
     if (x < LEFT - 1 || x > this.width - RIGHT + 1) return;
     pen.strokeStyle = this.theme.ink;
@@ -144,6 +145,7 @@ export class Plots {
     this.drawRibbon(pen);
     this.drawEvents(pen);
     if (this.other) this.drawOther(pen);
+    if (this.experts) this.drawExperts(pen);
     this.drawForce(pen, this.spans, 0, this.theme.ink);
     this.drawDepth(pen, this.attempt, 0, this.theme.ink);
     this.drawComments(pen);
@@ -220,7 +222,60 @@ export class Plots {
     }
   }
 
+  // What is under the pointer, in words: the values there, an event, a comment.
+  wordsAt(t) {
+    const { frames } = this.attempt;
+    if (!frames?.count) return [];
+    const row = frames.at(t);
+    const value = (name, digits, unit) => `${fixed(row[frames.index[name]], digits)} ${unit}`;
+    const near = (at) => Math.abs(this.x(at) - this.x(t)) < 7;
+    const events = this.attempt.stage.events.filter((event) => near(event.t_s)).map((event) => event.words);
+    const said = this.comments.filter((comment) => near(comment.from_s) || (t >= comment.from_s && t <= (comment.to_s ?? -1)));
+    const layer = this.attempt.layerAt(row[frames.index.depth_mm]);
+    return [`${fixed(t, 2)} s${layer ? ` · ${layer.name}` : ''}`, `${value('force_n', 2, 'N')} · ${value('advance_mm', 1, 'mm')}`,
+      ...new Set(events), ...said.map((comment) => `${COMMENT_SIGNS[comment.kind]} ${comment.who}: ${comment.said}`)]
+      .filter(Boolean).map((line) => (line.length > 48 ? `${line.slice(0, 47)}…` : line));
+  }
+
+  drawHover(pen) {
+    if (this.hover === null) return;
+    const lines = this.wordsAt(this.hover);
+    if (lines.length === 0) return;
+    const x = this.x(this.hover);
+    pen.strokeStyle = this.theme.muted;
+    pen.lineWidth = 1;
+    pen.stroke(new Path2D(`M${x} ${this.forceTop}V${this.depthTop + this.depthHeight}`));
+    pen.font = FONT;
+    const width = Math.max(...lines.map((line) => pen.measureText(line).width)) + 16;
+    const height = lines.length * 16 + 8;
+    const left = x + 10 + width > this.width ? Math.max(x - 10 - width, 0) : x + 10;
+    const top = this.forceTop + 6;
+    pen.fillStyle = this.theme.surface;
+    pen.strokeStyle = this.theme['strong-line'];
+    pen.fillRect(left, top, width, height);
+    pen.strokeRect(left, top, width, height);
+    pen.fillStyle = this.theme.ink;
+    pen.textAlign = 'left';
+    lines.forEach((line, i) => pen.fillText(line, left + 8, top + 16 + i * 16));
+  }
+
+  // The words of an event beside its sign, where the next one leaves room; pointing at a sign, and the list below, say the others.
+  drawEventWords(pen) {
+    const shown = this.attempt.stage.events.filter((event) => EVENT_MARKS[event.kind]);
+    let free = LEFT;
+    shown.forEach((event, i) => {
+      const x = this.x(event.t_s) + 9;
+      const next = i + 1 < shown.length ? this.x(shown[i + 1].t_s) - 9 : this.width - RIGHT;
+      if (x < free || x + pen.measureText(event.words).width > next) return;
+      pen.fillStyle = this.theme.ink;
+      pen.textAlign = 'left';
+      pen.fillText(event.words, x, this.forceTop - 1);
+      free = next;
+    });
+  }
+
   drawEvents(pen) {
+    this.drawEventWords(pen);
     this.attempt.stage.events.forEach((event) => {
       const x = this.x(event.t_s);
       if (x < LEFT - 8 || x > this.width) return;
@@ -252,7 +307,7 @@ export class Plots {
     pen.stroke(band);
   }
 
-  drawDepth(pen, attempt, shift, colour) {
+  drawDepth(pen, attempt, shift, colour, stretched = (mm) => mm) {
     const { frames } = attempt;
     if (!frames?.count) return;
     const path = new Path2D();
@@ -260,19 +315,43 @@ export class Plots {
     const last = Math.min(frames.before(this.to + shift) + 1, frames.count - 1);
     const stride = Math.max(1, Math.floor((last - first) / (2 * this.width)));
     for (let row = first; row <= last; row += stride) {
-      path.lineTo(this.x(frames.time(row) - shift), this.depth(Math.max(frames.value(row, 'advance_mm'), -4)));
+      path.lineTo(this.x(frames.time(row) - shift), this.depth(Math.max(stretched(frames.value(row, 'advance_mm')), -4)));
     }
     pen.strokeStyle = colour;
     pen.lineWidth = 1.5;
     pen.stroke(path);
   }
 
-  // Another attempt, from the same first touch of the skin, dashed.
+  // Another attempt, dashed: together with this one at each layer.
   drawOther(pen) {
-    const shift = this.other.contact - this.attempt.contact;
+    const { attempt, alignment } = this.other;
+    alignment.stretches().forEach(({ from, to, shift }) => {
+      pen.save();
+      pen.beginPath();
+      pen.rect(this.x(from - shift), 0, this.x(to - shift) - this.x(from - shift), this.canvas.clientHeight);
+      pen.clip();
+      pen.setLineDash([6, 4]);
+      const spans = attempt.spans.filter((span) => span.t_s >= from - 0.2 && span.t_s <= to + 0.2);
+      this.drawForce(pen, spans, shift, this.theme['part-4']);
+      this.drawDepth(pen, attempt, shift, this.theme['part-4'], (mm) => alignment.depth(mm));
+      pen.restore();
+    });
+  }
+
+  // The experts' median, dashed: together with this attempt at each layer.
+  drawExperts(pen) {
     pen.setLineDash([6, 4]);
-    this.drawForce(pen, this.other.spans, shift, this.theme['part-4']);
-    this.drawDepth(pen, this.other, shift, this.theme['part-4']);
+    pen.strokeStyle = this.theme['part-4'];
+    pen.lineWidth = 1.5;
+    this.experts.lines().forEach((places) => {
+      const [force, depth] = [new Path2D(), new Path2D()];
+      places.forEach(([t, advance, newtons]) => {
+        force.lineTo(this.x(t), this.force(newtons));
+        depth.lineTo(this.x(t), this.depth(advance));
+      });
+      pen.stroke(force);
+      pen.stroke(depth);
+    });
     pen.setLineDash([]);
   }
 

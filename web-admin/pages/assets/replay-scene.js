@@ -24,7 +24,9 @@ export class Scene {
     this.labels = labels;
     this.attempt = attempt;
     this.painter = new Painter(canvas);
-    this.moving = { solid: new Mesh(), lines: new Mesh() };
+    this.moving = { solid: new Mesh(), lines: new Mesh(), ghost: new Mesh() };
+    this.other = null;
+    this.experts = null;
     this.still = { solid: new Mesh(), glass: new Mesh() };
     this.measure();
     this.look('whole');
@@ -137,12 +139,14 @@ export class Scene {
     this.drawLayers();
     this.drawSkin();
     this.drawPlan();
-    this.drawNeedle();
+    this.drawNeedle(this.moving.solid, this, this.attempt.stage.needle, rgb(this.theme.ink).map((part) => part * 0.55 + 0.3), 1);
+    this.drawGhost(t);
     const camera = this.camera();
     this.painter.begin(camera, rgb(this.theme.sunken));
     [this.moving.solid, this.still.solid].forEach((mesh) => this.painter.draw(mesh));
     this.painter.draw(this.moving.lines, 'LINES');
     this.painter.draw(this.still.glass, 'TRIANGLES', false);
+    this.painter.draw(this.moving.ghost, 'TRIANGLES', false);
     this.drawLabels(camera);
   }
 
@@ -225,23 +229,35 @@ export class Scene {
     ));
   }
 
-  drawNeedle() {
-    const { diameter_mm: diameter, length_mm: length, tip_to_rim_mm: rim } = this.attempt.stage.needle;
-    const steel = rgb(this.theme.ink).map((part) => part * 0.55 + 0.3);
-    const stylet = rgb(this.theme.lead);
+  // The needle of another attempt where it was in this one's layers, beside this one.
+  drawGhost(t) {
+    const median = this.experts?.pose(t);
+    if (median) this.drawNeedle(this.moving.ghost, median, this.attempt.stage.needle, rgb(this.theme['part-4']), 0.55);
+    if (!this.other?.attempt.frames?.count) return;
+    const { attempt, alignment } = this.other;
+    const row = attempt.frames.at(alignment.beside(t));
+    const at = (name) => row[attempt.frames.index[name]];
+    const axis = [at('axis_x'), at('axis_y'), at('axis_z')];
+    const deeper = alignment.depth(at('advance_mm')) - at('advance_mm');
+    const tip = add([at('x_mm'), at('y_mm'), at('z_mm')], scale(axis, deeper));
+    this.drawNeedle(this.moving.ghost, { tip, axis }, attempt.stage.needle, rgb(this.theme['part-4']), 0.55);
+  }
+
+  drawNeedle(mesh, { tip, axis }, { diameter_mm: diameter, length_mm: length, tip_to_rim_mm: rim }, steel, alpha) {
+    const stylet = alpha < 1 ? steel : rgb(this.theme.lead);
     // In front of the cut by its own radius, so that it is seen where it is inside.
     const near = scale(this.away, -diameter / 2 - 0.2);
-    const at = (back, radius, angle, u, v) => add(add(add(this.tip, scale(this.axis, -back)), near),
+    const at = (back, radius, angle, u, v) => add(add(add(tip, scale(axis, -back)), near),
       add(scale(u, radius * Math.cos(angle)), scale(v, radius * Math.sin(angle))));
-    const u = unit(cross(this.axis, [0.3, 0.9, 0.2]));
-    const v = cross(this.axis, u);
+    const u = unit(cross(axis, [0.3, 0.9, 0.2]));
+    const v = cross(axis, u);
     const taper = Math.min(rim > 0 ? rim : diameter * 1.5, 6);
     const parts = [[0, 0.02, taper, diameter * 0.42, stylet], [taper, diameter / 2, Math.max(length, taper + 1), diameter / 2, steel]];
     parts.forEach(([from, thin, to, thick, colour]) => {
       for (let k = 0; k < 12; k += 1) {
         const [a, b] = [(k * Math.PI) / 6, ((k + 1) * Math.PI) / 6];
         const normal = add(scale(u, Math.cos((a + b) / 2)), scale(v, Math.sin((a + b) / 2)));
-        this.moving.solid.quad(at(from, thin, a, u, v), at(from, thin, b, u, v), at(to, thick, b, u, v), at(to, thick, a, u, v), normal, colour);
+        mesh.quad(at(from, thin, a, u, v), at(from, thin, b, u, v), at(to, thick, b, u, v), at(to, thick, a, u, v), normal, colour, alpha);
       }
     });
   }

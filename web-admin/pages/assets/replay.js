@@ -1,5 +1,6 @@
 // Wires a replay: what is fetched, what is drawn, what the hand and the keyboard do.
 
+import { Alignment, ExpertGhost } from './replay-align.js';
 import { Clock, SPEEDS } from './replay-clock.js';
 import { Comments } from './replay-comments.js';
 import { Attempt } from './replay-data.js';
@@ -32,7 +33,9 @@ function figures(attempt, clock) {
     const outside = value('advance_mm') > 0 ? root.dataset.on : root.dataset.above;
     fields.layer.textContent = layer ? layer.name : outside;
     // Read out when it stands: a voice that speaks during play would be behind all the time.
-    if (!clock.playing) live.textContent = `${fields.time.textContent}, ${fields.depth.textContent}, ${fields.force.textContent}, ${fields.layer.textContent}`;
+    if (clock.playing) return;
+    const event = attempt.stage.events.findLast((one) => Math.abs(one.t_s - clock.t) < 0.015)?.words;
+    live.textContent = [event, fields.time.textContent, fields.depth.textContent, fields.force.textContent, fields.layer.textContent].filter(Boolean).join(', ');
   };
 }
 
@@ -72,7 +75,13 @@ function wirePlots(plots, clock, draw) {
     canvas.setPointerCapture(event.pointerId);
     to(event);
   });
-  canvas.addEventListener('pointermove', (event) => { if (event.buttons & 1) to(event); });
+  canvas.addEventListener('pointermove', (event) => {
+    if (event.buttons & 1) to(event);
+    const t = plots.time(event.clientX - canvas.getBoundingClientRect().left);
+    plots.hover = t >= plots.from && t <= plots.to ? t : null;
+    plots.draw();
+  });
+  canvas.addEventListener('pointerleave', () => { plots.hover = null; plots.draw(); });
   canvas.addEventListener('wheel', (event) => {
     if (!event.ctrlKey && !event.shiftKey) return;
     event.preventDefault();
@@ -81,13 +90,31 @@ function wirePlots(plots, clock, draw) {
   }, { passive: false });
 }
 
+// Which event of the list the playhead has come to.
+function followEvents(clock) {
+  const links = [...root.querySelectorAll('[data-event]')];
+  return () => {
+    const now = links.findLast((link) => Number(link.dataset.second) <= clock.t + 0.005);
+    links.forEach((link) => (link === now ? link.setAttribute('aria-current', 'true') : link.removeAttribute('aria-current')));
+  };
+}
+
 // Links and rows of the page that name a moment.
 function wireMoments(clock) {
   const go = () => {
     const wanted = new URLSearchParams(location.hash.slice(1));
     if (wanted.has('speed') && SPEEDS.includes(Number(wanted.get('speed')))) clock.setSpeed(Number(wanted.get('speed')));
     if (wanted.has('t')) clock.seek(Number(wanted.get('t')) || 0);
+    else if (!location.hash && root.dataset.at) clock.seek(Number(root.dataset.at));
   };
+  document.addEventListener('click', (event) => {
+    const link = event.target.closest('a[data-second]');
+    if (!link || event.ctrlKey || event.metaKey || event.shiftKey) return;
+    event.preventDefault();
+    clock.pause();
+    clock.seek(Number(link.dataset.second));
+    root.scrollIntoView({ block: 'nearest' });
+  });
   addEventListener('hashchange', go);
   go();
 }
@@ -105,6 +132,8 @@ function openScene(attempt) {
 async function start() {
   const names = JSON.parse(root.dataset.names);
   const attempt = await Attempt.open(root.dataset.address, names);
+  const said = JSON.parse(root.dataset.events || '[]');
+  attempt.stage.events.forEach((event, i) => { event.words = said[i] ?? ''; });
   const clock = new Clock(attempt.stage.duration_s);
   const comments = new Comments(root, clock);
   root.hidden = false;
@@ -116,13 +145,20 @@ async function start() {
   plots.rest();
   const scene = openScene(attempt);
   const show = figures(attempt, clock);
+  const follow = followEvents(clock);
   const draw = () => {
     plots.follow();
     plots.draw();
     scene?.draw(clock.t);
     show(performance.now());
     comments.reach(clock.t);
+    follow();
   };
+  if (root.dataset.experts) {
+    plots.experts = new ExpertGhost(attempt, JSON.parse(root.dataset.experts));
+    if (scene) scene.experts = plots.experts;
+    plots.stale = true;
+  }
   if (scene) scene.onTurn = draw;
   const jump = jumper(attempt, clock);
   clock.addEventListener('moved', draw);
@@ -142,7 +178,8 @@ async function start() {
   if (root.dataset.other) {
     const other = await Attempt.open(root.dataset.other, names);
     await other.loadFrames();
-    plots.other = other;
+    plots.other = { attempt: other, alignment: new Alignment(attempt, other) };
+    if (scene) scene.other = plots.other;
     plots.rest();
     draw();
   }

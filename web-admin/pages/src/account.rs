@@ -33,6 +33,8 @@ pub struct AccountPage {
     pub acts: Vec<MembershipEvent>,
     /// The language that they have chosen, if any.
     pub language: Option<Language>,
+    /// They are mailed what is new for them.
+    pub mailed: bool,
     /// They have a second factor.
     pub second_factor: bool,
     /// The page of their own attempts.
@@ -114,6 +116,7 @@ mod tests {
                 .map(samples::noted)
                 .to_vec(),
             language: None,
+            mailed: true,
             second_factor: false,
             practice: "/trainees/1".to_owned(),
             sign_in_code: None,

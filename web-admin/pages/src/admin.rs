@@ -16,6 +16,8 @@ use super::{Shell, StatusWord, format};
 pub struct AdminHomePage {
     /// Frame.
     pub shell: Shell,
+    /// What is new for them.
+    pub news: Vec<super::news::NewsItem>,
     /// The school's name.
     pub school: String,
     /// Figures: how many, and of what.
@@ -158,6 +160,7 @@ mod tests {
     #[test]
     fn the_home_shows_counts_and_the_queue() {
         let page = AdminHomePage {
+            news: samples::news(),
             shell: samples::shell(Role::Administrator),
             school: "Example School".to_owned(),
             counts: vec![(28, "trainees"), (3, "instructors"), (1034, "attempts")],

@@ -107,6 +107,8 @@ pub struct AssignForm {
     pub locked: bool,
     /// It is to be assigned all the same.
     pub despite_locks: bool,
+    /// Whom it concerns is mailed at once.
+    pub mailed: bool,
     /// The school's time zone.
     pub time_zone: String,
 }

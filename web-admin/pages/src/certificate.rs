@@ -1,10 +1,13 @@
 //! A certificate as a page that a person can keep and print: one file, with the signed statement inside it.
 
 use askama::Template;
+use askama_web::WebTemplate;
 use model::certificate::Statement;
+use model::certificate_note::CertificateNote;
 use time::OffsetDateTime;
+use time::format_description::well_known::Rfc3339;
 
-use super::format;
+use super::{format, qr};
 
 /// Digits of the key that stand together.
 const GROUP: usize = 8;
@@ -29,6 +32,38 @@ pub struct CertificatePage {
     pub key: String,
     /// The certificate, as it may stand in a page.
     pub json: String,
+    /// Where its code is checked.
+    pub check_href: String,
+}
+
+/// Whether a certificate's code is genuine.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "certificate_check.html")]
+pub struct CertificateCheckPage {
+    /// What came of it.
+    pub outcome: CheckOutcome,
+    /// The address of this service.
+    pub address: String,
+}
+
+/// What came of checking a certificate's code.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum CheckOutcome {
+    /// No code was given.
+    NothingAsked,
+    /// This service has not signed what the code says.
+    Refused,
+    /// It has signed this.
+    Genuine(CertificateNote),
+}
+
+impl CertificateCheckPage {
+    /// The day on which a certificate was issued, in words.
+    fn issued_on(&self) -> String {
+        let CheckOutcome::Genuine(note) = &self.outcome else { return String::new() };
+        let at = OffsetDateTime::parse(&note.issued_at, &Rfc3339);
+        at.map_or_else(|_| note.issued_at.clone(), format::format_date)
+    }
 }
 
 impl CertificatePage {
@@ -36,6 +71,11 @@ impl CertificatePage {
     fn key_in_groups(&self) -> String {
         let digits: Vec<char> = self.key.chars().collect();
         digits.chunks(GROUP).map(String::from_iter).collect::<Vec<_>>().join(" ")
+    }
+
+    /// The code by which a print is checked; empty where the names are too long for one.
+    fn check_code(&self) -> String {
+        qr::draw_qr_code(&self.check_href).unwrap_or_default()
     }
 }
 
@@ -68,6 +108,7 @@ mod tests {
             file: "certificate-lower-back-basics.html".to_owned(),
             key: certificate.public_key.clone(),
             json: certificate.in_page().expect("JSON"),
+            check_href: "https://stylet.example/certificate?of=eyJub3RlIjoxfQ&by=AAAA".to_owned(),
         };
         forgotten::check_page("certificate", &page);
         let html = page.render().expect("the page renders");
@@ -76,5 +117,22 @@ mod tests {
         assert!(html.contains(&certificate.public_key[..GROUP]) && !html.contains("<link"), "{html}");
         let checked = check_certificate(html.as_bytes(), &certificate.public_key).expect("genuine");
         assert_eq!(checked, statement);
+    }
+
+    #[test]
+    fn a_check_says_genuine_or_not() {
+        let note = CertificateNote {
+            note: CertificateNote::VERSION,
+            school: "Nordklinik".to_owned(),
+            trainee: "<b>Ada".to_owned(),
+            course: "Lower back".to_owned(),
+            issued_at: "2026-11-23T22:00:00Z".to_owned(),
+        };
+        let page = |outcome| CertificateCheckPage { outcome, address: "https://stylet.example".to_owned() };
+        let html = samples::keep_page("certificate-genuine", &page(CheckOutcome::Genuine(note)));
+        assert!(html.contains("Genuine") && html.contains("&#60;b&#62;Ada") && html.contains("23 Nov 2026"), "{html}");
+        let html = samples::keep_page("certificate-refused", &page(CheckOutcome::Refused));
+        assert!(html.contains("Not genuine") && !html.contains("Ada"), "{html}");
+        assert!(samples::keep_page("certificate-nothing", &page(CheckOutcome::NothingAsked)).contains("Scan the code"));
     }
 }

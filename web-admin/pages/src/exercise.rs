@@ -136,7 +136,7 @@ fn list_exercise_facts(bundle: &ExerciseBundle) -> Vec<(&'static str, String)> {
         (tr!("Target"), tr!("{depth} along the needle", depth = format::format_stated(target_depth_mm, "mm"))),
         (tr!("Angle to the surface normal"), format::format_stated(angle_deg, "°")),
         (tr!("Time limit"), format::format_span(*time_limit_s)),
-        (tr!("Pass mark"), tr!("{score} of 100", score = format::format_points(*pass_mark))),
+        (tr!("Pass mark"), tr!("{score} of 100", score = format::line_points(*pass_mark))),
         (tr!("Difficulty"), tr!("{difficulty} of 5", difficulty = difficulty)),
         (tr!("Revision"), format::shorten_hash(sha256).to_owned()),
     ]

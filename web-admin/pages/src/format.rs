@@ -54,10 +54,31 @@ pub fn format_stated(value: impl Borrow<f64>, unit: &str) -> String {
     }
 }
 
-/// A score or mark, 0–100, rounded down: 69.6 must not read as the 70 that passes.
+/// A score, 0–100, rounded. Whether it passes is said beside it; where the mark stands there too, use [`format_score`].
 #[must_use]
 pub fn format_points(score: impl Borrow<f64>) -> String {
-    format_fixed((score.borrow() + 1e-9).floor(), 0)
+    format_fixed((score.borrow() + 1e-9).round(), 0)
+}
+
+/// A score beside its pass mark: rounded, with a decimal or two where a whole number would stand on the other side of the mark.
+#[must_use]
+pub fn format_score(score: impl Borrow<f64>, pass_mark: impl Borrow<Option<f64>>) -> String {
+    let score = *score.borrow();
+    let Some(mark) = *pass_mark.borrow() else { return format_points(score) };
+    let is_true = |rounded: f64| (rounded >= mark) == (score >= mark);
+    for (decimals, scale) in [(0, 1.0), (1, 10.0), (2, 100.0)] {
+        let rounded = ((score + 1e-9) * scale).round() / scale;
+        if is_true(rounded) {
+            return format_fixed(rounded, decimals);
+        }
+    }
+    format_fixed((score * 100.0).floor() / 100.0, 2)
+}
+
+/// A second of an attempt as an address and a form have it: a full stop, two decimals.
+#[must_use]
+pub fn plain_seconds(t_s: impl Borrow<f64>) -> String {
+    format!("{:.2}", t_s.borrow())
 }
 
 /// Points won or lost on a line, with one decimal where it matters.
@@ -187,8 +208,16 @@ mod tests {
     }
 
     #[test]
-    fn a_fail_is_not_rounded_up_to_a_pass() {
-        assert_eq!([format_points(69.99), format_points(70.0), format_points(100.0 - 1e-12)], ["69", "70", "100"]);
+    fn scores_are_rounded() {
+        assert_eq!([format_points(58.7), format_points(58.4), format_points(100.0 - 1e-12)], ["59", "58", "100"]);
+        assert_eq!(format_points(0.5), "1");
+    }
+
+    #[test]
+    fn a_fail_beside_its_pass_mark_is_not_rounded_up_to_it() {
+        let said = [69.2, 69.6, 69.96, 69.999, 70.0, 58.7].map(|score| format_score(score, Some(70.0)));
+        assert_eq!(said, ["69", "69.6", "69.96", "69.99", "70", "59"]);
+        assert_eq!([format_score(62.4, Some(62.3)), format_score(69.6, None)], ["62.4", "70"]);
     }
 
     #[test]

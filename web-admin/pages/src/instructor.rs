@@ -6,6 +6,7 @@ use time::OffsetDateTime;
 
 use super::assignments::DueLine;
 use super::cohort::{CohortCard, TraineeRow};
+use super::news::NewsItem;
 use super::trainee::OwnAttemptRow;
 use super::{Shell, StatusWord, format};
 
@@ -15,6 +16,8 @@ use super::{Shell, StatusWord, format};
 pub struct InstructorPage {
     /// Frame.
     pub shell: Shell,
+    /// What is new for them.
+    pub news: Vec<NewsItem>,
     /// Cohorts they teach.
     pub cohorts: Vec<CohortCard>,
     /// Trainees who may need help, each with the cohort's name.
@@ -42,8 +45,10 @@ mod tests {
         let card = CohortCard::new("/cohorts/1".to_owned(), "Spring 2026".to_owned(), [&progress].into_iter());
         let shell = samples::shell(Role::Instructor);
         let recent = samples::attempts();
+        let news = samples::news();
         let page = InstructorPage {
             shell: shell.clone(),
+            news,
             cohorts: vec![card],
             help,
             due_lines: vec![samples::due_line()],
@@ -54,8 +59,10 @@ mod tests {
         assert!(
             html.find("Who needs help") < html.find("Due soon") && html.find("Due soon") < html.find("Your cohorts")
         );
+        assert!(html.contains("New for you") && html.contains("has answered a comment"));
         let empty = InstructorPage {
             shell,
+            news: vec![],
             cohorts: vec![],
             help: vec![],
             due_lines: vec![],

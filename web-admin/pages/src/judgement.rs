@@ -1,10 +1,11 @@
 //! A score taken apart: what each line of the rubric gave, why, and everything else that was measured.
 
-use assessment::{Deduction, HardFailure, Metric};
+use assessment::{Deduction, FailureCause, HardFailure, Metric};
+use attempt::AttemptCurve;
 use documents::Exercise;
 
 use super::charts::{self, LayerDamage};
-use super::{format, metric};
+use super::{format, metric, moments};
 
 /// What was judged, by what.
 #[derive(Clone, Copy, Debug)]
@@ -21,6 +22,43 @@ pub struct GradedAttempt<'a> {
     pub metrics: &'a [Metric],
     /// The exercise as it was judged; absent when the school never published it.
     pub exercise: Option<&'a Exercise>,
+    /// Names of the structures that are to be reached.
+    pub targets: &'a [String],
+    /// What happened when; absent where it is not known.
+    pub curve: Option<&'a AttemptCurve>,
+    /// The same metrics in the attempts of others.
+    pub others: &'a OthersSpreads,
+}
+
+/// Metrics in the attempts of others, where enough of them tried.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OthersSpreads {
+    /// In the latest attempt of each of the others in the trainee's cohorts.
+    pub cohort: Vec<MetricSpread>,
+    /// In the newest passed attempt of each consenting expert.
+    pub experts: Vec<MetricSpread>,
+}
+
+/// The middle half of a metric in several attempts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MetricSpread {
+    /// Id of the metric.
+    pub id: String,
+    /// Version of its definition.
+    pub version: u32,
+    /// Quarter of the attempts below, half, three quarters.
+    pub quartiles: [f64; 3],
+}
+
+/// Points that were lost, or a pass, and where to look.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LostPoints {
+    /// The reason, in words.
+    pub why: String,
+    /// How many points; none for what fails whatever the points.
+    pub points: f64,
+    /// The second that decided it.
+    pub at_s: Option<f64>,
 }
 
 /// A score with its arithmetic.
@@ -35,9 +73,13 @@ pub struct JudgementView {
     /// The score as a bar with the pass mark on it.
     pub bar: String,
     /// Reasons of hard fails.
-    pub hard_fails: Vec<String>,
-    /// What cost points, dearest first: reason and points.
-    pub lost: Vec<(String, f64)>,
+    pub hard_fails: Vec<LostPoints>,
+    /// What cost points, dearest first.
+    pub lost: Vec<LostPoints>,
+    /// There are others of the cohort to compare with.
+    pub beside_cohort: bool,
+    /// There are experts to compare with.
+    pub beside_experts: bool,
     /// Every line of the rubric.
     pub rubric: Vec<RubricRow>,
     /// Every other metric, by what it tells.
@@ -59,6 +101,10 @@ pub struct RubricRow {
     pub definition: String,
     /// The attempt's value, with its unit.
     pub value: String,
+    /// Median and middle half of the cohort, with the unit; empty where too few have it.
+    pub cohort: String,
+    /// The same of experts.
+    pub experts: String,
     /// What earns everything, with its unit; empty when the rubric is not known here.
     pub full: String,
     /// What earns nothing, with its unit.
@@ -69,8 +115,6 @@ pub struct RubricRow {
     pub available: Option<f64>,
     /// Points lost.
     pub lost: f64,
-    /// The reason, in words.
-    pub why: String,
 }
 
 /// Metrics that tell of one thing.
@@ -93,8 +137,12 @@ pub struct MeasuredRow {
     pub definition: String,
     /// The value with its unit.
     pub value: String,
-    /// Which way is better.
+    /// Which way is better; what the tissue alone decides says so.
     pub better: &'static str,
+    /// Median and middle half of the cohort, with the unit; empty where too few have it.
+    pub cohort: String,
+    /// The same of experts.
+    pub experts: String,
 }
 
 /// Headings, and the beginnings of the ids below them.
@@ -103,7 +151,7 @@ const GROUPS: [(&str, &[&str]); 5] = [
         sentence!("Accuracy"),
         &["depth_error", "overshoot", "tip_error", "entry_error", "angle_error", "reached", "confirmed", "withdrawn"],
     ),
-    (sentence!("Force"), &["peak_force", "rupture_force", "force_", "lateral_peak"]),
+    (sentence!("Force"), &["peak_force", "rupture_force", "force_", "lateral_peak", "max_lateral"]),
     (sentence!("After each pop"), &["over_insertion", "stop_time"]),
     (
         sentence!("Tissue and structures"),
@@ -125,13 +173,6 @@ impl JudgementView {
     /// Takes a score apart.
     #[must_use]
     pub fn new(graded: &GradedAttempt<'_>) -> Self {
-        let mut lost: Vec<(String, f64)> = graded
-            .deductions
-            .iter()
-            .filter(|d| d.points > 0.0)
-            .map(|d| (metric::deduction_reason(d), d.points))
-            .collect();
-        lost.sort_by(|a, b| b.1.total_cmp(&a.1));
         let damage = damage_of_layers(graded.metrics);
         let pass_mark = graded.exercise.map(|e| e.pass_mark);
         Self {
@@ -139,8 +180,10 @@ impl JudgementView {
             passed: graded.passed,
             pass_mark,
             bar: charts::draw_score_bar(graded.score, pass_mark),
-            hard_fails: graded.hard_fails.iter().map(metric::say_failure).collect(),
-            lost,
+            hard_fails: graded.hard_fails.iter().map(|failure| graded.failure_with_moment(failure)).collect(),
+            lost: list_lost_points(graded),
+            beside_cohort: !graded.others.cohort.is_empty(),
+            beside_experts: !graded.others.experts.is_empty(),
             rubric: graded.deductions.iter().map(|d| make_rubric_row(graded, d)).collect(),
             groups: group_metrics(graded),
             damage_chart: charts::draw_both_widths(|size| charts::draw_damage(&damage, size)),
@@ -148,6 +191,48 @@ impl JudgementView {
             damage_facts: damage_facts(graded.metrics),
         }
     }
+}
+
+impl GradedAttempt<'_> {
+    fn second_of(&self, metric: &str) -> Option<f64> {
+        self.curve.map(|curve| moments::find_deciding_second(metric, self.metrics, curve))
+    }
+
+    fn failure_with_moment(&self, failure: &HardFailure) -> LostPoints {
+        let at_s = match &failure.cause {
+            FailureCause::Limit { metric, .. } => self.second_of(metric),
+            FailureCause::Required { .. } | FailureCause::Worded { .. } => None,
+        };
+        LostPoints { why: metric::say_failure(failure), points: 0.0, at_s }
+    }
+}
+
+/// What cost points, dearest first.
+fn list_lost_points(graded: &GradedAttempt<'_>) -> Vec<LostPoints> {
+    let dear = graded.deductions.iter().filter(|deduction| deduction.points > 0.0);
+    let mut lost: Vec<LostPoints> = dear
+        .map(|deduction| LostPoints {
+            why: metric::deduction_reason(deduction),
+            points: deduction.points,
+            at_s: graded.second_of(&deduction.metric),
+        })
+        .collect();
+    lost.sort_by(|a, b| b.points.total_cmp(&a.points));
+    lost
+}
+
+/// Median and middle half of a metric in the attempts of others.
+fn say_spread(spreads: &[MetricSpread], id: &str, version: u32, unit: &str) -> String {
+    let found = spreads.iter().find(|spread| spread.id == id && spread.version == version);
+    found.map_or_else(String::new, |MetricSpread { quartiles: [lower, median, upper], .. }| {
+        let [lower, median] = [lower, median].map(format::format_number);
+        tr!(
+            "{median} ({lower} to {upper})",
+            median = median,
+            lower = lower,
+            upper = format::format_quantity(upper, unit)
+        )
+    })
 }
 
 fn make_rubric_row(graded: &GradedAttempt<'_>, deduction: &Deduction) -> RubricRow {
@@ -160,12 +245,13 @@ fn make_rubric_row(graded: &GradedAttempt<'_>, deduction: &Deduction) -> RubricR
         label: measured.map_or_else(|| metric::metric_label(&deduction.metric), |m| metric::label_of(&m.id, &m.label)),
         definition: metric::metric_definition(&deduction.metric, deduction.version),
         value: measured.map_or_else(|| tr!("not measured").to_owned(), measured_value),
+        cohort: say_spread(&graded.others.cohort, &deduction.metric, deduction.version, unit),
+        experts: say_spread(&graded.others.experts, &deduction.metric, deduction.version, unit),
         full: line.map_or_else(String::new, |l| format::format_stated(l.full, unit)),
         zero: line.map_or_else(String::new, |l| format::format_stated(l.zero, unit)),
         earned: available.map(|a| (a - deduction.points).max(0.0)),
         available,
         lost: deduction.points,
-        why: metric::deduction_reason(deduction),
     }
 }
 
@@ -186,7 +272,7 @@ fn group_metrics(graded: &GradedAttempt<'_>) -> Vec<MetricGroup> {
     for metric in graded.metrics.iter().filter(unjudged) {
         let claims = |(_, starts): &(&str, &[&str])| starts.iter().any(|start| metric.id.starts_with(start));
         if let Some(index) = GROUPS.iter().position(claims) {
-            let row = make_metric_row(metric);
+            let row = make_metric_row(graded, metric);
             if metric.applies && metric.value.is_some() {
                 groups[index].rows.push(row);
             } else {
@@ -197,16 +283,15 @@ fn group_metrics(graded: &GradedAttempt<'_>) -> Vec<MetricGroup> {
     groups.into_iter().filter(|g| !g.rows.is_empty() || !g.absent.is_empty()).collect()
 }
 
-fn make_metric_row(measured: &Metric) -> MeasuredRow {
+fn make_metric_row(graded: &GradedAttempt<'_>, measured: &Metric) -> MeasuredRow {
+    let beside = |spreads: &[MetricSpread]| say_spread(spreads, &measured.id, measured.version, &measured.unit);
     MeasuredRow {
         label: metric::label_of(&measured.id, &measured.label),
         definition: metric::metric_definition(&measured.id, measured.version),
         value: measured_value(measured),
-        better: match measured.direction {
-            assessment::Direction::Lower => tr!("lower"),
-            assessment::Direction::Higher => tr!("higher"),
-            assessment::Direction::Range => tr!("near 0"),
-        },
+        better: metric::say_better_way(&measured.id, measured.direction, graded.targets),
+        cohort: beside(&graded.others.cohort),
+        experts: beside(&graded.others.experts),
     }
 }
 
@@ -258,8 +343,24 @@ mod tests {
     #[test]
     fn what_cost_most_comes_first_and_what_cost_nothing_is_left_out() {
         let lost = samples::judgement().lost;
-        assert!(lost.windows(2).all(|w| w[0].1 >= w[1].1));
-        assert!(lost.iter().all(|(why, points)| *points > 0.0 && !why.contains("points")));
+        assert!(lost.windows(2).all(|w| w[0].points >= w[1].points));
+        assert!(lost.iter().all(|lost| lost.points > 0.0 && !lost.why.contains("points")));
+    }
+
+    #[test]
+    fn each_lost_point_leads_to_its_second() {
+        let judgement = samples::judgement();
+        let deep = judgement.lost.iter().find(|lost| lost.why.contains("too deep")).expect("the depth");
+        assert_eq!(deep.at_s, Some(19.0), "where the position was confirmed");
+        assert!(judgement.lost.iter().all(|lost| lost.at_s.is_some()));
+    }
+
+    #[test]
+    fn a_metric_stands_beside_those_of_others() {
+        let judgement = samples::judgement();
+        let row = judgement.rubric.iter().find(|row| row.label == "Peak force").expect("a row");
+        assert_eq!((row.cohort.as_str(), row.experts.as_str()), ("2.30 (1.90 to 2.70\u{a0}N)", ""));
+        assert!(judgement.beside_cohort && !judgement.beside_experts);
     }
 
     #[test]

@@ -10,6 +10,7 @@ use model::mail::{Mail, RetentionLetter, SurveyLetter};
 use model::survey::Survey;
 
 use crate::format;
+use crate::news::NewsItem;
 
 const DAY_S: i64 = 86_400;
 
@@ -67,6 +68,24 @@ pub struct Reminded<'a> {
 pub fn write_reminder(mail: &Mail, of: Reminded<'_>, link: &str) -> (String, String) {
     let due = &local(of.due_at, of.time_zone);
     subject_and_body(&Reminder { name: &mail.name, title: &on_one_line(of.title), due, stage: of.stage, link })
+}
+
+#[derive(Template)]
+#[template(path = "mail/news.txt")]
+struct NewsLetter<'a> {
+    name: &'a str,
+    school: &'a str,
+    address: &'a str,
+    home: String,
+    account: String,
+    items: &'a [NewsItem],
+}
+
+/// Subject and text of a letter with what is new; `address` is the service's.
+#[must_use]
+pub fn write_news_letter(mail: &Mail, items: &[NewsItem], address: &str) -> (String, String) {
+    let (home, account) = (format!("{address}/"), format!("{address}/account"));
+    subject_and_body(&NewsLetter { name: &mail.name, school: &mail.school, address, home, account, items })
 }
 
 #[derive(Template)]

@@ -20,6 +20,7 @@ pub mod draft;
 pub mod erasing;
 pub mod error;
 pub mod exercise;
+pub mod experts;
 #[cfg(test)]
 mod forgotten;
 pub mod form;
@@ -33,6 +34,8 @@ pub mod login;
 #[cfg(test)]
 mod markup;
 pub mod metric;
+pub mod moments;
+pub mod news;
 pub mod origins;
 pub mod passkeys;
 pub mod people;

@@ -53,6 +53,22 @@ fn words_of(id: &str) -> String {
     }
 }
 
+/// Which way of a metric is better, in a word. The force at a pop is the tissue's: it is the same for everybody. A target is to be met.
+#[must_use]
+pub fn say_better_way(id: &str, direction: Direction, targets: &[String]) -> &'static str {
+    let (base, part) = id.split_once('.').unwrap_or((id, ""));
+    match base {
+        "rupture_force_n" => tr!("set by the tissue"),
+        "structure_hits" if part == "target" => tr!("higher"),
+        "structure_clearance_mm" if targets.iter().any(|target| target == part) => tr!("lower"),
+        _ => match direction {
+            Direction::Lower => tr!("lower"),
+            Direction::Higher => tr!("higher"),
+            Direction::Range => tr!("near 0"),
+        },
+    }
+}
+
 /// Why points were lost, with what earns full marks and advice.
 #[must_use]
 pub fn deduction_reason(deduction: &Deduction) -> String {
@@ -144,6 +160,18 @@ mod tests {
     fn limit() -> HardFailure {
         let (words, metric) = ("The force went above 10 N".to_owned(), "peak_force_n".to_owned());
         HardFailure { cause: FailureCause::Limit { words, metric, version: 1, value: 12.3, limit: 10.0 } }
+    }
+
+    #[test]
+    fn a_target_is_to_be_met_and_a_pop_is_the_tissues() {
+        let targets = ["cyst".to_owned()];
+        let way = |id: &str, direction| say_better_way(id, direction, &targets);
+        assert_eq!(way("structure_hits.target", Direction::Lower), "higher");
+        assert_eq!(way("structure_hits.vessel", Direction::Lower), "lower");
+        assert_eq!(way("structure_clearance_mm.cyst", Direction::Higher), "lower");
+        assert_eq!(way("structure_clearance_mm.artery", Direction::Higher), "higher");
+        assert_eq!(way("rupture_force_n.skin.tip", Direction::Lower), "set by the tissue");
+        assert_eq!(way("depth_error_mm", Direction::Range), "near 0");
     }
 
     #[test]

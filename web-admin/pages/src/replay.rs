@@ -4,13 +4,17 @@ use std::borrow::Borrow;
 
 use askama::Template;
 use askama_web::WebTemplate;
+use attempt::{AttemptCurve, CurveMark, MarkKind};
 use model::comment::{CommentKind, MOST_CHARACTERS, TypedComment};
+use model::expert_way::GhostStretch;
 use model::ids::{CommentId, SessionId};
+use model::review::{ReviewFilter, ReviewReason};
 use time::OffsetDateTime;
 
+use super::experts::BesideExperts;
 use super::form::FilledForm;
-use super::session::Drawing;
-use super::{Shell, anatomy, assets, format};
+use super::session::{Drawing, say_event};
+use super::{Shell, StatusWord, anatomy, assets, format, moments};
 
 /// The page of a replay.
 #[derive(Debug, Template, WebTemplate)]
@@ -30,16 +34,136 @@ pub struct ReplayPage {
     pub duration_s: f64,
     /// The curves, for browsers without scripts.
     pub drawing: Option<Drawing>,
-    /// The attempt over the experts' corridor, for both widths, where enough of them consent.
-    pub corridor: Option<String>,
+    /// What happened when, and where it opens.
+    pub happened: NamedHappenings,
+    /// The attempt beside the experts, where enough of them consent.
+    pub experts: Option<BesideExperts>,
     /// Since when the visitor lets their own attempts be part of it; absent for a trainee, who is no expert.
     pub consent: Option<Option<OffsetDateTime>>,
+    /// The step through the review queue; absent for whoever does not review, and before the attempt is scored.
+    pub look: Option<ReviewLook>,
     /// What was said, by its moment.
     pub comments: Vec<CommentView>,
     /// The form as it was filled in.
     pub form: CommentForm,
     /// Attempts that may be laid over this one.
     pub others: Vec<OtherAttempt>,
+}
+
+/// Whether somebody has looked at an attempt, and by which part of the queue it was come to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ReviewLook {
+    /// Somebody has looked at it.
+    pub reviewed: bool,
+    /// The part of the queue.
+    pub filter: ReviewFilter,
+}
+
+impl ReviewLook {
+    fn what(&self) -> &'static str {
+        self.filter.reason.map_or("", ReviewReason::name)
+    }
+
+    fn cohort(&self) -> String {
+        self.filter.cohort.map(String::from).unwrap_or_default()
+    }
+
+    fn queue_href(&self) -> String {
+        let query = self.filter.query();
+        if query.is_empty() { "/review".to_owned() } else { format!("/review?{query}") }
+    }
+}
+
+/// What happened when in a replay, in words, and where it opens.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct NamedHappenings {
+    /// Events in order of time.
+    pub events: Vec<NamedEvent>,
+    /// The second at which it opens; absent for the beginning.
+    pub opened: Option<OpenedMoment>,
+    /// The way of the experts' median, which is shown as a ghost.
+    pub ghost: Option<ExpertGhost>,
+}
+
+/// The way of the experts' median.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExpertGhost {
+    /// From each crossing of the attempt to the next.
+    pub stretches: Vec<GhostStretch>,
+    /// How many experts.
+    pub experts: usize,
+}
+
+impl ExpertGhost {
+    /// For the script, as JSON.
+    pub(crate) fn as_json(&self) -> String {
+        // Numbers that are finite always have a JSON.
+        serde_json::to_string(&self.stretches).unwrap_or_default()
+    }
+}
+
+impl NamedHappenings {
+    /// Everything that happened in an attempt; `asked` is the second that an address asks for.
+    #[must_use]
+    pub fn new(curve: Option<&AttemptCurve>, asked: &str, duration_s: f64) -> Self {
+        Self {
+            events: curve.map(name_events).unwrap_or_default(),
+            opened: OpenedMoment::asked(asked, duration_s, curve),
+            ghost: None,
+        }
+    }
+
+    /// The same, with the experts' median beside the needle, where there is one.
+    #[must_use]
+    pub fn beside(self, stretches: Vec<GhostStretch>, experts: usize) -> Self {
+        let ghost = (!stretches.is_empty()).then_some(ExpertGhost { stretches, experts });
+        Self { ghost, ..self }
+    }
+
+    /// The words of the events for the script, as JSON, in order of time.
+    pub(crate) fn as_json(&self) -> String {
+        let words: Vec<&str> = self.events.iter().map(|event| event.what.as_str()).collect();
+        // A list of strings always has a JSON.
+        serde_json::to_string(&words).unwrap_or_default()
+    }
+}
+
+/// The second at which a replay opens.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OpenedMoment {
+    /// Since the start, in s.
+    pub t_s: f64,
+    /// What stands there: depth, force, layer, what happened last.
+    pub words: String,
+}
+
+impl OpenedMoment {
+    /// The moment that an address asks for, where it names one of the attempt's.
+    fn asked(said: &str, duration_s: f64, curve: Option<&AttemptCurve>) -> Option<Self> {
+        let t_s = said.replace(',', ".").parse::<f64>().ok().filter(|t_s| t_s.is_finite())?.clamp(0.0, duration_s);
+        Some(Self { t_s, words: curve.map_or_else(String::new, |curve| moments::say_moment(curve, t_s)) })
+    }
+}
+
+/// An event and its second.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedEvent {
+    /// Since the start, in s.
+    pub t_s: f64,
+    /// What happened, in words.
+    pub what: String,
+    /// Its sign in the plots.
+    pub kind: MarkKind,
+}
+
+/// Everything that happened in an attempt, in words.
+fn name_events(curve: &AttemptCurve) -> Vec<NamedEvent> {
+    let name = |mark: &CurveMark| NamedEvent {
+        t_s: mark.t_s,
+        what: format::as_sentence(&say_event(mark.kind, &anatomy::say_structure(&mark.name))),
+        kind: mark.kind,
+    };
+    curve.marks.iter().map(name).collect()
 }
 
 /// An attempt that may be laid over another.
@@ -116,6 +240,14 @@ impl ReplayPage {
         self.others.iter().find(|other| other.chosen)
     }
 
+    /// The second in the form: as it was typed, or at which the page opens.
+    fn from_typed(&self) -> String {
+        match (&self.form.fields.refused, &self.happened.opened) {
+            (None, Some(opened)) => format::plain_seconds(opened.t_s),
+            _ => self.form.fields.typed.from_s.clone(),
+        }
+    }
+
     fn longest(&self) -> usize {
         MOST_CHARACTERS
     }
@@ -160,9 +292,14 @@ mod tests {
             trainee: None,
             started_at: samples::NOW,
             duration_s: 26.0,
-            drawing: Some(Drawing::new(&samples::curve())),
-            corridor: None,
+            drawing: Some(Drawing::new(&samples::curve()).leading_to("")),
+            happened: NamedHappenings::new(Some(&samples::curve()), "19,5", 26.0),
+            experts: None,
             consent: Some(None),
+            look: Some(ReviewLook {
+                reviewed: false,
+                filter: ReviewFilter { reason: Some(ReviewReason::Failed), cohort: None },
+            }),
             comments: vec![comment],
             form: CommentForm::default(),
             others: vec![OtherAttempt { session: SessionId::nil(), label: "12 May, 80".to_owned(), chosen: true }],
@@ -180,9 +317,21 @@ mod tests {
             "Why &#60;so&#62; fast",
             "I lost the layer.",
             "name=\"from_s\"",
+            "Looked at, next",
+            "name=\"what\" value=\"failed\"",
         ] {
             assert!(html.contains(wanted), "{wanted} is missing");
         }
+    }
+
+    #[test]
+    fn it_opens_at_the_second_that_is_asked_for() {
+        let html = samples::keep_page("replay-moment", &page());
+        assert!(html.contains("data-at=\"19.5\"") && html.contains("At 19.50 s"), "{html}");
+        assert!(html.contains("Position confirmed, 0.5"), "in words, for whoever runs no scripts");
+        assert!(html.contains("?t=3.50") && html.contains("data-second=\"3.5\""), "from a comment");
+        let asked = |said| OpenedMoment::asked(said, 26.0, None).map(|moment| moment.t_s);
+        assert_eq!([asked("99"), asked("-1"), asked("x"), asked("NaN")], [Some(26.0), Some(0.0), None, None]);
     }
 
     #[test]

@@ -1,13 +1,17 @@
 //! What waits to be looked at, and the whole history of a grade.
 
+use std::borrow::Borrow;
+
 use askama::Template;
 use askama_web::WebTemplate;
 use assessment::Assessment;
 use model::ids::SessionId;
 use model::judgement::TypedOverride;
+use model::review::{ReviewFilter, ReviewReason};
 use time::OffsetDateTime;
 
 use super::form::FilledForm;
+use super::people::SelectOption;
 use super::{Shell, StatusWord, format, metric};
 
 /// The queue of attempts that wait.
@@ -16,12 +20,35 @@ use super::{Shell, StatusWord, format, metric};
 pub struct ReviewPage {
     /// Frame.
     pub shell: Shell,
-    /// Flagged first, then the oldest.
+    /// With questions first, then flagged, then failed, then the oldest.
     pub waiting: Vec<WaitingRow>,
-    /// More wait than are listed.
-    pub more: bool,
+    /// The next stretch of the queue, where there is one.
+    pub next: Option<String>,
+    /// The first stretch, where this is a later one.
+    pub first: Option<String>,
+    /// Which attempts are shown.
+    pub filter: ReviewFilter,
+    /// Cohorts to choose from.
+    pub cohorts: Vec<SelectOption>,
     /// Ratings that the visitor is asked for.
     pub to_rate: u32,
+}
+
+impl ReviewPage {
+    fn picked(&self, reason: impl Borrow<ReviewReason>) -> bool {
+        self.filter.reason.as_ref() == Some(reason.borrow())
+    }
+
+    fn limited(&self) -> bool {
+        self.filter != ReviewFilter::default()
+    }
+
+    /// The replay of an attempt, which leads on through the same part of the queue.
+    fn replay_of(&self, session: impl Borrow<SessionId>) -> String {
+        let query = self.filter.query();
+        let mark = if query.is_empty() { "" } else { "?" };
+        format!("/sessions/{}/replay{mark}{query}", session.borrow())
+    }
 }
 
 /// An attempt that waits.
@@ -281,7 +308,16 @@ mod tests {
             questions: 2,
         };
         let shell = samples::shell(Role::Instructor);
-        let page = ReviewPage { shell: shell.clone(), waiting: vec![row], more: true, to_rate: 3 };
+        let filter = ReviewFilter { reason: Some(ReviewReason::Failed), cohort: None };
+        let page = ReviewPage {
+            shell: shell.clone(),
+            waiting: vec![row],
+            next: Some("/review?what=failed&after=1".to_owned()),
+            first: Some("/review?what=failed".to_owned()),
+            filter,
+            cohorts: vec![],
+            to_rate: 3,
+        };
         let html = samples::keep_page("review", &page);
         assert!(
             html.contains("2 questions")
@@ -289,7 +325,10 @@ mod tests {
                 && html.contains("/replay")
                 && html.contains("Re-simulation differs")
         );
-        let empty = ReviewPage { shell, waiting: vec![], more: false, to_rate: 0 };
+        assert!(html.contains("/replay?what=failed") && html.contains("rel=\"next\""), "it leads on: {html}");
+        let empty = ReviewPage { shell, waiting: vec![], next: None, first: None, ..page };
+        assert!(samples::keep_page("review-none", &empty).contains("None of the attempts that wait"));
+        let empty = ReviewPage { filter: ReviewFilter::default(), ..empty };
         assert!(samples::keep_page("review-empty", &empty).contains("Nothing waits"));
     }
 

@@ -7,6 +7,7 @@ use model::assignment::AssignmentTally;
 use model::due::local;
 use model::ids::{CohortId, PersonId, SessionId};
 use model::membership::{MembershipAct, MembershipEvent, MembershipRequest};
+use model::notice::{Notice, NoticeKind};
 use model::progress::{Course, CourseStep, Mastery, Progress, ScoredAttempt};
 use model::{Moment, Role, Uncounted};
 use time::macros::datetime;
@@ -15,7 +16,8 @@ use time::{Duration, OffsetDateTime};
 use super::assignments::DueLine;
 use super::cohort::{CohortPage, CourseShare, TraineeRow};
 use super::exercise::{Context, ExerciseFacts, ExercisePage};
-use super::judgement::{GradedAttempt, JudgementView};
+use super::judgement::{GradedAttempt, JudgementView, MetricSpread, OthersSpreads};
+use super::news::NewsItem;
 use super::progress::HabitsView;
 use super::session::{Drawing, SessionOutcome, SessionPage, VerificationResult};
 use super::shell::ShellVisitor;
@@ -55,7 +57,12 @@ pub(super) fn shell(role: Role) -> Shell {
         Role::Instructor => "Dr Peter Osei",
         Role::Administrator => "Maria Keller",
     };
-    Shell { visitor: ShellVisitor { name: name.to_owned(), role }, csrf: "token".to_owned(), place: NavPlace::Home }
+    Shell {
+        visitor: ShellVisitor { name: name.to_owned(), role },
+        csrf: "token".to_owned(),
+        place: NavPlace::Home,
+        news: 3,
+    }
 }
 
 /// An insertion through three layers with a trocar, a stop, and the way out.
@@ -213,7 +220,7 @@ pub(super) fn metrics() -> Vec<Metric> {
     values.map(|(id, value)| metric(id, value)).to_vec()
 }
 
-fn metric(id: &str, value: Option<f64>) -> Metric {
+pub(super) fn metric(id: &str, value: Option<f64>) -> Metric {
     let definition = assessment::catalogue::newest_definition(id);
     let label = definition.map_or_else(String::new, |d| {
         id.split_once('.').map_or_else(|| d.label.to_owned(), |(_, part)| d.label_of(part))
@@ -247,6 +254,12 @@ pub(super) fn judgement() -> JudgementView {
         hard_fails: &[],
         metrics: &metrics(),
         exercise: Some(&bundle.exercise),
+        targets: &[],
+        curve: Some(&curve()),
+        others: &OthersSpreads {
+            cohort: vec![MetricSpread { id: "peak_force_n".to_owned(), version: 1, quartiles: [1.9, 2.3, 2.7] }],
+            experts: vec![],
+        },
     })
 }
 
@@ -261,7 +274,7 @@ pub(super) fn session_page() -> SessionPage {
         grade_href: "/sessions/0190/grade".to_owned(),
         outcome: SessionOutcome::Scored(Box::new(judgement())),
         ruling: None,
-        drawing: Some(Drawing::new(&curve())),
+        drawing: Some(Drawing::new(&curve()).leading_to("/sessions/0190/replay")),
         uncounted: Some((Uncounted::Duplicate, Some("/sessions/0180".to_owned()))),
         verification: VerificationResult::Same,
         signed_by: Some("Skills lab 2".to_owned()),
@@ -381,9 +394,25 @@ pub(super) fn noted(act: MembershipAct) -> MembershipEvent {
     MembershipEvent { cohort: "Spring".to_owned(), act, by: Some("Ben Okafor".to_owned()), done_at: Moment::from(NOW) }
 }
 
+/// Something new of three kinds.
+pub(super) fn news() -> Vec<NewsItem> {
+    let notice = |kind| Notice {
+        kind,
+        by: "Dr Peter Osei".to_owned(),
+        session_id: Some(SessionId::nil()),
+        comment_id: None,
+        from_s: Some(3.5),
+        round_id: None,
+        title: "Stop in the fat".to_owned(),
+        made_at: Moment::from_micros(1_779_000_000_000_000),
+    };
+    [NoticeKind::Answer, NoticeKind::Override, NoticeKind::Assignment].map(|kind| NewsItem::new(&notice(kind))).to_vec()
+}
+
 pub(super) fn trainee_page(own: bool) -> TraineePage {
     let (course, progress) = (course(), progress());
     TraineePage {
+        news: if own { news() } else { vec![] },
         requests: if own { vec![request()] } else { vec![] },
         shell: shell(if own { Role::Trainee } else { Role::Instructor }),
         name: "Ana Lindqvist".to_owned(),

@@ -1,5 +1,7 @@
 //! One attempt: score with reasons, curves, damage, verification.
 
+use std::borrow::Borrow;
+
 use askama::Template;
 use askama_web::WebTemplate;
 use attempt::{AttemptCurve, BoundaryStage, MarkKind, StageSpan};
@@ -50,6 +52,19 @@ pub struct SessionPage {
 }
 
 impl SessionPage {
+    /// Where the second is watched that cost points.
+    fn watched_at(&self, t_s: impl Borrow<f64>) -> String {
+        moment_href(&self.replay_href, *t_s.borrow())
+    }
+
+    /// The score that counts as a bar with the pass mark on it.
+    fn counting_bar(&self) -> String {
+        let SessionOutcome::Scored(judgement) = &self.outcome else { return String::new() };
+        self.ruling
+            .as_ref()
+            .map_or_else(|| judgement.bar.clone(), |ruling| charts::draw_score_bar(ruling.score, judgement.pass_mark))
+    }
+
     fn uncounted_words(&self) -> &'static str {
         self.uncounted.as_ref().map_or("", |(why, _)| uncounted_in_short(*why))
     }
@@ -119,6 +134,8 @@ pub struct Drawing {
     pub layers: Vec<(String, f64, f64)>,
     /// Time, way along the needle and force at about twenty moments, the peaks among them.
     pub points: Vec<(f64, f64, f64)>,
+    /// The page on which the attempt is watched again; absent where whoever sees the drawing must not know whose it is.
+    pub replay: Option<String>,
 }
 
 /// A numbered event.
@@ -149,6 +166,12 @@ pub struct StageRow {
     pub to_mm: f64,
 }
 
+/// The address of a second in a replay.
+#[must_use]
+pub fn moment_href(replay: &str, t_s: f64) -> String {
+    format!("{replay}?t={}", format::plain_seconds(t_s))
+}
+
 /// Most rows of the table of the curve.
 const TABLE_ROWS: usize = 24;
 
@@ -173,7 +196,19 @@ impl Drawing {
             stages: make_stage_rows(curve),
             layers: curve.bands.iter().map(|b| (b.name.clone(), b.top_mm, b.bottom_mm)).collect(),
             points: rows.map(|p| (p.t_s, p.advance_mm, p.force_n)).collect(),
+            replay: None,
         }
+    }
+
+    /// The same, its events leading to their second of a replay.
+    #[must_use]
+    pub fn leading_to(self, replay: &str) -> Self {
+        Self { replay: Some(replay.to_owned()), ..self }
+    }
+
+    /// Where a second of the attempt is watched.
+    pub(crate) fn watched_at(&self, t_s: impl Borrow<f64>) -> Option<String> {
+        self.replay.as_ref().map(|replay| moment_href(replay, *t_s.borrow()))
     }
 }
 
@@ -187,7 +222,9 @@ fn make_stage_rows(curve: &AttemptCurve) -> Vec<StageRow> {
     curve.stages.iter().map(row).collect()
 }
 
-fn say_event(kind: MarkKind, name: &str) -> String {
+/// What an event is, in words.
+#[must_use]
+pub fn say_event(kind: MarkKind, name: &str) -> String {
     match kind {
         MarkKind::TipRupture => words::phrase(&Contactor::Tip.into_layer(name)),
         MarkKind::RimRupture => words::phrase(&Contactor::Rim.into_layer(name)),
@@ -209,11 +246,24 @@ mod tests {
     fn a_scored_attempt_shows_its_arithmetic() {
         let html = samples::keep_page("session", &samples::session_page());
         for wanted in
-            ["out of 100", "Passed", "1.9 mm too deep", "−4.8", "Rim into fat", "full marks", "mJ", "identical"]
+            ["out of 100", "Passed", "1.9 mm too deep", "−4.8", "Rim into fat", "full marks", "mJ", "identical", ">81<"]
         {
             assert!(html.contains(wanted), "{wanted} is missing");
         }
         assert!(html.matches("<caption").count() >= 5, "each table says what it is");
+        assert!(html.contains("/sessions/0190/replay?t=19.00"), "a lost point leads to its second");
+        assert!(html.matches("<details class=\"theme\"").count() >= 3, "what earns no points is folded");
+        assert!(html.contains("2.30 (1.90 to 2.70"), "the cohort stands beside it");
+    }
+
+    #[test]
+    fn what_counts_leads_where_a_score_is_overridden() {
+        let ruling = Ruling { score: 72.0, passed: false, by: "Dr Osei".to_owned(), reason: "A second try".to_owned() };
+        let page = SessionPage { ruling: Some(ruling), ..samples::session_page() };
+        let html = samples::keep_page("session-overridden", &page);
+        let (counts, computed) = (html.find("<strong>72</strong>"), html.find("Computed from the recording: 81"));
+        assert!(counts.is_some() && counts < computed, "{html}");
+        assert!(html.contains("A second try") && !html.contains("<strong>81</strong>"));
     }
 
     #[test]

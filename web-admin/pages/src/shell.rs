@@ -40,6 +40,8 @@ pub struct NavItem {
     pub label: &'static str,
     /// The page belongs here.
     pub current: bool,
+    /// How much is new there.
+    pub news: u32,
 }
 
 /// Who sees the page.
@@ -60,6 +62,8 @@ pub struct Shell {
     pub csrf: String,
     /// Where the page belongs.
     pub place: NavPlace,
+    /// How much is new for them.
+    pub news: u32,
 }
 
 impl Shell {
@@ -67,7 +71,7 @@ impl Shell {
     #[must_use]
     pub fn new(person: &CurrentPerson, csrf: &str, place: NavPlace) -> Self {
         let visitor = ShellVisitor { name: person.display_name.clone(), role: person.role };
-        Self { visitor, csrf: csrf.to_owned(), place }
+        Self { visitor, csrf: csrf.to_owned(), place, news: person.news }
     }
 
     /// The address of the style sheet.
@@ -103,7 +107,12 @@ impl Shell {
         };
         all.into_iter()
             .filter(|(place, ..)| allowed(*place))
-            .map(|(place, href, label)| NavItem { href, label, current: place == self.place })
+            .map(|(place, href, label)| NavItem {
+                href,
+                label,
+                current: place == self.place,
+                news: if place == NavPlace::Home { self.news } else { 0 },
+            })
             .collect()
     }
 }
@@ -118,12 +127,16 @@ mod tests {
     fn each_role_sees_its_own_pages() {
         let hrefs = |role| -> Vec<&str> {
             let visitor = ShellVisitor { name: "x".to_owned(), role };
-            let shell = Shell { visitor, csrf: String::new(), place: NavPlace::Home };
+            let shell = Shell { visitor, csrf: String::new(), place: NavPlace::Home, news: 2 };
             shell.nav().iter().map(|n| n.href).collect()
         };
         assert_eq!(hrefs(Role::Trainee), ["/", "/curricula", "/surveys", "/assignments"]);
         let instructor = ["/", "/cohorts", "/review", "/curricula", "/surveys", "/assignments"];
         assert_eq!(hrefs(Role::Instructor), instructor);
+        let visitor = ShellVisitor { name: "x".to_owned(), role: Role::Trainee };
+        let shell = Shell { visitor, csrf: String::new(), place: NavPlace::Curricula, news: 2 };
+        let news: Vec<u32> = shell.nav().iter().map(|item| item.news).collect();
+        assert_eq!(news, [2, 0, 0, 0], "what is new stands on the home page");
         assert_eq!(hrefs(Role::Administrator), [&instructor[..], &["/people", "/admin"]].concat());
     }
 }

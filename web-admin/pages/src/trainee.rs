@@ -25,6 +25,8 @@ pub struct TraineePage {
     pub name: String,
     /// The trainee is the visitor.
     pub own: bool,
+    /// What is new for the visitor, on their own page.
+    pub news: Vec<super::news::NewsItem>,
     /// What is assigned to the trainee and not done, what is due first before.
     pub due: Vec<super::assignments::AssignmentRow>,
     /// Who asks to have the visitor in a cohort.

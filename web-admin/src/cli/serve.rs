@@ -13,7 +13,7 @@ use acts::locks::DataLock;
 use acts::scanning::Scanner;
 use acts::upkeep::{self, SetAside};
 use acts::web_sessions::WebSessions;
-use acts::{anchoring, deadlines, erasing, recordings, retention, uploads, verification};
+use acts::{anchoring, deadlines, erasing, notices, recordings, retention, uploads, verification};
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use store::people;
@@ -201,6 +201,7 @@ async fn serve_until_signal(state: &AppState) -> anyhow::Result<()> {
         tokio::spawn(worker::run_worker(state.clone())),
         tokio::spawn(outbox::run_outbox(state.clone())),
         tokio::spawn(deadlines::run(state.service.clone())),
+        tokio::spawn(notices::run(state.service.clone())),
         tokio::spawn(retention::run(state.service.clone())),
         tokio::spawn(anchoring::run(state.service.clone())),
         tokio::spawn(tidy_up(state.clone())),

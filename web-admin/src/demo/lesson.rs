@@ -5,9 +5,11 @@ use anyhow::Context;
 use attempt::{AttemptCurve, MarkKind};
 use model::comment::{Comment, CommentKind};
 use model::ids::SessionId;
+use model::review::ReviewFilter;
 use model::{CurrentPerson, Role};
 use store::grades::NewOverride;
 use store::people::{self, Person};
+use store::reviews::WaitingReview;
 use store::sessions::{self, Session};
 use store::{reports, reviews, scores};
 
@@ -25,15 +27,11 @@ pub async fn teach_lesson(state: &AppState) -> anyhow::Result<()> {
     let reader = state.db.reader();
     let instructor = people::find_person_by_email(reader, &school::email_of(COHORTS[0].instructor)).await?;
     let instructor = instructor.and_then(Person::into_current).context("the first instructor")?;
-    loop {
-        let waiting = reviews::list_review_queue(reader, &instructor).await?;
-        if waiting.len() <= LEFT {
-            break;
-        }
-        for old in &waiting[..waiting.len() - LEFT] {
-            let session = pick_attempt(state, &instructor, old.id).await?;
-            reviewing::set_reviewed(state, &instructor, &session, true).await?;
-        }
+    let mut waiting = list_waiting(state, &instructor).await?;
+    waiting.sort_by_key(|attempt| attempt.started_at);
+    for old in &waiting[..waiting.len().saturating_sub(LEFT)] {
+        let session = pick_attempt(state, &instructor, old.id).await?;
+        reviewing::set_reviewed(state, &instructor, &session, true).await?;
     }
     let latest = reports::latest_taught(reader, &instructor).await?;
     let mut scored = latest.iter().filter(|listed| listed.score.is_some());
@@ -47,6 +45,19 @@ pub async fn teach_lesson(state: &AppState) -> anyhow::Result<()> {
         reviewing::override_grade(state, &instructor, &session, &new).await?;
     }
     Ok(())
+}
+
+/// Everything that waits for somebody.
+async fn list_waiting(state: &AppState, instructor: &CurrentPerson) -> anyhow::Result<Vec<WaitingReview>> {
+    let mut waiting: Vec<WaitingReview> = Vec::new();
+    loop {
+        let after = waiting.last().map(WaitingReview::place);
+        let next = reviews::list_review_queue(state.db.reader(), instructor, ReviewFilter::default(), after).await?;
+        if next.is_empty() {
+            return Ok(waiting);
+        }
+        waiting.extend(next);
+    }
 }
 
 async fn pick_attempt(state: &AppState, viewer: &CurrentPerson, id: SessionId) -> anyhow::Result<Session> {

@@ -5,12 +5,14 @@ use std::time::Duration;
 use acts::error::Error;
 use acts::mailer::Letter;
 use acts::{accounts, assignments, mailing};
+use model::PersonKey;
 use model::assignment::{AssignmentStage, AssignmentStanding};
 use model::ids::DatedId;
 use model::mail::{Mail, MailKind};
 use pages::letters::{self, Reminded};
+use pages::news::NewsItem;
 use store::account_links::Purpose;
-use store::{mails, segments};
+use store::{mails, notices, segments};
 use words::Language;
 
 use crate::AppState;
@@ -20,6 +22,8 @@ mod surveys;
 
 /// How often the queue is looked at where nobody rings.
 const EVERY: Duration = Duration::from_secs(60);
+/// Most of what is new that a letter lists.
+const SHOWN_NEWS: u32 = 20;
 /// Mails of one look.
 pub(super) const BATCH: u32 = 50;
 /// Sends what is due, now and then and when rung.
@@ -74,12 +78,24 @@ async fn compose_letter(state: &AppState, mail: &Mail) -> Result<Option<Letter>,
         MailKind::SecondFactorOff => {
             letters::write_factor_off_letter(mail, &format!("{}/account/second-factor", state.config.address()))
         }
+        MailKind::News => match compose_news_letter(state, mail).await? {
+            Some(parts) => parts,
+            None => return Ok(None),
+        },
         MailKind::Reminder => match compose_reminder(state, mail).await? {
             Some(parts) => parts,
             None => return Ok(None),
         },
     };
     Ok(Some(Letter { id: mail.id, name: mail.name.clone(), email: mail.email.clone(), subject, body }))
+}
+
+/// What is new for somebody; none where they have read it by now.
+async fn compose_news_letter(state: &AppState, mail: &Mail) -> Result<Option<(String, String)>, Error> {
+    let whom = PersonKey { school_id: mail.school_id, person_id: mail.person_id };
+    let unread = notices::list_unread_notices(state.db.reader(), whom, SHOWN_NEWS).await?;
+    let items: Vec<NewsItem> = unread.iter().map(NewsItem::new).collect();
+    Ok((!items.is_empty()).then(|| letters::write_news_letter(mail, &items, &state.config.address())))
 }
 
 /// A reminder of what is still to be done: an assignment, or a task to mark pops.

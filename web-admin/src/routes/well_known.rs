@@ -1,19 +1,45 @@
 //! What anybody may ask of a service whose address they know (RFC 8615).
 
 use acts::certificates;
-use axum::extract::State;
+use axum::extract::{Query, State};
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
 use axum::routing::get;
+use model::certificate_note::CertificateNote;
+use pages::certificate::{CertificateCheckPage, CheckOutcome};
+use serde::Deserialize;
 
 use super::Routes;
 use crate::AppState;
-use crate::error::ApiError;
+use crate::error::{ApiError, PageError};
 
 /// Their addresses.
 #[must_use]
 pub fn well_known_routes() -> Routes {
-    Routes::new().route("/.well-known/stylet-certificate-key", get(serve_certificate_key))
+    Routes::new()
+        .route("/.well-known/stylet-certificate-key", get(serve_certificate_key))
+        .route("/certificate", get(check_certificate))
+}
+
+/// What the code on a certificate holds.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+struct NoteQuery {
+    of: String,
+    by: String,
+}
+
+/// Whether this service has signed what the code on a print says.
+async fn check_certificate(
+    State(state): State<AppState>,
+    Query(query): Query<NoteQuery>,
+) -> Result<CertificateCheckPage, PageError> {
+    let key = certificates::signing_key(&state.config.data_dir)?;
+    let outcome = match (query.of.as_str(), query.by.as_str()) {
+        ("", "") => CheckOutcome::NothingAsked,
+        (of, by) => CertificateNote::check(of, by, &key).map_or(CheckOutcome::Refused, CheckOutcome::Genuine),
+    };
+    Ok(CertificateCheckPage { outcome, address: state.config.address() })
 }
 
 /// The public key that certificates are signed with, in hexadecimal: `docs/certificates.md`.

@@ -200,6 +200,11 @@ pub async fn erase_person(
         .bind(person.id)
         .execute(&mut *writer)
         .await?;
+    sqlx::query("DELETE FROM notices WHERE school_id = $1 AND person_id = $2")
+        .bind(school)
+        .bind(person.id)
+        .execute(&mut *writer)
+        .await?;
     // A letter to an address of theirs, with a survey's link, names them too.
     sqlx::query("DELETE FROM survey_letters WHERE school_id = $1 AND email = $2")
         .bind(school)

@@ -1,7 +1,7 @@
 //! Experts who let their attempts be shown to others, as one curve among at least five.
 
 use attempt::AttemptCurve;
-use model::ids::{PersonId, SchoolId};
+use model::ids::{PersonId, SchoolId, SessionId};
 use model::{Moment, PersonKey, new_id};
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
@@ -143,4 +143,28 @@ pub async fn list_expert_curves(
     .fetch_all(executor)
     .await?;
     Ok(curves.into_iter().map(|json| json.0).collect())
+}
+
+/// The newest passed attempt of each consenting expert at an exercise, but for one's own.
+pub async fn list_expert_attempts(
+    executor: impl SqliteExecutor<'_>,
+    PersonKey { school_id: school, person_id: person }: PersonKey,
+    exercise: &str,
+    most: u32,
+) -> Result<Vec<SessionId>> {
+    let newest: Vec<Option<SessionId>> = sqlx::query_scalar(
+        "SELECT (SELECT s.id FROM sessions s JOIN grades g ON g.school_id = s.school_id AND g.session_id = s.id
+           WHERE s.school_id = e.school_id AND s.trainee_id = e.person_id AND s.exercise_id = $2 AND g.passed = 1
+             AND s.uncounted IS NULL
+           ORDER BY s.started_at DESC LIMIT 1)
+         FROM expert_declarations e
+         WHERE e.school_id = $1 AND e.withdrawn_at IS NULL AND e.person_id <> $3 ORDER BY e.person_id LIMIT $4",
+    )
+    .bind(school)
+    .bind(exercise)
+    .bind(person)
+    .bind(most)
+    .fetch_all(executor)
+    .await?;
+    Ok(newest.into_iter().flatten().collect())
 }

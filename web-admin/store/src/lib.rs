@@ -34,6 +34,7 @@ pub mod jobs;
 pub mod links;
 pub mod mails;
 pub mod motions;
+pub mod notices;
 pub mod origins;
 pub mod passkeys;
 pub mod people;
@@ -264,6 +265,12 @@ impl Database {
     /// When the file exists, or the disk refuses.
     pub async fn copy_to(&self, file: &Path) -> Result<()> {
         sqlx::query("VACUUM INTO $1").bind(file.to_string_lossy()).execute(&self.writer).await.map(drop)
+    }
+
+    /// Folds the write-ahead log into the file and empties it, so that what was overwritten stands nowhere on the disk. Where a reader is
+    /// in the way, the next one that writes much does it.
+    pub async fn fold_log(&self) -> Result<()> {
+        sqlx::query("PRAGMA wal_checkpoint(TRUNCATE)").execute(&self.writer).await.map(drop)
     }
 
     /// Closes every connection, so that the write-ahead log is folded into the file.

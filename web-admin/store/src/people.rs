@@ -29,6 +29,9 @@ pub struct Person {
     pub disabled_at: Option<Moment>,
     /// The language that they have chosen, by its code.
     pub language: Option<String>,
+    /// How much is new for them, where that was asked.
+    #[sqlx(default)]
+    pub news: u32,
 }
 
 impl Person {
@@ -41,6 +44,7 @@ impl Person {
             role: self.role,
             display_name: self.display_name,
             language: self.language.as_deref().and_then(Language::named),
+            news: self.news,
         })
     }
 }
@@ -129,8 +133,10 @@ pub async fn count_people(executor: impl SqliteExecutor<'_>) -> Result<i64> {
 /// A person of any school: for the session cookie, which names no school.
 pub async fn find_person(executor: impl SqliteExecutor<'_>, id: PersonId) -> Result<Option<Person>> {
     sqlx::query_as(
-        "SELECT id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at, language
-         FROM people WHERE id = $1",
+        "SELECT id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at, language,
+           (SELECT count(*) FROM notices n
+            WHERE n.school_id = p.school_id AND n.person_id = p.id AND n.read_at IS NULL) AS news
+         FROM people p WHERE id = $1",
     )
     .bind(id)
     .fetch_optional(executor)

@@ -226,3 +226,30 @@ pub async fn of_assignment(
     ));
     Ok(list_practice_by_trainee(rows.bind(school).bind(assignment).fetch_all(executor).await?))
 }
+
+/// Most people of a cohort that are looked through for others who have tried an exercise.
+const LOOKED_THROUGH: u32 = 200;
+
+/// The latest attempt at an exercise of each of the others in a trainee's cohorts, of at most so many.
+pub async fn list_latest_of_others(
+    executor: impl SqliteExecutor<'_>,
+    PersonKey { school_id: school, person_id: trainee }: PersonKey,
+    exercise: &str,
+    most: u32,
+) -> Result<Vec<SessionId>> {
+    let latest: Vec<Option<String>> = sqlx::query_scalar(
+        "SELECT json_extract(p.history, '$[#-1][0]') FROM (
+           SELECT DISTINCT other.person_id FROM cohort_members own
+           CROSS JOIN cohort_members other ON other.cohort_id = own.cohort_id AND other.role = 'trainee'
+           WHERE own.school_id = $1 AND own.person_id = $2 AND own.role = 'trainee' AND other.person_id <> $2 LIMIT $4) mates
+         CROSS JOIN practice p ON p.school_id = $1 AND p.trainee_id = mates.person_id AND p.exercise_id = $3 LIMIT $5",
+    )
+    .bind(school)
+    .bind(trainee)
+    .bind(exercise)
+    .bind(LOOKED_THROUGH)
+    .bind(most)
+    .fetch_all(executor)
+    .await?;
+    Ok(latest.into_iter().flatten().filter_map(|id| id.parse().ok()).collect())
+}

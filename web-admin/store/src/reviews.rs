@@ -1,8 +1,9 @@
 //! Attempts that wait to be looked at, and those that somebody has.
 
 use model::ids::{PersonId, SessionId};
-use model::{CurrentPerson, Moment, Role, SessionKey};
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use model::review::{QueuePlace, ReviewFilter};
+use model::{AttemptPlace, CurrentPerson, Moment, Role, SessionKey, count_u32};
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor, SqlitePool};
 
 use super::Result;
 
@@ -28,6 +29,8 @@ pub struct WaitingReview {
     pub passed: bool,
     /// Questions that nobody has answered.
     pub questions: i64,
+    /// How urgent it is: see [`ReviewFilter::ranks`].
+    pub rank: u32,
 }
 
 /// Somebody has looked at an attempt.
@@ -43,41 +46,94 @@ macro_rules! waiting {
     ($chosen:literal) => {
         concat!(
             "SELECT s.id, s.started_at, p.display_name AS trainee, coalesce(r.title, s.exercise_id) AS exercise,
-               coalesce(s.verify_flagged, 0) AS flagged, g.score, g.passed,
+               coalesce(s.verify_flagged, 0) AS flagged, g.score, g.passed, s.review_rank AS rank,
                (SELECT count(*) FROM comments c WHERE c.school_id = s.school_id AND c.session_id = s.id
                   AND c.kind = 'question' AND c.withdrawn_at IS NULL AND NOT EXISTS (
                     SELECT 1 FROM comments a WHERE a.school_id = c.school_id AND a.session_id = c.session_id
                       AND a.answers = c.id AND a.withdrawn_at IS NULL)) AS questions
              FROM (SELECT n.id FROM ",
             $chosen,
-            " AND n.school_id = $1 AND n.state = 'scored' AND n.reviewed = 0
-                ORDER BY n.verify_flagged DESC, n.started_at, n.id LIMIT $3) chosen
+            " AND n.school_id = $1 AND n.state = 'scored' AND n.reviewed = 0 AND n.review_rank = $4
+                AND (n.started_at, n.id) > ($5, $6) ORDER BY n.started_at, n.id LIMIT $3) chosen
              CROSS JOIN sessions s ON s.school_id = $1 AND s.id = chosen.id
              JOIN grades g ON g.school_id = s.school_id AND g.session_id = s.id
              JOIN people p ON p.school_id = s.school_id AND p.id = s.trainee_id
              LEFT JOIN exercise_revisions r ON r.id = s.revision_id
-             ORDER BY s.verify_flagged DESC, s.started_at, s.id"
+             ORDER BY s.started_at, s.id"
         )
     };
 }
 
-/// What waits for a person: flagged first, then the oldest; at most one more than [`LISTED`]. An instructor sees the
-/// attempts of the cohorts they teach, an administrator those of all trainees.
+/// What waits for a person, after a place of the queue: with questions first, then flagged, then failed, then the oldest; at most one more
+/// than [`LISTED`]. An instructor sees the attempts of the cohorts they teach, an administrator those of all trainees.
 pub async fn list_review_queue(
-    executor: impl SqliteExecutor<'_>,
+    reader: &SqlitePool,
     viewer: &CurrentPerson,
+    filter: ReviewFilter,
+    after: Option<QueuePlace>,
 ) -> Result<Vec<WaitingReview>> {
-    let statement = match viewer.role {
-        Role::Administrator => {
-            waiting!("sessions n WHERE (SELECT role FROM people WHERE people.id = n.trainee_id) = 'trainee'")
+    let mut waiting: Vec<WaitingReview> = Vec::new();
+    let wanted = |rank: &u32| after.is_none_or(|after| *rank <= after.rank);
+    for rank in filter.ranks().filter(wanted) {
+        let after = after.filter(|after| after.rank == rank).map(|after| after.place);
+        let room = LISTED + 1 - count_u32(waiting.len());
+        if room == 0 {
+            break;
         }
-        // A cross join keeps this order: from the few who are taught to their attempts, not through the whole queue.
+        waiting.extend(list_waiting_of_rank(reader, viewer, filter, RankStretch { rank, after, room }).await?);
+    }
+    Ok(waiting)
+}
+
+/// A stretch of the queue within a rank.
+#[derive(Clone, Copy)]
+struct RankStretch {
+    rank: u32,
+    after: Option<AttemptPlace>,
+    room: u32,
+}
+
+async fn list_waiting_of_rank(
+    reader: &SqlitePool,
+    viewer: &CurrentPerson,
+    filter: ReviewFilter,
+    stretch: RankStretch,
+) -> Result<Vec<WaitingReview>> {
+    // A cross join keeps this order: from the few who are meant to their attempts, not through the whole queue.
+    let statement = match (viewer.role, filter.cohort) {
+        (Role::Administrator, None) => waiting!(
+            "sessions n WHERE $7 IS NULL AND (SELECT role FROM people WHERE people.id = n.trainee_id) = 'trainee'"
+        ),
+        (Role::Administrator, Some(_)) => waiting!(
+            "(SELECT person_id FROM cohort_members WHERE school_id = $1 AND cohort_id = $7 AND role = 'trainee') taught
+             CROSS JOIN sessions n WHERE n.trainee_id = taught.person_id"
+        ),
         _ => waiting!(
-            "(SELECT DISTINCT trainee_id AS person_id FROM taught_trainees WHERE teacher_id = $2) taught
+            "(SELECT DISTINCT trainee_id AS person_id FROM taught_trainees
+              WHERE teacher_id = $2 AND ($7 IS NULL OR cohort_id = $7)) taught
              CROSS JOIN sessions n WHERE n.trainee_id = taught.person_id"
         ),
     };
-    sqlx::query_as(statement).bind(viewer.school_id).bind(viewer.id).bind(LISTED + 1).fetch_all(executor).await
+    let before_all = AttemptPlace { started_at: Moment::from_micros(i64::MIN), id: SessionId::nil() };
+    let after = stretch.after.unwrap_or(before_all);
+    sqlx::query_as(statement)
+        .bind(viewer.school_id)
+        .bind(viewer.id)
+        .bind(stretch.room)
+        .bind(stretch.rank)
+        .bind(after.started_at)
+        .bind(after.id)
+        .bind(filter.cohort)
+        .fetch_all(reader)
+        .await
+}
+
+impl WaitingReview {
+    /// Its place in the queue.
+    #[must_use]
+    pub const fn place(&self) -> QueuePlace {
+        QueuePlace { rank: self.rank, place: AttemptPlace { started_at: self.started_at, id: self.id } }
+    }
 }
 
 /// Marks an attempt as looked at. False where somebody has already.

@@ -32,6 +32,7 @@ mod faults;
 mod initial_passwords;
 mod killpoints;
 mod nonsense;
+mod notices;
 mod oblique;
 mod operation;
 mod other_programs;

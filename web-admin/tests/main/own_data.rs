@@ -15,7 +15,8 @@ use super::support::recordings::{Attempt, record};
 use super::support::{App, PASSWORD};
 
 /// What refers to a person: table and column, and under which key it stands in the file.
-const HELD: [(&str, &str); 49] = [
+const HELD: [(&str, &str); 50] = [
+    ("notices.person_id", "notices"),
     ("api_tokens.person_id", "access/tokens"),
     ("account_links.person_id", "password_links"),
     ("assignment_extensions.person_id", "assignment_extensions"),
@@ -69,7 +70,9 @@ const HELD: [(&str, &str); 49] = [
 ];
 
 /// What refers to them and stands in the file elsewhere, or not at all, with the reason.
-const NOT_BY_ITSELF: [(&str, &str); 14] = [
+const NOT_BY_ITSELF: [(&str, &str); 16] = [
+    ("notices.by_id", "what they did is in their comments, overrides, ratings and assignments"),
+    ("notices.session_id", "`notices`, by the person"),
     ("second_factors.person_id", "`access`: since when; never the secret"),
     ("recovery_codes.person_id", "`access`: how many are left"),
     ("practice.trainee_id", "sums over `scores`"),

@@ -9,7 +9,8 @@ use std::path::{Path, PathBuf};
 use super::support::App;
 
 /// Tables that grow with attempts, people, cohorts or acts. Unfinished uploads do not: they expire.
-const BIG: [&str; 17] = [
+const BIG: [&str; 18] = [
+    "notices",
     "sessions",
     "scores",
     "regrading_lines",

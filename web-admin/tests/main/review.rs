@@ -68,7 +68,7 @@ async fn an_override_counts_everywhere_and_the_computed_score_stays_beside_it() 
     let mut ada = school.app.signed_in("ada@example.org").await;
     for path in [school.path("/grade"), school.path(""), "/".to_owned()] {
         let page = ada.get(&path).await.text();
-        assert!(page.contains("97") && page.contains(&format!("{}", computed.floor())), "{path}: {page}");
+        assert!(page.contains("97") && page.contains(&format!("{}", computed.round())), "{path}: {page}");
     }
     assert!(ada.get(&school.path("")).await.text().contains("The device slipped"));
     assert!((school.computed().await - computed).abs() < 1e-9, "the computed score is as it was");
@@ -130,6 +130,101 @@ async fn what_waits_is_listed_flagged_first_until_somebody_has_looked() {
     assert_eq!(school.send(&mut teacher, "/review", &[("mark", "maybe")]).await.status, 400);
     let mut other = school.app.signed_in("other@example.org").await;
     assert!(other.get("/review").await.text().contains("Nothing waits"));
+}
+
+#[tokio::test]
+async fn a_question_waits_first_and_looking_leads_on_through_the_queue() {
+    let school = School::new().await;
+    let mut attempts = vec![school.attempt];
+    for _ in 0..3 {
+        attempts.push(upload(&school.app, &school.ada, record).await);
+    }
+    let [oldest, failed, asked, passed] = attempts[..] else { panic!("four attempts") };
+    for (session, is_pass) in [(oldest, true), (failed, false), (asked, true), (passed, true)] {
+        let grade = sqlx::query("UPDATE grades SET passed = $2 WHERE session_id = $1").bind(session).bind(is_pass);
+        school.app.write(async |tx| grade.execute(tx).await.unwrap()).await;
+    }
+    let mut ada = school.app.signed_in("ada@example.org").await;
+    let csrf = csrf_in(&ada.get("/").await.text());
+    let fields = [("csrf", csrf.as_str()), ("kind", "question"), ("from_s", "0.1"), ("body", "Was that right?")];
+    assert_eq!(ada.form(&format!("/sessions/{asked}/comments"), &fields).await.status, 303);
+    let mut teacher = school.app.signed_in("teacher@example.org").await;
+    let order = |page: &str| -> Vec<usize> {
+        let mut places: Vec<(usize, usize)> = attempts
+            .iter()
+            .enumerate()
+            .filter_map(|(n, id)| Some((page.find(&format!("/sessions/{id}/replay"))?, n)))
+            .collect();
+        places.sort_unstable();
+        places.into_iter().map(|(_, n)| n).collect()
+    };
+    let queue = teacher.get("/review").await.text();
+    let shown = order(&queue);
+    assert_eq!(shown[..2], [2, 1], "a question, then a fail, then the passes: {queue}");
+    assert_eq!(shown.len(), 4);
+    assert_eq!(order(&teacher.get("/review?what=failed").await.text()), [1]);
+    assert_eq!(order(&teacher.get("/review?what=question").await.text()), [2]);
+    assert!(teacher.get("/review?what=flagged").await.text().contains("None of the attempts that wait"));
+    let nowhere = "/review?cohort=00000000-0000-0000-0000-000000000001";
+    assert!(order(&teacher.get(nowhere).await.text()).is_empty(), "a cohort that they do not teach");
+    let replay = teacher.get(&format!("/sessions/{asked}/replay")).await.text();
+    assert!(replay.contains("Looked at, next"), "{replay}");
+    let csrf = csrf_in(&replay);
+    let look = [("csrf", csrf.as_str()), ("mark", "reviewed"), ("then", "next")];
+    let next = teacher.form(&format!("/sessions/{asked}/review"), &look).await;
+    assert_eq!(next.header("location"), format!("/sessions/{failed}/replay"), "on to what waits first");
+    let look = [&look[..], &[("what", "failed")]].concat();
+    let next = teacher.form(&format!("/sessions/{failed}/review"), &look).await;
+    assert_eq!(next.header("location"), "/review?what=failed", "that part of the queue is empty");
+    assert!(!ada.get(&format!("/sessions/{asked}/replay")).await.text().contains("Looked at, next"));
+}
+
+#[tokio::test]
+async fn a_long_queue_has_pages_and_a_rank_follows_answers_and_grades() {
+    let school = School::new().await;
+    let rank = async |session: SessionId| -> i64 {
+        let rank = sqlx::query_scalar("SELECT review_rank FROM sessions WHERE id = $1").bind(session);
+        rank.fetch_one(school.app.state.db.reader()).await.unwrap()
+    };
+    let copy = "WITH RECURSIVE n (i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 60)
+        INSERT INTO sessions (school_id, id, trainee_id, exercise_id, exercise_sha256, scene_sha256, revision_id, started_at,
+          received_at, duration_s, complete, device, simulator_version, seed, state, recording_path, recording_sha256,
+          recording_size)
+        SELECT school_id, randomblob(16), trainee_id, exercise_id, exercise_sha256, scene_sha256, revision_id, started_at,
+          received_at, duration_s, complete, device, simulator_version, seed, state, recording_path || i, recording_sha256,
+          recording_size FROM sessions CROSS JOIN n";
+    let grade = "INSERT INTO grades (school_id, session_id, score_id, score, passed)
+        SELECT s.school_id, s.id, g.score_id, 50 + s.rowid % 40, s.rowid % 3 > 0 FROM sessions s CROSS JOIN grades g
+        WHERE s.id <> g.session_id";
+    school
+        .app
+        .write(async |tx| {
+            for statement in [copy, grade] {
+                sqlx::query(statement).execute(&mut *tx).await.unwrap();
+            }
+        })
+        .await;
+    let mut teacher = school.app.signed_in("teacher@example.org").await;
+    let first = teacher.get("/review").await.text();
+    assert_eq!(first.matches("data-label=\"Look at it\"").count(), 50);
+    let next = first.split("href=\"").find(|rest| rest.starts_with("/review?after=")).expect("a next page");
+    let rest = teacher.get(&next.split('"').next().unwrap().replace("&amp;", "&")).await.text();
+    assert_eq!(rest.matches("data-label=\"Look at it\"").count(), 11, "{rest}");
+    assert!(rest.contains("From the beginning"));
+    let passed = sqlx::query_scalar("SELECT passed FROM grades WHERE session_id = $1").bind(school.attempt);
+    let passed: i64 = passed.fetch_one(school.app.state.db.reader()).await.unwrap();
+    assert_eq!(rank(school.attempt).await, 1 - passed);
+    let mut ada = school.app.signed_in("ada@example.org").await;
+    let csrf = csrf_in(&ada.get("/").await.text());
+    let fields = [("csrf", csrf.as_str()), ("kind", "question"), ("from_s", "0.1"), ("body", "Was that right?")];
+    assert_eq!(ada.form(&school.path("/comments"), &fields).await.status, 303);
+    assert_eq!(rank(school.attempt).await & 4, 4);
+    let page = teacher.get(&school.path("/replay")).await.text();
+    let answers = page.split("action=\"").find(|rest| rest.contains("/answers\"")).unwrap().split('"').next().unwrap();
+    assert_eq!(teacher.form(answers, &[("csrf", &csrf_in(&page)), ("body", "It was")]).await.status, 303);
+    assert_eq!(rank(school.attempt).await & 4, 0, "the question is answered");
+    assert_eq!(school.send(&mut teacher, "/override", &GENEROUS).await.status, 303);
+    assert_eq!(rank(school.attempt).await, 0, "it counts as a pass");
 }
 
 #[tokio::test]

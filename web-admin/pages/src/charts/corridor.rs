@@ -4,6 +4,7 @@ use attempt::AttemptCurve;
 use model::corridor::Corridor;
 
 use super::DrawingSize;
+use super::force_depth::{draw_bands, draw_target};
 use super::plot::{Plot, extent_with_zero};
 use super::scale::Extent;
 use super::svg::{Area, Caption, Svg};
@@ -17,12 +18,16 @@ pub fn draw_corridor(curve: &AttemptCurve, corridor: &Corridor, size: DrawingSiz
     let deepest = corridor.places.iter().map(|place| place.advance_mm).fold(1.0, f64::max) * 1.05;
     let forces = curve.points.iter().map(|p| p.force_n).chain(corridor.places.iter().map(|p| p.high_n));
     let force = extent_with_zero(forces).unwrap_or(Extent::new(0.0, 1.0));
-    let area = Area { x: 46.0, y: 12.0, width: size.width() - 58.0, height: 230.0 };
+    let area = Area { x: 46.0, y: 48.0, width: size.width() - 58.0, height: 230.0 };
     let plot =
         Plot::rising(area, Extent::new(0.0, deepest), Extent::new(force.from * 1.05, (force.to * 1.05).max(0.1)));
     let mut svg = Svg::new(size.width(), area.bottom() + 40.0, &caption);
+    draw_bands(&mut svg, &plot, &curve.bands);
     plot.draw_x_axis(&mut svg, size.ticks(), tr!("depth of the tip along the needle (mm)"));
     plot.draw_y_axis(&mut svg, 6, tr!("force (N)"));
+    if plot.x.contains(curve.target_depth_mm) {
+        draw_target(&mut svg, &plot, curve.target_depth_mm);
+    }
     let upper = corridor.places.iter().map(|p| plot.at(p.advance_mm, p.high_n));
     let lower = corridor.places.iter().rev().map(|p| plot.at(p.advance_mm, p.low_n));
     svg.polygon("corridor", &upper.chain(lower).collect::<Vec<_>>());
@@ -56,5 +61,6 @@ mod tests {
         let made = of(&curve, &vec![curve.clone(); 5]).expect("five are enough");
         let markup = draw_corridor(&curve, &made, DrawingSize::Wide);
         assert!(markup.contains("class=\"corridor\"") && markup.matches("<polyline").count() == 2, "{markup}");
+        assert!(markup.contains("band fat") && markup.contains("class=\"target\""), "layers and target: {markup}");
     }
 }

@@ -74,7 +74,7 @@ fn describe_force_over_depth(curve: &AttemptCurve) -> String {
 }
 
 /// Layers as bands; a name stands above its layer's beginning, in the first row where it has room.
-fn draw_bands(svg: &mut Svg, plot: &Plot, bands: &[LayerSpan]) {
+pub(super) fn draw_bands(svg: &mut Svg, plot: &Plot, bands: &[LayerSpan]) {
     let mut row_ends = [0.0; 3];
     for band in bands.iter().filter(|b| plot.x.contains(b.top_mm)) {
         let area = plot.column(band.top_mm, band.bottom_mm);
@@ -100,7 +100,7 @@ pub(super) fn texture_class(texture: &str) -> &'static str {
     }
 }
 
-fn draw_target(svg: &mut Svg, plot: &Plot, target_mm: f64) {
+pub(super) fn draw_target(svg: &mut Svg, plot: &Plot, target_mm: f64) {
     let x = plot.x.at(target_mm);
     svg.line("target", PaperPoint::new(x, plot.area.y), PaperPoint::new(x, plot.area.bottom()));
     let beyond = x + 70.0 > plot.area.right();

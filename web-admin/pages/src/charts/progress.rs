@@ -39,7 +39,7 @@ pub fn draw_scores(points: &[ScorePoint], pass_mark: f64, key: &str, title: &str
     svg.text(
         "pass-name",
         PaperPoint::new(area.right() + 5.0, y + 4.0),
-        &tr!("pass {score}", score = format::format_points(pass_mark)),
+        &tr!("pass {score}", score = format::line_points(pass_mark)),
     );
     let line: Vec<_> = points.iter().map(|p| plot.at(seconds_since_1970(p.at), p.score)).collect();
     svg.polyline("score-line", &line);
@@ -66,7 +66,7 @@ fn describe_scores(points: &[ScorePoint], pass_mark: f64) -> String {
         (Some(first), Some(last)) => tr!(
             "Attempts: {all}, of them passed at the mark of {mark}: {passed}. The first scored {first}, the last {last}.",
             all = points.len(),
-            mark = format::format_points(pass_mark),
+            mark = format::line_points(pass_mark),
             passed = passed,
             first = format::format_points(first.score),
             last = format::format_points(last.score)

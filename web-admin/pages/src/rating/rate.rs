@@ -4,7 +4,7 @@ use askama::Template;
 use askama_web::WebTemplate;
 use model::ids::RatingId;
 
-use crate::replay::OtherAttempt;
+use crate::replay::{NamedHappenings, OtherAttempt};
 use crate::session::Drawing;
 use crate::survey::form::{FormQuestion, QuestionField};
 use crate::{Shell, StatusWord, anatomy, assets, format};
@@ -23,6 +23,8 @@ pub struct RatePage {
     pub exercise: String,
     /// The curves, for browsers without scripts.
     pub drawing: Option<Drawing>,
+    /// What happened when.
+    pub happened: NamedHappenings,
     /// What is asked.
     pub questions: Vec<FormQuestion>,
     /// All ratings of the visitor in this round.

@@ -5,6 +5,7 @@ use model::ids::RatingId;
 use model::rating::ScoreTable;
 
 use super::{OwnRating, RatePage, RatedAttemptRow, RaterRow, RoundPage, ScoreView};
+use crate::replay::NamedHappenings;
 use crate::samples;
 use crate::session::Drawing;
 use crate::survey::form::{FormQuestion, GivenField};
@@ -27,7 +28,8 @@ pub(super) fn rate_page(finished: bool) -> RatePage {
         rating: RatingId::nil(),
         round: ("Spring round".to_owned(), "/ratings/1".to_owned()),
         exercise: "Stop in the fat".to_owned(),
-        drawing: Some(Drawing::new(&samples::curve())),
+        drawing: Some(Drawing::new(&samples::curve()).leading_to("")),
+        happened: NamedHappenings::new(Some(&samples::curve()), "", 26.0),
         questions: instrument.items.iter().map(question).collect(),
         own: own(),
         finished,

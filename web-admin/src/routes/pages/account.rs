@@ -10,7 +10,7 @@ use model::{CurrentPerson, Moment};
 use pages::account::AccountPage;
 use pages::{NavPlace, Shell};
 use serde::Deserialize;
-use store::{cohorts, directory, exports, people, schools, second_factors, sign_in_codes};
+use store::{cohorts, directory, exports, notices, people, schools, second_factors, sign_in_codes};
 use tower_sessions::Session;
 use words::Language;
 
@@ -40,6 +40,7 @@ async fn make_account_page(state: &AppState, person: &CurrentPerson, csrf: &Csrf
         requests: cohorts::list_membership_requests(reader, person.school_id, None, Some(person.id)).await?,
         acts: cohorts::list_membership_acts(reader, person.school_id, person.id).await?,
         language: person.language,
+        mailed: notices::wants_news_letters(reader, person.into()).await?,
         second_factor: second_factors::is_second_factor_on(reader, person.into()).await?,
         practice: format!("/trainees/{}", person.id),
         sign_in_code: sign_in_codes::find_code_time(reader, person.school_id, person.id).await?.map(Moment::to_utc),

@@ -13,7 +13,7 @@ use store::reports::SchoolCounts;
 use store::stations::{self, Station};
 use store::{cohorts as cohort_storage, reports, retention, schools, second_factors};
 
-use super::{PathId, cohorts};
+use super::{PathId, cohorts, news};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields};
@@ -33,6 +33,7 @@ pub(super) async fn make_admin_home(
     let (cohorts, more) = cohorts::list_cohorts_in_short(state, person, "", FEW).await?;
     Ok(AdminHomePage {
         shell,
+        news: news::list_news(state, person).await?,
         queue: queue_figures(state, person.school_id, &counts).await?,
         counts: vec![
             (counts.trainees, tr!("trainees")),

@@ -2,12 +2,13 @@
 
 use acts::assignments::LockedTrainees;
 use acts::error::Error;
-use acts::{assignments as teaching, deadlines};
+use acts::{assignments as teaching, deadlines, notices};
 use axum::extract::State;
 use axum::response::{IntoResponse, Redirect, Response};
 use model::assignment::AssignmentTask;
 use model::due::{self, is_zone, local};
 use model::ids::{AssignmentId, CohortId, PersonId, SchoolId};
+use model::notice::NoticePlace;
 use model::{CurrentPerson, Role};
 use pages::assignments::{
     AssignForm, AssignmentPage, AssignmentRow, ManagedAssignmentsPage, ManagedRow, OwnAssignmentsPage,
@@ -34,6 +35,7 @@ pub(super) async fn list_assignments(
     Visitor(person): Visitor,
     csrf: Csrf,
 ) -> Result<Response, PageError> {
+    let person = notices::note_read(&state, person, NoticePlace::Assignments).await?;
     let shell = Shell::new(&person, csrf.token(), NavPlace::Assignments);
     if person.role == Role::Trainee {
         let standings = teaching::standings(&state, person.school_id, person.id).await?;
@@ -65,6 +67,7 @@ async fn managed_page(
         since_only: typed.since_only,
         locked: typed.despite_locks,
         despite_locks: typed.despite_locks,
+        mailed: typed.mailed,
         time_zone: schools::find_time_zone(state.db.reader(), person.school_id).await?,
     };
     let rows = rows.into_iter().map(make_managed_row).collect();
@@ -110,6 +113,8 @@ pub(super) struct TypedAssignment {
     since_only: bool,
     #[serde(deserialize_with = "read_ticked_box")]
     despite_locks: bool,
+    #[serde(deserialize_with = "read_ticked_box")]
+    mailed: bool,
 }
 
 pub(super) async fn make_assignment(
@@ -129,7 +134,12 @@ pub(super) async fn make_assignment(
         (Err(why), _) => (Err(why), false),
     };
     match made {
-        Ok(id) => Ok(FormAnswer::lead_to(&format!("/assignments/{id}"))),
+        Ok(id) => {
+            if typed.mailed {
+                notices::mail_assignees(&state, &person, id).await?;
+            }
+            Ok(FormAnswer::lead_to(&format!("/assignments/{id}")))
+        }
         Err(why) => {
             let shell = Shell::new(&person, csrf.token(), NavPlace::Assignments);
             let mut page = managed_page(&state, shell, &person, FilledForm::refused(typed, why)).await?;

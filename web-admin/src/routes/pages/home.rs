@@ -11,7 +11,7 @@ use store::reports;
 use store::reports::NamedItem;
 
 use super::trainees::TraineePageQuery;
-use super::{admin, cohorts, gradebook, rows, standing, trainees};
+use super::{admin, cohorts, gradebook, news, rows, standing, trainees};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, Visitor};
@@ -48,5 +48,7 @@ async fn make_instructor_home(state: &AppState, shell: Shell, person: &CurrentPe
         help.extend(rows.into_iter().map(|row| (cohort.name.clone(), row)));
     }
     let recent = rows::mixed_rows(reports::latest_taught(reader, person).await?);
-    Ok(InstructorPage { shell, cohorts: cards, help, due_lines: due, recent, now: state.clock.now().to_utc() })
+    let news = news::list_news(state, person).await?;
+    let now = state.clock.now().to_utc();
+    Ok(InstructorPage { shell, news, cohorts: cards, help, due_lines: due, recent, now })
 }

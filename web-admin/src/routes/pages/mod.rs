@@ -27,7 +27,9 @@ mod exercise;
 mod gradebook;
 mod home;
 mod links;
+mod news;
 mod origins;
+mod others;
 mod passkeys;
 mod people;
 mod progress;
@@ -94,7 +96,9 @@ pub fn page_routes() -> Routes {
         .merge(consents::consent_routes())
         .merge(segments::segment_routes())
         .merge(regrading::regrading_routes())
+        .route("/news/read", post(news::mark_all_read))
         .route("/account", get(account::show_account))
+        .route("/account/news", post(news::choose_letters))
         .route("/account/cohorts/{cohort}", post(cohort_people::answer_own_request))
         .route("/account/password", post(account::set_own_password))
         .route("/account/language", post(account::set_own_language))

@@ -1,23 +1,27 @@
 //! `/sessions/{id}/replay`: an attempt to be watched again, and what is said about it.
 
 use acts::error::Error;
-use acts::{comments as said, consents};
+use acts::{comments as said, consents, notices};
 use attempt::AttemptCurve;
 use axum::extract::{Path, Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
 use model::comment::{Comment, TypedComment};
+use model::expert_way::GhostStretch;
 use model::ids::{CommentId, SessionId};
-use model::{CurrentPerson, Moment, Role, comment, corridor};
+use model::notice::NoticePlace;
+use model::review::ReviewFilter;
+use model::{CurrentPerson, Moment, Role, comment, corridor, expert_way};
+use pages::experts::BesideExperts;
 use pages::form::FilledForm;
-use pages::replay::{CommentForm, CommentView, OtherAttempt, ReplayPage, Utterance};
+use pages::replay::{CommentForm, CommentView, NamedHappenings, OtherAttempt, ReplayPage, ReviewLook, Utterance};
 use pages::session::Drawing;
-use pages::{NavPlace, Shell, charts, format};
+use pages::{NavPlace, Shell, format};
 use serde::Deserialize;
 use store::comments::CommentRecord;
 use store::experts::{self};
 use store::scores::{self};
-use store::sessions::{self, Session};
-use store::{comments, reports};
+use store::sessions::{self, Session, SessionState};
+use store::{comments, reports, reviews};
 
 use super::{PathId, sessions as attempts};
 use crate::AppState;
@@ -31,6 +35,15 @@ pub(super) struct ReplayQuery {
     /// An attempt to lay over it; empty for none.
     #[serde(default)]
     with: String,
+    /// The second at which it opens; empty for the beginning.
+    #[serde(default)]
+    t: String,
+    /// By which part of the review queue it was come to.
+    #[serde(default)]
+    what: String,
+    /// The cohort of that part.
+    #[serde(default)]
+    cohort: String,
 }
 
 pub(super) async fn show_replay(
@@ -41,6 +54,7 @@ pub(super) async fn show_replay(
     Query(query): Query<ReplayQuery>,
 ) -> Result<ReplayPage, PageError> {
     let session = find_visible_attempt(&state, &person, id).await?;
+    let person = notices::note_read(&state, person, NoticePlace::Replay(id)).await?;
     Ok(make_replay_page(&state, Visit::new(&person, &csrf), &session, CommentForm::default(), query).await?)
 }
 
@@ -60,6 +74,11 @@ async fn make_replay_page(
     let key = session.key();
     let curve = scores::find_curve(reader, key).await?;
     let said = comments::list_session_comments(reader, key).await?;
+    let beside = match &curve {
+        Some(curve) => compare_with_experts(state, session, curve).await?,
+        None => None,
+    };
+    let happened = NamedHappenings::new(curve.as_ref(), &query.t, session.duration_s);
     Ok(ReplayPage {
         shell: Shell::new(person, csrf.token(), NavPlace::Elsewhere),
         session: session.id,
@@ -67,30 +86,56 @@ async fn make_replay_page(
         trainee: attempts::name_of_trainee(state, person, session).await?,
         started_at: session.started_at.to_utc(),
         duration_s: session.duration_s,
-        drawing: curve.as_ref().map(Drawing::new),
-        corridor: match &curve {
-            Some(curve) => draw_experts_corridor(state, session, curve).await?,
-            None => None,
+        drawing: curve.as_ref().map(|curve| Drawing::new(curve).leading_to("")),
+        happened: match beside.as_ref().filter(|_| query.with == EXPERTS) {
+            Some(beside) => happened.beside(beside.ghost.clone(), beside.shown.experts),
+            None => happened,
         },
+        experts: beside.map(|beside| beside.shown),
         consent: match person.role {
             Role::Trainee | Role::Guest => None,
             _ => Some(experts::list_consents(reader, person.school_id, person.id).await?.map(Moment::to_utc)),
         },
+        look: look_at(state, person, session, &query).await?,
         comments: comment_views(&said, person),
         form,
         others: other_attempts(state, person, session, query.with.parse().ok()).await?,
     })
 }
 
-/// The attempt over the experts' corridor, for both widths.
-async fn draw_experts_corridor(
+/// The step through the review queue, for whoever teaches.
+async fn look_at(
+    state: &AppState,
+    person: &CurrentPerson,
+    session: &Session,
+    query: &ReplayQuery,
+) -> Result<Option<ReviewLook>, Error> {
+    if !person.role.teaches() || session.state != SessionState::Scored {
+        return Ok(None);
+    }
+    let reviewed = reviews::find_review(state.db.reader(), session.key()).await?.is_some();
+    Ok(Some(ReviewLook { reviewed, filter: ReviewFilter::asked(&query.what, &query.cohort) }))
+}
+
+/// What the address names in place of an attempt, for the experts' median.
+const EXPERTS: &str = "experts";
+
+/// An attempt beside the experts, and the way of their median.
+struct ExpertsBeside {
+    shown: BesideExperts,
+    ghost: Vec<GhostStretch>,
+}
+
+async fn compare_with_experts(
     state: &AppState,
     session: &Session,
     curve: &AttemptCurve,
-) -> Result<Option<String>, Error> {
+) -> Result<Option<ExpertsBeside>, Error> {
     let experts = experts::list_expert_curves(state.db.reader(), session.school_id, &session.exercise_id).await?;
-    let made = corridor::corridor(curve, &experts);
-    Ok(made.map(|made| charts::draw_both_widths(|size| charts::draw_corridor(curve, &made, size))))
+    Ok(corridor::corridor(curve, &experts).map(|made| ExpertsBeside {
+        shown: BesideExperts::new(curve, &made, &expert_way::compare_by_layer(curve, &experts)),
+        ghost: expert_way::median_way(curve, &experts),
+    }))
 }
 
 #[derive(Debug, Deserialize)]

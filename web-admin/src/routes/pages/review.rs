@@ -2,24 +2,28 @@
 
 use acts::error::Error;
 use acts::regrading::{Regrader, Rubric};
-use acts::{regrading, reviewing, surveys};
+use acts::{notices, regrading, reviewing, surveys};
 use assessment::{Assessment, questionnaire};
-use axum::extract::State;
+use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
-use model::ids::SessionId;
+use model::ids::{CohortId, SessionId};
 use model::judgement::{ScoreOverride, TypedOverride};
+use model::notice::NoticePlace;
 use model::rating::mean;
+use model::review::{QueuePlace, ReviewFilter};
 use model::{CurrentPerson, judgement};
 use pages::form::FilledForm;
+use pages::people::SelectOption;
 use pages::review::{GradeAct, GradePage, JudgedAttempt, RatedMean, RegradePage, ReviewPage, WaitingRow};
 use pages::{NavPlace, Shell, StatusWord, format, review as views};
 use serde::Deserialize;
 use store::audit::Actor;
 use store::grades::{self, NewOverride};
+use store::reports::NamedItem;
 use store::reviews::WaitingReview;
 use store::scores::{self, Score};
 use store::sessions::{self, Session};
-use store::{ratings, regradings, reviews, supervisions};
+use store::{ratings, regradings, reports, reviews, supervisions};
 
 use super::{PathId, sessions as attempts};
 use crate::AppState;
@@ -27,17 +31,49 @@ use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visit, Visitor};
 use crate::routes::forms::FormAnswer;
 
+/// Which part of the queue is asked for.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct QueueQuery {
+    what: String,
+    cohort: String,
+    after: String,
+}
+
 pub(super) async fn show_queue(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     csrf: Csrf,
+    Query(query): Query<QueueQuery>,
 ) -> Result<ReviewPage, PageError> {
-    let mut waiting = reviews::list_review_queue(state.db.reader(), &person).await?;
+    let reader = state.db.reader();
+    let filter = ReviewFilter::asked(&query.what, &query.cohort);
+    let after: Option<QueuePlace> = query.after.parse().ok();
+    let mut waiting = reviews::list_review_queue(reader, &person, filter, after).await?;
     let more = waiting.len() > reviews::LISTED as usize;
     waiting.truncate(reviews::LISTED as usize);
-    let shell = Shell::new(&person, csrf.token(), NavPlace::Review);
-    let to_rate = ratings::count_open(state.db.reader(), &person).await?;
-    Ok(ReviewPage { shell, waiting: waiting.into_iter().map(make_waiting_row).collect(), more, to_rate })
+    let next = waiting.last().filter(|_| more).map(|last| queue_href(filter, Some(last.place())));
+    let cohorts = reports::cohorts(reader, &person).await?.into_iter();
+    let option = |cohort: NamedItem<CohortId>| SelectOption {
+        chosen: filter.cohort == Some(cohort.id),
+        value: cohort.id.to_string(),
+        label: cohort.name,
+    };
+    Ok(ReviewPage {
+        shell: Shell::new(&person, csrf.token(), NavPlace::Review),
+        waiting: waiting.into_iter().map(make_waiting_row).collect(),
+        next,
+        first: after.map(|_| queue_href(filter, None)),
+        filter,
+        cohorts: cohorts.map(option).collect(),
+        to_rate: ratings::count_open(reader, &person).await?,
+    })
+}
+
+fn queue_href(filter: ReviewFilter, after: Option<QueuePlace>) -> String {
+    let parts = [filter.query(), after.map_or_else(String::new, |after| format!("after={after}"))];
+    let parts: Vec<String> = parts.into_iter().filter(|part| !part.is_empty()).collect();
+    if parts.is_empty() { "/review".to_owned() } else { format!("/review?{}", parts.join("&")) }
 }
 
 fn make_waiting_row(waiting: WaitingReview) -> WaitingRow {
@@ -74,6 +110,7 @@ pub(super) async fn show_grade(
     csrf: Csrf,
 ) -> Result<GradePage, PageError> {
     let session = find_visible_attempt(&state, &person, id).await?;
+    let person = notices::note_read(&state, person, NoticePlace::Grade(id)).await?;
     Ok(make_grade_page(&state, Visit::new(&person, &csrf), &session, FilledForm::default()).await?)
 }
 
@@ -221,6 +258,14 @@ pub(super) async fn withdraw_override(
 pub(super) struct MarkForm {
     #[serde(default)]
     mark: String,
+    /// Where it goes on: `next` for the next attempt of the queue, `stay` for the replay, else the page of the grade.
+    #[serde(default)]
+    then: String,
+    /// The part of the queue.
+    #[serde(default)]
+    what: String,
+    #[serde(default)]
+    cohort: String,
 }
 
 /// Marks an attempt as looked at, or puts it back into the queue.
@@ -240,7 +285,25 @@ pub(super) async fn mark_reviewed(
         }
     };
     reviewing::set_reviewed(&state, &person, &session, reviewed).await?;
-    Ok(redirect_to_grade(id))
+    let filter = ReviewFilter::asked(&form.what, &form.cohort);
+    Ok(match form.then.as_str() {
+        "next" => lead_to_next(&state, &person, filter).await?,
+        "stay" => Redirect::to(&replay_in_queue(id, filter)).into_response(),
+        _ => redirect_to_grade(id),
+    })
+}
+
+/// The replay of what waits first; the queue itself where nothing does.
+async fn lead_to_next(state: &AppState, person: &CurrentPerson, filter: ReviewFilter) -> Result<Response, Error> {
+    let waiting = reviews::list_review_queue(state.db.reader(), person, filter, None).await?;
+    let to = waiting.first().map_or_else(|| queue_href(filter, None), |first| replay_in_queue(first.id, filter));
+    Ok(Redirect::to(&to).into_response())
+}
+
+fn replay_in_queue(session: SessionId, filter: ReviewFilter) -> String {
+    let query = filter.query();
+    let mark = if query.is_empty() { "" } else { "?" };
+    format!("/sessions/{session}/replay{mark}{query}")
 }
 
 /// What the attempt would score by the rubric of today.

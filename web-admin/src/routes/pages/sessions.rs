@@ -1,9 +1,13 @@
 //! `/sessions/{id}`: one attempt.
 
 use acts::error::Error;
+use acts::notices;
+use attempt::AttemptCurve;
 use axum::extract::State;
 use documents::ExerciseBundle;
+use law::structures::StructureKind;
 use model::ids::SessionId;
+use model::notice::NoticePlace;
 use model::{CurrentPerson, SessionKey, Uncounted};
 use pages::addresses::exercise_href;
 use pages::judgement::{GradedAttempt, JudgementView};
@@ -12,7 +16,7 @@ use pages::{NavPlace, Shell, format};
 use store::sessions::{self, Session, SessionState};
 use store::{exercises, grades, reports, scores, stations, supervisions};
 
-use super::{PathId, published_bundle, surveys};
+use super::{PathId, others, published_bundle, surveys};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, Visitor};
@@ -25,6 +29,7 @@ pub(super) async fn show_session(
 ) -> Result<SessionPage, PageError> {
     let reader = state.db.reader();
     let session = sessions::find_visible_session(reader, &person, id).await?.ok_or(Error::NotFound)?;
+    let person = notices::note_read(&state, person, NoticePlace::Attempt(id)).await?;
     let key = SessionKey { school_id: session.school_id, id };
     let bundle = match session.revision_id {
         Some(revision) => published_bundle(&state, session.school_id, revision).await?,
@@ -33,17 +38,18 @@ pub(super) async fn show_session(
     let taught = exercises::find_current_revision(reader, session.school_id, &session.exercise_id).await?;
     let title = bundle.as_ref().map(|b| b.exercise.title.clone()).or(taught.as_ref().map(|t| t.title.clone()));
     let curve = scores::find_curve(reader, key).await?;
+    let replay_href = format!("/sessions/{id}/replay");
     Ok(SessionPage {
         shell: Shell::new(&person, csrf.token(), NavPlace::Elsewhere),
         exercise: title.unwrap_or_else(|| session.exercise_id.clone()),
         exercise_href: taught.map(|t| exercise_href(&t.exercise_id)),
         trainee: name_of_trainee(&state, &person, &session).await?,
         started_at: session.started_at.to_utc(),
-        replay_href: format!("/sessions/{id}/replay"),
         grade_href: format!("/sessions/{id}/grade"),
-        outcome: outcome_of_session(&state, &session, bundle.as_ref()).await?,
+        outcome: outcome_of_session(&state, &session, bundle.as_ref(), curve.as_ref()).await?,
         ruling: ruling_on_session(&state, &session).await?,
-        drawing: curve.as_ref().map(Drawing::new),
+        drawing: curve.as_ref().map(|curve| Drawing::new(curve).leading_to(&replay_href)),
+        replay_href,
         uncounted: why_uncounted(&state, &person, &session).await?,
         verification: verification_of_session(&session),
         signed_by: name_of_signer(&state, &session).await?,
@@ -76,6 +82,7 @@ async fn outcome_of_session(
     state: &AppState,
     session: &Session,
     bundle: Option<&ExerciseBundle>,
+    curve: Option<&AttemptCurve>,
 ) -> Result<SessionOutcome, Error> {
     let reader = state.db.reader();
     let key = SessionKey { school_id: session.school_id, id: session.id };
@@ -93,8 +100,17 @@ async fn outcome_of_session(
         hard_fails: &score.hard_fails,
         metrics: &metrics,
         exercise: bundle.map(|b| &b.exercise),
+        targets: &bundle.map(names_of_targets).unwrap_or_default(),
+        curve,
+        others: &others::spreads_beside(state, session).await?,
     };
     Ok(SessionOutcome::Scored(Box::new(JudgementView::new(&graded))))
+}
+
+/// The names of the structures that are to be reached.
+fn names_of_targets(bundle: &ExerciseBundle) -> Vec<String> {
+    let targets = bundle.scene.structures.iter().filter(|structure| structure.spec.kind == StructureKind::Target);
+    targets.map(|structure| structure.spec.name.clone()).collect()
 }
 
 /// The override that counts, if one does.

@@ -17,7 +17,7 @@ use store::reports::{ListStretch, ListedAttempt, NamedItem};
 use store::{cohorts, practice, reports, sign_in_codes};
 
 use super::standing::TaughtCourse;
-use super::{PathId, rows, standing};
+use super::{PathId, news, rows, standing};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
@@ -85,6 +85,7 @@ pub(super) async fn make_trainee_page(
     let due = teaching::standings(state, school, trainee.id).await?;
     Ok(TraineePage {
         shell,
+        news: if own { news::list_news(state, visitor).await? } else { Vec::new() },
         due: due.into_iter().filter(AssignmentStanding::is_open).take(SHOWN_DUE).map(AssignmentRow::own).collect(),
         requests,
         habits: habits_of_attempts(&latest),

@@ -24,7 +24,7 @@ const fn kind(key: &'static str, rows: &'static str) -> RecordKind {
 }
 
 /// What others did about them, and what stands in their name.
-const ABOUT: [RecordKind; 20] = [
+const ABOUT: [RecordKind; 21] = [
     kind(
         "overrides",
         "SELECT o.session_id, o.score, o.passed AS is_pass, o.reason, p.display_name AS made_by, o.made_at
@@ -91,6 +91,11 @@ const ABOUT: [RecordKind; 20] = [
     kind(
         "recording_links",
         "SELECT session_id, expires_at FROM recording_links WHERE school_id = $1 AND made_by = $2",
+    ),
+    kind(
+        "notices",
+        "SELECT kind, by_id, session_id, comment_id, assignment_id, round_id, made_at, read_at, mailed_at FROM notices
+         WHERE school_id = $1 AND person_id = $2 ORDER BY made_at, id",
     ),
     kind(
         "letters",

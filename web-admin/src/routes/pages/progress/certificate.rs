@@ -7,6 +7,7 @@ use axum::extract::{Path, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::{IntoResponse, Response};
 use model::certificate::{Certificate, Statement, sign_statement};
+use model::certificate_note::CertificateNote;
 use model::ids::PersonId;
 use model::progress::{Course, Mastery, Progress, StepState};
 use model::{CurrentPerson, Needed, PersonKey};
@@ -39,13 +40,16 @@ pub(super) async fn issue_certificate(
     let taught = curricula::list_taught_curricula(state.db.reader(), person.school_id).await?;
     let curriculum = taught.into_iter().find(|c| c.curriculum_id == course).ok_or(Error::NotFound)?;
     let earned = earned_by_trainee(&state, &person, &trainee, &curriculum).await?;
-    let certificate = sign_statement(&certificates::signing_key(&state.config.data_dir)?, &earned.statement)?;
+    let key = certificates::signing_key(&state.config.data_dir)?;
+    let certificate = sign_statement(&key, &earned.statement)?;
+    let query = earned.note().signed_query(&key).map_err(anyhow::Error::from)?;
+    let check_href = format!("{}/certificate?{query}", state.config.address());
     let theirs =
         people::find_language(state.db.reader(), PersonKey { school_id: person.school_id, person_id: trainee.id })
             .await?;
     let language = theirs.unwrap_or_else(words::current);
     let file = format!("certificate-{}.html", curriculum.curriculum_id);
-    let page = words::within(language, || earned.page(&certificate, &file))?;
+    let page = words::within(language, || earned.page(&certificate, &file, check_href))?;
     certificates::note_issued(&state, &person, trainee.id, &curriculum).await?;
     let disposition = format!("attachment; filename=\"{file}\"");
     Ok(([(CONTENT_TYPE, "text/html; charset=utf-8".to_owned()), (CONTENT_DISPOSITION, disposition)], page)
@@ -62,8 +66,19 @@ struct Earned {
 }
 
 impl Earned {
+    /// What the code on the page says.
+    fn note(&self) -> CertificateNote {
+        CertificateNote {
+            note: CertificateNote::VERSION,
+            school: self.statement.school.clone(),
+            trainee: self.statement.trainee.clone(),
+            course: self.statement.course.clone(),
+            issued_at: self.statement.issued_at.clone(),
+        }
+    }
+
     /// The page, in the language that is spoken here.
-    fn page(self, certificate: &Certificate, file: &str) -> anyhow::Result<String> {
+    fn page(self, certificate: &Certificate, file: &str, check_href: String) -> anyhow::Result<String> {
         let page = CertificatePage {
             rule: rule_in_words(&self.rule),
             needed: needed_in_words(self.needed),
@@ -73,6 +88,7 @@ impl Earned {
             file: file.to_owned(),
             key: certificate.public_key.clone(),
             json: certificate.in_page()?,
+            check_href,
         };
         Ok(page.render()?)
     }

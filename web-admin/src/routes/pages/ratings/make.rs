@@ -6,6 +6,7 @@ use acts::error::Error;
 use acts::{ratings, surveys};
 use axum::extract::{Query, State};
 use model::ids::{AssignmentId, PersonId, SchoolId, SessionId};
+use model::review::ReviewFilter;
 use model::{CurrentPerson, line};
 use pages::form::FilledForm;
 use pages::people::SelectOption;
@@ -59,7 +60,7 @@ async fn offered_attempts(
 ) -> Result<Vec<RateableAttempt>, Error> {
     let reader = state.db.reader();
     if form.assignment.is_empty() {
-        let waiting = reviews::list_review_queue(reader, person).await?;
+        let waiting = reviews::list_review_queue(reader, person, ReviewFilter::default(), None).await?;
         let candidate = |waiting: reviews::WaitingReview| RateableAttempt {
             id: waiting.id,
             trainee: waiting.trainee,

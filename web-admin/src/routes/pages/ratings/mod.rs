@@ -1,13 +1,14 @@
 //! `/ratings`: rounds of ratings, and what they found.
 
 use acts::error::Error;
-use acts::{ratings, surveys};
+use acts::{notices, ratings, surveys};
 use assessment::questionnaire::{Answer, score_response};
 use axum::extract::State;
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
 use documents::Instrument;
 use model::ids::{PersonId, RatingId, RoundId, SessionId};
+use model::notice::NoticePlace;
 use model::rating::{RatingAnswers, tables};
 use model::{CurrentPerson, Moment, Role};
 use pages::rating::{OwnRating, RatedAttemptRow, RaterRow, RatingsPage, RoundPage, RoundRow, ScoreView};
@@ -85,6 +86,7 @@ async fn show_round(
     csrf: Csrf,
 ) -> Result<RoundPage, PageError> {
     let round = find_round(&state, &person, id).await?;
+    let person = notices::note_read(&state, person, NoticePlace::Round(id)).await?;
     let owner = owns_round(&person, &round);
     let cells = stored::cells(state.db.reader(), &person, &round).await?;
     let table = RatingsTable::of(&cells);

@@ -12,6 +12,7 @@ use model::CurrentPerson;
 use model::ids::RatingId;
 use model::survey::given::GivenAnswers;
 use pages::rating::RatePage;
+use pages::replay::NamedHappenings;
 use pages::session::Drawing;
 use pages::survey::form::{FormQuestion, GivenField, Refusals};
 use pages::{NavPlace, Shell};
@@ -52,7 +53,8 @@ async fn make_rate_page(
         rating: rated.rating.id,
         round: (rated.round.title.clone(), round_href(rated.round.id)),
         exercise: attempts::title_of_exercise(state, &session).await?,
-        drawing: curve.as_ref().map(Drawing::new),
+        drawing: curve.as_ref().map(|curve| Drawing::new(curve).leading_to("")),
+        happened: NamedHappenings::new(curve.as_ref(), "", session.duration_s),
         questions: if finished { Vec::new() } else { questions_of_rating(rated, refusals, given) },
         own: own_ratings(&own, Some(rated.rating.id)),
         finished,

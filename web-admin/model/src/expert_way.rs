@@ -1,0 +1,283 @@
+//! How an attempt went through each layer, beside how experts did: speed, force, and how far the needle went on after the pop. And
+//! the way of the experts' median, from layer to layer, for a ghost beside the needle.
+
+use assessment::statistics::quantile;
+use attempt::{AttemptCurve, MarkKind};
+use serde::Serialize;
+
+use crate::corridor::FEWEST;
+
+/// The band holds all but this share on either side.
+const OUTSIDE: f64 = 0.1;
+/// How long the advance after a pop is looked at, in s, as the metric does.
+const AFTER_POP_S: f64 = 1.0;
+/// Who is so close to the band, as a share of the median, is not said to depart from it.
+const CLOSE: f64 = 0.1;
+/// Places in each stretch of the median way.
+const STEPS: u32 = 24;
+
+/// What is compared in a layer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Compared {
+    /// Mean speed through the layer, in mm/s.
+    Speed,
+    /// How far the needle went on in the second after the tip came through, in mm.
+    AfterPop,
+    /// Greatest force on the way through the layer, in N.
+    Peak,
+}
+
+impl Compared {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Speed, Self::AfterPop, Self::Peak];
+}
+
+/// A value beside the experts'.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BesideBand {
+    /// What it is.
+    pub what: Compared,
+    /// This attempt's.
+    pub own: f64,
+    /// A tenth of the experts are below.
+    pub low: f64,
+    /// Half of them are.
+    pub median: f64,
+    /// A tenth of them are above.
+    pub high: f64,
+}
+
+impl BesideBand {
+    /// Above the band, below it, or neither.
+    #[must_use]
+    pub fn departs(&self) -> Option<Departure> {
+        let close = CLOSE * self.median.abs();
+        match self.own {
+            own if own > self.high + close => Some(Departure::Above),
+            own if own < self.low - close => Some(Departure::Below),
+            _ => None,
+        }
+    }
+}
+
+/// To which side a value departs from the experts'.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Departure {
+    /// More than nearly all of them.
+    Above,
+    /// Less.
+    Below,
+}
+
+/// A layer of an attempt beside the experts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LayerBeside {
+    /// The layer.
+    pub layer: String,
+    /// When the tip came into it, in s.
+    pub from_s: f64,
+    /// What could be compared.
+    pub values: Vec<BesideBand>,
+}
+
+/// The way in, by time.
+struct TimedWay<'a> {
+    /// When and where: at the first touch, as the tip came into each layer, and where it turned back.
+    crossings: Vec<Crossing>,
+    curve: &'a AttemptCurve,
+}
+
+#[derive(Clone, Copy)]
+struct Crossing {
+    t_s: f64,
+    advance_mm: f64,
+}
+
+impl<'a> TimedWay<'a> {
+    fn of(curve: &'a AttemptCurve) -> Self {
+        let mark = |kind: MarkKind, name: Option<&str>| {
+            let found = curve.marks.iter().find(|mark| mark.kind == kind && name.is_none_or(|name| mark.name == name));
+            found.map(|mark| Crossing { t_s: mark.t_s, advance_mm: mark.advance_mm })
+        };
+        let mut crossings: Vec<Crossing> = mark(MarkKind::Contact, None).into_iter().collect();
+        if !crossings.is_empty() {
+            crossings.extend(curve.bands.iter().map_while(|band| mark(MarkKind::TipRupture, Some(&band.name))));
+        }
+        let deepest = curve.points.iter().max_by(|a, b| a.advance_mm.total_cmp(&b.advance_mm));
+        crossings.extend(deepest.map(|point| Crossing { t_s: point.t_s, advance_mm: point.advance_mm }));
+        Self { crossings, curve }
+    }
+
+    /// The stretch from a crossing to the next; the last one only beside ways that came as far.
+    fn stretch(&self, index: usize, of: usize) -> Option<(Crossing, Crossing)> {
+        let last = index + 2 == of;
+        let comparable = if last { self.crossings.len() == of } else { self.crossings.len() > index + 2 };
+        let (from, to) = (*self.crossings.get(index)?, *self.crossings.get(index + 1)?);
+        (comparable && from.t_s < to.t_s && from.advance_mm < to.advance_mm).then_some((from, to))
+    }
+
+    /// Advance in mm and force in N at a time.
+    fn at(&self, t_s: f64) -> Option<(f64, f64)> {
+        let points = &self.curve.points;
+        let after = points.partition_point(|point| point.t_s < t_s).min(points.len().checked_sub(1)?);
+        let (from, to) = (points[after.saturating_sub(1)], points[after]);
+        let share = if to.t_s > from.t_s { ((t_s - from.t_s) / (to.t_s - from.t_s)).clamp(0.0, 1.0) } else { 1.0 };
+        let between = |a: f64, b: f64| a + share * (b - a);
+        Some((between(from.advance_mm, to.advance_mm), between(from.force_n, to.force_n)))
+    }
+
+    fn value(&self, what: Compared, index: usize, of: usize) -> Option<f64> {
+        let (from, to) = self.stretch(index, of)?;
+        let within =
+            |until_s: f64| self.curve.points.iter().filter(move |point| point.t_s >= from.t_s && point.t_s <= until_s);
+        match what {
+            Compared::Speed => Some((to.advance_mm - from.advance_mm) / (to.t_s - from.t_s)),
+            Compared::AfterPop => {
+                let farthest = within(from.t_s + AFTER_POP_S).map(|point| point.advance_mm);
+                farthest.reduce(f64::max).map(|mm| (mm - from.advance_mm).max(0.0))
+            }
+            Compared::Peak => within(to.t_s).map(|point| point.force_n).reduce(f64::max),
+        }
+    }
+}
+
+/// Each layer that the tip came into beside at least five experts who came as far; empty where they are fewer.
+#[must_use]
+pub fn compare_by_layer(shown: &AttemptCurve, experts: &[AttemptCurve]) -> Vec<LayerBeside> {
+    let own = TimedWay::of(shown);
+    let experts: Vec<TimedWay<'_>> = experts.iter().map(TimedWay::of).collect();
+    let of = own.crossings.len();
+    let beside = |index: usize, what: Compared| {
+        let values: Vec<f64> = experts.iter().filter_map(|way| way.value(what, index, of)).collect();
+        if values.len() < FEWEST {
+            return None;
+        }
+        let at = |share| quantile(&values, share).ok();
+        let (low, median, high) = (at(OUTSIDE)?, at(0.5)?, at(1.0 - OUTSIDE)?);
+        Some(BesideBand { what, own: own.value(what, index, of)?, low, median, high })
+    };
+    // The first stretch ends at the skin, the others begin in a layer.
+    let layers = shown.bands.iter().enumerate().take(of.saturating_sub(2));
+    let made = layers.map(|(layer, band)| LayerBeside {
+        layer: band.name.clone(),
+        from_s: own.crossings[layer + 1].t_s,
+        values: Compared::ALL.into_iter().filter_map(|what| beside(layer + 1, what)).collect(),
+    });
+    made.filter(|layer| !layer.values.is_empty()).collect()
+}
+
+/// The experts' median from a crossing of this attempt to the next.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct GhostStretch {
+    /// When it begins in this attempt, in s.
+    pub from_s: f64,
+    /// Time since then in s, advance in mm of this attempt's layers, force in N.
+    pub places: Vec<(f64, f64, f64)>,
+}
+
+/// The way of the experts' median, together with this attempt at each layer; empty where fewer than five came as far.
+#[must_use]
+pub fn median_way(shown: &AttemptCurve, experts: &[AttemptCurve]) -> Vec<GhostStretch> {
+    let own = TimedWay::of(shown);
+    let experts: Vec<TimedWay<'_>> = experts.iter().map(TimedWay::of).collect();
+    let of = own.crossings.len();
+    let stretches = (0..of.saturating_sub(1)).map_while(|index| {
+        let (from, to) = own.stretch(index, of)?;
+        let ways: Vec<_> = experts.iter().filter_map(|way| Some((way, way.stretch(index, of)?))).collect();
+        if ways.len() < FEWEST {
+            return None;
+        }
+        let durations: Vec<f64> = ways.iter().map(|(_, (from, to))| to.t_s - from.t_s).collect();
+        let lasts_s = quantile(&durations, 0.5).ok()?;
+        let place = |step: u32| {
+            let after_s = lasts_s * f64::from(step) / f64::from(STEPS);
+            let found = ways.iter().filter_map(|(way, (begins, ends))| {
+                let (advance_mm, force_n) = way.at((begins.t_s + after_s).min(ends.t_s))?;
+                let share = (advance_mm - begins.advance_mm) / (ends.advance_mm - begins.advance_mm);
+                Some((from.advance_mm + share.clamp(0.0, 1.0) * (to.advance_mm - from.advance_mm), force_n))
+            });
+            let (advances, forces): (Vec<f64>, Vec<f64>) = found.unzip();
+            let round = |value: f64| (value * 1e3).round() / 1e3;
+            Some((round(after_s), round(quantile(&advances, 0.5).ok()?), round(quantile(&forces, 0.5).ok()?)))
+        };
+        Some(GhostStretch { from_s: from.t_s, places: (0..=STEPS).filter_map(place).collect() })
+    });
+    stretches.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    //! Fails when fewer than five experts are shown, when layers of another thickness are compared by depth, or when a departure is not seen.
+    use attempt::{CurveMark, CurvePoint, LayerSpan};
+
+    use super::*;
+
+    /// Through skin at once, then through fat, which is so thick, at a speed, and 2 mm into the muscle.
+    fn curve(fat_mm: f64, speed_mm_per_s: f64) -> AttemptCurve {
+        let band =
+            |name: &str, top_mm, bottom_mm| LayerSpan { name: name.into(), texture: name.into(), top_mm, bottom_mm };
+        let lasts_s = (fat_mm + 2.0) / speed_mm_per_s;
+        let point = |i: u32| {
+            let t_s = lasts_s * f64::from(i) / 200.0;
+            CurvePoint { t_s, advance_mm: t_s * speed_mm_per_s, force_n: 0.1 * speed_mm_per_s }
+        };
+        let mark = |kind, name: &str, advance_mm: f64| CurveMark {
+            kind,
+            t_s: advance_mm / speed_mm_per_s,
+            advance_mm,
+            axial_n: 1.0,
+            name: name.into(),
+        };
+        AttemptCurve {
+            bands: vec![band("fat", 0.0, fat_mm), band("muscle", fat_mm, 60.0)],
+            points: (0..=200).map(point).collect(),
+            marks: vec![
+                mark(MarkKind::Contact, "fat", 0.0),
+                mark(MarkKind::TipRupture, "fat", 0.5),
+                mark(MarkKind::TipRupture, "muscle", fat_mm),
+            ],
+            stages: vec![],
+            target_depth_mm: fat_mm + 2.0,
+            duration_s: lasts_s,
+        }
+    }
+
+    fn experts(count: u32) -> Vec<AttemptCurve> {
+        (0..count).map(|i| curve(20.0 + f64::from(i), 4.0 + 0.1 * f64::from(i))).collect()
+    }
+
+    #[test]
+    fn four_experts_are_not_shown_and_five_are() {
+        let shown = curve(10.0, 4.0);
+        assert!(compare_by_layer(&shown, &experts(4)).is_empty() && median_way(&shown, &experts(4)).is_empty());
+        let layers = compare_by_layer(&shown, &experts(5));
+        assert_eq!(layers.iter().map(|layer| layer.layer.as_str()).collect::<Vec<_>>(), ["fat", "muscle"]);
+    }
+
+    #[test]
+    fn who_goes_faster_departs_and_who_goes_alike_does_not() {
+        let speed = |own: f64| {
+            let layers = compare_by_layer(&curve(10.0, own), &experts(5));
+            layers[0].values.iter().find(|value| value.what == Compared::Speed).expect("a speed").departs()
+        };
+        assert_eq!([speed(4.2), speed(12.0), speed(1.0)], [None, Some(Departure::Above), Some(Departure::Below)]);
+    }
+
+    #[test]
+    fn the_median_way_is_stretched_to_the_layers_that_are_shown() {
+        let shown = curve(10.0, 8.0);
+        let way = median_way(&shown, &experts(5));
+        assert_eq!(way.len(), 3, "to the skin's opening, through fat, into muscle");
+        let fat = &way[1];
+        let (first, last) = (fat.places[0], fat.places[STEPS as usize]);
+        assert!((first.1 - 0.5).abs() < 0.1 && (last.1 - 10.0).abs() < 0.3, "{fat:?}");
+        assert!(last.0 > 4.0, "at the experts' own pace: {last:?}");
+        assert!((fat.from_s - 0.5 / 8.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn an_attempt_that_never_touched_has_nothing_beside_it() {
+        let untouched = AttemptCurve { points: vec![], marks: vec![], ..curve(10.0, 4.0) };
+        assert!(compare_by_layer(&untouched, &experts(5)).is_empty() && median_way(&untouched, &experts(5)).is_empty());
+    }
+}

@@ -1,0 +1,127 @@
+//! The queue of attempts that wait to be looked at: what comes first, what is left out, where it goes on.
+
+use std::fmt;
+use std::str::FromStr;
+
+use crate::attempt_place::{AttemptPlace, NoPlace};
+use crate::ids::CohortId;
+
+/// Why an attempt is looked at before others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReviewReason {
+    /// Somebody asks, and nobody has answered.
+    Question,
+    /// The re-simulation differs.
+    Flagged,
+    /// It has failed.
+    Failed,
+}
+
+impl ReviewReason {
+    /// All of them, the most urgent first.
+    pub const ALL: [Self; 3] = [Self::Question, Self::Flagged, Self::Failed];
+
+    /// Its name in addresses.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Question => "question",
+            Self::Flagged => "flagged",
+            Self::Failed => "failed",
+        }
+    }
+
+    /// Its part of a rank.
+    const fn weight(self) -> u32 {
+        match self {
+            Self::Question => 4,
+            Self::Flagged => 2,
+            Self::Failed => 1,
+        }
+    }
+}
+
+/// Which attempts of the queue are asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ReviewFilter {
+    /// Only those of which this holds.
+    pub reason: Option<ReviewReason>,
+    /// Only those of a cohort's trainees.
+    pub cohort: Option<CohortId>,
+}
+
+impl ReviewFilter {
+    /// What an address asks for; what it does not name is not limited.
+    #[must_use]
+    pub fn asked(reason: &str, cohort: &str) -> Self {
+        Self { reason: ReviewReason::ALL.into_iter().find(|known| known.name() == reason), cohort: cohort.parse().ok() }
+    }
+
+    /// The ranks that are asked for, the most urgent first.
+    pub fn ranks(self) -> impl Iterator<Item = u32> {
+        (0..8).rev().filter(move |rank| self.reason.is_none_or(|reason| rank & reason.weight() != 0))
+    }
+
+    /// As an address has it, without the question mark; empty where nothing is limited.
+    #[must_use]
+    pub fn query(self) -> String {
+        let reason = self.reason.map(|reason| format!("what={}", reason.name()));
+        let cohort = self.cohort.map(|cohort| format!("cohort={cohort}"));
+        reason.into_iter().chain(cohort).collect::<Vec<_>>().join("&")
+    }
+}
+
+/// Where the queue goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct QueuePlace {
+    /// The rank of the last attempt of before.
+    pub rank: u32,
+    /// Its place among those of its rank.
+    pub place: AttemptPlace,
+}
+
+impl fmt::Display for QueuePlace {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}.{}", self.rank, self.place)
+    }
+}
+
+impl FromStr for QueuePlace {
+    type Err = NoPlace;
+
+    fn from_str(text: &str) -> Result<Self, NoPlace> {
+        let (rank, place) = text.split_once('.').ok_or(NoPlace)?;
+        Ok(Self { rank: rank.parse().map_err(|_| NoPlace)?, place: place.parse()? })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Fails when a filter asks for ranks of which its reason does not hold, or an address does not come back.
+
+    use super::*;
+    use crate::Moment;
+    use crate::ids::SessionId;
+
+    #[test]
+    fn questions_come_before_flags_and_flags_before_failures() {
+        assert_eq!(ReviewFilter::default().ranks().collect::<Vec<_>>(), [7, 6, 5, 4, 3, 2, 1, 0]);
+        let ranks = |reason| ReviewFilter { reason: Some(reason), cohort: None }.ranks().collect::<Vec<_>>();
+        assert_eq!(ranks(ReviewReason::Question), [7, 6, 5, 4]);
+        assert_eq!(ranks(ReviewReason::Flagged), [7, 6, 3, 2]);
+        assert_eq!(ranks(ReviewReason::Failed), [7, 5, 3, 1]);
+    }
+
+    #[test]
+    fn a_filter_and_a_place_come_back_as_they_were_said() {
+        let filter = ReviewFilter { reason: Some(ReviewReason::Failed), cohort: Some(CohortId::nil()) };
+        let query = filter.query();
+        assert_eq!(query, format!("what=failed&cohort={}", CohortId::nil()));
+        assert_eq!(ReviewFilter::asked("failed", &CohortId::nil().to_string()), filter);
+        assert_eq!(ReviewFilter::asked("loud", "x"), ReviewFilter::default());
+        let place = AttemptPlace { started_at: Moment::from_micros(5), id: SessionId::from_u128(7) };
+        let place = QueuePlace { rank: 3, place };
+        assert_eq!(place.to_string().parse(), Ok(place));
+        assert_eq!("3".parse::<QueuePlace>(), Err(NoPlace));
+    }
+}

@@ -1,0 +1,183 @@
+//! An attempt beside the experts: over depth as a drawing, layer by layer as a table, and in words where it departs.
+
+use attempt::AttemptCurve;
+use model::corridor::Corridor;
+use model::expert_way::{BesideBand, Compared, Departure, LayerBeside};
+
+use super::{anatomy, charts, format};
+
+/// An attempt beside the experts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BesideExperts {
+    /// Force over depth, for both widths.
+    pub drawing: String,
+    /// How many experts.
+    pub experts: usize,
+    /// Layer by layer.
+    pub rows: Vec<LayerBesideRow>,
+    /// Where it departs, in words, each with its second.
+    pub departures: Vec<SaidDeparture>,
+}
+
+/// A layer beside the experts: own value and theirs of each thing, empty where it could not be compared.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LayerBesideRow {
+    /// The layer.
+    pub layer: String,
+    /// Speed through it.
+    pub speed: BesideCell,
+    /// Advance after the pop into it.
+    pub after_pop: BesideCell,
+    /// Greatest force in it.
+    pub peak: BesideCell,
+}
+
+/// A value beside the experts'.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct BesideCell {
+    /// This attempt's, with its unit.
+    pub own: String,
+    /// Eight in ten of the experts.
+    pub theirs: String,
+    /// It departs.
+    pub departs: bool,
+}
+
+/// Where an attempt departs from the experts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SaidDeparture {
+    /// In words.
+    pub words: String,
+    /// The second, in s.
+    pub at_s: f64,
+}
+
+impl BesideExperts {
+    /// Says and draws an attempt beside the experts.
+    #[must_use]
+    pub fn new(curve: &AttemptCurve, corridor: &Corridor, layers: &[LayerBeside]) -> Self {
+        let curve = &anatomy::name_layers_of_curve(curve);
+        Self {
+            drawing: charts::draw_both_widths(|size| charts::draw_corridor(curve, corridor, size)),
+            experts: corridor.experts,
+            rows: layers.iter().map(make_layer_row).collect(),
+            departures: layers.iter().flat_map(say_departures).collect(),
+        }
+    }
+}
+
+const fn unit_of(what: Compared) -> &'static str {
+    match what {
+        Compared::Speed => "mm/s",
+        Compared::AfterPop => "mm",
+        Compared::Peak => "N",
+    }
+}
+
+fn say_band(value: &BesideBand) -> String {
+    tr!(
+        "{low} to {high}",
+        low = format::format_number(value.low),
+        high = format::format_quantity(value.high, unit_of(value.what))
+    )
+}
+
+fn make_layer_row(beside: &LayerBeside) -> LayerBesideRow {
+    let cell = |what| {
+        let found = beside.values.iter().find(|value| value.what == what);
+        found.map_or_else(BesideCell::default, |value| BesideCell {
+            own: format::format_quantity(value.own, unit_of(what)),
+            theirs: say_band(value),
+            departs: value.departs().is_some(),
+        })
+    };
+    LayerBesideRow {
+        layer: format::as_sentence(&anatomy::say_structure(&beside.layer)),
+        speed: cell(Compared::Speed),
+        after_pop: cell(Compared::AfterPop),
+        peak: cell(Compared::Peak),
+    }
+}
+
+fn say_departures(beside: &LayerBeside) -> Vec<SaidDeparture> {
+    let layer = anatomy::say_structure(&beside.layer);
+    let said = |value: &BesideBand| {
+        let departure = value.departs()?;
+        let (own, theirs) = (format::format_quantity(value.own, unit_of(value.what)), say_band(value));
+        let words = match (value.what, departure) {
+            (Compared::Speed, Departure::Above) => {
+                tr!(
+                    "In {layer}: faster than the experts, {own} (they {theirs}).",
+                    layer = layer,
+                    own = own,
+                    theirs = theirs
+                )
+            }
+            (Compared::Speed, Departure::Below) => {
+                tr!(
+                    "In {layer}: slower than the experts, {own} (they {theirs}).",
+                    layer = layer,
+                    own = own,
+                    theirs = theirs
+                )
+            }
+            (Compared::AfterPop, Departure::Above) => tr!(
+                "After the pop into {layer}: farther on than the experts, {own} (they {theirs}).",
+                layer = layer,
+                own = own,
+                theirs = theirs
+            ),
+            (Compared::AfterPop, Departure::Below) => tr!(
+                "After the pop into {layer}: less far on than the experts, {own} (they {theirs}).",
+                layer = layer,
+                own = own,
+                theirs = theirs
+            ),
+            (Compared::Peak, Departure::Above) => {
+                tr!(
+                    "In {layer}: pushed harder than the experts, {own} (they {theirs}).",
+                    layer = layer,
+                    own = own,
+                    theirs = theirs
+                )
+            }
+            (Compared::Peak, Departure::Below) => {
+                tr!(
+                    "In {layer}: pushed less than the experts, {own} (they {theirs}).",
+                    layer = layer,
+                    own = own,
+                    theirs = theirs
+                )
+            }
+        };
+        Some(SaidDeparture { words: format::as_sentence(&words), at_s: beside.from_s })
+    };
+    beside.values.iter().filter_map(said).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    //! Fails when a departure is not said in words, or something within the band is.
+
+    use super::*;
+
+    #[test]
+    fn a_departure_is_said_and_what_lies_in_the_band_is_not() {
+        let value = |what, own| BesideBand { what, own, low: 3.0, median: 4.0, high: 5.0 };
+        let layer = LayerBeside {
+            layer: "fat".to_owned(),
+            from_s: 6.2,
+            values: vec![value(Compared::Speed, 12.0), value(Compared::AfterPop, 4.5), value(Compared::Peak, 1.0)],
+        };
+        let said: Vec<String> = say_departures(&layer).into_iter().map(|said| said.words).collect();
+        assert_eq!(
+            said,
+            [
+                "In fat: faster than the experts, 12.0\u{a0}mm/s (they 3.00 to 5.00\u{a0}mm/s).",
+                "In fat: pushed less than the experts, 1.00\u{a0}N (they 3.00 to 5.00\u{a0}N)."
+            ]
+        );
+        let row = make_layer_row(&layer);
+        assert!(row.layer == "Fat" && row.speed.departs && !row.after_pop.departs);
+    }
+}

@@ -1,0 +1,66 @@
+//! What is new for the visitor: on the home page, and in a letter.
+
+use model::notice::{Notice, NoticeKind};
+use time::OffsetDateTime;
+
+/// Something new.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NewsItem {
+    /// What was done, in words.
+    pub words: String,
+    /// Where it is read.
+    pub href: String,
+    /// When it was done.
+    pub at: OffsetDateTime,
+}
+
+impl NewsItem {
+    /// A notice in words.
+    #[must_use]
+    pub fn new(notice: &Notice) -> Self {
+        let Notice { by, title, .. } = notice;
+        let words = match notice.kind {
+            NoticeKind::Comment => tr!("{name} has commented on your attempt at “{title}”", name = by, title = title),
+            NoticeKind::Question => tr!("{name} asks about an attempt at “{title}”", name = by, title = title),
+            NoticeKind::Answer => tr!("{name} has answered a comment on “{title}”", name = by, title = title),
+            NoticeKind::Override => {
+                tr!("{name} has changed the score of your attempt at “{title}”", name = by, title = title)
+            }
+            NoticeKind::Rating if notice.session_id.is_some() => {
+                tr!("Your attempt at “{title}” was rated", title = title)
+            }
+            NoticeKind::Rating => tr!("Everybody has rated: “{title}”", title = title),
+            NoticeKind::Assignment => tr!("{name} has assigned “{title}” to you", name = by, title = title),
+        };
+        Self { words, href: notice.href(), at: notice.made_at.to_utc() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Each kind is said in a sentence that names who and what, and leads to where it is read.
+
+    use model::Moment;
+    use model::ids::SessionId;
+
+    use super::*;
+
+    #[test]
+    fn each_kind_says_who_and_what() {
+        let notice = |kind| Notice {
+            kind,
+            by: "Dr Osei".to_owned(),
+            session_id: Some(SessionId::nil()),
+            comment_id: None,
+            from_s: None,
+            round_id: None,
+            title: "Stop in the fat".to_owned(),
+            made_at: Moment::from_micros(0),
+        };
+        for kind in [NoticeKind::Comment, NoticeKind::Question, NoticeKind::Answer, NoticeKind::Override] {
+            let item = NewsItem::new(&notice(kind));
+            assert!(item.words.contains("Dr Osei") && item.words.contains("Stop in the fat"), "{}", item.words);
+            assert!(item.href.starts_with("/sessions/"), "{}", item.href);
+        }
+    }
+}

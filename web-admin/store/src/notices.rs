@@ -1,0 +1,311 @@
+//! What is new for somebody, until they have read it; and whether they are mailed it.
+
+use model::ids::{AssignmentId, CommentId, NoticeId, PersonId, RoundId, SchoolId, SessionId};
+use model::notice::{Notice, NoticeKind, NoticePlace};
+use model::{Moment, PersonKey, SessionKey};
+use sqlx::types::Json;
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+
+use super::Result;
+
+/// A notice to be kept.
+#[derive(Clone, Copy, Debug)]
+pub struct NewNotice {
+    /// Whom it is for.
+    pub whom: PersonKey,
+    /// What it is.
+    pub kind: NoticeKind,
+    /// Who did it.
+    pub by: PersonId,
+    /// The attempt.
+    pub session_id: Option<SessionId>,
+    /// What was said.
+    pub comment_id: Option<CommentId>,
+    /// What was assigned.
+    pub assignment_id: Option<AssignmentId>,
+    /// The round of ratings.
+    pub round_id: Option<RoundId>,
+}
+
+/// Keeps a notice.
+///
+/// # Errors
+/// When somebody or something is of another school, or the database fails.
+pub async fn add_notice(writer: &mut SqliteConnection, new: NewNotice, now: Moment) -> Result<()> {
+    sqlx::query(
+        "INSERT INTO notices (id, school_id, person_id, kind, by_id, session_id, comment_id, assignment_id, round_id, made_at)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10)",
+    )
+    .bind(NoticeId::made_at(now))
+    .bind(new.whom.school_id)
+    .bind(new.whom.person_id)
+    .bind(new.kind)
+    .bind(new.by)
+    .bind(new.session_id)
+    .bind(new.comment_id)
+    .bind(new.assignment_id)
+    .bind(new.round_id)
+    .bind(now)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// Those who teach a trainee.
+pub async fn list_teachers_of(executor: impl SqliteExecutor<'_>, trainee: PersonKey) -> Result<Vec<PersonId>> {
+    sqlx::query_scalar(
+        "SELECT DISTINCT teacher.person_id FROM cohort_members own
+         CROSS JOIN cohort_members teacher ON teacher.cohort_id = own.cohort_id AND teacher.role = 'instructor'
+         WHERE own.school_id = $1 AND own.person_id = $2 AND own.role = 'trainee'",
+    )
+    .bind(trainee.school_id)
+    .bind(trainee.person_id)
+    .fetch_all(executor)
+    .await
+}
+
+/// Whoever has a part in what is said on a comment: who made it, who answered it, whose attempt it is.
+pub async fn list_speakers_on(
+    executor: impl SqliteExecutor<'_>,
+    session: SessionKey,
+    comment: CommentId,
+) -> Result<Vec<PersonId>> {
+    sqlx::query_scalar(
+        "SELECT author_id FROM comments
+         WHERE school_id = $1 AND session_id = $2 AND (id = $3 OR answers = $3) AND withdrawn_at IS NULL
+         UNION SELECT trainee_id FROM sessions WHERE school_id = $1 AND id = $2",
+    )
+    .bind(session.school_id)
+    .bind(session.id)
+    .bind(comment)
+    .fetch_all(executor)
+    .await
+}
+
+/// The trainees to whom something is assigned.
+pub async fn list_assignees(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    assignment: AssignmentId,
+) -> Result<Vec<PersonId>> {
+    sqlx::query_scalar(
+        "SELECT m.person_id FROM assignments a
+         CROSS JOIN cohort_members m ON m.cohort_id = a.cohort_id AND m.role = 'trainee'
+         WHERE a.school_id = $1 AND a.id = $2
+         UNION SELECT person_id FROM assignments WHERE school_id = $1 AND id = $2 AND person_id IS NOT NULL",
+    )
+    .bind(school)
+    .bind(assignment)
+    .fetch_all(executor)
+    .await
+}
+
+/// An attempt of a round, and whose it is; without an attempt, who asked for the round.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
+pub struct RoundPart {
+    /// Who.
+    pub person_id: PersonId,
+    /// Which attempt.
+    pub session_id: Option<SessionId>,
+}
+
+/// Whom the result of a round concerns; nobody while somebody has yet to rate.
+pub async fn list_round_parts(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    round: RoundId,
+) -> Result<Vec<RoundPart>> {
+    sqlx::query_as(
+        "SELECT o.made_by AS person_id, NULL AS session_id FROM rating_rounds o
+         WHERE o.school_id = $1 AND o.id = $2 AND o.withdrawn_at IS NULL
+           AND NOT EXISTS (SELECT 1 FROM ratings r WHERE r.round_id = o.id AND r.finished_at IS NULL)
+         UNION SELECT s.trainee_id, s.id FROM ratings r
+         CROSS JOIN sessions s ON s.school_id = $1 AND s.id = r.session_id
+         WHERE r.round_id = $2
+           AND NOT EXISTS (SELECT 1 FROM ratings q WHERE q.round_id = $2 AND q.finished_at IS NULL)",
+    )
+    .bind(school)
+    .bind(round)
+    .fetch_all(executor)
+    .await
+}
+
+/// What is new for a person, the newest first.
+pub async fn list_unread_notices(
+    executor: impl SqliteExecutor<'_>,
+    person: PersonKey,
+    most: u32,
+) -> Result<Vec<Notice>> {
+    sqlx::query_as(
+        "SELECT n.kind, b.display_name AS by, n.session_id, n.comment_id, coalesce(c.from_s, q.from_s) AS from_s, n.round_id,
+           coalesce(x.title, s.exercise_id, r.title, u.title, o.title, '') AS title, n.made_at
+         FROM notices n
+         JOIN people b ON b.school_id = n.school_id AND b.id = n.by_id
+         LEFT JOIN sessions s ON s.school_id = n.school_id AND s.id = n.session_id
+         LEFT JOIN exercise_revisions x ON x.id = s.revision_id
+         LEFT JOIN comments c ON c.id = n.comment_id
+         LEFT JOIN comments q ON q.id = c.answers
+         LEFT JOIN assignments a ON a.id = n.assignment_id
+         LEFT JOIN exercises e ON e.school_id = a.school_id AND e.exercise_id = a.exercise_id
+         LEFT JOIN exercise_revisions r ON r.id = e.revision_id
+         LEFT JOIN curricula k ON k.school_id = a.school_id AND k.curriculum_id = a.curriculum_id
+         LEFT JOIN curriculum_revisions u ON u.id = k.revision_id
+         LEFT JOIN rating_rounds o ON o.id = n.round_id
+         WHERE n.school_id = $1 AND n.person_id = $2 AND n.read_at IS NULL
+         ORDER BY n.made_at DESC, n.id DESC LIMIT $3",
+    )
+    .bind(person.school_id)
+    .bind(person.person_id)
+    .bind(most)
+    .fetch_all(executor)
+    .await
+}
+
+/// How much of what is new for a person is read on a page.
+pub async fn count_unread_at(executor: impl SqliteExecutor<'_>, person: PersonKey, place: NoticePlace) -> Result<u32> {
+    sqlx::query_scalar(
+        "SELECT count(*) FROM notices WHERE school_id = $1 AND person_id = $2 AND read_at IS NULL
+           AND ($3 IS NULL OR session_id = $3) AND ($4 IS NULL OR round_id = $4)
+           AND kind IN (SELECT value FROM json_each($5))",
+    )
+    .bind(person.school_id)
+    .bind(person.person_id)
+    .bind(place.session())
+    .bind(place.round())
+    .bind(kinds_at(place))
+    .fetch_one(executor)
+    .await
+}
+
+fn kinds_at(place: NoticePlace) -> Json<Vec<&'static str>> {
+    Json(place.kinds().iter().map(|kind| kind.word()).collect())
+}
+
+/// Marks as read what is read on a page.
+pub async fn mark_notices_read(
+    writer: &mut SqliteConnection,
+    person: PersonKey,
+    place: NoticePlace,
+    now: Moment,
+) -> Result<()> {
+    sqlx::query(
+        "UPDATE notices SET read_at = $6 WHERE school_id = $1 AND person_id = $2 AND read_at IS NULL
+           AND ($3 IS NULL OR session_id = $3) AND ($4 IS NULL OR round_id = $4)
+           AND kind IN (SELECT value FROM json_each($5))",
+    )
+    .bind(person.school_id)
+    .bind(person.person_id)
+    .bind(place.session())
+    .bind(place.round())
+    .bind(kinds_at(place))
+    .bind(now)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// Forgets what was told of a comment that is taken back, and of the answers to it.
+pub async fn forget_comment_notices(
+    writer: &mut SqliteConnection,
+    session: SessionKey,
+    comment: CommentId,
+) -> Result<()> {
+    sqlx::query(
+        "DELETE FROM notices WHERE school_id = $1 AND session_id = $2 AND comment_id IN (
+           SELECT id FROM comments WHERE school_id = $1 AND session_id = $2 AND (id = $3 OR answers = $3))",
+    )
+    .bind(session.school_id)
+    .bind(session.id)
+    .bind(comment)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// Forgets what was told of an assignment that is taken back.
+pub async fn forget_assignment_notices(
+    writer: &mut SqliteConnection,
+    school: SchoolId,
+    assignment: AssignmentId,
+) -> Result<()> {
+    sqlx::query("DELETE FROM notices WHERE school_id = $1 AND assignment_id = $2")
+        .bind(school)
+        .bind(assignment)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+#[derive(FromRow)]
+struct ReaderRow {
+    school_id: SchoolId,
+    person_id: PersonId,
+}
+
+/// From when to when something was made that is mailed now, and since when nobody was mailed who is to be.
+#[derive(Clone, Copy, Debug)]
+pub struct LetterTimes {
+    /// What was made before is not mailed any more.
+    pub from: Moment,
+    /// What was made after waits for company.
+    pub to: Moment,
+    /// Whoever was mailed after waits for the next day.
+    pub last: Moment,
+}
+
+/// Those who wait for a letter with what is new for them.
+pub async fn list_awaited_letters(
+    executor: impl SqliteExecutor<'_>,
+    times: LetterTimes,
+    most: u32,
+) -> Result<Vec<PersonKey>> {
+    let rows: Vec<ReaderRow> = sqlx::query_as(
+        "SELECT DISTINCT n.school_id, n.person_id FROM notices n
+         JOIN people p ON p.school_id = n.school_id AND p.id = n.person_id
+         WHERE n.read_at IS NULL AND n.mailed_at IS NULL AND n.made_at BETWEEN $1 AND $2
+           AND p.mail_news = 1 AND p.disabled_at IS NULL AND p.password_hash <> ''
+           AND NOT EXISTS (SELECT 1 FROM mails m WHERE m.school_id = n.school_id AND m.person_id = n.person_id
+             AND m.kind = 'news' AND (m.next_run_at IS NOT NULL OR m.sent_at > $3))
+         LIMIT $4",
+    )
+    .bind(times.from)
+    .bind(times.to)
+    .bind(times.last)
+    .bind(most)
+    .fetch_all(executor)
+    .await?;
+    Ok(rows.into_iter().map(|row| PersonKey { school_id: row.school_id, person_id: row.person_id }).collect())
+}
+
+/// Notes that everything new for a person is in a letter.
+pub async fn mark_notices_mailed(writer: &mut SqliteConnection, person: PersonKey, now: Moment) -> Result<()> {
+    sqlx::query(
+        "UPDATE notices SET mailed_at = $3 WHERE school_id = $1 AND person_id = $2 AND read_at IS NULL AND mailed_at IS NULL",
+    )
+    .bind(person.school_id)
+    .bind(person.person_id)
+    .bind(now)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// Whether somebody is mailed what is new for them.
+pub async fn wants_news_letters(executor: impl SqliteExecutor<'_>, person: PersonKey) -> Result<bool> {
+    sqlx::query_scalar("SELECT mail_news FROM people WHERE school_id = $1 AND id = $2")
+        .bind(person.school_id)
+        .bind(person.person_id)
+        .fetch_one(executor)
+        .await
+}
+
+/// Sets whether somebody is mailed what is new for them.
+pub async fn set_news_letters(writer: &mut SqliteConnection, person: PersonKey, wanted: bool) -> Result<()> {
+    sqlx::query("UPDATE people SET mail_news = $3 WHERE school_id = $1 AND id = $2")
+        .bind(person.school_id)
+        .bind(person.person_id)
+        .bind(wanted)
+        .execute(writer)
+        .await
+        .map(drop)
+}
