@@ -7,7 +7,7 @@ use model::certificate_note::CertificateNote;
 use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 
-use super::{format, qr};
+use super::{assets, format, qr};
 
 /// Digits of the key that stand together.
 const GROUP: usize = 8;

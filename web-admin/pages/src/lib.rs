@@ -61,6 +61,7 @@ pub mod study;
 pub mod survey;
 pub mod tokens;
 pub mod trainee;
+pub mod transcript;
 
 pub use shell::{NavPlace, Shell};
 pub use status::StatusWord;

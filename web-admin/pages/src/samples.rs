@@ -413,6 +413,7 @@ pub(super) fn trainee_page(own: bool) -> TraineePage {
     let (course, progress) = (course(), progress());
     TraineePage {
         news: if own { news() } else { vec![] },
+        transcript: "/trainees/1/transcript".to_owned(),
         requests: if own { vec![request()] } else { vec![] },
         shell: shell(if own { Role::Trainee } else { Role::Instructor }),
         name: "Ana Lindqvist".to_owned(),

@@ -29,6 +29,8 @@ pub struct TraineePage {
     pub news: Vec<super::news::NewsItem>,
     /// What is assigned to the trainee and not done, what is due first before.
     pub due: Vec<super::assignments::AssignmentRow>,
+    /// Where the transcript is.
+    pub transcript: String,
     /// Who asks to have the visitor in a cohort.
     pub requests: Vec<MembershipRequest>,
     /// Cohorts, by name.

@@ -143,6 +143,21 @@ pub async fn find_person(executor: impl SqliteExecutor<'_>, id: PersonId) -> Res
     .await
 }
 
+/// What the registrar knows somebody by, where that is known.
+pub async fn find_registrar_id(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    id: PersonId,
+) -> Result<Option<String>> {
+    let found: Option<Option<String>> =
+        sqlx::query_scalar("SELECT registrar_id FROM people WHERE school_id = $1 AND id = $2")
+            .bind(school)
+            .bind(id)
+            .fetch_optional(executor)
+            .await?;
+    Ok(found.flatten())
+}
+
 /// A person of any school by address, whatever its case.
 pub async fn find_person_by_email(executor: impl SqliteExecutor<'_>, email: &str) -> Result<Option<Person>> {
     sqlx::query_as(

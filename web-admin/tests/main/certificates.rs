@@ -3,7 +3,9 @@
 
 use acts::{certificates, publishing};
 use model::certificate::check_certificate;
+use model::certificate_note::CertificateNote;
 use model::{PersonKey, Role};
+use pages::qr::draw_qr_code;
 use store::people;
 use web_admin::worker;
 use words::Language;
@@ -80,6 +82,20 @@ async fn who_has_mastered_a_course_saves_a_page_that_anybody_can_check() {
     assert_eq!(stated.exercises.len(), 1);
     assert!(stated.rule.starts_with("mastered with 1 pass"), "what programs read is English: {}", stated.rule);
     assert!(stated.attempts.is_some_and(|told| told.contains("supervised")));
+    let note = CertificateNote {
+        note: CertificateNote::VERSION,
+        school: stated.school.clone(),
+        trainee: stated.trainee.clone(),
+        course: stated.course.clone(),
+        issued_at: stated.issued_at.clone(),
+    };
+    let query = note.signed_query(&certificates::signing_key(&app.state.config.data_dir).unwrap()).unwrap();
+    let code = draw_qr_code(&format!("{}/certificate?{query}", app.state.config.address())).unwrap();
+    assert!(html.contains(&code), "the code on the page is that of what is certified");
+    let checked = app.stranger().get(&format!("/certificate?{query}")).await;
+    assert!(checked.status == 200 && checked.text().contains("Genuine"), "{}", checked.text());
+    let changed = app.stranger().get(&format!("/certificate?{}", query.replacen("of=", "of=A", 1))).await;
+    assert!(changed.status == 200 && changed.text().contains("Not genuine"), "{}", changed.text());
     let forged = html.replace("North", "South");
     assert!(check_certificate(forged.as_bytes(), &key).unwrap_err().to_string().contains("signature"));
 

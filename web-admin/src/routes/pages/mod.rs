@@ -51,6 +51,7 @@ mod supervision;
 mod surveys;
 mod tokens;
 mod trainees;
+mod transcript;
 
 /// Pages for whoever is signed in; the layer around them has settled who that is.
 #[must_use]
@@ -75,6 +76,7 @@ pub fn page_routes() -> Routes {
         .route("/cohorts/{id}/people/{person}/answer", post(cohort_people::answer_request))
         .route("/cohorts/{id}/people/{person}/remove", post(cohort_people::remove_from_cohort))
         .route("/trainees/{id}", get(trainees::show_trainee))
+        .route("/trainees/{id}/transcript", get(transcript::show_transcript))
         .route("/sessions/{id}", get(sessions::show_session))
         .route("/sessions/{id}/replay", get(replay::show_replay))
         .route("/sessions/{id}/comments", post(replay::add_comment))

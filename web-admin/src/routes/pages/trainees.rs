@@ -87,6 +87,7 @@ pub(super) async fn make_trainee_page(
         shell,
         news: if own { news::list_news(state, visitor).await? } else { Vec::new() },
         due: due.into_iter().filter(AssignmentStanding::is_open).take(SHOWN_DUE).map(AssignmentRow::own).collect(),
+        transcript: format!("{href}/transcript"),
         requests,
         habits: habits_of_attempts(&latest),
         name: trainee.name,
