@@ -241,7 +241,7 @@ impl ReplayPage {
     }
 
     /// The second in the form: as it was typed, or at which the page opens.
-    fn from_typed(&self) -> String {
+    fn typed_from(&self) -> String {
         match (&self.form.fields.refused, &self.happened.opened) {
             (None, Some(opened)) => format::plain_seconds(opened.t_s),
             _ => self.form.fields.typed.from_s.clone(),
