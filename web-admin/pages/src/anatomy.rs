@@ -5,7 +5,8 @@
 
 use std::collections::BTreeMap;
 
-use attempt::{AttemptCurve, BoundaryStage};
+use attempt::{AttemptCurve, BoundaryStage, MarkKind};
+use law::axial::Contactor;
 use words::Language;
 
 /// Names in the scenes that come along.
@@ -37,6 +38,19 @@ pub fn name_layers_of_curve(curve: &AttemptCurve) -> AttemptCurve {
     curve.bands.iter_mut().for_each(|band| band.name = say_structure(&band.name));
     curve.marks.iter_mut().for_each(|mark| mark.name = say_structure(&mark.name));
     curve
+}
+
+/// What an event is, in words.
+#[must_use]
+pub fn say_event(kind: MarkKind, name: &str) -> String {
+    match kind {
+        MarkKind::TipRupture => words::phrase(&Contactor::Tip.into_layer(name)),
+        MarkKind::RimRupture => words::phrase(&Contactor::Rim.into_layer(name)),
+        MarkKind::StructureHit => tr!("hit {name}", name = name),
+        MarkKind::Confirm => tr!("position confirmed").to_owned(),
+        MarkKind::Contact => tr!("skin touched").to_owned(),
+        MarkKind::SkinExit => tr!("needle out").to_owned(),
+    }
 }
 
 /// What a stage of a boundary means, in words.

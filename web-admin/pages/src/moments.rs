@@ -3,7 +3,6 @@
 use assessment::Metric;
 use attempt::{AttemptCurve, CurveMark, MarkKind};
 
-use super::session::say_event;
 use super::{anatomy, format};
 
 /// The second that decided a metric. What the attempt as a whole decided begins where the needle first touched the skin.
@@ -102,7 +101,7 @@ pub fn say_moment(curve: &AttemptCurve, t_s: f64) -> String {
         force = format::format_quantity(point.force_n, "N")
     );
     let said = |mark: &CurveMark| {
-        let what = format::as_sentence(&say_event(mark.kind, &anatomy::say_structure(&mark.name)));
+        let what = format::as_sentence(&anatomy::say_event(mark.kind, &anatomy::say_structure(&mark.name)));
         tr!("{what}, {ago} before.", what = what, ago = format::format_span(t_s - mark.t_s))
     };
     let last = curve.marks.iter().rfind(|mark| mark.t_s <= t_s + 0.005);

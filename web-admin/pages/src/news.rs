@@ -34,6 +34,27 @@ impl NewsItem {
         };
         Self { words, href: notice.href(), at: notice.made_at.to_utc() }
     }
+
+    /// Notices in words: what one person did several times on the same page is one item, the newest.
+    #[must_use]
+    pub fn list(notices: &[Notice]) -> Vec<Self> {
+        let is_same = |a: &Notice, b: &Notice| {
+            (a.kind, a.session_id, a.round_id, &a.by, &a.title) == (b.kind, b.session_id, b.round_id, &b.by, &b.title)
+        };
+        let mut items = Vec::new();
+        for (at, notice) in notices.iter().enumerate() {
+            if notices[..at].iter().any(|before| is_same(before, notice)) {
+                continue;
+            }
+            let times = notices[at..].iter().filter(|other| is_same(other, notice)).count();
+            let item = Self::new(notice);
+            items.push(match times {
+                1 => item,
+                _ => Self { words: tr!("{what} ({n} times)", what = item.words, n = times), ..item },
+            });
+        }
+        items
+    }
 }
 
 #[cfg(test)]
@@ -62,5 +83,9 @@ mod tests {
             assert!(item.words.contains("Dr Osei") && item.words.contains("Stop in the fat"), "{}", item.words);
             assert!(item.href.starts_with("/sessions/"), "{}", item.href);
         }
+        let several = [NoticeKind::Comment, NoticeKind::Answer, NoticeKind::Comment].map(notice);
+        let items = NewsItem::list(&several);
+        assert_eq!(items.len(), 2);
+        assert!(items[0].words.ends_with("(2 times)"), "{}", items[0].words);
     }
 }

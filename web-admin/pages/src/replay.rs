@@ -13,7 +13,7 @@ use time::OffsetDateTime;
 
 use super::experts::BesideExperts;
 use super::form::FilledForm;
-use super::session::{Drawing, say_event};
+use super::session::Drawing;
 use super::{Shell, StatusWord, anatomy, assets, format, moments};
 
 /// The page of a replay.
@@ -160,7 +160,7 @@ pub struct NamedEvent {
 fn name_events(curve: &AttemptCurve) -> Vec<NamedEvent> {
     let name = |mark: &CurveMark| NamedEvent {
         t_s: mark.t_s,
-        what: format::as_sentence(&say_event(mark.kind, &anatomy::say_structure(&mark.name))),
+        what: format::as_sentence(&anatomy::say_event(mark.kind, &anatomy::say_structure(&mark.name))),
         kind: mark.kind,
     };
     curve.marks.iter().map(name).collect()
@@ -241,7 +241,7 @@ impl ReplayPage {
     }
 
     /// The second in the form: as it was typed, or at which the page opens.
-    fn from_typed(&self) -> String {
+    fn typed_from(&self) -> String {
         match (&self.form.fields.refused, &self.happened.opened) {
             (None, Some(opened)) => format::plain_seconds(opened.t_s),
             _ => self.form.fields.typed.from_s.clone(),

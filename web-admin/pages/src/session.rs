@@ -4,8 +4,7 @@ use std::borrow::Borrow;
 
 use askama::Template;
 use askama_web::WebTemplate;
-use attempt::{AttemptCurve, BoundaryStage, MarkKind, StageSpan};
-use law::axial::Contactor;
+use attempt::{AttemptCurve, BoundaryStage, StageSpan};
 use model::Uncounted;
 use recording::keep_extremes;
 use time::OffsetDateTime;
@@ -187,7 +186,7 @@ impl Drawing {
             marks: charts::number_marks(curve)
                 .map(|(number, mark)| MarkRow {
                     number,
-                    what: say_event(mark.kind, &mark.name),
+                    what: anatomy::say_event(mark.kind, &mark.name),
                     t_s: mark.t_s,
                     advance_mm: mark.advance_mm,
                     force_n: mark.axial_n,
@@ -220,19 +219,6 @@ fn make_stage_rows(curve: &AttemptCurve) -> Vec<StageRow> {
         to_mm: span.to_mm,
     };
     curve.stages.iter().map(row).collect()
-}
-
-/// What an event is, in words.
-#[must_use]
-pub fn say_event(kind: MarkKind, name: &str) -> String {
-    match kind {
-        MarkKind::TipRupture => words::phrase(&Contactor::Tip.into_layer(name)),
-        MarkKind::RimRupture => words::phrase(&Contactor::Rim.into_layer(name)),
-        MarkKind::StructureHit => tr!("hit {name}", name = name),
-        MarkKind::Confirm => tr!("position confirmed").to_owned(),
-        MarkKind::Contact => tr!("skin touched").to_owned(),
-        MarkKind::SkinExit => tr!("needle out").to_owned(),
-    }
 }
 
 #[cfg(test)]

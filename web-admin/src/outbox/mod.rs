@@ -94,7 +94,7 @@ async fn compose_letter(state: &AppState, mail: &Mail) -> Result<Option<Letter>,
 async fn compose_news_letter(state: &AppState, mail: &Mail) -> Result<Option<(String, String)>, Error> {
     let whom = PersonKey { school_id: mail.school_id, person_id: mail.person_id };
     let unread = notices::list_unread_notices(state.db.reader(), whom, SHOWN_NEWS).await?;
-    let items: Vec<NewsItem> = unread.iter().map(NewsItem::new).collect();
+    let items = NewsItem::list(&unread);
     Ok((!items.is_empty()).then(|| letters::write_news_letter(mail, &items, &state.config.address())))
 }
 

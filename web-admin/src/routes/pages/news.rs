@@ -23,7 +23,7 @@ pub(super) async fn list_news(state: &AppState, person: &CurrentPerson) -> Resul
         return Ok(Vec::new());
     }
     let unread = notices::list_unread_notices(state.db.reader(), person.into(), SHOWN).await?;
-    Ok(unread.iter().map(NewsItem::new).collect())
+    Ok(NewsItem::list(&unread))
 }
 
 /// Marks everything as read.
