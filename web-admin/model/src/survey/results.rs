@@ -341,7 +341,7 @@ fn validity_by_group(
     let all = groups.all();
     let experts: Vec<_> = all.into_iter().filter(|row| EXPERT_ROLES.contains(&row.role)).collect();
     let others = groups.shown.iter().filter(|(name, _)| !EXPERT_ROLES.contains(&name.as_str()));
-    let first = (!experts.is_empty()).then(|| (EXPERTS, experts.as_slice()));
+    let first = (!experts.is_empty()).then_some((EXPERTS, experts.as_slice()));
     first
         .into_iter()
         .chain(others.map(|(name, rows)| (name.as_str(), rows.as_slice())))
