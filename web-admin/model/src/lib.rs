@@ -39,6 +39,7 @@ pub mod roster;
 pub mod second_factor;
 pub mod segments;
 pub mod series;
+pub mod study;
 pub mod survey;
 pub mod texts;
 

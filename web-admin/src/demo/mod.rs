@@ -11,6 +11,7 @@ mod raters;
 mod rubric;
 pub(crate) mod school;
 mod study;
+mod validation;
 
 use std::path::PathBuf;
 
@@ -86,6 +87,7 @@ pub async fn make_demonstration(state: &AppState, wanted: &Demonstration) -> any
     let (school, trainees, accounts) = found_school(&past, &wanted.password).await?;
     publish_curricula(&past).await?;
     experts::demonstrate(&past, school, wanted.seed).await?;
+    validation::hold_validation_study(&past, school, wanted.seed).await?;
     let slots = schedule_attempts(monday, wanted.weeks);
     let mut tried = vec![0; trainees.len()];
     let progress = simulation_progress_bar(slots.len());

@@ -7,7 +7,7 @@ use acts::surveys::{SurveyRequest, answering};
 use anyhow::Context;
 use assessment::questionnaire::Answer;
 use documents::Instrument;
-use documents::instrument::{Item, ScaleKind};
+use documents::instrument::ScaleKind;
 use model::ids::{SchoolId, SessionId};
 use model::survey::{Identity, Survey};
 use model::{CurrentPerson, SessionKey};
@@ -43,7 +43,7 @@ const COMMENTS: [&str; 12] = [
 
 /// What answers are made from: an attempt.
 #[derive(Clone, Copy, Debug)]
-struct AnswerBasis {
+pub(super) struct AnswerBasis {
     /// The attempt.
     session: SessionId,
     /// Its score, as a share.
@@ -54,13 +54,13 @@ struct AnswerBasis {
 
 /// Somebody who takes part.
 #[derive(Clone, Copy, Debug)]
-struct Participant {
+pub(super) struct Participant {
     /// Place among their like.
-    place: usize,
+    pub(super) place: usize,
     /// Not a trainee.
-    professional: bool,
+    pub(super) professional: bool,
     /// Their attempt; for a professional, one of the school's best.
-    basis: AnswerBasis,
+    pub(super) basis: AnswerBasis,
 }
 
 /// A survey of the study before it is made.
@@ -114,7 +114,7 @@ pub(super) async fn hold_study(state: &AppState, school: SchoolId, trainees: &[T
     Ok(())
 }
 
-async fn find_study_owner(state: &AppState) -> anyhow::Result<CurrentPerson> {
+pub(super) async fn find_study_owner(state: &AppState) -> anyhow::Result<CurrentPerson> {
     let instructor = people::find_person_by_email(state.db.reader(), &school::email_of(COHORTS[0].instructor)).await?;
     instructor.and_then(Person::into_current).context("the demonstration has an instructor")
 }
@@ -124,11 +124,17 @@ async fn latest_basis(state: &AppState, trainee: &Trainee) -> anyhow::Result<Opt
     let reader = state.db.reader();
     let attempts = practice::list_trainee_practice(reader, trainee.school_id, trainee.id).await?;
     let Some(attempt) = attempts.iter().max_by_key(|attempt| attempt.at) else { return Ok(None) };
-    let session = attempt.session;
-    let metrics = scores::list_score_metrics(reader, SessionKey { school_id: trainee.school_id, id: session }).await?;
+    Ok(Some(basis_of_attempt(state, SessionKey { school_id: trainee.school_id, id: attempt.session }).await?))
+}
+
+/// What answers are made from, of an attempt that was scored.
+pub(super) async fn basis_of_attempt(state: &AppState, attempt: SessionKey) -> anyhow::Result<AnswerBasis> {
+    let reader = state.db.reader();
+    let score = scores::find_newest_score(reader, attempt).await?.context("an attempt without a score")?.score / 100.0;
+    let metrics = scores::list_score_metrics(reader, attempt).await?;
     let force_n = metrics.iter().find(|metric| metric.id == "peak_force_n").and_then(|metric| metric.value);
     let force = (force_n.unwrap_or(3.0) / 10.0).clamp(0.0, 1.0);
-    Ok(Some(AnswerBasis { session, score: attempt.score / 100.0, force }))
+    Ok(AnswerBasis { session: attempt.id, score, force })
 }
 
 async fn make_study_survey(
@@ -194,46 +200,47 @@ impl SurveyStudy<'_> {
 
     async fn answer(&self, token: &str, participant: Participant) -> anyhow::Result<()> {
         let mut answering = answering::open(self.state, token).await?;
-        let answers = self.instrument.items.iter().enumerate();
-        answering.response.answers.0 = answers.map(|(at, item)| self.invent(item, at, participant)).collect();
+        let answers = 0..self.instrument.items.len();
+        answering.response.answers.0 = answers.map(|at| invent_answer(self.instrument, at, participant)).collect();
         Ok(answering.send(self.state).await?)
     }
+}
 
-    /// An answer that follows from the attempt, with the scatter that people have; one in forty is left out.
-    fn invent(&self, item: &Item, at: usize, participant: Participant) -> Option<Answer> {
-        let seed = (participant.place * 131 + at * 17 + usize::from(participant.professional) * 7) as u64;
-        if scatter_of_seed(seed ^ 0x5eed) > 0.95 {
-            return None;
+/// An answer that follows from the attempt, with the scatter that people have; one in forty is left out.
+pub(super) fn invent_answer(instrument: &Instrument, at: usize, participant: Participant) -> Option<Answer> {
+    let item = instrument.items.get(at)?;
+    let seed = (participant.place * 131 + at * 17 + usize::from(participant.professional) * 7) as u64;
+    if scatter_of_seed(seed ^ 0x5eed) > 0.95 {
+        return None;
+    }
+    // Some people rate higher than others throughout: without that, no scale would hang together.
+    let person = scatter_of_seed(participant.place as u64 * 2 + u64::from(participant.professional));
+    let lean = lean_of_item(&item.id, participant)
+        + 0.18 * person
+        + 0.14 * (scatter_of_seed(seed) + scatter_of_seed(seed + 1000))
+        - 0.05;
+    match instrument.scale(item)? {
+        ScaleKind::Likert { points, .. } => {
+            let last = f64::from(*points) - 1.0;
+            Some(Answer::Number(1.0 + (lean.clamp(0.0, 1.0) * last).round()))
         }
-        // Some people rate higher than others throughout: without that, no scale would hang together.
-        let person = scatter_of_seed(participant.place as u64 * 2 + u64::from(participant.professional));
-        let lean = lean_of_item(&item.id, participant)
-            + 0.18 * person
-            + 0.14 * (scatter_of_seed(seed) + scatter_of_seed(seed + 1000))
-            - 0.05;
-        match self.instrument.scale(item)? {
-            ScaleKind::Likert { points, .. } => {
-                let last = f64::from(*points) - 1.0;
-                Some(Answer::Number(1.0 + (lean.clamp(0.0, 1.0) * last).round()))
-            }
-            ScaleKind::Slider { min, max, step, .. } => {
-                let steps = (lean.clamp(0.0, 1.0) * (max - min) / step).round();
-                Some(Answer::Number(min + steps * step))
-            }
-            ScaleKind::Choice { options } => {
-                let place = if participant.professional { 2 + participant.place % 2 } else { participant.place % 2 };
-                options.get(place).map(|option| Answer::Text(option.id.clone()))
-            }
-            ScaleKind::Number { .. } => {
-                let years = if participant.professional { 3 + participant.place * 2 } else { 1 };
-                Some(Answer::Number(years as f64))
-            }
-            ScaleKind::Text { .. } => {
-                let text = COMMENTS[(participant.place + usize::from(participant.professional) * 5) % COMMENTS.len()];
-                (!text.is_empty()).then(|| Answer::Text(text.to_owned()))
-            }
-            ScaleKind::Pair | ScaleKind::Choices { .. } => None,
+        ScaleKind::Slider { min, max, step, .. } => {
+            let steps = (lean.clamp(0.0, 1.0) * (max - min) / step).round();
+            Some(Answer::Number(min + steps * step))
         }
+        ScaleKind::Choice { options } => {
+            let place = if participant.professional { 2 + participant.place % 2 } else { participant.place % 2 };
+            options.get(place).map(|option| Answer::Text(option.id.clone()))
+        }
+        ScaleKind::Number { .. } => {
+            let years = if participant.professional { 3 + participant.place * 2 } else { 1 };
+            Some(Answer::Number(years as f64))
+        }
+        ScaleKind::Text { .. } => {
+            let text = COMMENTS[(participant.place + usize::from(participant.professional) * 5) % COMMENTS.len()];
+            (!text.is_empty()).then(|| Answer::Text(text.to_owned()))
+        }
+        ScaleKind::Pair | ScaleKind::Choices { .. } => None,
     }
 }
 

@@ -210,3 +210,34 @@ async fn people_of_the_school_take_part_and_answer_by_link_afterwards() {
     assert_eq!(day.post(&format!("{}/close", day.study), &[("closed", "true")]).await.status, 303);
     assert_eq!(day.add(&fields("ada@example.org")).await.status, 409, "it has ended");
 }
+
+#[tokio::test]
+async fn results_compare_groups_and_the_table_reads_in_statistics_programs() {
+    let mut day = StudyDay::new().await;
+    for group in ["0", "0", "1", "1"] {
+        let fields = [("group", group), ("fact", "=1+1"), ("fact", "7"), ("consent", "yes")];
+        let code = code_in(&day.add(&fields).await);
+        let signed_in = day.sign_in(&code).await.json();
+        let session = day.attempt(&signed_in["trainee"]).await;
+        assert_eq!(day.answer(session, &signed_in["surveys"][0], "mental").await.status, 200);
+    }
+    let results = format!("{}/results", day.study);
+    let page = day.teacher.get(&results).await;
+    assert_eq!(page.status, 200, "{}", page.text());
+    assert!(page.text().contains("Does it tell Experts from Novices?"), "{}", page.text());
+    let table = day.teacher.get(&format!("{results}/study.csv")).await.text();
+    let mut lines = table.lines();
+    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let safe = |name: &&str| name.len() <= 64 && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+    assert!(names.iter().all(safe) && names[0] == "participant", "{names:?}");
+    let rows: Vec<&str> = lines.collect();
+    assert!(rows.len() == 4 && rows.iter().all(|row| row.starts_with("g-") && row.contains(",'=1+1,")), "{table}");
+    let book = day.teacher.get(&format!("{results}/study.json")).await.json();
+    let columns: Vec<&str> = book["columns"].as_array().unwrap().iter().map(|c| c["name"].as_str().unwrap()).collect();
+    assert_eq!(columns, names, "each column is told");
+    let mental = &book["columns"][names.iter().position(|name| *name == "q1_mental").unwrap()];
+    assert!(mental["label"].as_str().unwrap().contains("mental"), "{mental}");
+    assert_eq!(day.teacher.get(&format!("{results}/else.csv")).await.status, 404);
+    let mut other = day.school.app.signed_in("other@example.org").await;
+    assert_eq!(other.get(&results).await.status, 404);
+}

@@ -1,5 +1,7 @@
 //! Validation studies: the list, a new one, one of them with its participants, and a guest's code.
 
+pub mod results;
+
 use askama::Template;
 use askama_web::WebTemplate;
 use serde::Deserialize;

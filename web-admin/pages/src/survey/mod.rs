@@ -6,7 +6,7 @@ pub mod instrument;
 pub mod manage;
 pub mod results;
 #[cfg(test)]
-mod samples;
+pub(crate) mod samples;
 
 use model::survey::Identity;
 

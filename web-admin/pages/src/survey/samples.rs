@@ -224,6 +224,11 @@ fn answers(instrument: &Instrument, n: usize) -> Vec<Vec<Option<Answer>>> {
     (0..n).map(|person| (0..instrument.items.len()).map(|at| answer(person, at)).collect()).collect()
 }
 
+/// Results of the questionnaire on validity.
+pub(crate) fn sample_survey_results() -> Results {
+    results_page(&shipped("simulator-validity.toml"), true).results
+}
+
 fn results_page(instrument: &Instrument, owner: bool) -> ResultsPage {
     let given = answers(instrument, 24);
     let rows: Vec<ResponseRow<'_>> = given

@@ -1,6 +1,8 @@
 //! `/studies`: validation studies, for whoever runs them and for administrators.
 
+mod exports;
 mod make;
+mod results;
 
 use acts::error::Error;
 use acts::studies as acting;
@@ -35,6 +37,8 @@ pub(super) fn study_routes() -> Routes {
         .route("/studies", get(list_studies))
         .route("/studies/new", get(make::show_new_study).post(make::make_study))
         .route("/studies/{id}", get(show_study))
+        .route("/studies/{id}/results", get(results::show_results))
+        .route("/studies/{id}/results/{file}", get(exports::serve_export))
         .route("/studies/{id}/close", post(close_study))
         .route("/studies/{id}/participants", post(add_participant))
         .route("/studies/{id}/participants/{person}/code", post(renew_code))

@@ -3,7 +3,7 @@
 mod exports;
 mod instruments;
 mod make;
-mod results;
+pub(super) mod results;
 
 use acts::error::Error;
 use acts::surveys::answering::SurveyOccasion;

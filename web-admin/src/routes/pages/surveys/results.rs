@@ -61,7 +61,7 @@ pub(super) struct ResultsQuery {
 }
 
 /// What was sent, ready to be analysed.
-pub(super) fn rows_of_responses<'a>(
+pub(in crate::routes::pages) fn rows_of_responses<'a>(
     instrument: &Instrument,
     submitted: &'a [SubmittedResponse],
 ) -> Vec<ResponseRow<'a>> {
