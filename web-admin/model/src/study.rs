@@ -68,7 +68,8 @@ pub struct StudyComparison {
 pub struct StudyFindings {
     /// The score first, then the metrics by how surely they tell experts from the least experienced.
     pub comparisons: Vec<StudyComparison>,
-    /// Metrics that cannot be compared: with fewer than two people on a side, or the same for everybody.
+    /// Metrics that are not compared: with fewer than two people on a side, or the same for everybody to [`SAME`] of themselves, as the
+    /// force at a pop, which the tissue sets: a test would find the last digit of a simulation significant.
     pub left_out: usize,
     /// The mean score of each group at each attempt, from the first.
     pub learning: Vec<Vec<Option<Estimate>>>,
@@ -80,8 +81,9 @@ impl StudyFindings {
     /// From the score and the metrics of all attempts, each up to `attempts` for a participant.
     #[must_use]
     pub fn new(groups: StudyGroups<'_>, attempts: usize, score: &StudyMetric, metrics: &[StudyMetric]) -> Self {
+        let differing = metrics.iter().filter(|metric| !is_same_for_everybody(&means_by_group(groups, metric)));
         let found: Vec<StudyComparison> =
-            std::iter::once(score).chain(metrics).filter_map(|metric| compare(groups, metric)).collect();
+            std::iter::once(score).chain(differing).filter_map(|metric| compare(groups, metric)).collect();
         let corrected = holm_adjusted(&found.iter().map(|found| found.test.p).collect::<Vec<_>>());
         let mut comparisons: Vec<StudyComparison> =
             found.into_iter().zip(corrected).map(|(found, p_holm)| StudyComparison { p_holm, ..found }).collect();
@@ -113,6 +115,15 @@ fn means_by_group(groups: StudyGroups<'_>, metric: &StudyMetric) -> Vec<Vec<f64>
         }
     }
     means
+}
+
+/// Values that differ by no more than this share of the largest are one value.
+const SAME: f64 = 0.02;
+
+fn is_same_for_everybody(means: &[Vec<f64>]) -> bool {
+    let all = || means.iter().flatten().copied();
+    let (least, most) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
+    most - least <= SAME * least.abs().max(most.abs())
 }
 
 fn compare(groups: StudyGroups<'_>, metric: &StudyMetric) -> Option<StudyComparison> {
@@ -189,7 +200,7 @@ mod tests {
     fn people_are_compared_by_the_mean_of_their_attempts() {
         let groups = StudyGroups { of_participants: &[0, 0, 0, 0, 1, 1, 1, 1], count: 2 };
         let score = metric("score", |participant, number| participant as f64 * 10.0 + number as f64);
-        let same = metric("same", |_, _| 1.0);
+        let same = metric("same", |participant, _| 1.9 + participant as f64 * 1e-3);
         let other = metric("other", |participant, _| (participant % 4) as f64);
         let found = StudyFindings::new(groups, 2, &score, &[same, other]);
         assert_eq!((found.comparisons.len(), found.left_out), (2, 1));

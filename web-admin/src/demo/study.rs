@@ -233,7 +233,7 @@ pub(super) fn invent_answer(instrument: &Instrument, at: usize, participant: Par
             options.get(place).map(|option| Answer::Text(option.id.clone()))
         }
         ScaleKind::Number { .. } => {
-            let years = if participant.professional { 3 + participant.place * 2 } else { 1 };
+            let years = if participant.professional { 3 + participant.place % 8 * 2 } else { 1 };
             Some(Answer::Number(years as f64))
         }
         ScaleKind::Text { .. } => {

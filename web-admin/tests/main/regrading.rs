@@ -140,6 +140,11 @@ async fn what_was_shown_is_done_to_those_whom_one_teaches_and_to_nobody_else() {
     assert!(teacher.get(&page).await.text().contains("1 attempt was graded again"));
     assert_eq!([school.scores(adas).await, school.scores(bens).await], [2, 1]);
     assert_eq!([school.passes(adas).await, school.passes(bens).await], [false, true]);
+    let judged = teacher.get(&format!("/sessions/{adas}")).await.text();
+    assert!(
+        judged.contains("the pass mark is 100"),
+        "that of the rubric that has judged, not of the one that was shown: {judged}"
+    );
     let mut ada = school.app.signed_in("ada@example.org").await;
     let history = ada.get(&format!("/sessions/{adas}/grade")).await.text();
     assert!(history.contains("Graded again") && history.contains(REASON.1), "{history}");

@@ -48,6 +48,30 @@ impl Rubric {
         Ok(Self(bundle.exercise))
     }
 
+    /// The rubric of an exercise with this digest, among its revisions; none where the school has not published it.
+    pub async fn of_digest(
+        state: &Service,
+        school: SchoolId,
+        exercise: &str,
+        sha256: &str,
+    ) -> Result<Option<Self>, Error> {
+        for revision in exercises::list_exercise_revisions(state.db.reader(), school, exercise).await? {
+            let rubric = Self::of_revision(state, school, revision.id).await?;
+            if rubric.sha256() == sha256 {
+                return Ok(Some(rubric));
+            }
+        }
+        Ok(None)
+    }
+
+    /// What was asked of the trainee, judged by this rubric.
+    #[must_use]
+    pub fn judging(&self, asked: &Exercise) -> Exercise {
+        let mut exercise = asked.clone();
+        exercise.judge_by(&self.0);
+        exercise
+    }
+
     /// SHA-256 of what decides.
     #[must_use]
     pub fn sha256(&self) -> String {

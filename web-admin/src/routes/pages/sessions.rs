@@ -2,9 +2,10 @@
 
 use acts::error::Error;
 use acts::notices;
+use acts::regrading::Rubric;
 use attempt::AttemptCurve;
 use axum::extract::State;
-use documents::ExerciseBundle;
+use documents::{Exercise, ExerciseBundle};
 use law::structures::StructureKind;
 use model::ids::SessionId;
 use model::notice::NoticePlace;
@@ -93,18 +94,36 @@ async fn outcome_of_session(
         });
     };
     let metrics = scores::list_score_metrics(reader, key).await?;
+    let judged_by = match bundle {
+        Some(bundle) => Some(judging_exercise(state, session, &bundle.exercise, &score.rubric_sha256).await?),
+        None => None,
+    };
     let graded = GradedAttempt {
         score: score.score,
         passed: score.passed,
         deductions: &score.deductions,
         hard_fails: &score.hard_fails,
         metrics: &metrics,
-        exercise: bundle.map(|b| &b.exercise),
+        exercise: judged_by.as_ref(),
         targets: &bundle.map(names_of_targets).unwrap_or_default(),
         curve,
         others: &others::spreads_beside(state, session).await?,
     };
     Ok(SessionOutcome::Scored(Box::new(JudgementView::new(&graded))))
+}
+
+/// The exercise with the rubric that has judged: after a re-grade it is another than the trainee was shown.
+async fn judging_exercise(
+    state: &AppState,
+    session: &Session,
+    asked: &Exercise,
+    rubric_sha256: &str,
+) -> Result<Exercise, Error> {
+    if asked.rubric_sha256() == rubric_sha256 {
+        return Ok(asked.clone());
+    }
+    let rubric = Rubric::of_digest(state, session.school_id, &session.exercise_id, rubric_sha256).await?;
+    Ok(rubric.map_or_else(|| asked.clone(), |rubric| rubric.judging(asked)))
 }
 
 /// The names of the structures that are to be reached.
