@@ -134,6 +134,7 @@ pub async fn ask_nobody(service: &Service, survey: GeneratedSurvey<'_>) -> anyho
         owner_id: Some(owner.id),
         identity: Identity::Anonymous,
         after_attempts: false,
+        fresh_hours: None,
         study: None,
         generated: true,
         opens_at: now,

@@ -80,6 +80,7 @@ pub async fn make_study(state: &Service, by: &CurrentPerson, wanted: &StudyReque
             owner_id: Some(by.id),
             identity: Identity::Pseudonymous,
             after_attempts: true,
+            fresh_hours: None,
             study: Some(StudyOccasion { id, at_end }),
             generated: wanted.generated,
             opens_at: now,

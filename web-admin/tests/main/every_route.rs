@@ -205,6 +205,7 @@ async fn survey(app: &App, teacher: &Member, cohort: CohortId) -> [(&'static str
         title: "Survey".to_owned(),
         identity: Identity::Named,
         after_attempts: false,
+        fresh_hours: None,
         generated: false,
         opens_at: now,
         closes_at: None,

@@ -216,6 +216,28 @@ async fn a_comment_of_ten_thousand_characters_is_refused_and_a_shorter_one_kept_
 }
 
 #[tokio::test]
+async fn what_is_asked_after_an_attempt_is_asked_while_it_is_fresh() {
+    let school = School::new().await;
+    let mut teacher = school.app.signed_in("teacher@example.org").await;
+    let fields = [("identity", "pseudonymous"), ("after_attempts", "true"), ("fresh", "24")];
+    school.survey(&mut teacher, "nasa-tlx", &fields).await;
+    let began = datetime!(2026-05-20 09:00 UTC);
+    let attempt = Attempt { session_id: SessionId::random(), started_at: began, ..Attempt::default() };
+    let token = school.ada.token.clone();
+    assert_eq!(school.app.with_token(&token).upload(&record(&attempt)).await.status, 201);
+    worker::work_off_jobs(&school.app.state).await.unwrap();
+    let page = format!("/sessions/{}", attempt.session_id);
+    let api = format!("/api/v1{page}/survey");
+    let asked = school.app.signed_in("ada@example.org").await.get(&page).await.link("/surveys/");
+    assert_eq!(school.app.with_token(&token).get(&api).await.json()["surveys"].as_array().unwrap().len(), 1);
+    school.app.state.clock.advance(25 * 3600);
+    let mut ada = school.app.signed_in("ada@example.org").await;
+    assert!(!ada.get(&page).await.text().contains("/surveys/"), "nobody remembers a workload for weeks");
+    assert_eq!(school.app.with_token(&token).get(&api).await.json()["surveys"], serde_json::json!([]));
+    assert_eq!(ada.get(&asked).await.status, 404);
+}
+
+#[tokio::test]
 async fn a_trainee_is_asked_after_an_attempt_once_and_can_skip_without_trace() {
     let school = School::new().await;
     let mut teacher = school.app.signed_in("teacher@example.org").await;

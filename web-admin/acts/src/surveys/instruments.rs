@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use documents::{DocumentError, Instrument, Issue};
 use model::ids::{RevisionId, SchoolId, SurveyId};
-use model::survey::Identity;
+use model::survey::{FRESH_HOURS, Identity};
 use model::{CurrentPerson, Moment};
 use phrase::{Phrase, phrase};
 use serde_json::json;
@@ -120,6 +120,7 @@ async fn make_for_course(
         owner_id: None,
         identity: Identity::Pseudonymous,
         after_attempts: true,
+        fresh_hours: Some(FRESH_HOURS),
         study: None,
         generated: false,
         opens_at: now,

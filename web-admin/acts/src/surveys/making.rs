@@ -28,6 +28,8 @@ pub struct SurveyRequest {
     pub identity: Identity,
     /// Asked after each attempt.
     pub after_attempts: bool,
+    /// For how many hours after it; none: as long as the survey is open.
+    pub fresh_hours: Option<u32>,
     /// The answers are made by a program.
     pub generated: bool,
     /// From when on.
@@ -48,6 +50,7 @@ pub async fn make(state: &Service, person: &CurrentPerson, wanted: &SurveyReques
         owner_id: Some(person.id),
         identity: wanted.identity,
         after_attempts: wanted.after_attempts,
+        fresh_hours: wanted.fresh_hours.filter(|_| wanted.after_attempts),
         study: None,
         generated: wanted.generated,
         opens_at: wanted.opens_at,

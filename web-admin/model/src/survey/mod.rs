@@ -10,6 +10,9 @@ use serde::{Deserialize, Serialize};
 use crate::Moment;
 use crate::ids::{PersonId, RevisionId, SchoolId, StudyId, SurveyId};
 
+/// For how many hours after an attempt a survey about it is offered where nobody says otherwise: workload is forgotten in a day.
+pub const FRESH_HOURS: u32 = 24;
+
 /// The role of whoever answers by a link.
 pub const PROFESSIONAL: &str = "professional";
 
@@ -75,6 +78,8 @@ pub struct Survey {
     pub identity: Identity,
     /// Asked after each attempt.
     pub after_attempts: bool,
+    /// For how many hours after it, while it is fresh in mind; none: as long as the survey is open.
+    pub fresh_hours: Option<u32>,
     /// The study that asks it of its participants.
     pub study_id: Option<StudyId>,
     /// A study asks it after the last attempt, not after each.

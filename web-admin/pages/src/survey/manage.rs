@@ -130,6 +130,9 @@ pub struct NewSurveyForm {
     /// Asked after each attempt.
     #[serde(deserialize_with = "read_ticked_box")]
     pub after_attempts: bool,
+    /// Hours after an attempt.
+    #[serde(deserialize_with = "read_trimmed_text")]
+    pub fresh: String,
     /// Ids of cohorts.
     #[serde(rename = "cohort")]
     pub cohorts: Vec<String>,

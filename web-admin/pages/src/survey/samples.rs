@@ -174,6 +174,7 @@ fn a_new_survey_keeps_what_was_typed() {
         title: "My \"study\"".to_owned(),
         identity: "named".to_owned(),
         after_attempts: true,
+        fresh: "24".to_owned(),
         opens: String::new(),
         closes: "2026-06-01".to_owned(),
         ..NewSurveyForm::default()

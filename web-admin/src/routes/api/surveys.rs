@@ -104,7 +104,7 @@ pub(super) async fn surveys_at_station(
     trainee: PersonId,
 ) -> Result<Vec<StationSurvey>, Error> {
     let reader = state.db.reader();
-    let practised = Practised { school, trainee, exercise: None };
+    let practised = Practised { school, trainee, exercise: None, ended_at: None };
     let open = surveys::after_attempt(reader, practised, state.clock.now()).await?;
     let after = surveys::exercises(reader, school).await?;
     let mut asked = Vec::new();

@@ -137,13 +137,20 @@ pub struct Practised<'a> {
     pub trainee: PersonId,
     /// The exercise; none: any.
     pub exercise: Option<&'a str>,
+    /// When the attempt ended; none: it is yet to be made.
+    pub ended_at: Option<Moment>,
 }
 
 impl<'a> Practised<'a> {
     /// An attempt.
     #[must_use]
     pub fn by(session: &'a Session) -> Self {
-        Self { school: session.school_id, trainee: session.trainee_id, exercise: Some(&session.exercise_id) }
+        Self {
+            school: session.school_id,
+            trainee: session.trainee_id,
+            exercise: Some(&session.exercise_id),
+            ended_at: Some(session.started_at.plus_s(session.duration_s.ceil() as i64)),
+        }
     }
 }
 
@@ -156,6 +163,7 @@ pub async fn after_attempt(
     sqlx::query_as(survey!(
         "WHERE s.school_id = $1 AND s.after_attempts = 1 AND s.opens_at <= $4
            AND (s.closes_at IS NULL OR s.closes_at > $4)
+           AND ($5 IS NULL OR s.fresh_hours IS NULL OR $4 <= $5 + s.fresh_hours * 3600000000)
            AND ($3 IS NULL OR NOT EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = s.id)
              OR EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = s.id AND e.exercise_id = $3))
            AND CASE WHEN s.study_id IS NOT NULL THEN EXISTS (SELECT 1 FROM study_participants t
@@ -170,6 +178,7 @@ pub async fn after_attempt(
     .bind(practised.trainee)
     .bind(practised.exercise)
     .bind(now)
+    .bind(practised.ended_at)
     .fetch_all(executor)
     .await
 }

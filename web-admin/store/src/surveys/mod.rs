@@ -44,6 +44,8 @@ pub struct NewSurvey<'a> {
     pub identity: Identity,
     /// Asked after each attempt.
     pub after_attempts: bool,
+    /// For how many hours after it; none: as long as the survey is open.
+    pub fresh_hours: Option<u32>,
     /// The study that asks it; none: the school does.
     pub study: Option<StudyOccasion>,
     /// The answers are made by a program.
@@ -61,8 +63,8 @@ pub struct NewSurvey<'a> {
 pub async fn insert(writer: &mut SqliteConnection, new: &NewSurvey<'_>, now: Moment) -> Result<SurveyId> {
     sqlx::query_scalar(
         "INSERT INTO surveys (id, school_id, revision_id, title, owner_id, identity, after_attempts, generated,
-           opens_at, closes_at, created_at, study_id, at_end)
-         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13) RETURNING id",
+           opens_at, closes_at, created_at, study_id, at_end, fresh_hours)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14) RETURNING id",
     )
     .bind(SurveyId::made_at(now))
     .bind(new.school_id)
@@ -77,6 +79,7 @@ pub async fn insert(writer: &mut SqliteConnection, new: &NewSurvey<'_>, now: Mom
     .bind(now)
     .bind(new.study.map(|study| study.id))
     .bind(new.study.is_some_and(|study| study.at_end))
+    .bind(new.fresh_hours)
     .fetch_one(writer)
     .await
 }
@@ -86,7 +89,7 @@ macro_rules! survey {
     ($rest:literal) => {
         concat!(
             "SELECT s.id, s.school_id, s.revision_id, r.title AS instrument, s.title, s.owner_id, s.identity,
-               s.after_attempts, s.study_id, s.at_end, s.generated, s.opens_at, s.closes_at, s.created_at
+               s.after_attempts, s.fresh_hours, s.study_id, s.at_end, s.generated, s.opens_at, s.closes_at, s.created_at
              FROM surveys s JOIN instrument_revisions r ON r.school_id = s.school_id AND r.id = s.revision_id ",
             $rest
         )

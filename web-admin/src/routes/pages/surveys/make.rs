@@ -8,7 +8,7 @@ use axum::http::header::HOST;
 use axum::response::{IntoResponse, Redirect};
 use model::ids::{CohortId, RevisionId, SurveyId};
 use model::roster::{is_email, is_name};
-use model::survey::{Identity, Survey};
+use model::survey::{FRESH_HOURS, Identity, Survey};
 use model::{CurrentPerson, Moment, line};
 use pages::form::FilledForm;
 use pages::survey::manage::{ManagePage, NewSurveyForm, NewSurveyPage, SurveyLinksPage};
@@ -68,7 +68,10 @@ async fn list_survey_facts(state: &AppState, survey: &Survey) -> Result<Vec<(&'s
         None => tr!("a course; the administrators").to_owned(),
     };
     let asked = match (survey.after_attempts, cohorts.is_empty()) {
-        (true, true) => tr!("after each attempt").to_owned(),
+        (true, true) => match survey.fresh_hours {
+            Some(hours) => tr!("after each attempt, within {hours} h", hours = hours),
+            None => tr!("after each attempt").to_owned(),
+        },
         (true, false) => tr!("after each attempt of {cohorts}", cohorts = cohorts.join(", ")),
         (false, true) => tr!("by link only").to_owned(),
         (false, false) => tr!("once: {cohorts}", cohorts = cohorts.join(", ")),
@@ -126,7 +129,11 @@ pub(super) async fn show_new_survey(
     Teacher(person): Teacher,
     csrf: Csrf,
 ) -> Result<NewSurveyPage, PageError> {
-    let blank = NewSurveyForm { identity: Identity::Pseudonymous.as_str().to_owned(), ..NewSurveyForm::default() };
+    let blank = NewSurveyForm {
+        identity: Identity::Pseudonymous.as_str().to_owned(),
+        fresh: FRESH_HOURS.to_string(),
+        ..NewSurveyForm::default()
+    };
     Ok(make_new_survey_page(&state, &person, &csrf, FilledForm::new(blank)).await?)
 }
 
@@ -185,11 +192,22 @@ fn check_new_survey(
         title,
         identity,
         after_attempts: form.after_attempts,
+        fresh_hours: read_fresh_hours(&form.fresh)?,
         generated: false,
         opens_at,
         closes_at,
         cohorts: cohorts?,
     })
+}
+
+/// For how many hours after an attempt a survey is offered; none where nothing was typed.
+fn read_fresh_hours(typed: &str) -> Result<Option<u32>, String> {
+    if typed.is_empty() {
+        return Ok(None);
+    }
+    let hours = typed.parse().ok().filter(|hours| (1..=8760).contains(hours));
+    let why = || tr!("hours after an attempt: “{typed}”; 1 to 8760 are allowed", typed = typed);
+    hours.map(Some).ok_or_else(why)
 }
 
 /// Midnight, UTC, of a day as a browser sends it; none where nothing was typed.
