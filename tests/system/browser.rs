@@ -248,6 +248,8 @@ async fn the_school_in_a_browser() {
     for role in ["trainee", "instructor", "administrator"] {
         super::every_page::of(&browser, &service.url, (role, &account(role))).await;
     }
+    // What is asked after an attempt is asked while it is fresh: those of the demonstration are days old.
+    super::journeys::upload_attempt(folder.path(), &service.url, &data.to_string_lossy(), &account("trainee"));
     super::surveys::trainee(&browser, &service.url, &account("trainee")).await;
     let link = super::surveys::owner(&browser, &service.url, &account("instructor")).await;
     super::surveys::professional(&browser, &link).await;

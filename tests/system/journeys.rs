@@ -17,6 +17,18 @@ const TRAINEE: &str = "nia@journey.example";
 const EXERCISE: &str = "curricula/lower-back-basics/1-feel-the-layers.toml";
 
 /// A school that was just founded, in a data folder.
+/// An attempt of this moment, simulated and uploaded by a trainee. `folder` holds what is needed for that.
+pub(super) fn upload_attempt(folder: &Path, url: &str, data: &str, email: &str) {
+    let recording = folder.join("attempt.mcap").to_string_lossy().into_owned();
+    run_ok("stylet", &["simulate", EXERCISE, "--operator", "novice", "--seed", "5", "--out", &recording]);
+    let token = run_ok("web-admin", &["user", "token", "--data-dir", data, "--email", email]);
+    let file = folder.join("token");
+    std::fs::write(&file, token.split_whitespace().last().expect("a token")).expect("a file");
+    let (file, outbox) = (file.to_string_lossy(), folder.join("outbox"));
+    let upload = ["upload", &recording, "--server", url, "--token-file", &file, "--outbox"];
+    run_ok("stylet", &[&upload[..], &[&outbox.to_string_lossy()]].concat());
+}
+
 struct School<'a> {
     browser: &'a Client,
     url: &'a str,
@@ -124,17 +136,13 @@ impl School<'_> {
         self.send(join, "/").await;
         self.open("/assignments", "a trainee's assignments").await;
         contains(self.browser, "a trainee's assignments", &["lower back"]).await;
-        let recording = self.folder.join("attempt.mcap").to_string_lossy().into_owned();
-        run_ok("stylet", &["simulate", EXERCISE, "--operator", "novice", "--seed", "5", "--out", &recording]);
-        let token = run_ok("web-admin", &["user", "token", "--data-dir", data, "--email", TRAINEE]);
-        let file = self.folder.join("token");
-        std::fs::write(&file, token.split_whitespace().last().expect("a token")).expect("a file");
-        let (file, outbox) = (file.to_string_lossy(), self.folder.join("outbox"));
-        let upload = ["upload", &recording, "--server", self.url, "--token-file", &file, "--outbox"];
-        run_ok("stylet", &[&upload[..], &[&outbox.to_string_lossy()]].concat());
+        upload_attempt(self.folder, self.url, data, TRAINEE);
         self.shows_soon("/", "1 attempt in all").await;
         inspect(self.browser, "a trainee's home after an attempt").await;
         follow(self.browser, "/sessions/").await;
+        // The page is there before the score is.
+        let attempt = lands(self.browser, |path| path.starts_with("/sessions/")).await;
+        self.shows_soon(&attempt, "out of 100").await;
         inspect(self.browser, "a result").await;
         contains(self.browser, "a result", &["out of 100", "force"]).await;
         self.path().await

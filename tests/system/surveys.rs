@@ -41,7 +41,9 @@ async fn consent(browser: &Client) {
 /// A trainee is asked after an attempt, answers one question, and sends.
 pub async fn trainee(browser: &Client, url: &str, email: &str) {
     sign_in(browser, url, email).await;
-    follow(browser, "/sessions/").await;
+    let newest = browser.find(Locator::Css("section[aria-labelledby=attempts] a[href^='/sessions/']")).await;
+    newest.expect("an attempt").click().await.expect("it opens");
+    lands(browser, |path| path.starts_with("/sessions/")).await;
     follow(browser, "/surveys/").await;
     inspect(browser, "what a trainee is told").await;
     contains(browser, "what a trainee is told", &["voluntary", "pseudonym"]).await;

@@ -9,7 +9,7 @@ use assessment::questionnaire::Answer;
 use documents::Instrument;
 use documents::instrument::ScaleKind;
 use model::ids::{SchoolId, SessionId};
-use model::survey::{FRESH_HOURS, Identity, Survey};
+use model::survey::{Identity, Survey};
 use model::{CurrentPerson, SessionKey};
 use store::people::{self, Person};
 use store::{instruments, practice, reports, scores, surveys as stored};
@@ -156,7 +156,8 @@ async fn make_study_survey(
         title: plan.title.to_owned(),
         identity: Identity::Pseudonymous,
         after_attempts: plan.after_attempts,
-        fresh_hours: Some(FRESH_HOURS),
+        // The demonstration's attempts are days old, and it shows what is asked after them.
+        fresh_hours: None,
         generated: true,
         opens_at: state.clock.now().plus_s(-28 * 24 * 3600),
         closes_at: None,
