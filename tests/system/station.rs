@@ -147,6 +147,12 @@ fn sign_in(url: &str, home: &Path, code: &str) -> Value {
     serde_json::from_str(&answer.into_body().read_to_string().expect("a body")).expect("JSON")
 }
 
+/// A sign-in code, made and read from the page that shows it.
+fn sign_in_code(visitor: &Visitor) -> String {
+    visitor.press("/", "/sign-in-code");
+    code_on(&visitor.page("/sign-in-code"))
+}
+
 #[test]
 fn an_attempt_goes_home_over_a_network_that_breaks_twenty_times() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -162,7 +168,7 @@ fn an_attempt_goes_home_over_a_network_that_breaks_twenty_times() {
     let (paired, said) = stylet(&home, &["pair", "--server", &service.url, "--code", &code, "--name", "lab 2"]);
     assert!(paired && said.contains("\"lab 2\" of North"), "{said}");
     let ada = Visitor::signed_in(&service.url, "ada@example.org", PASSWORD);
-    let signed_in = sign_in(&service.url, &home, &code_on(&ada.press("/", "/sign-in-code")));
+    let signed_in = sign_in(&service.url, &home, &sign_in_code(&ada));
 
     let recording = folder.path().join("attempt.mcap").to_string_lossy().into_owned();
     let trainee = signed_in["trainee"].as_str().expect("a pseudonym");
@@ -222,7 +228,7 @@ fn a_trainee_signs_in_in_the_window_is_coached_and_finds_the_attempt_at_school()
     let (paired, said) = stylet(&home, &["pair", "--server", &service.url, "--code", &code, "--name", "lab 2"]);
     assert!(paired, "{said}");
     let ada = Visitor::signed_in(&service.url, "ada@example.org", PASSWORD);
-    let code = code_on(&ada.press("/", "/sign-in-code"));
+    let code = sign_in_code(&ada);
 
     std::fs::create_dir(&kept).expect("a folder");
     let (display, kept_in) = (Display::open(), kept.to_string_lossy());

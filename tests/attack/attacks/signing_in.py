@@ -193,7 +193,9 @@ def attack_guessing_codes(world):
     refuse(got.count(403) <= 12 and got[-1] == 429, f"answers {got}")
     token = town.programs.run("user", "token", "--data-dir", town.data, "--school", "North", "--station", "lab").stdout.strip()
     station = town.stranger(token=token)
-    code = re.search(r'code-to-type">([^<]+)<', town.browser("ada").press("/sign-in-code", page="/").text).group(1)
+    ada = town.browser("ada")
+    ada.press("/sign-in-code", page="/")
+    code = re.search(r'code-to-type">([^<]+)<', ada.get("/sign-in-code").text).group(1)
     honest(station.tell("/api/v1/stations/sign-in", {"code": code}).status == 200, "the right code signs in")
     got = [station.tell("/api/v1/stations/sign-in", {"code": f"A{n:05}"}).status for n in range(40)]
     refuse(got.count(403) <= 21 and got[-1] == 429, f"answers {got}")

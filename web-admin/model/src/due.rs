@@ -1,6 +1,6 @@
 //! Due dates: said on a school's clock, meant as a moment.
 
-use jiff::civil::DateTime;
+use jiff::civil::{Date, DateTime};
 use jiff::tz::{AmbiguousOffset, TimeZone};
 use jiff::{Timestamp, ToSpan, Zoned};
 use words::dates;
@@ -107,6 +107,14 @@ pub fn extended(local: &str, zone_name: &str, days: i64) -> Result<Moment, DueRe
     let said: DateTime = local.parse().map_err(|_| refused())?;
     let later = said.checked_add(days.days()).map_err(|_| refused())?;
     Ok(moment(zone.to_ambiguous_timestamp(later).compatible().map_err(|_| refused())?))
+}
+
+/// When a day begins on a school's clock, so many days later; none where it is no date, as 2026-11-30.
+#[must_use]
+pub fn find_day_start(said: &str, zone_name: &str, days_later: i32) -> Option<Moment> {
+    let day: Date = said.parse().ok()?;
+    let day = day.checked_add(days_later.days()).ok()?;
+    Some(moment(day.to_zoned(zone(zone_name).ok()?).ok()?.timestamp()))
 }
 
 /// A moment on a school's clock; on UTC's where the zone has no such name any more.

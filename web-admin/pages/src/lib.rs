@@ -9,6 +9,7 @@ pub mod admin;
 pub mod anatomy;
 pub mod assets;
 pub mod assignments;
+pub mod audit;
 pub mod certificate;
 pub mod charts;
 pub mod cohort;

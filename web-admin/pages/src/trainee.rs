@@ -47,7 +47,7 @@ pub struct TraineePage {
     pub sign_in_code: Option<Option<OffsetDateTime>>,
 }
 
-/// A trainee's sign-in code, shown this once.
+/// A sign-in code that was just made.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "sign_in_code.html")]
 pub struct SignInCodePage {
@@ -55,6 +55,14 @@ pub struct SignInCodePage {
     pub shell: Shell,
     /// The code.
     pub code: String,
+    /// For how long it is shown, in min.
+    pub minutes: i64,
+}
+
+impl SignInCodePage {
+    fn shown_for(&self) -> String {
+        trn!("This page shows it for {n} minute.", "This page shows it for {n} minutes.", self.minutes)
+    }
 }
 
 /// How far a trainee has come in a course.
@@ -356,7 +364,7 @@ mod tests {
         assert!(samples::keep_page("trainee-with-code", &own(Some(samples::NOW))).contains("Replace the code"));
         let seen = samples::keep_page("trainee-for-instructor", &samples::trainee_page(false));
         assert!(!seen.contains("sign-in-code"), "{seen}");
-        let page = SignInCodePage { shell: samples::shell(Role::Trainee), code: "ABC-DEF".to_owned() };
+        let page = SignInCodePage { shell: samples::shell(Role::Trainee), code: "ABC-DEF".to_owned(), minutes: 10 };
         assert!(samples::keep_page("sign-in-code", &page).contains("ABC-DEF"));
     }
 

@@ -18,6 +18,7 @@ use sqlx::{Connection, Sqlite, SqliteConnection, SqliteExecutor, Transaction};
 pub mod account_links;
 pub mod assignments;
 pub mod audit;
+pub mod audit_search;
 pub mod cohorts;
 pub mod comments;
 pub mod curricula;

@@ -1,7 +1,6 @@
 //! The service as a whole: for whoever keeps it running.
 
 use model::Moment;
-use model::ids::SchoolId;
 use sqlx::{FromRow, SqliteExecutor};
 
 use super::Result;
@@ -69,42 +68,4 @@ pub async fn database_bytes(executor: impl SqliteExecutor<'_>) -> Result<i64> {
     sqlx::query_scalar("SELECT (SELECT page_count FROM pragma_page_count) * (SELECT page_size FROM pragma_page_size)")
         .fetch_one(executor)
         .await
-}
-
-/// Something that was done in a school.
-#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
-pub struct SchoolAct {
-    /// Its place in the audit log.
-    pub seq: i64,
-    /// When.
-    pub at: Moment,
-    /// By whom: a name where the actor is a person, else the kind of actor.
-    pub actor: String,
-    /// What.
-    pub action: String,
-    /// To what.
-    pub object: String,
-    /// What else is known, JSON.
-    pub details: String,
-}
-
-/// The latest acts in a school before a place in the log, at most `limit`.
-pub async fn list_school_acts(
-    executor: impl SqliteExecutor<'_>,
-    school: SchoolId,
-    before: i64,
-    limit: u32,
-) -> Result<Vec<SchoolAct>> {
-    sqlx::query_as(
-        "SELECT a.seq, a.at, coalesce(p.display_name, a.actor) AS actor, a.action, a.object, a.details
-         FROM audit_log a
-         LEFT JOIN people p ON p.school_id = a.school_id AND length(a.actor) = 36
-           AND p.id = unhex(replace(a.actor, '-', ''))
-         WHERE a.school_id = $1 AND a.seq < $2 ORDER BY a.seq DESC LIMIT $3",
-    )
-    .bind(school)
-    .bind(before)
-    .bind(limit)
-    .fetch_all(executor)
-    .await
 }

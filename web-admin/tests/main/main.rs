@@ -13,6 +13,7 @@ mod answer_times;
 mod api;
 mod assignments;
 mod audit;
+mod audit_page;
 mod belonging;
 mod certificates;
 mod commands;

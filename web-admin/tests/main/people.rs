@@ -236,7 +236,7 @@ async fn links_and_codes_end_with_the_address_the_password_and_the_account() {
     let address = |email: &'static str| [("name", "Somebody"), ("email", email), ("role", "trainee")];
     for end in ["address", "password", "account"] {
         assert_eq!(post(&mut head, &page, &format!("{page}/link"), &[]).await.status, 200);
-        assert_eq!(post(&mut own, "/", "/sign-in-code", &[]).await.status, 200);
+        assert_eq!(post(&mut own, "/", "/sign-in-code", &[]).await.status, 303);
         assert!(post(&mut own, &attempt, &format!("{attempt}/links"), &[]).await.status.as_u16() < 400);
         assert_eq!(ways_in(&app, ana).await, 3, "before the {end} changes");
         let done = match end {

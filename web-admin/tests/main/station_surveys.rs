@@ -83,7 +83,8 @@ async fn a_station_learns_what_to_ask_and_what_to_say_first() {
 
     let mut ada = debrief.school.app.signed_in("ada@example.org").await;
     let csrf = csrf_in(&ada.get("/").await.text());
-    let page = ada.form("/sign-in-code", &[("csrf", &csrf)]).await.text();
+    ada.form("/sign-in-code", &[("csrf", &csrf)]).await;
+    let page = ada.get("/sign-in-code").await.text();
     let code = page.split("code-to-type\">").nth(1).unwrap().split('<').next().unwrap();
     let request = Request::post("/api/v1/stations/sign-in").header("content-type", "application/json");
     let request = request.body(Body::from(json!({ "code": code }).to_string())).unwrap();

@@ -31,6 +31,12 @@ fn code_in(answer: &Answer) -> String {
     page.split("code-to-type\">").nth(1).expect("a code").split('<').next().unwrap().to_owned()
 }
 
+/// Makes a sign-in code from the page at `from`; the code.
+async fn made_code(browser: &mut Client, from: &str) -> String {
+    assert_eq!(press(browser, from, "/sign-in-code").await.header("location"), "/sign-in-code");
+    code_in(&browser.get("/sign-in-code").await)
+}
+
 /// A school with an administrator and a trainee.
 struct School {
     app: App,
@@ -55,7 +61,7 @@ impl School {
 
     async fn sign_in_code(&self) -> String {
         let mut ada = self.app.signed_in("ada@example.org").await;
-        code_in(&press(&mut ada, "/", "/sign-in-code").await)
+        made_code(&mut ada, "/").await
     }
 
     /// A client with the token of a station that has just joined.
@@ -145,7 +151,7 @@ async fn whoever_teaches_practises_like_a_trainee_and_counts_in_no_figure() {
     let reader = school.app.state.db.reader();
     let head = people::find_person_by_email(reader, "head@example.org").await.unwrap().unwrap();
     let mut browser = school.app.signed_in("head@example.org").await;
-    let code = code_in(&press(&mut browser, "/account", "/sign-in-code").await);
+    let code = made_code(&mut browser, "/account").await;
     let answer = post(&mut station, "sign-in", &json!({ "code": code })).await;
     assert_eq!((answer.status.as_u16(), &answer.json()["trainee"]), (200, &head.pseudonym.clone().into()));
     let attempt = Attempt { trainee: head.pseudonym.clone(), ..Attempt::default() };
@@ -162,6 +168,29 @@ async fn whoever_teaches_practises_like_a_trainee_and_counts_in_no_figure() {
     assert_eq!(counted, None);
     let mut ada = school.app.signed_in("ada@example.org").await;
     assert_eq!(ada.get(&format!("/trainees/{}", head.id)).await.status, 404, "their practice is theirs");
+}
+
+#[tokio::test]
+async fn loading_the_page_of_a_code_again_makes_no_other_and_the_database_cannot_be_read_for_it() {
+    let school = School::new().await;
+    let mut station = school.station("lab").await;
+    let mut ada = school.app.signed_in("ada@example.org").await;
+    assert_eq!(ada.get("/sign-in-code").await.header("location"), "/account", "none was made");
+    let code = made_code(&mut ada, "/").await;
+    assert_eq!(code_in(&ada.get("/sign-in-code").await), code);
+    assert_eq!(post(&mut station, "sign-in", &json!({ "code": code })).await.status, 200);
+    let kept: Vec<String> = sqlx::query_scalar("SELECT CAST(data AS TEXT) FROM web_sessions")
+        .fetch_all(school.app.state.db.reader())
+        .await
+        .unwrap();
+    assert!(
+        kept.iter().any(|data| data.contains("sealed")) && !kept.iter().any(|data| data.contains(&code)),
+        "{kept:?}"
+    );
+    let mut elsewhere = school.app.signed_in("ada@example.org").await;
+    assert_eq!(elsewhere.get("/sign-in-code").await.header("location"), "/account", "another browser's");
+    school.clock.advance(601);
+    assert_eq!(ada.get("/sign-in-code").await.header("location"), "/account", "ten minutes later");
 }
 
 #[tokio::test]
@@ -211,7 +240,7 @@ async fn only_a_station_signs_in_and_only_the_right_people_make_codes() {
     assert_eq!(press(&mut ada, "/", "/admin/pairing-codes").await.status, 403);
     assert_eq!(ada.form("/sign-in-code", &[]).await.status, 403, "a form of another site");
     let mut head = school.app.signed_in("head@example.org").await;
-    assert_eq!(press(&mut head, "/account", "/sign-in-code").await.status, 200, "whoever has an account practises");
+    assert_eq!(press(&mut head, "/account", "/sign-in-code").await.status, 303, "whoever has an account practises");
     assert_eq!(school.app.stranger().form("/admin/pairing-codes", &[]).await.status, 303);
 }
 

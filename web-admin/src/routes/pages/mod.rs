@@ -18,6 +18,7 @@ mod account;
 mod admin;
 mod assets;
 mod assignments;
+mod audit;
 mod cohort_people;
 mod cohorts;
 pub(crate) mod consents;
@@ -45,6 +46,7 @@ mod second_factor;
 mod segments;
 mod service;
 mod sessions;
+mod sign_in_code;
 mod standing;
 mod studies;
 mod supervision;
@@ -91,7 +93,7 @@ pub fn page_routes() -> Routes {
         .route("/sessions/{id}/supervision", post(supervision::confirm_supervision))
         .route("/sessions/{id}/regrade", get(review::preview_regrade).post(review::regrade_attempt))
         .route("/review", get(review::show_queue))
-        .route("/sign-in-code", post(trainees::make_sign_in_code))
+        .route("/sign-in-code", get(sign_in_code::show_sign_in_code).post(sign_in_code::make_sign_in_code))
         .merge(surveys::survey_routes())
         .merge(studies::study_routes())
         .merge(ratings::rating_routes())
@@ -117,6 +119,8 @@ pub fn page_routes() -> Routes {
         .route("/assignments/{id}/withdraw", post(assignments::withdraw_assignment))
         .route("/admin", get(admin::show_administration))
         .route("/admin/origins", get(origins::show_origins).post(origins::set_origins))
+        .route("/admin/audit", get(audit::show_audit_log))
+        .route("/admin/audit.csv", get(audit::download_audit_log))
         .route("/admin/service", get(service::show_service_log))
         .route("/admin/retention", get(retention::show_retention).post(retention::set_retention))
         .route("/admin/pairing-codes", post(admin::make_pairing_code))

@@ -10,7 +10,7 @@ use model::progress::{Habits, Progress};
 use model::{CurrentPerson, Moment, Role};
 use pages::assignments::AssignmentRow;
 use pages::progress::HabitsView;
-use pages::trainee::{CourseView, PageNumbers, SignInCodePage, TraineePage, needed_in_words};
+use pages::trainee::{CourseView, PageNumbers, TraineePage, needed_in_words};
 use pages::{NavPlace, Shell};
 use serde::Deserialize;
 use store::reports::{ListStretch, ListedAttempt, NamedItem};
@@ -107,17 +107,6 @@ pub(super) fn habits_of_attempts(latest: &[ListedAttempt]) -> HabitsView {
     let deductions: Vec<&[Deduction]> = scored().map(|(_, deductions)| deductions).collect();
     let pages: Vec<String> = scored().map(|(attempt, _)| format!("/sessions/{}", attempt.id)).collect();
     HabitsView::new(Habits::of(&deductions), &pages)
-}
-
-/// Makes the visitor's sign-in code and shows it. Not by a redirect: it would have to be kept to be shown.
-pub(super) async fn make_sign_in_code(
-    State(state): State<AppState>,
-    Visitor(person): Visitor,
-    csrf: Csrf,
-    CsrfForm(NoFields {}): CsrfForm<NoFields>,
-) -> Result<SignInCodePage, PageError> {
-    let code = stations::make_sign_in_code(&state, &person).await?;
-    Ok(SignInCodePage { shell: Shell::new(&person, csrf.token(), NavPlace::Home), code })
 }
 
 /// A page beyond the last is the last.

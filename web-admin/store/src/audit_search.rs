@@ -1,0 +1,211 @@
+//! Acts of a school, looked for in the audit log from its end. A search reads so many rows at most and says how far it has come: the
+//! log of a large school has millions.
+
+use std::collections::BTreeMap;
+
+use model::Moment;
+use model::ids::SchoolId;
+use sqlx::{FromRow, SqliteExecutor};
+
+use super::Result;
+
+/// Something that was done in a school.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct SchoolAct {
+    /// Its place in the audit log.
+    pub seq: i64,
+    /// When.
+    pub at: Moment,
+    /// By whom: a name where the actor is a person, else the kind of actor.
+    pub actor: String,
+    /// What.
+    pub action: String,
+    /// To what.
+    pub object: String,
+    /// What else is known, JSON.
+    pub details: String,
+}
+
+/// Which acts are looked for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AuditSearch {
+    /// In which school.
+    pub school: SchoolId,
+    /// Beginnings of actions, as `session` of `session.scored`, in JSON; `[]`: any.
+    pub themes: String,
+    /// In the name of whoever did it or to whom it was done, or the whole id of what it was done to; empty: any.
+    pub words: String,
+    /// Not before; none: from the first.
+    pub since: Option<Moment>,
+    /// Rows that are read at most.
+    pub window: u32,
+    /// Acts that are given at most.
+    pub limit: u32,
+}
+
+/// What a search has found, the latest first.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FoundActs {
+    /// The acts.
+    pub acts: Vec<SchoolAct>,
+    /// Where to go on from: rows before this place have not been read; none where there are none.
+    pub before: Option<i64>,
+}
+
+#[derive(FromRow)]
+struct ReadWindow {
+    rows: u32,
+    first: Option<i64>,
+}
+
+/// The latest acts before a place in the log.
+pub async fn search_audit_log<'e>(
+    executor: impl SqliteExecutor<'e> + Copy,
+    search: &AuditSearch,
+    before: i64,
+) -> Result<FoundActs> {
+    let window: ReadWindow = sqlx::query_as(
+        "SELECT count(*) AS rows, min(seq) AS first
+         FROM (SELECT seq FROM audit_log WHERE school_id = $1 AND seq < $2 ORDER BY seq DESC LIMIT $3)",
+    )
+    .bind(search.school)
+    .bind(before)
+    .bind(search.window)
+    .fetch_one(executor)
+    .await?;
+    let Some(first) = window.first else { return Ok(FoundActs { acts: Vec::new(), before: None }) };
+    let acts: Vec<SchoolAct> = sqlx::query_as(
+        "SELECT a.seq, a.at, coalesce(p.display_name, a.actor) AS actor, a.action, a.object, a.details
+         FROM audit_log a
+         LEFT JOIN people p ON p.school_id = a.school_id AND length(a.actor) = 36
+           AND p.id = unhex(replace(a.actor, '-', ''))
+         LEFT JOIN people o ON $5 <> '' AND o.school_id = a.school_id AND length(a.object) = 36
+           AND o.id = unhex(replace(a.object, '-', ''))
+         WHERE a.school_id = $1 AND a.seq < $2 AND a.seq >= $3
+           AND ($4 = '[]' OR substr(a.action, 1, instr(a.action, '.') - 1) IN (SELECT value FROM json_each($4)))
+           AND ($5 = '' OR a.object = $5 OR instr(lower(a.actor), lower($5))
+             OR instr(lower(p.display_name), lower($5)) OR instr(lower(o.display_name), lower($5)))
+           AND a.at >= $6
+         ORDER BY a.seq DESC LIMIT $7",
+    )
+    .bind(search.school)
+    .bind(before)
+    .bind(first)
+    .bind(&search.themes)
+    .bind(&search.words)
+    .bind(search.since.unwrap_or(Moment::from_micros(i64::MIN)))
+    .bind(search.limit)
+    .fetch_all(executor)
+    .await?;
+    let full = acts.last().filter(|_| acts.len() >= search.limit as usize).map(|last| last.seq);
+    // What is older than the first day is not looked for any further back.
+    let ended = match search.since {
+        Some(since) => find_row_time(executor, first).await?.is_some_and(|read| read < since),
+        None => false,
+    };
+    let unread = (window.rows >= search.window && !ended).then_some(first);
+    Ok(FoundActs { before: full.or(unread), acts })
+}
+
+/// The first place in the log whose row was not written before a moment; the place after the last where there is none. The log is in
+/// the order of its times, but for a clock that was set.
+pub async fn find_audit_place<'e>(executor: impl SqliteExecutor<'e> + Copy, at: Moment) -> Result<i64> {
+    let (mut low, mut high) = (1, audit_end(executor).await? + 1);
+    while low < high {
+        let middle = low + (high - low) / 2;
+        let written = find_row_time(executor, middle).await?;
+        if written.is_some_and(|written| written < at) { low = middle + 1 } else { high = middle }
+    }
+    Ok(low)
+}
+
+/// When a row of the log was written; none where there is no such row.
+pub async fn find_row_time(executor: impl SqliteExecutor<'_>, seq: i64) -> Result<Option<Moment>> {
+    sqlx::query_scalar("SELECT at FROM audit_log WHERE seq = $1").bind(seq).fetch_optional(executor).await
+}
+
+async fn audit_end(executor: impl SqliteExecutor<'_>) -> Result<i64> {
+    sqlx::query_scalar("SELECT coalesce(max(seq), 0) FROM audit_log").fetch_one(executor).await
+}
+
+/// What an act was done to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, sqlx::Type)]
+#[sqlx(rename_all = "lowercase")]
+pub enum AuditObjectKind {
+    /// Somebody; named by their name.
+    Person,
+    /// A cohort; by its name.
+    Cohort,
+    /// An attempt; by who made it.
+    Session,
+    /// A survey; by its title.
+    Survey,
+    /// A study; by its title.
+    Study,
+    /// A round of ratings; by its title.
+    Round,
+    /// A task to mark pops; by its title.
+    Segments,
+    /// A training station; by its name.
+    Station,
+}
+
+impl AuditObjectKind {
+    /// Its word in files.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Person => "person",
+            Self::Cohort => "cohort",
+            Self::Session => "attempt",
+            Self::Survey => "survey",
+            Self::Study => "study",
+            Self::Round => "rating_round",
+            Self::Segments => "marking_task",
+            Self::Station => "station",
+        }
+    }
+}
+
+/// What an act was done to, by its name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AuditObject {
+    /// What it is.
+    pub kind: AuditObjectKind,
+    /// Its name.
+    pub name: String,
+}
+
+/// Names of what acts were done to, by their ids; what is no id, or nobody's any more, has none. `CROSS JOIN` keeps SQLite to looking
+/// each id up.
+///
+/// # Errors
+/// When the database fails.
+pub async fn name_audit_objects(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    ids: &[String],
+) -> Result<BTreeMap<String, AuditObject>> {
+    let rows: Vec<(String, AuditObjectKind, String)> = sqlx::query_as(
+        "WITH wanted AS (SELECT value AS word, unhex(replace(value, '-', '')) AS id FROM json_each($2)
+                         WHERE length(value) = 36)
+         SELECT w.word, 'person' AS kind, x.display_name AS name FROM wanted w
+           CROSS JOIN people x ON x.school_id = $1 AND x.id = w.id
+         UNION ALL SELECT w.word, 'cohort', x.name FROM wanted w CROSS JOIN cohorts x ON x.school_id = $1 AND x.id = w.id
+         UNION ALL SELECT w.word, 'session', p.display_name FROM wanted w
+           CROSS JOIN sessions x ON x.school_id = $1 AND x.id = w.id
+           JOIN people p ON p.school_id = x.school_id AND p.id = x.trainee_id
+         UNION ALL SELECT w.word, 'survey', x.title FROM wanted w CROSS JOIN surveys x ON x.school_id = $1 AND x.id = w.id
+         UNION ALL SELECT w.word, 'study', x.title FROM wanted w CROSS JOIN studies x ON x.school_id = $1 AND x.id = w.id
+         UNION ALL SELECT w.word, 'round', x.title FROM wanted w CROSS JOIN rating_rounds x ON x.school_id = $1 AND x.id = w.id
+         UNION ALL SELECT w.word, 'segments', x.title FROM wanted w
+           CROSS JOIN segment_tasks x ON x.school_id = $1 AND x.id = w.id
+         UNION ALL SELECT w.word, 'station', x.station FROM wanted w
+           CROSS JOIN api_tokens x ON x.school_id = $1 AND x.id = w.id WHERE x.station IS NOT NULL",
+    )
+    .bind(school)
+    .bind(serde_json::Value::from(ids).to_string())
+    .fetch_all(executor)
+    .await?;
+    Ok(rows.into_iter().map(|(id, kind, name)| (id, AuditObject { kind, name })).collect())
+}
