@@ -61,7 +61,7 @@ impl Visit {
     /// The school asks for it, and whoever has set the rule is the first to be led to it.
     async fn school_asks(&self) {
         self.say_password(HEAD, "/").await;
-        self.open("/admin").await;
+        self.open("/admin/settings").await;
         let rule = self.browser.find(Locator::Css("input[name=rule][value=teachers]")).await.expect("a rule");
         rule.click().await.expect("it is chosen");
         self.fill("/admin/second-factor", &[]).await;

@@ -1,12 +1,15 @@
 //! What a school settles for itself. Each act is an administrator's, and the audit log keeps it.
 
-use model::{CurrentPerson, FactorRule, Needed};
+use model::{CurrentPerson, FactorRule, Needed, due, line};
 use serde_json::{Value, json};
 use store::audit::AuditEntry;
 use store::retention::{self, Settings};
+use store::schools::SchoolSettings;
 use store::{Write, origins, schools, second_factors};
 
 use crate::error::Error;
+use crate::mailer::Letter;
+use crate::mailing::LetterResult;
 use crate::service::Service;
 
 /// Notes in the audit log what was settled, and ends the transaction.
@@ -21,11 +24,54 @@ async fn settle(
     Ok(tx.commit().await?)
 }
 
-/// Sets the time zone in which days are said. What was assigned before keeps the one in which it was said.
-pub async fn set_time_zone(service: &Service, by: &CurrentPerson, zone: &str) -> Result<(), Error> {
+/// Longest name of a school, in characters.
+const LONGEST_NAME: usize = 120;
+
+/// Settles what a school is called, which clock it keeps and what it writes. What was assigned before keeps the time zone in which its
+/// due date was said.
+///
+/// # Errors
+/// When a value cannot be had (422): the name is none or another school's, or there is no such time zone.
+pub async fn settle_school(service: &Service, by: &CurrentPerson, settings: &SchoolSettings) -> Result<(), Error> {
+    let length = settings.name.chars().count();
+    if length == 0 || length > LONGEST_NAME {
+        return Err(Error::Unprocessable(tr!(
+            "the name has {n} characters; 1 to {most} are allowed",
+            n = length,
+            most = LONGEST_NAME
+        )));
+    }
+    if let Some(why) = line::refusal("name", &settings.name) {
+        return Err(Error::Unprocessable(why));
+    }
+    if !due::is_zone(&settings.time_zone) {
+        let zone = &settings.time_zone;
+        return Err(Error::Unprocessable(tr!(
+            "the time zone: “{name}”; a name like Europe/Berlin is needed",
+            name = zone
+        )));
+    }
     let mut tx = service.db.write().await?;
-    schools::set_time_zone(&mut tx, by.school_id, zone).await?;
-    settle(service, tx, by, "school.time_zone_set", json!({ "time_zone": zone })).await
+    if !schools::put_school_settings(&mut tx, by.school_id, settings).await? {
+        let why = tr!("the name: another school here is called “{name}”", name = settings.name);
+        return Err(Error::Unprocessable(why));
+    }
+    let told = json!({
+        "name": settings.name,
+        "time_zone": settings.time_zone,
+        "letter_language": settings.letter_language,
+        "mails_reminders": settings.mails_reminders,
+        "mails_news": settings.mails_news,
+    });
+    settle(service, tx, by, "school.settled", told).await
+}
+
+/// Sends a letter to whoever asks, to see that letters arrive; why it was not taken, where it was not.
+pub async fn send_test_letter(service: &Service, by: &CurrentPerson, letter: Letter) -> Result<LetterResult, Error> {
+    let sent = service.mailer.send(letter, service.clock.now()).await.map_err(|error| format!("{error:#}"));
+    let told = json!({ "error": sent.as_ref().err() });
+    settle(service, service.db.write().await?, by, "school.mail_tested", told).await?;
+    Ok(sent)
 }
 
 /// Sets from which origins browsers may read what the school publishes.

@@ -66,6 +66,16 @@ pub fn is_zone(name: &str) -> bool {
     zone(name).is_ok()
 }
 
+/// The names of all time zones, by name, and one that is kept already.
+#[must_use]
+pub fn list_zones(kept: &str) -> Vec<String> {
+    let mut zones: Vec<String> = jiff::tz::db().available().map(|name| name.as_str().to_owned()).collect();
+    zones.push(kept.to_owned());
+    zones.sort();
+    zones.dedup();
+    zones
+}
+
 /// Reads a due date on a school's clock. A time that comes twice, when the clocks go back, is the later one.
 ///
 /// # Errors

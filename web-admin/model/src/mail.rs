@@ -45,9 +45,9 @@ pub struct Mail {
     pub school: String,
     /// The school's time zone.
     pub time_zone: String,
-    /// The language that they have chosen, by its code.
+    /// The language that they have chosen, or else their school, by its code.
     pub language: Option<String>,
-    /// They may be written to: neither disabled nor erased.
+    /// They may be written to, being neither disabled nor erased, and the school mails such letters.
     pub enabled: bool,
 }
 
@@ -65,7 +65,7 @@ pub struct RetentionLetter {
     pub email: String,
     /// Their school's name.
     pub school: String,
-    /// The language that they have chosen, by its code.
+    /// The language that they have chosen, or else their school, by its code.
     pub language: Option<String>,
     /// Months that the school keeps whoever does nothing.
     pub months: Option<u32>,

@@ -3,11 +3,9 @@
 use askama::Template;
 use askama_web::WebTemplate;
 use model::membership::MembershipRequest;
-use model::{FactorRule, Needed};
 use time::OffsetDateTime;
 
 use super::cohort::CohortLine;
-use super::trainee::needed_in_words;
 use super::{Shell, StatusWord, format};
 
 /// The administrator's home.
@@ -44,25 +42,11 @@ pub struct AdminPage {
     pub requests: Vec<MembershipRequest>,
     /// Stations with a token.
     pub stations: Vec<StationRow>,
-    /// What must be proved of the attempts that certify.
-    pub needed: Needed,
-    /// Of whom a second factor is asked for.
-    pub factor_rule: FactorRule,
     /// People who were warned that they are to be erased.
     pub warned: i64,
 }
 
 impl AdminPage {
-    /// The choices of whom a second factor is asked for: value, words, and whether it is the one that holds.
-    fn factor_choices(&self) -> Vec<(&'static str, &'static str, bool)> {
-        let words = |rule| match rule {
-            FactorRule::Nobody => tr!("of nobody; everybody may have one"),
-            FactorRule::Teachers => tr!("of instructors and administrators"),
-            FactorRule::Everybody => tr!("of everybody, trainees among them"),
-        };
-        FactorRule::ALL.into_iter().map(|rule| (rule.word(), words(rule), rule == self.factor_rule)).collect()
-    }
-
     /// Who is to be erased, in words.
     fn warned_words(&self) -> String {
         let warned = self.warned;
@@ -71,11 +55,6 @@ impl AdminPage {
             "{n} people were warned, and are to be erased by the rule of retention.",
             warned
         )
-    }
-
-    /// The choices of what must be proved: value, words, and whether it is the one that holds.
-    fn choices(&self) -> Vec<(&'static str, &'static str, bool)> {
-        Needed::ALL.into_iter().map(|one| (one.word(), needed_in_words(one), one == self.needed)).collect()
     }
 }
 
@@ -198,8 +177,6 @@ mod tests {
                     revoke_href: None,
                 },
             ],
-            needed: Needed::SignedOrSupervised,
-            factor_rule: FactorRule::Teachers,
             warned: 2,
         };
         let html = samples::keep_page("admin", &page);
@@ -208,7 +185,6 @@ mod tests {
                 && html.contains("href=\"/people\"")
                 && html.contains("Skills lab 2")
         );
-        assert_eq!(html.matches(" checked").count(), 2, "one rule for certificates holds, and one for second factors");
         assert_eq!(html.matches("/revoke\"").count(), 1, "what is revoked cannot be revoked again");
     }
 

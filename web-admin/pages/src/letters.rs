@@ -24,6 +24,13 @@ struct Invitation<'a> {
 }
 
 #[derive(Template)]
+#[template(path = "mail/test_letter.txt")]
+struct TestLetter<'a> {
+    name: &'a str,
+    school: &'a str,
+}
+
+#[derive(Template)]
 #[template(path = "mail/reset.txt")]
 struct Reset<'a> {
     name: &'a str,
@@ -126,6 +133,12 @@ pub fn write_invitation(mail: &Mail, link: &str) -> (String, String) {
 #[must_use]
 pub fn write_reset_letter(mail: &Mail, link: &str) -> (String, String) {
     subject_and_body(&Reset { name: &mail.name, school: &mail.school, link, days: RESET_LIFETIME_S / DAY_S })
+}
+
+/// What an administrator has asked for, to see whether letters arrive.
+#[must_use]
+pub fn write_test_letter(name: &str, school: &str) -> (String, String) {
+    subject_and_body(&TestLetter { name, school })
 }
 
 /// Subject and text of a mail that tells that a second factor was turned off; `link` leads to where one is made.

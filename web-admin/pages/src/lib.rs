@@ -56,6 +56,7 @@ pub mod second_factor;
 pub mod segments;
 pub mod service;
 pub mod session;
+pub mod settings;
 pub mod shell;
 pub mod status;
 pub mod study;

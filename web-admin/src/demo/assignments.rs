@@ -7,6 +7,7 @@ use model::assignment::AssignmentTask;
 use model::ids::AssignmentId;
 use model::{CurrentPerson, Moment, due};
 use store::assignments::{self as stored, NewAssignment};
+use store::schools::{SchoolSettings, find_school_settings};
 use store::{cohorts, people};
 
 use super::DAY_S;
@@ -22,7 +23,9 @@ const TIME_ZONE: &str = "Europe/Berlin";
 /// When the people are missing, or the database fails.
 pub async fn assign_demo_tasks(state: &AppState, now: Moment) -> anyhow::Result<()> {
     let administrator = find_demo_person(state, ADMINISTRATOR).await?.into_current().context("an administrator")?;
-    schools::set_time_zone(state, &administrator, TIME_ZONE).await?;
+    let settled = find_school_settings(state.db.reader(), administrator.school_id).await?;
+    let settled = SchoolSettings { time_zone: TIME_ZONE.to_owned(), ..settled };
+    schools::settle_school(state, &administrator, &settled).await?;
     let instructor = find_demo_person(state, COHORTS[0].instructor).await?.into_current().context("an instructor")?;
     let course = AssignmentTask::Course(super::COURSE.to_owned());
     make_demo_assignment(state, &instructor, course, now, now.plus_s(DAY_S)).await?;

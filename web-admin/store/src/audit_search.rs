@@ -138,6 +138,10 @@ pub enum AuditObjectKind {
     Cohort,
     /// An attempt; by who made it.
     Session,
+    /// The school; by its name.
+    School,
+    /// An assignment; by the id of its exercise or course.
+    Assignment,
     /// A survey; by its title.
     Survey,
     /// A study; by its title.
@@ -158,6 +162,8 @@ impl AuditObjectKind {
             Self::Person => "person",
             Self::Cohort => "cohort",
             Self::Session => "attempt",
+            Self::School => "school",
+            Self::Assignment => "assignment",
             Self::Survey => "survey",
             Self::Study => "study",
             Self::Round => "rating_round",
@@ -195,6 +201,9 @@ pub async fn name_audit_objects(
          UNION ALL SELECT w.word, 'session', p.display_name FROM wanted w
            CROSS JOIN sessions x ON x.school_id = $1 AND x.id = w.id
            JOIN people p ON p.school_id = x.school_id AND p.id = x.trainee_id
+         UNION ALL SELECT w.word, 'school', x.name FROM wanted w CROSS JOIN schools x ON x.id = w.id AND x.id = $1
+         UNION ALL SELECT w.word, 'assignment', coalesce(x.exercise_id, x.curriculum_id) FROM wanted w
+           CROSS JOIN assignments x ON x.school_id = $1 AND x.id = w.id
          UNION ALL SELECT w.word, 'survey', x.title FROM wanted w CROSS JOIN surveys x ON x.school_id = $1 AND x.id = w.id
          UNION ALL SELECT w.word, 'study', x.title FROM wanted w CROSS JOIN studies x ON x.school_id = $1 AND x.id = w.id
          UNION ALL SELECT w.word, 'round', x.title FROM wanted w CROSS JOIN rating_rounds x ON x.school_id = $1 AND x.id = w.id

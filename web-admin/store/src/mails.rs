@@ -44,7 +44,9 @@ pub async fn queue_mail(writer: &mut SqliteConnection, mail: NewMail, now: Momen
 pub async fn list_due_mails(executor: impl SqliteExecutor<'_>, now: Moment, limit: u32) -> Result<Vec<Mail>> {
     sqlx::query_as(
         "SELECT m.id, m.school_id, m.person_id, m.kind, m.assignment_id, m.tries, p.display_name AS name, p.email,
-           s.name AS school, s.time_zone, p.language, p.disabled_at IS NULL AS enabled
+           s.name AS school, s.time_zone, coalesce(p.language, s.letter_language) AS language,
+           p.disabled_at IS NULL AND CASE m.kind WHEN 'reminder' THEN s.mails_reminders WHEN 'news' THEN s.mails_news
+             ELSE 1 END AS enabled
          FROM mails m JOIN people p ON p.id = m.person_id JOIN schools s ON s.id = m.school_id
          WHERE m.next_run_at <= $1 ORDER BY m.next_run_at LIMIT $2",
     )

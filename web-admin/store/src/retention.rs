@@ -147,7 +147,8 @@ pub async fn list_due_warnings(
     limit: u32,
 ) -> Result<Vec<RetentionLetter>> {
     sqlx::query_as(
-        "SELECT w.id, w.tries, p.display_name AS name, p.email, s.name AS school, p.language, s.retention_months AS months,
+        "SELECT w.id, w.tries, p.display_name AS name, p.email, s.name AS school,
+           coalesce(p.language, s.letter_language) AS language, s.retention_months AS months,
            s.retention_warn_days AS warn_days
          FROM retention_warnings w JOIN people p ON p.id = w.person_id JOIN schools s ON s.id = w.school_id
          WHERE w.next_run_at <= $1 ORDER BY w.next_run_at LIMIT $2",

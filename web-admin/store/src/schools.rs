@@ -41,6 +41,53 @@ pub async fn set_time_zone(writer: &mut SqliteConnection, id: SchoolId, zone: &s
     sqlx::query("UPDATE schools SET time_zone = $2 WHERE id = $1").bind(id).bind(zone).execute(writer).await.map(drop)
 }
 
+/// What a school settles on its page of settings.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct SchoolSettings {
+    /// Name, unique.
+    pub name: String,
+    /// Time zone, a name of the IANA database.
+    pub time_zone: String,
+    /// Code of the language in which it writes to whoever has chosen none; none: English.
+    pub letter_language: Option<String>,
+    /// It mails reminders of what is due.
+    pub mails_reminders: bool,
+    /// It mails what is new to whoever wants that.
+    pub mails_news: bool,
+}
+
+/// What a school has settled.
+///
+/// # Errors
+/// When there is none, or the database fails.
+pub async fn find_school_settings(executor: impl SqliteExecutor<'_>, id: SchoolId) -> Result<SchoolSettings> {
+    sqlx::query_as("SELECT name, time_zone, letter_language, mails_reminders, mails_news FROM schools WHERE id = $1")
+        .bind(id)
+        .fetch_one(executor)
+        .await
+}
+
+/// Settles it. False when another school has the name.
+pub async fn put_school_settings(
+    writer: &mut SqliteConnection,
+    id: SchoolId,
+    settings: &SchoolSettings,
+) -> Result<bool> {
+    sqlx::query(
+        "UPDATE schools SET name = $2, time_zone = $3, letter_language = $4, mails_reminders = $5, mails_news = $6
+         WHERE id = $1 AND NOT EXISTS (SELECT 1 FROM schools WHERE name = $2 AND id <> $1)",
+    )
+    .bind(id)
+    .bind(&settings.name)
+    .bind(&settings.time_zone)
+    .bind(&settings.letter_language)
+    .bind(settings.mails_reminders)
+    .bind(settings.mails_news)
+    .execute(writer)
+    .await
+    .map(|done| done.rows_affected() == 1)
+}
+
 /// What must be proved of an attempt for it to count towards a certificate of a school.
 ///
 /// # Errors

@@ -81,10 +81,10 @@ async fn a_school_may_ask_everybody_for_a_second_factor() {
         app.write(async |tx| anew.execute(tx).await.unwrap()).await;
         let csrf = csrf_in(&head.get("/admin").await.text());
         let set = head.form("/admin/second-factor", &[("csrf", &csrf), ("rule", rule)]).await;
-        assert_eq!(set.header("location"), "/admin#second-factor", "{}", set.text());
+        assert_eq!(set.header("location"), "/admin/settings?saved=true#second-factor", "{}", set.text());
         let (ada, head) = (ada.get("/").await, head.get("/").await);
         assert_eq!([ada.status.as_u16(), head.status.as_u16()], [of_ada, of_head], "{rule}");
     }
-    let page = app.signed_in("head@example.org").await.get("/admin").await.text();
+    let page = app.signed_in("head@example.org").await.get("/admin/settings").await.text();
     assert!(page.contains("Of everybody, trainees among them"), "{page}");
 }

@@ -56,6 +56,7 @@ mod schema;
 mod scoring;
 mod second_factors;
 mod segments;
+mod settings;
 mod signing_in;
 mod station_surveys;
 mod stations;

@@ -5,13 +5,12 @@ use acts::stations as pairing;
 use axum::extract::State;
 use axum::response::Redirect;
 use model::ids::{SchoolId, StationId};
-use model::{CurrentPerson, Moment, Needed};
+use model::{CurrentPerson, Moment};
 use pages::admin::{AdminHomePage, AdminPage, PairingCodePage, Queue, StationRow};
 use pages::{NavPlace, Shell};
-use serde::Deserialize;
 use store::reports::SchoolCounts;
 use store::stations::{self, Station};
-use store::{cohorts as cohort_storage, reports, retention, schools, second_factors};
+use store::{cohorts as cohort_storage, reports, retention};
 
 use super::{PathId, cohorts, news};
 use crate::AppState;
@@ -60,8 +59,6 @@ pub(super) async fn show_administration(
         school: counts.school,
         requests: cohort_storage::list_membership_requests(reader, school, None, None).await?,
         stations: stations::list_stations(reader, school).await?.into_iter().map(make_station_row).collect(),
-        needed: schools::certificate_needs(reader, school).await?,
-        factor_rule: second_factors::find_factor_rule(reader, school).await?,
         warned: retention::count_warned(reader, school).await?,
     })
 }
@@ -80,25 +77,6 @@ pub(super) async fn make_pairing_code(
         expires_at: expires_at.to_utc(),
         minutes: pairing::PAIRING_CODE_LIFETIME_S / 60,
     })
-}
-
-#[derive(Deserialize)]
-pub(super) struct NeededForm {
-    needed: String,
-}
-
-/// Sets what must be proved of an attempt for it to count towards a certificate.
-pub(super) async fn set_certificate_needs(
-    State(state): State<AppState>,
-    Administrator(person): Administrator,
-    CsrfForm(form): CsrfForm<NeededForm>,
-) -> Result<Redirect, PageError> {
-    let needed = Needed::of_word(&form.needed).ok_or_else(|| {
-        let allowed = Needed::ALL.map(Needed::word).join(", ");
-        Error::BadRequest(format!("needed: \"{}\"; allowed are {allowed}", form.needed))
-    })?;
-    acts::schools::set_certificate_needs(&state, &person, needed).await?;
-    Ok(Redirect::to("/admin#certificates"))
 }
 
 /// Takes a station's token from it.

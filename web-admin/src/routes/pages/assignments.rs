@@ -324,23 +324,3 @@ pub(super) async fn withdraw_assignment(
     teaching::withdraw(&state, &person, id).await?;
     Ok(Redirect::to("/assignments"))
 }
-
-#[derive(Deserialize)]
-pub(super) struct ZoneForm {
-    time_zone: String,
-}
-
-/// Sets the school's time zone. What was assigned before keeps the one in which it was said.
-pub(super) async fn set_time_zone(
-    State(state): State<AppState>,
-    Administrator(person): Administrator,
-    CsrfForm(form): CsrfForm<ZoneForm>,
-) -> Result<Redirect, PageError> {
-    let zone = form.time_zone.trim();
-    if !is_zone(zone) {
-        let why = tr!("the time zone: “{zone}”; a name like Europe/Berlin is needed", zone = zone);
-        return Err(Error::Unprocessable(why).into());
-    }
-    acts::schools::set_time_zone(&state, &person, zone).await?;
-    Ok(Redirect::to("/assignments"))
-}

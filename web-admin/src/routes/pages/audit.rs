@@ -125,7 +125,7 @@ fn make_act_row(act: SchoolAct, names: &BTreeMap<String, AuditObject>) -> ActRow
         Some(found) => {
             ActObject { name: say_object(found), href: href_of_object(found.kind, &act.object), id: act.object }
         }
-        None => ActObject { name: act.object.clone(), href: href_of_document(&act), id: act.object },
+        None => ActObject { name: name_of_document(&act.object), href: href_of_document(&act), id: act.object },
     };
     ActRow {
         seq: act.seq,
@@ -153,15 +153,22 @@ fn href_of_object(kind: AuditObjectKind, id: &str) -> Option<String> {
         AuditObjectKind::Study => "studies",
         AuditObjectKind::Round => "ratings",
         AuditObjectKind::Segments => "segments",
+        AuditObjectKind::Assignment => "assignments",
+        AuditObjectKind::School => return Some("/admin".to_owned()),
         AuditObjectKind::Station => return Some("/admin#stations".to_owned()),
     };
     Some(format!("/{folder}/{id}"))
 }
 
+/// What has no row of its own to name it is named by its id, if that says anything.
+fn name_of_document(object: &str) -> String {
+    let is_uuid = object.parse::<model::ids::SessionId>().is_ok();
+    if is_uuid { "–".to_owned() } else { object.to_owned() }
+}
+
 /// The page of what has no row of its own to name it.
 fn href_of_document(act: &SchoolAct) -> Option<String> {
     match act.action.split_once('.')?.0 {
-        "assignment" => Some(format!("/assignments/{}", act.object)),
         "exercise" => Some(format!("/exercises/{}", act.object)),
         _ => None,
     }

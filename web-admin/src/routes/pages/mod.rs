@@ -46,6 +46,7 @@ mod second_factor;
 mod segments;
 mod service;
 mod sessions;
+mod settings;
 mod sign_in_code;
 mod standing;
 mod studies;
@@ -112,13 +113,14 @@ pub fn page_routes() -> Routes {
         .merge(tokens::token_routes())
         .merge(people_routes())
         .route("/assignments", get(assignments::list_assignments).post(assignments::make_assignment))
-        .route("/admin/certificate-needs", post(admin::set_certificate_needs))
-        .route("/assignments/time-zone", post(assignments::set_time_zone))
+        .route("/admin/certificate-needs", post(settings::set_certificate_needs))
         .route("/assignments/{id}", get(assignments::show_assignment))
         .route("/assignments/{id}/extend", post(assignments::extend_assignment))
         .route("/assignments/{id}/withdraw", post(assignments::withdraw_assignment))
         .route("/admin", get(admin::show_administration))
         .route("/admin/origins", get(origins::show_origins).post(origins::set_origins))
+        .route("/admin/settings", get(settings::show_settings).post(settings::put_settings))
+        .route("/admin/settings/test-letter", post(settings::send_test_letter))
         .route("/admin/audit", get(audit::show_audit_log))
         .route("/admin/audit.csv", get(audit::download_audit_log))
         .route("/admin/service", get(service::show_service_log))

@@ -303,5 +303,5 @@ async fn set_factor_rule(
         Error::BadRequest(format!("rule: \"{}\"; allowed are {allowed}", form.rule))
     })?;
     acts::schools::set_second_factor_rule(&state, &person, rule).await?;
-    Ok(Redirect::to("/admin#second-factor"))
+    Ok(Redirect::to("/admin/settings?saved=true#second-factor"))
 }

@@ -1,0 +1,141 @@
+//! What a school settles for itself.
+
+use std::borrow::Borrow;
+
+use askama::Template;
+use askama_web::WebTemplate;
+use model::{FactorRule, Needed};
+use serde::Deserialize;
+use words::Language;
+
+use super::form::{FilledForm, read_ticked_box, read_trimmed_text};
+use super::trainee::needed_in_words;
+use super::{Shell, format};
+
+/// Where letters go.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum MailWay {
+    /// To a mail server.
+    Server,
+    /// Into a folder of the service's machine, where nobody receives them.
+    Folder,
+}
+
+/// The page.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "settings.html")]
+pub struct SettingsPage {
+    /// Frame.
+    pub shell: Shell,
+    /// What is settled, or was typed.
+    pub form: FilledForm<SettingsForm>,
+    /// What was just done.
+    pub done: Option<String>,
+    /// Time zones to choose from, by name.
+    pub zones: Vec<String>,
+    /// Where letters go.
+    pub mail_way: MailWay,
+    /// To whom a test letter goes.
+    pub own_email: String,
+    /// What must be proved of the attempts that certify.
+    pub needed: Needed,
+    /// Of whom a second factor is asked for.
+    pub factor_rule: FactorRule,
+}
+
+/// What is typed about the school.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(default)]
+pub struct SettingsForm {
+    /// Name.
+    #[serde(deserialize_with = "read_trimmed_text")]
+    pub name: String,
+    /// Time zone, a name of the IANA database.
+    #[serde(deserialize_with = "read_trimmed_text")]
+    pub time_zone: String,
+    /// Code of a language.
+    pub letter_language: String,
+    /// Reminders are mailed.
+    #[serde(deserialize_with = "read_ticked_box")]
+    pub mails_reminders: bool,
+    /// What is new is mailed.
+    #[serde(deserialize_with = "read_ticked_box")]
+    pub mails_news: bool,
+}
+
+impl SettingsPage {
+    fn keeps(&self, zone: &str) -> bool {
+        self.form.typed.time_zone == zone
+    }
+
+    fn writes(&self, language: impl Borrow<Language>) -> bool {
+        self.form.typed.letter_language == language.borrow().code()
+    }
+
+    fn mail_way_words(&self) -> String {
+        match self.mail_way {
+            MailWay::Server => {
+                tr!("Letters go out through the mail server. A test letter goes to {email}.", email = self.own_email)
+            }
+            MailWay::Folder => tr!(
+                "No mail server is set up: letters lie as files on the service’s machine, and nobody receives them. A test letter to {email} is put there, too.",
+                email = self.own_email
+            ),
+        }
+    }
+
+    /// The choices of what must be proved: value, words, and whether it is the one that holds.
+    fn choices(&self) -> Vec<(&'static str, &'static str, bool)> {
+        Needed::ALL.into_iter().map(|one| (one.word(), needed_in_words(one), one == self.needed)).collect()
+    }
+
+    /// The choices of whom a second factor is asked for: value, words, and whether it is the one that holds.
+    fn factor_choices(&self) -> Vec<(&'static str, &'static str, bool)> {
+        let words = |rule| match rule {
+            FactorRule::Nobody => tr!("of nobody; everybody may have one"),
+            FactorRule::Teachers => tr!("of instructors and administrators"),
+            FactorRule::Everybody => tr!("of everybody, trainees among them"),
+        };
+        FactorRule::ALL.into_iter().map(|rule| (rule.word(), words(rule), rule == self.factor_rule)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use model::Role;
+
+    use super::*;
+    use crate::samples;
+
+    #[test]
+    fn what_is_settled_is_shown_and_what_was_typed_wrongly_stays() {
+        let typed = SettingsForm {
+            name: "Nord <Schule>".to_owned(),
+            time_zone: "Europe/Berlin".to_owned(),
+            letter_language: "de".to_owned(),
+            mails_reminders: true,
+            mails_news: false,
+        };
+        let mut page = SettingsPage {
+            shell: samples::shell(Role::Administrator),
+            form: FilledForm::new(typed.clone()),
+            done: Some("Changed.".to_owned()),
+            zones: vec!["Europe/Berlin".to_owned(), "UTC".to_owned()],
+            mail_way: MailWay::Folder,
+            own_email: "head@example.org".to_owned(),
+            needed: Needed::SignedOrSupervised,
+            factor_rule: FactorRule::Teachers,
+        };
+        let html = samples::keep_page("settings", &page);
+        assert!(html.contains("Nord &#60;Schule&#62;") && html.contains("nobody receives them"), "{html}");
+        assert_eq!(html.matches(" selected").count(), 2, "a zone and a language");
+        assert_eq!(
+            html.matches(" checked").count(),
+            3,
+            "reminders, and a rule each for certificates and second factors"
+        );
+        (page.form, page.done) = (FilledForm::refused(typed, "no".to_owned()), None);
+        page.mail_way = MailWay::Server;
+        assert!(samples::keep_page("settings-refused", &page).contains("through the mail server"));
+    }
+}
