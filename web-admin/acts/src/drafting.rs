@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use documents::{Curriculum, ExerciseBundle, Issue};
 use model::CurrentPerson;
-use model::draft::DraftVerdict;
+use model::draft::{DraftRemark, DraftVerdict};
 use model::ids::{DraftId, SchoolId};
 use model::progress::Mastery;
 use store::audit::{Actor, AuditEntry};
@@ -272,6 +272,18 @@ fn check_course(texts: &Texts, known: &ExerciseShelf, id: &str) -> Checked {
     }
 }
 
+/// Ids of exercises by the names that a course's current revision gives their files.
+///
+/// # Errors
+/// When the database fails.
+pub async fn find_course_files(
+    state: &Service,
+    school: SchoolId,
+    course_id: &str,
+) -> Result<BTreeMap<String, String>, Error> {
+    Ok(ExerciseShelf::of(state, school, course_id).await?.files())
+}
+
 /// The school's exercises, as a course may name them. Each is read when it is named.
 struct ExerciseShelf {
     /// By id.
@@ -360,7 +372,7 @@ fn too_costly(state: &Service) -> DraftVerdict {
         seconds = budget_s,
         memory = memory_mb
     );
-    DraftVerdict { problems: vec![(tr!("Too costly").to_owned(), what)], ..DraftVerdict::default() }
+    DraftVerdict { problems: vec![DraftRemark::on_all(tr!("Too costly"), what)], ..DraftVerdict::default() }
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ extern crate words;
 pub mod assignment;
 pub mod attempt_key;
 pub mod attempt_place;
+pub mod authoring;
 pub mod began;
 pub mod certificate;
 pub mod certificate_note;

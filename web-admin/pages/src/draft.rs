@@ -3,12 +3,13 @@
 use askama::Template;
 use askama_web::WebTemplate;
 use documents::{Curriculum, ExerciseBundle, Issue};
-use model::draft::{DraftVerdict, Publishable};
+use model::draft::{DraftRemark, DraftVerdict, Publishable};
 use model::ids::RevisionId;
 use model::progress::Mastery;
 use time::OffsetDateTime;
 use tissue::follow::FieldPlan;
 
+use super::authoring::{DocumentForm, FieldInput};
 use super::diff::DiffLine;
 use super::exercise::ExerciseFacts;
 use super::trainee::rule_in_words;
@@ -61,9 +62,21 @@ pub struct DraftPage {
     pub refused: bool,
     /// What it comes to.
     pub verdict: DraftVerdict,
+    /// The document as a form; absent where its text is shown.
+    pub form: Option<DocumentForm>,
+    /// A form was wanted, and the text is no TOML.
+    pub unreadable: bool,
+    /// It was just saved.
+    pub saved: bool,
 }
 
 impl DraftPage {
+    /// A remark as this page shows it.
+    #[must_use]
+    pub fn show_remark(&self, remark: &DraftRemark) -> ShownRemark {
+        ShownRemark::new(self.form.as_ref(), remark)
+    }
+
     /// The address of the script that keeps the verdict up with what is typed.
     #[must_use]
     pub fn script(&self) -> String {
@@ -77,6 +90,38 @@ impl DraftPage {
 pub struct VerdictPart {
     /// What the draft comes to.
     pub verdict: DraftVerdict,
+    /// The form that somebody types into; absent where it is the text.
+    pub form: Option<DocumentForm>,
+}
+
+impl VerdictPart {
+    /// A remark as this part shows it.
+    #[must_use]
+    pub fn show_remark(&self, remark: &DraftRemark) -> ShownRemark {
+        ShownRemark::new(self.form.as_ref(), remark)
+    }
+}
+
+/// A remark on a draft as a page shows it: beside a form by the name of the field, beside a text by line and column.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ShownRemark {
+    /// The field on the page; absent where there is none.
+    pub href: Option<String>,
+    /// Where.
+    pub place: String,
+    /// What.
+    pub what: String,
+}
+
+impl ShownRemark {
+    fn new(form: Option<&DocumentForm>, remark: &DraftRemark) -> Self {
+        let DraftRemark { place, field, what } = remark.clone();
+        match form.and_then(|form| form.find_place(&field)) {
+            Some((id, label)) => Self { href: Some(format!("#{id}")), place: label, what },
+            None if field.is_empty() => Self { href: None, place, what },
+            None => Self { href: None, place, what: format!("{field}: {what}") },
+        }
+    }
 }
 
 /// The verdict on an exercise that could be published.
@@ -87,7 +132,7 @@ pub fn verdict_of_exercise(exercise: &Publishable) -> DraftVerdict {
     let mut facts = view.facts;
     facts.extend(describe_tissue(bundle, plan.as_ref()));
     let facts = name_document(facts);
-    let advice = advice.iter().map(say_issue).collect();
+    let advice = advice.iter().map(remark_on_issue).collect();
     DraftVerdict { advice, drawing: Some(view.drawing), facts, ..DraftVerdict::default() }
 }
 
@@ -111,14 +156,14 @@ pub fn verdict_of_course(course: &Curriculum, mastery: &Mastery) -> DraftVerdict
 /// The verdict on a draft that is refused.
 #[must_use]
 pub fn verdict_of_refused(issues: &[Issue]) -> DraftVerdict {
-    DraftVerdict { problems: issues.iter().map(say_issue).collect(), ..DraftVerdict::default() }
+    DraftVerdict { problems: issues.iter().map(remark_on_issue).collect(), ..DraftVerdict::default() }
 }
 
 /// The verdict on a draft that nobody has looked at yet; when to ask again, in s.
 #[must_use]
 pub fn verdict_while_waiting(retry_after_s: u64) -> DraftVerdict {
     let what = tr!("others of this school are before this; try again in {wait} s", wait = retry_after_s);
-    DraftVerdict { problems: vec![(tr!("Not looked at yet").to_owned(), what)], ..DraftVerdict::default() }
+    DraftVerdict { problems: vec![DraftRemark::on_all(tr!("Not looked at yet"), what)], ..DraftVerdict::default() }
 }
 
 /// Facts under their names.
@@ -136,6 +181,16 @@ pub fn say_issue(issue: &Issue) -> (String, String) {
         tr!("Document, line {line}, column {column}", line = line, column = column)
     };
     (place, format!("{field}: {}; {}", words::phrase(found), words::phrase(allowed)))
+}
+
+/// The same as a remark, which a form shows at its field.
+fn remark_on_issue(issue: &Issue) -> DraftRemark {
+    let (place, what) = say_issue(issue);
+    let in_scene = issue.file == "attached scene";
+    match what.strip_prefix(&format!("{}: ", issue.field)).filter(|_| !in_scene) {
+        Some(what) => DraftRemark { place, field: issue.field.clone(), what: what.to_owned() },
+        None => DraftRemark { place, field: String::new(), what },
+    }
 }
 
 /// The planner's verdict.
@@ -199,10 +254,13 @@ pub struct RevisionRow {
 mod tests {
     //! A person must see what is wrong and where, and never lose what they typed.
 
+    use documents::metrics::SceneNames;
     use model::Role;
+    use model::authoring::EditedDocument;
     use phrase::{Phrase, phrase};
 
     use super::*;
+    use crate::authoring::make_exercise_form;
     use crate::diff::compare_lines;
     use crate::samples;
 
@@ -226,6 +284,9 @@ mod tests {
             conflict: None,
             refused: false,
             verdict,
+            form: None,
+            unreadable: false,
+            saved: false,
         }
     }
 
@@ -266,6 +327,38 @@ mod tests {
         let held = DraftPage { refused: true, ..page(verdict_of_exercise(&exercise)) };
         let html = samples::keep_page("draft-held", &held);
         assert!(html.contains("not published") && html.contains("value=\"insist\""), "{html}");
+    }
+
+    #[test]
+    fn in_a_form_what_is_wrong_stands_at_its_field() {
+        let text = "title = \"T\"\n[target]\ndepth_mm = 900\n[[rubric]]\nmetric = \"peak_force_n\"\nfull = 0.50\nzero = 5\n";
+        let document = EditedDocument::from_text(text).expect("TOML");
+        let issue = |field: &str, allowed| Issue {
+            file: "document".to_owned(),
+            line: 3,
+            column: 1,
+            field: field.to_owned(),
+            found: Phrase::data("900 mm"),
+            allowed,
+        };
+        let verdict = verdict_of_refused(&[
+            issue("target.depth_mm", phrase!("allowed: at most {length} mm, the needle's length", length = 120.0)),
+            issue("rubric[0].weight", phrase!("missing")),
+        ]);
+        let scene = SceneNames { layers: vec!["fat".to_owned()], structures: Vec::new(), has_rim: true };
+        let form = Some(make_exercise_form(&document, &verdict.problems, &scene));
+        let html = samples::keep_page("draft-form", &DraftPage { form, ..page(verdict) });
+        let parts = [
+            "href=\"#f-target-depth-mm\">Target depth<",
+            "id=\"f-target-depth-mm-why\">900 mm; allowed: at most 120 mm",
+            "value=\"0.50\"",
+            "Full marks at <span class=\"unit\">(N)</span>",
+            "Advance after the pop, tip into fat in mm (better: lower)",
+            "1. Peak force: Weight",
+        ];
+        for wanted in parts {
+            assert!(html.contains(wanted), "{wanted} is missing in {html}");
+        }
     }
 
     #[test]

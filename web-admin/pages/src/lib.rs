@@ -9,6 +9,7 @@ pub mod admin;
 pub mod anatomy;
 pub mod assets;
 pub mod assignments;
+pub mod authoring;
 pub mod certificate;
 pub mod charts;
 pub mod cohort;

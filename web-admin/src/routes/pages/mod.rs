@@ -52,6 +52,7 @@ mod surveys;
 mod tokens;
 mod trainees;
 mod transcript;
+mod writing;
 
 /// Pages for whoever is signed in; the layer around them has settled who that is.
 #[must_use]
