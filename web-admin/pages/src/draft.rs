@@ -6,12 +6,15 @@ use documents::{Curriculum, ExerciseBundle, Issue};
 use model::draft::{DraftRemark, DraftVerdict, Publishable};
 use model::ids::RevisionId;
 use model::progress::Mastery;
+use serde::Deserialize;
 use time::OffsetDateTime;
 use tissue::follow::FieldPlan;
 
 use super::authoring::{DocumentForm, FieldInput};
 use super::diff::DiffLine;
 use super::exercise::ExerciseFacts;
+use super::form::FilledForm;
+use super::people::SelectOption;
 use super::trainee::rule_in_words;
 use super::{Shell, assets, format};
 
@@ -23,8 +26,49 @@ pub struct DraftsPage {
     pub shell: Shell,
     /// Drafts.
     pub drafts: Vec<DraftRow>,
-    /// Id and title of the exercises that may be copied.
-    pub exercises: Vec<(String, String)>,
+    /// The exercises that may be copied.
+    pub exercises: Vec<SelectOption>,
+    /// A document to be begun, and why it was not.
+    pub form: FilledForm<NewDraftForm>,
+}
+
+/// What kind of document is to be begun.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum NewDraftKind {
+    /// An exercise, as a copy of another.
+    #[default]
+    Exercise,
+    /// A course without exercises.
+    Course,
+}
+
+/// A document to be begun, as it was typed.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(default)]
+pub struct NewDraftForm {
+    /// What it will be.
+    pub kind: NewDraftKind,
+    /// Id of the exercise that is copied.
+    pub exercise: String,
+    /// Title.
+    pub title: String,
+    /// Id; empty where it is made from the title.
+    pub id: String,
+}
+
+impl DraftsPage {
+    /// Why the form of a kind was refused.
+    #[must_use]
+    pub fn refusal_of(&self, kind: NewDraftKind) -> Option<&str> {
+        self.form.refused.as_deref().filter(|_| self.form.typed.kind == kind)
+    }
+
+    /// What was typed into the form of a kind, once it was refused.
+    #[must_use]
+    pub fn typed_of(&self, kind: NewDraftKind) -> NewDraftForm {
+        if self.form.typed.kind == kind { self.form.typed.clone() } else { NewDraftForm::default() }
+    }
 }
 
 /// A draft in the list.
@@ -32,8 +76,10 @@ pub struct DraftsPage {
 pub struct DraftRow {
     /// Its page.
     pub href: String,
-    /// `exercise` or `course`.
+    /// What it is.
     pub kind: &'static str,
+    /// The title that stands in it; empty where there is none.
+    pub title: String,
     /// Of what it will be a revision.
     pub document_id: String,
     /// Who saved it last.
@@ -267,7 +313,8 @@ mod tests {
     fn row() -> DraftRow {
         DraftRow {
             href: "/drafts/1".to_owned(),
-            kind: "exercise",
+            kind: "Exercise",
+            title: "Stop in the fat".to_owned(),
             document_id: "stop-in-the-fat".to_owned(),
             saved_by: "Dr Peter Osei".to_owned(),
             saved_at: samples::NOW,
@@ -331,7 +378,8 @@ mod tests {
 
     #[test]
     fn in_a_form_what_is_wrong_stands_at_its_field() {
-        let text = "title = \"T\"\n[target]\ndepth_mm = 900\n[[rubric]]\nmetric = \"peak_force_n\"\nfull = 0.50\nzero = 5\n";
+        let text =
+            "title = \"T\"\n[target]\ndepth_mm = 900\n[[rubric]]\nmetric = \"peak_force_n\"\nfull = 0.50\nzero = 5\n";
         let document = EditedDocument::from_text(text).expect("TOML");
         let issue = |field: &str, allowed| Issue {
             file: "document".to_owned(),
@@ -373,12 +421,25 @@ mod tests {
 
     #[test]
     fn drafts_are_listed_or_it_says_how_to_begin() {
-        let exercises = vec![("stop-in-the-fat".to_owned(), "Stop in the fat".to_owned())];
-        let empty =
-            DraftsPage { shell: samples::shell(Role::Instructor), drafts: vec![], exercises: exercises.clone() };
+        let exercise = ("stop-in-the-fat".to_owned(), "Stop in the fat".to_owned());
+        let exercises = vec![SelectOption { value: exercise.0, label: exercise.1, chosen: false }];
+        let form = FilledForm::refused(
+            NewDraftForm { title: "Ä".to_owned(), kind: NewDraftKind::Course, ..NewDraftForm::default() },
+            "id: taken".to_owned(),
+        );
+        let empty = DraftsPage {
+            shell: samples::shell(Role::Instructor),
+            drafts: vec![],
+            exercises: exercises.clone(),
+            form: FilledForm::default(),
+        };
         assert!(samples::keep_page("drafts-empty", &empty).contains("No drafts"));
-        let full = DraftsPage { shell: samples::shell(Role::Instructor), drafts: vec![row()], exercises };
-        assert!(samples::keep_page("drafts", &full).contains("href=\"/drafts/1\""));
+        let full = DraftsPage { shell: samples::shell(Role::Instructor), drafts: vec![row()], exercises, form };
+        let html = samples::keep_page("drafts", &full);
+        assert!(
+            html.contains("href=\"/drafts/1\"") && html.contains("id: taken") && html.contains("value=\"Ä\""),
+            "{html}"
+        );
     }
 
     #[test]

@@ -492,5 +492,6 @@ pub(super) fn exercise_page() -> ExercisePage {
         attempts: attempts(),
         own: true,
         chart: None,
+        teaching: None,
     }
 }

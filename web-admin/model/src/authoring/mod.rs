@@ -3,8 +3,10 @@
 //!
 //! A field has the address that an issue names: `rubric[1].full`.
 
+mod naming;
 mod sent;
 
+pub use naming::id_from_title;
 pub use sent::{SentForm, TypedField};
 use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, TableLike, Value};
 
@@ -25,7 +27,7 @@ pub enum FieldSort {
     Metric,
     /// A table that is there or not.
     Presence,
-    /// A list of ids, each a box of its own; the value of a box follows the field's address after `=`.
+    /// A list of ids, each a box of its own; the value of a box follows the field's address after a colon.
     Ids,
 }
 
@@ -192,7 +194,9 @@ impl EditedDocument {
             both.extend([0, 0]);
             self.put_value(vector, Some(Value::Array(both)));
         }
-        let Some(old) = self.item_mut(vector).and_then(Item::as_array_mut).and_then(|all| all.get_mut(at)) else { return };
+        let Some(old) = self.item_mut(vector).and_then(Item::as_array_mut).and_then(|all| all.get_mut(at)) else {
+            return;
+        };
         *old = with_decor_of(value, old);
     }
 
@@ -255,7 +259,9 @@ impl EditedDocument {
     /// Lets two rows change places, each with the comments above it.
     pub fn swap_rows(&mut self, array: &str, row: usize, other: usize) {
         let count = self.count_rows(array);
-        let Some(Item::ArrayOfTables(rows)) = self.tree.get_mut(array).filter(|_| row.max(other) < count) else { return };
+        let Some(Item::ArrayOfTables(rows)) = self.tree.get_mut(array).filter(|_| row.max(other) < count) else {
+            return;
+        };
         let positions: Vec<Option<isize>> = rows.iter().map(Table::position).collect();
         let mut tables: Vec<Table> = rows.iter().cloned().collect();
         tables.swap(row, other);
@@ -264,6 +270,13 @@ impl EditedDocument {
         }
         *rows = tables.into_iter().collect();
     }
+}
+
+/// Puts an exercise of the school behind the others of a course.
+pub fn add_course_exercise(course: &mut EditedDocument, exercise_id: &str) {
+    let row = course.count_rows("exercise");
+    course.add_row("exercise", &[]);
+    course.write_field(&format!("exercise[{row}].file"), FieldSort::Text, &format!("{exercise_id}.toml"));
 }
 
 /// The address of the version beside a metric.

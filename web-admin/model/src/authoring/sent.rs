@@ -69,7 +69,8 @@ impl SentForm {
         for table in &gone {
             document.write_field(table, FieldSort::Presence, "");
         }
-        let is_gone = |field: &str| gone.iter().any(|table| field.strip_prefix(table).is_some_and(|rest| rest.starts_with('.')));
+        let is_gone =
+            |field: &str| gone.iter().any(|table| field.strip_prefix(table).is_some_and(|rest| rest.starts_with('.')));
         for TypedField { field, typed } in self.fields.iter().filter(|sent| !is_gone(&sent.field)) {
             if let Some(sort) = sort_of_field(field) {
                 document.write_field(field, sort, typed);
@@ -97,7 +98,7 @@ impl SentForm {
     }
 
     fn write_box(&self, document: &mut EditedDocument, field: &str) {
-        if let Some((list, id)) = field.split_once('=') {
+        if let Some((list, id)) = field.split_once(':') {
             if sort_of_field(list) == Some(FieldSort::Ids) {
                 document.tick_id(list, id, self.is_ticked(field));
             }

@@ -87,7 +87,9 @@ fn a_form_that_nobody_has_changed_keeps_every_byte() {
 fn a_change_of_one_field_changes_that_field_alone() {
     for (path, text) in shipped() {
         let before = EditedDocument::from_text(&text).expect("TOML");
-        for field in fields(&before).into_iter().filter(|field| before.is_written(field) && !field.ends_with("confirmed")) {
+        for field in
+            fields(&before).into_iter().filter(|field| before.is_written(field) && !field.ends_with("confirmed"))
+        {
             let sort = sort_for_test(&field);
             let (mut changed, other) = (before.clone(), if sort == FieldSort::Number { "7.50" } else { "another" });
             changed.write_field(&field, sort, other);
@@ -106,7 +108,9 @@ fn a_change_of_one_field_changes_that_field_alone() {
 fn sort_for_test(field: &str) -> FieldSort {
     match field {
         "title" | "briefing" | "description" | "required.reached" | "mastery.rule" => FieldSort::Text,
-        _ if ["metric", "why", "quantity", "message", "survey"].iter().any(|key| field.ends_with(key)) => FieldSort::Text,
+        _ if ["metric", "why", "quantity", "message", "survey"].iter().any(|key| field.ends_with(key)) => {
+            FieldSort::Text
+        }
         _ => FieldSort::Number,
     }
 }
@@ -163,7 +167,7 @@ fn what_no_form_has_is_left_alone_whatever_is_sent() {
     let mut document = EditedDocument::from_text(text).expect("TOML");
     let odd = ["id", "target", "rubric[9].full", "rubric[].full", "[0]", "", "target.depth_mm.x", "entry.point_mm[9]"];
     let fields = odd.map(|field| TypedField { field: field.into(), typed: "7".into() }).to_vec();
-    SentForm { boxes: vec!["target".into(), "x=y".into()], fields }.write_into(&mut document);
+    SentForm { boxes: vec!["target".into(), "x:y".into()], fields }.write_into(&mut document);
     let left = document.into_text();
     assert!(left.starts_with("id = \"a\"\n[target]\ndepth_mm = 1\n"), "{left}");
 }

@@ -4,8 +4,8 @@ use model::authoring::EditedDocument;
 use model::draft::DraftRemark;
 
 use super::{
-    ChoiceGroup, DocumentForm, FieldInput, FormBoxes, FormField, FormReader, FormRow, FormSection, RowAdding, RowMove, place_id,
-    plain_choices,
+    ChoiceGroup, DocumentForm, FieldInput, FormBoxes, FormField, FormReader, FormRow, FormSection, RowAdding, RowMove,
+    place_id, plain_choices,
 };
 use crate::people::SelectOption;
 
@@ -104,8 +104,11 @@ impl CourseFormMaker<'_> {
         let count = self.read.document.count_rows("exercise");
         let ids: Vec<String> = (0..count).map(|row| self.id_at(row)).collect();
         let others = self.context.exercises.iter().filter(|exercise| !ids.contains(&exercise.id));
-        let option =
-            |exercise: &CourseExercise| SelectOption { value: exercise.id.clone(), label: exercise.title.clone(), chosen: false };
+        let option = |exercise: &CourseExercise| SelectOption {
+            value: exercise.id.clone(),
+            label: exercise.title.clone(),
+            chosen: false,
+        };
         let choices = vec![ChoiceGroup { title: "", choices: others.map(option).collect() }];
         FormSection {
             id: "f-exercise",
@@ -153,7 +156,7 @@ impl CourseFormMaker<'_> {
         let odd = ticked.iter().filter(|id| !ids.contains(id));
         let tick = |id: &String| FormField {
             value: if ticked.contains(id) { "yes" } else { "" }.to_owned(),
-            ..self.read.field(format!("{list}={id}"), self.context.title_of(id), FieldInput::Tick)
+            ..self.read.field(format!("{list}:{id}"), self.context.title_of(id), FieldInput::Tick)
         };
         let boxes: Vec<FormField> = others.chain(odd).map(tick).collect();
         let problems = self.read.problems_of(&list);

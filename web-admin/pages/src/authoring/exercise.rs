@@ -1,14 +1,14 @@
 //! The form of an exercise.
 
 use assessment::catalogue::{self, Definition};
-use documents::metrics::{METRICS, SceneNames};
 use documents::Feedback;
+use documents::metrics::{METRICS, SceneNames};
 use model::authoring::EditedDocument;
 use model::draft::DraftRemark;
 
 use super::{
-    ChoiceGroup, DocumentForm, FieldInput, FormField, FormReader, FormRow, FormSection, RowAdding, mark_chosen, place_id,
-    plain_choices,
+    ChoiceGroup, DocumentForm, FieldInput, FormField, FormReader, FormRow, FormSection, RowAdding, mark_chosen,
+    place_id, plain_choices,
 };
 use crate::judgement::GROUPS;
 use crate::people::SelectOption;
@@ -49,9 +49,10 @@ impl ExerciseFormMaker<'_> {
                 read.field("briefing", tr!("Briefing"), FieldInput::Prose)
                     .hinted(tr!("Shown before the attempt. An empty line begins a paragraph.")),
                 read.choice("difficulty", tr!("Difficulty"), plain_choices(difficulty)),
-                read.field("pass_mark", tr!("Pass mark"), FieldInput::Number)
-                    .hinted(tr!("Points of 100. Empty: 70.")),
-                read.field("time_limit_s", tr!("Time limit"), FieldInput::Number).in_unit("s").hinted(tr!("Empty: 300.")),
+                read.field("pass_mark", tr!("Pass mark"), FieldInput::Number).hinted(tr!("Points of 100. Empty: 70.")),
+                read.field("time_limit_s", tr!("Time limit"), FieldInput::Number)
+                    .in_unit("s")
+                    .hinted(tr!("Empty: 300.")),
                 read.choice("feedback", tr!("What the trainee is given"), plain_choices(given)),
             ],
             ..FormSection::default()
@@ -68,7 +69,8 @@ impl ExerciseFormMaker<'_> {
             fields: vec![
                 number("target.depth_mm", tr!("Target depth"), "mm").hinted(tr!("Along the needle, from the skin.")),
                 number("entry.angle_deg", tr!("Angle"), "°").hinted(tr!("To the perpendicular of the skin. Empty: 0.")),
-                number("entry.azimuth_deg", tr!("Heading of the tip"), "°").hinted(tr!("Seen from outside, from +x to +y. Empty: 0.")),
+                number("entry.azimuth_deg", tr!("Heading of the tip"), "°")
+                    .hinted(tr!("Seen from outside, from +x to +y. Empty: 0.")),
                 number("entry.point_mm[0]", tr!("Entry on the skin, x"), "mm").hinted(tr!("Both empty: the middle.")),
                 number("entry.point_mm[1]", tr!("Entry on the skin, y"), "mm"),
             ],
@@ -92,7 +94,8 @@ impl ExerciseFormMaker<'_> {
             fields: vec![
                 present,
                 read.choice("required.reached", tr!("Layer whose boundary was opened"), plain_choices(layers)),
-                read.field("required.within_mm", tr!("Farthest from the target depth"), FieldInput::Number).in_unit("mm"),
+                read.field("required.within_mm", tr!("Farthest from the target depth"), FieldInput::Number)
+                    .in_unit("mm"),
                 read.field("required.confirmed", tr!("The position was confirmed in the body"), FieldInput::Tick),
                 read.field("required.withdrawn", tr!("The needle was withdrawn"), FieldInput::Tick),
             ],
@@ -104,7 +107,9 @@ impl ExerciseFormMaker<'_> {
         FormSection {
             id: "f-rubric",
             title: tr!("Rubric"),
-            about: tr!("Each line earns everything at full marks, nothing at no marks, and in proportion between. The score is the weighted mean."),
+            about: tr!(
+                "Each line earns everything at full marks, nothing at no marks, and in proportion between. The score is the weighted mean."
+            ),
             rows: (0..self.read.document.count_rows("rubric")).map(|row| self.rubric_row(row)).collect(),
             adding: Some(self.metric_adding("add:rubric", "new.rubric", tr!("Add a line"), "rubric")),
             ..FormSection::default()
@@ -117,11 +122,15 @@ impl ExerciseFormMaker<'_> {
         let known = self.definition_of(&at("metric"));
         let unit = known.map_or("", |known| unit_in_words(known.unit));
         let number = |key: &str, label: &str, unit| read.field(at(key), label, FieldInput::Number).in_unit(unit);
-        self.metric_row("rubric", row, vec![
-            number("full", tr!("Full marks at"), unit),
-            number("zero", tr!("No marks at"), unit),
-            number("weight", tr!("Weight"), "").hinted(tr!("Empty: 1.")),
-        ])
+        self.metric_row(
+            "rubric",
+            row,
+            vec![
+                number("full", tr!("Full marks at"), unit),
+                number("zero", tr!("No marks at"), unit),
+                number("weight", tr!("Weight"), "").hinted(tr!("Empty: 1.")),
+            ],
+        )
     }
 
     fn limit_section(&self) -> FormSection {
@@ -138,10 +147,14 @@ impl ExerciseFormMaker<'_> {
     fn limit_row(&self, row: usize) -> FormRow {
         let at = |key: &str| format!("hard_fail[{row}].{key}");
         let unit = self.definition_of(&at("metric")).map_or("", |known| unit_in_words(known.unit));
-        self.metric_row("hard_fail", row, vec![
-            self.read.field(at("above"), tr!("Fails above"), FieldInput::Number).in_unit(unit),
-            self.read.field(at("why"), tr!("What the trainee is told"), FieldInput::Line),
-        ])
+        self.metric_row(
+            "hard_fail",
+            row,
+            vec![
+                self.read.field(at("above"), tr!("Fails above"), FieldInput::Number).in_unit(unit),
+                self.read.field(at("why"), tr!("What the trainee is told"), FieldInput::Line),
+            ],
+        )
     }
 
     /// A row that begins with a metric: which, and which way is better.

@@ -139,7 +139,7 @@ pub struct FormField {
 /// The id on the page of a field or row at an address.
 #[must_use]
 pub fn place_id(field: &str) -> String {
-    let id = field.replace(['[', '.', '=', '_'], "-");
+    let id = field.replace(['[', '.', ':', '_'], "-");
     format!("f-{}", id.replace(']', ""))
 }
 
@@ -192,7 +192,9 @@ impl DocumentForm {
             alone.chain(rows.flat_map(|row| row.fields.iter().map(|field| (field, format!("{}: ", row.title)))))
         });
         let is_it = |known: &str| known == field || known.split_once('[').is_some_and(|(list, _)| list == field);
-        if let Some((known, row)) = fields.into_iter().find(|(known, _)| is_it(&known.field) && known.field.len() >= field.len()) {
+        if let Some((known, row)) =
+            fields.into_iter().find(|(known, _)| is_it(&known.field) && known.field.len() >= field.len())
+        {
             return Some((known.id(), format!("{row}{}", known.label)));
         }
         let mut rows = self.sections.iter().flat_map(|section| &section.rows);

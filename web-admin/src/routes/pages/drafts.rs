@@ -2,22 +2,27 @@
 
 use std::collections::BTreeMap;
 
-use acts::drafting;
+use acts::authoring::NewDocument;
 use acts::drafting::{Checked, SaveOutcome};
 use acts::error::Error;
+use acts::{authoring, drafting};
 use axum::extract::{Path, Query, State};
 use axum::http::StatusCode;
 use axum::http::header::RETRY_AFTER;
 use axum::response::{IntoResponse, Redirect, Response};
 use documents::metrics::SceneNames;
+use model::CurrentPerson;
 use model::authoring::EditedDocument;
 use model::draft::DraftVerdict;
 use model::ids::{DraftId, SchoolId};
-use pages::authoring::{CourseContext, CourseExercise, DocumentForm, make_course_form, make_exercise_form};
+use pages::authoring::{CourseContext, CourseExercise, DocumentForm, make_course_form, make_exercise_form, place_id};
 use pages::diff::compare_lines;
 use pages::draft::{
-    DraftPage, DraftRow, DraftsPage, VerdictPart, verdict_of_course, verdict_of_refused, verdict_while_waiting,
+    DraftPage, DraftRow, DraftsPage, NewDraftForm, NewDraftKind, VerdictPart, verdict_of_course, verdict_of_refused,
+    verdict_while_waiting,
 };
+use pages::form::FilledForm;
+use pages::people::SelectOption;
 use pages::{NavPlace, Shell};
 use serde::Deserialize;
 use store::drafts::{DocumentDraft, DraftKind, Texts};
@@ -28,15 +33,12 @@ use super::writing::{DraftAct, DraftView, SentDraft, ShownFor};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher};
-use crate::routes::forms::FormAnswer;
+use crate::routes::forms::{FormAnswer, split_refusal};
 
-/// A copy to be begun.
+/// A course that an exercise is added to.
 #[derive(Debug, Deserialize)]
-pub(super) struct CopyForm {
-    /// Id of the exercise that is copied.
-    exercise: String,
-    /// Id of the copy.
-    id: String,
+pub(super) struct CourseForm {
+    course: String,
 }
 
 /// How a draft is to be shown.
@@ -57,23 +59,61 @@ pub(super) async fn list_drafts(
     Teacher(person): Teacher,
     csrf: Csrf,
 ) -> Result<DraftsPage, PageError> {
+    Ok(make_drafts_page(&state, &person, &csrf, FilledForm::default()).await?)
+}
+
+async fn make_drafts_page(
+    state: &AppState,
+    person: &CurrentPerson,
+    csrf: &Csrf,
+    form: FilledForm<NewDraftForm>,
+) -> Result<DraftsPage, Error> {
     let (reader, school) = (state.db.reader(), person.school_id);
     let exercises = exercises::list_current_exercises(reader, school).await?;
+    let option = |exercise: exercises::Revision| SelectOption {
+        chosen: exercise.exercise_id == form.typed.exercise,
+        value: exercise.exercise_id,
+        label: exercise.title,
+    };
     Ok(DraftsPage {
-        shell: Shell::new(&person, csrf.token(), NavPlace::Curricula),
+        shell: Shell::new(person, csrf.token(), NavPlace::Curricula),
         drafts: drafts::list_drafts(reader, school).await?.iter().map(make_draft_row).collect(),
-        exercises: exercises.into_iter().map(|exercise| (exercise.exercise_id, exercise.title)).collect(),
+        exercises: exercises.into_iter().map(option).collect(),
+        form,
     })
 }
 
-/// Begins a copy of an exercise.
-pub(super) async fn copy_draft(
+/// Begins a copy of an exercise, or a course.
+pub(super) async fn begin_draft(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    CsrfForm(CopyForm { exercise, id }): CsrfForm<CopyForm>,
+    csrf: Csrf,
+    CsrfForm(typed): CsrfForm<NewDraftForm>,
+) -> Result<FormAnswer<DraftsPage>, PageError> {
+    let new = NewDocument { title: &typed.title, id: &typed.id };
+    let begun = match typed.kind {
+        NewDraftKind::Exercise => authoring::copy_exercise(&state, &person, &typed.exercise, new).await,
+        NewDraftKind::Course => authoring::begin_course(&state, &person, new).await,
+    };
+    match split_refusal(begun)? {
+        Ok(draft) => Ok(FormAnswer::lead_to(&format!("/drafts/{draft}"))),
+        Err(why) => {
+            let form = FilledForm::refused(typed, why);
+            Ok(FormAnswer::Refused(make_drafts_page(&state, &person, &csrf, form).await?))
+        }
+    }
+}
+
+/// Opens the draft of a course with an exercise added to it.
+pub(super) async fn add_to_course(
+    State(state): State<AppState>,
+    Teacher(person): Teacher,
+    Path(id): Path<String>,
+    CsrfForm(CourseForm { course }): CsrfForm<CourseForm>,
 ) -> Result<Redirect, PageError> {
-    let draft = drafting::exercise(&state, &person, &exercise, Some(id.trim())).await?;
-    Ok(Redirect::to(&format!("/drafts/{draft}")))
+    let added = authoring::add_to_course(&state, &person, &course, &id).await?;
+    let place = place_id(&format!("exercise[{}]", added.row));
+    Ok(Redirect::to(&format!("/drafts/{}#{place}", added.draft)))
 }
 
 /// Opens the draft of an exercise.
@@ -83,7 +123,7 @@ pub(super) async fn draft_exercise(
     Path(id): Path<String>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
-    let draft = drafting::exercise(&state, &person, &id, None).await?;
+    let draft = drafting::open_exercise(&state, &person, &id).await?;
     Ok(Redirect::to(&format!("/drafts/{draft}")))
 }
 
@@ -94,7 +134,7 @@ pub(super) async fn draft_course(
     Path(id): Path<String>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
-    let draft = drafting::course(&state, &person, &id).await?;
+    let draft = drafting::open_course(&state, &person, &id).await?;
     Ok(Redirect::to(&format!("/drafts/{draft}")))
 }
 
@@ -108,7 +148,9 @@ pub(super) async fn show_draft(
     let draft = drafts::find_draft(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
     let checked = drafting::check(&state, person.school_id, &draft).await?;
     let shell = Shell::new(&person, csrf.token(), NavPlace::Curricula);
-    let page = show_as(&state, asked.view.of(person.school_id), &draft.clone(), make_draft_page(shell, draft, &checked)).await?;
+    let page =
+        show_as(&state, asked.view.of(person.school_id), &draft.clone(), make_draft_page(shell, draft, &checked))
+            .await?;
     Ok(answer_with_draft(&checked, page))
 }
 
@@ -138,7 +180,9 @@ async fn make_form(
     let remarks = [verdict.problems.as_slice(), &verdict.advice].concat();
     Ok(Some(match draft.kind {
         DraftKind::Exercise => make_exercise_form(&document, &remarks, &SceneNames::from_text(&draft.texts.scene)),
-        DraftKind::Course => make_course_form(&document, &remarks, &find_course_context(state, school, &draft.document_id).await?),
+        DraftKind::Course => {
+            make_course_form(&document, &remarks, &find_course_context(state, school, &draft.document_id).await?)
+        }
     }))
 }
 
@@ -177,11 +221,13 @@ pub(super) async fn write_draft(
 ) -> Result<FormAnswer<DraftPage>, PageError> {
     let sent = SentDraft::from_fields(fields)?;
     let shell = Shell::new(&person, csrf.token(), NavPlace::Curricula);
-    let draft = match drafting::save(&state, &person, id, sent.seen, &sent.texts).await? {
+    let draft = match drafting::save_draft(&state, &person, id, sent.seen, &sent.texts).await? {
         SaveOutcome::Kept(draft) => draft,
         SaveOutcome::Elsewhere(theirs) => {
             let draft = theirs.clone();
-            let page = show_as(&state, sent.view.of(person.school_id), &draft, answer_conflict(shell, theirs, sent.texts)).await?;
+            let page =
+                show_as(&state, sent.view.of(person.school_id), &draft, answer_conflict(shell, theirs, sent.texts))
+                    .await?;
             return Ok(FormAnswer::Answered((StatusCode::CONFLICT, page).into_response()));
         }
     };
@@ -200,7 +246,9 @@ pub(super) async fn write_draft(
     };
     let is_save = sent.act == DraftAct::Save;
     if is_save || is_held {
-        let page = show_as(&state, sent.view.of(person.school_id), &draft.clone(), make_draft_page(shell, draft, &checked)).await?;
+        let page =
+            show_as(&state, sent.view.of(person.school_id), &draft.clone(), make_draft_page(shell, draft, &checked))
+                .await?;
         return Ok(answer_held(&checked, DraftPage { refused: !is_save, saved: is_save, ..page }));
     }
     match drafting::publish(&state, &person, &draft, &checked).await? {
@@ -255,8 +303,8 @@ pub(super) async fn discard_draft(
 
 fn published_moment(draft: &DocumentDraft) -> String {
     match draft.kind {
-        DraftKind::Exercise => format!("/exercises/{}/revisions", draft.document_id),
-        DraftKind::Course => format!("/curricula/{}/revisions", draft.document_id),
+        DraftKind::Exercise => format!("/exercises/{}?published=yes", draft.document_id),
+        DraftKind::Course => format!("/curricula?published={}", draft.document_id),
     }
 }
 
@@ -264,9 +312,12 @@ fn make_draft_row(draft: &DocumentDraft) -> DraftRow {
     DraftRow {
         href: format!("/drafts/{}", draft.id),
         kind: match draft.kind {
-            DraftKind::Exercise => "exercise",
-            DraftKind::Course => "course",
+            DraftKind::Exercise => tr!("Exercise"),
+            DraftKind::Course => tr!("Course"),
         },
+        title: EditedDocument::from_text(&draft.texts.document)
+            .map(|text| text.written_at("title"))
+            .unwrap_or_default(),
         document_id: draft.document_id.clone(),
         saved_by: draft.saved_by.clone(),
         saved_at: draft.saved_at.to_utc(),

@@ -1,7 +1,7 @@
 //! What is sent of a draft: its text, or what was typed into its form.
 
 use acts::error::Error;
-use model::authoring::{EditedDocument, FieldSort, SentForm, TypedField};
+use model::authoring::{EditedDocument, FieldSort, SentForm, TypedField, add_course_exercise};
 use model::ids::SchoolId;
 use pages::authoring::{FIELD_PREFIX, place_id};
 use serde::Deserialize;
@@ -153,12 +153,14 @@ fn change_rows(document: &mut EditedDocument, asked: &str, chosen: impl Fn(&str)
 
 /// A new row with what was chosen for it.
 fn add_chosen(document: &mut EditedDocument, array: &str, chosen: &str) {
+    if array == "exercise" {
+        return add_course_exercise(document, chosen);
+    }
     let row = document.count_rows(array);
     document.add_row(array, &[]);
     let at = |key: &str| format!("{array}[{row}].{key}");
     match array {
         "coaching" => document.write_field(&at("quantity"), FieldSort::Text, chosen),
-        "exercise" => document.write_field(&at("file"), FieldSort::Text, &format!("{chosen}.toml")),
         _ => document.write_field(&at("metric"), FieldSort::Metric, chosen),
     }
 }
