@@ -43,6 +43,7 @@ pub mod series;
 pub mod study;
 pub mod survey;
 pub mod texts;
+pub mod titles;
 
 pub use attempt_key::SessionKey;
 pub use attempt_place::AttemptPlace;

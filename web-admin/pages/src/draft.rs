@@ -191,7 +191,7 @@ pub fn verdict_of_course(course: &Curriculum, mastery: &Mastery) -> DraftVerdict
     };
     DraftVerdict {
         facts: name_document(vec![
-            (tr!("Title"), course.title.clone()),
+            (tr!("Title"), course.title.in_language(words::current().code()).to_owned()),
             (tr!("An exercise is"), rule_in_words(mastery)),
         ]),
         exercises: course.entries.iter().map(line).collect(),
@@ -437,7 +437,7 @@ mod tests {
         let full = DraftsPage { shell: samples::shell(Role::Instructor), drafts: vec![row()], exercises, form };
         let html = samples::keep_page("drafts", &full);
         assert!(
-            html.contains("href=\"/drafts/1\"") && html.contains("id: taken") && html.contains("value=\"Ä\""),
+            html.contains("href=\"/drafts/1\"") && html.contains("d: taken") && html.contains("value=\"Ä\""),
             "{html}"
         );
     }

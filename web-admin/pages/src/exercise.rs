@@ -105,10 +105,11 @@ impl ExerciseFacts {
         let exercise = &bundle.exercise;
         let weights: f64 = exercise.rubric.iter().map(|l| l.weight).sum();
         let section = section_of_bundle(bundle);
+        let language = words::current().code();
         Self {
             id: exercise.id.clone(),
-            title: exercise.title.clone(),
-            briefing: split_paragraphs(&exercise.briefing),
+            title: exercise.title.in_language(language).to_owned(),
+            briefing: split_paragraphs(exercise.briefing.in_language(language)),
             drawing: charts::draw_both_widths(|size| charts::draw_cross_section(&section, size)),
             layers: bundle.scene.layers.iter().map(|l| (anatomy::say_structure(&l.name), l.thickness_mm)).collect(),
             structures: bundle
@@ -179,7 +180,8 @@ fn say_requirements(required: &documents::Required) -> Vec<String> {
 
 fn say_hard_fail(limit: &documents::HardFail) -> (String, String) {
     let (label, _, unit) = metric_words(&limit.metric, limit.version);
-    (tr!("{label} above {limit}", label = label, limit = format::format_stated(limit.above, unit)), limit.why.clone())
+    let why = limit.why.in_language(words::current().code()).to_owned();
+    (tr!("{label} above {limit}", label = label, limit = format::format_stated(limit.above, unit)), why)
 }
 
 /// Label, definition and unit of a version of a metric, plain or split.

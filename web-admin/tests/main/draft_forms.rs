@@ -126,7 +126,7 @@ async fn what_is_typed_in_one_view_stands_in_the_other_and_errors_stand_at_their
     assert_eq!(text, changed);
     writer.set("document", &text.replace("Stop in the fat", "Halt in the fat"));
     assert_eq!(writer.act("form").await.status, 303);
-    assert_eq!(writer.value("x.title"), "Halt in the fat");
+    assert_eq!(writer.value("x.title.en"), "Halt in the fat");
     assert_eq!(writer.value("x.target.depth_mm"), "8.50", "as it was written");
     writer.set("x.pass_mark", "700");
     writer.set("x.hard_fail[0].above", "far");
@@ -148,12 +148,15 @@ async fn rows_are_added_and_removed_by_buttons() {
     let mut writer = FormWriter::at(client, &draft).await;
     let before = unix(writer.value("document"));
     writer.set("new.rubric", "lateral_peak_n");
-    writer.set("x.title", "Changed on the way");
+    writer.set("x.title.en", "Changed on the way");
     let added = writer.act("add:rubric").await;
     assert!(added.header("location").ends_with("#f-rubric-4"), "{}", added.header("location"));
-    assert_eq!((writer.value("x.rubric[4].metric"), writer.value("x.title")), ("lateral_peak_n", "Changed on the way"));
+    assert_eq!(
+        (writer.value("x.rubric[4].metric"), writer.value("x.title.en")),
+        ("lateral_peak_n", "Changed on the way")
+    );
     writer.act("remove:rubric[4]").await;
-    writer.set("x.title", "Stop in the fat");
+    writer.set("x.title.en", "Stop in the fat");
     writer.act("add:coaching").await;
     writer.act("remove:coaching[2]").await;
     assert_eq!(unix(writer.value("document")), before);
@@ -215,4 +218,31 @@ async fn a_course_begins_from_nothing() {
     }
     let done = writer.act("publish").await;
     assert_eq!(done.header("location"), "/curricula?published=our-first-days", "{}", done.text());
+}
+
+#[tokio::test]
+async fn readers_get_documents_in_their_language_or_the_documents_own() {
+    let (_app, mut client) = instructor().await;
+    let csrf = csrf_in(&client.get("/drafts").await.text());
+    let draft = begin(&mut client, "/exercises/stop-in-the-fat").await;
+    let mut writer = FormWriter::at(client.clone(), &draft).await;
+    writer.set("x.hard_fail[0].why.de", "Viel zu tief.");
+    writer.set("new.languages", "fr");
+    writer.act("add:languages").await;
+    writer.set("x.title.fr", "Arrêt dans la graisse");
+    writer.act("publish").await;
+    for (language, title, why) in
+        [("de", "Im Fett anhalten", "Viel zu tief."), ("en", "Stop in the fat", "The needle went")]
+    {
+        let choice = [("csrf", csrf.as_str()), ("language", language)];
+        assert_eq!(client.form("/account/language", &choice).await.status, 303);
+        let page = client.get("/exercises/stop-in-the-fat").await.text();
+        assert!(page.contains(title) && page.contains(why), "{page}");
+        for list in ["/curricula", "/assignments", "/drafts"] {
+            let page = client.get(list).await.text();
+            assert!(page.contains(title) && !page.contains('\u{1f}'), "{list}: {page}");
+        }
+    }
+    let described = if client.get("/curricula").await.text().contains("Seven exercises") { "en" } else { "de" };
+    assert_eq!(described, "en", "the course's description, too");
 }

@@ -3,9 +3,11 @@
 //!
 //! A field has the address that an issue names: `rubric[1].full`.
 
+mod languages;
 mod naming;
 mod sent;
 
+pub use languages::LANGUAGES;
 pub use naming::id_from_title;
 pub use sent::{SentForm, TypedField};
 use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, TableLike, Value};
@@ -27,6 +29,10 @@ pub enum FieldSort {
     Metric,
     /// A table that is there or not.
     Presence,
+    /// A text in one of the document's languages.
+    Translation,
+    /// In which language the document is written.
+    OwnLanguage,
     /// A list of ids, each a box of its own; the value of a box follows the field's address after a colon.
     Ids,
 }
@@ -119,6 +125,8 @@ impl EditedDocument {
             FieldSort::Metric => self.write_metric(field, typed),
             FieldSort::Presence if typed.is_empty() => self.put_value(field, None),
             FieldSort::Presence => self.ensure_table(field),
+            FieldSort::Translation => self.write_translation(field, typed),
+            FieldSort::OwnLanguage => self.name_own_language(typed),
             FieldSort::Ids => {}
             _ if self.written_at(field) == typed => {}
             FieldSort::Text if typed.is_empty() => self.put_value(field, None),

@@ -1,10 +1,12 @@
 //! What a form sends of a document: which fields, what was typed into them, and where it goes.
 
+use super::languages::split_language;
 use super::{EditedDocument, FieldSort};
 
 /// Every field of an exercise and of a course that a form may change, rows without their number.
 const FIELDS: &[(&str, FieldSort)] = &[
     ("title", FieldSort::Text),
+    ("languages", FieldSort::OwnLanguage),
     ("briefing", FieldSort::Text),
     ("description", FieldSort::Text),
     ("difficulty", FieldSort::Number),
@@ -123,6 +125,15 @@ fn drop_keys_of_other_rules(document: &mut EditedDocument, rule: &str) {
 
 /// What a field holds; nothing for one that no form has.
 fn sort_of_field(field: &str) -> Option<FieldSort> {
+    if split_language(field).is_some() {
+        return Some(FieldSort::Translation);
+    }
+    let pattern = pattern_of_field(field);
+    FIELDS.iter().find(|(known, _)| *known == pattern).map(|(_, sort)| *sort)
+}
+
+/// An address with its rows' numbers left out.
+pub(super) fn pattern_of_field(field: &str) -> String {
     let mut pattern = String::new();
     let mut in_row = false;
     for c in field.chars() {
@@ -131,5 +142,5 @@ fn sort_of_field(field: &str) -> Option<FieldSort> {
             pattern.push(c);
         }
     }
-    FIELDS.iter().find(|(known, _)| *known == pattern).map(|(_, sort)| *sort)
+    pattern
 }

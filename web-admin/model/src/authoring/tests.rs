@@ -15,10 +15,13 @@ fn shipped() -> Vec<(PathBuf, String)> {
         .collect()
 }
 
-const PLACES: [&str; 18] = [
-    "title",
-    "briefing",
-    "description",
+const PLACES: [&str; 21] = [
+    "title.en",
+    "title.de",
+    "briefing.en",
+    "briefing.de",
+    "description.en",
+    "description.de",
     "difficulty",
     "pass_mark",
     "time_limit_s",
@@ -43,9 +46,9 @@ const COLUMNS: [&str; 10] = [
     "rubric[].weight",
     "hard_fail[].metric",
     "hard_fail[].above",
-    "hard_fail[].why",
+    "hard_fail[].why.en",
     "coaching[].quantity",
-    "coaching[].message",
+    "coaching[].message.de",
     "exercise[].survey",
 ];
 
@@ -107,10 +110,9 @@ fn a_change_of_one_field_changes_that_field_alone() {
 
 fn sort_for_test(field: &str) -> FieldSort {
     match field {
-        "title" | "briefing" | "description" | "required.reached" | "mastery.rule" => FieldSort::Text,
-        _ if ["metric", "why", "quantity", "message", "survey"].iter().any(|key| field.ends_with(key)) => {
-            FieldSort::Text
-        }
+        "required.reached" | "mastery.rule" => FieldSort::Text,
+        _ if field.ends_with(".en") || field.ends_with(".de") => FieldSort::Translation,
+        _ if ["metric", "quantity", "survey"].iter().any(|key| field.ends_with(key)) => FieldSort::Text,
         _ => FieldSort::Number,
     }
 }
@@ -159,6 +161,30 @@ fn a_metric_is_picked_with_its_version_and_boxes_are_ticked() {
     course.tick_id("exercise[0].prerequisites", "c", true);
     course.tick_id("exercise[0].prerequisites", "b", false);
     assert_eq!(course.texts_at("exercise[0].prerequisites"), ["c"]);
+}
+
+#[test]
+fn a_text_comes_into_another_language_and_goes_again() {
+    let text = "id = \"a\"\ntitle = \"Stop\" # short\n\n[[hard_fail]]\nwhy = \"Too deep\"\n";
+    let mut document = EditedDocument::from_text(text).expect("TOML");
+    document.write_field("title.de", FieldSort::Translation, "");
+    assert!(!document.add_language("de"), "its own is not known yet");
+    document.write_field("languages", FieldSort::OwnLanguage, "en");
+    assert!(document.add_language("de") && !document.add_language("de") && !document.add_language("tlh"));
+    assert_eq!([document.address_in("title", "en"), document.address_in("title", "de")], ["title", "title.de"]);
+    let typed = |field: &str, typed: &str| TypedField { field: field.into(), typed: typed.into() };
+    let fields = vec![typed("title", "Stop"), typed("title.de", "Halt"), typed("hard_fail[0].why.de", "Zu tief")];
+    SentForm { boxes: Vec::new(), fields }.write_into(&mut document);
+    let both = document.clone().into_text();
+    assert!(both.contains("title = { en = \"Stop\", de = \"Halt\" } # short\n"), "{both}");
+    assert!(both.contains("why = { en = \"Too deep\", de = \"Zu tief\" }\n"), "{both}");
+    assert!(both.contains("languages = [\"en\", \"de\"]\n"), "{both}");
+    assert_eq!(document.address_in("title", "en"), "title.en");
+    document.write_field("title.en", FieldSort::Translation, "Stop now");
+    document.remove_language(1);
+    document.remove_language(0);
+    let own = document.into_text();
+    assert!(own.contains("title = { en = \"Stop now\" } # short\n") && own.contains("languages = [\"en\"]\n"), "{own}");
 }
 
 #[test]

@@ -46,7 +46,14 @@ impl CourseContext {
 #[must_use]
 pub fn make_course_form(document: &EditedDocument, remarks: &[DraftRemark], context: &CourseContext) -> DocumentForm {
     let form = CourseFormMaker { read: FormReader { document, remarks }, context };
-    DocumentForm { sections: vec![form.about_section(), form.mastery_section(), form.exercise_section()] }
+    DocumentForm {
+        sections: vec![
+            form.about_section(),
+            form.mastery_section(),
+            form.exercise_section(),
+            form.read.language_section(),
+        ],
+    }
 }
 
 struct CourseFormMaker<'d> {
@@ -56,15 +63,9 @@ struct CourseFormMaker<'d> {
 
 impl CourseFormMaker<'_> {
     fn about_section(&self) -> FormSection {
-        FormSection {
-            id: "f-about",
-            title: tr!("The course"),
-            fields: vec![
-                self.read.field("title", tr!("Title"), FieldInput::Line),
-                self.read.field("description", tr!("What it teaches"), FieldInput::Prose),
-            ],
-            ..FormSection::default()
-        }
+        let mut fields = self.read.wording("title", tr!("Title"), &FieldInput::Line);
+        fields.extend(self.read.wording("description", tr!("What it teaches"), &FieldInput::Prose));
+        FormSection { id: "f-about", title: tr!("The course"), fields, ..FormSection::default() }
     }
 
     fn mastery_section(&self) -> FormSection {

@@ -25,6 +25,7 @@ pub fn make_exercise_form(document: &EditedDocument, remarks: &[DraftRemark], sc
         form.rubric_section(),
         form.limit_section(),
         form.coaching_section(),
+        form.read.language_section(),
     ];
     DocumentForm { sections }
 }
@@ -41,20 +42,28 @@ impl ExerciseFormMaker<'_> {
         let difficulty = std::iter::once(("", tr!("Nothing said: 1").to_owned())).chain(levels);
         let given = Feedback::ALL.map(say_feedback);
         let given = std::iter::once(("", tr!("Nothing said: everything").to_owned())).chain(given);
+        let mut said = read.wording("title", tr!("Title"), &FieldInput::Line);
+        let briefing = read.wording("briefing", tr!("Briefing"), &FieldInput::Prose);
+        said.extend(
+            briefing
+                .into_iter()
+                .map(|text| text.hinted(tr!("Shown before the attempt. An empty line begins a paragraph."))),
+        );
         FormSection {
             id: "f-about",
             title: tr!("What to do"),
-            fields: vec![
-                read.field("title", tr!("Title"), FieldInput::Line),
-                read.field("briefing", tr!("Briefing"), FieldInput::Prose)
-                    .hinted(tr!("Shown before the attempt. An empty line begins a paragraph.")),
-                read.choice("difficulty", tr!("Difficulty"), plain_choices(difficulty)),
-                read.field("pass_mark", tr!("Pass mark"), FieldInput::Number).hinted(tr!("Points of 100. Empty: 70.")),
-                read.field("time_limit_s", tr!("Time limit"), FieldInput::Number)
-                    .in_unit("s")
-                    .hinted(tr!("Empty: 300.")),
-                read.choice("feedback", tr!("What the trainee is given"), plain_choices(given)),
-            ],
+            fields: said
+                .into_iter()
+                .chain([
+                    read.choice("difficulty", tr!("Difficulty"), plain_choices(difficulty)),
+                    read.field("pass_mark", tr!("Pass mark"), FieldInput::Number)
+                        .hinted(tr!("Points of 100. Empty: 70.")),
+                    read.field("time_limit_s", tr!("Time limit"), FieldInput::Number)
+                        .in_unit("s")
+                        .hinted(tr!("Empty: 300.")),
+                    read.choice("feedback", tr!("What the trainee is given"), plain_choices(given)),
+                ])
+                .collect(),
             ..FormSection::default()
         }
     }
@@ -147,14 +156,9 @@ impl ExerciseFormMaker<'_> {
     fn limit_row(&self, row: usize) -> FormRow {
         let at = |key: &str| format!("hard_fail[{row}].{key}");
         let unit = self.definition_of(&at("metric")).map_or("", |known| unit_in_words(known.unit));
-        self.metric_row(
-            "hard_fail",
-            row,
-            vec![
-                self.read.field(at("above"), tr!("Fails above"), FieldInput::Number).in_unit(unit),
-                self.read.field(at("why"), tr!("What the trainee is told"), FieldInput::Line),
-            ],
-        )
+        let mut fields = vec![self.read.field(at("above"), tr!("Fails above"), FieldInput::Number).in_unit(unit)];
+        fields.extend(self.read.wording(&at("why"), tr!("What the trainee is told"), &FieldInput::Line));
+        self.metric_row("hard_fail", row, fields)
     }
 
     /// A row that begins with a metric: which, and which way is better.
@@ -239,8 +243,10 @@ impl ExerciseFormMaker<'_> {
                 read.field(at("rearm_below"), tr!("Again after below"), FieldInput::Number)
                     .in_unit(unit)
                     .hinted(tr!("Empty: the same.")),
-                read.field(at("message"), tr!("Message"), FieldInput::Line),
-            ],
+            ]
+            .into_iter()
+            .chain(read.wording(&at("message"), tr!("Message"), &FieldInput::Line))
+            .collect(),
             boxes: None,
             removal: format!("remove:coaching[{row}]"),
             moves: Vec::new(),

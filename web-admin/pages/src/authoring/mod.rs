@@ -5,7 +5,7 @@ mod exercise;
 
 pub use course::{CourseContext, CourseExercise, make_course_form};
 pub use exercise::make_exercise_form;
-use model::authoring::EditedDocument;
+use model::authoring::{EditedDocument, LANGUAGES};
 use model::draft::DraftRemark;
 
 use super::people::SelectOption;
@@ -134,6 +134,8 @@ pub struct FormField {
     pub value: String,
     /// What is wrong with it.
     pub problems: Vec<String>,
+    /// Code of the language in which it is filled in; empty where the document says nothing of languages.
+    pub language: String,
 }
 
 /// The id on the page of a field or row at an address.
@@ -221,7 +223,67 @@ impl FormReader<'_> {
     fn field(&self, field: impl Into<String>, label: impl Into<String>, input: FieldInput) -> FormField {
         let (field, label) = (field.into(), label.into());
         let (value, problems) = (self.document.written_at(&field), self.problems_of(&field));
-        FormField { value, problems, field, label, unit: "", hint: String::new(), input }
+        FormField { value, problems, field, label, unit: "", hint: String::new(), input, language: String::new() }
+    }
+
+    /// A text in each language of the document.
+    fn wording(&self, text: &str, label: &str, input: &FieldInput) -> Vec<FormField> {
+        let languages = self.document.languages();
+        let in_language = |language: &String| FormField {
+            language: language.clone(),
+            ..self.field(
+                self.document.address_in(text, language),
+                format!("{label} ({})", words::own_name(language)),
+                input.clone(),
+            )
+        };
+        match languages.as_slice() {
+            [] => vec![self.field(text, label, input.clone())],
+            [only] => vec![FormField { label: label.to_owned(), ..in_language(only) }],
+            all => all.iter().map(in_language).collect(),
+        }
+    }
+
+    /// In which languages the document is written.
+    fn language_section(&self) -> FormSection {
+        let languages = self.document.languages();
+        let option = |code: &&str| SelectOption {
+            value: (*code).to_owned(),
+            label: words::own_name(code).to_owned(),
+            chosen: false,
+        };
+        let others = LANGUAGES.iter().filter(|code| languages.iter().all(|known| known != *code));
+        let choices = vec![ChoiceGroup { title: "", choices: others.map(option).collect() }];
+        let all = plain_choices(LANGUAGES.iter().map(|code| (*code, words::own_name(code).to_owned())));
+        let own = self.choice("languages", tr!("This document is written in"), all);
+        let row = |(at, code): (usize, &String)| FormRow {
+            id: place_id(&format!("languages[{at}]")),
+            title: words::own_name(code).to_owned(),
+            note: if at == 0 {
+                tr!("Its own language: for whoever speaks none of the others.").to_owned()
+            } else {
+                String::new()
+            },
+            fields: Vec::new(),
+            boxes: None,
+            removal: if at == 0 { String::new() } else { format!("remove:languages[{at}]") },
+            moves: Vec::new(),
+        };
+        FormSection {
+            id: "f-languages",
+            title: tr!("Languages"),
+            about: tr!("Trainees read it in their language, where it is written in that, and else in its own."),
+            fields: if languages.is_empty() { vec![own] } else { Vec::new() },
+            rows: languages.iter().enumerate().map(row).collect(),
+            adding: Some(RowAdding {
+                act: "add:languages",
+                name: "new.languages",
+                label: tr!("Also in"),
+                button: tr!("Add the language"),
+                choices,
+                problems: self.problems_of("languages"),
+            }),
+        }
     }
 
     /// What is wrong with a field, or with the vector that it is a part of.

@@ -316,7 +316,7 @@ fn make_draft_row(draft: &DocumentDraft) -> DraftRow {
             DraftKind::Course => tr!("Course"),
         },
         title: EditedDocument::from_text(&draft.texts.document)
-            .map(|text| text.written_at("title"))
+            .map(|text| text.title_in(words::current().code()))
             .unwrap_or_default(),
         document_id: draft.document_id.clone(),
         saved_by: draft.saved_by.clone(),

@@ -130,6 +130,9 @@ fn change_rows(document: &mut EditedDocument, asked: &str, chosen: impl Fn(&str)
         Some((array, row)) => (array, row.parse().ok()?),
         None => (what, document.count_rows(what)),
     };
+    if array == "languages" {
+        return change_languages(document, verb, row, &chosen(array));
+    }
     if !["rubric", "hard_fail", "coaching", "exercise"].contains(&array) {
         return None;
     }
@@ -149,6 +152,21 @@ fn change_rows(document: &mut EditedDocument, asked: &str, chosen: impl Fn(&str)
         }
         _ => None,
     }
+}
+
+/// Adds a language, or takes one away with its texts. A document that does not say in which language it is written is taken to be in the
+/// reader's.
+fn change_languages(document: &mut EditedDocument, verb: &str, at: usize, chosen: &str) -> Option<String> {
+    match verb {
+        "add" => {
+            let reader = words::current().code();
+            document.name_own_language(if reader == chosen { "en" } else { reader });
+            document.add_language(chosen);
+        }
+        "remove" => document.remove_language(at),
+        _ => return None,
+    }
+    Some(place_id("languages"))
 }
 
 /// A new row with what was chosen for it.
