@@ -6,7 +6,7 @@ use model::{CurrentPerson, authoring};
 use store::drafts::{DraftKind, NewDocumentDraft, Texts};
 use store::{curricula, drafts, exercises};
 
-use crate::drafting::{SaveOutcome, begin_draft_of, current_exercise, open_course, save_draft};
+use crate::drafting::{SaveOutcome, begin_draft_of, current_exercise, draft_editor, open_course, save_draft};
 use crate::error::{Error, refuse_trainees};
 use crate::service::Service;
 
@@ -22,6 +22,15 @@ pub struct NewDocument<'a> {
     pub title: &'a str,
     /// Its id; empty where it is to be made from the title.
     pub id: &'a str,
+}
+
+/// A draft in the version that was seen.
+#[derive(Clone, Copy, Debug)]
+pub struct SeenDraft {
+    /// The draft.
+    pub id: DraftId,
+    /// The version.
+    pub version: i64,
 }
 
 /// An exercise in the draft of a course.
@@ -111,6 +120,37 @@ pub async fn add_to_course(
             Err(Error::Conflict(tr!("somebody has just saved the draft of this course; try again").to_owned()))
         }
     }
+}
+
+/// Saves the draft of an exercise with the scene of another exercise, meshes included, in the place of its own.
+///
+/// # Errors
+/// When there is no such draft or exercise, or the database fails.
+pub async fn take_scene(
+    state: &Service,
+    person: &CurrentPerson,
+    seen: SeenDraft,
+    document: &str,
+    exercise_id: &str,
+) -> Result<SaveOutcome, Error> {
+    refuse_trainees(person)?;
+    let school = person.school_id;
+    let (revision, theirs) = current_exercise(state, school, exercise_id).await?;
+    let mut edited = EditedDocument::from_text(document);
+    if let (Some(edited), Some(source)) = (edited.as_mut(), EditedDocument::from_text(&theirs.document)) {
+        edited.write_field("scene", FieldSort::Text, &source.written_at("scene"));
+    }
+    let document = edited.map_or_else(|| document.to_owned(), EditedDocument::into_text);
+    let texts = Texts { document, scene: theirs.scene };
+    let by = draft_editor(state, person);
+    let mut tx = state.db.write().await?;
+    let kept = drafts::save_draft(&mut tx, by, seen.id, seen.version, &texts).await?;
+    if kept {
+        drafts::rebase_draft(&mut tx, school, seen.id, revision).await?;
+    }
+    let draft = drafts::find_draft(&mut *tx, school, seen.id).await?.ok_or(Error::NotFound)?;
+    tx.commit().await?;
+    Ok(if kept { SaveOutcome::Kept(draft) } else { SaveOutcome::Elsewhere(draft) })
 }
 
 fn refuse_unreadable() -> Error {

@@ -90,7 +90,7 @@ pub(crate) async fn begin_draft_of(
     person: &CurrentPerson,
     draft: &NewDocumentDraft<'_>,
 ) -> Result<DraftId, Error> {
-    let by = by(state, person);
+    let by = draft_editor(state, person);
     let mut tx = state.db.write().await?;
     if let Some(begun) = drafts::find_draft_of(&mut *tx, by.school, draft.kind, draft.document_id).await? {
         return Ok(begun);
@@ -120,7 +120,7 @@ pub async fn save_draft(
     texts: &Texts,
 ) -> Result<SaveOutcome, Error> {
     refuse_trainees(person)?;
-    let by = by(state, person);
+    let by = draft_editor(state, person);
     let mut tx = state.db.write().await?;
     let kept = drafts::save_draft(&mut tx, by, id, seen, texts).await?;
     let draft = drafts::find_draft(&mut *tx, by.school, id).await?.ok_or(Error::NotFound)?;
@@ -139,7 +139,7 @@ pub async fn publish(
     draft: &DocumentDraft,
     checked: &Checked,
 ) -> Result<bool, Error> {
-    let by = by(state, person);
+    let by = draft_editor(state, person);
     let publisher = DocumentPublisher { school: by.school, by: Actor::Person(by.person), now: by.now };
     let exercise = match checked {
         Checked::Exercise(_) => Some(sound(state, by.school, draft).await?),
@@ -167,7 +167,7 @@ pub async fn publish(
 /// Throws a draft away in the version that was seen. False when it is another by now.
 pub async fn discard(state: &Service, person: &CurrentPerson, id: DraftId, seen: i64) -> Result<bool, Error> {
     refuse_trainees(person)?;
-    let by = by(state, person);
+    let by = draft_editor(state, person);
     let mut tx = state.db.write().await?;
     let draft = drafts::find_draft(&mut *tx, by.school, id).await?.ok_or(Error::NotFound)?;
     let removed = drafts::remove_draft(&mut tx, by.school, id, seen).await?;
@@ -307,7 +307,8 @@ impl ExerciseShelf {
     }
 }
 
-fn by(state: &Service, person: &CurrentPerson) -> DraftEditor {
+/// Who changes a draft, and when.
+pub(crate) fn draft_editor(state: &Service, person: &CurrentPerson) -> DraftEditor {
     DraftEditor { school: person.school_id, person: person.id, now: state.clock.now() }
 }
 

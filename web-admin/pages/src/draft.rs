@@ -110,6 +110,10 @@ pub struct DraftPage {
     pub verdict: DraftVerdict,
     /// The document as a form; absent where its text is shown.
     pub form: Option<DocumentForm>,
+    /// Exercises whose scene can be taken, beside the form of an exercise.
+    pub scenes: Vec<SelectOption>,
+    /// Title of the scene, beside the form of an exercise.
+    pub scene_title: String,
     /// A form was wanted, and the text is no TOML.
     pub unreadable: bool,
     /// It was just saved.
@@ -332,6 +336,8 @@ mod tests {
             refused: false,
             verdict,
             form: None,
+            scenes: Vec::new(),
+            scene_title: String::new(),
             unreadable: false,
             saved: false,
         }

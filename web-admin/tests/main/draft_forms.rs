@@ -164,6 +164,25 @@ async fn rows_are_added_and_removed_by_buttons() {
 }
 
 #[tokio::test]
+async fn the_scene_of_another_exercise_is_taken_with_its_layers() {
+    let (_app, mut client) = instructor().await;
+    let draft = begin(&mut client, "/exercises/stop-in-the-fat").await;
+    let mut writer = FormWriter::at(client, &draft).await;
+    assert!(!writer.value("scene").contains("lumbar vessel"));
+    writer.set("new.scene", "avoid-the-vessel");
+    writer.set("x.pass_mark", "66");
+    let taken = writer.act("scene").await;
+    assert!(taken.header("location").ends_with("#f-scene"), "{}", taken.text());
+    assert!(writer.value("scene").contains("lumbar vessel"));
+    let document = unix(writer.value("document"));
+    assert!(document.contains("scene = \"../scenes/lower-back-vessel.toml\"") && document.contains("pass_mark = 66\n"));
+    writer.set("new.rubric", "structure_clearance_mm.lumbar vessel");
+    writer.act("add:rubric").await;
+    writer.set("new.scene", "no-such");
+    assert_eq!(writer.act("scene").await.status, 404);
+}
+
+#[tokio::test]
 async fn from_a_title_to_an_exercise_in_a_course() {
     let (_app, mut client) = instructor().await;
     let csrf = csrf_in(&client.get("/drafts").await.text());

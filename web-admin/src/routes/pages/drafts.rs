@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use acts::authoring::NewDocument;
+use acts::authoring::{NewDocument, SeenDraft};
 use acts::drafting::{Checked, SaveOutcome};
 use acts::error::Error;
 use acts::{authoring, drafting};
@@ -69,18 +69,23 @@ async fn make_drafts_page(
     form: FilledForm<NewDraftForm>,
 ) -> Result<DraftsPage, Error> {
     let (reader, school) = (state.db.reader(), person.school_id);
-    let exercises = exercises::list_current_exercises(reader, school).await?;
-    let option = |exercise: exercises::Revision| SelectOption {
-        chosen: exercise.exercise_id == form.typed.exercise,
-        value: exercise.exercise_id,
-        label: exercise.title,
-    };
     Ok(DraftsPage {
         shell: Shell::new(person, csrf.token(), NavPlace::Curricula),
         drafts: drafts::list_drafts(reader, school).await?.iter().map(make_draft_row).collect(),
-        exercises: exercises.into_iter().map(option).collect(),
+        exercises: list_exercise_options(state, school, &form.typed.exercise).await?,
         form,
     })
+}
+
+/// The exercises of a school to choose from.
+async fn list_exercise_options(state: &AppState, school: SchoolId, chosen: &str) -> Result<Vec<SelectOption>, Error> {
+    let exercises = exercises::list_current_exercises(state.db.reader(), school).await?;
+    let option = |exercise: exercises::Revision| SelectOption {
+        chosen: exercise.exercise_id == chosen,
+        value: exercise.exercise_id,
+        label: exercise.title,
+    };
+    Ok(exercises.into_iter().map(option).collect())
 }
 
 /// Begins a copy of an exercise, or a course.
@@ -165,8 +170,13 @@ async fn show_as(
         return Ok(page);
     }
     let texts = Texts { document: page.document.clone(), scene: page.scene.clone().unwrap_or_default() };
+    let scene = EditedDocument::from_text(&texts.scene).map(|scene| scene.written_at("title"));
     let form = make_form(state, school, &DocumentDraft { texts, ..draft.clone() }, &page.verdict).await?;
-    Ok(DraftPage { unreadable: form.is_none(), form, ..page })
+    let scenes = match (draft.kind, form.is_some()) {
+        (DraftKind::Exercise, true) => list_exercise_options(state, school, "").await?,
+        _ => Vec::new(),
+    };
+    Ok(DraftPage { unreadable: form.is_none(), form, scenes, scene_title: scene.unwrap_or_default(), ..page })
 }
 
 /// A draft as a form; nothing where its text is no TOML.
@@ -221,7 +231,14 @@ pub(super) async fn write_draft(
 ) -> Result<FormAnswer<DraftPage>, PageError> {
     let sent = SentDraft::from_fields(fields)?;
     let shell = Shell::new(&person, csrf.token(), NavPlace::Curricula);
-    let draft = match drafting::save_draft(&state, &person, id, sent.seen, &sent.texts).await? {
+    let seen = SeenDraft { id, version: sent.seen };
+    let saved = match &sent.act {
+        DraftAct::TakeScene(exercise) => {
+            authoring::take_scene(&state, &person, seen, &sent.texts.document, exercise).await?
+        }
+        _ => drafting::save_draft(&state, &person, id, sent.seen, &sent.texts).await?,
+    };
+    let draft = match saved {
         SaveOutcome::Kept(draft) => draft,
         SaveOutcome::Elsewhere(theirs) => {
             let draft = theirs.clone();
@@ -234,7 +251,12 @@ pub(super) async fn write_draft(
     if let DraftAct::Show(view) = sent.act {
         return Ok(FormAnswer::lead_to(&format!("/drafts/{id}{}", view.query())));
     }
-    if let DraftAct::Changed(place) = &sent.act {
+    let changed = match &sent.act {
+        DraftAct::Changed(place) => Some(place.as_str()),
+        DraftAct::TakeScene(_) => Some("f-scene"),
+        _ => None,
+    };
+    if let Some(place) = changed {
         return Ok(FormAnswer::lead_to(&format!("/drafts/{id}#{place}")));
     }
     let checked = drafting::check(&state, person.school_id, &draft).await?;
@@ -344,6 +366,8 @@ fn make_draft_page(shell: Shell, draft: DocumentDraft, checked: &Checked) -> Dra
         refused: false,
         verdict: verdict_of_draft(checked),
         form: None,
+        scenes: Vec::new(),
+        scene_title: String::new(),
         unreadable: false,
         saved: false,
     }

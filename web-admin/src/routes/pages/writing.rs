@@ -51,6 +51,8 @@ pub(super) enum DraftAct {
     Insist,
     /// Save, and show it otherwise.
     Show(DraftView),
+    /// Save it with the scene of this exercise in the place of its own.
+    TakeScene(String),
     /// Rows of the form have changed: the place on the page to go on from.
     Changed(String),
 }
@@ -88,6 +90,7 @@ impl SentDraft {
                 let chosen = |array: &str| first(&format!("new.{array}")).unwrap_or_default().to_owned();
                 let act = match change_rows(&mut edited, asked, chosen) {
                     Some(place) => DraftAct::Changed(place),
+                    None if asked == "scene" => DraftAct::TakeScene(chosen("scene")),
                     None => read_act(asked)?,
                 };
                 (edited.into_text(), act)
