@@ -145,6 +145,7 @@ impl CourseFormMaker<'_> {
             fields: vec![self.read.choice(&at("survey"), tr!("Asked after each attempt"), plain_choices(asked))],
             boxes: self.prerequisites_of(row, ids),
             removal: format!("remove:exercise[{row}]"),
+            loss: "",
             moves: up.into_iter().chain(down).collect(),
         }
     }

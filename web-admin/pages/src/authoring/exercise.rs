@@ -178,6 +178,7 @@ impl ExerciseFormMaker<'_> {
             fields: std::iter::once(picked).chain(fields).collect(),
             boxes: None,
             removal: format!("remove:{array}[{row}]"),
+            loss: "",
             moves: Vec::new(),
         }
     }
@@ -249,6 +250,7 @@ impl ExerciseFormMaker<'_> {
             .collect(),
             boxes: None,
             removal: format!("remove:coaching[{row}]"),
+            loss: "",
             moves: Vec::new(),
         }
     }

@@ -50,8 +50,10 @@ pub struct FormRow {
     pub fields: Vec<FormField>,
     /// Boxes that belong together, under one heading; none where there is nothing to tick.
     pub boxes: Option<FormBoxes>,
-    /// What takes it away.
+    /// What takes it away; empty for what stays.
     pub removal: String,
+    /// What is lost with it, where it asks first.
+    pub loss: &'static str,
     /// What lets it change places with the one before and the one behind it, where it may.
     pub moves: Vec<RowMove>,
 }
@@ -267,6 +269,7 @@ impl FormReader<'_> {
             fields: Vec::new(),
             boxes: None,
             removal: if at == 0 { String::new() } else { format!("remove:languages[{at}]") },
+            loss: tr!("Every text in this language is removed from this draft."),
             moves: Vec::new(),
         };
         FormSection {
