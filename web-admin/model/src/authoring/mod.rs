@@ -196,7 +196,7 @@ impl EditedDocument {
 
     /// A component of a vector; where there was no vector, the others are 0.
     fn put_component(&mut self, vector: &str, at: usize, value: Option<Value>) {
-        let Some(value) = value else { return };
+        let Some(value) = value.filter(|_| at < 2) else { return };
         if !self.is_written(vector) {
             let mut both = toml_edit::Array::new();
             both.extend([0, 0]);
@@ -210,7 +210,8 @@ impl EditedDocument {
 
     /// A table at the root or in another, empty where it is new, behind those that people write before it.
     fn ensure_table(&mut self, field: &str) {
-        if self.is_written(field) {
+        // A row that there is not is no table to be begun.
+        if self.is_written(field) || field.ends_with(']') {
             return;
         }
         if let Some((parent, key)) = field.rsplit_once('.') {

@@ -194,6 +194,5 @@ fn what_no_form_has_is_left_alone_whatever_is_sent() {
     let odd = ["id", "target", "rubric[9].full", "rubric[].full", "[0]", "", "target.depth_mm.x", "entry.point_mm[9]"];
     let fields = odd.map(|field| TypedField { field: field.into(), typed: "7".into() }).to_vec();
     SentForm { boxes: vec!["target".into(), "x:y".into()], fields }.write_into(&mut document);
-    let left = document.into_text();
-    assert!(left.starts_with("id = \"a\"\n[target]\ndepth_mm = 1\n"), "{left}");
+    assert_eq!(document.into_text(), text);
 }
