@@ -11,16 +11,30 @@ use tests::{Service, run_ok};
 use super::browser::{Driver, PASSWORD, complaints, contains, follow, inspect, lands, press, sign_in};
 use super::visitor::{INITIAL, choose_password};
 
-const INSTRUCTOR: &str = "ina@journey.example";
-const TRAINEE: &str = "nia@journey.example";
+pub(super) const INSTRUCTOR: &str = "ina@journey.example";
+pub(super) const TRAINEE: &str = "nia@journey.example";
 /// The first exercise of the course that is assigned.
 const EXERCISE: &str = "curricula/lower-back-basics/1-feel-the-layers.toml";
 
 /// A school that was just founded, in a data folder.
 /// An attempt of this moment, simulated and uploaded by a trainee. `folder` holds what is needed for that.
 pub(super) fn upload_attempt(folder: &Path, url: &str, data: &str, email: &str) {
+    upload_attempt_at(Upload { folder, url, data, email }, EXERCISE);
+}
+
+/// Where an attempt goes, and whose it is.
+#[derive(Clone, Copy)]
+pub(super) struct Upload<'a> {
+    pub folder: &'a Path,
+    pub url: &'a str,
+    pub data: &'a str,
+    pub email: &'a str,
+}
+
+/// The same at an exercise in a file.
+pub(super) fn upload_attempt_at(Upload { folder, url, data, email }: Upload<'_>, exercise: &str) {
     let recording = folder.join("attempt.mcap").to_string_lossy().into_owned();
-    run_ok("stylet", &["simulate", EXERCISE, "--operator", "novice", "--seed", "5", "--out", &recording]);
+    run_ok("stylet", &["simulate", exercise, "--operator", "novice", "--seed", "5", "--out", &recording]);
     let token = run_ok("web-admin", &["user", "token", "--data-dir", data, "--email", email]);
     let file = folder.join("token");
     std::fs::write(&file, token.split_whitespace().last().expect("a token")).expect("a file");
@@ -29,30 +43,30 @@ pub(super) fn upload_attempt(folder: &Path, url: &str, data: &str, email: &str) 
     run_ok("stylet", &[&upload[..], &[&outbox.to_string_lossy()]].concat());
 }
 
-struct School<'a> {
-    browser: &'a Client,
-    url: &'a str,
-    folder: &'a Path,
+pub(super) struct School<'a> {
+    pub browser: &'a Client,
+    pub url: &'a str,
+    pub folder: &'a Path,
 }
 
 impl School<'_> {
-    async fn open(&self, path: &str, what: &str) {
+    pub(super) async fn open(&self, path: &str, what: &str) {
         self.browser.goto(&format!("{}{path}", self.url)).await.expect("an address");
         inspect(self.browser, what).await;
     }
 
-    async fn type_into(&self, css: &str, text: &str) {
+    pub(super) async fn type_into(&self, css: &str, text: &str) {
         let field = self.browser.find(Locator::Css(css)).await.unwrap_or_else(|_| panic!("no field {css}"));
         field.send_keys(text).await.expect("it takes what is typed");
     }
 
-    async fn choose(&self, css: &str, value: &str) {
+    pub(super) async fn choose(&self, css: &str, value: &str) {
         let field = self.browser.find(Locator::Css(css)).await.unwrap_or_else(|_| panic!("no list {css}"));
         field.select_by_value(value).await.unwrap_or_else(|_| panic!("{css} has no {value}"));
     }
 
     /// Presses the button of the form that is sent to an address that ends so, and waits for where it leads.
-    async fn send(&self, action: &str, lands_at: &str) {
+    pub(super) async fn send(&self, action: &str, lands_at: &str) {
         let css = format!("main form[action$='{action}'] button[type=submit]");
         let button = self.browser.find(Locator::Css(&css)).await.unwrap_or_else(|_| panic!("no button {css}"));
         button.click().await.expect("it is pressed");
@@ -60,12 +74,12 @@ impl School<'_> {
         assert!(landed.contains(lands_at), "{action} led to {landed}");
     }
 
-    async fn path(&self) -> String {
+    pub(super) async fn path(&self) -> String {
         self.browser.current_url().await.expect("an address").path().to_owned()
     }
 
     /// Opens a page until it shows some words: what is uploaded is scored a little later.
-    async fn shows_soon(&self, path: &str, word: &str) {
+    pub(super) async fn shows_soon(&self, path: &str, word: &str) {
         for _ in 0..400 {
             self.browser.goto(&format!("{}{path}", self.url)).await.expect("an address");
             let text = self.browser.find(Locator::Css("main")).await.expect("a page").text().await.expect("its words");
@@ -78,7 +92,7 @@ impl School<'_> {
     }
 
     /// Two people by a roster; the link by which the trainee chooses her password.
-    async fn administrator(&self) -> String {
+    pub(super) async fn administrator(&self) -> String {
         sign_in(self.browser, self.url, "head@journey.example").await;
         self.open("/people", "people").await;
         let roster = self.folder.join("roster.csv");
@@ -199,7 +213,7 @@ impl School<'_> {
 }
 
 /// A school with an administrator and the shipped courses.
-fn found(data: &str) {
+pub(super) fn found_school(data: &str) {
     let head = ["user", "add", "--data-dir", data, "--school", "North", "--role", "administrator"];
     run_ok("web-admin", &["migrate", "--data-dir", data]);
     run_ok(
@@ -213,7 +227,7 @@ fn found(data: &str) {
 async fn a_course_from_its_roster_to_its_export() {
     let folder = tempfile::tempdir().expect("a folder");
     let data = folder.path().join("data").to_string_lossy().into_owned();
-    found(&data);
+    found_school(&data);
     let service = Service::start(Path::new(&data));
     choose_password(&service.url, "head@journey.example", PASSWORD);
     let driver = Driver::start();

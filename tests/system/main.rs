@@ -3,6 +3,7 @@
 #![expect(clippy::expect_used, clippy::panic, reason = "a test that cannot go on says why and stops")]
 
 mod attack;
+mod authoring_journey;
 mod browser;
 mod commands;
 mod deploy;

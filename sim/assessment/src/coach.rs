@@ -1,6 +1,6 @@
 //! Coaching during an attempt: an exercise's rules, with hysteresis, on what a tick measures.
 
-use documents::{CoachingRule, Exercise};
+use documents::{CoachingRule, Exercise, Wording};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use recording::Sample;
 use recording::sample::flags;
@@ -29,14 +29,14 @@ impl<'e> Coach<'e> {
 
     /// Watches a tick, and says what is to be said now: each rule once when its quantity rises above its limit, and again only
     /// after the quantity has been below the limit at which the rule arms again.
-    pub fn watch(&mut self, sample: &Sample) -> Vec<&'e str> {
+    pub fn watch(&mut self, sample: &Sample) -> Vec<&'e Wording> {
         self.smooth(sample);
         let mut said = Vec::new();
         for (rule, armed) in self.rules.iter().zip(&mut self.armed) {
             let value = live_quantity(&rule.quantity, sample, &self.planned, self.speed_m_per_s);
             if *armed && value > rule.above {
                 *armed = false;
-                said.push(rule.message.as_str());
+                said.push(&rule.message);
             } else if value < rule.rearm_below {
                 *armed = true;
             }

@@ -130,7 +130,7 @@ impl Shelf {
 fn place(course: &Curriculum, exercise: &str, mastery: Mastery) -> Option<CoursePlace> {
     let at = course.entries.iter().position(|entry| entry.exercise == exercise)?;
     Some(CoursePlace {
-        title: course.title.clone(),
+        title: course.title.own().to_owned(),
         place: [at + 1, course.entries.len()],
         prerequisites: course.entries.get(at)?.prerequisites.clone(),
         mastery,

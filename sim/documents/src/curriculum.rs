@@ -1,5 +1,7 @@
 //! A curriculum: a course of exercises with prerequisites and a mastery rule.
 
+use crate::wording::Wording;
+
 /// When an exercise counts as mastered.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MasteryRule {
@@ -44,9 +46,9 @@ pub struct Curriculum {
     /// Identifier.
     pub id: String,
     /// Title.
-    pub title: String,
+    pub title: Wording,
     /// What it teaches.
-    pub description: String,
+    pub description: Wording,
     /// Exercises in order.
     pub entries: Vec<CurriculumEntry>,
     /// Mastery rule.

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::feedback::Feedback;
+use crate::wording::Wording;
 
 /// One line of a rubric: 100 % at `full`, 0 % at `zero`, linear between, clamped.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -34,8 +35,9 @@ pub struct HardFail {
     pub version: u32,
     /// The attempt fails when the value is above this.
     pub above: f64,
-    /// Said to the trainee.
-    pub why: String,
+    /// Said to the trainee. In its own language it belongs to what decides a score.
+    #[serde(serialize_with = "Wording::serialize_own")]
+    pub why: Wording,
 }
 
 /// The version that a document means which names none: such documents were written when there was no other, and their bytes must
@@ -74,7 +76,7 @@ pub struct CoachingRule {
     /// Armed again when it falls below this.
     pub rearm_below: f64,
     /// The message.
-    pub message: String,
+    pub message: Wording,
 }
 
 /// A checked exercise.
@@ -83,9 +85,9 @@ pub struct Exercise {
     /// Identifier.
     pub id: String,
     /// Title shown to people.
-    pub title: String,
+    pub title: Wording,
     /// Briefing shown before the attempt.
-    pub briefing: String,
+    pub briefing: Wording,
     /// Path of the scene document, relative to this document, as written.
     pub scene: String,
     /// Planned entry on the skin, patient frame, in mm.
@@ -165,7 +167,8 @@ impl Exercise {
     /// nothing else.
     ///
     /// Canonical form: compact JSON with its keys in the order of [`Judgement`]'s fields, every number in the shortest
-    /// form that reads back to the same f64; a version of 1 and an absent `[required]` are left out. A comment, a briefing or another order of keys changes nothing.
+    /// form that reads back to the same f64; a version of 1 and an absent `[required]` are left out, and so is what a limit says in other languages than the
+    /// document's own. A comment, a briefing or another order of keys changes nothing.
     #[must_use]
     pub fn rubric_sha256(&self) -> String {
         let judgement = Judgement {

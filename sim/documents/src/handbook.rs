@@ -54,7 +54,7 @@ fn inner_place(field: &DescribedField, place: &str) -> String {
 fn inner_table(field: &DescribedField, place: &str) -> Option<(&'static DescribedTable, String)> {
     let path = inner_place(field, place);
     match field.kind {
-        FieldKind::Table(inner) => Some((inner, format!("[{path}]"))),
+        FieldKind::Table(inner) | FieldKind::Words { table: inner, .. } => Some((inner, format!("[{path}]"))),
         FieldKind::Tables { table, .. } => Some((table, format!("[[{path}]]"))),
         _ => None,
     }

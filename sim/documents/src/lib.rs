@@ -32,6 +32,7 @@ mod source;
 mod suggest;
 mod tissue;
 mod walk;
+mod wording;
 
 pub use check::{check_documents, spec_along_path};
 pub use curriculum::{Curriculum, MasteryRule};
@@ -44,3 +45,4 @@ pub use load::{Document, DocumentKind, ExerciseBundle};
 pub use model::{Needle, Scene, SceneLayer, SceneSkin, SceneStructure, TissueOptions};
 pub use patient::Patient;
 pub use schema::document_schema;
+pub use wording::Wording;

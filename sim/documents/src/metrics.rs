@@ -83,6 +83,58 @@ pub const METRICS: &[KnownMetric] = &[
     known("withdrawn", Suffix::None),
 ];
 
+/// What of a scene metrics speak of.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct SceneNames {
+    /// Names of its layers, from the surface down.
+    pub layers: Vec<String>,
+    /// Names of its structures.
+    pub structures: Vec<String>,
+    /// The needle has a rim behind its tip.
+    pub has_rim: bool,
+}
+
+impl From<&Scene> for SceneNames {
+    fn from(scene: &Scene) -> Self {
+        Self {
+            layers: scene.layers.iter().map(|layer| layer.name.clone()).collect(),
+            structures: scene.structures.iter().map(|structure| structure.spec.name.clone()).collect(),
+            has_rim: scene.needle.tip_to_rim_mm > 0.0,
+        }
+    }
+}
+
+impl SceneNames {
+    /// The names in the text of a scene that somebody is writing, whatever else may be wrong with it; none where it is no TOML.
+    #[must_use]
+    pub fn from_text(scene: &str) -> Self {
+        let Ok(scene) = scene.parse::<toml::Table>() else { return Self::default() };
+        let names = |key: &str| -> Vec<String> {
+            let tables = scene.get(key).and_then(toml::Value::as_array).into_iter().flatten();
+            tables.filter_map(|table| table.get("name")?.as_str().map(str::to_owned)).collect()
+        };
+        let needle = |key: &str| scene.get("needle").and_then(|needle| needle.get(key));
+        let is_trocar = || needle("kind").and_then(toml::Value::as_str) != Some("needle");
+        let to_rim = |value: &toml::Value| value.as_float().or_else(|| value.as_integer().map(|mm| mm as f64));
+        let has_rim = needle("tip_to_rim_mm").and_then(to_rim).map_or_else(is_trocar, |mm| mm > 0.0);
+        Self { layers: names("layer"), structures: names("structure"), has_rim }
+    }
+}
+
+impl KnownMetric {
+    /// The ids under which documents may name it in a scene.
+    #[must_use]
+    pub fn ids_in(&self, scene: &SceneNames) -> Vec<String> {
+        let endings = endings(self.suffix, scene);
+        let alone = self.stands_alone().then(|| self.id.to_owned());
+        alone.into_iter().chain(endings.iter().map(|ending| format!("{}.{ending}", self.id))).collect()
+    }
+
+    const fn stands_alone(&self) -> bool {
+        !matches!(self.suffix, Suffix::Layer | Suffix::Structure)
+    }
+}
+
 const KINDS: [&str; 5] = ["target", "vessel", "nerve", "bone", "organ"];
 
 /// The newest version of a metric, plain or split; 1 for what is none.
@@ -94,36 +146,33 @@ pub(crate) fn newest_version(metric: &str) -> u32 {
 /// What is allowed in place of `metric` in this scene, in words; nothing if it is a metric.
 pub(crate) fn refusal(metric: &str, scene: &Scene) -> Option<Phrase> {
     let (id, rest) = metric.split_once('.').map_or((metric, None), |(id, rest)| (id, Some(rest)));
-    let Some(&KnownMetric { suffix, .. }) = METRICS.iter().find(|known| known.id == id) else {
+    let Some(known) = METRICS.iter().find(|known| known.id == id) else {
         let known: Vec<_> = METRICS.iter().map(|known| known.id).collect();
         return Some(phrase!("not a metric; allowed: {known}", known = known.join(", ")));
     };
-    let endings = endings(suffix, scene);
-    let stands_alone = !matches!(suffix, Suffix::Layer | Suffix::Structure);
-    match rest {
-        None if stands_alone => None,
-        Some(rest) if endings.iter().any(|e| e == rest) => None,
-        _ => {
-            let alone = stands_alone.then(|| id.to_owned());
-            let allowed: Vec<_> = alone.into_iter().chain(endings.iter().map(|e| format!("{id}.{e}"))).collect();
-            Some(match allowed.len() {
-                0 => phrase!("the scene has nothing that {id} could speak of", id = id),
-                _ => phrase!("allowed in this scene: {known}", known = allowed.join(", ")),
-            })
-        }
+    if rest.is_none() && known.stands_alone() {
+        return None;
     }
+    let allowed = known.ids_in(&SceneNames::from(scene));
+    if allowed.iter().any(|allowed| allowed == metric) {
+        return None;
+    }
+    Some(match allowed.len() {
+        0 => phrase!("the scene has nothing that {id} could speak of", id = id),
+        _ => phrase!("allowed in this scene: {known}", known = allowed.join(", ")),
+    })
 }
 
-fn endings(suffix: Suffix, scene: &Scene) -> Vec<String> {
-    let layers = scene.layers.iter().map(|l| l.name.clone());
+fn endings(suffix: Suffix, scene: &SceneNames) -> Vec<String> {
+    let layers = scene.layers.iter().cloned();
     match suffix {
         Suffix::None => Vec::new(),
         Suffix::Layer | Suffix::TotalOrLayer => layers.collect(),
         Suffix::LargestOrRupture => {
-            let contactors: &[&str] = if scene.needle.tip_to_rim_mm > 0.0 { &["tip", "rim"] } else { &["tip"] };
+            let contactors: &[&str] = if scene.has_rim { &["tip", "rim"] } else { &["tip"] };
             layers.flat_map(|l| contactors.iter().map(move |c| format!("{l}.{c}"))).collect()
         }
         Suffix::TotalOrKind => KINDS.map(String::from).to_vec(),
-        Suffix::Structure => scene.structures.iter().map(|s| s.spec.name.clone()).collect(),
+        Suffix::Structure => scene.structures.clone(),
     }
 }

@@ -9,13 +9,14 @@ use crate::describe::{CURRICULUM, one_of};
 use crate::error::DocumentError;
 use crate::source::Source;
 use crate::walk::{NamedError, Walked};
+use crate::wording::{Wording, settle_wordings};
 
 /// A curriculum as its keys stand in TOML.
 #[derive(Deserialize)]
 struct RawCurriculum {
     id: String,
-    title: String,
-    description: String,
+    title: Wording,
+    description: Wording,
     mastery: RawMastery,
     exercise: Vec<RawCurriculumEntry>,
 }
@@ -61,6 +62,7 @@ pub(crate) fn read_curriculum<E>(
 ) -> Result<(Curriculum, Vec<E>), DocumentError> {
     let sha256 = source.sha256.clone();
     let mut doc = Walked::new(source, &CURRICULUM)?;
+    settle_wordings(&mut doc);
     doc.refuse_duplicates("exercise", "file");
     check_mastery(&mut doc);
     let entries = doc.tables("exercise");
@@ -173,7 +175,7 @@ fn curriculum(raw: RawCurriculum, ids: Vec<String>, sha256: String) -> Curriculu
     Curriculum {
         id: raw.id,
         title: raw.title,
-        description: raw.description.trim().to_owned(),
+        description: raw.description.trimmed(),
         entries: raw.exercise.into_iter().zip(ids).map(entry).collect(),
         mastery: match rule.as_str() {
             "passes" => MasteryRule::Passes { passes, of },

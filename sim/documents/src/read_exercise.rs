@@ -12,13 +12,14 @@ use crate::metrics;
 use crate::model::Scene;
 use crate::source::Source;
 use crate::walk::{NamedError, Walked};
+use crate::wording::{Wording, settle_wordings};
 
 /// An exercise as its keys stand in TOML.
 #[derive(Deserialize)]
 struct RawExercise {
     id: String,
-    title: String,
-    briefing: String,
+    title: Wording,
+    briefing: Wording,
     scene: String,
     difficulty: u8,
     pass_mark: f64,
@@ -59,6 +60,7 @@ pub(crate) fn read_exercise<S>(
     let mut doc = Walked::new(source, &EXERCISE)?;
     let named = doc.value["scene"].as_str().map(read_scene);
     let scene = named.and_then(|scene| doc.accept("scene", scene));
+    settle_wordings(&mut doc);
     check(&mut doc, scene.as_ref().map(scene_of));
     let raw = doc.finish()?;
     // Without a scene there was an issue, and `finish` has returned it.
@@ -133,7 +135,7 @@ fn exercise(raw: RawExercise, sha256: String) -> Exercise {
     Exercise {
         id: raw.id,
         title: raw.title,
-        briefing: raw.briefing.trim().to_owned(),
+        briefing: raw.briefing.trimmed(),
         scene: raw.scene,
         entry_mm: raw.entry.point_mm,
         angle_deg: raw.entry.angle_deg,

@@ -60,6 +60,7 @@ fn kind_schema(kind: &FieldKind) -> Value {
         FieldKind::Integer { min, max } => json!({"type": "integer", "minimum": min, "maximum": max}),
         FieldKind::Flag => json!({"type": "boolean"}),
         FieldKind::Text(form) => schema_text(form),
+        FieldKind::Words { text, table } => json!({"anyOf": [schema_text(text), table_schema(table)]}),
         FieldKind::Choice(words) => json!({"enum": words}),
         FieldKind::Vector { len, min, max, .. } => {
             json!({"type": "array", "items": range_schema(*min, *max), "minItems": len, "maxItems": len})

@@ -201,6 +201,10 @@ impl Walker<'_> {
             }
             (FieldKind::Flag, DeValue::Boolean(flag)) => Some(Value::from(*flag)),
             (FieldKind::Text(text), DeValue::String(s)) => text.admits(s).then(|| s.as_ref().into()),
+            (FieldKind::Words { text, .. }, DeValue::String(s)) => text.admits(s).then(|| s.as_ref().into()),
+            (FieldKind::Words { table, .. }, DeValue::Table(t)) => {
+                return Some(self.table(table, t, path, value.span().start));
+            }
             (FieldKind::Choice(words), DeValue::String(s)) => words.contains(&s.as_ref()).then(|| s.as_ref().into()),
             (FieldKind::Table(table), DeValue::Table(t)) => {
                 return Some(self.table(table, t, path, value.span().start));

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 
 use documents::{Curriculum, ExerciseBundle, Issue};
 use model::CurrentPerson;
-use model::draft::DraftVerdict;
-use model::ids::{DraftId, SchoolId};
+use model::draft::{DraftRemark, DraftVerdict};
+use model::ids::{DraftId, RevisionId, SchoolId};
 use model::progress::Mastery;
 use store::audit::{Actor, AuditEntry};
 use store::drafts::{DocumentDraft, DraftEditor, DraftKind, NewDocumentDraft, Texts};
@@ -18,9 +18,6 @@ use crate::judging::{DraftQuestion, JudgeAnswer, JudgeQuestion, same_id};
 use crate::publishing::{CourseRefused, DocumentPublisher};
 use crate::service::Service;
 use crate::{asking, publishing};
-
-/// Longest id of a document, in characters.
-const LONGEST_ID: usize = 64;
 
 /// What a draft comes to.
 #[derive(Debug)]
@@ -44,42 +41,39 @@ pub enum SaveOutcome {
     Elsewhere(DocumentDraft),
 }
 
-/// The draft of an exercise, begun from its current revision where there is none; with `new_id` the draft of another exercise
-/// that begins as a copy of it.
+/// The draft of an exercise, begun from its current revision where there is none.
 ///
 /// # Errors
-/// When there is no such exercise, or the new id is taken or no id.
-pub async fn exercise(
-    state: &Service,
-    person: &CurrentPerson,
-    exercise_id: &str,
-    new_id: Option<&str>,
-) -> Result<DraftId, Error> {
+/// When there is no such exercise.
+pub async fn open_exercise(state: &Service, person: &CurrentPerson, exercise_id: &str) -> Result<DraftId, Error> {
     refuse_trainees(person)?;
-    let (reader, school) = (state.db.reader(), person.school_id);
+    let (current, texts) = current_exercise(state, person.school_id, exercise_id).await?;
+    let draft = NewDocumentDraft {
+        kind: DraftKind::Exercise,
+        document_id: exercise_id,
+        based_on: Some(current),
+        texts: &texts,
+    };
+    begin_draft_of(state, person, &draft).await
+}
+
+/// The current revision of an exercise, with its texts.
+pub(crate) async fn current_exercise(
+    state: &Service,
+    school: SchoolId,
+    exercise_id: &str,
+) -> Result<(RevisionId, Texts), Error> {
+    let reader = state.db.reader();
     let current = exercises::find_current_revision(reader, school, exercise_id).await?.ok_or(Error::NotFound)?;
     let bytes = exercises::read_exercise_bytes(reader, school, current.id).await?.ok_or(Error::NotFound)?;
-    let mut texts = Texts { document: text(bytes.exercise)?, scene: text(bytes.scene)? };
-    let document_id = new_id.unwrap_or(exercise_id);
-    if let Some(new_id) = new_id {
-        check_new_id(new_id)?;
-        if exercises::find_current_revision(reader, school, new_id).await?.is_some() {
-            return Err(Error::Conflict(tr!(
-                "id: “{id}” is an exercise already; choose another, or edit that one",
-                id = new_id
-            )));
-        }
-        texts.document = renamed(&texts.document, new_id);
-    }
-    let draft = NewDocumentDraft { kind: DraftKind::Exercise, document_id, based_on: Some(current.id), texts: &texts };
-    begin(state, person, &draft).await
+    Ok((current.id, Texts { document: text(bytes.exercise)?, scene: text(bytes.scene)? }))
 }
 
 /// The draft of a course, begun from its current revision where there is none.
 ///
 /// # Errors
 /// When there is no such course.
-pub async fn course(state: &Service, person: &CurrentPerson, course_id: &str) -> Result<DraftId, Error> {
+pub async fn open_course(state: &Service, person: &CurrentPerson, course_id: &str) -> Result<DraftId, Error> {
     refuse_trainees(person)?;
     let (reader, school) = (state.db.reader(), person.school_id);
     let taught = curricula::list_taught_curricula(reader, school).await?;
@@ -87,11 +81,16 @@ pub async fn course(state: &Service, person: &CurrentPerson, course_id: &str) ->
     let bytes = curricula::read_curriculum_bytes(reader, school, current.revision_id).await?.ok_or(Error::NotFound)?;
     let texts = Texts { document: text(bytes)?, scene: String::new() };
     let draft = NewDocumentDraft { kind: DraftKind::Course, document_id: course_id, based_on: None, texts: &texts };
-    begin(state, person, &draft).await
+    begin_draft_of(state, person, &draft).await
 }
 
-async fn begin(state: &Service, person: &CurrentPerson, draft: &NewDocumentDraft<'_>) -> Result<DraftId, Error> {
-    let by = by(state, person);
+/// The draft of a document, begun where there is none.
+pub(crate) async fn begin_draft_of(
+    state: &Service,
+    person: &CurrentPerson,
+    draft: &NewDocumentDraft<'_>,
+) -> Result<DraftId, Error> {
+    let by = draft_editor(state, person);
     let mut tx = state.db.write().await?;
     if let Some(begun) = drafts::find_draft_of(&mut *tx, by.school, draft.kind, draft.document_id).await? {
         return Ok(begun);
@@ -109,34 +108,11 @@ fn text(bytes: Vec<u8>) -> Result<String, Error> {
     String::from_utf8(bytes).map_err(|error| Error::Internal(anyhow::Error::new(error).context("a published document")))
 }
 
-fn check_new_id(id: &str) -> Result<(), Error> {
-    let allowed = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-    match !id.is_empty() && id.len() <= LONGEST_ID && id.chars().all(allowed) {
-        true => Ok(()),
-        false => Err(Error::Unprocessable(tr!(
-            "id: “{id}”; allowed are 1 to {most} lower-case letters, digits and hyphens",
-            id = id,
-            most = LONGEST_ID
-        ))),
-    }
-}
-
-/// The document under another id: its first line `id = …` is written anew.
-fn renamed(document: &str, id: &str) -> String {
-    let is_id = |line: &str| line.strip_prefix("id").is_some_and(|rest| rest.trim_start().starts_with('='));
-    let place = document.split_inclusive('\n').position(is_id);
-    let line = |(at, line): (usize, &str)| match Some(at) == place {
-        true => format!("id = \"{id}\"\n"),
-        false => line.to_owned(),
-    };
-    document.split_inclusive('\n').enumerate().map(line).collect()
-}
-
 /// Saves a draft over the version that was seen.
 ///
 /// # Errors
 /// When there is no such draft, or the database fails.
-pub async fn save(
+pub async fn save_draft(
     state: &Service,
     person: &CurrentPerson,
     id: DraftId,
@@ -144,7 +120,7 @@ pub async fn save(
     texts: &Texts,
 ) -> Result<SaveOutcome, Error> {
     refuse_trainees(person)?;
-    let by = by(state, person);
+    let by = draft_editor(state, person);
     let mut tx = state.db.write().await?;
     let kept = drafts::save_draft(&mut tx, by, id, seen, texts).await?;
     let draft = drafts::find_draft(&mut *tx, by.school, id).await?.ok_or(Error::NotFound)?;
@@ -163,7 +139,7 @@ pub async fn publish(
     draft: &DocumentDraft,
     checked: &Checked,
 ) -> Result<bool, Error> {
-    let by = by(state, person);
+    let by = draft_editor(state, person);
     let publisher = DocumentPublisher { school: by.school, by: Actor::Person(by.person), now: by.now };
     let exercise = match checked {
         Checked::Exercise(_) => Some(sound(state, by.school, draft).await?),
@@ -191,7 +167,7 @@ pub async fn publish(
 /// Throws a draft away in the version that was seen. False when it is another by now.
 pub async fn discard(state: &Service, person: &CurrentPerson, id: DraftId, seen: i64) -> Result<bool, Error> {
     refuse_trainees(person)?;
-    let by = by(state, person);
+    let by = draft_editor(state, person);
     let mut tx = state.db.write().await?;
     let draft = drafts::find_draft(&mut *tx, by.school, id).await?.ok_or(Error::NotFound)?;
     let removed = drafts::remove_draft(&mut tx, by.school, id, seen).await?;
@@ -272,6 +248,18 @@ fn check_course(texts: &Texts, known: &ExerciseShelf, id: &str) -> Checked {
     }
 }
 
+/// Ids of exercises by the names that a course's current revision gives their files.
+///
+/// # Errors
+/// When the database fails.
+pub async fn find_course_files(
+    state: &Service,
+    school: SchoolId,
+    course_id: &str,
+) -> Result<BTreeMap<String, String>, Error> {
+    Ok(ExerciseShelf::of(state, school, course_id).await?.files())
+}
+
 /// The school's exercises, as a course may name them. Each is read when it is named.
 struct ExerciseShelf {
     /// By id.
@@ -319,7 +307,8 @@ impl ExerciseShelf {
     }
 }
 
-fn by(state: &Service, person: &CurrentPerson) -> DraftEditor {
+/// Who changes a draft, and when.
+pub(crate) fn draft_editor(state: &Service, person: &CurrentPerson) -> DraftEditor {
     DraftEditor { school: person.school_id, person: person.id, now: state.clock.now() }
 }
 
@@ -360,22 +349,5 @@ fn too_costly(state: &Service) -> DraftVerdict {
         seconds = budget_s,
         memory = memory_mb
     );
-    DraftVerdict { problems: vec![(tr!("Too costly").to_owned(), what)], ..DraftVerdict::default() }
-}
-
-#[cfg(test)]
-mod tests {
-    //! A copy must be another document, and nothing else in it may change.
-
-    use super::*;
-
-    #[test]
-    fn a_copy_has_another_id_and_no_other_change() {
-        let document = "# about\nid = \"a\"\ntitle = \"T\"\nidle = 1\n[x]\nid = \"b\"\n";
-        assert_eq!(renamed(document, "c-2"), "# about\nid = \"c-2\"\ntitle = \"T\"\nidle = 1\n[x]\nid = \"b\"\n");
-        assert!(check_new_id("c-2").is_ok());
-        for wrong in ["", "C", "a b", "ä", "../x", &"x".repeat(65)] {
-            assert!(check_new_id(wrong).is_err(), "{wrong}");
-        }
-    }
+    DraftVerdict { problems: vec![DraftRemark::on_all(tr!("Too costly"), what)], ..DraftVerdict::default() }
 }

@@ -10,6 +10,7 @@ pub mod accounts;
 pub mod anchoring;
 pub mod asking;
 pub mod assignments;
+pub mod authoring;
 pub mod backup;
 pub mod brakes;
 pub mod certificates;

@@ -6,6 +6,7 @@ extern crate words;
 pub mod assignment;
 pub mod attempt_key;
 pub mod attempt_place;
+pub mod authoring;
 pub mod began;
 pub mod certificate;
 pub mod certificate_note;
@@ -42,6 +43,7 @@ pub mod series;
 pub mod study;
 pub mod survey;
 pub mod texts;
+pub mod titles;
 
 pub use attempt_key::SessionKey;
 pub use attempt_place::AttemptPlace;

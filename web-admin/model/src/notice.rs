@@ -54,6 +54,7 @@ pub struct Notice {
     /// The round of ratings.
     pub round_id: Option<RoundId>,
     /// Title of the exercise, of what was assigned, or of the round.
+    #[cfg_attr(feature = "sqlx", sqlx(try_from = "crate::titles::StoredTitle"))]
     pub title: String,
     /// When it was done.
     pub made_at: Moment,

@@ -13,6 +13,8 @@ pub struct CurriculaPage {
     pub shell: Shell,
     /// The visitor may write documents.
     pub staff: bool,
+    /// Title of the course that was just published.
+    pub published: Option<String>,
     /// Curricula.
     pub courses: Vec<CourseCard>,
 }
@@ -65,6 +67,7 @@ mod tests {
         CurriculaPage {
             shell: samples::shell(Role::Trainee),
             staff: false,
+            published: None,
             courses: vec![CourseCard {
                 id: "lower-back-basics".to_owned(),
                 title: "Lower back: first punctures".to_owned(),
@@ -86,7 +89,12 @@ mod tests {
             html.contains("after Feel the layers") && html.contains(r#"href="/exercises/stop-in-the-fat""#),
             "{html}"
         );
-        let empty = CurriculaPage { shell: samples::shell(Role::Administrator), staff: true, courses: vec![] };
+        let empty = CurriculaPage {
+            shell: samples::shell(Role::Administrator),
+            staff: true,
+            published: Some("Lower back".to_owned()),
+            courses: vec![],
+        };
         assert!(samples::keep_page("curricula-empty", &empty).contains("No curricula yet"));
     }
 }

@@ -3,14 +3,18 @@
 use askama::Template;
 use askama_web::WebTemplate;
 use documents::{Curriculum, ExerciseBundle, Issue};
-use model::draft::{DraftVerdict, Publishable};
+use model::draft::{DraftRemark, DraftVerdict, Publishable};
 use model::ids::RevisionId;
 use model::progress::Mastery;
+use serde::Deserialize;
 use time::OffsetDateTime;
 use tissue::follow::FieldPlan;
 
+use super::authoring::{DocumentForm, FieldInput};
 use super::diff::DiffLine;
 use super::exercise::ExerciseFacts;
+use super::form::FilledForm;
+use super::people::SelectOption;
 use super::trainee::rule_in_words;
 use super::{Shell, assets, format};
 
@@ -22,8 +26,49 @@ pub struct DraftsPage {
     pub shell: Shell,
     /// Drafts.
     pub drafts: Vec<DraftRow>,
-    /// Id and title of the exercises that may be copied.
-    pub exercises: Vec<(String, String)>,
+    /// The exercises that may be copied.
+    pub exercises: Vec<SelectOption>,
+    /// A document to be begun, and why it was not.
+    pub form: FilledForm<NewDraftForm>,
+}
+
+/// What kind of document is to be begun.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum NewDraftKind {
+    /// An exercise, as a copy of another.
+    #[default]
+    Exercise,
+    /// A course without exercises.
+    Course,
+}
+
+/// A document to be begun, as it was typed.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(default)]
+pub struct NewDraftForm {
+    /// What it will be.
+    pub kind: NewDraftKind,
+    /// Id of the exercise that is copied.
+    pub exercise: String,
+    /// Title.
+    pub title: String,
+    /// Id; empty where it is made from the title.
+    pub id: String,
+}
+
+impl DraftsPage {
+    /// Why the form of a kind was refused.
+    #[must_use]
+    pub fn refusal_of(&self, kind: NewDraftKind) -> Option<&str> {
+        self.form.refused.as_deref().filter(|_| self.form.typed.kind == kind)
+    }
+
+    /// What was typed into the form of a kind, once it was refused.
+    #[must_use]
+    pub fn typed_of(&self, kind: NewDraftKind) -> NewDraftForm {
+        if self.form.typed.kind == kind { self.form.typed.clone() } else { NewDraftForm::default() }
+    }
 }
 
 /// A draft in the list.
@@ -31,8 +76,10 @@ pub struct DraftsPage {
 pub struct DraftRow {
     /// Its page.
     pub href: String,
-    /// `exercise` or `course`.
+    /// What it is.
     pub kind: &'static str,
+    /// The title that stands in it; empty where there is none.
+    pub title: String,
     /// Of what it will be a revision.
     pub document_id: String,
     /// Who saved it last.
@@ -61,9 +108,25 @@ pub struct DraftPage {
     pub refused: bool,
     /// What it comes to.
     pub verdict: DraftVerdict,
+    /// The document as a form; absent where its text is shown.
+    pub form: Option<DocumentForm>,
+    /// Exercises whose scene can be taken, beside the form of an exercise.
+    pub scenes: Vec<SelectOption>,
+    /// Title of the scene, beside the form of an exercise.
+    pub scene_title: String,
+    /// A form was wanted, and the text is no TOML.
+    pub unreadable: bool,
+    /// It was just saved.
+    pub saved: bool,
 }
 
 impl DraftPage {
+    /// A remark as this page shows it.
+    #[must_use]
+    pub fn show_remark(&self, remark: &DraftRemark) -> ShownRemark {
+        ShownRemark::new(self.form.as_ref(), remark)
+    }
+
     /// The address of the script that keeps the verdict up with what is typed.
     #[must_use]
     pub fn script(&self) -> String {
@@ -77,6 +140,38 @@ impl DraftPage {
 pub struct VerdictPart {
     /// What the draft comes to.
     pub verdict: DraftVerdict,
+    /// The form that somebody types into; absent where it is the text.
+    pub form: Option<DocumentForm>,
+}
+
+impl VerdictPart {
+    /// A remark as this part shows it.
+    #[must_use]
+    pub fn show_remark(&self, remark: &DraftRemark) -> ShownRemark {
+        ShownRemark::new(self.form.as_ref(), remark)
+    }
+}
+
+/// A remark on a draft as a page shows it: beside a form by the name of the field, beside a text by line and column.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ShownRemark {
+    /// The field on the page; absent where there is none.
+    pub href: Option<String>,
+    /// Where.
+    pub place: String,
+    /// What.
+    pub what: String,
+}
+
+impl ShownRemark {
+    fn new(form: Option<&DocumentForm>, remark: &DraftRemark) -> Self {
+        let DraftRemark { place, field, what } = remark.clone();
+        match form.and_then(|form| form.find_place(&field)) {
+            Some((id, label)) => Self { href: Some(format!("#{id}")), place: label, what },
+            None if field.is_empty() => Self { href: None, place, what },
+            None => Self { href: None, place, what: format!("{field}: {what}") },
+        }
+    }
 }
 
 /// The verdict on an exercise that could be published.
@@ -87,7 +182,7 @@ pub fn verdict_of_exercise(exercise: &Publishable) -> DraftVerdict {
     let mut facts = view.facts;
     facts.extend(describe_tissue(bundle, plan.as_ref()));
     let facts = name_document(facts);
-    let advice = advice.iter().map(say_issue).collect();
+    let advice = advice.iter().map(remark_on_issue).collect();
     DraftVerdict { advice, drawing: Some(view.drawing), facts, ..DraftVerdict::default() }
 }
 
@@ -100,7 +195,7 @@ pub fn verdict_of_course(course: &Curriculum, mastery: &Mastery) -> DraftVerdict
     };
     DraftVerdict {
         facts: name_document(vec![
-            (tr!("Title"), course.title.clone()),
+            (tr!("Title"), course.title.in_language(words::current().code()).to_owned()),
             (tr!("An exercise is"), rule_in_words(mastery)),
         ]),
         exercises: course.entries.iter().map(line).collect(),
@@ -111,14 +206,14 @@ pub fn verdict_of_course(course: &Curriculum, mastery: &Mastery) -> DraftVerdict
 /// The verdict on a draft that is refused.
 #[must_use]
 pub fn verdict_of_refused(issues: &[Issue]) -> DraftVerdict {
-    DraftVerdict { problems: issues.iter().map(say_issue).collect(), ..DraftVerdict::default() }
+    DraftVerdict { problems: issues.iter().map(remark_on_issue).collect(), ..DraftVerdict::default() }
 }
 
 /// The verdict on a draft that nobody has looked at yet; when to ask again, in s.
 #[must_use]
 pub fn verdict_while_waiting(retry_after_s: u64) -> DraftVerdict {
     let what = tr!("others of this school are before this; try again in {wait} s", wait = retry_after_s);
-    DraftVerdict { problems: vec![(tr!("Not looked at yet").to_owned(), what)], ..DraftVerdict::default() }
+    DraftVerdict { problems: vec![DraftRemark::on_all(tr!("Not looked at yet"), what)], ..DraftVerdict::default() }
 }
 
 /// Facts under their names.
@@ -136,6 +231,16 @@ pub fn say_issue(issue: &Issue) -> (String, String) {
         tr!("Document, line {line}, column {column}", line = line, column = column)
     };
     (place, format!("{field}: {}; {}", words::phrase(found), words::phrase(allowed)))
+}
+
+/// The same as a remark, which a form shows at its field.
+fn remark_on_issue(issue: &Issue) -> DraftRemark {
+    let (place, what) = say_issue(issue);
+    let in_scene = issue.file == "attached scene";
+    match what.strip_prefix(&format!("{}: ", issue.field)).filter(|_| !in_scene) {
+        Some(what) => DraftRemark { place, field: issue.field.clone(), what: what.to_owned() },
+        None => DraftRemark { place, field: String::new(), what },
+    }
 }
 
 /// The planner's verdict.
@@ -199,17 +304,21 @@ pub struct RevisionRow {
 mod tests {
     //! A person must see what is wrong and where, and never lose what they typed.
 
+    use documents::metrics::SceneNames;
     use model::Role;
+    use model::authoring::EditedDocument;
     use phrase::{Phrase, phrase};
 
     use super::*;
+    use crate::authoring::make_exercise_form;
     use crate::diff::compare_lines;
     use crate::samples;
 
     fn row() -> DraftRow {
         DraftRow {
             href: "/drafts/1".to_owned(),
-            kind: "exercise",
+            kind: "Exercise",
+            title: "Stop in the fat".to_owned(),
             document_id: "stop-in-the-fat".to_owned(),
             saved_by: "Dr Peter Osei".to_owned(),
             saved_at: samples::NOW,
@@ -226,6 +335,11 @@ mod tests {
             conflict: None,
             refused: false,
             verdict,
+            form: None,
+            scenes: Vec::new(),
+            scene_title: String::new(),
+            unreadable: false,
+            saved: false,
         }
     }
 
@@ -269,6 +383,39 @@ mod tests {
     }
 
     #[test]
+    fn in_a_form_what_is_wrong_stands_at_its_field() {
+        let text =
+            "title = \"T\"\n[target]\ndepth_mm = 900\n[[rubric]]\nmetric = \"peak_force_n\"\nfull = 0.50\nzero = 5\n";
+        let document = EditedDocument::from_text(text).expect("TOML");
+        let issue = |field: &str, allowed| Issue {
+            file: "document".to_owned(),
+            line: 3,
+            column: 1,
+            field: field.to_owned(),
+            found: Phrase::data("900 mm"),
+            allowed,
+        };
+        let verdict = verdict_of_refused(&[
+            issue("target.depth_mm", phrase!("allowed: at most {length} mm, the needle's length", length = 120.0)),
+            issue("rubric[0].weight", phrase!("missing")),
+        ]);
+        let scene = SceneNames { layers: vec!["fat".to_owned()], structures: Vec::new(), has_rim: true };
+        let form = Some(make_exercise_form(&document, &verdict.problems, &scene));
+        let html = samples::keep_page("draft-form", &DraftPage { form, ..page(verdict) });
+        let parts = [
+            "href=\"#f-target-depth-mm\">Target depth<",
+            "id=\"f-target-depth-mm-why\">900 mm; allowed: at most 120 mm",
+            "value=\"0.50\"",
+            "Full marks at <span class=\"unit\">(N)</span>",
+            "Advance after the pop, tip into fat in mm (better: lower)",
+            "1. Peak force: Weight",
+        ];
+        for wanted in parts {
+            assert!(html.contains(wanted), "{wanted} is missing in {html}");
+        }
+    }
+
+    #[test]
     fn a_conflict_shows_both_texts() {
         let conflict = Some(compare_lines("pass_mark = 70\n", "pass_mark = 75\n"));
         let html = samples::keep_page("draft-conflict", &DraftPage { conflict, ..page(DraftVerdict::default()) });
@@ -280,12 +427,25 @@ mod tests {
 
     #[test]
     fn drafts_are_listed_or_it_says_how_to_begin() {
-        let exercises = vec![("stop-in-the-fat".to_owned(), "Stop in the fat".to_owned())];
-        let empty =
-            DraftsPage { shell: samples::shell(Role::Instructor), drafts: vec![], exercises: exercises.clone() };
+        let exercise = ("stop-in-the-fat".to_owned(), "Stop in the fat".to_owned());
+        let exercises = vec![SelectOption { value: exercise.0, label: exercise.1, chosen: false }];
+        let form = FilledForm::refused(
+            NewDraftForm { title: "Ä".to_owned(), kind: NewDraftKind::Course, ..NewDraftForm::default() },
+            "id: taken".to_owned(),
+        );
+        let empty = DraftsPage {
+            shell: samples::shell(Role::Instructor),
+            drafts: vec![],
+            exercises: exercises.clone(),
+            form: FilledForm::default(),
+        };
         assert!(samples::keep_page("drafts-empty", &empty).contains("No drafts"));
-        let full = DraftsPage { shell: samples::shell(Role::Instructor), drafts: vec![row()], exercises };
-        assert!(samples::keep_page("drafts", &full).contains("href=\"/drafts/1\""));
+        let full = DraftsPage { shell: samples::shell(Role::Instructor), drafts: vec![row()], exercises, form };
+        let html = samples::keep_page("drafts", &full);
+        assert!(
+            html.contains("href=\"/drafts/1\"") && html.contains("d: taken") && html.contains("value=\"Ä\""),
+            "{html}"
+        );
     }
 
     #[test]

@@ -6,6 +6,7 @@ use documents::{Exercise, ExerciseBundle, SceneStructure};
 use law::structures::{Shape, StructureKind};
 
 use super::charts::{CrossSection, SectionPoint, SectionStructure, StructureOutline};
+use super::people::SelectOption;
 use super::trainee::OwnAttemptRow;
 use super::{Shell, StatusWord, anatomy, charts, format, metric};
 
@@ -25,6 +26,17 @@ pub struct ExercisePage {
     pub own: bool,
     /// Score over time, for a trainee with attempts.
     pub chart: Option<String>,
+    /// What instructors do with it next; absent for trainees.
+    pub teaching: Option<ExerciseTeaching>,
+}
+
+/// What instructors do with an exercise.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ExerciseTeaching {
+    /// It was just published.
+    pub published: bool,
+    /// The courses that do not have it yet.
+    pub courses: Vec<SelectOption>,
 }
 
 /// Where an exercise stands in a course.
@@ -93,10 +105,11 @@ impl ExerciseFacts {
         let exercise = &bundle.exercise;
         let weights: f64 = exercise.rubric.iter().map(|l| l.weight).sum();
         let section = section_of_bundle(bundle);
+        let language = words::current().code();
         Self {
             id: exercise.id.clone(),
-            title: exercise.title.clone(),
-            briefing: split_paragraphs(&exercise.briefing),
+            title: exercise.title.in_language(language).to_owned(),
+            briefing: split_paragraphs(exercise.briefing.in_language(language)),
             drawing: charts::draw_both_widths(|size| charts::draw_cross_section(&section, size)),
             layers: bundle.scene.layers.iter().map(|l| (anatomy::say_structure(&l.name), l.thickness_mm)).collect(),
             structures: bundle
@@ -167,7 +180,8 @@ fn say_requirements(required: &documents::Required) -> Vec<String> {
 
 fn say_hard_fail(limit: &documents::HardFail) -> (String, String) {
     let (label, _, unit) = metric_words(&limit.metric, limit.version);
-    (tr!("{label} above {limit}", label = label, limit = format::format_stated(limit.above, unit)), limit.why.clone())
+    let why = limit.why.in_language(words::current().code()).to_owned();
+    (tr!("{label} above {limit}", label = label, limit = format::format_stated(limit.above, unit)), why)
 }
 
 /// Label, definition and unit of a version of a metric, plain or split.
@@ -263,6 +277,17 @@ mod tests {
     fn without_attempts_it_says_how_to_begin() {
         let page = ExercisePage { attempts: vec![], chart: None, ..samples::exercise_page() };
         assert!(samples::keep_page("exercise-untried", &page).contains("No attempts yet"));
+    }
+
+    #[test]
+    fn once_published_it_leads_to_a_course_and_to_an_assignment() {
+        let courses = vec![SelectOption { value: "c".to_owned(), label: "A course".to_owned(), chosen: false }];
+        let teaching = Some(ExerciseTeaching { published: true, courses });
+        let page = ExercisePage { own: false, teaching, ..samples::exercise_page() };
+        let html = samples::keep_page("exercise-published", &page);
+        for wanted in ["Published", "value=\"c\">A course", "/assignments?task=exercise:"] {
+            assert!(html.contains(wanted), "{wanted} is missing in {html}");
+        }
     }
 
     #[test]

@@ -146,7 +146,7 @@ pub struct MeasuredRow {
 }
 
 /// Headings, and the beginnings of the ids below them.
-const GROUPS: [(&str, &[&str]); 5] = [
+pub(crate) const GROUPS: [(&str, &[&str]); 5] = [
     (
         sentence!("Accuracy"),
         &["depth_error", "overshoot", "tip_error", "entry_error", "angle_error", "reached", "confirmed", "withdrawn"],

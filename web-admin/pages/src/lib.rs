@@ -10,6 +10,7 @@ pub mod anatomy;
 pub mod assets;
 pub mod assignments;
 pub mod audit;
+pub mod authoring;
 pub mod certificate;
 pub mod charts;
 pub mod cohort;

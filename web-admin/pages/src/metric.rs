@@ -126,10 +126,11 @@ fn say_figure(value: f64, unit: &str) -> String {
 pub fn say_failure(failure: &HardFailure) -> String {
     match &failure.cause {
         FailureCause::Required { unmet } => words::known(unmet.failure_words()),
-        FailureCause::Limit { words, metric, version, value, limit } => {
+        FailureCause::Limit { words: author, metric, version, value, limit } => {
+            let why = author.in_language(words::current().code());
             let unit = catalogue::find_definition(metric, *version).map_or("", |definition| definition.unit);
             let found = format!("{} {}", words_of(metric), say_figure(*value, unit));
-            tr!("{why} ({found}, limit {limit})", why = words, found = found, limit = say_figure(*limit, unit))
+            tr!("{why} ({found}, limit {limit})", why = why, found = found, limit = say_figure(*limit, unit))
         }
         FailureCause::Worded { words } => words::known(words),
     }
@@ -158,7 +159,7 @@ mod tests {
     }
 
     fn limit() -> HardFailure {
-        let (words, metric) = ("The force went above 10 N".to_owned(), "peak_force_n".to_owned());
+        let (words, metric) = ("The force went above 10 N".into(), "peak_force_n".to_owned());
         HardFailure { cause: FailureCause::Limit { words, metric, version: 1, value: 12.3, limit: 10.0 } }
     }
 

@@ -152,9 +152,9 @@ pub(super) fn bundle() -> ExerciseBundle {
         |metric: &str, full, zero, weight| RubricLine { metric: metric.to_owned(), version: 1, full, zero, weight };
     let exercise = Exercise {
         id: "stop-in-the-fat".to_owned(),
-        title: "Stop in the fat".to_owned(),
+        title: "Stop in the fat".into(),
         briefing: "Go through the skin and stop in the middle of the fat.\n\nBrace your hand: the skin gives twice."
-            .to_owned(),
+            .into(),
         scene: "../scenes/lower-back.toml".to_owned(),
         entry_mm: [0.0, 0.0],
         angle_deg: 15.0,
@@ -178,7 +178,7 @@ pub(super) fn bundle() -> ExerciseBundle {
             metric: "structure_hits.vessel".to_owned(),
             version: 1,
             above: 0.0,
-            why: "The needle hit the vessel.".to_owned(),
+            why: "The needle hit the vessel.".into(),
         }],
         pass_mark: 70.0,
         coaching: vec![],
@@ -492,5 +492,6 @@ pub(super) fn exercise_page() -> ExercisePage {
         attempts: attempts(),
         own: true,
         chart: None,
+        teaching: None,
     }
 }

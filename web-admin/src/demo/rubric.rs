@@ -111,12 +111,12 @@ impl RubricChange {
 }
 
 async fn publish_rubric(state: &AppState, instructor: &CurrentPerson, change: &RubricChange) -> anyhow::Result<()> {
-    let id = drafting::exercise(state, instructor, &change.exercise, None).await?;
+    let id = drafting::open_exercise(state, instructor, &change.exercise).await?;
     let draft =
         drafts::find_draft(state.db.reader(), instructor.school_id, id).await?.context("the draft just begun")?;
     let mut texts = draft.texts;
     texts.document = change.written(&texts.document);
-    let saved = drafting::save(state, instructor, id, draft.version, &texts).await?;
+    let saved = drafting::save_draft(state, instructor, id, draft.version, &texts).await?;
     let SaveOutcome::Kept(draft) = saved else { bail!("nobody else writes in the draft") };
     let checked = drafting::check(state, instructor.school_id, &draft).await?;
     ensure!(drafting::publish(state, instructor, &draft, &checked).await?, "the changed rubric was refused");

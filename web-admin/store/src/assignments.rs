@@ -6,6 +6,7 @@ use model::{CurrentPerson, Moment, Role};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
+use model::titles::StoredTitle;
 
 /// An assignment to be made.
 #[derive(Clone, Debug)]
@@ -70,6 +71,7 @@ struct AssignedRow {
     id: AssignmentId,
     exercise_id: Option<String>,
     curriculum_id: Option<String>,
+    #[sqlx(try_from = "StoredTitle")]
     title: String,
     person_id: Option<PersonId>,
     made_at: Moment,
@@ -208,6 +210,7 @@ pub struct ManagedAssignment {
     /// Its id.
     pub id: AssignmentId,
     /// Title of the exercise or course.
+    #[sqlx(try_from = "StoredTitle")]
     pub title: String,
     /// The cohort, or
     pub cohort_id: Option<CohortId>,

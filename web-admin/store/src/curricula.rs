@@ -7,6 +7,8 @@ use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
+use documents::Wording;
+use model::titles::{StoredTitle, store_wording};
 
 /// A curriculum to be published.
 #[derive(Clone, Debug)]
@@ -14,9 +16,9 @@ pub struct NewCurriculum<'a> {
     /// Curriculum id.
     pub curriculum_id: &'a str,
     /// Title shown to people.
-    pub title: &'a str,
+    pub title: &'a Wording,
     /// What it teaches.
-    pub description: &'a str,
+    pub description: &'a Wording,
     /// Mastery rule.
     pub mastery: Mastery,
     /// SHA-256 of the document.
@@ -46,8 +48,10 @@ pub struct TaughtCurriculum {
     /// Curriculum id.
     pub curriculum_id: String,
     /// Title shown to people.
+    #[sqlx(try_from = "StoredTitle")]
     pub title: String,
     /// What it teaches.
+    #[sqlx(try_from = "StoredTitle")]
     pub description: String,
     /// SHA-256 of the document.
     pub sha256: String,
@@ -72,6 +76,7 @@ impl TaughtCurriculum {
 #[derive(FromRow)]
 struct CurriculumStepRow {
     exercise_id: String,
+    #[sqlx(try_from = "StoredTitle")]
     title: String,
     prerequisites: Json<Vec<String>>,
 }
@@ -112,8 +117,8 @@ pub async fn publish_curriculum(
     .bind(id)
     .bind(school)
     .bind(curriculum.curriculum_id)
-    .bind(curriculum.title)
-    .bind(curriculum.description)
+    .bind(store_wording(curriculum.title))
+    .bind(store_wording(curriculum.description))
     .bind(passes)
     .bind(of)
     .bind(curve)
@@ -188,6 +193,7 @@ pub struct CurriculumRevision {
     /// Id of the revision.
     pub id: RevisionId,
     /// Title shown to people.
+    #[sqlx(try_from = "StoredTitle")]
     pub title: String,
     /// SHA-256 of the document.
     pub sha256: String,

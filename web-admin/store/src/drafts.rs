@@ -167,6 +167,22 @@ pub async fn save_draft(
     Ok(saved.rows_affected() == 1)
 }
 
+/// Says that a draft's meshes come from another revision: its scene does.
+pub async fn rebase_draft(
+    writer: &mut SqliteConnection,
+    school: SchoolId,
+    id: DraftId,
+    revision: RevisionId,
+) -> Result<()> {
+    sqlx::query("UPDATE drafts SET based_on = $1 WHERE school_id = $2 AND id = $3")
+        .bind(revision)
+        .bind(school)
+        .bind(id)
+        .execute(writer)
+        .await?;
+    Ok(())
+}
+
 /// Removes a draft in the version that was seen: it has been published, or is not wanted any more. False when it is another
 /// by now, or none.
 pub async fn remove_draft(writer: &mut SqliteConnection, school: SchoolId, id: DraftId, seen: i64) -> Result<bool> {

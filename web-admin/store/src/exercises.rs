@@ -8,6 +8,8 @@ use serde::{Deserialize, Serialize};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
+use documents::Wording;
+use model::titles::{StoredTitle, store_wording};
 
 /// A revision to be published.
 #[derive(Clone, Debug)]
@@ -15,7 +17,7 @@ pub struct NewRevision<'a> {
     /// Exercise id.
     pub exercise_id: &'a str,
     /// Title shown to people.
-    pub title: &'a str,
+    pub title: &'a Wording,
     /// Difficulty, 1–5.
     pub difficulty: u8,
     /// Score needed to pass, 0–100.
@@ -42,6 +44,7 @@ pub struct Revision {
     /// Exercise id.
     pub exercise_id: String,
     /// Title shown to people.
+    #[sqlx(try_from = "StoredTitle")]
     pub title: String,
     /// Difficulty, 1–5.
     pub difficulty: u8,
@@ -117,7 +120,7 @@ pub async fn publish_exercise(
     .bind(id)
     .bind(school)
     .bind(revision.exercise_id)
-    .bind(revision.title)
+    .bind(store_wording(revision.title))
     .bind(revision.difficulty)
     .bind(revision.pass_mark)
     .bind(revision.exercise_sha256)

@@ -6,6 +6,7 @@ use model::{AttemptPlace, CurrentPerson, Moment, Role, SessionKey, count_u32};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor, SqlitePool};
 
 use super::Result;
+use model::titles::StoredTitle;
 
 /// Most attempts of the queue that are listed at once.
 pub const LISTED: u32 = 50;
@@ -20,6 +21,7 @@ pub struct WaitingReview {
     /// Who tried.
     pub trainee: String,
     /// The exercise's title, or its id where this school never published it.
+    #[sqlx(try_from = "StoredTitle")]
     pub exercise: String,
     /// The re-simulation differs.
     pub flagged: bool,

@@ -284,7 +284,7 @@ async fn objects(
     let announced = Announced { length: 10, metadata: String::new(), ahead_us: None };
     let upload = uploads::begin(&app.state, owner, announced).await.unwrap();
     let writer = teacher.person.clone().into_current().unwrap();
-    let draft = drafting::exercise(&app.state, &writer, "stop-in-the-fat", None).await.unwrap();
+    let draft = drafting::open_exercise(&app.state, &writer, "stop-in-the-fat").await.unwrap();
     let said = Comment { kind: CommentKind::Question, from_s: 0.1, to_s: None, body: "Why?".to_owned() };
     let key = SessionKey { school_id: north, id: session };
     let comment = app.write(async |tx| comments::add_comment(tx, key, own.person.id, &said, now).await.unwrap()).await;

@@ -21,6 +21,7 @@ mod crash;
 mod crowd;
 mod described;
 mod documents;
+mod draft_forms;
 mod drafts;
 mod earlier_school;
 mod erasing;

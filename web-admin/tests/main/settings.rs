@@ -3,7 +3,7 @@
 
 use acts::clock::Clock;
 use acts::config::MailTo;
-use model::ids::SchoolId;
+use model::ids::{AssignmentId, DatedId, SchoolId};
 use model::mail::MailKind;
 use model::{Moment, Role};
 use store::mails::{self, NewMail};
@@ -67,7 +67,8 @@ async fn a_letter_that_the_school_does_not_send_stays_and_others_go_out_in_its_l
     let fields = [("name", "North"), ("time_zone", "UTC"), ("letter_language", "de")];
     post(&mut head, PAGE, &fields).await;
     for kind in [MailKind::Reset, MailKind::Reminder, MailKind::News] {
-        let mail = NewMail { school_id: north, person_id: ada.person.id, kind, assignment_id: None };
+        let assignment_id = (kind == MailKind::Reminder).then(|| DatedId::from(AssignmentId::made_at(NOW)));
+        let mail = NewMail { school_id: north, person_id: ada.person.id, kind, assignment_id };
         app.write(async |tx| mails::queue_mail(tx, mail, NOW).await.unwrap()).await;
     }
     outbox::work_off_letters(&app.state).await.unwrap();

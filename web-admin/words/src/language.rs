@@ -64,6 +64,14 @@ pub fn own_name(code: &str) -> &str {
         "it" => "Italiano",
         "nl" => "Nederlands",
         "pt" => "Português",
+        "cs" => "Čeština",
+        "da" => "Dansk",
+        "fi" => "Suomi",
+        "ja" => "日本語",
+        "nb" => "Norsk bokmål",
+        "pl" => "Polski",
+        "sv" => "Svenska",
+        "zh" => "中文",
         other => other,
     }
 }

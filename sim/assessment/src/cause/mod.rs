@@ -2,6 +2,7 @@
 
 pub mod words;
 
+use documents::Wording;
 use serde::{Deserialize, Serialize};
 
 use crate::absent::Absent;
@@ -93,8 +94,8 @@ pub enum FailureCause {
     },
     /// A metric is above its limit. Both in the metric's unit.
     Limit {
-        /// The author's words.
-        words: String,
+        /// The author's words, in their languages.
+        words: Wording,
         /// Metric id.
         metric: String,
         /// Version of the metric's definition.
@@ -173,7 +174,7 @@ mod tests {
 
     #[test]
     fn a_failure_comes_back_as_it_was() {
-        let (words, metric) = ("too hard".to_owned(), "peak_force_n".to_owned());
+        let (words, metric) = ("too hard".into(), "peak_force_n".to_owned());
         let limit = FailureCause::Limit { words, metric, version: 1, value: 12.3, limit: 10.0 };
         for cause in [limit, FailureCause::Required { unmet: UnmetRequirement::Confirmed }] {
             let failure = HardFailure { cause };

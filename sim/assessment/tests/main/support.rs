@@ -34,8 +34,8 @@ pub fn bundle() -> ExerciseBundle {
 fn exercise() -> Exercise {
     Exercise {
         id: "reach-20-mm".into(),
-        title: String::new(),
-        briefing: String::new(),
+        title: "".into(),
+        briefing: "".into(),
         scene: "scene.toml".into(),
         entry_mm: [0.0, 0.0],
         angle_deg: 0.0,

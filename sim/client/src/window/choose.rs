@@ -79,7 +79,7 @@ impl ExerciseChoice<'_> {
 
     fn title<'a>(&'a self, exercise_id: &'a str) -> &'a str {
         let known = self.shelf.exercises.iter().find(|offer| offer.bundle.exercise.id == exercise_id);
-        known.map_or(exercise_id, |offer| &offer.bundle.exercise.title)
+        known.map_or(exercise_id, |offer| offer.bundle.exercise.title.own())
     }
 }
 
@@ -140,7 +140,7 @@ fn exercise_row(ui: &mut Ui, choice: &ExerciseChoice<'_>, offer: &Offer) -> bool
     let exercise = &offer.bundle.exercise;
     let clicked = ui.horizontal(|ui| {
         let clicked =
-            ui.add(egui::Button::new(RichText::new(&exercise.title).size(17.0)).min_size([320.0, 34.0].into()));
+            ui.add(egui::Button::new(RichText::new(exercise.title.own()).size(17.0)).min_size([320.0, 34.0].into()));
         ui.vertical(|ui| {
             ui.horizontal(|ui| {
                 let harder = usize::from(exercise.difficulty);
@@ -219,13 +219,13 @@ pub fn show_briefing(ui: &mut Ui, briefing: Briefing<'_>) -> Decision {
     });
     egui::CentralPanel::default().frame(reading_page(ui)).show(ui, |ui| {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            ui.heading(&exercise.title);
+            ui.heading(exercise.title.own());
             ui.add_space(8.0);
             let beside = ui.available_width() >= BESIDE;
             let layout = if beside { Layout::left_to_right(Align::TOP) } else { Layout::top_down(Align::LEFT) };
             ui.with_layout(layout, |ui| {
                 reading_column(ui, |ui| {
-                    ui.label(RichText::new(&exercise.briefing).size(16.5).line_height(Some(24.0)));
+                    ui.label(RichText::new(exercise.briefing.own()).size(16.5).line_height(Some(24.0)));
                     if let Some(error) = error {
                         ui.add_space(8.0);
                         ui.colored_label(colours::BAD, format!("× {error}"));
@@ -302,7 +302,7 @@ mod tests {
         let first = &offers[0].bundle.exercise;
         let here = ExerciseChoice { shelf: &shelf, history: &history, school: None };
         let told = here.facts(&offers[second]);
-        let parts = [", 2 of 7 · not tried here yet · first: ", first.title.as_str()];
+        let parts = [", 2 of 7 · not tried here yet · first: ", first.title.own()];
         assert!(parts.iter().all(|part| told.contains(part)), "{told}");
         let listed: Vec<Listed> = serde_json::from_value(json!([
             { "exercise_id": first.id, "due": false, "mastered": true },

@@ -264,8 +264,13 @@ pub fn draw_heading(ui: &Ui, rect: Rect, Instruments { live, latest, by_hand, ..
     const GAP: egui::Vec2 = egui::vec2(0.0, 10.0);
     let exercise = &live.trial.bundle.exercise;
     let painter = ui.painter_at(rect);
-    let title =
-        draw_text_plate(&painter, rect.left_top() + egui::vec2(14.0, 10.0), Align2::LEFT_TOP, &exercise.title, 18.0);
+    let title = draw_text_plate(
+        &painter,
+        rect.left_top() + egui::vec2(14.0, 10.0),
+        Align2::LEFT_TOP,
+        exercise.title.own(),
+        18.0,
+    );
     let views = if exercise.feedback.gives(Channel::Inside) {
         "view: 1 whole, 2 tip, 3 section"
     } else {

@@ -8,8 +8,9 @@ pub(crate) static CURRICULUM: DescribedTable = DescribedTable {
     fields: &[
         DescribedField::text("id", &Text::ID, "Identifier; with the SHA-256 of the bytes it names a revision")
             .required(),
-        DescribedField::text("title", &Text::LINE, "Title shown to people").required(),
-        DescribedField::text("description", &Text::PROSE, "What it teaches").or_text(""),
+        DescribedField::said_line("title", "Title shown to people").required(),
+        DescribedField::languages(),
+        DescribedField::said_prose("description", "What it teaches").or_text(""),
         DescribedField::new("mastery", FieldKind::Table(&MASTERY), "When an exercise is mastered").required(),
         DescribedField::new("exercise", FieldKind::Tables { table: &ENTRY, min: 1, max: 200 }, "Exercises in order")
             .required(),

@@ -8,8 +8,9 @@ pub(crate) static EXERCISE: DescribedTable = DescribedTable {
     fields: &[
         DescribedField::text("id", &Text::ID, "Identifier; with the SHA-256 of the bytes it names a revision")
             .required(),
-        DescribedField::text("title", &Text::LINE, "Title shown to people").required(),
-        DescribedField::text("briefing", &Text::PROSE, "Shown before the attempt").or_text(""),
+        DescribedField::said_line("title", "Title shown to people").required(),
+        DescribedField::languages(),
+        DescribedField::said_prose("briefing", "Shown before the attempt").or_text(""),
         DescribedField::text("scene", &Text::LINE, "Scene document, relative to this one").required(),
         DescribedField::new("difficulty", FieldKind::Integer { min: 1, max: 5 }, "Difficulty").or(1.0),
         DescribedField::number("pass_mark", "", 0.0..=100.0, "Score needed to pass").or(70.0),
@@ -124,7 +125,7 @@ static HARD_FAIL: DescribedTable = DescribedTable {
         DescribedField::text("metric", &Text::LINE, "Metric id; its unit is that of above").required(),
         VERSION,
         DescribedField::number("above", "", -1e9..=1e9, "The attempt fails when the value is above this").required(),
-        DescribedField::text("why", &Text::LINE, "Said to the trainee").required(),
+        DescribedField::said_line("why", "Said to the trainee").required(),
     ],
 };
 
@@ -139,6 +140,6 @@ static COACHING: DescribedTable = DescribedTable {
         .required(),
         DescribedField::number("above", "", 0.0..=1e6, "Said when the quantity rises above this").required(),
         DescribedField::number("rearm_below", "", 0.0..=1e6, "Armed again below this; `above` if left out"),
-        DescribedField::text("message", &Text::LINE, "The message").required(),
+        DescribedField::said_line("message", "The message").required(),
     ],
 };

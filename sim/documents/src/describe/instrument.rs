@@ -28,8 +28,10 @@ macro_rules! in_languages {
     };
 }
 
-static LINES: DescribedTable = in_languages!("A line of text in each of the instrument's languages", &Text::LINE);
-static PROSES: DescribedTable = in_languages!("Paragraphs in each of the instrument's languages", &Text::PROSE);
+pub(super) static LINES: DescribedTable =
+    in_languages!("A line of text in each of the document's languages", &Text::LINE);
+pub(super) static PROSES: DescribedTable =
+    in_languages!("Paragraphs in each of the document's languages", &Text::PROSE);
 
 const fn words(key: &'static str, doc: &'static str) -> DescribedField {
     DescribedField::new(key, FieldKind::Table(&LINES), doc)

@@ -54,6 +54,8 @@ pub(crate) enum FieldKind {
     Flag,
     /// Text of a certain form.
     Text(&'static Text),
+    /// Text of a certain form, or a table with such a text for each of the document's languages.
+    Words { text: &'static Text, table: &'static DescribedTable },
     /// One of some words.
     Choice(&'static [&'static str]),
     /// So many finite numbers, each within the ends.
@@ -104,6 +106,22 @@ impl DescribedField {
         Self::new(key, FieldKind::Text(text), doc)
     }
 
+    /// A line that people read, in one language or several.
+    const fn said_line(key: &'static str, doc: &'static str) -> Self {
+        Self::new(key, FieldKind::Words { text: &Text::LINE, table: &instrument::LINES }, doc)
+    }
+
+    /// Paragraphs that people read, in one language or several.
+    const fn said_prose(key: &'static str, doc: &'static str) -> Self {
+        Self::new(key, FieldKind::Words { text: &Text::PROSE, table: &instrument::PROSES }, doc)
+    }
+
+    /// The codes of a document's languages.
+    const fn languages() -> Self {
+        let doc = "Codes of its languages, its own first; needed where a text is written in several";
+        Self::new("languages", FieldKind::Texts(&Text::ID), doc).with(Presence::Empty)
+    }
+
     /// The same field with another presence.
     const fn with(self, presence: Presence) -> Self {
         Self { presence, ..self }
@@ -145,6 +163,9 @@ impl FieldKind {
             }
             Self::Flag => phrase!("allowed: true or false"),
             Self::Text(text) => text.allowed[0](),
+            Self::Words { text, .. } => {
+                phrase!("{text}; or a table with a text for each language", text = text.allowed[0]())
+            }
             Self::Choice(words) => one_of(words),
             Self::Vector { unit, len, min, max } => phrase!(
                 "allowed: {len} numbers, each from {min} to {most}",

@@ -144,7 +144,7 @@ fn a_rubrics_hash_follows_what_decides_the_score_and_nothing_else() {
     let exercise = &exercises[1].exercise;
     let hash = exercise.rubric_sha256();
     let mut reworded = exercise.clone();
-    reworded.briefing.push_str(" Take your time.");
+    reworded.briefing = format!("{} Take your time.", reworded.briefing).into();
     reworded.coaching.clear();
     reworded.time_limit_s += 1.0;
     assert_eq!(reworded.rubric_sha256(), hash);

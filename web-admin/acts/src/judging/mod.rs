@@ -13,7 +13,7 @@ use attempt::verify::verify_recording;
 use documents::{ExerciseBundle, Patient};
 pub use draft::{DraftQuestion, publishable, same_id};
 use model::count_i64;
-use model::draft::DraftVerdict;
+use model::draft::{DraftRemark, DraftVerdict};
 use recording::{ReadError, Recording};
 use serde::{Deserialize, Serialize};
 use store::exercises::RevisionBytes;
@@ -92,7 +92,7 @@ pub type DraftExaminer = fn(&DraftQuestion) -> DraftVerdict;
 #[must_use]
 pub fn leave_unexamined(_: &DraftQuestion) -> DraftVerdict {
     DraftVerdict {
-        problems: vec![("draft".to_owned(), "nobody looks at drafts here".to_owned())],
+        problems: vec![DraftRemark::on_all("draft", "nobody looks at drafts here".to_owned())],
         ..DraftVerdict::default()
     }
 }

@@ -104,7 +104,7 @@ impl ReplayStage {
         let needle = &bundle.scene.needle;
         let (entry, target) = (bundle.exercise.entry_m(), bundle.exercise.target_m());
         Self {
-            title: bundle.exercise.title.clone(),
+            title: bundle.exercise.title.own().to_owned(),
             duration_s: curve.duration_s,
             columns,
             layers: layers(recording, bundle, &curve.bands),

@@ -37,7 +37,7 @@ pub(super) async fn open_doors(state: &AppState, administrator: &CurrentPerson) 
     let instructor = find_person(state, &generated::instructor_email(0)).await?;
     let exercises = exercises::list_current_exercises(state.db.reader(), administrator.school_id).await?;
     let exercise = exercises.first().context("an exercise")?;
-    let draft = drafting::exercise(state, administrator, &exercise.exercise_id, None).await?;
+    let draft = drafting::open_exercise(state, administrator, &exercise.exercise_id).await?;
     let roster = write_roster();
     let wanted = RosterRequest { cohort: None, remove_missing: true };
     let roster = roster_import::keep(state, administrator, "roster.csv", roster.as_bytes(), &wanted).await?;

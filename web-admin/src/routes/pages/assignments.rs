@@ -3,7 +3,7 @@
 use acts::assignments::LockedTrainees;
 use acts::error::Error;
 use acts::{assignments as teaching, deadlines, notices};
-use axum::extract::State;
+use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
 use model::assignment::AssignmentTask;
 use model::due::{self, is_zone, local};
@@ -30,9 +30,17 @@ use crate::routes::forms::{FormAnswer, split_refusal};
 /// Assignments on the page of those who make them.
 const LATEST: u32 = 100;
 
+/// What is to be assigned, where another page has chosen it already.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct ChosenTask {
+    task: String,
+}
+
 pub(super) async fn list_assignments(
     State(state): State<AppState>,
     Visitor(person): Visitor,
+    Query(chosen): Query<ChosenTask>,
     csrf: Csrf,
 ) -> Result<Response, PageError> {
     let person = notices::note_read(&state, person, NoticePlace::Assignments).await?;
@@ -42,7 +50,8 @@ pub(super) async fn list_assignments(
         let rows = standings.into_iter().map(AssignmentRow::own).collect();
         return Ok(OwnAssignmentsPage { shell, rows }.into_response());
     }
-    Ok(managed_page(&state, shell, &person, FilledForm::default()).await?.into_response())
+    let begun = TypedAssignment { task: chosen.task, ..TypedAssignment::default() };
+    Ok(managed_page(&state, shell, &person, FilledForm::new(begun)).await?.into_response())
 }
 
 async fn managed_page(

@@ -1,64 +1,51 @@
 //! `/drafts`: documents being written.
 
-use acts::drafting;
+use std::collections::BTreeMap;
+
+use acts::authoring::{NewDocument, SeenDraft};
 use acts::drafting::{Checked, SaveOutcome};
 use acts::error::Error;
-use axum::extract::{Path, State};
+use acts::{authoring, drafting};
+use axum::extract::{Path, Query, State};
 use axum::http::StatusCode;
 use axum::http::header::RETRY_AFTER;
 use axum::response::{IntoResponse, Redirect, Response};
+use documents::metrics::SceneNames;
+use model::CurrentPerson;
+use model::authoring::EditedDocument;
 use model::draft::DraftVerdict;
-use model::ids::DraftId;
+use model::ids::{DraftId, SchoolId};
+use pages::authoring::{CourseContext, CourseExercise, DocumentForm, make_course_form, make_exercise_form, place_id};
 use pages::diff::compare_lines;
 use pages::draft::{
-    DraftPage, DraftRow, DraftsPage, VerdictPart, verdict_of_course, verdict_of_refused, verdict_while_waiting,
+    DraftPage, DraftRow, DraftsPage, NewDraftForm, NewDraftKind, VerdictPart, verdict_of_course, verdict_of_refused,
+    verdict_while_waiting,
 };
+use pages::form::FilledForm;
+use pages::people::SelectOption;
 use pages::{NavPlace, Shell};
 use serde::Deserialize;
 use store::drafts::{DocumentDraft, DraftKind, Texts};
-use store::{drafts, exercises};
+use store::{drafts, exercises, instruments};
 
-use super::{PathId, unix_lines};
+use super::PathId;
+use super::writing::{DraftAct, DraftView, SentDraft, ShownFor};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher};
-use crate::routes::forms::FormAnswer;
+use crate::routes::forms::{FormAnswer, split_refusal};
 
-/// A copy to be begun.
+/// A course that an exercise is added to.
 #[derive(Debug, Deserialize)]
-pub(super) struct CopyForm {
-    /// Id of the exercise that is copied.
-    exercise: String,
-    /// Id of the copy.
-    id: String,
+pub(super) struct CourseForm {
+    course: String,
 }
 
-/// What was written.
-#[derive(Debug, Deserialize)]
-pub(super) struct DraftForm {
-    /// The version that was seen.
-    seen: i64,
-    document: String,
+/// How a draft is to be shown.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub(super) struct ViewQuery {
     #[serde(default)]
-    scene: String,
-    act: DraftAct,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum DraftAct {
-    Save,
-    Publish,
-    /// Publish what an author should change, too.
-    Insist,
-}
-
-/// What is being typed.
-#[derive(Debug, Deserialize)]
-pub(super) struct TypedForm {
-    document: String,
-    #[serde(default)]
-    scene: String,
+    view: DraftView,
 }
 
 /// A draft in the version that was seen.
@@ -72,23 +59,66 @@ pub(super) async fn list_drafts(
     Teacher(person): Teacher,
     csrf: Csrf,
 ) -> Result<DraftsPage, PageError> {
+    Ok(make_drafts_page(&state, &person, &csrf, FilledForm::default()).await?)
+}
+
+async fn make_drafts_page(
+    state: &AppState,
+    person: &CurrentPerson,
+    csrf: &Csrf,
+    form: FilledForm<NewDraftForm>,
+) -> Result<DraftsPage, Error> {
     let (reader, school) = (state.db.reader(), person.school_id);
-    let exercises = exercises::list_current_exercises(reader, school).await?;
     Ok(DraftsPage {
-        shell: Shell::new(&person, csrf.token(), NavPlace::Curricula),
+        shell: Shell::new(person, csrf.token(), NavPlace::Curricula),
         drafts: drafts::list_drafts(reader, school).await?.iter().map(make_draft_row).collect(),
-        exercises: exercises.into_iter().map(|exercise| (exercise.exercise_id, exercise.title)).collect(),
+        exercises: list_exercise_options(state, school, &form.typed.exercise).await?,
+        form,
     })
 }
 
-/// Begins a copy of an exercise.
-pub(super) async fn copy_draft(
+/// The exercises of a school to choose from.
+async fn list_exercise_options(state: &AppState, school: SchoolId, chosen: &str) -> Result<Vec<SelectOption>, Error> {
+    let exercises = exercises::list_current_exercises(state.db.reader(), school).await?;
+    let option = |exercise: exercises::Revision| SelectOption {
+        chosen: exercise.exercise_id == chosen,
+        value: exercise.exercise_id,
+        label: exercise.title,
+    };
+    Ok(exercises.into_iter().map(option).collect())
+}
+
+/// Begins a copy of an exercise, or a course.
+pub(super) async fn begin_draft(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    CsrfForm(CopyForm { exercise, id }): CsrfForm<CopyForm>,
+    csrf: Csrf,
+    CsrfForm(typed): CsrfForm<NewDraftForm>,
+) -> Result<FormAnswer<DraftsPage>, PageError> {
+    let new = NewDocument { title: &typed.title, id: &typed.id };
+    let begun = match typed.kind {
+        NewDraftKind::Exercise => authoring::copy_exercise(&state, &person, &typed.exercise, new).await,
+        NewDraftKind::Course => authoring::begin_course(&state, &person, new).await,
+    };
+    match split_refusal(begun)? {
+        Ok(draft) => Ok(FormAnswer::lead_to(&format!("/drafts/{draft}"))),
+        Err(why) => {
+            let form = FilledForm::refused(typed, why);
+            Ok(FormAnswer::Refused(make_drafts_page(&state, &person, &csrf, form).await?))
+        }
+    }
+}
+
+/// Opens the draft of a course with an exercise added to it.
+pub(super) async fn add_to_course(
+    State(state): State<AppState>,
+    Teacher(person): Teacher,
+    Path(id): Path<String>,
+    CsrfForm(CourseForm { course }): CsrfForm<CourseForm>,
 ) -> Result<Redirect, PageError> {
-    let draft = drafting::exercise(&state, &person, &exercise, Some(id.trim())).await?;
-    Ok(Redirect::to(&format!("/drafts/{draft}")))
+    let added = authoring::add_to_course(&state, &person, &course, &id).await?;
+    let place = place_id(&format!("exercise[{}]", added.row));
+    Ok(Redirect::to(&format!("/drafts/{}#{place}", added.draft)))
 }
 
 /// Opens the draft of an exercise.
@@ -98,7 +128,7 @@ pub(super) async fn draft_exercise(
     Path(id): Path<String>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
-    let draft = drafting::exercise(&state, &person, &id, None).await?;
+    let draft = drafting::open_exercise(&state, &person, &id).await?;
     Ok(Redirect::to(&format!("/drafts/{draft}")))
 }
 
@@ -109,7 +139,7 @@ pub(super) async fn draft_course(
     Path(id): Path<String>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
-    let draft = drafting::course(&state, &person, &id).await?;
+    let draft = drafting::open_course(&state, &person, &id).await?;
     Ok(Redirect::to(&format!("/drafts/{draft}")))
 }
 
@@ -117,14 +147,67 @@ pub(super) async fn show_draft(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     PathId(id): PathId<DraftId>,
+    Query(asked): Query<ViewQuery>,
     csrf: Csrf,
 ) -> Result<Response, PageError> {
     let draft = drafts::find_draft(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
     let checked = drafting::check(&state, person.school_id, &draft).await?;
-    Ok(answer_with_draft(
-        &checked,
-        make_draft_page(Shell::new(&person, csrf.token(), NavPlace::Curricula), draft, &checked),
-    ))
+    let shell = Shell::new(&person, csrf.token(), NavPlace::Curricula);
+    let page =
+        show_as(&state, asked.view.of(person.school_id), &draft.clone(), make_draft_page(shell, draft, &checked))
+            .await?;
+    Ok(answer_with_draft(&checked, page))
+}
+
+/// The page of a draft as a form, where that is wanted and the text can be read; else as its text.
+async fn show_as(
+    state: &AppState,
+    ShownFor { school, view }: ShownFor,
+    draft: &DocumentDraft,
+    page: DraftPage,
+) -> Result<DraftPage, Error> {
+    if view == DraftView::Toml {
+        return Ok(page);
+    }
+    let texts = Texts { document: page.document.clone(), scene: page.scene.clone().unwrap_or_default() };
+    let scene = EditedDocument::from_text(&texts.scene).map(|scene| scene.written_at("title"));
+    let form = make_form(state, school, &DocumentDraft { texts, ..draft.clone() }, &page.verdict).await?;
+    let scenes = match (draft.kind, form.is_some()) {
+        (DraftKind::Exercise, true) => list_exercise_options(state, school, "").await?,
+        _ => Vec::new(),
+    };
+    Ok(DraftPage { unreadable: form.is_none(), form, scenes, scene_title: scene.unwrap_or_default(), ..page })
+}
+
+/// A draft as a form; nothing where its text is no TOML.
+async fn make_form(
+    state: &AppState,
+    school: SchoolId,
+    draft: &DocumentDraft,
+    verdict: &DraftVerdict,
+) -> Result<Option<DocumentForm>, Error> {
+    let Some(document) = EditedDocument::from_text(&draft.texts.document) else { return Ok(None) };
+    let remarks = [verdict.problems.as_slice(), &verdict.advice].concat();
+    Ok(Some(match draft.kind {
+        DraftKind::Exercise => make_exercise_form(&document, &remarks, &SceneNames::from_text(&draft.texts.scene)),
+        DraftKind::Course => {
+            make_course_form(&document, &remarks, &find_course_context(state, school, &draft.document_id).await?)
+        }
+    }))
+}
+
+/// What the school has for a course.
+async fn find_course_context(state: &AppState, school: SchoolId, course_id: &str) -> Result<CourseContext, Error> {
+    let reader = state.db.reader();
+    let exercises = exercises::list_current_exercises(reader, school).await?;
+    let instruments = instruments::list_current_instruments(reader, school).await?;
+    let files: BTreeMap<String, String> = drafting::find_course_files(state, school, course_id).await?;
+    let named = |exercise: exercises::Revision| CourseExercise { id: exercise.exercise_id, title: exercise.title };
+    Ok(CourseContext {
+        exercises: exercises.into_iter().map(named).collect(),
+        instruments: instruments.into_iter().map(|known| (known.instrument_id, known.title)).collect(),
+        files: files.into_iter().collect(),
+    })
 }
 
 /// An answer that says when to ask again where nobody knows yet what the draft comes to.
@@ -144,38 +227,64 @@ pub(super) async fn write_draft(
     Teacher(person): Teacher,
     PathId(id): PathId<DraftId>,
     csrf: Csrf,
-    CsrfForm(form): CsrfForm<DraftForm>,
+    CsrfForm(fields): CsrfForm<Vec<(String, String)>>,
 ) -> Result<FormAnswer<DraftPage>, PageError> {
+    let sent = SentDraft::from_fields(fields)?;
     let shell = Shell::new(&person, csrf.token(), NavPlace::Curricula);
-    let texts = Texts { document: unix_lines(&form.document), scene: unix_lines(&form.scene) };
-    let draft = match drafting::save(&state, &person, id, form.seen, &texts).await? {
+    let seen = SeenDraft { id, version: sent.seen };
+    let saved = match &sent.act {
+        DraftAct::TakeScene(exercise) => {
+            authoring::take_scene(&state, &person, seen, &sent.texts.document, exercise).await?
+        }
+        _ => drafting::save_draft(&state, &person, id, sent.seen, &sent.texts).await?,
+    };
+    let draft = match saved {
         SaveOutcome::Kept(draft) => draft,
         SaveOutcome::Elsewhere(theirs) => {
-            let page = answer_conflict(shell, theirs, texts);
+            let draft = theirs.clone();
+            let page =
+                show_as(&state, sent.view.of(person.school_id), &draft, answer_conflict(shell, theirs, sent.texts))
+                    .await?;
             return Ok(FormAnswer::Answered((StatusCode::CONFLICT, page).into_response()));
         }
     };
+    if let DraftAct::Show(view) = sent.act {
+        return Ok(FormAnswer::lead_to(&format!("/drafts/{id}{}", view.query())));
+    }
+    let changed = match &sent.act {
+        DraftAct::Changed(place) => Some(place.as_str()),
+        DraftAct::TakeScene(_) => Some("f-scene"),
+        _ => None,
+    };
+    if let Some(place) = changed {
+        return Ok(FormAnswer::lead_to(&format!("/drafts/{id}#{place}")));
+    }
     let checked = drafting::check(&state, person.school_id, &draft).await?;
-    let is_held = match (form.act, &checked) {
-        (DraftAct::Save, _) => {
-            let page = make_draft_page(shell, draft, &checked);
-            return Ok(FormAnswer::Answered(answer_with_draft(&checked, page)));
-        }
+    let is_held = match (&sent.act, &checked) {
         (_, Checked::Refused(_) | Checked::Waiting(_)) => true,
         (_, Checked::Exercise(verdict)) if !verdict.problems.is_empty() => true,
         (DraftAct::Publish, Checked::Exercise(verdict)) => !verdict.advice.is_empty(),
-        (DraftAct::Publish | DraftAct::Insist, _) => false,
+        _ => false,
     };
-    if is_held {
-        let refused = DraftPage { refused: true, ..make_draft_page(shell, draft, &checked) };
-        return Ok(match checked {
-            Checked::Waiting(_) => FormAnswer::Answered(answer_with_draft(&checked, refused)),
-            _ => FormAnswer::Refused(refused),
-        });
+    let is_save = sent.act == DraftAct::Save;
+    if is_save || is_held {
+        let page =
+            show_as(&state, sent.view.of(person.school_id), &draft.clone(), make_draft_page(shell, draft, &checked))
+                .await?;
+        return Ok(answer_held(&checked, DraftPage { refused: !is_save, saved: is_save, ..page }));
     }
     match drafting::publish(&state, &person, &draft, &checked).await? {
         true => Ok(FormAnswer::lead_to(&published_moment(&draft))),
         false => Ok(FormAnswer::lead_to(&format!("/drafts/{id}"))),
+    }
+}
+
+/// The page of a draft that was saved and not published.
+fn answer_held(checked: &Checked, page: DraftPage) -> FormAnswer<DraftPage> {
+    match checked {
+        Checked::Waiting(_) => FormAnswer::Answered(answer_with_draft(checked, page)),
+        _ if page.saved => FormAnswer::Answered(page.into_response()),
+        _ => FormAnswer::Refused(page),
     }
 }
 
@@ -184,12 +293,18 @@ pub(super) async fn preview_draft(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     PathId(id): PathId<DraftId>,
-    CsrfForm(typed): CsrfForm<TypedForm>,
+    CsrfForm(fields): CsrfForm<Vec<(String, String)>>,
 ) -> Result<Response, PageError> {
+    let sent = SentDraft::from_fields(fields)?;
     let draft = drafts::find_draft(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
-    let texts = Texts { document: unix_lines(&typed.document), scene: unix_lines(&typed.scene) };
-    let checked = drafting::check(&state, person.school_id, &DocumentDraft { texts, ..draft }).await?;
-    Ok(answer_with_draft(&checked, VerdictPart { verdict: verdict_of_draft(&checked) }))
+    let draft = DocumentDraft { texts: sent.texts, ..draft };
+    let checked = drafting::check(&state, person.school_id, &draft).await?;
+    let verdict = verdict_of_draft(&checked);
+    let form = match sent.view {
+        DraftView::Form => make_form(&state, person.school_id, &draft, &verdict).await?,
+        DraftView::Toml => None,
+    };
+    Ok(answer_with_draft(&checked, VerdictPart { verdict, form }))
 }
 
 /// Throws a draft away.
@@ -210,8 +325,8 @@ pub(super) async fn discard_draft(
 
 fn published_moment(draft: &DocumentDraft) -> String {
     match draft.kind {
-        DraftKind::Exercise => format!("/exercises/{}/revisions", draft.document_id),
-        DraftKind::Course => format!("/curricula/{}/revisions", draft.document_id),
+        DraftKind::Exercise => format!("/exercises/{}?published=yes", draft.document_id),
+        DraftKind::Course => format!("/curricula?published={}", draft.document_id),
     }
 }
 
@@ -219,9 +334,12 @@ fn make_draft_row(draft: &DocumentDraft) -> DraftRow {
     DraftRow {
         href: format!("/drafts/{}", draft.id),
         kind: match draft.kind {
-            DraftKind::Exercise => "exercise",
-            DraftKind::Course => "course",
+            DraftKind::Exercise => tr!("Exercise"),
+            DraftKind::Course => tr!("Course"),
         },
+        title: EditedDocument::from_text(&draft.texts.document)
+            .map(|text| text.title_in(words::current().code()))
+            .unwrap_or_default(),
         document_id: draft.document_id.clone(),
         saved_by: draft.saved_by.clone(),
         saved_at: draft.saved_at.to_utc(),
@@ -247,6 +365,11 @@ fn make_draft_page(shell: Shell, draft: DocumentDraft, checked: &Checked) -> Dra
         conflict: None,
         refused: false,
         verdict: verdict_of_draft(checked),
+        form: None,
+        scenes: Vec::new(),
+        scene_title: String::new(),
+        unreadable: false,
+        saved: false,
     }
 }
 

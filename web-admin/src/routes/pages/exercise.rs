@@ -1,15 +1,17 @@
 //! `/curricula` and `/exercises/{id}`.
 
 use acts::error::Error;
-use axum::extract::{Path, State};
+use axum::extract::{Path, Query, State};
 use documents::ExerciseBundle;
 use model::progress::{CourseStep, Progress, StepState};
 use model::{CurrentPerson, Role};
 use pages::addresses::exercise_href;
 use pages::curricula::{CourseCard, CurriculaPage, ExerciseLine};
-use pages::exercise::{Context, ExerciseFacts, ExercisePage};
+use pages::exercise::{Context, ExerciseFacts, ExercisePage, ExerciseTeaching};
+use pages::people::SelectOption;
 use pages::trainee::{rule_in_words, score_points};
 use pages::{NavPlace, Shell, StatusWord, charts};
+use serde::Deserialize;
 use store::{exercises, practice, reports};
 
 use super::standing::TaughtCourse;
@@ -21,21 +23,31 @@ use crate::routes::auth::{Csrf, Visitor};
 /// A course, and the visitor's progress in it where they are a trainee.
 type VisitedExercise = (TaughtCourse, Option<Progress>);
 
+/// What was just published.
+#[derive(Debug, Deserialize)]
+pub(super) struct PublishedQuery {
+    published: Option<String>,
+}
+
 pub(super) async fn show_curricula(
     State(state): State<AppState>,
     Visitor(person): Visitor,
+    Query(shown): Query<PublishedQuery>,
     csrf: Csrf,
 ) -> Result<CurriculaPage, PageError> {
     let courses = visited_exercise(&state, &person).await?;
+    let published = courses.iter().find(|(taught, _)| Some(&taught.id) == shown.published.as_ref());
+    let published = published.map(|(taught, _)| taught.title.clone());
     let shell = Shell::new(&person, csrf.token(), NavPlace::Curricula);
     let staff = person.role != Role::Trainee;
-    Ok(CurriculaPage { shell, staff, courses: courses.iter().map(make_course_card).collect() })
+    Ok(CurriculaPage { shell, staff, published, courses: courses.iter().map(make_course_card).collect() })
 }
 
 pub(super) async fn show_exercise(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     Path(id): Path<String>,
+    Query(shown): Query<PublishedQuery>,
     csrf: Csrf,
 ) -> Result<ExercisePage, PageError> {
     let current =
@@ -50,8 +62,18 @@ pub(super) async fn show_exercise(
         attempts: if own { rows::own_rows(listed) } else { rows::mixed_rows(listed) },
         chart: draw_own_scores(&courses, &bundle),
         exercise: ExerciseFacts::new(&bundle),
+        teaching: (!own).then(|| ExerciseTeaching {
+            published: shown.published.is_some(),
+            courses: courses.iter().filter_map(|(taught, _)| course_without(taught, &id)).collect(),
+        }),
         own,
     })
+}
+
+/// A course that an exercise can be added to.
+fn course_without(taught: &TaughtCourse, exercise: &str) -> Option<SelectOption> {
+    let has = taught.course.steps.iter().any(|step| step.exercise == exercise);
+    (!has).then(|| SelectOption { value: taught.id.clone(), label: taught.title.clone(), chosen: false })
 }
 
 async fn visited_exercise(state: &AppState, person: &CurrentPerson) -> Result<Vec<VisitedExercise>, Error> {

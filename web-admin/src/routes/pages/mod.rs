@@ -55,6 +55,7 @@ mod surveys;
 mod tokens;
 mod trainees;
 mod transcript;
+mod writing;
 
 /// Pages for whoever is signed in; the layer around them has settled who that is.
 #[must_use]
@@ -64,11 +65,12 @@ pub fn page_routes() -> Routes {
         .route("/curricula", get(exercise::show_curricula))
         .route("/curricula/{id}/draft", post(drafts::draft_course))
         .route("/curricula/{id}/revisions", get(revisions::compare_course_revisions))
-        .route("/drafts", get(drafts::list_drafts).post(drafts::copy_draft))
+        .route("/drafts", get(drafts::list_drafts).post(drafts::begin_draft))
         .route("/drafts/{id}", get(drafts::show_draft).post(drafts::write_draft))
         .route("/drafts/{id}/discard", post(drafts::discard_draft))
         .route("/drafts/{id}/preview", post(drafts::preview_draft))
         .route("/exercises/{id}", get(exercise::show_exercise))
+        .route("/exercises/{id}/course", post(drafts::add_to_course))
         .route("/exercises/{id}/draft", post(drafts::draft_exercise))
         .route("/exercises/{id}/revisions", get(revisions::compare_exercise_revisions))
         .route("/cohorts", get(cohorts::list_cohorts).post(cohort_people::make_cohort))

@@ -37,7 +37,10 @@ pub(super) async fn show_session(
         None => None,
     };
     let taught = exercises::find_current_revision(reader, session.school_id, &session.exercise_id).await?;
-    let title = bundle.as_ref().map(|b| b.exercise.title.clone()).or(taught.as_ref().map(|t| t.title.clone()));
+    let title = bundle
+        .as_ref()
+        .map(|b| b.exercise.title.in_language(words::current().code()).to_owned())
+        .or(taught.as_ref().map(|t| t.title.clone()));
     let curve = scores::find_curve(reader, key).await?;
     let replay_href = format!("/sessions/{id}/replay");
     Ok(SessionPage {

@@ -5,6 +5,7 @@ use model::ids::{AssignmentId, PersonId, SchoolId, SessionId};
 use sqlx::{FromRow, SqliteExecutor};
 
 use crate::Result;
+use model::titles::StoredTitle;
 
 /// Most attempts that are offered at once.
 const OFFERED: u32 = 100;
@@ -26,6 +27,7 @@ pub struct RateableAttempt {
     /// Who tried.
     pub trainee: String,
     /// Title of the exercise, or its id.
+    #[sqlx(try_from = "StoredTitle")]
     pub exercise: String,
     /// When it began.
     pub started_at: Moment,

@@ -8,6 +8,7 @@ use sqlx::{FromRow, SqliteExecutor};
 
 use crate::Result;
 use crate::ratings::Round;
+use model::titles::StoredTitle;
 
 /// A rating as whoever asked for it sees it.
 #[derive(Clone, Debug, PartialEq, FromRow)]
@@ -23,6 +24,7 @@ pub struct RatingCell {
     /// Their pseudonym, under the same condition.
     pub pseudonym: Option<String>,
     /// Title of the exercise, or its id.
+    #[sqlx(try_from = "StoredTitle")]
     pub exercise: String,
     /// The rater.
     pub rater_id: PersonId,

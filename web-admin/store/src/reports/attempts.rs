@@ -8,6 +8,7 @@ use sqlx::{FromRow, SqliteExecutor};
 
 use crate::Result;
 use crate::sessions::SessionState;
+use model::titles::StoredTitle;
 
 /// An attempt in a list.
 #[derive(Clone, Debug, PartialEq, FromRow)]
@@ -19,6 +20,7 @@ pub struct ListedAttempt {
     /// Who tried.
     pub trainee: String,
     /// The exercise's title, or its id where this school never published it.
+    #[sqlx(try_from = "StoredTitle")]
     pub exercise: String,
     /// What became of it.
     pub state: SessionState,

@@ -14,6 +14,7 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
 use super::surveys::survey;
+use model::titles::StoredTitle;
 
 /// A study.
 #[derive(Clone, Debug, PartialEq, FromRow)]
@@ -85,6 +86,7 @@ pub struct StudyExercise {
     /// The exercise's id.
     pub exercise_id: String,
     /// Its title.
+    #[sqlx(try_from = "StoredTitle")]
     pub title: String,
 }
 

@@ -1,0 +1,257 @@
+//! Beginning documents: a copy of an exercise under a title of its own, a course from nothing, and an exercise in a course.
+
+use model::authoring::{EditedDocument, FieldSort, id_from_title};
+use model::ids::{DraftId, SchoolId};
+use model::{CurrentPerson, authoring};
+use store::drafts::{DraftKind, NewDocumentDraft, Texts};
+use store::{curricula, drafts, exercises};
+
+use crate::drafting::{SaveOutcome, begin_draft_of, current_exercise, draft_editor, open_course, save_draft};
+use crate::error::{Error, refuse_trainees};
+use crate::service::Service;
+
+/// Longest id of a document, in characters.
+const LONGEST_ID: usize = 64;
+/// Longest title, in characters, as documents allow it.
+const LONGEST_TITLE: usize = 300;
+
+/// A document to be begun.
+#[derive(Clone, Copy, Debug)]
+pub struct NewDocument<'a> {
+    /// Its title.
+    pub title: &'a str,
+    /// Its id; empty where it is to be made from the title.
+    pub id: &'a str,
+}
+
+/// A draft in the version that was seen.
+#[derive(Clone, Copy, Debug)]
+pub struct SeenDraft {
+    /// The draft.
+    pub id: DraftId,
+    /// The version.
+    pub version: i64,
+}
+
+/// An exercise in the draft of a course.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AddedExercise {
+    /// The draft.
+    pub draft: DraftId,
+    /// The row in which the exercise stands, from 0.
+    pub row: usize,
+}
+
+/// The draft of a new exercise that begins as a copy of another.
+///
+/// # Errors
+/// When there is no such exercise, or title or id are refused.
+pub async fn copy_exercise(
+    state: &Service,
+    person: &CurrentPerson,
+    exercise_id: &str,
+    new: NewDocument<'_>,
+) -> Result<DraftId, Error> {
+    refuse_trainees(person)?;
+    let (current, texts) = current_exercise(state, person.school_id, exercise_id).await?;
+    let title = check_title(new.title)?;
+    let id = choose_id(state, person.school_id, DraftKind::Exercise, new).await?;
+    let document = name_document(&texts.document, &id, title);
+    let texts = Texts { document, ..texts };
+    let draft =
+        NewDocumentDraft { kind: DraftKind::Exercise, document_id: &id, based_on: Some(current), texts: &texts };
+    begin_draft_of(state, person, &draft).await
+}
+
+/// The draft of a new course without exercises.
+///
+/// # Errors
+/// When title or id are refused.
+pub async fn begin_course(state: &Service, person: &CurrentPerson, new: NewDocument<'_>) -> Result<DraftId, Error> {
+    refuse_trainees(person)?;
+    let title = check_title(new.title)?;
+    let id = choose_id(state, person.school_id, DraftKind::Course, new).await?;
+    let texts = Texts { document: name_document(EMPTY_COURSE, &id, title), scene: String::new() };
+    let draft = NewDocumentDraft { kind: DraftKind::Course, document_id: &id, based_on: None, texts: &texts };
+    begin_draft_of(state, person, &draft).await
+}
+
+/// What a course begins with. The rule is an example, as those of the shipped courses are.
+const EMPTY_COURSE: &str = "id = \"course\"
+title = \"Course\"
+
+# An exercise is mastered with three passes in the last five attempts.
+[mastery]
+rule = \"passes\"
+passes = 3
+of = 5
+";
+
+/// Puts an exercise behind the others of a course, in the draft of that course: trainees see it once the draft is published.
+///
+/// # Errors
+/// When there is no such course or exercise, or the course's draft is no TOML.
+pub async fn add_to_course(
+    state: &Service,
+    person: &CurrentPerson,
+    course_id: &str,
+    exercise_id: &str,
+) -> Result<AddedExercise, Error> {
+    refuse_trainees(person)?;
+    let (reader, school) = (state.db.reader(), person.school_id);
+    exercises::find_current_revision(reader, school, exercise_id).await?.ok_or(Error::NotFound)?;
+    let id = open_course(state, person, course_id).await?;
+    let draft = drafts::find_draft(reader, school, id).await?.ok_or(Error::NotFound)?;
+    let files = crate::drafting::find_course_files(state, school, course_id).await?;
+    let mut document = EditedDocument::from_text(&draft.texts.document).ok_or_else(refuse_unreadable)?;
+    let rows = document.count_rows("exercise");
+    let named = |row: &usize| {
+        let file = document.written_at(&format!("exercise[{row}].file"));
+        files.get(&file).map_or(file.trim_end_matches(".toml"), String::as_str) == exercise_id
+    };
+    if let Some(row) = (0..rows).find(named) {
+        return Ok(AddedExercise { draft: id, row });
+    }
+    authoring::add_course_exercise(&mut document, exercise_id);
+    let texts = Texts { document: document.into_text(), ..draft.texts };
+    match save_draft(state, person, id, draft.version, &texts).await? {
+        SaveOutcome::Kept(_) => Ok(AddedExercise { draft: id, row: rows }),
+        SaveOutcome::Elsewhere(_) => {
+            Err(Error::Conflict(tr!("somebody has just saved the draft of this course; try again").to_owned()))
+        }
+    }
+}
+
+/// Saves the draft of an exercise with the scene of another exercise, meshes included, in the place of its own.
+///
+/// # Errors
+/// When there is no such draft or exercise, or the database fails.
+pub async fn take_scene(
+    state: &Service,
+    person: &CurrentPerson,
+    seen: SeenDraft,
+    document: &str,
+    exercise_id: &str,
+) -> Result<SaveOutcome, Error> {
+    refuse_trainees(person)?;
+    let school = person.school_id;
+    let (revision, theirs) = current_exercise(state, school, exercise_id).await?;
+    let mut edited = EditedDocument::from_text(document);
+    if let (Some(edited), Some(source)) = (edited.as_mut(), EditedDocument::from_text(&theirs.document)) {
+        edited.write_field("scene", FieldSort::Text, &source.written_at("scene"));
+    }
+    let document = edited.map_or_else(|| document.to_owned(), EditedDocument::into_text);
+    let texts = Texts { document, scene: theirs.scene };
+    let by = draft_editor(state, person);
+    let mut tx = state.db.write().await?;
+    let kept = drafts::save_draft(&mut tx, by, seen.id, seen.version, &texts).await?;
+    if kept {
+        drafts::rebase_draft(&mut tx, school, seen.id, revision).await?;
+    }
+    let draft = drafts::find_draft(&mut *tx, school, seen.id).await?.ok_or(Error::NotFound)?;
+    tx.commit().await?;
+    Ok(if kept { SaveOutcome::Kept(draft) } else { SaveOutcome::Elsewhere(draft) })
+}
+
+fn refuse_unreadable() -> Error {
+    let why = tr!("the draft of this course is no TOML: mend it before an exercise is added to it");
+    Error::Conflict(why.to_owned())
+}
+
+fn check_title(title: &str) -> Result<&str, Error> {
+    let title = title.trim();
+    match !title.is_empty() && title.chars().count() <= LONGEST_TITLE && !title.chars().any(char::is_control) {
+        true => Ok(title),
+        false => Err(Error::Unprocessable(tr!(
+            "title: “{title}”; allowed are 1 to {most} characters on one line",
+            title = title,
+            most = LONGEST_TITLE
+        ))),
+    }
+}
+
+/// The id of a new document: the one that was typed, where nothing else has it; else one made from the title that nothing has.
+async fn choose_id(state: &Service, school: SchoolId, kind: DraftKind, new: NewDocument<'_>) -> Result<String, Error> {
+    let wanted = new.id.trim();
+    if !wanted.is_empty() {
+        check_new_id(wanted)?;
+        return match is_taken(state, school, kind, wanted).await? {
+            false => Ok(wanted.to_owned()),
+            true => Err(Error::Unprocessable(tr!(
+                "id: “{id}” is taken already; choose another, or edit that one",
+                id = wanted
+            ))),
+        };
+    }
+    let made = id_from_title(new.title);
+    check_new_id(&made).map_err(|_| {
+        Error::Unprocessable(tr!("id: the title “{title}” gives none; type one", title = new.title.trim()))
+    })?;
+    for number in 1..1000 {
+        let id = if number == 1 { made.clone() } else { format!("{made}-{number}") };
+        if !is_taken(state, school, kind, &id).await? {
+            return Ok(id);
+        }
+    }
+    Err(Error::Unprocessable(tr!("id: “{id}” is taken already; choose another, or edit that one", id = made)))
+}
+
+/// Whether a document or a draft has an id.
+async fn is_taken(state: &Service, school: SchoolId, kind: DraftKind, id: &str) -> Result<bool, Error> {
+    let reader = state.db.reader();
+    let published = match kind {
+        DraftKind::Exercise => exercises::find_current_revision(reader, school, id).await?.is_some(),
+        DraftKind::Course => {
+            let taught = curricula::list_taught_curricula(reader, school).await?;
+            taught.iter().any(|course| course.curriculum_id == id)
+        }
+    };
+    Ok(published || drafts::find_draft_of(reader, school, kind, id).await?.is_some())
+}
+
+fn check_new_id(id: &str) -> Result<(), Error> {
+    let allowed = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+    match !id.is_empty() && id.len() <= LONGEST_ID && id.chars().all(allowed) {
+        true => Ok(()),
+        false => Err(Error::Unprocessable(tr!(
+            "id: “{id}”; allowed are 1 to {most} lower-case letters, digits and hyphens",
+            id = id,
+            most = LONGEST_ID
+        ))),
+    }
+}
+
+/// A document under another id and title, and otherwise as it is.
+fn name_document(document: &str, id: &str, title: &str) -> String {
+    let Some(mut edited) = EditedDocument::from_text(document) else { return document.to_owned() };
+    edited.write_field("id", FieldSort::Text, id);
+    edited.write_field("title", FieldSort::Text, title);
+    edited.into_text()
+}
+
+#[cfg(test)]
+mod tests {
+    //! A copy must be another document, and nothing else in it may change.
+
+    use super::*;
+
+    #[test]
+    fn a_copy_has_another_id_and_title_and_no_other_change() {
+        let document = "# about\nid = \"a\"\ntitle = \"T\" # old\nidle = 1\n[x]\nid = \"b\"\n";
+        let copy = "# about\nid = \"c-2\"\ntitle = \"Über\" # old\nidle = 1\n[x]\nid = \"b\"\n";
+        assert_eq!(name_document(document, "c-2", "Über"), copy);
+        assert!(name_document(EMPTY_COURSE, "x", "Y").starts_with("id = \"x\"\ntitle = \"Y\"\n"));
+        assert!(check_new_id("c-2").is_ok());
+        for wrong in ["", "C", "a b", "ä", "../x", &"x".repeat(65)] {
+            assert!(check_new_id(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_title_is_one_line() {
+        assert_eq!(check_title("  A b ").ok(), Some("A b"));
+        for wrong in [" ", "a\nb", &"x".repeat(301)] {
+            assert!(check_title(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! The languages of a document that is written in a form: which there are, and a text in each of them.
+
+use toml_edit::{Array, InlineTable, Item, Value};
+
+use super::{EditedDocument, FieldSort, replace_value};
+
+/// The languages in which documents may be written, as the reader of documents knows them.
+pub const LANGUAGES: [&str; 15] =
+    ["en", "de", "cs", "da", "es", "fi", "fr", "it", "ja", "nb", "nl", "pl", "pt", "sv", "zh"];
+
+/// The texts that may be written in several languages, rows without their number.
+const WORDINGS: [&str; 5] = ["title", "briefing", "description", "hard_fail[].why", "coaching[].message"];
+
+/// The text and the language that an address names, where it names a text in a language.
+pub(super) fn split_language(field: &str) -> Option<(&str, &str)> {
+    let (text, language) = field.rsplit_once('.')?;
+    (LANGUAGES.contains(&language) && WORDINGS.contains(&super::sent::pattern_of_field(text).as_str()))
+        .then_some((text, language))
+}
+
+impl EditedDocument {
+    /// The codes of its languages, its own first; none where it says nothing of them.
+    #[must_use]
+    pub fn languages(&self) -> Vec<String> {
+        self.texts_at("languages")
+    }
+
+    /// The address of a text in one of the document's languages: that of the text itself where it is written plainly and this is the
+    /// document's own language.
+    #[must_use]
+    pub fn address_in(&self, text: &str, language: &str) -> String {
+        let is_own = self.languages().first().is_none_or(|own| own == language);
+        let in_table = self.find_item(text).is_some_and(Item::is_table_like);
+        if is_own && !in_table { text.to_owned() } else { format!("{text}.{language}") }
+    }
+
+    /// Its title in a language; where it is not written in that, in its own.
+    #[must_use]
+    pub fn title_in(&self, language: &str) -> String {
+        let languages = self.languages();
+        let own = languages.first().map_or("", String::as_str);
+        let titles = [language, own].map(|language| self.written_at(&format!("title.{language}")));
+        let found = titles.into_iter().find(|title| !title.is_empty());
+        found.unwrap_or_else(|| self.plain_at("title"))
+    }
+
+    fn plain_at(&self, field: &str) -> String {
+        let plain = self.find_item(field).and_then(Item::as_str);
+        plain.unwrap_or_default().to_owned()
+    }
+
+    /// Says in which language the document is written, where it does not yet.
+    pub fn name_own_language(&mut self, language: &str) {
+        if LANGUAGES.contains(&language) && !self.is_written("languages") {
+            self.put_value("languages", Some(Value::Array(Array::from_iter([language]))));
+        }
+    }
+
+    /// Adds a language to those of the document, which it must have named its own for. False where there is nothing to add.
+    pub fn add_language(&mut self, language: &str) -> bool {
+        let known = self.languages();
+        if known.is_empty() || !LANGUAGES.contains(&language) || known.iter().any(|code| code == language) {
+            return false;
+        }
+        let Some(list) = self.item_mut("languages").and_then(Item::as_array_mut) else { return false };
+        list.push(language);
+        true
+    }
+
+    /// Takes a language away with every text that is written in it; never the document's own.
+    pub fn remove_language(&mut self, at: usize) {
+        let Some(language) = self.languages().into_iter().nth(at).filter(|_| at > 0) else { return };
+        for text in self.list_wordings() {
+            self.write_field(&format!("{text}.{language}"), FieldSort::Translation, "");
+        }
+        if let Some(list) = self.item_mut("languages").and_then(Item::as_array_mut) {
+            list.remove(at);
+        }
+    }
+
+    /// The addresses of all texts that may be written in several languages.
+    fn list_wordings(&self) -> Vec<String> {
+        let addresses = WORDINGS.iter().flat_map(|text| match text.split_once("[]") {
+            Some((array, key)) => (0..self.count_rows(array)).map(|row| format!("{array}[{row}]{key}")).collect(),
+            None => vec![(*text).to_owned()],
+        });
+        addresses.collect()
+    }
+
+    /// Writes a text in a language. A text that was plain becomes one of several, in the document's own language and in this one.
+    pub(super) fn write_translation(&mut self, field: &str, typed: &str) {
+        let Some((text, language)) = split_language(field) else { return };
+        if self.written_at(field) == typed {
+            return;
+        }
+        if self.find_item(text).is_some_and(Item::is_table_like) {
+            return self.put_value(field, (!typed.is_empty()).then(|| Value::from(typed)));
+        }
+        if typed.is_empty() {
+            return;
+        }
+        let mut texts = InlineTable::new();
+        if let (Some(own), true) = (self.languages().first(), self.is_written(text)) {
+            texts.insert(own, Value::from(self.written_at(text)));
+        }
+        texts.insert(language, Value::from(typed));
+        let (parent, key) = text.rsplit_once('.').unwrap_or(("", text));
+        let parent = if parent.is_empty() { Some(self.tree.as_item_mut()) } else { self.item_mut(parent) };
+        if let Some(table) = parent.and_then(Item::as_table_like_mut) {
+            replace_value(table, key, Some(Value::InlineTable(texts)));
+        }
+    }
+}

@@ -1,0 +1,146 @@
+//! What a form sends of a document: which fields, what was typed into them, and where it goes.
+
+use super::languages::split_language;
+use super::{EditedDocument, FieldSort};
+
+/// Every field of an exercise and of a course that a form may change, rows without their number.
+const FIELDS: &[(&str, FieldSort)] = &[
+    ("title", FieldSort::Text),
+    ("languages", FieldSort::OwnLanguage),
+    ("briefing", FieldSort::Text),
+    ("description", FieldSort::Text),
+    ("difficulty", FieldSort::Number),
+    ("pass_mark", FieldSort::Number),
+    ("time_limit_s", FieldSort::Number),
+    ("feedback", FieldSort::Text),
+    ("entry.point_mm[]", FieldSort::Number),
+    ("entry.angle_deg", FieldSort::Number),
+    ("entry.azimuth_deg", FieldSort::Number),
+    ("target.depth_mm", FieldSort::Number),
+    ("required", FieldSort::Presence),
+    ("required.reached", FieldSort::Text),
+    ("required.within_mm", FieldSort::Number),
+    ("required.confirmed", FieldSort::Flag),
+    ("required.withdrawn", FieldSort::Flag),
+    ("rubric[].metric", FieldSort::Metric),
+    ("rubric[].full", FieldSort::Number),
+    ("rubric[].zero", FieldSort::Number),
+    ("rubric[].weight", FieldSort::Number),
+    ("hard_fail[].metric", FieldSort::Metric),
+    ("hard_fail[].above", FieldSort::Number),
+    ("hard_fail[].why", FieldSort::Text),
+    ("coaching[].quantity", FieldSort::Text),
+    ("coaching[].above", FieldSort::Number),
+    ("coaching[].rearm_below", FieldSort::Number),
+    ("coaching[].message", FieldSort::Text),
+    ("mastery.rule", FieldSort::Text),
+    ("mastery.passes", FieldSort::Number),
+    ("mastery.of", FieldSort::Number),
+    ("mastery.p0", FieldSort::Number),
+    ("mastery.p1", FieldSort::Number),
+    ("mastery.alpha", FieldSort::Number),
+    ("mastery.beta", FieldSort::Number),
+    ("mastery.within", FieldSort::Number),
+    ("exercise[].survey", FieldSort::Text),
+    ("exercise[].prerequisites", FieldSort::Ids),
+];
+
+/// A field and what was typed into it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TypedField {
+    /// Its address.
+    pub field: String,
+    /// What was typed, its lines ending as TOML ends them.
+    pub typed: String,
+}
+
+/// What a form sends of a document.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct SentForm {
+    /// Its boxes, ticked or not: a browser sends nothing for one that is not.
+    pub boxes: Vec<String>,
+    /// What was typed, in the order of the form; of boxes, those that are ticked.
+    pub fields: Vec<TypedField>,
+}
+
+impl SentForm {
+    /// Writes it into a document.
+    pub fn write_into(&self, document: &mut EditedDocument) {
+        let before = document.written_at("mastery.rule");
+        let gone: Vec<&str> = self.tables_without_tick(document).collect();
+        for table in &gone {
+            document.write_field(table, FieldSort::Presence, "");
+        }
+        let is_gone =
+            |field: &str| gone.iter().any(|table| field.strip_prefix(table).is_some_and(|rest| rest.starts_with('.')));
+        for TypedField { field, typed } in self.fields.iter().filter(|sent| !is_gone(&sent.field)) {
+            if let Some(sort) = sort_of_field(field) {
+                document.write_field(field, sort, typed);
+            }
+        }
+        for field in self.boxes.iter().filter(|field| !is_gone(field)) {
+            self.write_box(document, field);
+        }
+        let rule = document.written_at("mastery.rule");
+        if rule != before {
+            drop_keys_of_other_rules(document, &rule);
+        }
+    }
+
+    fn is_ticked(&self, field: &str) -> bool {
+        self.fields.iter().any(|sent| sent.field == field && !sent.typed.is_empty())
+    }
+
+    /// Tables whose box stands in the form without a tick, that were there.
+    fn tables_without_tick<'s>(&'s self, document: &EditedDocument) -> impl Iterator<Item = &'s str> {
+        let is_table = |field: &&String| sort_of_field(field) == Some(FieldSort::Presence);
+        let there: Vec<&str> =
+            self.boxes.iter().filter(is_table).map(String::as_str).filter(|field| document.is_written(field)).collect();
+        there.into_iter().filter(|field| !self.is_ticked(field))
+    }
+
+    fn write_box(&self, document: &mut EditedDocument, field: &str) {
+        if let Some((list, id)) = field.split_once(':') {
+            if sort_of_field(list) == Some(FieldSort::Ids) {
+                document.tick_id(list, id, self.is_ticked(field));
+            }
+        } else if sort_of_field(field) == Some(FieldSort::Flag) && !self.is_ticked(field) {
+            document.write_field(field, FieldSort::Flag, "");
+        }
+    }
+}
+
+/// Takes away what another rule of mastery has and this one has not, once its author has chosen this one.
+fn drop_keys_of_other_rules(document: &mut EditedDocument, rule: &str) {
+    let others: &[&str] = match rule {
+        "passes" => &["p0", "p1", "alpha", "beta", "within"],
+        "cusum" => &["passes", "of", "within"],
+        "lc-cusum" => &["passes", "of"],
+        _ => &[],
+    };
+    for key in others {
+        document.write_field(&format!("mastery.{key}"), FieldSort::Text, "");
+    }
+}
+
+/// What a field holds; nothing for one that no form has.
+fn sort_of_field(field: &str) -> Option<FieldSort> {
+    if split_language(field).is_some() {
+        return Some(FieldSort::Translation);
+    }
+    let pattern = pattern_of_field(field);
+    FIELDS.iter().find(|(known, _)| *known == pattern).map(|(_, sort)| *sort)
+}
+
+/// An address with its rows' numbers left out.
+pub(super) fn pattern_of_field(field: &str) -> String {
+    let mut pattern = String::new();
+    let mut in_row = false;
+    for c in field.chars() {
+        in_row = (in_row || c == '[') && c != ']';
+        if !in_row || c == '[' {
+            pattern.push(c);
+        }
+    }
+    pattern
+}
