@@ -50,6 +50,7 @@ mod regrading;
 mod replay;
 mod retention;
 mod review;
+mod rosters;
 mod scanning;
 mod schema;
 mod scoring;
