@@ -11,7 +11,7 @@ use zip::ZipArchive;
 use super::{MAX_COLUMNS, MAX_ROWS, Unreadable};
 
 /// Most bytes that a workbook may unpack to.
-const MAX_UNPACKED: u64 = 64_000_000;
+const MAX_UNPACKED: usize = 64_000_000;
 /// Most cells that are read.
 const MAX_CELLS: usize = 1_000_000;
 /// Most parts of a workbook.
@@ -46,9 +46,8 @@ fn measure(bytes: &[u8]) -> Result<(), Unreadable> {
     for index in 0..archive.len() {
         let part = archive.by_index(index).map_err(|_| Unreadable::NotSheet)?;
         let mut unpacked = Vec::new();
-        part.take(left + 1).read_to_end(&mut unpacked).map_err(|_| Unreadable::NotSheet)?;
-        let length = u64::try_from(unpacked.len()).unwrap_or(u64::MAX);
-        left = left.checked_sub(length).ok_or(Unreadable::TooMuch)?;
+        part.take(left as u64 + 1).read_to_end(&mut unpacked).map_err(|_| Unreadable::NotSheet)?;
+        left = left.checked_sub(unpacked.len()).ok_or(Unreadable::TooMuch)?;
         if announces_too_many(&unpacked) {
             return Err(Unreadable::TooMuch);
         }
@@ -72,43 +71,51 @@ fn read_cells(bytes: &[u8]) -> Result<Vec<(u64, StringRecord)>, Unreadable> {
     let mut book: Xlsx<_> = Xlsx::new(Cursor::new(bytes)).map_err(|_| Unreadable::NotSheet)?;
     let name = book.sheet_names().first().cloned().ok_or(Unreadable::NotSheet)?;
     let mut cells = book.worksheet_cells_reader(&name).map_err(|_| Unreadable::NotSheet)?;
-    let (mut rows, mut row, mut count) = (Vec::new(), (0, Vec::new()), 0);
+    let (mut rows, mut row, mut count) = (Vec::new(), SheetRow::default(), 0);
     while let Some(cell) = cells.next_cell().map_err(|_| Unreadable::NotSheet)? {
         count += 1;
         if count > MAX_CELLS {
             return Err(Unreadable::TooMuch);
         }
         let (line, column) = cell.get_position();
-        let (line, column) = (u64::from(line) + 1, usize::try_from(column).unwrap_or(usize::MAX));
         let text = say_value(cell.get_value());
         if text.is_empty() {
             continue;
         }
+        let column = column as usize;
         if column >= MAX_COLUMNS {
             return Err(Unreadable::TooWide);
         }
-        if line != row.0 {
-            finish(&mut rows, &mut row)?;
-            row.0 = line;
+        let line = u64::from(line) + 1;
+        if line != row.line {
+            std::mem::replace(&mut row, SheetRow { line, fields: Vec::new() }).finish(&mut rows)?;
         }
-        if row.1.len() <= column {
-            row.1.resize(column + 1, String::new());
+        if row.fields.len() <= column {
+            row.fields.resize(column + 1, String::new());
         }
-        row.1[column] = text;
+        row.fields[column] = text;
     }
-    finish(&mut rows, &mut row)?;
+    row.finish(&mut rows)?;
     Ok(rows)
 }
 
-fn finish(rows: &mut Vec<(u64, StringRecord)>, row: &mut (u64, Vec<String>)) -> Result<(), Unreadable> {
-    if rows.len() > MAX_ROWS + 100 {
-        return Err(Unreadable::TooLong);
+/// A row under way.
+#[derive(Default)]
+struct SheetRow {
+    line: u64,
+    fields: Vec<String>,
+}
+
+impl SheetRow {
+    fn finish(self, rows: &mut Vec<(u64, StringRecord)>) -> Result<(), Unreadable> {
+        if rows.len() > MAX_ROWS + 100 {
+            return Err(Unreadable::TooLong);
+        }
+        if !self.fields.is_empty() {
+            rows.push((self.line, StringRecord::from(self.fields)));
+        }
+        Ok(())
     }
-    let fields = std::mem::take(&mut row.1);
-    if !fields.is_empty() {
-        rows.push((row.0, StringRecord::from(fields)));
-    }
-    Ok(())
 }
 
 /// What stands in a cell, as Excel shows it without a format: a number that is whole has no decimals.
