@@ -1,4 +1,4 @@
-//! A roster in CSV, as a registrar's system or Excel saves it.
+//! A roster in CSV or as a workbook, as a registrar's system or Excel saves it.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

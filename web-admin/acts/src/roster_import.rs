@@ -4,8 +4,11 @@ use std::collections::BTreeMap;
 
 use data_encoding::HEXLOWER;
 use model::ids::{CohortId, PersonId, RosterId, SchoolId};
-use model::roster::{LineOutcome, Roster, RosterChange, RosterDifference, RosterEntry, RosterOutcome, RosterRequest};
-use model::{CurrentPerson, PersonKey, Role, roster};
+use model::roster::{
+    LineOutcome, MappingDoubt, Roster, RosterChange, RosterDifference, RosterEntry, RosterMapping, RosterOutcome,
+    RosterRequest, RosterTable,
+};
+use model::{CurrentPerson, PersonKey, Role};
 use serde_json::json;
 use sha2::{Digest, Sha256};
 use sqlx::SqliteConnection;
@@ -27,6 +30,10 @@ pub const DRAFT_LIFETIME_S: i64 = 86_400;
 pub struct RosterPreview {
     /// What the file was called.
     pub file_name: String,
+    /// What stands above its columns.
+    pub headings: Vec<String>,
+    /// Which of them tells what.
+    pub mapping: RosterMapping,
     /// Headings that mean nothing here.
     pub ignored: Vec<String>,
     /// What it would change.
@@ -35,7 +42,21 @@ pub struct RosterPreview {
     pub digest: String,
 }
 
-/// Keeps a roster to be confirmed, if it can be read.
+/// A roster whose columns are looked at.
+#[derive(Clone, Debug)]
+pub struct RosterColumnsLook {
+    /// What the file was called.
+    pub file_name: String,
+    /// The file.
+    pub table: RosterTable,
+    /// Which column tells what: said already, or what it seems to be.
+    pub mapping: RosterMapping,
+    /// Why it has to be said.
+    pub doubts: Vec<MappingDoubt>,
+}
+
+/// Keeps a roster to be confirmed, if it can be read. Its columns are read as somebody of the school has said of such headings before, else
+/// as they are recognised, if that is certain.
 ///
 /// # Errors
 /// When it cannot be read (422), or the database fails.
@@ -46,7 +67,12 @@ pub async fn keep(
     body: &[u8],
     wanted: &RosterRequest,
 ) -> Result<RosterId, Error> {
-    parse(body).await?;
+    let table = parse(body).await?;
+    let known = rosters::find_roster_mapping(state.db.reader(), by.school_id, &headings_sha256(&table)).await?;
+    let guess = table.guess();
+    let certain = guess.doubts.is_empty().then_some(guess.mapping);
+    let mapping = known.filter(|known| known.fits(table.headings.len())).or(certain);
+    let wanted = &RosterRequest { mapping, ..wanted.clone() };
     let draft = NewRosterDraft { school_id: by.school_id, made_by: by.id, file_name, body, wanted };
     let mut tx = state.db.write().await?;
     let id = rosters::keep_roster(&mut tx, &draft, state.clock.now()).await?;
@@ -54,37 +80,99 @@ pub async fn keep(
     Ok(id)
 }
 
-async fn parse(body: &[u8]) -> Result<Roster, Error> {
+/// What stands for the headings of a file.
+fn headings_sha256(table: &RosterTable) -> [u8; 32] {
+    Sha256::digest(table.headings.join("\u{1f}")).into()
+}
+
+async fn parse(body: &[u8]) -> Result<RosterTable, Error> {
     let body = body.to_vec();
-    let parsed = tokio::task::spawn_blocking(move || roster::read(&body)).await?;
+    let parsed = tokio::task::spawn_blocking(move || RosterTable::read(&body)).await?;
     parsed.map_err(|refused| Error::Unprocessable(refused.to_string()))
 }
 
-/// What a roster that waits would change now.
+/// The columns of a roster that waits, and what they mean or seem to.
 ///
 /// # Errors
 /// When there is none, or the database fails.
-pub async fn preview(state: &Service, school: SchoolId, id: RosterId) -> Result<RosterPreview, Error> {
+pub async fn look_at_columns(state: &Service, school: SchoolId, id: RosterId) -> Result<RosterColumnsLook, Error> {
+    let draft = rosters::find_roster(state.db.reader(), school, id).await?.ok_or(Error::NotFound)?;
+    let table = parse(&draft.body).await?;
+    let guess = table.guess();
+    let (mapping, doubts) = match draft.wanted.0.mapping {
+        Some(said) => (said, Vec::new()),
+        None => (guess.mapping, guess.doubts),
+    };
+    Ok(RosterColumnsLook { file_name: draft.file_name, table, mapping, doubts })
+}
+
+/// Says which column tells what, for this roster and for every later one of the school with the same headings.
+///
+/// # Errors
+/// When there is no such roster, a column that is needed is missing, or the database fails.
+pub async fn assign_columns(
+    state: &Service,
+    by: &CurrentPerson,
+    id: RosterId,
+    mapping: &RosterMapping,
+) -> Result<(), Error> {
+    let now = state.clock.now();
+    let mut tx = state.db.write().await?;
+    let draft = rosters::find_roster(&mut *tx, by.school_id, id).await?.ok_or(Error::NotFound)?;
+    let table = parse(&draft.body).await?;
+    if !mapping.fits(table.headings.len()) {
+        return Err(Error::BadRequest("a column is missing or chosen twice".to_owned()));
+    }
+    let wanted = RosterRequest { mapping: Some(mapping.clone()), ..draft.wanted.0 };
+    rosters::change_roster_request(&mut tx, by.school_id, id, &wanted).await?;
+    rosters::remember_roster_mapping(&mut tx, by.school_id, &headings_sha256(&table), mapping, now).await?;
+    let told = json!({ "mapping": mapping });
+    audit::AuditEntry::by(by, "roster.columns_assigned", id).with(told).append(&mut tx, now).await?;
+    Ok(tx.commit().await?)
+}
+
+/// What a roster that waits would change now; `None` until somebody has said which column tells what.
+///
+/// # Errors
+/// When there is none, or the database fails.
+pub async fn preview(state: &Service, school: SchoolId, id: RosterId) -> Result<Option<RosterPreview>, Error> {
     let draft = rosters::find_roster(state.db.reader(), school, id).await?.ok_or(Error::NotFound)?;
     let mut connection = state.db.reader().acquire().await?;
     look(&mut connection, school, draft).await
 }
 
-async fn look(connection: &mut SqliteConnection, school: SchoolId, draft: RosterDraft) -> Result<RosterPreview, Error> {
-    let roster = parse(&draft.body).await?;
+async fn look(
+    connection: &mut SqliteConnection,
+    school: SchoolId,
+    draft: RosterDraft,
+) -> Result<Option<RosterPreview>, Error> {
+    let Some(mapping) = draft.wanted.0.mapping.clone() else { return Ok(None) };
+    let table = parse(&draft.body).await?;
+    let roster = table.people(&mapping);
     let about = about(&roster, &draft.wanted.0);
     let known = rosters::list_known_people(connection, school, &about).await?;
     let unusable = rosters::taken_elsewhere(connection, school, &about.emails).await?;
     let difference = RosterDifference::of(&roster, &known, &unusable, &draft.wanted.0);
     let shown = serde_json::to_vec(&difference).map_err(anyhow::Error::from)?;
     let digest = HEXLOWER.encode(&Sha256::digest(shown));
-    Ok(RosterPreview { file_name: draft.file_name, ignored: roster.ignored, difference, digest })
+    let headings = table.headings;
+    Ok(Some(RosterPreview {
+        file_name: draft.file_name,
+        headings,
+        mapping,
+        ignored: roster.ignored,
+        difference,
+        digest,
+    }))
 }
 
 /// Whom a roster names, and whoever is in the cohorts that they are to leave where it does not.
 fn about<'a>(roster: &'a Roster, wanted: &'a RosterRequest) -> About<'a> {
     let entries = || roster.rows.iter().filter_map(|row| row.entry.as_ref().ok());
-    let filled = entries().filter_map(|entry| entry.cohort.as_ref().or(wanted.cohort.as_ref()));
+    let filled = entries().flat_map(|entry| {
+        let else_all = wanted.cohort.iter().filter(|_| entry.cohorts.is_empty());
+        entry.cohorts.iter().chain(else_all)
+    });
     About {
         emails: entries().map(|entry| entry.email.as_str()).collect(),
         numbers: entries().filter_map(|entry| entry.registrar_id.as_deref()).collect(),
@@ -106,10 +194,11 @@ pub async fn confirm(
 ) -> Result<Option<RosterDifference>, Error> {
     let mut tx = state.db.write().await?;
     let draft = rosters::find_roster(&mut *tx, by.school_id, id).await?.ok_or(Error::NotFound)?;
-    let RosterPreview { difference, digest: now, .. } = look(&mut tx, by.school_id, draft).await?;
-    if now != digest {
+    let Some(RosterPreview { difference, .. }) =
+        look(&mut tx, by.school_id, draft).await?.filter(|preview| preview.digest == digest)
+    else {
         return Ok(None);
-    }
+    };
     let mut import =
         Import { tx: &mut tx, state, by, cohorts: BTreeMap::new(), added: Vec::new(), changed: Vec::new() };
     for line in &difference.lines {
@@ -159,12 +248,10 @@ impl Import<'_> {
         let now = self.state.clock.now();
         let school = self.by.school_id;
         let person = rosters::enrol_person(self.tx, school, entry, now).await?;
-        if let Some(cohort) = &entry.cohort {
+        for cohort in &entry.cohorts {
             self.join(person, entry.role.unwrap_or(Role::Trainee), cohort).await?;
         }
-        if entry.standing == Some(roster::AccountStanding::Gone) {
-            accounts::disable_in(self.tx, self.state, self.by, person).await?;
-        } else if invite {
+        if invite {
             accounts::queue_link(
                 self.tx,
                 self.state,

@@ -1,6 +1,6 @@
 //! What the service knows, free of storage and pages.
 
-#[macro_use(sentence, tr)]
+#[macro_use(tr)]
 extern crate words;
 
 pub mod assignment;

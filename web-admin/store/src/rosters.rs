@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use model::ids::{PersonId, RosterId, SchoolId};
-use model::roster::{RosterEntry, RosterRequest, SchoolPerson};
+use model::roster::{RosterEntry, RosterMapping, RosterRequest, SchoolPerson};
 use model::{Moment, Role};
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
@@ -68,6 +68,58 @@ pub async fn find_roster(
         .bind(id)
         .fetch_optional(executor)
         .await
+}
+
+/// Changes what is asked of a roster that waits.
+pub async fn change_roster_request(
+    writer: &mut SqliteConnection,
+    school: SchoolId,
+    id: RosterId,
+    wanted: &RosterRequest,
+) -> Result<()> {
+    sqlx::query("UPDATE rosters SET wanted = $3 WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(id)
+        .bind(Json(wanted))
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// Which column of files with such headings tells what at a school, where somebody has said it.
+pub async fn find_roster_mapping(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    headings_sha256: &[u8; 32],
+) -> Result<Option<RosterMapping>> {
+    let mapping: Option<Json<RosterMapping>> =
+        sqlx::query_scalar("SELECT mapping FROM roster_mappings WHERE school_id = $1 AND headings_sha256 = $2")
+            .bind(school)
+            .bind(headings_sha256.as_slice())
+            .fetch_optional(executor)
+            .await?;
+    Ok(mapping.map(|Json(mapping)| mapping))
+}
+
+/// Remembers which column of files with such headings tells what at a school.
+pub async fn remember_roster_mapping(
+    writer: &mut SqliteConnection,
+    school: SchoolId,
+    headings_sha256: &[u8; 32],
+    mapping: &RosterMapping,
+    now: Moment,
+) -> Result<()> {
+    sqlx::query(
+        "INSERT INTO roster_mappings (school_id, headings_sha256, mapping, changed_at) VALUES ($1, $2, $3, $4)
+         ON CONFLICT (school_id, headings_sha256) DO UPDATE SET mapping = excluded.mapping, changed_at = excluded.changed_at",
+    )
+    .bind(school)
+    .bind(headings_sha256.as_slice())
+    .bind(Json(mapping))
+    .bind(now)
+    .execute(writer)
+    .await
+    .map(drop)
 }
 
 /// Throws a roster away. False when it was gone.

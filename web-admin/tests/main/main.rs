@@ -52,6 +52,7 @@ mod regrading;
 mod replay;
 mod retention;
 mod review;
+mod rosters;
 mod scanning;
 mod schema;
 mod scoring;

@@ -1,7 +1,10 @@
-//! What the columns of a roster are called, in English, German and the words of Canvas.
+//! What the columns of a roster are called: in Moodle, Canvas, Stud.IP, HISinOne, OneRoster and by hand, in English and German.
+
+use serde::{Deserialize, Serialize};
 
 /// What a column tells.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum RosterColumn {
     /// The address.
     Email,
@@ -15,85 +18,118 @@ pub enum RosterColumn {
     Family,
     /// The number that the registrar knows somebody by.
     RegistrarId,
-    /// The cohort.
+    /// The cohort, or several.
     Cohort,
     /// Trainee or instructor.
     Role,
     /// Active or deleted.
     Status,
+    /// Whether the account may be used: true or false.
+    Enabled,
 }
 
-/// Headings in plain form: lower case, letters and digits only.
-const HEADINGS: [(RosterColumn, &[&str]); 9] = [
+/// Headings in plain form: lower case, letters and digits only. Of two columns that tell the same, the one of the earlier list counts.
+const HEADINGS: [(RosterColumn, &[&[&str]]); 10] = [
     (
         RosterColumn::Email,
-        &["email", "emailaddress", "mail", "mailaddress", "emailadresse", "mailadresse", "emailaddr", "studentemail"],
+        &[
+            &[
+                "email",
+                "emailaddress",
+                "mail",
+                "mailaddress",
+                "emailadresse",
+                "mailadresse",
+                "emailaddr",
+                "studentemail",
+            ],
+            &["emailuni", "emailhochschule", "emailadressehochschule", "primaryemail", "emaildienstlich"],
+            &["emailprivat", "privateemail", "secondaryemail"],
+        ],
     ),
     (
         RosterColumn::Login,
-        &["loginid", "login", "username", "sisloginid", "benutzername", "benutzerkennung", "kennung"],
+        &[
+            &["loginid", "login", "username", "sisloginid"],
+            &["benutzername", "nutzername", "anmeldename", "benutzerkennung", "kennung", "nutzerkennung"],
+        ],
     ),
     (
         RosterColumn::Name,
         &[
-            "name",
-            "fullname",
-            "displayname",
-            "student",
-            "studentname",
-            "vollständigername",
-            "anzeigename",
-            "vollername",
+            &[
+                "name",
+                "fullname",
+                "displayname",
+                "student",
+                "studentname",
+                "vollständigername",
+                "anzeigename",
+                "vollername",
+            ],
+            &["sortablename"],
+            &["shortname"],
         ],
     ),
-    (RosterColumn::Given, &["firstname", "givenname", "forename", "given", "first", "vorname", "vornamen", "rufname"]),
+    (
+        RosterColumn::Given,
+        &[&["firstname", "givenname", "forename", "given", "first", "vorname", "vornamen"], &["rufname"]],
+    ),
     (
         RosterColumn::Family,
-        &["lastname", "surname", "familyname", "family", "last", "nachname", "familienname", "zuname"],
+        &[&["lastname", "surname", "familyname", "family", "last", "nachname", "familienname", "zuname"]],
     ),
     (
         RosterColumn::RegistrarId,
         &[
-            "userid",
-            "sisuserid",
-            "sisid",
-            "id",
-            "studentid",
-            "studentnumber",
-            "studentno",
-            "registrationnumber",
-            "matriculationnumber",
-            "matrikelnummer",
-            "matrikelnr",
-            "matrikel",
-            "personalnummer",
+            &["matriculationnumber", "matrikelnummer", "matrikelnr", "matrikel", "mtknr", "mtnr", "matrnr", "matnr"],
+            &[
+                "sisuserid",
+                "sisid",
+                "studentid",
+                "studentnumber",
+                "studentno",
+                "registrationnumber",
+                "idnumber",
+                "idnummer",
+            ],
+            &["identifier", "personalnummer"],
+            &["userid"],
+            &["id", "sourcedid"],
         ],
     ),
     (
         RosterColumn::Cohort,
         &[
-            "cohort",
-            "group",
-            "section",
-            "class",
-            "course",
-            "sectionid",
-            "kohorte",
-            "gruppe",
-            "kurs",
-            "klasse",
-            "jahrgang",
+            &["cohort", "group", "groups", "kohorte", "gruppe", "gruppen", "cohorts", "kohorten"],
+            &["section", "class", "klasse", "jahrgang"],
+            &["course", "kurs", "sectionid"],
         ],
     ),
-    (RosterColumn::Role, &["role", "declaredusertype", "usertype", "rolle", "funktion"]),
-    (RosterColumn::Status, &["status", "state", "workflowstate", "zustand"]),
+    (RosterColumn::Role, &[&["role", "roles", "rolle", "rollen", "funktion"], &["declaredusertype", "usertype"]]),
+    (RosterColumn::Status, &[&["status", "state", "workflowstate", "zustand"]]),
+    (RosterColumn::Enabled, &[&["enableduser", "enabled", "accountenabled"]]),
 ];
 
-/// What a heading means, if anything.
+/// A heading in plain form.
+fn plain(heading: &str) -> String {
+    heading.to_lowercase().chars().filter(|c| c.is_alphanumeric()).collect()
+}
+
+/// What a heading means, if anything, and how little it is sure: 0 is the surest.
 #[must_use]
-pub fn meaning(heading: &str) -> Option<RosterColumn> {
-    let plain: String = heading.to_lowercase().chars().filter(|c| c.is_alphanumeric()).collect();
-    HEADINGS.iter().find(|(_, known)| known.contains(&plain.as_str())).map(|(column, _)| *column)
+pub fn meaning(heading: &str) -> Option<(RosterColumn, usize)> {
+    let plain = plain(heading);
+    HEADINGS.iter().find_map(|(column, ranks)| {
+        let rank = ranks.iter().position(|known| known.contains(&plain.as_str()))?;
+        Some((*column, rank))
+    })
+}
+
+/// Whether a heading says that a field holds several groups.
+#[must_use]
+pub(super) fn is_plural(heading: &str) -> bool {
+    ["groups", "gruppen", "cohorts", "kohorten"].contains(&plain(heading).as_str())
 }
 
 #[cfg(test)]
@@ -109,13 +145,14 @@ mod tests {
             ("login_id", RosterColumn::Login),
             ("user_id", RosterColumn::RegistrarId),
             ("Matrikel-Nr.", RosterColumn::RegistrarId),
+            ("Mtknr", RosterColumn::RegistrarId),
             ("Vorname", RosterColumn::Given),
             ("last_name", RosterColumn::Family),
             ("full_name", RosterColumn::Name),
             ("Gruppe", RosterColumn::Cohort),
             ("STATUS", RosterColumn::Status),
         ] {
-            assert_eq!(meaning(heading), Some(column), "{heading}");
+            assert_eq!(meaning(heading).map(|(column, _)| column), Some(column), "{heading}");
         }
         assert_eq!(meaning("favourite colour"), None);
         assert_eq!(meaning("password"), None);
@@ -123,7 +160,8 @@ mod tests {
 
     #[test]
     fn no_heading_means_two_things() {
-        let mut all: Vec<&str> = HEADINGS.iter().flat_map(|(_, known)| known.iter().copied()).collect();
+        let mut all: Vec<&str> =
+            HEADINGS.iter().flat_map(|(_, ranks)| ranks.iter().flat_map(|known| known.iter().copied())).collect();
         let count = all.len();
         all.sort_unstable();
         all.dedup();

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-use super::{AccountStanding, Refusal, Roster, RosterEntry};
+use super::{AccountStanding, Refusal, Roster, RosterEntry, RosterMapping};
 use crate::Role;
 use crate::ids::PersonId;
 
@@ -34,6 +34,9 @@ pub struct RosterRequest {
     pub cohort: Option<String>,
     /// Trainees who are not in the file leave the cohorts that it fills.
     pub remove_missing: bool,
+    /// Which column tells what; absent until somebody has said it.
+    #[serde(default)]
+    pub mapping: Option<RosterMapping>,
 }
 
 /// One thing that changes.
@@ -121,7 +124,9 @@ impl RosterDifference {
                 },
                 Ok(entry) => {
                     let mut entry = entry.clone();
-                    entry.cohort = entry.cohort.or_else(|| wanted.cohort.clone());
+                    if entry.cohorts.is_empty() {
+                        entry.cohorts.extend(wanted.cohort.clone());
+                    }
                     let shown = format!("{} <{}>", entry.name, entry.email);
                     LineOutcome { line, shown, outcome: index.outcome(&entry), entry: Some(entry) }
                 }
@@ -177,6 +182,9 @@ impl<'a> Index<'a> {
             return RosterOutcome::Refused(Refusal::EmailOfAnother);
         }
         let Some(person) = by_number.or(by_email) else {
+            if entry.standing == Some(AccountStanding::Gone) {
+                return RosterOutcome::Refused(Refusal::GoneElsewhere);
+            }
             let usable = !self.unusable.contains(&entry.email);
             return if usable { RosterOutcome::New } else { RosterOutcome::Refused(Refusal::EmailUnusable) };
         };
@@ -204,9 +212,8 @@ fn changes(entry: &RosterEntry, person: &SchoolPerson) -> Vec<RosterChange> {
     if entry.registrar_id.is_some() && entry.registrar_id != person.registrar_id {
         changes.push(RosterChange::RegistrarId(person.registrar_id.clone()));
     }
-    if let Some(cohort) = entry.cohort.as_ref().filter(|cohort| !person.cohorts.contains(cohort)) {
-        changes.push(RosterChange::Joins(cohort.clone()));
-    }
+    let joined = entry.cohorts.iter().filter(|cohort| !person.cohorts.contains(cohort));
+    changes.extend(joined.map(|cohort| RosterChange::Joins(cohort.clone())));
     match (entry.standing, person.enabled) {
         (Some(AccountStanding::Active), false) => changes.push(RosterChange::Enabled),
         (Some(AccountStanding::Gone), true) => changes.push(RosterChange::Disabled),
@@ -218,7 +225,7 @@ fn changes(entry: &RosterEntry, person: &SchoolPerson) -> Vec<RosterChange> {
 /// Trainees in the cohorts that the roster fills whom no line names, not even a refused one that was readable.
 fn leaving(lines: &[LineOutcome], known: &[SchoolPerson]) -> Vec<Leaving> {
     let entries = || lines.iter().filter_map(|line| line.entry.as_ref());
-    let filled: BTreeSet<&str> = entries().filter_map(|entry| entry.cohort.as_deref()).collect();
+    let filled: BTreeSet<&str> = entries().flat_map(|entry| entry.cohorts.iter().map(String::as_str)).collect();
     let addresses: BTreeSet<&str> = entries().map(|entry| entry.email.as_str()).collect();
     let numbers: BTreeSet<&str> = entries().filter_map(|entry| entry.registrar_id.as_deref()).collect();
     let named = |person: &SchoolPerson| {

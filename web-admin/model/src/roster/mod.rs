@@ -5,6 +5,7 @@
 
 use std::collections::BTreeMap;
 
+use csv::StringRecord;
 use serde::{Deserialize, Serialize};
 
 use super::Role;
@@ -12,15 +13,22 @@ use crate::line::is_strange;
 
 mod columns;
 mod difference;
+mod mapping;
+mod sheet;
+mod table;
 mod text;
 
 pub use columns::{RosterColumn, meaning};
 pub use difference::{
     Leaving, LineOutcome, RosterChange, RosterDifference, RosterOutcome, RosterRequest, SchoolPerson,
 };
+pub use mapping::{GroupSplit, MappingDoubt, MappingGuess, RosterMapping};
+pub use table::RosterTable;
 
 /// Most lines taken at once.
 pub const MAX_ROWS: usize = 20_000;
+/// Most columns of a file.
+pub const MAX_COLUMNS: usize = 500;
 /// Longest name, number or cohort, in characters.
 const MAX_CHARS: usize = 120;
 
@@ -30,27 +38,21 @@ pub enum Unreadable {
     /// It has no line but the heading, or not even that.
     #[error("{}", tr!("the file has no people in it"))]
     Empty,
-    /// A column that is needed is not there.
-    #[error("{}", tr!(
-        "no column for the {missing}; the columns are {found}; {allowed} would do",
-        missing = words::say(.missing),
-        found = .found,
-        allowed = .allowed
-    ))]
-    MissingColumn {
-        /// What is missing.
-        missing: &'static str,
-        /// The headings.
-        found: String,
-        /// Headings that would do.
-        allowed: &'static str,
-    },
-    /// Two columns tell the same.
-    #[error("{}", tr!("the columns “{one}” and “{other}” mean the same; leave one out", one = .0, other = .1))]
-    Twice(String, String),
     /// It has too many lines.
     #[error("{}", tr!("the file has more than {most} people; send it in parts", most = MAX_ROWS))]
     TooLong,
+    /// It has too many columns.
+    #[error("{}", tr!("the file has more than {most} columns; delete those that tell nothing about people", most = MAX_COLUMNS))]
+    TooWide,
+    /// A workbook unpacks to more than is read.
+    #[error("{}", tr!("the workbook is too large: leave the list of people alone in it, or save it as CSV"))]
+    TooMuch,
+    /// A workbook is broken, or its sheet has no table.
+    #[error("{}", tr!("the workbook cannot be read: save it anew as .xlsx, or as CSV"))]
+    NotSheet,
+    /// A workbook of before 2007.
+    #[error("{}", tr!("this is an Excel file of the old kind (.xls): save it as .xlsx, or as CSV"))]
+    OldExcel,
     /// It is not CSV.
     #[error("{}", tr!("line {line}: {why}", line = .line, why = .why))]
     NotCsv {
@@ -68,6 +70,16 @@ pub enum Refusal {
     NoEmail,
     /// This is no address.
     BadEmail(String),
+    /// This is an address without a domain, or only the beginning of one.
+    NoDomain(String),
+    /// A line of points in a gradebook.
+    PointsPossible,
+    /// The student that a course invents to be tried.
+    TestStudent,
+    /// Nothing that is read stands in the line.
+    NobodyNamed,
+    /// Deleted where the file comes from, and nobody here.
+    GoneElsewhere,
     /// There is no name.
     NoName,
     /// A spreadsheet would run this.
@@ -108,8 +120,8 @@ pub struct RosterEntry {
     pub name: String,
     /// What the registrar knows them by.
     pub registrar_id: Option<String>,
-    /// The cohort they are to be in.
-    pub cohort: Option<String>,
+    /// The cohorts they are to be in.
+    pub cohorts: Vec<String>,
     /// What they are to be, where the file says so.
     pub role: Option<Role>,
     /// Whether they are to sign in, where the file says so.
@@ -134,112 +146,106 @@ pub struct Roster {
     pub ignored: Vec<String>,
 }
 
-/// Reads a roster.
+/// Reads a roster by what its columns seem to mean.
 ///
 /// # Errors
 /// When it is refused whole, saying why.
 pub fn read(bytes: &[u8]) -> Result<Roster, Unreadable> {
-    let text = text::read(bytes);
-    let mut reader = csv::ReaderBuilder::new()
-        .delimiter(text.separator)
-        .flexible(true)
-        .trim(csv::Trim::All)
-        .from_reader(text.body.as_bytes());
-    let headings = reader.headers().map_err(|error| not_csv(&error, text.skipped))?.clone();
-    let (columns, ignored) = assign(&headings)?;
-    let mut rows = Vec::new();
-    for record in reader.records() {
-        let record = record.map_err(|error| not_csv(&error, text.skipped))?;
-        if record.iter().all(str::is_empty) {
-            continue;
-        }
-        if rows.len() == MAX_ROWS {
-            return Err(Unreadable::TooLong);
-        }
-        let line = record.position().map_or(0, |at| line_of(at, &text.body)) + text.skipped;
-        rows.push(RosterRow { line, entry: entry(&record, &columns) });
-    }
-    if rows.is_empty() {
-        return Err(Unreadable::Empty);
-    }
-    refuse_repeats(&mut rows);
-    Ok(Roster { rows, ignored })
+    let table = RosterTable::read(bytes)?;
+    Ok(table.people(&table.guess().mapping))
 }
 
-/// The line that a record stands in, from 1. The reader is still before what ends the last line, and before empty ones, when it tells
-/// where the next record begins.
-fn line_of(at: &csv::Position, body: &str) -> u64 {
-    let rest = usize::try_from(at.byte()).ok().and_then(|byte| body.as_bytes().get(byte..)).unwrap_or_default();
-    let before = rest.iter().take_while(|byte| matches!(byte, b'\r' | b'\n'));
-    at.line() + before.map(|byte| u64::from(*byte == b'\n')).sum::<u64>()
-}
-
-fn not_csv(error: &csv::Error, skipped: u64) -> Unreadable {
-    let line = error.position().map_or(1, csv::Position::line) + skipped;
-    Unreadable::NotCsv { line, why: "this is not a line of CSV".to_owned() }
-}
-
-type Columns = BTreeMap<RosterColumn, usize>;
-
-/// Which column tells what, and the headings that tell nothing.
-fn assign(headings: &csv::StringRecord) -> Result<(Columns, Vec<String>), Unreadable> {
-    let mut columns = Columns::new();
-    let mut ignored = Vec::new();
-    for (index, heading) in headings.iter().enumerate() {
-        match meaning(heading) {
-            Some(column) => {
-                if let Some(first) = columns.insert(column, index) {
-                    return Err(Unreadable::Twice(headings[first].to_owned(), heading.to_owned()));
-                }
-            }
-            None => ignored.push(heading.to_owned()),
-        }
-    }
-    let has = |column| columns.contains_key(&column);
-    let missing = |missing, allowed| {
-        let found = headings.iter().map(|heading| format!("“{heading}”")).collect::<Vec<_>>().join(", ");
-        Err(Unreadable::MissingColumn { missing, found, allowed })
-    };
-    if !has(RosterColumn::Email) && !has(RosterColumn::Login) {
-        return missing(sentence!("email address"), "“email”, “e-mail” or “login_id”");
-    }
-    let named = has(RosterColumn::Name) || has(RosterColumn::Given) && has(RosterColumn::Family);
-    if !named {
-        return missing(sentence!("name"), "“name”, or “first_name” and “last_name”,");
-    }
-    Ok((columns, ignored))
-}
-
-fn entry(record: &csv::StringRecord, columns: &Columns) -> Result<RosterEntry, (String, Refusal)> {
-    let field = |column| columns.get(&column).and_then(|index| record.get(*index)).unwrap_or_default();
+fn entry(record: &StringRecord, mapping: &RosterMapping) -> Result<RosterEntry, (String, Refusal)> {
+    let field = |column| mapping.columns.get(&column).and_then(|index| record.get(*index)).unwrap_or_default();
     let given = |column| Some(field(column)).filter(|text| !text.is_empty());
-    let email = given(RosterColumn::Email).or_else(|| given(RosterColumn::Login)).unwrap_or_default().to_lowercase();
-    let whole = format!("{} {}", field(RosterColumn::Given), field(RosterColumn::Family)).trim().to_owned();
-    let name = if whole.is_empty() { field(RosterColumn::Name).to_owned() } else { whole };
-    let shown = if name.is_empty() { email.clone() } else { format!("{name} <{email}>") };
+    let name = name_of(record, mapping);
+    let email = address_of(given(RosterColumn::Email), given(RosterColumn::Login), mapping);
+    let shown = match (name.is_empty(), email.is_empty()) {
+        (false, false) => format!("{name} <{email}>"),
+        (false, true) => name.clone(),
+        (true, _) => email.clone(),
+    };
     let refused = |refusal| (shown.clone(), refusal);
+    check_person(record, &name).map_err(|refusal| (record.get(0).unwrap_or_default().to_owned(), refusal))?;
+    if mapping.columns.values().all(|index| record.get(*index).unwrap_or_default().is_empty()) {
+        return Err(refused(Refusal::NobodyNamed));
+    }
     for column in
         [RosterColumn::Name, RosterColumn::Given, RosterColumn::Family, RosterColumn::RegistrarId, RosterColumn::Cohort]
     {
         check_text(field(column)).map_err(refused)?;
     }
-    if email.is_empty() {
-        return Err(refused(Refusal::NoEmail));
-    }
-    if !is_email(&email) {
-        return Err(refused(Refusal::BadEmail(email.clone())));
-    }
+    check_email(&email).map_err(refused)?;
     if name.is_empty() {
         return Err(refused(Refusal::NoName));
     }
+    let as_role = |text: &str| role(text).ok_or_else(|| refused(Refusal::BadRole(text.to_owned())));
+    let as_standing = |text: &str| standing(text).ok_or_else(|| refused(Refusal::BadStatus(text.to_owned())));
+    let status = given(RosterColumn::Status).map(as_standing).transpose()?;
+    let enabled = given(RosterColumn::Enabled).map(as_standing).transpose()?;
     Ok(RosterEntry {
-        role: given(RosterColumn::Role).map(role).transpose().map_err(refused)?,
-        standing: given(RosterColumn::Status).map(standing).transpose().map_err(refused)?,
+        role: given(RosterColumn::Role).map(as_role).transpose()?,
+        standing: enabled.filter(|standing| *standing == AccountStanding::Gone).or(status).or(enabled),
         registrar_id: given(RosterColumn::RegistrarId).map(str::to_owned),
-        cohort: given(RosterColumn::Cohort).map(str::to_owned),
+        cohorts: mapping.split.groups(field(RosterColumn::Cohort)),
         email,
         name,
     })
+}
+
+/// The name, given name first.
+fn name_of(record: &StringRecord, mapping: &RosterMapping) -> String {
+    let field = |column| mapping.columns.get(&column).and_then(|index| record.get(*index)).unwrap_or_default();
+    let whole = format!("{} {}", field(RosterColumn::Given), field(RosterColumn::Family)).trim().to_owned();
+    if whole.is_empty() { turn_name(field(RosterColumn::Name)) } else { whole }
+}
+
+/// "Family, Given" as "Given Family"; what follows a name as a degree stays behind it.
+fn turn_name(name: &str) -> String {
+    let Some((family, given)) = name.split_once(',').map(|(family, given)| (family.trim(), given.trim())) else {
+        return name.to_owned();
+    };
+    let plain: String = given.to_lowercase().chars().filter(|c| c.is_alphanumeric()).collect();
+    let degree = ["md", "phd", "dr", "jr", "sr", "rn", "msc", "bsc", "mbbs", "do", "ba", "ma", "mba"];
+    if family.is_empty() || given.is_empty() || given.contains(',') || degree.contains(&plain.as_str()) {
+        return name.to_owned();
+    }
+    format!("{given} {family}")
+}
+
+/// The address in lower case. What somebody signs in with stands for an address that is missing, where it is one.
+fn address_of(email: Option<&str>, login: Option<&str>, mapping: &RosterMapping) -> String {
+    let has_emails = mapping.columns.contains_key(&RosterColumn::Email);
+    let login = login.filter(|login| !has_emails || login.contains('@') || mapping.domain.is_some());
+    let address = email.or(login).unwrap_or_default().to_lowercase();
+    match &mapping.domain {
+        Some(domain) if !address.is_empty() && !address.contains('@') => format!("{address}@{domain}"),
+        _ => address,
+    }
+}
+
+/// Lines of a gradebook that are about nobody.
+fn check_person(record: &StringRecord, name: &str) -> Result<(), Refusal> {
+    let first = record.get(0).unwrap_or_default().to_lowercase();
+    if ["points possible", "punkte möglich", "mögliche punkte"].contains(&first.as_str()) {
+        return Err(Refusal::PointsPossible);
+    }
+    if ["student, test", "test student"].contains(&first.as_str()) || name.eq_ignore_ascii_case("test student") {
+        return Err(Refusal::TestStudent);
+    }
+    Ok(())
+}
+
+fn check_email(email: &str) -> Result<(), Refusal> {
+    if email.is_empty() {
+        return Err(Refusal::NoEmail);
+    }
+    if is_email(email) {
+        return Ok(());
+    }
+    let bare = email.split_once('@').is_none_or(|(_, host)| !host.contains(['.', '@']));
+    let spoilt = email.starts_with('@') || email.contains(is_odd_in_email);
+    Err(if bare && !spoilt { Refusal::NoDomain(email.to_owned()) } else { Refusal::BadEmail(email.to_owned()) })
 }
 
 /// A text that may be kept: neither a formula, which a spreadsheet would run when the name comes out in an export, nor
@@ -254,12 +260,30 @@ fn check_text(text: &str) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// Whether a text is like `name@example.org`.
+/// Whether a text is like `name@example.org`: an address without a domain leads nowhere.
 #[must_use]
 pub fn is_email(text: &str) -> bool {
-    let parts = text.split_once('@').filter(|(name, host)| !name.is_empty() && !host.is_empty() && !host.contains('@'));
-    let strange = |c: char| c.is_whitespace() || is_strange(c) || "<>,;\"()".contains(c);
-    parts.is_some() && !text.contains(strange) && !text.starts_with(['=', '+', '-', '@']) && text.len() <= 254
+    let Some((name, host)) = text.split_once('@') else { return false };
+    !name.is_empty()
+        && is_domain(host)
+        && !text.contains(is_odd_in_email)
+        && !text.starts_with(['=', '+', '-', '@'])
+        && text.len() <= 254
+}
+
+/// Whether a text is like `example.org`.
+#[must_use]
+pub fn is_domain(text: &str) -> bool {
+    let label = |label: &str| {
+        let plain = label.chars().all(|c| c.is_alphanumeric() || c == '-');
+        plain && !label.is_empty() && !label.starts_with('-') && !label.ends_with('-')
+    };
+    let last = text.rsplit('.').next().unwrap_or_default();
+    text.contains('.') && text.split('.').all(label) && last.contains(|c: char| c.is_alphabetic())
+}
+
+fn is_odd_in_email(c: char) -> bool {
+    c.is_whitespace() || is_strange(c) || "<>,;\"()".contains(c)
 }
 
 /// Whether a name may be given to somebody or something.
@@ -268,19 +292,72 @@ pub fn is_name(text: &str) -> bool {
     !text.trim().is_empty() && check_text(text).is_ok()
 }
 
-fn role(text: &str) -> Result<Role, Refusal> {
-    match text.to_lowercase().as_str() {
-        "trainee" | "student" | "learner" | "studierende" | "studierender" | "studentin" => Ok(Role::Trainee),
-        "instructor" | "teacher" | "tutor" | "lehrende" | "lehrender" | "dozent" | "dozentin" => Ok(Role::Instructor),
-        _ => Err(Refusal::BadRole(text.to_owned())),
-    }
+/// A word in plain form: lower case, letters only. "Tutor/-innen" and "tutorinnen" are one.
+fn plain_word(text: &str) -> String {
+    text.to_lowercase().chars().filter(|c| c.is_alphanumeric()).collect()
 }
 
-fn standing(text: &str) -> Result<AccountStanding, Refusal> {
-    match text.to_lowercase().as_str() {
-        "active" | "enrolled" | "aktiv" | "immatrikuliert" => Ok(AccountStanding::Active),
-        "deleted" | "inactive" | "suspended" | "withdrawn" | "inaktiv" | "exmatrikuliert" => Ok(AccountStanding::Gone),
-        _ => Err(Refusal::BadStatus(text.to_owned())),
+fn role(text: &str) -> Option<Role> {
+    const TRAINEE: [&str; 19] = [
+        "trainee",
+        "student",
+        "students",
+        "learner",
+        "studentother",
+        "studierende",
+        "studierender",
+        "studentin",
+        "studentinnen",
+        "studenten",
+        "autor",
+        "autorin",
+        "autorinnen",
+        "teilnehmer",
+        "teilnehmerin",
+        "teilnehmende",
+        "teilnehmerinnen",
+        "leser",
+        "leserinnen",
+    ];
+    const INSTRUCTOR: [&str; 20] = [
+        "instructor",
+        "teacher",
+        "editingteacher",
+        "noneditingteacher",
+        "tutor",
+        "tutorin",
+        "tutorinnen",
+        "lehrende",
+        "lehrender",
+        "lehrperson",
+        "lehrkraft",
+        "dozent",
+        "dozentin",
+        "dozentinnen",
+        "dozenten",
+        "dozierende",
+        "trainer",
+        "trainerin",
+        "trainerinnen",
+        "ta",
+    ];
+    let word = plain_word(text);
+    let is = |words: &[&str]| words.contains(&word.as_str());
+    if is(&TRAINEE) {
+        return Some(Role::Trainee);
+    }
+    is(&INSTRUCTOR).then_some(Role::Instructor)
+}
+
+fn standing(text: &str) -> Option<AccountStanding> {
+    match plain_word(text).as_str() {
+        "active" | "enrolled" | "aktiv" | "immatrikuliert" | "zugelassen" | "angemeldet" | "zu" | "an" | "true"
+        | "yes" | "ja" | "wahr" | "1" => Some(AccountStanding::Active),
+        "deleted" | "inactive" | "suspended" | "withdrawn" | "tobedeleted" | "inaktiv" | "exmatrikuliert"
+        | "abgemeldet" | "gelöscht" | "gesperrt" | "false" | "no" | "nein" | "falsch" | "0" => {
+            Some(AccountStanding::Gone)
+        }
+        _ => None,
     }
 }
 

@@ -65,6 +65,7 @@ pub fn describe_act(action: &str) -> Option<&'static str> {
         "retention.called_off" => tr!("called off a warning of erasure"),
         "retention.set" => tr!("changed the rule of retention"),
         "retention.warned" => tr!("warned somebody of erasure"),
+        "roster.columns_assigned" => tr!("said what the columns of a roster mean"),
         "roster.imported" => tr!("imported a roster"),
         "school.added" => tr!("added the school"),
         "school.certificate_needs_set" => tr!("changed what certificates need"),

@@ -146,6 +146,7 @@ fn people_routes() -> Routes {
             get(roster::show_new_roster).post(roster::send_roster).layer(DefaultBodyLimit::max(roster::MAX_BYTES)),
         )
         .route("/people/rosters/{id}", get(roster::show_roster).post(roster::confirm_roster))
+        .route("/people/rosters/{id}/columns", get(roster::show_roster_columns).post(roster::assign_roster_columns))
         .route("/people/{id}", get(people::show_person))
         .route("/people/{id}/change", post(people::change_person))
         .route("/people/{id}/mail-link", post(people::mail_link))

@@ -3,11 +3,15 @@
 use askama::Template;
 use askama_web::WebTemplate;
 use model::ids::RosterId;
-use model::roster::{Leaving, LineOutcome, Refusal, RosterChange, RosterDifference, RosterOutcome};
+use model::roster::{Leaving, LineOutcome, Refusal, RosterChange, RosterColumn, RosterDifference, RosterOutcome};
 use serde::Deserialize;
 
 use super::form::{FilledForm, read_ticked_box, read_trimmed_text};
 use super::{Shell, StatusWord, roster};
+
+mod columns;
+
+pub use columns::{ColumnsRefused, RosterColumnsForm, RosterColumnsPage, say_column};
 
 /// Lines on one page of a difference.
 pub const PER_PAGE: usize = 200;
@@ -63,6 +67,8 @@ pub struct RosterPreviewPage {
     pub id: RosterId,
     /// What the file was called.
     pub file_name: String,
+    /// Headings that are read, and what each tells.
+    pub mapped: Vec<(String, RosterColumn)>,
     /// Headings that mean nothing here.
     pub ignored: Vec<String>,
     /// Lines that add, change, leave as it is, and are refused.
@@ -178,8 +184,8 @@ mod tests {
             ..known.clone()
         };
         let file = "email,name,id,status\nana@example.org,Ana Berg,7,deleted\nnew@example.org,<b>New,,\nx,X,,\n\
-                    f@example.org,=1+1,,\nn@example.org,,,\nnew@example.org,N,,\nk@example.org,K,,asleep\n";
-        let wanted = RosterRequest { cohort: Some("Spring".to_owned()), remove_missing: true };
+                    f@example.org,=1+1,,\nn@example.org,,,\nnew@example.org,N,,\nk@example.org,K,,asleep\nq@localhost,Q,,\n";
+        let wanted = RosterRequest { cohort: Some("Spring".to_owned()), remove_missing: true, mapping: None };
         RosterDifference::of(&read(file.as_bytes()).expect("a roster"), &[known, bo], &Default::default(), &wanted)
     }
 
@@ -190,6 +196,7 @@ mod tests {
             shell: samples::shell(Role::Administrator),
             id: RosterId::nil(),
             file_name: "spring.csv".to_owned(),
+            mapped: vec![("Mtknr".to_owned(), RosterColumn::RegistrarId)],
             ignored: vec!["colour".to_owned()],
             counts: difference.counts(),
             empty: difference.is_empty(),
@@ -208,7 +215,8 @@ mod tests {
         for words in [
             "name was “Ana Ek”",
             "no longer sign in",
-            "not an email address",
+            "no domain",
+            "Mtknr",
             "&#60;b&#62;New",
             "a spreadsheet would run",
             "line 3 has this address",
@@ -244,7 +252,7 @@ mod tests {
             email: String::new(),
             name: String::new(),
             registrar_id: None,
-            cohort: None,
+            cohorts: Vec::new(),
             role: None,
             standing: None,
         };

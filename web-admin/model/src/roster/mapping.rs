@@ -1,0 +1,191 @@
+//! Which column of a roster tells what: recognised by its heading and by what stands in it, or said by somebody.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::columns::{is_plural, meaning};
+use super::{RosterColumn, RosterTable, role, standing};
+
+/// How a field names several groups.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GroupSplit {
+    /// It names one.
+    #[default]
+    One,
+    /// A comma stands between them.
+    Comma,
+    /// A semicolon stands between them.
+    Semicolon,
+}
+
+impl GroupSplit {
+    /// The groups that a field names.
+    pub(super) fn groups(self, field: &str) -> Vec<String> {
+        let names: Vec<&str> = match self {
+            Self::One => vec![field],
+            Self::Comma => field.split(',').collect(),
+            Self::Semicolon => field.split(';').collect(),
+        };
+        let mut groups: Vec<String> = Vec::new();
+        for name in names.into_iter().map(str::trim).filter(|name| !name.is_empty()) {
+            if !groups.iter().any(|group| group == name) {
+                groups.push(name.to_owned());
+            }
+        }
+        groups
+    }
+}
+
+/// Which column tells what, by its place from 0.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RosterMapping {
+    /// The columns that are read.
+    pub columns: BTreeMap<RosterColumn, usize>,
+    /// How a field names several groups.
+    pub split: GroupSplit,
+    /// What follows the @ where an address has none.
+    pub domain: Option<String>,
+}
+
+/// Why somebody has to say which column tells what.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum MappingDoubt {
+    /// No column has addresses.
+    NoEmail,
+    /// No column has names.
+    NoName,
+    /// Two columns may tell the same: their headings.
+    Alike(String, String),
+    /// A column is called so, and holds nothing that is known.
+    Unclear(String),
+}
+
+/// What the columns seem to mean.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MappingGuess {
+    /// Which column tells what.
+    pub mapping: RosterMapping,
+    /// What is not certain; nothing: it can be read as it is.
+    pub doubts: Vec<MappingDoubt>,
+}
+
+impl RosterMapping {
+    /// Whether a column is read.
+    #[must_use]
+    pub fn reads(&self, index: usize) -> bool {
+        self.columns.values().any(|read| *read == index)
+    }
+
+    /// Whether a name can be told.
+    #[must_use]
+    pub fn names(&self) -> bool {
+        let has = |column| self.columns.contains_key(&column);
+        has(RosterColumn::Name) || has(RosterColumn::Given) && has(RosterColumn::Family)
+    }
+
+    /// Whether an address can be told.
+    #[must_use]
+    pub fn addresses(&self) -> bool {
+        self.columns.contains_key(&RosterColumn::Email) || self.columns.contains_key(&RosterColumn::Login)
+    }
+
+    /// Whether it can be used for a table of so many columns: nothing needed is missing, and no column tells two things.
+    #[must_use]
+    pub fn fits(&self, columns: usize) -> bool {
+        let mut places: Vec<usize> = self.columns.values().copied().collect();
+        places.sort_unstable();
+        let apart = places.windows(2).all(|pair| pair[0] != pair[1]);
+        self.names() && self.addresses() && apart && places.last().is_none_or(|last| *last < columns)
+    }
+}
+
+impl RosterTable {
+    /// What the columns seem to mean, and what is not certain about it.
+    #[must_use]
+    pub fn guess(&self) -> MappingGuess {
+        let (mut columns, mut doubts) = self.recognise();
+        self.settle_status(&mut columns, &mut doubts);
+        self.settle_names(&mut columns);
+        let split = columns.get(&RosterColumn::Cohort).map_or(GroupSplit::One, |at| self.split_of(*at));
+        let mapping = RosterMapping { columns, split, domain: None };
+        if !mapping.names() {
+            doubts.push(MappingDoubt::NoName);
+        }
+        let login = mapping.columns.get(&RosterColumn::Login);
+        // A course's test student has a name to sign in with, and no address.
+        let addresses = |at: &usize| {
+            let (all, whole) = (self.column(*at).count(), self.column(*at).filter(|text| text.contains('@')).count());
+            2 * whole > all
+        };
+        if !mapping.columns.contains_key(&RosterColumn::Email) && !login.is_some_and(addresses) {
+            doubts.push(MappingDoubt::NoEmail);
+        }
+        MappingGuess { mapping, doubts }
+    }
+
+    /// By the headings: of two columns that tell the same the surer one that is not empty.
+    fn recognise(&self) -> (BTreeMap<RosterColumn, usize>, Vec<MappingDoubt>) {
+        let mut found: BTreeMap<RosterColumn, Vec<(bool, usize, usize)>> = BTreeMap::new();
+        for (index, heading) in self.headings.iter().enumerate() {
+            if let Some((column, rank)) = meaning(heading) {
+                found.entry(column).or_default().push((self.sample_of(index).is_none(), rank, index));
+            }
+        }
+        let (mut columns, mut doubts) = (BTreeMap::new(), Vec::new());
+        for (column, mut places) in found {
+            places.sort_unstable();
+            let [(empty, rank, first), rest @ ..] = places.as_slice() else { continue };
+            columns.insert(column, *first);
+            if let Some((_, _, second)) = rest.iter().find(|(e, r, _)| (e, r) == (empty, rank)) {
+                doubts.push(MappingDoubt::Alike(self.headings[*first].clone(), self.headings[*second].clone()));
+            }
+        }
+        (columns, doubts)
+    }
+
+    /// Stud.IP calls it status what somebody may do in a course.
+    fn settle_status(&self, columns: &mut BTreeMap<RosterColumn, usize>, doubts: &mut Vec<MappingDoubt>) {
+        let Some(&at) = columns.get(&RosterColumn::Status) else { return };
+        let count = |known: fn(&str) -> bool| self.column(at).filter(|text| known(text)).count();
+        let standings = count(|text| standing(text).is_some());
+        let roles = count(|text| role(text).is_some());
+        if standings > 0 || self.sample_of(at).is_none() {
+            return;
+        }
+        columns.remove(&RosterColumn::Status);
+        if roles == 0 {
+            doubts.push(MappingDoubt::Unclear(self.headings[at].clone()));
+        } else {
+            columns.entry(RosterColumn::Role).or_insert(at);
+        }
+    }
+
+    /// Beside a given name, what is called "Name" in German is the family's, unless the given name stands in it.
+    fn settle_names(&self, columns: &mut BTreeMap<RosterColumn, usize>) {
+        let (Some(&given), Some(&name), None) =
+            (columns.get(&RosterColumn::Given), columns.get(&RosterColumn::Name), columns.get(&RosterColumn::Family))
+        else {
+            return;
+        };
+        let whole = self.rows.iter().any(|(_, row)| {
+            let (given, name) = (row.get(given).unwrap_or_default(), row.get(name).unwrap_or_default());
+            !given.is_empty() && name.split([' ', ',']).any(|word| word == given)
+        });
+        if !whole {
+            columns.remove(&RosterColumn::Name);
+            columns.insert(RosterColumn::Family, name);
+        }
+    }
+
+    fn split_of(&self, at: usize) -> GroupSplit {
+        if self.column(at).any(|text| text.contains(';')) {
+            GroupSplit::Semicolon
+        } else if self.headings.get(at).is_some_and(|heading| is_plural(heading)) {
+            GroupSplit::Comma
+        } else {
+            GroupSplit::One
+        }
+    }
+}
