@@ -2,7 +2,6 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
-use model::Role;
 use model::assignment::{AssignmentStage, AssignmentStanding, AssignmentTally, AssignmentTask};
 use model::due::{Local, local};
 use model::ids::{AssignmentId, SessionId};
@@ -217,6 +216,7 @@ pub(crate) mod tests {
     //! Fails when a trainee cannot see what is late, or an instructor who it is.
 
     use model::Moment;
+    use model::Role;
     use model::assignment::{Assigned, MasteredShare};
 
     use super::*;

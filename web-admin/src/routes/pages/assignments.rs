@@ -6,7 +6,7 @@ use acts::{assignments as teaching, deadlines, notices};
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
 use model::assignment::AssignmentTask;
-use model::due::{self, is_zone, local};
+use model::due::{self, local};
 use model::ids::{AssignmentId, CohortId, PersonId, SchoolId};
 use model::notice::NoticePlace;
 use model::{CurrentPerson, Role};
@@ -24,7 +24,7 @@ use store::{assignments, curricula, exercises, people, reports, schools};
 use super::PathId;
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields, Teacher, Visitor};
+use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher, Visitor};
 use crate::routes::forms::{FormAnswer, split_refusal};
 
 /// Assignments on the page of those who make them.

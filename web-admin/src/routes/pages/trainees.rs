@@ -1,7 +1,7 @@
 //! `/trainees/{id}`, and a trainee's own home.
 
+use acts::assignments as teaching;
 use acts::error::Error;
-use acts::{assignments as teaching, stations};
 use assessment::Deduction;
 use axum::extract::{Query, State};
 use model::assignment::AssignmentStanding;
@@ -20,7 +20,7 @@ use super::standing::TaughtCourse;
 use super::{PathId, news, rows, standing};
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
+use crate::routes::auth::{Csrf, Visitor};
 
 /// Attempts over which habits are looked for.
 const RECENT: ListStretch = ListStretch { limit: 20, offset: 0 };
