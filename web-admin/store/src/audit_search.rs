@@ -16,8 +16,10 @@ pub struct SchoolAct {
     pub seq: i64,
     /// When.
     pub at: Moment,
-    /// By whom: a name where the actor is a person, else the kind of actor.
+    /// By whom, as the log writes it.
     pub actor: String,
+    /// Their name, where it was a person.
+    pub actor_name: Option<String>,
     /// What.
     pub action: String,
     /// To what.
@@ -75,7 +77,7 @@ pub async fn search_audit_log<'e>(
     .await?;
     let Some(first) = window.first else { return Ok(FoundActs { acts: Vec::new(), before: None }) };
     let acts: Vec<SchoolAct> = sqlx::query_as(
-        "SELECT a.seq, a.at, coalesce(p.display_name, a.actor) AS actor, a.action, a.object, a.details
+        "SELECT a.seq, a.at, a.actor, p.display_name AS actor_name, a.action, a.object, a.details
          FROM audit_log a
          LEFT JOIN people p ON p.school_id = a.school_id AND length(a.actor) = 36
            AND p.id = unhex(replace(a.actor, '-', ''))

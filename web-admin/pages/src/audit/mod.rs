@@ -150,7 +150,7 @@ pub struct ActObject {
     pub id: String,
 }
 
-/// By whom, in words: the log names programs and strangers by words of its own.
+/// By whom, in words, where it was no person: the log names programs and strangers by words of its own.
 #[must_use]
 pub fn say_actor(actor: &str) -> String {
     match actor {
@@ -158,9 +158,9 @@ pub fn say_actor(actor: &str) -> String {
         "worker" => tr!("the service itself").to_owned(),
         "respondent" => tr!("somebody who answers").to_owned(),
         "stranger" => tr!("a stranger").to_owned(),
-        other => match other.strip_prefix("station ") {
-            Some(name) => tr!("station {name}", name = name),
-            None => other.to_owned(),
+        other => match other.split_once(' ') {
+            Some(("station", name)) => tr!("station {name}", name = name),
+            _ => other.to_owned(),
         },
     }
 }

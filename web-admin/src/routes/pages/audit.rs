@@ -130,7 +130,7 @@ fn make_act_row(act: SchoolAct, names: &BTreeMap<String, AuditObject>) -> ActRow
     ActRow {
         seq: act.seq,
         at: act.at.to_utc(),
-        actor: say_actor(&act.actor),
+        actor: act.actor_name.unwrap_or_else(|| say_actor(&act.actor)),
         action: act.action,
         object,
         details: list_act_details(&act.details),
@@ -207,7 +207,7 @@ fn make_csv_row(act: SchoolAct, names: &BTreeMap<String, AuditObject>) -> Vec<Cs
     vec![
         CsvCell::Number(act.seq as f64),
         CsvCell::from(act.at.to_string()),
-        CsvCell::from(say_actor(&act.actor)),
+        CsvCell::from(act.actor_name.unwrap_or_else(|| say_actor(&act.actor))),
         CsvCell::from(describe_act(&act.action).unwrap_or_default()),
         CsvCell::from(act.action),
         object.map_or(CsvCell::Empty, |object| CsvCell::from(object.name.as_str())),
