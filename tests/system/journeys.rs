@@ -120,7 +120,9 @@ impl School<'_> {
         press(self.browser, "/admin/pairing-codes").await;
         inspect(self.browser, "a pairing code").await;
         self.open("/admin/service", "the service").await;
-        contains(self.browser, "the service", &["roster", "person.added"]).await;
+        self.open("/admin/settings", "the settings").await;
+        self.open("/admin/audit", "the audit log").await;
+        contains(self.browser, "the audit log", &["imported a roster", "added a person"]).await;
         self.open("/progress", "the school's progress").await;
         link[link.find("/join/").expect("a path")..].to_owned()
     }
