@@ -36,6 +36,7 @@ mod wording;
 
 pub use check::{check_documents, spec_along_path};
 pub use curriculum::{Curriculum, MasteryRule};
+pub use describe::list_document_languages;
 pub use error::{DocumentError, Issue, Remark};
 pub use exercise::{CoachingRule, Exercise, HardFail, Required, RubricLine};
 pub use feedback::{Channel, Feedback};

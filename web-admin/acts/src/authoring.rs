@@ -1,6 +1,6 @@
 //! Beginning documents: a copy of an exercise under a title of its own, a course from nothing, and an exercise in a course.
 
-use model::authoring::{EditedDocument, FieldSort, id_from_title};
+use model::authoring::{EditedDocument, FieldSort, find_exercise_id, id_from_title};
 use model::ids::{DraftId, SchoolId};
 use model::{CurrentPerson, authoring};
 use store::drafts::{DraftKind, NewDocumentDraft, Texts};
@@ -107,7 +107,7 @@ pub async fn add_to_course(
     let rows = document.count_rows("exercise");
     let named = |row: &usize| {
         let file = document.written_at(&format!("exercise[{row}].file"));
-        files.get(&file).map_or(file.trim_end_matches(".toml"), String::as_str) == exercise_id
+        find_exercise_id(&files, &file) == exercise_id
     };
     if let Some(row) = (0..rows).find(named) {
         return Ok(AddedExercise { draft: id, row });

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use documents::{Curriculum, ExerciseBundle, Issue};
 use model::CurrentPerson;
+use model::authoring::find_exercise_id;
 use model::draft::{DraftRemark, DraftVerdict};
 use model::ids::{DraftId, RevisionId, SchoolId};
 use model::progress::Mastery;
@@ -235,9 +236,8 @@ async fn sound(state: &Service, school: SchoolId, draft: &DocumentDraft) -> Resu
 
 fn check_course(texts: &Texts, known: &ExerciseShelf, id: &str) -> Checked {
     let files = known.files();
-    // By the name of the file that it came from, or by its id.
-    let of = |file: &str| files.get(file).cloned().unwrap_or_else(|| file.trim_end_matches(".toml").to_owned());
-    let read = Curriculum::from_parts(texts.document.as_bytes(), |file| known.exercise(&of(file)));
+    let of_file = |file: &str| known.exercise(&find_exercise_id(&files, file));
+    let read = Curriculum::from_parts(texts.document.as_bytes(), of_file);
     let course = match read.and_then(|course| same_id(&course.id, id).map(|()| course)) {
         Ok(course) => course,
         Err(refused) => return Checked::Refused(refused.issues),

@@ -117,14 +117,17 @@ pub async fn assign_columns(
     mapping: &RosterMapping,
 ) -> Result<(), Error> {
     let now = state.clock.now();
-    let mut tx = state.db.write().await?;
-    let draft = rosters::find_roster(&mut *tx, by.school_id, id).await?.ok_or(Error::NotFound)?;
+    // A workbook takes a while to be read: nobody waits for the database meanwhile.
+    let draft = rosters::find_roster(state.db.reader(), by.school_id, id).await?.ok_or(Error::NotFound)?;
     let table = parse(&draft.body).await?;
     if !mapping.fits(table.headings.len()) {
         return Err(Error::BadRequest("a column is missing or chosen twice".to_owned()));
     }
     let wanted = RosterRequest { mapping: Some(mapping.clone()), ..draft.wanted.0 };
-    rosters::change_roster_request(&mut tx, by.school_id, id, &wanted).await?;
+    let mut tx = state.db.write().await?;
+    if !rosters::change_roster_request(&mut tx, by.school_id, id, &wanted).await? {
+        return Err(Error::NotFound);
+    }
     rosters::remember_roster_mapping(&mut tx, by.school_id, &headings_sha256(&table), mapping, now).await?;
     let told = json!({ "mapping": mapping });
     audit::AuditEntry::by(by, "roster.columns_assigned", id).with(told).append(&mut tx, now).await?;

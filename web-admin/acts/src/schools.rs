@@ -1,5 +1,6 @@
 //! What a school settles for itself. Each act is an administrator's, and the audit log keeps it.
 
+use model::due::DueRefused;
 use model::{CurrentPerson, FactorRule, Needed, due, line};
 use serde_json::{Value, json};
 use store::audit::AuditEntry;
@@ -45,11 +46,7 @@ pub async fn settle_school(service: &Service, by: &CurrentPerson, settings: &Sch
         return Err(Error::Unprocessable(why));
     }
     if !due::is_zone(&settings.time_zone) {
-        let zone = &settings.time_zone;
-        return Err(Error::Unprocessable(tr!(
-            "the time zone: “{name}”; a name like Europe/Berlin is needed",
-            name = zone
-        )));
+        return Err(Error::Unprocessable(DueRefused::NoZone(settings.time_zone.clone()).to_string()));
     }
     let mut tx = service.db.write().await?;
     if !schools::put_school_settings(&mut tx, by.school_id, settings).await? {

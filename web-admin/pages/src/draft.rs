@@ -224,23 +224,34 @@ fn name_document(facts: Vec<(&'static str, String)>) -> Vec<(String, String)> {
 /// What is wrong in a document: where, and what.
 #[must_use]
 pub fn say_issue(issue: &Issue) -> (String, String) {
-    let Issue { file, line, column, field, found, allowed } = issue;
-    let place = if file == "attached scene" {
+    (say_issue_place(issue), format!("{}: {}", issue.field, say_fault(issue)))
+}
+
+fn say_issue_place(issue: &Issue) -> String {
+    let Issue { line, column, .. } = issue;
+    if is_in_scene(issue) {
         tr!("Scene, line {line}, column {column}", line = line, column = column)
     } else {
         tr!("Document, line {line}, column {column}", line = line, column = column)
-    };
-    (place, format!("{field}: {}; {}", words::phrase(found), words::phrase(allowed)))
+    }
+}
+
+fn is_in_scene(issue: &Issue) -> bool {
+    issue.file == "attached scene"
+}
+
+/// What stands at the field, and what is allowed.
+fn say_fault(issue: &Issue) -> String {
+    format!("{}; {}", words::phrase(&issue.found), words::phrase(&issue.allowed))
 }
 
 /// The same as a remark, which a form shows at its field.
 fn remark_on_issue(issue: &Issue) -> DraftRemark {
-    let (place, what) = say_issue(issue);
-    let in_scene = issue.file == "attached scene";
-    match what.strip_prefix(&format!("{}: ", issue.field)).filter(|_| !in_scene) {
-        Some(what) => DraftRemark { place, field: issue.field.clone(), what: what.to_owned() },
-        None => DraftRemark { place, field: String::new(), what },
+    if is_in_scene(issue) {
+        let (place, what) = say_issue(issue);
+        return DraftRemark { place, field: String::new(), what };
     }
+    DraftRemark { place: say_issue_place(issue), field: issue.field.clone(), what: say_fault(issue) }
 }
 
 /// The planner's verdict.

@@ -70,20 +70,20 @@ pub async fn find_roster(
         .await
 }
 
-/// Changes what is asked of a roster that waits.
+/// Changes what is asked of a roster that waits. False where there is none.
 pub async fn change_roster_request(
     writer: &mut SqliteConnection,
     school: SchoolId,
     id: RosterId,
     wanted: &RosterRequest,
-) -> Result<()> {
+) -> Result<bool> {
     sqlx::query("UPDATE rosters SET wanted = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
         .bind(Json(wanted))
         .execute(writer)
         .await
-        .map(drop)
+        .map(|done| done.rows_affected() == 1)
 }
 
 /// Which column of files with such headings tells what at a school, where somebody has said it.

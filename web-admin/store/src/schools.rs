@@ -36,11 +36,6 @@ pub async fn find_time_zone(executor: impl SqliteExecutor<'_>, id: SchoolId) -> 
     sqlx::query_scalar("SELECT time_zone FROM schools WHERE id = $1").bind(id).fetch_one(executor).await
 }
 
-/// Sets the time zone of a school.
-pub async fn set_time_zone(writer: &mut SqliteConnection, id: SchoolId, zone: &str) -> Result<()> {
-    sqlx::query("UPDATE schools SET time_zone = $2 WHERE id = $1").bind(id).bind(zone).execute(writer).await.map(drop)
-}
-
 /// What a school settles on its page of settings.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct SchoolSettings {

@@ -6,7 +6,7 @@ use acts::config::MailTo;
 use acts::deadlines;
 use model::ids::{CohortId, PersonId, SchoolId, SessionId};
 use model::{Moment, Role};
-use store::{cohorts, schools};
+use store::cohorts;
 use time::macros::datetime;
 use uuid::Uuid;
 use web_admin::{outbox, worker};
@@ -30,7 +30,7 @@ impl World {
     async fn new() -> Self {
         let app = App::with(Clock::fixed(NOW), |_| {}).await;
         let school = app.school("North").await;
-        app.write(async |tx| schools::set_time_zone(tx, school, "Europe/Berlin").await.unwrap()).await;
+        app.keep_time_zone(school, "Europe/Berlin").await;
         let ada = app.member(school, Role::Trainee, "ada@example.org").await;
         let teacher = app.member(school, Role::Instructor, "teacher@example.org").await;
         app.cohort(school, "A", &[&ada.person, &teacher.person]).await;

@@ -6,7 +6,7 @@ use std::path::Path;
 use acts::publishing;
 use model::ids::{SchoolId, SessionId};
 use model::{CurrentPerson, Role, SessionKey};
-use store::{practice, schools, scores, tallies};
+use store::{practice, scores, tallies};
 use web_admin::worker;
 
 use super::support::recordings::{Attempt, record};
@@ -57,7 +57,7 @@ async fn whoever_teaches_sees_their_cohorts_side_by_side_on_the_schools_clock() 
     let app = App::new().await;
     let school = app.school("North").await;
     app.publish(school).await;
-    app.write(async |tx| schools::set_time_zone(tx, school, "Europe/Berlin").await.unwrap()).await;
+    app.keep_time_zone(school, "Europe/Berlin").await;
     let ada = app.member(school, Role::Trainee, "ada@example.org").await;
     let teacher = app.member(school, Role::Instructor, "teacher@example.org").await;
     app.cohort(school, "Mine", &[&ada.person, &teacher.person]).await;

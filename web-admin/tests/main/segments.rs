@@ -7,7 +7,7 @@ use acts::deadlines;
 use model::ids::{CohortId, PersonId, SchoolId, SessionId};
 use model::segments::pops;
 use model::{Moment, Role, SessionKey};
-use store::{schools, scores};
+use store::scores;
 use web_admin::{outbox, worker};
 
 use super::support::client::{Answer, Client, csrf_in};
@@ -37,7 +37,7 @@ impl School {
     async fn new() -> Self {
         let app = App::with(Clock::fixed(NOW), |_| {}).await;
         let north = app.school("North").await;
-        app.write(async |tx| schools::set_time_zone(tx, north, "Europe/Berlin").await.unwrap()).await;
+        app.keep_time_zone(north, "Europe/Berlin").await;
         app.publish(north).await;
         let ada = app.member(north, Role::Trainee, "ada@example.org").await;
         let ben = app.member(north, Role::Trainee, "ben@example.org").await;

@@ -33,6 +33,11 @@ pub(super) static LINES: DescribedTable =
 pub(super) static PROSES: DescribedTable =
     in_languages!("Paragraphs in each of the document's languages", &Text::PROSE);
 
+/// The codes of the languages in which a document may be written.
+pub fn list_document_languages() -> impl Iterator<Item = &'static str> {
+    LINES.fields.iter().map(|field| field.key)
+}
+
 const fn words(key: &'static str, doc: &'static str) -> DescribedField {
     DescribedField::new(key, FieldKind::Table(&LINES), doc)
 }

@@ -18,6 +18,7 @@ mod text;
 pub(crate) use curriculum::CURRICULUM;
 pub(crate) use exercise::EXERCISE;
 pub(crate) use instrument::INSTRUMENT;
+pub use instrument::list_document_languages;
 pub(crate) use scene::SCENE;
 pub(crate) use text::Text;
 

@@ -1,20 +1,21 @@
 //! The languages of a document that is written in a form: which there are, and a text in each of them.
 
+use documents::list_document_languages;
 use toml_edit::{Array, InlineTable, Item, Value};
 
 use super::{EditedDocument, FieldSort, replace_value};
 
-/// The languages in which documents may be written, as the reader of documents knows them.
-pub const LANGUAGES: [&str; 15] =
-    ["en", "de", "cs", "da", "es", "fi", "fr", "it", "ja", "nb", "nl", "pl", "pt", "sv", "zh"];
-
 /// The texts that may be written in several languages, rows without their number.
 const WORDINGS: [&str; 5] = ["title", "briefing", "description", "hard_fail[].why", "coaching[].message"];
+
+fn is_document_language(code: &str) -> bool {
+    list_document_languages().any(|known| known == code)
+}
 
 /// The text and the language that an address names, where it names a text in a language.
 pub(super) fn split_language(field: &str) -> Option<(&str, &str)> {
     let (text, language) = field.rsplit_once('.')?;
-    (LANGUAGES.contains(&language) && WORDINGS.contains(&super::sent::pattern_of_field(text).as_str()))
+    (is_document_language(language) && WORDINGS.contains(&super::sent::pattern_of_field(text).as_str()))
         .then_some((text, language))
 }
 
@@ -51,7 +52,7 @@ impl EditedDocument {
 
     /// Says in which language the document is written, where it does not yet.
     pub fn name_own_language(&mut self, language: &str) {
-        if LANGUAGES.contains(&language) && !self.is_written("languages") {
+        if is_document_language(language) && !self.is_written("languages") {
             self.put_value("languages", Some(Value::Array(Array::from_iter([language]))));
         }
     }
@@ -59,7 +60,7 @@ impl EditedDocument {
     /// Adds a language to those of the document, which it must have named its own for. False where there is nothing to add.
     pub fn add_language(&mut self, language: &str) -> bool {
         let known = self.languages();
-        if known.is_empty() || !LANGUAGES.contains(&language) || known.iter().any(|code| code == language) {
+        if known.is_empty() || !is_document_language(language) || known.iter().any(|code| code == language) {
             return false;
         }
         let Some(list) = self.item_mut("languages").and_then(Item::as_array_mut) else { return false };

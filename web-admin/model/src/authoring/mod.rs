@@ -7,7 +7,8 @@ mod languages;
 mod naming;
 mod sent;
 
-pub use languages::LANGUAGES;
+use std::collections::BTreeMap;
+
 pub use naming::id_from_title;
 pub use sent::{SentForm, TypedField};
 use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, TableLike, Value};
@@ -279,6 +280,13 @@ impl EditedDocument {
         }
         *rows = tables.into_iter().collect();
     }
+}
+
+/// The id of the exercise that a line of a course means by a file: the one that the course's current revision gives that name, or else the
+/// one that the file is called after.
+#[must_use]
+pub fn find_exercise_id(files: &BTreeMap<String, String>, file: &str) -> String {
+    files.get(file).cloned().unwrap_or_else(|| file.trim_end_matches(".toml").to_owned())
 }
 
 /// Puts an exercise of the school behind the others of a course.

@@ -1,6 +1,8 @@
 //! The form of a course.
 
-use model::authoring::EditedDocument;
+use std::collections::BTreeMap;
+
+use model::authoring::{EditedDocument, find_exercise_id};
 use model::draft::DraftRemark;
 
 use super::{
@@ -26,16 +28,10 @@ pub struct CourseContext {
     /// Its instruments: id and title.
     pub instruments: Vec<(String, String)>,
     /// Ids of exercises, by the names that the course's lines give their files.
-    pub files: Vec<(String, String)>,
+    pub files: BTreeMap<String, String>,
 }
 
 impl CourseContext {
-    /// The id of the exercise that a line names.
-    fn id_of_file(&self, file: &str) -> String {
-        let known = self.files.iter().find(|(name, _)| name == file);
-        known.map_or_else(|| file.trim_end_matches(".toml").to_owned(), |(_, id)| id.clone())
-    }
-
     fn title_of(&self, id: &str) -> String {
         let known = self.exercises.iter().find(|exercise| exercise.id == id);
         known.map_or_else(|| id.to_owned(), |exercise| exercise.title.clone())
@@ -129,7 +125,7 @@ impl CourseFormMaker<'_> {
     }
 
     fn id_at(&self, row: usize) -> String {
-        self.context.id_of_file(&self.read.document.written_at(&format!("exercise[{row}].file")))
+        find_exercise_id(&self.context.files, &self.read.document.written_at(&format!("exercise[{row}].file")))
     }
 
     fn exercise_row(&self, row: usize, ids: &[String]) -> FormRow {

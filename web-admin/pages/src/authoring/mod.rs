@@ -4,8 +4,9 @@ mod course;
 mod exercise;
 
 pub use course::{CourseContext, CourseExercise, make_course_form};
+use documents::list_document_languages;
 pub use exercise::make_exercise_form;
-use model::authoring::{EditedDocument, LANGUAGES};
+use model::authoring::EditedDocument;
 use model::draft::DraftRemark;
 
 use super::people::SelectOption;
@@ -249,14 +250,14 @@ impl FormReader<'_> {
     /// In which languages the document is written.
     fn language_section(&self) -> FormSection {
         let languages = self.document.languages();
-        let option = |code: &&str| SelectOption {
-            value: (*code).to_owned(),
+        let option = |code: &str| SelectOption {
+            value: code.to_owned(),
             label: words::own_name(code).to_owned(),
             chosen: false,
         };
-        let others = LANGUAGES.iter().filter(|code| languages.iter().all(|known| known != *code));
+        let others = list_document_languages().filter(|code| languages.iter().all(|known| known != code));
         let choices = vec![ChoiceGroup { title: "", choices: others.map(option).collect() }];
-        let all = plain_choices(LANGUAGES.iter().map(|code| (*code, words::own_name(code).to_owned())));
+        let all = plain_choices(list_document_languages().map(|code| (code, words::own_name(code).to_owned())));
         let own = self.choice("languages", tr!("This document is written in"), all);
         let row = |(at, code): (usize, &String)| FormRow {
             id: place_id(&format!("languages[{at}]")),

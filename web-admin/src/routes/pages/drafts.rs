@@ -201,12 +201,11 @@ async fn find_course_context(state: &AppState, school: SchoolId, course_id: &str
     let reader = state.db.reader();
     let exercises = exercises::list_current_exercises(reader, school).await?;
     let instruments = instruments::list_current_instruments(reader, school).await?;
-    let files: BTreeMap<String, String> = drafting::find_course_files(state, school, course_id).await?;
     let named = |exercise: exercises::Revision| CourseExercise { id: exercise.exercise_id, title: exercise.title };
     Ok(CourseContext {
         exercises: exercises.into_iter().map(named).collect(),
         instruments: instruments.into_iter().map(|known| (known.instrument_id, known.title)).collect(),
-        files: files.into_iter().collect(),
+        files: drafting::find_course_files(state, school, course_id).await?,
     })
 }
 

@@ -21,7 +21,7 @@ use sqlx::SqliteConnection;
 use store::audit::{Actor, AuditEntry};
 use store::cohorts::{self, Deed, Membership};
 use store::people::{self, NewPerson, Person};
-use store::schools;
+use store::schools::{self, SchoolSettings};
 use store::tokens::{self, TokenHolder};
 use tempfile::TempDir;
 use web_admin::{AppState, routes};
@@ -170,6 +170,13 @@ impl App {
         let answer = client.sign_in(email, PASSWORD).await;
         assert_eq!(answer.status, 303, "{}", answer.text());
         client
+    }
+
+    /// Lets a school keep the clock of a time zone.
+    pub async fn keep_time_zone(&self, school: SchoolId, zone: &str) {
+        let settled = schools::find_school_settings(self.state.db.reader(), school).await.unwrap();
+        let settled = SchoolSettings { time_zone: zone.to_owned(), ..settled };
+        assert!(self.write(async |tx| schools::put_school_settings(tx, school, &settled).await.unwrap()).await);
     }
 
     /// Every file in the recordings folder and below, relative to it.
