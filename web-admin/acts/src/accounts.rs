@@ -333,10 +333,21 @@ pub async fn disable_in(
 /// Lets somebody sign in again.
 pub async fn enable(state: &Service, by: &CurrentPerson, person: PersonId) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
-    if directory::enable_account(&mut tx, by.school_id, person).await? {
-        AuditEntry::by(by, "person.enabled", person).append(&mut tx, state.clock.now()).await?;
-    }
+    enable_in(&mut tx, state, by, person).await?;
     Ok(tx.commit().await?)
+}
+
+/// [`enable`], within a transaction.
+pub(crate) async fn enable_in(
+    tx: &mut SqliteConnection,
+    state: &Service,
+    by: &CurrentPerson,
+    person: PersonId,
+) -> Result<(), Error> {
+    if directory::enable_account(tx, by.school_id, person).await? {
+        AuditEntry::by(by, "person.enabled", person).append(tx, state.clock.now()).await?;
+    }
+    Ok(())
 }
 
 /// Sets the language that somebody reads in; none for what their browser asks for.

@@ -13,6 +13,7 @@ pub mod assignments;
 pub mod authoring;
 pub mod backup;
 pub mod brakes;
+pub mod bulk;
 pub mod certificates;
 pub mod checksum;
 pub mod clock;

@@ -18,6 +18,7 @@ pub mod directory;
 pub mod draft;
 pub mod due;
 pub mod expert_way;
+pub mod folding;
 pub mod ids;
 pub mod judgement;
 pub mod limits;

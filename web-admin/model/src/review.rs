@@ -3,6 +3,8 @@
 use std::fmt;
 use std::str::FromStr;
 
+use percent_encoding::{NON_ALPHANUMERIC, utf8_percent_encode};
+
 use crate::attempt_place::{AttemptPlace, NoPlace};
 use crate::ids::CohortId;
 
@@ -42,32 +44,53 @@ impl ReviewReason {
 }
 
 /// Which attempts of the queue are asked for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ReviewFilter {
     /// Only those of which this holds.
     pub reason: Option<ReviewReason>,
     /// Only those of a cohort's trainees.
     pub cohort: Option<CohortId>,
+    /// Only those at an exercise, by its id.
+    pub exercise: Option<String>,
+}
+
+/// The part of the queue that an address or a form names; empty where nothing is limited.
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[serde(default)]
+pub struct AskedReviews {
+    /// The reason's name.
+    pub what: String,
+    /// The cohort's id.
+    pub cohort: String,
+    /// The exercise's id.
+    pub exercise: String,
 }
 
 impl ReviewFilter {
     /// What an address asks for; what it does not name is not limited.
     #[must_use]
-    pub fn asked(reason: &str, cohort: &str) -> Self {
-        Self { reason: ReviewReason::ALL.into_iter().find(|known| known.name() == reason), cohort: cohort.parse().ok() }
+    pub fn asked(asked: &AskedReviews) -> Self {
+        Self {
+            reason: ReviewReason::ALL.into_iter().find(|known| known.name() == asked.what),
+            cohort: asked.cohort.parse().ok(),
+            exercise: Some(asked.exercise.clone()).filter(|id| !id.is_empty()),
+        }
     }
 
     /// The ranks that are asked for, the most urgent first.
-    pub fn ranks(self) -> impl Iterator<Item = u32> {
-        (0..8).rev().filter(move |rank| self.reason.is_none_or(|reason| rank & reason.weight() != 0))
+    pub fn ranks(&self) -> impl Iterator<Item = u32> + use<> {
+        let reason = self.reason;
+        (0..8).rev().filter(move |rank| reason.is_none_or(|reason| rank & reason.weight() != 0))
     }
 
     /// As an address has it, without the question mark; empty where nothing is limited.
     #[must_use]
-    pub fn query(self) -> String {
+    pub fn query(&self) -> String {
         let reason = self.reason.map(|reason| format!("what={}", reason.name()));
         let cohort = self.cohort.map(|cohort| format!("cohort={cohort}"));
-        reason.into_iter().chain(cohort).collect::<Vec<_>>().join("&")
+        let exercise =
+            self.exercise.as_ref().map(|id| format!("exercise={}", utf8_percent_encode(id, NON_ALPHANUMERIC)));
+        reason.into_iter().chain(cohort).chain(exercise).collect::<Vec<_>>().join("&")
     }
 }
 
@@ -106,7 +129,8 @@ mod tests {
     #[test]
     fn questions_come_before_flags_and_flags_before_failures() {
         assert_eq!(ReviewFilter::default().ranks().collect::<Vec<_>>(), [7, 6, 5, 4, 3, 2, 1, 0]);
-        let ranks = |reason| ReviewFilter { reason: Some(reason), cohort: None }.ranks().collect::<Vec<_>>();
+        let ranks =
+            |reason| ReviewFilter { reason: Some(reason), ..ReviewFilter::default() }.ranks().collect::<Vec<_>>();
         assert_eq!(ranks(ReviewReason::Question), [7, 6, 5, 4]);
         assert_eq!(ranks(ReviewReason::Flagged), [7, 6, 3, 2]);
         assert_eq!(ranks(ReviewReason::Failed), [7, 5, 3, 1]);
@@ -114,11 +138,14 @@ mod tests {
 
     #[test]
     fn a_filter_and_a_place_come_back_as_they_were_said() {
-        let filter = ReviewFilter { reason: Some(ReviewReason::Failed), cohort: Some(CohortId::nil()) };
+        let exercise = Some("a&b".to_owned());
+        let filter = ReviewFilter { reason: Some(ReviewReason::Failed), cohort: Some(CohortId::nil()), exercise };
         let query = filter.query();
-        assert_eq!(query, format!("what=failed&cohort={}", CohortId::nil()));
-        assert_eq!(ReviewFilter::asked("failed", &CohortId::nil().to_string()), filter);
-        assert_eq!(ReviewFilter::asked("loud", "x"), ReviewFilter::default());
+        assert_eq!(query, format!("what=failed&cohort={}&exercise=a%26b", CohortId::nil()));
+        let [what, cohort, exercise] = ["failed".to_owned(), CohortId::nil().to_string(), "a&b".to_owned()];
+        assert_eq!(ReviewFilter::asked(&AskedReviews { what, cohort, exercise }), filter);
+        let [what, cohort, exercise] = ["loud", "x", ""].map(str::to_owned);
+        assert_eq!(ReviewFilter::asked(&AskedReviews { what, cohort, exercise }), ReviewFilter::default());
         let place = AttemptPlace { started_at: Moment::from_micros(5), id: SessionId::from_u128(7) };
         let place = QueuePlace { rank: 3, place };
         assert_eq!(place.to_string().parse(), Ok(place));

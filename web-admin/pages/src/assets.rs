@@ -31,6 +31,13 @@ pub fn style_sheet() -> &'static str {
     &ADDRESS
 }
 
+/// The address of the script that sorts tables.
+#[must_use]
+pub fn table_script() -> &'static str {
+    static ADDRESS: LazyLock<String> = LazyLock::new(|| asset_address("tables.js"));
+    &ADDRESS
+}
+
 #[cfg(test)]
 mod tests {
     //! Every page names the style sheet: it must be there, under an address that changes with it.

@@ -8,8 +8,9 @@ use model::Role;
 use model::directory::{AccountState, DirectoryEntry};
 use model::membership::MembershipRequest;
 
+use super::bulk::{BulkDone, BulkForm, BulkRefused};
 use super::form::FilledForm;
-use super::{Shell, StatusWord, format, people};
+use super::{Shell, StatusWord, bulk, format, people};
 
 /// Every role, to choose from.
 pub const ROLES: [Role; 3] = [Role::Trainee, Role::Instructor, Role::Administrator];
@@ -39,7 +40,17 @@ pub struct PeoplePage {
     pub states: Vec<SelectOption>,
     /// Cohorts to choose from.
     pub cohorts: Vec<SelectOption>,
-    /// The people found, by name.
+    /// Sorts by name.
+    pub by_name: SortHeading,
+    /// Sorts by address.
+    pub by_email: SortHeading,
+    /// Sorts by the registrar's number.
+    pub by_number: SortHeading,
+    /// What was just done to many.
+    pub done: Option<BulkDone>,
+    /// What is to be done to many, and why it was not.
+    pub bulk: FilledForm<BulkForm, BulkRefused>,
+    /// The people found.
     pub rows: Vec<DirectoryEntry>,
     /// The page after this one.
     pub next: Option<String>,
@@ -51,6 +62,33 @@ pub struct PeoplePage {
     pub imported: Option<(usize, usize)>,
     /// Somebody to be added, and why they were not.
     pub form: FilledForm<PersonForm, PersonRefused>,
+}
+
+/// A heading that sorts the list.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct SortHeading {
+    /// The address of the list, sorted by this column; from the end, where it is sorted by it already.
+    pub href: String,
+    /// Whether it is sorted by this column, and from the end.
+    pub down: Option<bool>,
+}
+
+impl SortHeading {
+    const fn direction(&self) -> &'static str {
+        match self.down {
+            None => "none",
+            Some(false) => "ascending",
+            Some(true) => "descending",
+        }
+    }
+
+    const fn arrow(&self) -> &'static str {
+        match self.down {
+            None => "",
+            Some(false) => "▲",
+            Some(true) => "▼",
+        }
+    }
 }
 
 /// What was typed about somebody.
@@ -187,6 +225,23 @@ impl SelectOption {
     }
 }
 
+impl PeoplePage {
+    /// The page once more, with why nothing is done to many.
+    #[must_use]
+    pub fn refuse_bulk_act(self, typed: BulkForm, why: BulkRefused) -> Self {
+        let cohorts = self.bulk.typed.cohorts.clone();
+        Self { bulk: FilledForm::refused(BulkForm { cohorts, ..typed }, why), ..self }
+    }
+
+    fn chosen(options: &[SelectOption]) -> &str {
+        options.iter().find(|option| option.chosen).map_or("", |option| option.value.as_str())
+    }
+
+    fn is_ticked(&self, person: &DirectoryEntry) -> bool {
+        self.bulk.typed.ticked.contains(&person.id.to_string())
+    }
+}
+
 impl PersonPage {
     fn erased(&self) -> bool {
         self.person.state == AccountState::Erased
@@ -208,6 +263,11 @@ fn badge_word(state: AccountState) -> &'static str {
         AccountState::Disabled => tr!("Disabled"),
         AccountState::Erased => tr!("Anonymous"),
     }
+}
+
+/// An address before its sign and from it on: a line may break there.
+fn split_email(email: &str) -> (&str, &str) {
+    email.split_at(email.find('@').unwrap_or(email.len()))
 }
 
 /// The badge of an account's state.
@@ -252,6 +312,14 @@ mod tests {
             roles: SelectOption::roles(Some(Role::Trainee)),
             states: SelectOption::states(None),
             cohorts: vec![],
+            by_name: SortHeading { href: "/people?sort=name".to_owned(), down: Some(false) },
+            by_email: SortHeading::default(),
+            by_number: SortHeading::default(),
+            done: Some(BulkDone { act: model::directory::BulkAct::Disable, people: 2 }),
+            bulk: FilledForm::refused(
+                BulkForm { acts: bulk::list_bulk_acts(None), ..BulkForm::default() },
+                BulkRefused::Nobody,
+            ),
             next: Some("/people?after=x".to_owned()),
             later: true,
             filtered,

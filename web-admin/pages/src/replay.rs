@@ -51,7 +51,7 @@ pub struct ReplayPage {
 }
 
 /// Whether somebody has looked at an attempt, and by which part of the queue it was come to.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ReviewLook {
     /// Somebody has looked at it.
     pub reviewed: bool,
@@ -66,6 +66,10 @@ impl ReviewLook {
 
     fn cohort(&self) -> String {
         self.filter.cohort.map(String::from).unwrap_or_default()
+    }
+
+    fn exercise(&self) -> &str {
+        self.filter.exercise.as_deref().unwrap_or_default()
     }
 
     fn queue_href(&self) -> String {
@@ -298,7 +302,7 @@ mod tests {
             consent: Some(None),
             look: Some(ReviewLook {
                 reviewed: false,
-                filter: ReviewFilter { reason: Some(ReviewReason::Failed), cohort: None },
+                filter: ReviewFilter { reason: Some(ReviewReason::Failed), ..ReviewFilter::default() },
             }),
             comments: vec![comment],
             form: CommentForm::default(),

@@ -30,6 +30,8 @@ pub struct ReviewPage {
     pub filter: ReviewFilter,
     /// Cohorts to choose from.
     pub cohorts: Vec<SelectOption>,
+    /// Exercises to choose from.
+    pub exercises: Vec<SelectOption>,
     /// Ratings that the visitor is asked for.
     pub to_rate: u32,
 }
@@ -308,7 +310,7 @@ mod tests {
             questions: 2,
         };
         let shell = samples::shell(Role::Instructor);
-        let filter = ReviewFilter { reason: Some(ReviewReason::Failed), cohort: None };
+        let filter = ReviewFilter { reason: Some(ReviewReason::Failed), ..ReviewFilter::default() };
         let page = ReviewPage {
             shell: shell.clone(),
             waiting: vec![row],
@@ -316,6 +318,7 @@ mod tests {
             first: Some("/review?what=failed".to_owned()),
             filter,
             cohorts: vec![],
+            exercises: vec![],
             to_rate: 3,
         };
         let html = samples::keep_page("review", &page);

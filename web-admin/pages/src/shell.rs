@@ -80,6 +80,12 @@ impl Shell {
         assets::style_sheet()
     }
 
+    /// The address of what sorts tables.
+    #[must_use]
+    pub fn tables(&self) -> &'static str {
+        assets::table_script()
+    }
+
     /// The time zone in which times are told.
     #[must_use]
     pub fn zone(&self) -> String {

@@ -52,7 +52,7 @@ async fn list_waiting(state: &AppState, instructor: &CurrentPerson) -> anyhow::R
     let mut waiting: Vec<WaitingReview> = Vec::new();
     loop {
         let after = waiting.last().map(WaitingReview::place);
-        let next = reviews::list_review_queue(state.db.reader(), instructor, ReviewFilter::default(), after).await?;
+        let next = reviews::list_review_queue(state.db.reader(), instructor, &ReviewFilter::default(), after).await?;
         if next.is_empty() {
             return Ok(waiting);
         }

@@ -1,8 +1,11 @@
 //! Cohorts, who is in them, and who is asked for.
 
+use std::collections::BTreeSet;
+
 use model::ids::{CohortId, PersonId, SchoolId};
 use model::membership::{MembershipAct, MembershipEvent, MembershipRequest};
 use model::{Moment, Role, new_id};
+use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
@@ -103,6 +106,26 @@ pub async fn join_cohort(writer: &mut SqliteConnection, membership: Membership, 
     .await?;
     forget_request(writer, MembershipKey { school_id, cohort_id, person_id }).await?;
     note_membership_act(writer, MembershipKey { school_id, cohort_id, person_id }, MembershipAct::Joined, deed).await
+}
+
+/// Who of some people is in a cohort.
+pub async fn list_members_among(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    cohort: CohortId,
+    people: &[PersonId],
+) -> Result<BTreeSet<PersonId>> {
+    let found: Vec<PersonId> = sqlx::query_scalar(
+        "SELECT m.person_id FROM json_each($3) asked
+         CROSS JOIN cohort_members m ON m.cohort_id = $2 AND m.person_id = unhex(asked.value, '-')
+         WHERE m.school_id = $1",
+    )
+    .bind(school)
+    .bind(cohort)
+    .bind(Json(people))
+    .fetch_all(executor)
+    .await?;
+    Ok(found.into_iter().collect())
 }
 
 /// Takes a person out of a cohort. False when they were not in it.

@@ -1,58 +1,138 @@
 //! The people of a school as its administrator looks them up and changes them.
 
-use model::directory::{AccountState, DirectoryEntry};
+use model::directory::{AccountState, DirectoryEntry, PeopleKey, PeopleOrder};
+use model::folding::{fold_text, make_search_text};
 use model::ids::{CohortId, LetterId, PersonId, SchoolId};
 use model::{Moment, Role};
-use sqlx::{SqliteConnection, SqliteExecutor};
+use sqlx::types::Json;
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor, SqlitePool};
 
 use super::{Result, account_links};
 
 /// Which people are looked for.
 #[derive(Clone, Debug, Default)]
 pub struct Filter {
-    /// Part of the name or address, in lower case; empty for all.
-    pub words: String,
+    /// What must be found of them, folded; empty for all.
+    pub words: Vec<String>,
     /// Role.
     pub role: Option<Role>,
     /// State of the account.
     pub state: Option<AccountState>,
     /// Cohort they are in.
     pub cohort: Option<CohortId>,
-    /// Name and id of the last one seen.
+    /// How they are sorted.
+    pub order: PeopleOrder,
+    /// What the last one seen was sorted by, and their id.
     pub after: Option<(String, PersonId)>,
 }
 
-/// People by name.
+/// People of the school $1 by a key, on one side of ($2, $3).
+macro_rules! people_by {
+    ($key:literal, $side:literal, $order:literal) => {
+        concat!(
+            "SELECT * FROM (
+               SELECT p.id, p.display_name AS name, p.email, p.role, p.pseudonym, p.registrar_id, ",
+            $key,
+            " AS sorted,
+                 CASE WHEN p.erased_at IS NOT NULL THEN 'erased' WHEN p.disabled_at IS NOT NULL THEN 'disabled'
+                      WHEN p.password_hash = '' THEN 'invited' ELSE 'active' END AS state,
+                 coalesce((SELECT group_concat(c.name, ', ') FROM cohort_members m JOIN cohorts c ON c.id = m.cohort_id
+                           WHERE m.person_id = p.id), '') AS cohorts
+               FROM people p
+               WHERE p.school_id = $1 AND p.role <> 'guest' AND (",
+            $key,
+            ", p.id) ",
+            $side,
+            " ($2, $3)
+                 AND NOT EXISTS (SELECT 1 FROM json_each($4) w WHERE instr(p.search, w.value) = 0)
+                 AND ($5 IS NULL OR p.role = $5)
+                 AND ($6 IS NULL OR EXISTS (SELECT 1 FROM cohort_members m WHERE m.cohort_id = $6 AND m.person_id = p.id)))
+             WHERE $7 IS NULL OR state = $7 ORDER BY ",
+            $order,
+            " LIMIT $8"
+        )
+    };
+}
+
+/// What no key is beyond.
+const LAST_KEY: &str = "\u{10FFFF}";
+
+/// People in the order asked for.
 pub async fn list_people(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
     filter: &Filter,
     limit: u32,
 ) -> Result<Vec<DirectoryEntry>> {
-    let (name, id) = filter.after.clone().unwrap_or((String::new(), PersonId::nil()));
+    let statement = match (filter.order.by, filter.order.down) {
+        (PeopleKey::Name, false) => people_by!("p.sort_name", ">", "sorted, id"),
+        (PeopleKey::Name, true) => people_by!("p.sort_name", "<", "sorted DESC, id DESC"),
+        (PeopleKey::Email, false) => people_by!("p.email", ">", "sorted, id"),
+        (PeopleKey::Email, true) => people_by!("p.email", "<", "sorted DESC, id DESC"),
+        (PeopleKey::Number, false) => people_by!("p.sort_number", ">", "sorted, id"),
+        (PeopleKey::Number, true) => people_by!("p.sort_number", "<", "sorted DESC, id DESC"),
+    };
+    let first = || (if filter.order.down { LAST_KEY } else { "" }.to_owned(), PersonId::nil());
+    let (key, id) = filter.after.clone().unwrap_or_else(first);
+    sqlx::query_as(statement)
+        .bind(school)
+        .bind(key)
+        .bind(id)
+        .bind(Json(&filter.words))
+        .bind(filter.role)
+        .bind(filter.cohort)
+        .bind(filter.state)
+        .bind(limit)
+        .fetch_all(executor)
+        .await
+}
+
+/// People of a school by their ids, by name; who is not of the school is left out, and so are guests.
+pub async fn list_people_by_id(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    ids: &[PersonId],
+) -> Result<Vec<DirectoryEntry>> {
     sqlx::query_as(
-        "SELECT * FROM (
-           SELECT p.id, p.display_name AS name, p.email, p.role, p.pseudonym, p.registrar_id,
-             CASE WHEN p.erased_at IS NOT NULL THEN 'erased' WHEN p.disabled_at IS NOT NULL THEN 'disabled'
-                  WHEN p.password_hash = '' THEN 'invited' ELSE 'active' END AS state,
-             coalesce((SELECT group_concat(c.name, ', ') FROM cohort_members m JOIN cohorts c ON c.id = m.cohort_id
-                       WHERE m.person_id = p.id), '') AS cohorts
-           FROM people p
-           WHERE p.school_id = $1 AND p.role <> 'guest' AND (p.display_name, p.id) > ($2, $3) AND ($4 = '' OR instr(p.search, $4) > 0)
-             AND ($5 IS NULL OR p.role = $5)
-             AND ($6 IS NULL OR EXISTS (SELECT 1 FROM cohort_members m WHERE m.cohort_id = $6 AND m.person_id = p.id)))
-         WHERE $7 IS NULL OR state = $7 ORDER BY name, id LIMIT $8",
+        "SELECT p.id, p.display_name AS name, p.email, p.role, p.pseudonym, p.registrar_id,
+           CASE WHEN p.erased_at IS NOT NULL THEN 'erased' WHEN p.disabled_at IS NOT NULL THEN 'disabled'
+                WHEN p.password_hash = '' THEN 'invited' ELSE 'active' END AS state,
+           coalesce((SELECT group_concat(c.name, ', ') FROM cohort_members m JOIN cohorts c ON c.id = m.cohort_id
+                     WHERE m.person_id = p.id), '') AS cohorts
+         FROM (SELECT DISTINCT value FROM json_each($2)) asked CROSS JOIN people p ON p.id = unhex(asked.value, '-')
+         WHERE p.school_id = $1 AND p.role <> 'guest' ORDER BY p.sort_name, p.id",
     )
     .bind(school)
-    .bind(name)
-    .bind(id)
-    .bind(&filter.words)
-    .bind(filter.role)
-    .bind(filter.cohort)
-    .bind(filter.state)
-    .bind(limit)
+    .bind(Json(ids))
     .fetch_all(executor)
     .await
+}
+
+/// Gives everybody of before what they are found and sorted by.
+pub(super) async fn fill_search_texts(writer: &SqlitePool) -> Result<()> {
+    #[derive(FromRow)]
+    struct Unsorted {
+        id: PersonId,
+        display_name: String,
+        email: String,
+        registrar_id: Option<String>,
+    }
+    let mut tx = writer.begin().await?;
+    let unsorted: Vec<Unsorted> = sqlx::query_as(
+        "SELECT id, display_name, email, registrar_id FROM people WHERE sort_name = '' AND role <> 'guest'",
+    )
+    .fetch_all(&mut *tx)
+    .await?;
+    for person in unsorted {
+        let search = make_search_text(&person.display_name, &person.email, person.registrar_id.as_deref());
+        sqlx::query("UPDATE people SET search = $2, sort_name = $3 WHERE id = $1")
+            .bind(person.id)
+            .bind(search)
+            .bind(fold_text(&person.display_name))
+            .execute(&mut *tx)
+            .await?;
+    }
+    tx.commit().await
 }
 
 /// A person of a school who has an account: no guest.
@@ -96,33 +176,32 @@ pub async fn change_details(
     id: PersonId,
     details: Details<'_>,
 ) -> Result<()> {
-    let moved: Option<bool> = sqlx::query_scalar("SELECT email <> $3 FROM people WHERE school_id = $1 AND id = $2")
-        .bind(school)
-        .bind(id)
-        .bind(details.email.to_lowercase())
-        .fetch_optional(&mut *writer)
-        .await?;
-    if moved == Some(true) {
+    let known: Option<(bool, Option<String>)> =
+        sqlx::query_as("SELECT email <> $3, registrar_id FROM people WHERE school_id = $1 AND id = $2")
+            .bind(school)
+            .bind(id)
+            .bind(details.email.to_lowercase())
+            .fetch_optional(&mut *writer)
+            .await?;
+    let Some((moved, number)) = known else { return Ok(()) };
+    if moved {
         account_links::end_account_links(writer, id).await?;
     }
+    let number = details.registrar_id.or(number.as_deref());
     sqlx::query(
-        "UPDATE people SET display_name = $3, email = $4, search = $5, registrar_id = coalesce($6, registrar_id)
+        "UPDATE people SET display_name = $3, email = $4, search = $5, sort_name = $6, registrar_id = $7
          WHERE school_id = $1 AND id = $2",
     )
     .bind(school)
     .bind(id)
     .bind(details.name)
     .bind(details.email.to_lowercase())
-    .bind(search_people(details.name, details.email))
-    .bind(details.registrar_id)
+    .bind(make_search_text(details.name, details.email, number))
+    .bind(fold_text(details.name))
+    .bind(number)
     .execute(writer)
     .await
     .map(drop)
-}
-
-/// What people are looked up by.
-pub(super) fn search_people(name: &str, email: &str) -> String {
-    format!("{name} {email}").to_lowercase()
 }
 
 /// Changes what somebody may do, and with it what they are in their cohorts: an administrator is in none.
@@ -214,14 +293,14 @@ pub async fn erase_person(
     // An uploaded list that waits to be confirmed may name anybody.
     sqlx::query("DELETE FROM rosters WHERE school_id = $1").bind(school).execute(&mut *writer).await?;
     sqlx::query(
-        "UPDATE people SET display_name = pseudonym, email = $3, search = $4, registrar_id = NULL, password_hash = '',
+        "UPDATE people SET display_name = pseudonym, sort_name = pseudonym, email = $3, search = $4, registrar_id = NULL, password_hash = '',
            credential_version = credential_version + 1, disabled_at = coalesce(disabled_at, $5), erased_at = $5
          WHERE school_id = $1 AND id = $2",
     )
     .bind(school)
     .bind(person.id)
     .bind(&email)
-    .bind(search_people(&person.pseudonym, ""))
+    .bind(make_search_text(&person.pseudonym, "", None))
     .bind(now)
     .execute(writer)
     .await

@@ -162,7 +162,8 @@ impl Database {
     /// # Errors
     /// When a migration fails, or the database is newer than this program.
     pub async fn migrate(&self) -> std::result::Result<(), sqlx::migrate::MigrateError> {
-        MIGRATIONS.run(&self.writer).await
+        MIGRATIONS.run(&self.writer).await?;
+        Ok(directory::fill_search_texts(&self.writer).await?)
     }
 
     /// The newest migration that the database has had; 0 where it had none.

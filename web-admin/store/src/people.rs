@@ -1,11 +1,11 @@
 //! People and their passwords' hashes.
 
+use model::folding::{fold_text, make_search_text};
 use model::ids::{PersonId, SchoolId};
 use model::{CurrentPerson, Moment, PersonKey, Role};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use words::Language;
 
-use super::directory::search_people;
 use super::{Result, account_links};
 
 /// A person, without what they sign in with.
@@ -88,8 +88,8 @@ pub async fn add_person(writer: &mut SqliteConnection, person: &NewPerson<'_>, n
     // The last 48 bits of a UUIDv7 are random: the pseudonym tells neither the name nor the order of enrolment.
     let pseudonym = format!("p-{}", &id.uuid().simple().to_string()[20..]);
     sqlx::query_as(
-        "INSERT INTO people (id, school_id, role, email, display_name, pseudonym, password_hash, created_at, search)
-         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9)
+        "INSERT INTO people (id, school_id, role, email, display_name, pseudonym, password_hash, created_at, search, sort_name)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10)
          RETURNING id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at, language",
     )
     .bind(id)
@@ -100,7 +100,8 @@ pub async fn add_person(writer: &mut SqliteConnection, person: &NewPerson<'_>, n
     .bind(pseudonym)
     .bind(person.password_hash)
     .bind(now)
-    .bind(search_people(person.display_name, person.email))
+    .bind(make_search_text(person.display_name, person.email, None))
+    .bind(fold_text(person.display_name))
     .fetch_one(writer)
     .await
 }

@@ -55,7 +55,7 @@ macro_rules! waiting {
                       AND a.answers = c.id AND a.withdrawn_at IS NULL)) AS questions
              FROM (SELECT n.id FROM ",
             $chosen,
-            " AND n.school_id = $1 AND n.state = 'scored' AND n.reviewed = 0 AND n.review_rank = $4
+            " AND ($8 IS NULL OR n.exercise_id = $8) AND n.school_id = $1 AND n.state = 'scored' AND n.reviewed = 0 AND n.review_rank = $4
                 AND (n.started_at, n.id) > ($5, $6) ORDER BY n.started_at, n.id LIMIT $3) chosen
              CROSS JOIN sessions s ON s.school_id = $1 AND s.id = chosen.id
              JOIN grades g ON g.school_id = s.school_id AND g.session_id = s.id
@@ -71,7 +71,7 @@ macro_rules! waiting {
 pub async fn list_review_queue(
     reader: &SqlitePool,
     viewer: &CurrentPerson,
-    filter: ReviewFilter,
+    filter: &ReviewFilter,
     after: Option<QueuePlace>,
 ) -> Result<Vec<WaitingReview>> {
     let mut waiting: Vec<WaitingReview> = Vec::new();
@@ -98,15 +98,19 @@ struct RankStretch {
 async fn list_waiting_of_rank(
     reader: &SqlitePool,
     viewer: &CurrentPerson,
-    filter: ReviewFilter,
+    filter: &ReviewFilter,
     stretch: RankStretch,
 ) -> Result<Vec<WaitingReview>> {
     // A cross join keeps this order: from the few who are meant to their attempts, not through the whole queue.
-    let statement = match (viewer.role, filter.cohort) {
-        (Role::Administrator, None) => waiting!(
+    let statement = match (viewer.role, filter.cohort, &filter.exercise) {
+        (Role::Administrator, None, Some(_)) => waiting!(
+            "sessions n WHERE n.exercise_id = $8 AND $7 IS NULL
+             AND (SELECT role FROM people WHERE people.id = n.trainee_id) = 'trainee'"
+        ),
+        (Role::Administrator, None, None) => waiting!(
             "sessions n WHERE $7 IS NULL AND (SELECT role FROM people WHERE people.id = n.trainee_id) = 'trainee'"
         ),
-        (Role::Administrator, Some(_)) => waiting!(
+        (Role::Administrator, Some(_), _) => waiting!(
             "(SELECT person_id FROM cohort_members WHERE school_id = $1 AND cohort_id = $7 AND role = 'trainee') taught
              CROSS JOIN sessions n WHERE n.trainee_id = taught.person_id"
         ),
@@ -126,6 +130,7 @@ async fn list_waiting_of_rank(
         .bind(after.started_at)
         .bind(after.id)
         .bind(filter.cohort)
+        .bind(&filter.exercise)
         .fetch_all(reader)
         .await
 }

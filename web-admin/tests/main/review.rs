@@ -165,6 +165,11 @@ async fn a_question_waits_first_and_looking_leads_on_through_the_queue() {
     assert_eq!(order(&teacher.get("/review?what=failed").await.text()), [1]);
     assert_eq!(order(&teacher.get("/review?what=question").await.text()), [2]);
     assert!(teacher.get("/review?what=flagged").await.text().contains("None of the attempts that wait"));
+    let at = |id: &str| format!("/review?exercise={id}");
+    let exercise = teacher.get("/review").await.text().split("name=\"exercise\"").nth(1).unwrap().to_owned();
+    let exercise = exercise.split("value=\"").nth(2).unwrap().split('"').next().unwrap().to_owned();
+    assert_eq!(order(&teacher.get(&at(&exercise)).await.text()).len(), 4, "all are at {exercise}");
+    assert!(teacher.get(&at("another")).await.text().contains("None of the attempts that wait"));
     let nowhere = "/review?cohort=00000000-0000-0000-0000-000000000001";
     assert!(order(&teacher.get(nowhere).await.text()).is_empty(), "a cohort that they do not teach");
     let replay = teacher.get(&format!("/sessions/{asked}/replay")).await.text();

@@ -1,7 +1,5 @@
 //! `/drafts`: documents being written.
 
-use std::collections::BTreeMap;
-
 use acts::authoring::{NewDocument, SeenDraft};
 use acts::drafting::{Checked, SaveOutcome};
 use acts::error::Error;

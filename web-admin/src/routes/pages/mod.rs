@@ -33,6 +33,7 @@ mod origins;
 mod others;
 mod passkeys;
 mod people;
+mod people_bulk;
 mod progress;
 mod ratings;
 mod regrading;
@@ -147,6 +148,8 @@ fn people_routes() -> Routes {
         )
         .route("/people/rosters/{id}", get(roster::show_roster).post(roster::confirm_roster))
         .route("/people/rosters/{id}/columns", get(roster::show_roster_columns).post(roster::assign_roster_columns))
+        .route("/people/bulk", post(people_bulk::show_bulk_act))
+        .route("/people/bulk/do", post(people_bulk::do_bulk_act))
         .route("/people/{id}", get(people::show_person))
         .route("/people/{id}/change", post(people::change_person))
         .route("/people/{id}/mail-link", post(people::mail_link))

@@ -5,12 +5,16 @@ use acts::accounts::NewAccount;
 use acts::error::Error;
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
-use model::directory::{AccountState, DirectoryEntry};
+use model::directory::{AccountState, BulkAct, DirectoryEntry, PeopleKey, PeopleOrder};
+use model::folding::split_search_words;
 use model::ids::{CohortId, PersonId};
 use model::roster::{is_email, is_name};
 use model::{CurrentPerson, PersonKey, Role};
+use pages::bulk::{BulkDone, BulkForm, list_bulk_acts};
 use pages::form::FilledForm;
-use pages::people::{LinkPage, PeoplePage, PersonChangeDone, PersonForm, PersonPage, PersonRefused, SelectOption};
+use pages::people::{
+    LinkPage, PeoplePage, PersonChangeDone, PersonForm, PersonPage, PersonRefused, SelectOption, SortHeading,
+};
 use pages::{NavPlace, Shell};
 use serde::Deserialize;
 use store::directory::{Details, Filter};
@@ -34,13 +38,21 @@ pub(super) struct PeopleQuery {
     role: String,
     state: String,
     cohort: String,
+    sort: String,
+    down: String,
     after: String,
     id: String,
     added: Option<usize>,
     changed: Option<usize>,
+    done: Option<BulkAct>,
+    to: Option<i64>,
 }
 
 impl PeopleQuery {
+    pub(super) fn looking_for(q: String, role: String, state: String, cohort: String) -> Self {
+        Self { q, role, state, cohort, ..Self::default() }
+    }
+
     fn role(&self) -> Option<Role> {
         self.role.parse().ok()
     }
@@ -55,21 +67,52 @@ impl PeopleQuery {
         }
     }
 
-    fn filter(&self) -> Filter {
+    fn order(&self) -> PeopleOrder {
+        let by = match self.sort.as_str() {
+            "email" => PeopleKey::Email,
+            "number" => PeopleKey::Number,
+            _ => PeopleKey::Name,
+        };
+        PeopleOrder { by, down: self.down == "yes" }
+    }
+
+    pub(super) fn filter(&self) -> Filter {
         Filter {
-            words: self.q.trim().to_lowercase(),
+            words: split_search_words(&self.q),
             role: self.role(),
             state: self.state(),
             cohort: self.cohort.parse().ok(),
+            order: self.order(),
             after: self.id.parse().ok().map(|id| (self.after.clone(), id)),
         }
     }
 
-    /// The address of the page that begins after somebody.
-    fn after(&self, last: &DirectoryEntry) -> String {
+    /// The address of the list in an order, from its beginning.
+    fn href(&self, order: PeopleOrder) -> String {
         let pairs = [("q", &self.q), ("role", &self.role), ("state", &self.state), ("cohort", &self.cohort)];
         let kept: String = pairs.iter().map(|(name, value)| format!("{name}={}&", encode_in_query(value))).collect();
-        format!("/people?{kept}after={}&id={}", encode_in_query(&last.name), last.id)
+        format!("/people?{kept}sort={}&down={}", name_key(order.by), if order.down { "yes" } else { "" })
+    }
+
+    /// The address of the page that begins after somebody.
+    fn after(&self, last: &DirectoryEntry) -> String {
+        let order = self.order();
+        format!("{}&after={}&id={}", self.href(order), encode_in_query(&order.key_of(last)), last.id)
+    }
+
+    fn heading(&self, by: PeopleKey) -> SortHeading {
+        let order = self.order();
+        let here = order.by == by;
+        let href = self.href(PeopleOrder { by, down: here && !order.down });
+        SortHeading { href, down: here.then_some(order.down) }
+    }
+}
+
+const fn name_key(key: PeopleKey) -> &'static str {
+    match key {
+        PeopleKey::Name => "name",
+        PeopleKey::Email => "email",
+        PeopleKey::Number => "number",
     }
 }
 
@@ -82,7 +125,7 @@ pub(super) async fn list_people(
     Ok(make_directory_page(&state, Visit::new(&person, &csrf), query, FilledForm::default()).await?)
 }
 
-async fn make_directory_page(
+pub(super) async fn make_directory_page(
     state: &AppState,
     Visit { person, csrf }: Visit<'_>,
     query: PeopleQuery,
@@ -106,6 +149,11 @@ async fn make_directory_page(
         roles: SelectOption::roles(filter.role),
         states: SelectOption::states(filter.state),
         cohorts: choices(filter.cohort),
+        by_name: query.heading(PeopleKey::Name),
+        by_email: query.heading(PeopleKey::Email),
+        by_number: query.heading(PeopleKey::Number),
+        done: query.done.zip(query.to).map(|(act, people)| BulkDone { act, people }),
+        bulk: FilledForm::new(BulkForm { acts: list_bulk_acts(None), cohorts: choices(None), ..BulkForm::default() }),
         next: rows.last().filter(|_| more).map(|last| query.after(last)),
         later: filter.after.is_some(),
         filtered: !filter.words.is_empty()

@@ -9,7 +9,7 @@ use model::comment::{Comment, TypedComment};
 use model::expert_way::GhostStretch;
 use model::ids::{CommentId, SessionId};
 use model::notice::NoticePlace;
-use model::review::ReviewFilter;
+use model::review::{AskedReviews, ReviewFilter};
 use model::{CurrentPerson, Moment, Role, comment, corridor, expert_way};
 use pages::experts::BesideExperts;
 use pages::form::FilledForm;
@@ -39,11 +39,8 @@ pub(super) struct ReplayQuery {
     #[serde(default)]
     t: String,
     /// By which part of the review queue it was come to.
-    #[serde(default)]
-    what: String,
-    /// The cohort of that part.
-    #[serde(default)]
-    cohort: String,
+    #[serde(flatten)]
+    asked: AskedReviews,
 }
 
 pub(super) async fn show_replay(
@@ -114,7 +111,7 @@ async fn look_at(
         return Ok(None);
     }
     let reviewed = reviews::find_review(state.db.reader(), session.key()).await?.is_some();
-    Ok(Some(ReviewLook { reviewed, filter: ReviewFilter::asked(&query.what, &query.cohort) }))
+    Ok(Some(ReviewLook { reviewed, filter: ReviewFilter::asked(&query.asked) }))
 }
 
 /// What the address names in place of an attempt, for the experts' median.

@@ -10,7 +10,7 @@ use model::ids::{CohortId, SessionId};
 use model::judgement::{ScoreOverride, TypedOverride};
 use model::notice::NoticePlace;
 use model::rating::mean;
-use model::review::{QueuePlace, ReviewFilter};
+use model::review::{AskedReviews, QueuePlace, ReviewFilter};
 use model::{CurrentPerson, judgement};
 use pages::form::FilledForm;
 use pages::people::SelectOption;
@@ -23,7 +23,7 @@ use store::reports::NamedItem;
 use store::reviews::WaitingReview;
 use store::scores::{self, Score};
 use store::sessions::{self, Session};
-use store::{ratings, regradings, reports, reviews, supervisions};
+use store::{exercises, ratings, regradings, reports, reviews, supervisions};
 
 use super::{PathId, sessions as attempts};
 use crate::AppState;
@@ -33,10 +33,10 @@ use crate::routes::forms::FormAnswer;
 
 /// Which part of the queue is asked for.
 #[derive(Debug, Default, Deserialize)]
-#[serde(default)]
 pub(super) struct QueueQuery {
-    what: String,
-    cohort: String,
+    #[serde(flatten)]
+    asked: AskedReviews,
+    #[serde(default)]
     after: String,
 }
 
@@ -47,12 +47,12 @@ pub(super) async fn show_queue(
     Query(query): Query<QueueQuery>,
 ) -> Result<ReviewPage, PageError> {
     let reader = state.db.reader();
-    let filter = ReviewFilter::asked(&query.what, &query.cohort);
+    let filter = ReviewFilter::asked(&query.asked);
     let after: Option<QueuePlace> = query.after.parse().ok();
-    let mut waiting = reviews::list_review_queue(reader, &person, filter, after).await?;
+    let mut waiting = reviews::list_review_queue(reader, &person, &filter, after).await?;
     let more = waiting.len() > reviews::LISTED as usize;
     waiting.truncate(reviews::LISTED as usize);
-    let next = waiting.last().filter(|_| more).map(|last| queue_href(filter, Some(last.place())));
+    let next = waiting.last().filter(|_| more).map(|last| queue_href(&filter, Some(last.place())));
     let cohorts = reports::cohorts(reader, &person).await?.into_iter();
     let option = |cohort: NamedItem<CohortId>| SelectOption {
         chosen: filter.cohort == Some(cohort.id),
@@ -63,14 +63,23 @@ pub(super) async fn show_queue(
         shell: Shell::new(&person, csrf.token(), NavPlace::Review),
         waiting: waiting.into_iter().map(make_waiting_row).collect(),
         next,
-        first: after.map(|_| queue_href(filter, None)),
-        filter,
+        first: after.map(|_| queue_href(&filter, None)),
         cohorts: cohorts.map(option).collect(),
+        exercises: exercises::list_current_exercises(reader, person.school_id)
+            .await?
+            .into_iter()
+            .map(|exercise| SelectOption {
+                chosen: filter.exercise.as_ref() == Some(&exercise.exercise_id),
+                value: exercise.exercise_id,
+                label: exercise.title,
+            })
+            .collect(),
+        filter,
         to_rate: ratings::count_open(reader, &person).await?,
     })
 }
 
-fn queue_href(filter: ReviewFilter, after: Option<QueuePlace>) -> String {
+fn queue_href(filter: &ReviewFilter, after: Option<QueuePlace>) -> String {
     let parts = [filter.query(), after.map_or_else(String::new, |after| format!("after={after}"))];
     let parts: Vec<String> = parts.into_iter().filter(|part| !part.is_empty()).collect();
     if parts.is_empty() { "/review".to_owned() } else { format!("/review?{}", parts.join("&")) }
@@ -262,10 +271,8 @@ pub(super) struct MarkForm {
     #[serde(default)]
     then: String,
     /// The part of the queue.
-    #[serde(default)]
-    what: String,
-    #[serde(default)]
-    cohort: String,
+    #[serde(flatten)]
+    asked: AskedReviews,
 }
 
 /// Marks an attempt as looked at, or puts it back into the queue.
@@ -285,22 +292,22 @@ pub(super) async fn mark_reviewed(
         }
     };
     reviewing::set_reviewed(&state, &person, &session, reviewed).await?;
-    let filter = ReviewFilter::asked(&form.what, &form.cohort);
+    let filter = ReviewFilter::asked(&form.asked);
     Ok(match form.then.as_str() {
-        "next" => lead_to_next(&state, &person, filter).await?,
-        "stay" => Redirect::to(&replay_in_queue(id, filter)).into_response(),
+        "next" => lead_to_next(&state, &person, &filter).await?,
+        "stay" => Redirect::to(&replay_in_queue(id, &filter)).into_response(),
         _ => redirect_to_grade(id),
     })
 }
 
 /// The replay of what waits first; the queue itself where nothing does.
-async fn lead_to_next(state: &AppState, person: &CurrentPerson, filter: ReviewFilter) -> Result<Response, Error> {
+async fn lead_to_next(state: &AppState, person: &CurrentPerson, filter: &ReviewFilter) -> Result<Response, Error> {
     let waiting = reviews::list_review_queue(state.db.reader(), person, filter, None).await?;
     let to = waiting.first().map_or_else(|| queue_href(filter, None), |first| replay_in_queue(first.id, filter));
     Ok(Redirect::to(&to).into_response())
 }
 
-fn replay_in_queue(session: SessionId, filter: ReviewFilter) -> String {
+fn replay_in_queue(session: SessionId, filter: &ReviewFilter) -> String {
     let query = filter.query();
     let mark = if query.is_empty() { "" } else { "?" };
     format!("/sessions/{session}/replay{mark}{query}")

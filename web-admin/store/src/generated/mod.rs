@@ -110,10 +110,10 @@ pub async fn conclude(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>)
 
 async fn trainees(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
     sqlx::query(counted!(
-        "INSERT INTO people (id, school_id, role, email, display_name, pseudonym, password_hash, created_at, search)
+        "INSERT INTO people (id, school_id, role, email, display_name, pseudonym, password_hash, created_at, search, sort_name)
          SELECT unhex(printf('%032x', $5 + i)), $1, 'trainee', printf('generated%d@example.org', i),
            printf('Generated %05d', i), printf('generated-%d', i), $3, $4,
-           printf('generated %05d generated%d@example.org', i, i) FROM n"
+           printf('generated %05d generated%d@example.org', i, i), printf('generated %05d', i) FROM n"
     ))
     .bind(crowd.school_id)
     .bind(crowd.trainees)
@@ -127,10 +127,10 @@ async fn trainees(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>) -> 
 
 async fn instructors(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
     sqlx::query(counted!(
-        "INSERT INTO people (id, school_id, role, email, display_name, pseudonym, password_hash, created_at, search)
+        "INSERT INTO people (id, school_id, role, email, display_name, pseudonym, password_hash, created_at, search, sort_name)
          SELECT unhex(printf('%032x', $5 + i)), $1, 'instructor', printf('instructor%d@example.org', i),
            printf('Instructor %04d', i), printf('instructor-%d', i), $3, $4,
-           printf('instructor %04d instructor%d@example.org', i, i) FROM n"
+           printf('instructor %04d instructor%d@example.org', i, i), printf('instructor %04d', i) FROM n"
     ))
     .bind(crowd.school_id)
     .bind(crowd.instructors())

@@ -60,7 +60,7 @@ async fn offered_attempts(
 ) -> Result<Vec<RateableAttempt>, Error> {
     let reader = state.db.reader();
     if form.assignment.is_empty() {
-        let waiting = reviews::list_review_queue(reader, person, ReviewFilter::default(), None).await?;
+        let waiting = reviews::list_review_queue(reader, person, &ReviewFilter::default(), None).await?;
         let candidate = |waiting: reviews::WaitingReview| RateableAttempt {
             id: waiting.id,
             trainee: waiting.trainee,

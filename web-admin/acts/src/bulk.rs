@@ -1,0 +1,117 @@
+//! What is done to many people at once: shown first, with who is left out and why, then done in one transaction.
+
+use std::collections::BTreeSet;
+
+use model::CurrentPerson;
+use model::directory::{BulkAct, BulkPlan, DirectoryEntry, ExemptPerson};
+use model::ids::{CohortId, PersonId};
+use model::{PersonKey, Role};
+use serde_json::json;
+use sqlx::SqliteConnection;
+use store::account_links::Purpose;
+use store::audit::AuditEntry;
+use store::cohorts::{self, Deed, Membership, MembershipKey};
+use store::directory;
+
+use crate::accounts;
+use crate::error::Error;
+use crate::service::Service;
+
+/// How many people at most something is done to at once.
+pub const MOST_PEOPLE: usize = 1000;
+
+/// What is to be done, and to whom.
+#[derive(Clone, Debug)]
+pub struct BulkRequest {
+    /// What.
+    pub act: BulkAct,
+    /// The cohort, where it is about one.
+    pub cohort: Option<CohortId>,
+    /// To whom.
+    pub people: Vec<PersonId>,
+}
+
+/// To whom it would be done, and who would be left out.
+///
+/// # Errors
+/// [`Error::NotFound`] when the cohort is not of this school, [`Error::BadRequest`] when none is named or too many people are.
+pub async fn plan_bulk_act(state: &Service, by: &CurrentPerson, request: &BulkRequest) -> Result<BulkPlan, Error> {
+    plan_within(&mut *state.db.reader().acquire().await?, by, request).await
+}
+
+async fn plan_within(
+    connection: &mut SqliteConnection,
+    by: &CurrentPerson,
+    request: &BulkRequest,
+) -> Result<BulkPlan, Error> {
+    let asked = request.people.len();
+    if asked > MOST_PEOPLE {
+        return Err(Error::BadRequest(format!("people: {asked}; allowed are {MOST_PEOPLE} at once")));
+    }
+    let members = match request.cohort.filter(|_| request.act.needs_cohort()) {
+        Some(cohort) => {
+            cohorts::find_cohort(&mut *connection, by.school_id, cohort).await?.ok_or(Error::NotFound)?;
+            cohorts::list_members_among(&mut *connection, by.school_id, cohort, &request.people).await?
+        }
+        None if request.act.needs_cohort() => return Err(Error::BadRequest("cohort: none is chosen".to_owned())),
+        None => BTreeSet::new(),
+    };
+    let mut plan = BulkPlan::default();
+    for person in directory::list_people_by_id(&mut *connection, by.school_id, &request.people).await? {
+        match request.act.exempts(&person, members.contains(&person.id), by.id) {
+            Some(why) => plan.exempt.push(ExemptPerson { person, why }),
+            None => plan.people.push(person),
+        }
+    }
+    Ok(plan)
+}
+
+/// Does it to everybody to whom it can be done still, and tells to whom it was.
+///
+/// # Errors
+/// As [`plan_bulk_act`]; nothing is done then.
+pub async fn do_bulk_act(state: &Service, by: &CurrentPerson, request: &BulkRequest) -> Result<BulkPlan, Error> {
+    let mut tx = state.db.write().await?;
+    let plan = plan_within(&mut tx, by, request).await?;
+    for person in &plan.people {
+        act_on(&mut tx, state, by, request, person).await?;
+    }
+    tx.commit().await?;
+    if request.act == BulkAct::Invite {
+        state.mails.notify_one();
+    }
+    Ok(plan)
+}
+
+async fn act_on(
+    tx: &mut SqliteConnection,
+    state: &Service,
+    by: &CurrentPerson,
+    request: &BulkRequest,
+    person: &DirectoryEntry,
+) -> Result<(), Error> {
+    let (school_id, person_id, now) = (by.school_id, person.id, state.clock.now());
+    let deed = Deed { by: Some(by.id), at: now };
+    let told = json!({ "cohort": request.cohort });
+    match (request.act, request.cohort) {
+        (BulkAct::Invite, _) => {
+            accounts::queue_link(tx, state, PersonKey { school_id, person_id }, Purpose::Invitation).await?;
+            AuditEntry::by(by, "person.link_mailed", person_id).append(tx, now).await?;
+        }
+        (BulkAct::Join, Some(cohort_id)) => {
+            debug_assert!(person.role != Role::Administrator, "the plan leaves administrators out");
+            cohorts::join_cohort(tx, Membership { school_id, cohort_id, person_id, role: person.role }, deed).await?;
+            AuditEntry::by(by, "cohort.joined", person_id).with(told).append(tx, now).await?;
+        }
+        (BulkAct::Leave, Some(cohort_id)) => {
+            cohorts::leave_cohort(tx, MembershipKey { school_id, cohort_id, person_id }, deed).await?;
+            AuditEntry::by(by, "cohort.left", person_id).with(told).append(tx, now).await?;
+        }
+        (BulkAct::Disable, _) => accounts::disable_in(tx, state, by, person_id).await?,
+        (BulkAct::Enable, _) => accounts::enable_in(tx, state, by, person_id).await?,
+        (BulkAct::Join | BulkAct::Leave, None) => {
+            return Err(Error::BadRequest("cohort: none is chosen".to_owned()));
+        }
+    }
+    Ok(())
+}
