@@ -137,6 +137,8 @@ ids! {
     RosterId;
     /// Something that is new for somebody.
     NoticeId;
+    /// A backup that was made, or was not.
+    BackupId;
     /// A letter that waits to be sent.
     LetterId;
     /// A token of a person or a station.

@@ -151,8 +151,10 @@ pub fn format_size(bytes: i64) -> String {
     let bytes = bytes.max(0) as f64;
     if bytes < 1e6 {
         format!("{:.0}\u{a0}kB", (bytes / 1e3).ceil())
-    } else {
+    } else if bytes < 1e9 {
         format!("{}\u{a0}MB", format_fixed(bytes / 1e6, 1))
+    } else {
+        format!("{}\u{a0}GB", format_fixed(bytes / 1e9, 1))
     }
 }
 

@@ -11,6 +11,7 @@ pub mod assets;
 pub mod assignments;
 pub mod audit;
 pub mod authoring;
+pub mod backups;
 pub mod bulk;
 pub mod certificate;
 pub mod charts;

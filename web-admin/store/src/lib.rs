@@ -19,6 +19,7 @@ pub mod account_links;
 pub mod assignments;
 pub mod audit;
 pub mod audit_search;
+pub mod backups;
 pub mod cohorts;
 pub mod comments;
 pub mod curricula;

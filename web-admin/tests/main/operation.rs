@@ -44,6 +44,13 @@ impl Drill {
         Self { app, attempts, backup }
     }
 
+    /// What the administrator reads of backups.
+    async fn page_of_backups(&self) -> String {
+        let school = self.app.school("South").await;
+        self.app.member(school, Role::Administrator, "head@example.org").await;
+        self.app.signed_in("head@example.org").await.get("/admin/backups").await.text()
+    }
+
     fn back_up(&self) -> Output {
         web_admin(self.app.folder.path(), &["backup", "--to", self.backup.to_str().unwrap()])
     }
@@ -73,6 +80,27 @@ async fn a_backup_of_a_running_service_brings_everything_back() {
         let bytes = |config: &Config| std::fs::read(config.recordings_dir.join(&file.recording_path)).unwrap();
         assert_eq!(bytes(&state.config), bytes(&drill.app.state.config));
     }
+}
+
+#[tokio::test]
+async fn an_administrator_reads_when_the_last_backup_was_made_and_how_large_it_is() {
+    let drill = Drill::new().await;
+    assert!(drill.back_up().status.success());
+    let page = drill.page_of_backups().await;
+    let size = pages::format::format_size(std::fs::metadata(&drill.backup).unwrap().len().try_into().unwrap());
+    assert!(page.contains("backup.tar") && page.contains("2 recordings") && page.contains(&size), "{page}");
+    assert!(!page.contains("Tell whoever runs"), "{page}");
+}
+
+#[tokio::test]
+async fn an_administrator_reads_why_a_backup_failed() {
+    let drill = Drill::new().await;
+    assert!(drill.page_of_backups().await.contains("No backup has been made yet"));
+    let file = drill.app.files().into_iter().find(|file| file.extension().is_some_and(|e| e == "mcap")).unwrap();
+    std::fs::remove_file(drill.app.state.config.recordings_dir.join(&file)).unwrap();
+    assert_eq!(drill.back_up().status.code(), Some(1));
+    let page = drill.app.signed_in("head@example.org").await.get("/admin/backups").await.text();
+    assert!(page.contains("Failed") && page.contains(file.file_name().unwrap().to_str().unwrap()), "{page}");
 }
 
 #[tokio::test]

@@ -8,8 +8,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
 use data_encoding::HEXLOWER;
-use model::Moment;
+use model::{Moment, count_i64};
 use sha2::{Digest, Sha256};
+use store::backups::{self, NotedBackup};
 use store::sessions::{self, RecordingFile};
 use store::{Database, audit, tries, uploads};
 
@@ -26,6 +27,44 @@ use crate::verification::VerificationReport;
 /// # Errors
 /// When the database or a recording is damaged, or a disk refuses. No file of that name is left then.
 pub async fn make(
+    config: &Config,
+    to: &Path,
+    passphrase: Option<&str>,
+    now: Moment,
+) -> anyhow::Result<VerificationReport> {
+    let made = make_file(config, to, passphrase, now).await;
+    let noted = NotedBackup {
+        made_at: now,
+        file_name: to.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+        bytes: made
+            .as_ref()
+            .ok()
+            .and_then(|_| std::fs::metadata(to).ok())
+            .and_then(|file| i64::try_from(file.len()).ok()),
+        recordings: made.as_ref().ok().map(|report| count_i64(report.recordings)),
+        keys_sealed: passphrase.is_some(),
+        error: made.as_ref().err().map(|error| format!("{error:#}")),
+    };
+    // What was made is as good without the note.
+    if let Err(error) = note(config, &noted).await {
+        tracing::warn!("the backup is not noted in the database, and its page does not show it: {error:#}");
+    }
+    made
+}
+
+/// Notes in the database what it came to. One that an earlier program has made has no place for it.
+async fn note(config: &Config, noted: &NotedBackup) -> anyhow::Result<()> {
+    let db = Database::open_existing(&config.database_url).await?;
+    if db.count_missing_migrations().await? == 0 {
+        let mut tx = db.write().await?;
+        backups::note_backup(&mut tx, noted).await?;
+        tx.commit().await?;
+    }
+    db.close().await;
+    Ok(())
+}
+
+async fn make_file(
     config: &Config,
     to: &Path,
     passphrase: Option<&str>,

@@ -19,6 +19,7 @@ mod admin;
 mod assets;
 mod assignments;
 mod audit;
+mod backups;
 mod cohort_people;
 mod cohorts;
 pub(crate) mod consents;
@@ -126,6 +127,7 @@ pub fn page_routes() -> Routes {
         .route("/admin/settings/test-letter", post(settings::send_test_letter))
         .route("/admin/audit", get(audit::show_audit_log))
         .route("/admin/audit.csv", get(audit::download_audit_log))
+        .route("/admin/backups", get(backups::show_backups))
         .route("/admin/service", get(service::show_service_log))
         .route("/admin/retention", get(retention::show_retention).post(retention::set_retention))
         .route("/admin/pairing-codes", post(admin::make_pairing_code))

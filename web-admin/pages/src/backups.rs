@@ -1,0 +1,110 @@
+//! Backups, as an administrator sees them.
+
+use std::time::Duration;
+
+use askama::Template;
+use askama_web::WebTemplate;
+use time::OffsetDateTime;
+
+use super::{Shell, StatusWord, format};
+
+/// After so many seconds without a backup an administrator is warned: one each night is usual, and one may fail.
+const OLD: Duration = Duration::from_secs(2 * 86_400);
+
+/// The page.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "backups.html")]
+pub struct BackupsPage {
+    /// Frame.
+    pub shell: Shell,
+    /// How long ago the last one was made.
+    pub age: Option<Duration>,
+    /// The last one that was made.
+    pub last: Option<BackupRow>,
+    /// The latest ones, failed ones too; the latest first.
+    pub rows: Vec<BackupRow>,
+}
+
+/// A backup.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BackupRow {
+    /// When it was begun.
+    pub at: OffsetDateTime,
+    /// The file's name.
+    pub file_name: String,
+    /// How large it is; absent where none was made.
+    pub bytes: Option<i64>,
+    /// Recordings in it; absent where none was made.
+    pub recordings: Option<i64>,
+    /// The keys are in it, sealed.
+    pub keys_sealed: bool,
+    /// Why none was made.
+    pub error: Option<String>,
+}
+
+impl BackupRow {
+    fn contents(&self) -> String {
+        let recordings = self.recordings.unwrap_or(0);
+        trn!("the database and {n} recording", "the database and {n} recordings", recordings)
+    }
+}
+
+impl BackupsPage {
+    fn is_old(&self) -> bool {
+        self.age.is_none_or(|age| age > OLD)
+    }
+
+    /// The last try came to nothing.
+    fn has_failed(&self) -> bool {
+        self.rows.first().is_some_and(|row| row.error.is_some())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Fails when a school without a recent backup is not warned, or a failed one looks like one.
+
+    use model::Role;
+    use time::macros::datetime;
+
+    use super::*;
+    use crate::samples;
+
+    fn row(error: Option<&str>) -> BackupRow {
+        BackupRow {
+            at: datetime!(2026-11-21 01:00 UTC),
+            file_name: "2026-11-21T010000.tar".to_owned(),
+            bytes: error.is_none().then_some(5_230_000_000),
+            recordings: error.is_none().then_some(812),
+            keys_sealed: true,
+            error: error.map(str::to_owned),
+        }
+    }
+
+    #[test]
+    fn an_old_backup_and_a_failed_one_are_said() {
+        let shell = samples::shell(Role::Administrator);
+        let page = BackupsPage {
+            shell: shell.clone(),
+            age: Some(Duration::from_secs(9 * 3600)),
+            last: Some(row(None)),
+            rows: vec![row(None)],
+        };
+        let html = samples::keep_page("backups", &page);
+        assert!(
+            html.contains("5.2\u{a0}GB") && html.contains("812 recordings") && !html.contains("notice bad"),
+            "{html}"
+        );
+        let rows = vec![row(Some("the disk is full")), row(None)];
+        let page = BackupsPage {
+            shell: shell.clone(),
+            age: Some(Duration::from_secs(3 * 86_400)),
+            last: Some(row(None)),
+            rows,
+        };
+        let html = samples::keep_page("backups-old", &page);
+        assert!(html.contains("older than two days") && html.contains("the disk is full"), "{html}");
+        let html = samples::keep_page("backups-none", &BackupsPage { shell, age: None, last: None, rows: vec![] });
+        assert!(html.contains("No backup has been made"), "{html}");
+    }
+}
