@@ -179,7 +179,7 @@ pub async fn catch_up(state: &Service) -> anyhow::Result<usize> {
 async fn outstanding(state: &Service, erasure: &Erasure) -> Result<Option<DirectoryEntry>, sqlx::Error> {
     let Erasure { at, school_id, person_id, wish, .. } = erasure;
     let reader = state.db.reader();
-    let Some(person) = directory::find_directory_entry(reader, *school_id, *person_id).await? else { return Ok(None) };
+    let Some(person) = directory::find_anybody(reader, *school_id, *person_id).await? else { return Ok(None) };
     if person.state != AccountState::Erased {
         return Ok(Some(person));
     }

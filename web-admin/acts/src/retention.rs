@@ -18,6 +18,7 @@ use crate::clock;
 use crate::erasing::{self, Eraser};
 use crate::error::Error;
 use crate::service::Service;
+use crate::study_keeping;
 
 /// How often the time that the service runs is written down.
 const EVERY: Duration = Duration::from_secs(600);
@@ -132,6 +133,11 @@ pub async fn tick(state: &Service, elapsed: Duration) -> Result<(), Error> {
             Ok(done) if done == RetentionResult::default() => {}
             Ok(done) => tracing::info!(school = %school.id, ?done, "retention"),
             // The other schools do not wait for this one.
+            Err(error) => failed = Some(error),
+        }
+        match study_keeping::keep_studies(state, school.id).await {
+            Ok(0) => {}
+            Ok(erased) => tracing::info!(school = %school.id, erased, "data of studies whose time is over"),
             Err(error) => failed = Some(error),
         }
     }

@@ -6,7 +6,7 @@ use model::{CurrentPerson, Moment, Role};
 use serde_json::json;
 use sqlx::SqliteConnection;
 use store::audit::AuditEntry;
-use store::studies::{self, NewParticipant, NewStudy, Study, StudyAttempt};
+use store::studies::{self, NewParticipant, NewStudy, Study, StudyAttempt, StudyLines, StudyPlan};
 use store::surveys::{self, NewResponse, NewSurvey, StudyOccasion};
 use store::{people, sign_in_codes};
 
@@ -95,6 +95,74 @@ pub async fn make_study(state: &Service, by: &CurrentPerson, wanted: &StudyReque
     AuditEntry::by(by, "study.made", id).with(details).append(&mut tx, now).await?;
     tx.commit().await?;
     Ok(id)
+}
+
+/// What is to be another way in a study.
+#[derive(Clone, Debug)]
+pub struct StudyChange {
+    /// Title.
+    pub title: String,
+    /// Whom to ask.
+    pub contact: String,
+    /// How long its data are kept after its end, in months.
+    pub kept_months: u32,
+    /// What participants agree to, while nobody has.
+    pub terms: Option<StudyTerms>,
+}
+
+/// What participants of a study agree to.
+#[derive(Clone, Debug)]
+pub struct StudyTerms {
+    /// Attempts asked of each participant at each exercise.
+    pub attempts: u32,
+    /// Names of the groups, from the least experienced to the experts.
+    pub groups: Vec<String>,
+    /// What is asked of each participant.
+    pub questions: Vec<String>,
+    /// What they agree to.
+    pub consent: String,
+    /// Who answers for the data.
+    pub controller: String,
+}
+
+/// Changes a study. What somebody has agreed to stays, and its data are not kept longer than they were told.
+///
+/// # Errors
+/// [`Error::Unprocessable`] when somebody takes part, and the terms are to change or the data to be kept longer; [`Error::Conflict`]
+/// when its data are erased.
+pub async fn change_study(
+    state: &Service,
+    by: &CurrentPerson,
+    study: &Study,
+    change: &StudyChange,
+) -> Result<(), Error> {
+    if study.erased_at.is_some() {
+        return Err(Error::Conflict(tr!("the data of this study are erased").to_owned()));
+    }
+    let mut tx = state.db.write().await?;
+    if studies::count_participants(&mut *tx, study).await? > 0 {
+        if change.terms.is_some() {
+            let why = tr!("somebody takes part already: what they agreed to stays as it is");
+            return Err(Error::Unprocessable(why.to_owned()));
+        }
+        if change.kept_months > study.kept_months {
+            return Err(Error::Unprocessable(tr!(
+                "months: {n}; participants were told that their data are kept for {most} at most",
+                n = change.kept_months,
+                most = study.kept_months
+            )));
+        }
+    }
+    let lines = StudyLines { title: &change.title, contact: &change.contact, kept_months: change.kept_months };
+    studies::change_study_lines(&mut tx, study, lines).await?;
+    if let Some(terms) = &change.terms {
+        let StudyTerms { attempts, groups, questions, consent, controller } = terms;
+        let plan = StudyPlan { attempts: *attempts, groups, questions, consent, controller };
+        studies::change_study_plan(&mut tx, study, plan).await?;
+    }
+    let details = json!({ "title": change.title, "contact": change.contact, "kept_months": change.kept_months, "terms": change.terms.is_some() });
+    AuditEntry::by(by, "study.changed", study.id).with(details).append(&mut tx, state.clock.now()).await?;
+    Ok(tx.commit().await?)
 }
 
 /// What is known of somebody who is to take part, and has agreed.
@@ -313,9 +381,18 @@ async fn link_to_answer(
 }
 
 /// Ends a study now, and what it asks; or opens it again.
+///
+/// # Errors
+/// [`Error::Conflict`] when its data are erased.
 pub async fn close_study(state: &Service, by: &CurrentPerson, study: &Study, closed: bool) -> Result<(), Error> {
     let now = state.clock.now();
+    if study.erased_at.is_some() {
+        return Err(Error::Conflict(tr!("the data of this study are erased").to_owned()));
+    }
     let mut tx = state.db.write().await?;
+    if !closed {
+        studies::call_off_study_erasure(&mut tx, by.school_id, study.id).await?;
+    }
     studies::close_study(&mut tx, by.school_id, study.id, closed.then_some(now)).await?;
     let action = if closed { "study.ended" } else { "study.opened" };
     AuditEntry::by(by, action, study.id).append(&mut tx, now).await?;

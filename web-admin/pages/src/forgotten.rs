@@ -8,13 +8,14 @@ use std::fmt::Debug;
 use words::{Language, within};
 
 /// Not in need of a translation: units, and names of things.
-const NAMES: [&str; 22] = [
+const NAMES: [&str; 23] = [
     "CSV",
     "CUSUM",
     "Canvas",
     "English",
     "Deutsch",
     "Foxglove",
+    "GB",
     "GmbH",
     "JSON",
     "LC",

@@ -141,13 +141,22 @@ pub async fn find_directory_entry(
     school: SchoolId,
     id: PersonId,
 ) -> Result<Option<DirectoryEntry>> {
+    Ok(find_anybody(executor, school, id).await?.filter(|person| person.role != Role::Guest))
+}
+
+/// A person of a school, guests of studies included.
+pub async fn find_anybody(
+    executor: impl SqliteExecutor<'_>,
+    school: SchoolId,
+    id: PersonId,
+) -> Result<Option<DirectoryEntry>> {
     sqlx::query_as(
         "SELECT p.id, p.display_name AS name, p.email, p.role, p.pseudonym, p.registrar_id,
            CASE WHEN p.erased_at IS NOT NULL THEN 'erased' WHEN p.disabled_at IS NOT NULL THEN 'disabled'
                 WHEN p.password_hash = '' THEN 'invited' ELSE 'active' END AS state,
            coalesce((SELECT group_concat(c.name, ', ') FROM cohort_members m JOIN cohorts c ON c.id = m.cohort_id
                      WHERE m.person_id = p.id), '') AS cohorts
-         FROM people p WHERE p.school_id = $1 AND p.id = $2 AND p.role <> 'guest'",
+         FROM people p WHERE p.school_id = $1 AND p.id = $2",
     )
     .bind(school)
     .bind(id)

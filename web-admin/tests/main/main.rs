@@ -64,6 +64,7 @@ mod signing_in;
 mod station_surveys;
 mod stations;
 mod studies;
+mod study_keeping;
 mod support;
 mod survey_letters;
 mod surveys;

@@ -27,15 +27,15 @@ const STUDY: [(&str, &str); 11] = [
 ];
 
 /// A school in which a study is held, and a station.
-struct StudyDay {
-    school: School,
-    teacher: Client,
-    study: String,
+pub(super) struct StudyDay {
+    pub(super) school: School,
+    pub(super) teacher: Client,
+    pub(super) study: String,
     station: Client,
 }
 
 impl StudyDay {
-    async fn new() -> Self {
+    pub(super) async fn new() -> Self {
         let school = School::new().await;
         let mut teacher = school.app.signed_in("teacher@example.org").await;
         let csrf = csrf_in(&teacher.get("/studies/new").await.text());
@@ -46,28 +46,28 @@ impl StudyDay {
     }
 
     /// Sends a form of the study's page.
-    async fn post(&mut self, path: &str, fields: &[(&str, &str)]) -> Answer {
+    pub(super) async fn post(&mut self, path: &str, fields: &[(&str, &str)]) -> Answer {
         let csrf = csrf_in(&self.teacher.get(&self.study).await.text());
         send(&mut self.teacher, path, &[&[("csrf", csrf.as_str())], fields].concat()).await
     }
 
-    async fn add(&mut self, fields: &[(&str, &str)]) -> Answer {
+    pub(super) async fn add(&mut self, fields: &[(&str, &str)]) -> Answer {
         self.post(&format!("{}/participants", self.study), fields).await
     }
 
     /// The code of a guest who is an expert.
-    async fn guest(&mut self) -> String {
+    pub(super) async fn guest(&mut self) -> String {
         let fields = [("group", "1"), ("fact", "surgeon"), ("fact", "12"), ("consent", "yes")];
         code_in(&self.add(&fields).await)
     }
 
-    async fn sign_in(&mut self, code: &str) -> Answer {
+    pub(super) async fn sign_in(&mut self, code: &str) -> Answer {
         let request = Request::post("/api/v1/stations/sign-in").header("content-type", "application/json");
         self.station.send(request.body(Body::from(json!({ "code": code }).to_string())).unwrap()).await
     }
 
     /// An attempt of somebody at the station.
-    async fn attempt(&mut self, trainee: &Value) -> SessionId {
+    pub(super) async fn attempt(&mut self, trainee: &Value) -> SessionId {
         let session_id = SessionId::random();
         let trainee = trainee.as_str().unwrap().to_owned();
         let attempt = Attempt { session_id, trainee, ..Attempt::default() };
@@ -78,7 +78,7 @@ impl StudyDay {
     }
 
     /// Answers at the station what is asked after an attempt.
-    async fn answer(&mut self, session: SessionId, survey: &Value, item: &str) -> Answer {
+    pub(super) async fn answer(&mut self, session: SessionId, survey: &Value, item: &str) -> Answer {
         let path = format!("/api/v1/sessions/{session}/survey/{}", survey["survey_id"].as_str().unwrap());
         let secret: String = session.uuid().simple().to_string().repeat(2);
         let secret = if item == "mental" { secret } else { secret.chars().rev().collect() };
@@ -89,7 +89,7 @@ impl StudyDay {
         self.station.send(request.body(Body::from(given.to_string())).unwrap()).await
     }
 
-    async fn count(&self, statement: &'static str) -> i64 {
+    pub(super) async fn count(&self, statement: &'static str) -> i64 {
         sqlx::query_scalar(statement).fetch_one(self.school.app.state.db.reader()).await.unwrap()
     }
 }

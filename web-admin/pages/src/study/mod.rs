@@ -85,6 +85,53 @@ pub struct NewStudyForm {
     pub kept: String,
 }
 
+/// A study that is to be changed.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "study/change.html")]
+pub struct StudyChangePage {
+    /// Frame.
+    pub shell: Shell,
+    /// The study's page.
+    pub href: String,
+    /// Its title.
+    pub title: String,
+    /// Somebody takes part: what they agreed to stays.
+    pub is_agreed: bool,
+    /// Months for which data are kept as it stands.
+    pub most_kept: u32,
+    /// What participants agree to.
+    pub consent: String,
+    /// What is typed.
+    pub form: FilledForm<NewStudyForm>,
+}
+
+/// What was just done to a study.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum StudyDone {
+    /// Changed.
+    Changed,
+    /// Ended.
+    Ended,
+    /// Opened again.
+    Opened,
+    /// Somebody was added.
+    Added,
+    /// Somebody has left.
+    Left,
+}
+
+/// When the data of a study go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StudyDataEnd {
+    /// Not soon.
+    Far,
+    /// In so many days.
+    InDays(i64),
+    /// They are gone since.
+    Erased(OffsetDateTime),
+}
+
 /// A study, with whoever takes part.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "study/one.html")]
@@ -97,6 +144,10 @@ pub struct StudyPage {
     pub href: String,
     /// It has not ended.
     pub open: bool,
+    /// When its data go.
+    pub ends: StudyDataEnd,
+    /// What was just done.
+    pub done: Option<StudyDone>,
     /// The participants are a program's.
     pub generated: bool,
     /// What is known of it: name and value.
@@ -187,6 +238,10 @@ pub fn kept_in_words(months: usize) -> String {
 }
 
 impl StudyPage {
+    fn is_erased(&self) -> bool {
+        matches!(self.ends, StudyDataEnd::Erased(_))
+    }
+
     fn is_group(&self, at: &usize) -> bool {
         self.form.typed.group == at.to_string()
     }
@@ -231,6 +286,8 @@ mod tests {
             title: "Is it like a patient?".to_owned(),
             href: "/studies/1".to_owned(),
             open,
+            ends: StudyDataEnd::InDays(3),
+            done: Some(StudyDone::Changed),
             generated: true,
             facts: vec![("Contact", "ethics@example.org".to_owned())],
             consent: "I take part.\nI can leave.".to_owned(),
@@ -249,7 +306,27 @@ mod tests {
         assert!(html.contains("2 of 3") && html.contains("no consent"), "{html}");
         assert_eq!(html.matches("/participants/2/withdraw").count(), 2, "who has left cannot leave: {html}");
         let html = samples::keep_page("study-ended", &study(vec![], false));
-        assert!(!html.contains("Add a participant"), "{html}");
+        assert!(!html.contains("Add a participant") && html.contains("erased in 3 days"), "{html}");
+        let erased = StudyPage { ends: StudyDataEnd::Erased(samples::NOW), ..study(vec![], false) };
+        let html = samples::keep_page("study-erased", &erased);
+        assert!(!html.contains("/change") && !html.contains("/close"), "{html}");
+    }
+
+    #[test]
+    fn what_somebody_has_agreed_to_has_no_field() {
+        for is_agreed in [true, false] {
+            let page = StudyChangePage {
+                shell: samples::shell(Role::Instructor),
+                href: "/studies/1".to_owned(),
+                title: "Is it like a patient?".to_owned(),
+                is_agreed,
+                most_kept: 12,
+                consent: "I take part.".to_owned(),
+                form: FilledForm::refused(NewStudyForm::default(), "title: 0 characters".to_owned()),
+            };
+            let html = samples::keep_page(if is_agreed { "study-change-agreed" } else { "study-change" }, &page);
+            assert_eq!(html.contains("name=\"consent\""), !is_agreed, "{html}");
+        }
     }
 
     #[test]

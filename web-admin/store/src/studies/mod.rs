@@ -1,13 +1,15 @@
 //! Validation studies: what they ask of whom, who takes part, and what they have done.
 
+mod keeping;
 mod participants;
 
+pub use keeping::{announce_study_erasure, call_off_study_erasure, list_kept_studies, mark_study_erased};
 use model::ids::{PersonId, RevisionId, SchoolId, StudyId};
 use model::survey::Survey;
 use model::{CurrentPerson, Moment, Role};
 pub use participants::{
-    NewParticipant, StudyAttempt, StudyParticipant, add_participant, count_open_attempts, find_participant,
-    list_participants, list_studied_exercises, list_study_attempts, withdraw_participant,
+    NewParticipant, StudyAttempt, StudyParticipant, add_participant, count_open_attempts, count_participants,
+    find_participant, list_participants, list_studied_exercises, list_study_attempts, withdraw_participant,
 };
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
@@ -49,6 +51,12 @@ pub struct Study {
     pub created_at: Moment,
     /// When it ended.
     pub closed_at: Option<Moment>,
+    /// When the end of its data was announced.
+    pub told_at: Option<Moment>,
+    /// How long the service had run then, in s.
+    pub told_observed_s: Option<i64>,
+    /// When its data were erased.
+    pub erased_at: Option<Moment>,
 }
 
 /// A study to be added.
@@ -94,12 +102,15 @@ macro_rules! study {
     ($rest:literal) => {
         concat!(
             "SELECT u.id, u.school_id, u.title, u.owner_id, p.display_name AS owner, u.attempts, u.groups, u.questions,
-               u.consent, u.controller, u.contact, u.kept_months, u.generated, u.created_at, u.closed_at
+               u.consent, u.controller, u.contact, u.kept_months, u.generated, u.created_at, u.closed_at,
+               u.told_at, u.told_observed_s, u.erased_at
              FROM studies u JOIN people p ON p.school_id = u.school_id AND p.id = u.owner_id ",
             $rest
         )
     };
 }
+
+use study;
 
 /// Adds a study.
 ///
@@ -195,6 +206,63 @@ pub async fn list_study_surveys(executor: impl SqliteExecutor<'_>, study: &Study
         .bind(study.id)
         .fetch_all(executor)
         .await
+}
+
+/// What may be changed of a study at any time.
+#[derive(Clone, Copy, Debug)]
+pub struct StudyLines<'a> {
+    /// Title.
+    pub title: &'a str,
+    /// Whom to ask.
+    pub contact: &'a str,
+    /// How long its data are kept after its end, in months.
+    pub kept_months: u32,
+}
+
+/// Changes what may be changed of a study at any time.
+pub async fn change_study_lines(writer: &mut SqliteConnection, study: &Study, lines: StudyLines<'_>) -> Result<()> {
+    sqlx::query("UPDATE studies SET title = $3, contact = $4, kept_months = $5 WHERE school_id = $1 AND id = $2")
+        .bind(study.school_id)
+        .bind(study.id)
+        .bind(lines.title)
+        .bind(lines.contact)
+        .bind(lines.kept_months)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// What may be changed of a study while nobody takes part.
+#[derive(Clone, Copy, Debug)]
+pub struct StudyPlan<'a> {
+    /// Attempts asked of each participant at each exercise.
+    pub attempts: u32,
+    /// Names of the groups, from the least experienced to the experts.
+    pub groups: &'a [String],
+    /// What is asked of each participant.
+    pub questions: &'a [String],
+    /// What they agree to.
+    pub consent: &'a str,
+    /// Who answers for the data.
+    pub controller: &'a str,
+}
+
+/// Changes what may be changed of a study while nobody takes part.
+pub async fn change_study_plan(writer: &mut SqliteConnection, study: &Study, plan: StudyPlan<'_>) -> Result<()> {
+    sqlx::query(
+        "UPDATE studies SET attempts = $3, groups = $4, questions = $5, consent = $6, controller = $7
+         WHERE school_id = $1 AND id = $2",
+    )
+    .bind(study.school_id)
+    .bind(study.id)
+    .bind(plan.attempts)
+    .bind(Json(plan.groups))
+    .bind(Json(plan.questions))
+    .bind(plan.consent)
+    .bind(plan.controller)
+    .execute(writer)
+    .await
+    .map(drop)
 }
 
 /// Ends a study, or opens it again, and with it what it asks.

@@ -103,6 +103,15 @@ pub async fn list_participants(executor: impl SqliteExecutor<'_>, study: &Study)
         .await
 }
 
+/// How many take part in a study, or have left it.
+pub async fn count_participants(executor: impl SqliteExecutor<'_>, study: &Study) -> Result<i64> {
+    sqlx::query_scalar("SELECT count(*) FROM study_participants WHERE school_id = $1 AND study_id = $2")
+        .bind(study.school_id)
+        .bind(study.id)
+        .fetch_one(executor)
+        .await
+}
+
 /// Somebody who takes part and has not left.
 pub async fn find_participant(
     executor: impl SqliteExecutor<'_>,

@@ -19,8 +19,8 @@ use crate::routes::forms::{FormAnswer, split_refusal};
 
 /// Most exercises and instruments of a study, groups, and questions to each participant.
 const MOST: usize = 10;
-const MOST_GROUPS: usize = 5;
-const MOST_QUESTIONS: usize = 6;
+pub(super) const MOST_GROUPS: usize = 5;
+pub(super) const MOST_QUESTIONS: usize = 6;
 /// Longest name of a group or a question, and longest text that is agreed to, in characters.
 const LONGEST_NAME: usize = 60;
 const LONGEST_CONSENT: usize = 4000;
@@ -89,10 +89,7 @@ fn read_study(form: &NewStudyForm, known: &[InstrumentRevision]) -> Result<Study
     if form.exercises.is_empty() || form.exercises.len() > MOST {
         return Err(tr!("exercises: {count}; choose 1 to {most}", count = form.exercises.len(), most = MOST));
     }
-    let consent = form.consent.replace("\r\n", "\n").trim().to_owned();
-    if consent.is_empty() || consent.chars().count() > LONGEST_CONSENT {
-        return Err(tr!("what participants agree to: 1 to {most} characters", most = LONGEST_CONSENT));
-    }
+    let consent = read_consent(&form.consent)?;
     Ok(StudyRequest {
         title,
         exercises: form.exercises.clone(),
@@ -109,12 +106,20 @@ fn read_study(form: &NewStudyForm, known: &[InstrumentRevision]) -> Result<Study
     })
 }
 
-fn read_count(field: &str, typed: &str, most: u32) -> Result<u32, String> {
+pub(super) fn read_consent(typed: &str) -> Result<String, String> {
+    let consent = typed.replace("\r\n", "\n").trim().to_owned();
+    if consent.is_empty() || consent.chars().count() > LONGEST_CONSENT {
+        return Err(tr!("what participants agree to: 1 to {most} characters", most = LONGEST_CONSENT));
+    }
+    Ok(consent)
+}
+
+pub(super) fn read_count(field: &str, typed: &str, most: u32) -> Result<u32, String> {
     let count = typed.parse().ok().filter(|count| (1..=most).contains(count));
     count.ok_or_else(|| tr!("{field}: “{typed}”; allowed: 1 to {most}", field = field, typed = typed, most = most))
 }
 
-fn read_line(field: &str, typed: &str) -> Result<String, String> {
+pub(super) fn read_line(field: &str, typed: &str) -> Result<String, String> {
     match typed.chars().count() {
         1..=200 => line::refusal(field, typed).map_or_else(|| Ok(typed.to_owned()), Err),
         count => Err(tr!("{field}: {count} characters; allowed: 1 to 200", field = field, count = count)),
@@ -122,7 +127,7 @@ fn read_line(field: &str, typed: &str) -> Result<String, String> {
 }
 
 /// Names, one a line, each once.
-fn read_names(field: &str, typed: &str, least: usize, most: usize) -> Result<Vec<String>, String> {
+pub(super) fn read_names(field: &str, typed: &str, least: usize, most: usize) -> Result<Vec<String>, String> {
     let names: Vec<String> = typed.lines().map(|line| line.trim().to_owned()).filter(|line| !line.is_empty()).collect();
     if !(least..=most).contains(&names.len()) {
         let (count, field) = (names.len(), field);

@@ -1,5 +1,6 @@
 //! `/studies`: validation studies, for whoever runs them and for administrators.
 
+mod change;
 mod exports;
 mod make;
 mod results;
@@ -7,18 +8,24 @@ mod results;
 use acts::error::Error;
 use acts::studies as acting;
 use acts::studies::{GuestCode, ParticipantFacts};
+use acts::study_keeping;
 use acts::surveys::SurveyLink;
-use axum::extract::{Path, State};
+use axum::extract::{Path, Query, State};
 use axum::http::header::HOST;
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
 use model::ids::{PersonId, StudyId};
+use model::retention::{Now, RetentionAction};
 use model::{CurrentPerson, Moment, count_u32, line};
 use pages::form::FilledForm;
-use pages::study::{GuestCodePage, ParticipantForm, ParticipantRow, StudiesPage, StudyPage, StudyRow, kept_in_words};
+use pages::study::{
+    GuestCodePage, ParticipantForm, ParticipantRow, StudiesPage, StudyDataEnd, StudyDone, StudyPage, StudyRow,
+    kept_in_words,
+};
 use pages::survey::manage::SurveyLinksPage;
 use pages::{NavPlace, Shell, format};
 use serde::Deserialize;
+use store::retention;
 use store::studies::{self, Study, StudyExercise, StudyParticipant};
 
 use super::PathId;
@@ -37,6 +44,7 @@ pub(super) fn study_routes() -> Routes {
         .route("/studies", get(list_studies))
         .route("/studies/new", get(make::show_new_study).post(make::make_study))
         .route("/studies/{id}", get(show_study))
+        .route("/studies/{id}/change", get(change::show_study_change).post(change::change_study))
         .route("/studies/{id}/results", get(results::show_results))
         .route("/studies/{id}/results/{file}", get(exports::serve_export))
         .route("/studies/{id}/close", post(close_study))
@@ -44,6 +52,12 @@ pub(super) fn study_routes() -> Routes {
         .route("/studies/{id}/participants/{person}/code", post(renew_code))
         .route("/studies/{id}/participants/{person}/links", post(make_links))
         .route("/studies/{id}/participants/{person}/withdraw", post(withdraw_participant))
+}
+
+/// What was just done.
+#[derive(Clone, Copy, Debug, Deserialize)]
+struct StudyDoneQuery {
+    done: Option<StudyDone>,
 }
 
 /// A study that the visitor runs, or administers.
@@ -74,9 +88,11 @@ async fn show_study(
     Teacher(person): Teacher,
     PathId(id): PathId<StudyId>,
     csrf: Csrf,
+    Query(StudyDoneQuery { done }): Query<StudyDoneQuery>,
 ) -> Result<StudyPage, PageError> {
     let study = find_own_study(&state, &person, id).await?;
-    Ok(make_study_page(&state, Visit::new(&person, &csrf), study, FilledForm::default()).await?)
+    let page = make_study_page(&state, Visit::new(&person, &csrf), study, FilledForm::default()).await?;
+    Ok(StudyPage { done, ..page })
 }
 
 async fn make_study_page(
@@ -95,6 +111,8 @@ async fn make_study_page(
         asked: study.attempts * count_u32(exercises.len()),
         participants: participants.into_iter().map(|found| participant_row(&study, &href, found)).collect(),
         open: study.closed_at.is_none(),
+        ends: end_of_study_data(state, &study).await?,
+        done: None,
         title: study.title,
         generated: study.generated,
         consent: study.consent,
@@ -102,6 +120,20 @@ async fn make_study_page(
         questions: study.questions.0,
         href,
         form,
+    })
+}
+
+/// When the data of a study go, where that is near, or went.
+async fn end_of_study_data(state: &AppState, study: &Study) -> Result<StudyDataEnd, Error> {
+    if let Some(at) = study.erased_at {
+        return Ok(StudyDataEnd::Erased(at.to_utc()));
+    }
+    let observed_s = retention::service_time(state.db.reader()).await?.observed_s;
+    let now = Now { at: state.clock.now(), observed_s };
+    Ok(match study_keeping::plan_study(study, now) {
+        Some(RetentionAction::Wait(days)) => StudyDataEnd::InDays(days),
+        Some(RetentionAction::Erase) => StudyDataEnd::InDays(0),
+        _ => StudyDataEnd::Far,
     })
 }
 
@@ -172,7 +204,7 @@ async fn add_participant(
         Ok(told) => split_refusal(acting::add_member(&state, &person, &study, &form.email, &told).await)?,
     };
     match added {
-        Ok(()) => Ok(FormAnswer::lead_to(&format!("/studies/{id}#participants"))),
+        Ok(()) => Ok(FormAnswer::lead_to(&format!("/studies/{id}?done=added#participants"))),
         Err(why) => {
             let form = FilledForm::refused(form, why);
             let page = make_study_page(&state, Visit::new(&person, &csrf), study, form).await?;
@@ -276,7 +308,7 @@ async fn withdraw_participant(
 ) -> Result<Redirect, PageError> {
     let (study, participant) = find_place(&state, &person, &place).await?;
     acting::withdraw_participant(&state, &person, &study, participant).await?;
-    Ok(Redirect::to(&format!("/studies/{}#participants", study.id)))
+    Ok(Redirect::to(&format!("/studies/{}?done=left#participants", study.id)))
 }
 
 #[derive(Deserialize)]
@@ -292,5 +324,5 @@ async fn close_study(
 ) -> Result<Redirect, PageError> {
     let study = find_own_study(&state, &person, id).await?;
     acting::close_study(&state, &person, &study, form.closed).await?;
-    Ok(Redirect::to(&format!("/studies/{id}")))
+    Ok(Redirect::to(&format!("/studies/{id}?done={}", if form.closed { "ended" } else { "opened" })))
 }

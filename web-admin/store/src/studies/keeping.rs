@@ -1,0 +1,53 @@
+//! How long the data of studies are kept.
+
+use model::Moment;
+use model::ids::{SchoolId, StudyId};
+use sqlx::{SqliteConnection, SqliteExecutor};
+
+use super::{Study, study};
+use crate::Result;
+
+/// The studies of a school that have ended and whose data are kept still.
+pub async fn list_kept_studies(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<Study>> {
+    sqlx::query_as(study!(
+        "WHERE u.school_id = $1 AND u.closed_at IS NOT NULL AND u.erased_at IS NULL ORDER BY u.closed_at, u.id"
+    ))
+    .bind(school)
+    .fetch_all(executor)
+    .await
+}
+
+/// Notes that the end of a study's data is announced, by the clock and by the time that the service has run.
+pub async fn announce_study_erasure(writer: &mut SqliteConnection, study: &Study, now: Moment) -> Result<()> {
+    sqlx::query(
+        "UPDATE studies SET told_at = $3, told_observed_s = (SELECT observed_s FROM service_time)
+         WHERE school_id = $1 AND id = $2",
+    )
+    .bind(study.school_id)
+    .bind(study.id)
+    .bind(now)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// Takes the announcement back.
+pub async fn call_off_study_erasure(writer: &mut SqliteConnection, school: SchoolId, study: StudyId) -> Result<()> {
+    sqlx::query("UPDATE studies SET told_at = NULL, told_observed_s = NULL WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(study)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// Notes that the data of a study are gone.
+pub async fn mark_study_erased(writer: &mut SqliteConnection, study: &Study, now: Moment) -> Result<()> {
+    sqlx::query("UPDATE studies SET erased_at = $3 WHERE school_id = $1 AND id = $2")
+        .bind(study.school_id)
+        .bind(study.id)
+        .bind(now)
+        .execute(writer)
+        .await
+        .map(drop)
+}
