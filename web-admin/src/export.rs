@@ -8,6 +8,32 @@ use axum::response::{IntoResponse, Response};
 use futures::future::ready;
 use futures::{StreamExt, TryStream, TryStreamExt};
 
+/// How numbers and cells are told apart.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CsvDialect {
+    /// A full stop in numbers, commas between cells (RFC 4180).
+    #[default]
+    Point,
+    /// A comma in numbers, semicolons between cells: as spreadsheets expect in most of Europe.
+    Comma,
+}
+
+impl CsvDialect {
+    const fn delimiter(self) -> u8 {
+        match self {
+            Self::Point => b',',
+            Self::Comma => b';',
+        }
+    }
+
+    fn print_number(self, number: f64) -> String {
+        match self {
+            Self::Point => number.to_string(),
+            Self::Comma => number.to_string().replace('.', ","),
+        }
+    }
+}
+
 /// One cell of a table.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CsvCell {
@@ -50,10 +76,10 @@ impl From<bool> for CsvCell {
 }
 
 impl CsvCell {
-    fn print(&self) -> String {
+    fn print(&self, dialect: CsvDialect) -> String {
         match self {
             Self::Text(text) => neutralise_cell(text),
-            Self::Number(number) => number.to_string(),
+            Self::Number(number) => dialect.print_number(*number),
             Self::Empty => String::new(),
         }
     }
@@ -72,19 +98,33 @@ pub fn neutralise_cell(text: &str) -> String {
 /// # Errors
 /// When a row has not as many cells as there are names.
 pub fn write_csv(names: &[&str], rows: &[Vec<CsvCell>]) -> anyhow::Result<String> {
-    let heading = write_lines([names.iter().map(|name| (*name).to_owned())])?;
-    Ok(heading + &stream_lines(names.len(), rows)?)
+    write_csv_as(CsvDialect::Point, names, rows)
+}
+
+/// A table as CSV of a dialect.
+///
+/// # Errors
+/// When a row has not as many cells as there are names.
+pub fn write_csv_as(dialect: CsvDialect, names: &[&str], rows: &[Vec<CsvCell>]) -> anyhow::Result<String> {
+    let heading = write_lines(dialect, [names.iter().map(|name| (*name).to_owned())])?;
+    Ok(heading + &stream_lines(dialect, names.len(), rows)?)
 }
 
 /// The rows of a table as lines, each of so many cells.
-fn stream_lines(width: usize, rows: &[Vec<CsvCell>]) -> anyhow::Result<String> {
+fn stream_lines(dialect: CsvDialect, width: usize, rows: &[Vec<CsvCell>]) -> anyhow::Result<String> {
     let crooked = rows.iter().find(|row| row.len() != width);
     ensure!(crooked.is_none(), "a row of {} cells under {width} names", crooked.map_or(0, Vec::len));
-    write_lines(rows.iter().map(|row| row.iter().map(CsvCell::print)))
+    write_lines(dialect, rows.iter().map(|row| row.iter().map(|cell| cell.print(dialect))))
 }
 
-fn write_lines(rows: impl IntoIterator<Item = impl Iterator<Item = String>>) -> anyhow::Result<String> {
-    let mut writer = csv::WriterBuilder::new().terminator(csv::Terminator::CRLF).from_writer(Vec::new());
+fn write_lines(
+    dialect: CsvDialect,
+    rows: impl IntoIterator<Item = impl Iterator<Item = String>>,
+) -> anyhow::Result<String> {
+    let mut writer = csv::WriterBuilder::new()
+        .delimiter(dialect.delimiter())
+        .terminator(csv::Terminator::CRLF)
+        .from_writer(Vec::new());
     for row in rows {
         writer.write_record(row)?;
     }
@@ -96,7 +136,20 @@ fn write_lines(rows: impl IntoIterator<Item = impl Iterator<Item = String>>) -> 
 /// # Errors
 /// When a row has not as many cells as there are names.
 pub fn download_csv(file: &str, names: &[&str], rows: &[Vec<CsvCell>]) -> anyhow::Result<Response> {
-    Ok((csv_headers(file), write_csv(names, rows)?).into_response())
+    download_csv_as(CsvDialect::Point, file, names, rows)
+}
+
+/// A table of a dialect as a file to be saved under a name.
+///
+/// # Errors
+/// When a row has not as many cells as there are names.
+pub fn download_csv_as(
+    dialect: CsvDialect,
+    file: &str,
+    names: &[&str],
+    rows: &[Vec<CsvCell>],
+) -> anyhow::Result<Response> {
+    Ok((csv_headers(file), write_csv_as(dialect, names, rows)?).into_response())
 }
 
 /// A table of any length as a file to be saved under a name: its rows are written as they come, some at a time.
@@ -109,7 +162,7 @@ pub fn stream_csv(
     rows: impl TryStream<Ok = Vec<Vec<CsvCell>>, Error = anyhow::Error> + Send + 'static,
 ) -> anyhow::Result<Response> {
     let (heading, width) = (write_csv(names, &[])?, names.len());
-    let bodies = rows.and_then(move |rows| ready(stream_lines(width, &rows))).inspect_err(|cause| {
+    let bodies = rows.and_then(move |rows| ready(stream_lines(CsvDialect::Point, width, &rows))).inspect_err(|cause| {
         tracing::error!(cause = format!("{cause:#}"), "an export broke off");
     });
     let body = Body::from_stream(futures::stream::once(async { Ok(heading) }).chain(bodies.into_stream()));
@@ -147,6 +200,13 @@ mod tests {
         ];
         let text = write_csv(&["a", "b", "c", "d", "e"], &[row]).expect("five cells under five names");
         assert_eq!(text, "a,b,c,d,e\r\n\"'=HYPERLINK(\"\"http://x\"\")\",'  @SUM(1),\"Müller, \"\"Ana\"\"\",-1.5,\r\n");
+    }
+
+    #[test]
+    fn a_decimal_comma_goes_with_semicolons() {
+        let row = vec![CsvCell::from("Müller; Ana"), CsvCell::from(-1.5), CsvCell::from("1,5")];
+        let text = write_csv_as(CsvDialect::Comma, &["a", "b", "c"], &[row]).expect("three cells under three names");
+        assert_eq!(text, "a;b;c\r\n\"Müller; Ana\";-1,5;1,5\r\n");
     }
 
     #[test]

@@ -59,6 +59,7 @@ pub async fn settle_school(service: &Service, by: &CurrentPerson, settings: &Sch
         "letter_language": settings.letter_language,
         "mails_reminders": settings.mails_reminders,
         "mails_news": settings.mails_news,
+        "shows_others": settings.shows_others,
     });
     settle(service, tx, by, "school.settled", told).await
 }

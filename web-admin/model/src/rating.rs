@@ -61,7 +61,7 @@ pub fn tables(
         let row = |attempt: &SessionId| raters.iter().map(|rater| cell(*attempt, rater)).collect();
         let rows: Vec<Vec<Option<f64>>> = attempts.iter().map(row).collect();
         ScoreTable {
-            title: key.title.in_language("en").to_owned(),
+            title: key.title.in_language(words::current().code()).to_owned(),
             range: questionnaire::score_range(instrument, key),
             agreement: agreement_of_raters(&rows),
             rows,

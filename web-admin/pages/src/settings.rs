@@ -61,6 +61,9 @@ pub struct SettingsForm {
     /// What is new is mailed.
     #[serde(deserialize_with = "read_ticked_box")]
     pub mails_news: bool,
+    /// Trainees see figures of the others of their cohort.
+    #[serde(deserialize_with = "read_ticked_box")]
+    pub shows_others: bool,
 }
 
 impl SettingsPage {
@@ -115,6 +118,7 @@ mod tests {
             letter_language: "de".to_owned(),
             mails_reminders: true,
             mails_news: false,
+            shows_others: true,
         };
         let mut page = SettingsPage {
             shell: samples::shell(Role::Administrator),

@@ -1,7 +1,7 @@
 //! Schools.
 
 use model::ids::SchoolId;
-use model::{Moment, Needed};
+use model::{CurrentPerson, Moment, Needed};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
@@ -49,6 +49,8 @@ pub struct SchoolSettings {
     pub mails_reminders: bool,
     /// It mails what is new to whoever wants that.
     pub mails_news: bool,
+    /// Trainees see figures of the others of their cohort beside their own.
+    pub shows_others: bool,
 }
 
 /// What a school has settled.
@@ -56,10 +58,12 @@ pub struct SchoolSettings {
 /// # Errors
 /// When there is none, or the database fails.
 pub async fn find_school_settings(executor: impl SqliteExecutor<'_>, id: SchoolId) -> Result<SchoolSettings> {
-    sqlx::query_as("SELECT name, time_zone, letter_language, mails_reminders, mails_news FROM schools WHERE id = $1")
-        .bind(id)
-        .fetch_one(executor)
-        .await
+    sqlx::query_as(
+        "SELECT name, time_zone, letter_language, mails_reminders, mails_news, shows_others FROM schools WHERE id = $1",
+    )
+    .bind(id)
+    .fetch_one(executor)
+    .await
 }
 
 /// Settles it. False when another school has the name.
@@ -69,7 +73,8 @@ pub async fn put_school_settings(
     settings: &SchoolSettings,
 ) -> Result<bool> {
     sqlx::query(
-        "UPDATE schools SET name = $2, time_zone = $3, letter_language = $4, mails_reminders = $5, mails_news = $6
+        "UPDATE schools SET name = $2, time_zone = $3, letter_language = $4, mails_reminders = $5, mails_news = $6,
+           shows_others = $7
          WHERE id = $1 AND NOT EXISTS (SELECT 1 FROM schools WHERE name = $2 AND id <> $1)",
     )
     .bind(id)
@@ -78,9 +83,25 @@ pub async fn put_school_settings(
     .bind(&settings.letter_language)
     .bind(settings.mails_reminders)
     .bind(settings.mails_news)
+    .bind(settings.shows_others)
     .execute(writer)
     .await
     .map(|done| done.rows_affected() == 1)
+}
+
+/// Whether somebody sees figures of the others of a trainee's cohort beside the trainee's own: whoever teaches does, a trainee where the
+/// school shows them.
+///
+/// # Errors
+/// When there is no such school, or the database fails.
+pub async fn sees_others(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) -> Result<bool> {
+    if viewer.role.teaches() {
+        return Ok(true);
+    }
+    sqlx::query_scalar("SELECT shows_others FROM schools WHERE id = $1")
+        .bind(viewer.school_id)
+        .fetch_one(executor)
+        .await
 }
 
 /// What must be proved of an attempt for it to count towards a certificate of a school.

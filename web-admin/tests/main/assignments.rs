@@ -248,6 +248,8 @@ async fn the_gradebook_and_its_file_say_the_same() {
     assert!(row.contains(",Done,71,1,4 Mar 2026") && lines.next().is_none(), "{row}");
     let marked = world.teacher.get(&format!("{path}.csv?bom=1")).await.text();
     assert_eq!(marked.strip_prefix('\u{feff}'), Some(csv.as_str()));
+    let comma = world.teacher.get(&format!("{path}.csv?bom=1&comma=1")).await.text();
+    assert!(comma.contains(";Done;71;1;4 Mar 2026"), "{comma}");
 }
 
 #[tokio::test]

@@ -3,15 +3,16 @@
 
 use acts::clock::Clock;
 use acts::config::MailTo;
-use model::ids::{AssignmentId, DatedId, SchoolId};
+use model::ids::{AssignmentId, DatedId, SchoolId, SessionId};
 use model::mail::MailKind;
 use model::{Moment, Role};
 use store::mails::{self, NewMail};
 use store::schools;
-use web_admin::outbox;
+use web_admin::{outbox, worker};
 
 use super::support::App;
 use super::support::client::{Answer, Client, csrf_in};
+use super::support::recordings::{Attempt, record};
 
 const NOW: Moment = Moment::from_micros(1_767_268_800_000_000);
 const PAGE: &str = "/admin/settings";
@@ -90,4 +91,33 @@ async fn a_test_letter_tells_whether_it_was_taken() {
     let mut head = closed.signed_in("head@example.org").await;
     let page = post(&mut head, "/admin/settings/test-letter", &[]).await.text();
     assert!(page.contains("was not sent") && page.contains("through the mail server"), "{page}");
+}
+
+#[tokio::test]
+async fn trainees_see_figures_of_the_others_where_the_school_shows_them() {
+    let (app, north, mut head) = school().await;
+    app.publish(north).await;
+    let teacher = app.member(north, Role::Instructor, "teacher@example.org").await;
+    let mut members = Vec::new();
+    for n in 0..6 {
+        members.push(app.member(north, Role::Trainee, &format!("t{n}@example.org")).await);
+    }
+    let people: Vec<_> = members.iter().chain([&teacher]).map(|member| &member.person).collect();
+    app.cohort(north, "Spring", &people).await;
+    let mut own = None;
+    for member in &members {
+        let attempt = Attempt { session_id: SessionId::random(), ..Attempt::default() };
+        assert_eq!(app.with_token(&member.token).upload(&record(&attempt)).await.status, 201);
+        own.get_or_insert(attempt.session_id);
+    }
+    worker::work_off_jobs(&app.state).await.unwrap();
+    let page = format!("/sessions/{}", own.unwrap());
+    let heading = "<th scope=\"col\" class=\"num\">Cohort</th>";
+    let mut trainee = app.signed_in("t0@example.org").await;
+    assert!(trainee.get(&page).await.text().contains(heading), "five others");
+    let fields = [("name", "North"), ("time_zone", "UTC"), ("letter_language", "en")];
+    assert_eq!(post(&mut head, PAGE, &fields).await.status, 303);
+    assert!(!trainee.get(&page).await.text().contains(heading), "the box is not ticked");
+    let mut teacher = app.signed_in("teacher@example.org").await;
+    assert!(teacher.get(&page).await.text().contains(heading), "whoever teaches sees them");
 }

@@ -217,7 +217,7 @@ impl Results {
         let headed = pages.iter().flat_map(|(section, items)| items.iter().map(move |at| (*section, *at)));
         let items: Vec<ItemResult> = headed
             .filter_map(|(section, at)| {
-                let heading = section.map_or("", |section| section.title.in_language("en"));
+                let heading = section.map_or("", |section| section.title.in_language(words::current().code()));
                 item(instrument, at, heading, &groups)
             })
             .collect();
@@ -239,17 +239,23 @@ pub fn answers_of(instrument: &Instrument, item: &Item) -> Vec<(String, String)>
             .zip(labels.iter().map(Some).chain(std::iter::repeat(None)))
             .map(|(point, label)| {
                 let end = || first.as_ref().filter(|_| point == 1).or(last.as_ref().filter(|_| point == *points));
-                let words = label.or_else(end).map(|words| words.in_language("en"));
+                let words = label.or_else(end).map(|words| words.in_language(words::current().code()));
                 (point.to_string(), words.map_or_else(|| point.to_string(), |words| format!("{point} {words}")))
             })
             .collect(),
         Some(ScaleKind::Pair) => {
             let named = |id: &String| {
-                instrument.item(id).map(|(_, item)| (id.clone(), item.short().in_language("en").to_owned()))
+                instrument
+                    .item(id)
+                    .map(|(_, item)| (id.clone(), item.short().in_language(words::current().code()).to_owned()))
             };
             item.pair.iter().filter_map(named).collect()
         }
-        Some(scale) => scale.options().iter().map(|o| (o.id.clone(), o.text.in_language("en").to_owned())).collect(),
+        Some(scale) => scale
+            .options()
+            .iter()
+            .map(|o| (o.id.clone(), o.text.in_language(words::current().code()).to_owned()))
+            .collect(),
         None => Vec::new(),
     }
 }
@@ -270,8 +276,8 @@ fn item(
     let ids: Vec<&str> = answers.iter().map(|(id, _)| id.as_str()).collect();
     Some(ItemResult {
         id: item.id.clone(),
-        name: item.short().in_language("en").to_owned(),
-        text: item.text.in_language("en").to_owned(),
+        name: item.short().in_language(words::current().code()).to_owned(),
+        text: item.text.in_language(words::current().code()).to_owned(),
         kind: scale.word(),
         section: section.to_owned(),
         groups: groups.shown.iter().map(|(name, rows)| item_group(name, rows, at, &ids)).collect(),
@@ -382,7 +388,7 @@ fn score(
     }
     ScoreResult {
         id: key.id.clone(),
-        title: key.title.in_language("en").to_owned(),
+        title: key.title.in_language(words::current().code()).to_owned(),
         range: questionnaire::score_range(instrument, key),
         groups: groups.shown.iter().map(|(name, rows)| score_group(name, rows, at)).collect(),
         alpha,

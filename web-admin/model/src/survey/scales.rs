@@ -86,7 +86,9 @@ pub(super) fn scale_items(
     rows: &[&ResponseRow<'_>],
 ) -> SurveyFigure<Vec<ScaleItem>> {
     let name = |id: &String| {
-        instrument.item(id).map_or_else(|| id.clone(), |(_, item)| item.short().in_language("en").to_owned())
+        instrument
+            .item(id)
+            .map_or_else(|| id.clone(), |(_, item)| item.short().in_language(words::current().code()).to_owned())
     };
     SurveyFigure::of(statistics::item_analysis(&counts_table(scorer, rows)), |found| {
         let items = key.items.iter().zip(found);

@@ -20,7 +20,7 @@ use store::reports::NamedItem;
 use super::{PathId, cohorts, standing};
 use crate::AppState;
 use crate::error::PageError;
-use crate::export::{CsvCell, download_csv, mark_byte_order, neutralise_cell};
+use crate::export::{CsvCell, CsvDialect, download_csv_as, mark_byte_order, neutralise_cell};
 use crate::routes::auth::{Csrf, Visitor};
 
 /// What is due within as many seconds is due soon.
@@ -123,6 +123,8 @@ pub(super) async fn show_gradebook(
 pub(super) struct GradebookQuery {
     /// 1: with a byte-order mark, without which Excel takes UTF-8 for something else.
     bom: u8,
+    /// 1: with a comma in numbers, and semicolons between cells.
+    comma: u8,
 }
 
 /// Points as a person writes them: whole.
@@ -157,6 +159,8 @@ pub(super) async fn download_gradebook(
         }
         rows.push(row);
     }
-    let file = download_csv(&format!("gradebook-{}", cohort.name), &names, &rows).map_err(Error::from)?;
+    let dialect = if query.comma == 1 { CsvDialect::Comma } else { CsvDialect::Point };
+    let file = format!("gradebook-{}", cohort.name);
+    let file = download_csv_as(dialect, &file, &names, &rows).map_err(Error::from)?;
     Ok(if query.bom == 1 { mark_byte_order(file) } else { file })
 }

@@ -2,12 +2,12 @@
 
 use acts::error::Error;
 use assessment::statistics::summary;
-use model::PersonKey;
 use model::corridor::FEWEST;
+use model::{CurrentPerson, PersonKey};
 use pages::judgement::{MetricSpread, OthersSpreads};
 use store::scores::{self, MetricOfMany};
 use store::sessions::Session;
-use store::{experts, practice};
+use store::{experts, practice, schools};
 
 use crate::AppState;
 
@@ -15,10 +15,17 @@ use crate::AppState;
 const MOST: u32 = 24;
 
 /// The quartiles of each metric among others who tried the same exercise; none where they are fewer than five.
-pub(super) async fn spreads_beside(state: &AppState, session: &Session) -> Result<OthersSpreads, Error> {
+pub(super) async fn spreads_beside(
+    state: &AppState,
+    viewer: &CurrentPerson,
+    session: &Session,
+) -> Result<OthersSpreads, Error> {
     let (reader, exercise) = (state.db.reader(), session.exercise_id.as_str());
     let whose = PersonKey { school_id: session.school_id, person_id: session.trainee_id };
-    let mut asked = practice::list_latest_of_others(reader, whose, exercise, MOST).await?;
+    let mut asked = match schools::sees_others(reader, viewer).await? {
+        true => practice::list_latest_of_others(reader, whose, exercise, MOST).await?,
+        false => Vec::new(),
+    };
     if asked.len() < FEWEST {
         asked.clear();
     }

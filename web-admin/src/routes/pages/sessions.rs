@@ -50,7 +50,7 @@ pub(super) async fn show_session(
         trainee: name_of_trainee(&state, &person, &session).await?,
         started_at: session.started_at.to_utc(),
         grade_href: format!("/sessions/{id}/grade"),
-        outcome: outcome_of_session(&state, &session, bundle.as_ref(), curve.as_ref()).await?,
+        outcome: outcome_of_session(&state, &person, &session, bundle.as_ref(), curve.as_ref()).await?,
         ruling: ruling_on_session(&state, &session).await?,
         drawing: curve.as_ref().map(|curve| Drawing::new(curve).leading_to(&replay_href)),
         replay_href,
@@ -84,6 +84,7 @@ pub(super) async fn name_of_trainee(
 
 async fn outcome_of_session(
     state: &AppState,
+    viewer: &CurrentPerson,
     session: &Session,
     bundle: Option<&ExerciseBundle>,
     curve: Option<&AttemptCurve>,
@@ -110,7 +111,7 @@ async fn outcome_of_session(
         exercise: judged_by.as_ref(),
         targets: &bundle.map(names_of_targets).unwrap_or_default(),
         curve,
-        others: &others::spreads_beside(state, session).await?,
+        others: &others::spreads_beside(state, viewer, session).await?,
     };
     Ok(SessionOutcome::Scored(Box::new(JudgementView::new(&graded))))
 }

@@ -63,9 +63,9 @@ async fn make_settings_page(
 }
 
 fn form_of_settings(settled: SchoolSettings) -> SettingsForm {
-    let SchoolSettings { name, time_zone, letter_language, mails_reminders, mails_news } = settled;
+    let SchoolSettings { name, time_zone, letter_language, mails_reminders, mails_news, shows_others } = settled;
     let letter_language = letter_language.unwrap_or_else(|| Language::ENGLISH.code().to_owned());
-    SettingsForm { name, time_zone, letter_language, mails_reminders, mails_news }
+    SettingsForm { name, time_zone, letter_language, mails_reminders, mails_news, shows_others }
 }
 
 /// Settles the school's name, clock and letters.
@@ -83,6 +83,7 @@ pub(super) async fn put_settings(
         letter_language: Some(spoken.code().to_owned()),
         mails_reminders: form.mails_reminders,
         mails_news: form.mails_news,
+        shows_others: form.shows_others,
     };
     match split_refusal(settling::settle_school(&state, &person, &settings).await)? {
         Ok(()) => Ok(FormAnswer::lead_to("/admin/settings?saved=true")),

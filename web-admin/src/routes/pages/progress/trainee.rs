@@ -12,7 +12,7 @@ use pages::progress::{Comparison, CurveFacts, CurveRow, LearningPage};
 use pages::trainee::{rule_in_words, score_points};
 use pages::{NavPlace, Shell, StatusWord, charts};
 use store::reports::{ListStretch, NamedItem};
-use store::{cohorts, practice, reports};
+use store::{cohorts, practice, reports, schools};
 
 use crate::AppState;
 use crate::error::PageError;
@@ -72,7 +72,10 @@ pub(super) async fn show_trainee_step(
     let found = find_trainee_step(&state, &person, &id, &exercise).await?;
     let (school, trainee) = (person.school_id, found.trainee.id);
     let latest = reports::attempts_at(state.db.reader(), school, trainee, &exercise, RECENT).await?;
-    let comparison = compare_with_others(&state, school, &found).await?;
+    let comparison = match schools::sees_others(state.db.reader(), &person).await.map_err(Error::from)? {
+        true => compare_with_others(&state, school, &found).await?,
+        false => None,
+    };
     let TraineeStep { trainee, taught, index, step } = found;
     let step_of = &taught.course.steps[index];
     Ok(LearningPage {
