@@ -16,6 +16,8 @@ const OTHER: &str = "other.example.org";
 
 /// Longest wait for what must come.
 const PATIENCE: Duration = Duration::from_secs(60);
+/// Ports that are tried.
+const TRIES: u32 = 4;
 /// Wait for what must not come.
 const AFTERWARDS: Duration = Duration::from_secs(5);
 
@@ -57,6 +59,12 @@ fn certify(folder: &Path) {
 /// An rsyslog by one of the shipped files, killed when dropped.
 struct Logger(Child);
 
+impl Logger {
+    fn is_running(&mut self) -> bool {
+        matches!(self.0.try_wait(), Ok(None))
+    }
+}
+
 impl Drop for Logger {
     fn drop(&mut self) {
         let _ = self.0.kill();
@@ -94,14 +102,16 @@ impl Place<'_> {
         Logger(command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("rsyslogd starts"))
     }
 
-    /// The machine that keeps, under a name, once it listens.
-    fn collector(&self, name: &str) -> Logger {
-        let logger = self.start("collect-log.conf", name, "");
-        assert!(
-            soon(PATIENCE, || TcpStream::connect(("127.0.0.1", self.port)).is_ok()),
-            "the collector does not listen"
-        );
-        logger
+    /// The machine that keeps, under a name, once it listens. Where another program has taken the port meanwhile, another port.
+    fn collector(&mut self, name: &str) -> Logger {
+        for _ in 0..TRIES {
+            let mut logger = self.start("collect-log.conf", name, "");
+            if soon(PATIENCE / TRIES, || TcpStream::connect(("127.0.0.1", self.port)).is_ok()) && logger.is_running() {
+                return logger;
+            }
+            self.port = free_port();
+        }
+        panic!("the collector does not listen");
     }
 
     /// The machine that serves, under a name; where its programs write to.
@@ -146,7 +156,7 @@ fn an_entry_arrives_where_nobody_takes_it_back_and_nobody_elses_does() {
     certify(folder.path());
     let entry =
         r#"{"level":"WARN","message":"refused: not theirs, or not there","route":"/people/{id}","from":"10.0.0.1"}"#;
-    let place = Place { folder: folder.path(), port: free_port() };
+    let mut place = Place { folder: folder.path(), port: free_port() };
     let collector = place.collector(COLLECTOR);
     // Of the same CA, and not the machine that serves.
     let (stranger, socket) = place.sender(OTHER);
@@ -160,7 +170,7 @@ fn an_entry_arrives_where_nobody_takes_it_back_and_nobody_elses_does() {
     drop((stranger, sender, collector));
 
     // Whoever stands where the other machine should is told nothing.
-    let place = Place { folder: &folder.path().join("second"), port: free_port() };
+    let mut place = Place { folder: &folder.path().join("second"), port: free_port() };
     fs::create_dir(place.folder).expect("a folder");
     certify(place.folder);
     let _impostor = place.collector(OTHER);

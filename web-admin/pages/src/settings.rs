@@ -135,8 +135,8 @@ mod tests {
         assert_eq!(html.matches(" selected").count(), 2, "a zone and a language");
         assert_eq!(
             html.matches(" checked").count(),
-            3,
-            "reminders, and a rule each for certificates and second factors"
+            4,
+            "reminders, figures of others, and a rule each for certificates and second factors"
         );
         (page.form, page.done) = (FilledForm::refused(typed, "no".to_owned()), None);
         page.mail_way = MailWay::Server;
