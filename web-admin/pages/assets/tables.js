@@ -29,8 +29,8 @@ function makeSortable(table, heading, column) {
   button.className = "sort";
   // A link in a heading stays one: what sorts stands behind it.
   if (heading.querySelector("a")) {
-    button.setAttribute("aria-label", heading.querySelector("a").textContent);
-    button.textContent = "⇅";
+    button.setAttribute("aria-label", `${table.dataset.sorts}: ${heading.querySelector("a").textContent}`);
+    button.textContent = "\u00a0⇅";
   } else button.append(...heading.childNodes);
   const arrow = document.createElement("span");
   arrow.setAttribute("aria-hidden", "true");
