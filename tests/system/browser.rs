@@ -245,6 +245,7 @@ async fn the_school_in_a_browser() {
     inspect(&browser, "the administrator's page").await;
     press(&browser, "/admin/pairing-codes").await;
     inspect(&browser, "a pairing code").await;
+    super::study_figures::of(&browser, &service.url, folder.path()).await;
     for role in ["trainee", "instructor", "administrator"] {
         super::every_page::of(&browser, &service.url, (role, &account(role))).await;
     }

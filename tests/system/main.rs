@@ -24,6 +24,7 @@ mod screenshots;
 mod second_factor;
 mod station;
 mod statistics;
+mod study_figures;
 mod style;
 mod surveys;
 mod visitor;

@@ -220,7 +220,7 @@ fn columns_of_answers(answered: &AnsweredSurvey, place: usize, attempts: &[Study
             Some(ScaleKind::Likert { .. } | ScaleKind::Slider { .. } | ScaleKind::Number { .. }) => "numeric",
             _ => "string",
         };
-        let (name, text) = (format!("q{place}_{}", item.id), item.text.in_language("en"));
+        let (name, text) = (format!("q{place}_{}", item.id), item.text.in_language(words::current().code()));
         columns.push(StudyColumn {
             values: answers_of(instrument, item).into_iter().collect(),
             ..StudyColumn::new(&name, text, kind, attempts.iter().map(cell).collect())
@@ -231,7 +231,12 @@ fn columns_of_answers(answered: &AnsweredSurvey, place: usize, attempts: &[Study
         let name = format!("s{place}_{}", key.id);
         columns.push(StudyColumn {
             formula: formula_of_score(instrument, key),
-            ..StudyColumn::new(&name, key.title.in_language("en"), "numeric", attempts.iter().map(score).collect())
+            ..StudyColumn::new(
+                &name,
+                key.title.in_language(words::current().code()),
+                "numeric",
+                attempts.iter().map(score).collect(),
+            )
         });
     }
     columns

@@ -155,10 +155,22 @@ impl SurveyExport<'_> {
             };
             let values = answers_of(self.instrument, item);
             let values: Vec<String> = values.into_iter().map(|(id, label)| format!("{id} = {label}")).collect();
-            rows.push(row([&item.id, kind, measure, item.text.in_language("en"), &values.join("; ")]));
+            rows.push(row([
+                &item.id,
+                kind,
+                measure,
+                item.text.in_language(words::current().code()),
+                &values.join("; "),
+            ]));
         }
         for key in &self.instrument.scores {
-            rows.push(row([&format!("score_{}", key.id), "numeric", "scale", key.title.in_language("en"), ""]));
+            rows.push(row([
+                &format!("score_{}", key.id),
+                "numeric",
+                "scale",
+                key.title.in_language(words::current().code()),
+                "",
+            ]));
         }
         write_csv(&["variable", "type", "measure", "label", "values", "missing"], &rows)
     }
