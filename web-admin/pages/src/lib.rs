@@ -19,6 +19,7 @@ pub mod cohort;
 pub mod concern;
 pub mod consent;
 pub mod curricula;
+pub mod deed;
 pub mod diff;
 pub mod draft;
 pub mod erasing;

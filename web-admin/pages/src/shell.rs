@@ -2,7 +2,7 @@
 
 use model::{CurrentPerson, Role};
 
-use super::{assets, school_time};
+use super::{assets, deed, school_time};
 
 /// Where a page belongs in the navigation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,6 +78,12 @@ impl Shell {
     #[must_use]
     pub fn style(&self) -> &'static str {
         assets::style_sheet()
+    }
+
+    /// What was just done, in words.
+    #[must_use]
+    pub fn deed(&self) -> Option<&'static str> {
+        deed::say_done()
     }
 
     /// The address of what sorts tables.

@@ -23,6 +23,7 @@ use crate::error::{ApiError, PageError};
 
 pub mod api;
 pub mod auth;
+mod deeds;
 mod forms;
 pub mod health;
 pub mod language;
@@ -56,9 +57,12 @@ pub fn router(state: AppState) -> Router {
 #[must_use]
 pub fn all_routes(state: &AppState) -> Routes {
     // Layers also wrap the fallback: a stranger is asked to sign in at every address, whether it exists or not.
-    let signed_in = pages::page_routes()
-        .merge(auth::signed_in_routes())
-        .around(|pages| pages.fallback(nothing_here).layer(from_fn_with_state(state.clone(), auth::require_person)));
+    let signed_in = pages::page_routes().merge(auth::signed_in_routes()).around(|pages| {
+        pages
+            .fallback(nothing_here)
+            .layer(from_fn_with_state(state.clone(), deeds::say_deeds))
+            .layer(from_fn_with_state(state.clone(), auth::require_person))
+    });
     // A recording is compressed already, and a range of it must stay a range of its bytes.
     let packable = DefaultPredicate::new().and(NotForContentType::new("application/octet-stream"));
     signed_in

@@ -20,6 +20,7 @@ mod certificates;
 mod commands;
 mod crash;
 mod crowd;
+mod deeds;
 mod described;
 mod documents;
 mod draft_forms;

@@ -1,0 +1,113 @@
+//! What was just done, said on the page that a form leads to. Which deed it was is a matter of the request, as the language is.
+
+use std::future::Future;
+
+tokio::task_local! {
+    static DEED: Deed;
+}
+
+/// A form that was taken, by the place of its route in the list of those that say so here.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Deed(usize);
+
+/// The routes whose forms say here that they were taken. Others say it on the page to which they lead, or show what came of them.
+pub const SAID_HERE: [&str; 37] = [
+    "/account/cohorts/{cohort}",
+    "/account/language",
+    "/account/news",
+    "/account/second-factor/passkeys/{id}/remove",
+    "/account/second-factor/passkeys/{id}/rename",
+    "/account/tokens/{id}/revoke",
+    "/admin/origins",
+    "/admin/stations/{id}/revoke",
+    "/assignments",
+    "/assignments/{id}/extend",
+    "/assignments/{id}/withdraw",
+    "/cohorts",
+    "/cohorts/{id}/people",
+    "/cohorts/{id}/people/{person}/answer",
+    "/cohorts/{id}/people/{person}/remove",
+    "/drafts/{id}/discard",
+    "/expert-consent",
+    "/news/read",
+    "/people/{id}/consent",
+    "/people/{id}/consent/withdraw",
+    "/rate/{id}",
+    "/ratings",
+    "/ratings/{id}/withdraw",
+    "/regradings/{id}/forget",
+    "/segments",
+    "/segments/{id}/extend",
+    "/segments/{id}/withdraw",
+    "/sessions/{id}/comments",
+    "/sessions/{id}/comments/{comment}/answers",
+    "/sessions/{id}/comments/{comment}/withdraw",
+    "/sessions/{id}/override",
+    "/sessions/{id}/override/withdraw",
+    "/sessions/{id}/regrade",
+    "/sessions/{id}/supervision",
+    "/surveys/new",
+    "/surveys/{id}/close",
+    "/surveys/{id}/tags",
+];
+
+impl Deed {
+    /// The form of a route, where it says here that it was taken.
+    #[must_use]
+    pub fn of_route(route: &str) -> Option<Self> {
+        SAID_HERE.iter().position(|said| *said == route).map(Self)
+    }
+
+    /// The deed of a number, as a cookie has it.
+    #[must_use]
+    pub fn of_number(number: usize) -> Option<Self> {
+        (number < SAID_HERE.len()).then_some(Self(number))
+    }
+
+    /// Its number.
+    #[must_use]
+    pub const fn number(self) -> usize {
+        self.0
+    }
+
+    fn said(self) -> &'static str {
+        match SAID_HERE[self.0] {
+            "/account/tokens/{id}/revoke" => tr!("The token is revoked."),
+            "/account/second-factor/passkeys/{id}/remove" => tr!("The passkey is removed."),
+            "/admin/stations/{id}/revoke" => tr!("The station’s token is revoked."),
+            "/assignments" => tr!("It is assigned."),
+            "/assignments/{id}/extend" | "/segments/{id}/extend" => tr!("The due date is put off."),
+            "/assignments/{id}/withdraw" | "/segments/{id}/withdraw" => tr!("The assignment is withdrawn."),
+            "/cohorts" => tr!("The cohort is made."),
+            "/cohorts/{id}/people/{person}/remove" => tr!("Taken out of the cohort."),
+            "/drafts/{id}/discard" => tr!("The draft is discarded."),
+            "/news/read" => tr!("Everything is marked as read."),
+            "/people/{id}/consent" => tr!("The consent is recorded."),
+            "/people/{id}/consent/withdraw" => tr!("It is recorded that the consent was taken back."),
+            "/ratings" => tr!("The raters are asked."),
+            "/ratings/{id}/withdraw" => tr!("The round is withdrawn."),
+            "/regradings/{id}/forget" => tr!("Nothing was graded again."),
+            "/segments" => tr!("It is assigned."),
+            "/sessions/{id}/comments" => tr!("Your comment is posted."),
+            "/sessions/{id}/comments/{comment}/answers" => tr!("Your answer is posted."),
+            "/sessions/{id}/comments/{comment}/withdraw" => tr!("The comment is taken back."),
+            "/sessions/{id}/override" => tr!("The score is overridden."),
+            "/sessions/{id}/override/withdraw" => tr!("The computed score counts again."),
+            "/sessions/{id}/regrade" => tr!("The attempt is graded again."),
+            "/sessions/{id}/supervision" => tr!("Your confirmation is recorded."),
+            "/surveys/new" => tr!("The survey is made."),
+            _ => tr!("Saved."),
+        }
+    }
+}
+
+/// Says that something was done on the pages that a future makes.
+pub async fn saying_done<F: Future>(deed: Deed, future: F) -> F::Output {
+    DEED.scope(deed, future).await
+}
+
+/// What was just done, in words.
+#[must_use]
+pub fn say_done() -> Option<&'static str> {
+    DEED.try_with(|deed| deed.said()).ok()
+}
