@@ -39,6 +39,41 @@ pub struct SignedIn {
     pub surveys: Vec<Arc<AskedSurvey>>,
 }
 
+/// What a guest of a study has to agree to before they practise.
+#[derive(Clone, Debug, Deserialize)]
+pub struct StudyTerms {
+    /// Title of the study.
+    pub study: String,
+    /// What its participants agree to, as whoever runs it has written it.
+    pub consent: String,
+    /// Who answers for the data.
+    pub controller: String,
+    /// Whom to ask.
+    pub contact: String,
+    /// How long its data are kept after it has ended, in months.
+    pub kept_months: u32,
+    /// By what the school knows which text it was.
+    pub revision: String,
+}
+
+/// What the school says to somebody's code.
+#[derive(Clone, Debug)]
+pub enum DeskReply {
+    /// They sit here now.
+    SignedIn(SignedIn),
+    /// A guest, who has to agree first: nobody is signed in, and the code is as good as before.
+    ConsentAsked(StudyTerms),
+}
+
+/// A code that somebody has typed.
+#[derive(Clone, Debug, Default)]
+pub struct CodeEntry {
+    /// The code.
+    pub code: String,
+    /// The revision of what a guest has read and agreed to.
+    pub agreed: Option<String>,
+}
+
 /// An exercise of the school.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Listed {
@@ -175,18 +210,30 @@ fn ask<T: Send + 'static>(work: impl FnOnce() -> Result<T, Phrase> + Send + 'sta
 }
 
 /// Signs somebody in by the code from their own page, or a guest by that of a study.
-pub fn sign_in(pairing: Pairing, code: String) -> Call<SignedIn> {
+pub fn sign_in(pairing: Pairing, entry: CodeEntry) -> Call<DeskReply> {
     ask(move || {
         let address = format!("{}/api/v1/stations/sign-in", pairing.server);
         let token = service::bearer_header(&pairing.token)
             .ok_or_else(|| phrase!("the station's token is spoilt: pair it again"))?;
         let request =
             service::http_agent().post(&address).header("Authorization", token).content_type("application/json");
-        let reply = ask_service(&address, request.send(json!({ "code": code }).to_string()))
+        let mut asked = json!({ "code": entry.code });
+        if let Some(agreed) = entry.agreed {
+            asked["consent"] = agreed.into();
+        }
+        let reply = ask_service(&address, request.send(asked.to_string()))
             .map_err(|trouble| phrase!("the school does not answer: {why}", why = trouble.detail))?;
-        let signed_in = reply.json().filter(|_| reply.status == 200).and_then(|said| serde_json::from_value(said).ok());
-        signed_in.ok_or_else(|| explain_refusal(&reply))
+        read_desk_reply(&reply).ok_or_else(|| explain_refusal(&reply))
     })
+}
+
+fn read_desk_reply(reply: &Reply) -> Option<DeskReply> {
+    let said = reply.json()?;
+    match reply.status {
+        200 => serde_json::from_value(said).ok().map(DeskReply::SignedIn),
+        202 => serde_json::from_value(said).ok().map(DeskReply::ConsentAsked),
+        _ => None,
+    }
 }
 
 /// Why nobody was signed in. What a service says in words of its own is said as it says it.

@@ -5,8 +5,9 @@ use std::sync::Arc;
 use eframe::egui::{self, Align, Key, Layout, Modifiers, TextEdit, Ui};
 
 use super::colours;
+use super::consent::{ConsentDecision, ask_consent};
 use super::language::WindowLanguage;
-use crate::live::desk::{AskedSurvey, Call, DeskAnswer, SignedIn, read, sign_in};
+use crate::live::desk::{AskedSurvey, Call, CodeEntry, DeskAnswer, DeskReply, SignedIn, StudyTerms, read, sign_in};
 use crate::station::Pairing;
 
 /// Who sits here.
@@ -15,7 +16,9 @@ pub struct Desk {
     code: String,
     /// The window speaks the language of whoever has signed in.
     greeted: bool,
-    pub(super) call: Option<Call<SignedIn>>,
+    /// What was typed and is asked about: a guest who agrees is asked about once more.
+    entry: CodeEntry,
+    pub(super) call: Option<Call<DeskReply>>,
     /// The exercises that they have practised since.
     practised: Vec<String>,
 }
@@ -24,8 +27,34 @@ impl Desk {
     /// Who has signed in.
     pub fn signed_in(&self) -> Option<SignedIn> {
         match self.call.as_ref().map(read)? {
-            DeskAnswer::Came(who) => Some(who),
-            DeskAnswer::Waiting | DeskAnswer::Refused(_) => None,
+            DeskAnswer::Came(DeskReply::SignedIn(who)) => Some(who),
+            DeskAnswer::Came(DeskReply::ConsentAsked(_)) | DeskAnswer::Waiting | DeskAnswer::Refused(_) => None,
+        }
+    }
+
+    /// What a guest is asked to agree to.
+    fn consent_asked(&self) -> Option<StudyTerms> {
+        match self.call.as_ref().map(read)? {
+            DeskAnswer::Came(DeskReply::ConsentAsked(terms)) => Some(terms),
+            DeskAnswer::Came(DeskReply::SignedIn(_)) | DeskAnswer::Waiting | DeskAnswer::Refused(_) => None,
+        }
+    }
+
+    /// A guest has to agree before anything else.
+    pub fn asks_consent(&self) -> bool {
+        self.consent_asked().is_some()
+    }
+
+    /// What a guest is asked, in place of the exercises.
+    pub fn show_consent(&mut self, ui: &mut Ui, pairing: &Pairing) {
+        let Some(terms) = self.consent_asked() else { return };
+        match ask_consent(ui, &terms) {
+            ConsentDecision::Wait => {}
+            ConsentDecision::Decline => *self = Self::default(),
+            ConsentDecision::Agree => {
+                self.entry.agreed = Some(terms.revision);
+                self.call = Some(sign_in(pairing.clone(), std::mem::take(&mut self.entry)));
+            }
         }
     }
 
@@ -60,7 +89,10 @@ impl Desk {
                 ui.label(tr!("{station} at {school}", station = pairing.name, school = pairing.school));
                 ui.separator();
                 match self.call.as_ref().map(read) {
-                    Some(DeskAnswer::Came(who)) => {
+                    Some(DeskAnswer::Came(DeskReply::ConsentAsked(terms))) => {
+                        ui.label(tr!("a guest of the study “{study}”", study = terms.study));
+                    }
+                    Some(DeskAnswer::Came(DeskReply::SignedIn(who))) => {
                         ui.colored_label(colours::GOOD, format!("● {}", who.display_name));
                         if ui.button(tr!("Sign out")).clicked() {
                             *self = Self::default();
@@ -86,7 +118,8 @@ impl Desk {
         // The key is taken: the page below must not begin an attempt by it.
         let entered = code.lost_focus() && ui.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Enter));
         if (entered || ui.button(tr!("Sign in")).clicked()) && !self.code.trim().is_empty() {
-            self.call = Some(sign_in(pairing.clone(), std::mem::take(&mut self.code)));
+            self.entry = CodeEntry { code: std::mem::take(&mut self.code), agreed: None };
+            self.call = Some(sign_in(pairing.clone(), self.entry.clone()));
         }
         ui.label(tr!("Without it you practise unnamed."));
     }

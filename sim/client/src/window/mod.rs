@@ -3,6 +3,7 @@
 mod canvas;
 mod choose;
 mod colours;
+mod consent;
 mod debrief;
 mod desk;
 mod help;
@@ -249,6 +250,10 @@ impl Window {
         if let Some(pairing) = &station.pairing {
             self.desk.ui(ui, pairing, &mut self.language);
         }
+        if let (Some(pairing), true) = (&station.pairing, self.desk.asks_consent()) {
+            self.desk.show_consent(ui, pairing);
+            return Screen::Choose;
+        }
         let listed = self.desk.signed_in().map(|who| who.exercises);
         let choice =
             choose::ExerciseChoice { shelf: &station.shelf, history: &station.history, school: listed.as_deref() };
@@ -263,6 +268,10 @@ impl Window {
         let Some(Offer { bundle, .. }) = station.shelf.exercises.get(at) else { return Screen::Choose };
         if let Some(pairing) = &station.pairing {
             self.desk.ui(ui, pairing, &mut self.language);
+        }
+        if let (Some(pairing), true) = (&station.pairing, self.desk.asks_consent()) {
+            self.desk.show_consent(ui, pairing);
+            return Screen::Briefing { at, error };
         }
         let briefing = Briefing {
             exercise: &bundle.exercise,

@@ -15,7 +15,7 @@ use super::choose::ExerciseChoice;
 use super::overlay::Instruments;
 use super::sound::Sound;
 use super::*;
-use crate::live::desk::{DeskAnswer, Listed};
+use crate::live::desk::{DeskAnswer, DeskReply, Listed};
 use crate::live::{history, tests as attempts};
 use crate::shelf::Broken;
 
@@ -126,11 +126,33 @@ fn draw_choices(language: Language, size: [f32; 2], look: &mut dyn FnMut(&str, V
     }
     look("a moment of waiting", draw(language, size, choose::show_preparing));
     let refused = DeskAnswer::Refused(phrase!("this is nobody's sign-in code; the page of one's account makes one"));
-    for answer in [None, Some(DeskAnswer::Waiting), Some(refused), Some(DeskAnswer::Came(signed_in()))] {
+    for answer in
+        [None, Some(DeskAnswer::Waiting), Some(refused), Some(DeskAnswer::Came(DeskReply::SignedIn(signed_in())))]
+    {
         let mut desk = Desk::default();
         desk.call = answer.map(|answer| Arc::new(Mutex::new(answer)));
         look("the desk", draw(language, size, |ui| desk.ui(ui, &pairing(), &mut window)));
     }
+    let mut desk = desk_of_guest();
+    look(
+        "a guest's consent",
+        draw(language, size, |ui| {
+            desk.ui(ui, &pairing(), &mut window);
+            desk.show_consent(ui, &pairing());
+        }),
+    );
+}
+
+/// A desk at which a guest is asked for their consent.
+fn desk_of_guest() -> Desk {
+    let terms = json!({
+        "study": "STUDY", "consent": "CONSENT\nLINE", "controller": "CONTROLLER", "contact": "CONTACT", "kept_months": 12,
+        "revision": "r",
+    });
+    let asked = DeskReply::ConsentAsked(serde_json::from_value(terms).unwrap());
+    let mut desk = Desk::default();
+    desk.call = Some(Arc::new(Mutex::new(DeskAnswer::Came(asked))));
+    desk
 }
 
 fn signed_in() -> live::desk::SignedIn {
@@ -216,8 +238,21 @@ fn nothing_is_said_past_the_catalogues() {
         })
         .chain(Language::all().map(|language| language.own_name().to_owned()))
         .chain(
-            ["scripted", "mouse", "BROKEN", "NORTH", "LAB", "ADA", "device lost: the device is gone"]
-                .map(str::to_owned),
+            [
+                "scripted",
+                "mouse",
+                "BROKEN",
+                "CONSENT",
+                "LINE",
+                "CONTROLLER",
+                "CONTACT",
+                "STUDY",
+                "NORTH",
+                "LAB",
+                "ADA",
+                "device lost: the device is gone",
+            ]
+            .map(str::to_owned),
         )
         .collect();
     let mut past = Vec::new();
@@ -307,9 +342,38 @@ fn the_languages_differ_on_every_screen_and_a_choice_is_seen_at_once() {
 #[test]
 fn whoever_signs_in_is_spoken_to_in_the_language_that_their_school_knows() {
     let mut window = WindowLanguage::default();
-    let came = Arc::new(Mutex::new(DeskAnswer::Came(signed_in())));
+    let came = Arc::new(Mutex::new(DeskAnswer::Came(DeskReply::SignedIn(signed_in()))));
     let mut desk = Desk::default();
     desk.call = Some(came);
     draw(Language::ENGLISH, SIZES[0], |ui| desk.ui(ui, &pairing(), &mut window));
     assert_eq!(window.spoken().code(), "de");
+}
+
+#[test]
+fn whoever_declines_is_nobody_here_and_whoever_agrees_is_asked_about_again() {
+    let press = |desk: &mut Desk, label: &str| {
+        let texts = draw(Language::ENGLISH, SIZES[0], |ui| desk.show_consent(ui, &pairing()));
+        let at = texts.iter().find(|drawn| drawn.text == label).expect("a button").area.center();
+        let context = Context::default();
+        colours::apply_colours(&context);
+        let button = |pressed| egui::Event::PointerButton {
+            pos: at,
+            button: egui::PointerButton::Primary,
+            pressed,
+            modifiers: egui::Modifiers::NONE,
+        };
+        let frames = [vec![], vec![], vec![egui::Event::PointerMoved(at)], vec![button(true)], vec![button(false)]];
+        for (frame, events) in frames.into_iter().enumerate() {
+            let screen_rect = Some(Rect::from_min_size(pos2(0.0, 0.0), SIZES[0].into()));
+            let input = RawInput { screen_rect, time: Some(frame as f64 * 0.05), events, ..RawInput::default() };
+            context.run_ui(input, |ui| desk.show_consent(ui, &pairing())).textures_delta.clear();
+        }
+    };
+    let mut desk = desk_of_guest();
+    assert!(desk.asks_consent() && desk.signed_in().is_none());
+    press(&mut desk, "No, thank you");
+    assert!(!desk.asks_consent() && desk.signed_in().is_none() && !desk.is_asking());
+    let mut desk = desk_of_guest();
+    press(&mut desk, "I agree: take part");
+    assert!(!desk.asks_consent() && desk.signed_in().is_none(), "the school is asked, which is not there");
 }

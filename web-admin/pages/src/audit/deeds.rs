@@ -102,6 +102,7 @@ pub fn describe_act(action: &str) -> Option<&'static str> {
         "sign_in_code.made" => tr!("made a sign-in code"),
         "station.paired" => tr!("joined as a station"),
         "station.revoked" => tr!("revoked a station"),
+        "study.consented" => tr!("let a guest of a study agree"),
         "study.ended" => tr!("ended a study"),
         "study.joined" => tr!("added a participant to a study"),
         "study.left" => tr!("removed a participant from a study"),
