@@ -66,6 +66,7 @@ pub mod shares;
 pub mod signing_in;
 pub mod stations;
 pub mod studies;
+pub mod study_consents;
 pub mod surveys;
 pub mod tokens;
 pub mod turns;

@@ -12,7 +12,7 @@ use store::{schools, sign_in_codes};
 
 use crate::error::Error;
 use crate::service::Service;
-use crate::studies::{consent_at_station, revision_of_terms};
+use crate::study_consents::{consent_at_station, revision_of_terms};
 use crate::{keys, secret};
 
 /// How long a pairing code is good, in s.
@@ -200,7 +200,7 @@ pub async fn sign_in(
             tx.commit().await?;
             return Ok(StationVisit::ConsentAsked(Box::new(study)));
         }
-        consent_at_station(&mut tx, station, &study, person.id, now).await?;
+        consent_at_station(&mut tx, &station.name, &study, person.id, now).await?;
         sign_in_codes::end_sign_in_code(&mut tx, guest).await?;
     }
     let actor = Actor::Station(station.name.clone());

@@ -1,13 +1,11 @@
 //! Validation studies: made, joined by guests and people of the school, left, and ended.
 
-use data_encoding::HEXLOWER;
 use model::ids::{PersonId, RevisionId, StudyId};
 use model::survey::{Identity, ResponseState, Survey};
 use model::{CurrentPerson, Moment, Role};
 use serde_json::json;
-use sha2::{Digest, Sha256};
 use sqlx::SqliteConnection;
-use store::audit::{Actor, AuditEntry};
+use store::audit::AuditEntry;
 use store::studies::{self, NewParticipant, NewStudy, Study, StudyAttempt};
 use store::surveys::{self, NewResponse, NewSurvey, StudyOccasion};
 use store::{people, sign_in_codes};
@@ -15,7 +13,7 @@ use store::{people, sign_in_codes};
 use crate::error::Error;
 use crate::secret;
 use crate::service::Service;
-use crate::stations::{CallingStation, give_sign_in_code};
+use crate::stations::give_sign_in_code;
 use crate::surveys::{SurveyLink, link_expiry};
 
 /// A study as somebody wants it.
@@ -201,35 +199,6 @@ async fn join(
     let details = json!({ "person": new.person_id, "group": new.group_place, "consent": new.study.consent });
     AuditEntry::by(by, "study.joined", new.study.id).with(details).append(writer, now).await?;
     Ok(true)
-}
-
-/// The revision of what a study's participants agree to: the SHA-256 of all of it, in hexadecimal digits.
-#[must_use]
-pub fn revision_of_terms(study: &Study) -> String {
-    let months = study.kept_months.to_string();
-    let mut hash = Sha256::new();
-    for part in [&study.consent, &study.controller, &study.contact, &months] {
-        // Each with its length, so that no two texts run together to the same.
-        hash.update(part.len().to_be_bytes());
-        hash.update(part.as_bytes());
-    }
-    HEXLOWER.encode(&hash.finalize())
-}
-
-/// Keeps that a guest has agreed at a station to what it has shown them: when, and to which revision of which text.
-pub(crate) async fn consent_at_station(
-    writer: &mut SqliteConnection,
-    station: &CallingStation,
-    study: &Study,
-    guest: PersonId,
-    now: Moment,
-) -> Result<(), Error> {
-    if !studies::note_consent(writer, study, guest, now).await? {
-        return Err(Error::NotFound);
-    }
-    let details = json!({ "person": guest, "terms_sha256": revision_of_terms(study), "consent": study.consent });
-    let entry = AuditEntry::new(study.school_id, Actor::Station(station.name.clone()), "study.consented", study.id);
-    Ok(entry.with(details).append(writer, now).await?)
 }
 
 /// Makes a guest another code, in place of the one they had.

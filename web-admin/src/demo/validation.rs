@@ -8,6 +8,7 @@ use acts::intake::{self, Bearer};
 use acts::recordings::Received;
 use acts::stations::{self, CallingStation, StationVisit, TypedCode};
 use acts::studies::{self, ParticipantFacts, StudyRequest};
+use acts::study_consents::revision_of_terms;
 use acts::surveys::{self, AnsweredSheet};
 use anyhow::Context;
 use assessment::questionnaire::Answer;
@@ -112,7 +113,7 @@ async fn invite_guests(
     study: &Study,
     station: &CallingStation,
 ) -> anyhow::Result<Vec<StudyGuest>> {
-    let (terms, mut guests) = (studies::revision_of_terms(study), Vec::new());
+    let (terms, mut guests) = (revision_of_terms(study), Vec::new());
     for (group, place) in (0..TOLD.len()).flat_map(|group| (0..EACH).map(move |place| (group, place))) {
         let (role, most_years) = TOLD[group];
         let years = most_years / 2 + u32::try_from(place)? * most_years / 16;

@@ -159,12 +159,12 @@ fn with_arm(driven: Driven, exercise: &Exercise) -> OpenedDevice {
 }
 
 fn mouse(exercise: &Exercise, rate_hz: f64) -> OpenedDevice {
-    let (hand, aim) = VirtualHand::new("mouse", &VirtualHand::braced(), rate_hz);
+    let (hand, aim) = VirtualHand::new(sentence!("mouse"), &VirtualHand::braced(), rate_hz);
     OpenedDevice { steered: Steered::Window(aim), ..with_arm(Driven::ByTimer(Box::new(hand)), exercise) }
 }
 
 fn gamepad(exercise: &Exercise, rate_hz: f64) -> Result<OpenedDevice, String> {
-    let (hand, aim) = VirtualHand::new("gamepad", &VirtualHand::braced(), rate_hz);
+    let (hand, aim) = VirtualHand::new(sentence!("gamepad"), &VirtualHand::braced(), rate_hz);
     let feed = GamepadFeed::start(aim).map_err(|why| said("gamepad", &why))?;
     let driven = Driven::ByTimer(Box::new(hand.never_turned()));
     Ok(OpenedDevice { steered: Steered::Gamepad(feed), ..with_arm(driven, exercise) })

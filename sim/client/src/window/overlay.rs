@@ -179,7 +179,7 @@ fn is_pop(said: &SpokenEvent) -> bool {
 
 /// What the device does, and how the servo keeps time.
 fn show_device_state(ui: &mut Ui, Instruments { latest, live, quality, passed_over, .. }: &Instruments<'_>) {
-    let name = ui.label(RichText::new(&live.trial.session.device).strong());
+    let name = ui.label(RichText::new(words::known(&live.trial.session.device)).strong());
     if !passed_over.is_empty() {
         name.on_hover_text(passed_over.join("\n"));
     }

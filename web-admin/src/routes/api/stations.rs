@@ -1,7 +1,7 @@
 //! Training stations: joining a school by a code, and signing a trainee in by theirs.
 
 use acts::stations::{self, StationVisit, TypedCode};
-use acts::studies::revision_of_terms;
+use acts::study_consents::revision_of_terms;
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
