@@ -16,6 +16,8 @@ use crate::window::{Display, with_extension, within};
 
 const PASSWORD: &str = "a long enough password";
 const EXERCISE: &str = "curricula/lower-back-basics/1-feel-the-layers.toml";
+/// On a busy machine a key may go nowhere: so many more lead round everything on a debriefing.
+const MOST_TABS: usize = 8;
 /// What the study asks after each attempt.
 const INSTRUMENT: &str = r#"
 id = "one-question"
@@ -202,8 +204,12 @@ fn a_guest_agrees_practises_and_answers_at_the_station() {
     // The way to what is asked goes past the three buttons below the debriefing.
     guest.press(&["Tab", "Tab", "Tab", "Tab", "Return"]);
     let outbox = home.join("data/stylet/outbox");
-    guest.press(&["Tab", "Tab", "Tab", "Tab", "Right", "Right"]);
-    within(10, "an answer on the disk", || with_extension(&outbox, "draft"));
+    guest.press(&["Tab", "Tab", "Tab"]);
+    let answered = (0..MOST_TABS).any(|_| {
+        guest.press(&["Tab", "Right", "Right"]);
+        with_extension(&outbox, "draft").is_some()
+    });
+    assert!(answered, "no answer is on the disk");
     // Past the cross that takes the answer back.
     guest.press(&["Tab", "Tab", "Return"]);
     let row = within(60, "the answer beside its attempt", || {
@@ -225,6 +231,6 @@ fn check_what_the_school_knows(school: &StudySchool, session: &str, pseudonym: &
         let page = school.head.page(path);
         assert!(!page.contains(pseudonym) && !page.contains(session), "{path} tells of a guest");
     }
-    let log = school.head.page("/admin/audit?theme=studies");
+    let log = school.head.page("/admin/audit");
     assert!(log.contains("let a guest of a study agree"), "the log tells that they agreed");
 }

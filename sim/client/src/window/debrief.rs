@@ -6,7 +6,7 @@ use std::sync::Arc;
 use assessment::words::{deduction_with_cost, failure_phrase};
 use assessment::{AssessError, Assessment, Deduction};
 use eframe::egui::{self, RichText, ScrollArea, Ui};
-use haptics::servo::{Priority, Quantiles, Report};
+use haptics::servo::{Ended, Priority, Quantiles, Report};
 use phrase::Phrase;
 use recording::Recording;
 
@@ -294,9 +294,14 @@ fn say_servo_report(report: &Report) -> String {
         Priority::Device => tr!("the device's own thread"),
         Priority::Ordinary => tr!("ordinary priority: refused real time"),
     };
+    let ended = match &report.ended {
+        Ended::Stopped => tr!("stopped").to_owned(),
+        Ended::Panicked => tr!("stopped by a defect of the program; the force was set to zero").to_owned(),
+        Ended::DeviceLost(why) => tr!("device lost: {why}", why = why),
+    };
     let counts = tr!(
         "servo: {ended}, {ticks} ticks, {stalls} stalls, {dropped} records dropped, {priority}",
-        ended = words::known(&report.ended.to_string()),
+        ended = ended,
         ticks = report.counts.ticks,
         stalls = report.counts.stalls,
         dropped = report.counts.dropped,
