@@ -269,7 +269,7 @@ fn send(outbox: Outbox, id: String, pairing: Pairing) -> Call<Phrase> {
     const PATIENCE: Patience = Patience { retries: 2, first_wait: Duration::from_secs(1) };
     ask(move || {
         let access = Access::new(None, Some(&pairing));
-        let deliveries = outbox.send_due(&access, PATIENCE).map_err(|failure| Phrase::data(failure))?;
+        let deliveries = outbox.send_due(&access, PATIENCE).map_err(Phrase::data)?;
         match deliveries.iter().find(|delivery| delivery.id == id) {
             Some(delivery) if delivery.delivered => Ok(phrase!("delivered to {school}", school = &pairing.school)),
             Some(delivery) => Err(phrase!("waits in the outbox: {why}", why = &delivery.detail)),

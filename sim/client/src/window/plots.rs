@@ -115,7 +115,7 @@ pub fn plot_over_depth(ui: &mut Ui, all: &[&Curves], layers: &[LayerSpan], heigh
 
 /// A mark of an axis, with the decimals that its step asks for.
 pub fn say_mark(mark: GridMark, _shown: &RangeInclusive<f64>) -> String {
-    let decimals = (-mark.step_size.log10().floor()).clamp(0.0, 6.0) as usize;
+    let decimals = (-libm::log10(mark.step_size).floor()).clamp(0.0, 6.0) as usize;
     words::fixed(mark.value, decimals)
 }
 
