@@ -10,6 +10,7 @@ mod deploy;
 mod documents;
 mod every_page;
 mod foreign_pages;
+mod guest;
 mod house;
 mod independent_reader;
 mod journeys;

@@ -1,15 +1,16 @@
 //! Why an attempt cannot be judged.
 
+use phrase::{Phrase, phrase};
+
 use crate::void::Void;
 
 /// An attempt that cannot be judged.
 #[derive(Debug, thiserror::Error)]
+#[error("{}", self.phrase())]
 pub enum AssessError {
     /// The recording holds no samples.
-    #[error("the recording holds no usable samples: there is nothing to score")]
     NoSamples,
     /// The recording's times span more than an attempt can last.
-    #[error("the recording spans {duration_s} s; at most {longest_s} s are scored")]
     TooLong {
         /// Time from the first sample to the last, in s.
         duration_s: f64,
@@ -17,9 +18,24 @@ pub enum AssessError {
         longest_s: f64,
     },
     /// It tells nothing of whoever made it, and counts nowhere.
-    #[error("void: {0}")]
     Void(Void),
     /// The exercise or scene inside is missing or refused.
-    #[error("{0}")]
     Document(String),
+}
+
+impl AssessError {
+    /// In words, for whoever has another language.
+    #[must_use]
+    pub fn phrase(&self) -> Phrase {
+        match self {
+            Self::NoSamples => phrase!("the recording holds no usable samples: there is nothing to score"),
+            Self::TooLong { duration_s, longest_s } => phrase!(
+                "the recording spans {duration} s; at most {longest} s are scored",
+                duration = Phrase::Number(duration_s.to_string()),
+                longest = Phrase::Number(longest_s.to_string())
+            ),
+            Self::Void(void) => phrase!("void: {why}", why = void.phrase()),
+            Self::Document(why) => Phrase::data(why),
+        }
+    }
 }

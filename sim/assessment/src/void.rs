@@ -3,6 +3,7 @@
 
 use std::fmt;
 
+use phrase::{Phrase, phrase};
 use recording::sample::flags;
 use recording::{EventKind, Recording};
 use serde::{Deserialize, Serialize};
@@ -31,16 +32,27 @@ pub enum Void {
     },
 }
 
-impl fmt::Display for Void {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl Void {
+    /// In words, for whoever has another language.
+    #[must_use]
+    pub fn phrase(&self) -> Phrase {
         match self {
-            Self::Interrupted { t_s, why } => write!(f, "ended after {t_s:.1} s: {why}"),
-            Self::Unfelt { unfelt_s, inside_s } => write!(
-                f,
-                "the hand was given less than half of the force for {unfelt_s:.1} s of {inside_s:.1} s in the body; {:.0} % may be",
-                MOST_UNFELT * 100.0
+            Self::Interrupted { t_s, why } => {
+                phrase!("ended after {t} s: {why}", t = Phrase::number(*t_s, 1), why = Phrase::Known(why.clone()))
+            }
+            Self::Unfelt { unfelt_s, inside_s } => phrase!(
+                "the hand was given less than half of the force for {unfelt} s of {inside} s in the body; {most} % may be",
+                unfelt = Phrase::number(*unfelt_s, 1),
+                inside = Phrase::number(*inside_s, 1),
+                most = Phrase::number(MOST_UNFELT * 100.0, 0)
             ),
         }
+    }
+}
+
+impl fmt::Display for Void {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.phrase().fmt(f)
     }
 }
 

@@ -2,6 +2,9 @@
 //!
 //! Nothing about tissue is decided here: this crate reads files, calls the other crates, and says what came of it.
 
+#[macro_use(sentence, tr, trn)]
+extern crate words;
+
 mod cli;
 mod clock;
 mod commands;

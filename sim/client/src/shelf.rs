@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use assessment::learning::Mastery;
-use documents::{Curriculum, Document, ExerciseBundle};
+use documents::{Curriculum, Document, ExerciseBundle, Wording};
 
 use crate::exit::Failure;
 
@@ -30,7 +30,7 @@ pub struct Offer {
 #[derive(Clone, Debug, PartialEq)]
 pub struct CoursePlace {
     /// Title of the course.
-    pub title: String,
+    pub title: Wording,
     /// Its place, from 1, and how many there are.
     pub place: [usize; 2],
     /// Ids of the exercises to master first.
@@ -130,7 +130,7 @@ impl Shelf {
 fn place(course: &Curriculum, exercise: &str, mastery: Mastery) -> Option<CoursePlace> {
     let at = course.entries.iter().position(|entry| entry.exercise == exercise)?;
     Some(CoursePlace {
-        title: course.title.own().to_owned(),
+        title: course.title.clone(),
         place: [at + 1, course.entries.len()],
         prerequisites: course.entries.get(at)?.prerequisites.clone(),
         mastery,

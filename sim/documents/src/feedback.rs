@@ -1,5 +1,6 @@
 //! What a trainee is given during an attempt, and what is withheld: one table, so that no door is forgotten.
 
+use phrase::sentence;
 use serde::Deserialize;
 
 /// What the trainee is given during an attempt, so that a school can repeat the comparison of force, picture and overlay.
@@ -78,12 +79,16 @@ impl Feedback {
     #[must_use]
     pub const fn in_words(self) -> &'static str {
         match self {
-            Self::Force => {
+            Self::Force => sentence!(
                 "force in your hand; the picture shows the body from outside, and nothing is said or heard of it"
+            ),
+            Self::Picture => {
+                sentence!("the picture shows the inside of the body and the target; your hand feels nothing")
             }
-            Self::Picture => "the picture shows the inside of the body and the target; your hand feels nothing",
-            Self::Overlay => "depth, force, layer and target are shown, pops are named; your hand feels nothing",
-            Self::Both => "force in your hand, the inside of the body, depth, force and layer",
+            Self::Overlay => {
+                sentence!("depth, force, layer and target are shown, pops are named; your hand feels nothing")
+            }
+            Self::Both => sentence!("force in your hand, the inside of the body, depth, force and layer"),
         }
     }
 }

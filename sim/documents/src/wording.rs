@@ -80,6 +80,12 @@ impl fmt::Display for Wording {
     }
 }
 
+impl From<&Wording> for Phrase {
+    fn from(text: &Wording) -> Self {
+        Self::Languages { own: text.own.clone(), others: text.others.clone() }
+    }
+}
+
 impl From<&str> for Wording {
     fn from(own: &str) -> Self {
         Self::new(own.to_owned(), BTreeMap::new())

@@ -4,6 +4,7 @@ use std::fmt;
 
 use law::axial::{AxialSpec, Layer};
 use law::closed_form;
+use phrase::{Phrase, phrase};
 
 use crate::device::DeviceInfo;
 
@@ -69,6 +70,25 @@ impl Scaling {
         self.peak_n * self.factor
     }
 
+    /// What the device makes of the forces, for whoever has another language.
+    #[must_use]
+    pub fn phrase(&self) -> Phrase {
+        let peak = Phrase::number(self.peak_n, 1);
+        let scaled = Phrase::number(self.scaled_peak_n(), 1);
+        match self.limit {
+            Limit::None => phrase!("forces as they are: up to {peak} N", peak = peak),
+            Limit::Force => phrase!("scaled to this device: {peak} N → {scaled} N", peak = peak, scaled = scaled),
+            Limit::Stiffness => phrase!(
+                "scaled to this device: {peak} N → {scaled} N ({stiffest} N/m → {device} N/m)",
+                peak = peak,
+                scaled = scaled,
+                stiffest = Phrase::number(self.stiffest_n_per_m, 0),
+                device = Phrase::number(self.device_n_per_m, 0)
+            ),
+            Limit::NoMotors => phrase!("this device shows no force: {peak} N on the gauge only", peak = peak),
+        }
+    }
+
     /// Softest boundary as it is shown, in N/m.
     #[must_use]
     pub fn scaled_softest_n_per_m(&self) -> f64 {
@@ -78,18 +98,7 @@ impl Scaling {
 
 impl fmt::Display for Scaling {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { limit, peak_n, stiffest_n_per_m, device_n_per_m, .. } = self;
-        let scaled_n = self.scaled_peak_n();
-        match limit {
-            Limit::None => write!(f, "forces as they are: up to {peak_n:.1} N"),
-            Limit::Force => write!(f, "scaled to this device: {peak_n:.1} N → {scaled_n:.1} N"),
-            Limit::Stiffness => write!(
-                f,
-                "scaled to this device: {peak_n:.1} N → {scaled_n:.1} N \
-                 ({stiffest_n_per_m:.0} N/m → {device_n_per_m:.0} N/m)"
-            ),
-            Limit::NoMotors => write!(f, "this device shows no force: {peak_n:.1} N on the gauge only"),
-        }
+        self.phrase().fmt(f)
     }
 }
 

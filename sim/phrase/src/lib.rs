@@ -2,6 +2,7 @@
 //!
 //! `Display` says them in English. Whoever has a catalogue looks the words up and fills in the same values.
 
+use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter, Write};
 
 use serde::{Serialize, Serializer};
@@ -11,8 +12,17 @@ use serde::{Serialize, Serializer};
 pub enum Phrase {
     /// A name, or a value as somebody wrote it: the same in every language.
     Data(String),
-    /// Digits with a decimal point, for people to read: a language may write another sign.
+    /// A word that is data as well, which a language may know.
+    Known(String),
+    /// Digits with a decimal point, for people to read: a language may write another sign. A unit may follow.
     Number(String),
+    /// A text that its author wrote in several languages.
+    Languages {
+        /// In the language of its document.
+        own: String,
+        /// In others, by their codes.
+        others: BTreeMap<String, String>,
+    },
     /// Words, made by [`phrase!`](crate::phrase!).
     Sentence {
         /// In English, with the names of values in braces.
@@ -33,10 +43,24 @@ macro_rules! phrase {
     };
 }
 
+/// Marks a sentence that is said later for the catalogues: a constant, or a word that is also data.
+#[macro_export]
+macro_rules! sentence {
+    ($sentence:literal) => {
+        $sentence
+    };
+}
+
 impl Phrase {
     /// What is the same in every language.
     pub fn data(value: impl Display) -> Self {
         Self::Data(value.to_string())
+    }
+
+    /// A sentence without values, which stands in a constant elsewhere.
+    #[must_use]
+    pub const fn sentence(words: &'static str) -> Self {
+        Self::Sentence { words, values: Vec::new() }
     }
 
     /// A text as somebody wrote it, in quotes.
@@ -55,7 +79,9 @@ impl Phrase {
 impl Display for Phrase {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Data(text) | Self::Number(text) => f.write_str(text),
+            Self::Data(text) | Self::Known(text) | Self::Number(text) | Self::Languages { own: text, .. } => {
+                f.write_str(text)
+            }
             Self::Sentence { words, values } => {
                 let values: Vec<(&str, &dyn Display)> =
                     values.iter().map(|(name, value)| (*name, value as _)).collect();
@@ -82,7 +108,7 @@ macro_rules! from_data {
     };
 }
 
-from_data!(&str String f64 i64 u64 usize);
+from_data!(&str &String String f64 i64 u64 usize);
 
 /// Puts values where a sentence names them in braces. A name without a value stays as it is.
 #[must_use]

@@ -1,5 +1,7 @@
 //! How much work a picture is, in named steps, and the governor that steps down rather than stutter.
 
+use phrase::{Phrase, phrase, sentence};
+
 /// A step of quality, best first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Quality {
@@ -53,18 +55,33 @@ impl Quality {
     /// One word for people.
     #[must_use]
     pub fn name(self) -> &'static str {
-        ["full", "high", "medium", "low", "least"][self as usize]
+        [sentence!("full"), sentence!("high"), sentence!("medium"), sentence!("low"), sentence!("least")][self as usize]
     }
 
     /// What the step is made of, for people.
     #[must_use]
     pub fn in_words(self) -> String {
+        self.phrase().to_string()
+    }
+
+    /// The same, for whoever has another language.
+    #[must_use]
+    pub fn phrase(self) -> Phrase {
         let shadows = match self.shadow_texels() {
-            0 => "no shadows".to_owned(),
-            texels => format!("shadows of {texels}²"),
+            0 => phrase!("no shadows"),
+            texels => phrase!("shadows of {texels}²", texels = i64::from(texels)),
         };
-        let samples = if self.samples() == 1 { "1 sample".to_owned() } else { format!("{} samples", self.samples()) };
-        format!("{shadows}, {samples} a pixel, {:.0} % of the resolution", 100.0 * self.resolution())
+        let samples = match self.samples() {
+            1 => phrase!("1 sample a pixel"),
+            samples => phrase!("{samples} samples a pixel", samples = i64::from(samples)),
+        };
+        let percent = Phrase::number(100.0 * f64::from(self.resolution()), 0);
+        phrase!(
+            "{shadows}, {samples}, {percent} % of the resolution",
+            shadows = shadows,
+            samples = samples,
+            percent = percent
+        )
     }
 }
 

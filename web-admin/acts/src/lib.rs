@@ -67,6 +67,7 @@ pub mod shares;
 pub mod signing_in;
 pub mod stations;
 pub mod studies;
+pub mod study_consents;
 pub mod study_keeping;
 pub mod surveys;
 pub mod tokens;

@@ -6,11 +6,13 @@ use serde_json::json;
 use store::audit::{Actor, AuditEntry};
 use store::people::Person;
 use store::stations::{self, PairingCode, WrongCodes};
+use store::studies::{self, Study};
 use store::tokens::{self, Token, TokenHolder};
 use store::{schools, sign_in_codes};
 
 use crate::error::Error;
 use crate::service::Service;
+use crate::study_consents::{consent_at_station, revision_of_terms};
 use crate::{keys, secret};
 
 /// How long a pairing code is good, in s.
@@ -152,12 +154,34 @@ pub(crate) async fn give_sign_in_code(
     }
 }
 
-/// Whose code this is. A guest's is good once. A try counts as wrong until it proves right: so of many at once no more are made
+/// What has come of a code that is somebody's.
+#[derive(Debug)]
+pub enum StationVisit {
+    /// They sit at the station now.
+    SignedIn(Box<Person>),
+    /// A guest, who has yet to agree to what their study asks of them: the code is as good as before.
+    ConsentAsked(Box<Study>),
+}
+
+/// A code that somebody types at a station.
+#[derive(Clone, Copy, Debug)]
+pub struct TypedCode<'a> {
+    /// The code; case, spaces and hyphens do not matter.
+    pub code: &'a str,
+    /// The revision of what they have read and agreed to, where they are a guest.
+    pub agreed: Option<&'a str>,
+}
+
+/// Whose code this is. A guest's is good once, with their agreement. A try counts as wrong until it proves right: so of many at once no more are made
 /// than the brake allows, and a right one in between does not loosen it.
 ///
 /// # Errors
-/// When the code is nobody's, or the station has passed on too many wrong ones.
-pub async fn sign_in(state: &Service, station: &CallingStation, code: &str) -> Result<Person, Error> {
+/// When the code is nobody's or of a study that has ended, or the station has passed on too many wrong ones.
+pub async fn sign_in(
+    state: &Service,
+    station: &CallingStation,
+    TypedCode { code, agreed }: TypedCode<'_>,
+) -> Result<StationVisit, Error> {
     take_try(state, station).await?;
     let hash = hash(state, station.school_id, secret::plain_code(code)).await?;
     let mut tx = state.db.write().await?;
@@ -165,17 +189,26 @@ pub async fn sign_in(state: &Service, station: &CallingStation, code: &str) -> R
     let Some(person) = known.filter(|person| person.disabled_at.is_none()) else {
         return Err(Error::Forbidden("this is nobody's sign-in code; the page of one's account makes one"));
     };
-    if person.role == Role::Guest {
-        sign_in_codes::end_sign_in_code(&mut tx, PersonKey { school_id: person.school_id, person_id: person.id })
-            .await?;
-    }
+    let now = state.clock.now();
     stations::forgive_wrong_codes(&mut tx, station.school_id, station.id).await?;
+    if person.role == Role::Guest {
+        let guest = PersonKey { school_id: person.school_id, person_id: person.id };
+        let Some(study) = studies::find_study_of_guest(&mut *tx, guest).await? else {
+            return Err(Error::Forbidden("the study of this code has ended"));
+        };
+        if agreed != Some(revision_of_terms(&study).as_str()) {
+            tx.commit().await?;
+            return Ok(StationVisit::ConsentAsked(Box::new(study)));
+        }
+        consent_at_station(&mut tx, &station.name, &study, person.id, now).await?;
+        sign_in_codes::end_sign_in_code(&mut tx, guest).await?;
+    }
     let actor = Actor::Station(station.name.clone());
     let action = format!("{}.signed_in_at_station", person.role);
     let entry = AuditEntry::new(station.school_id, actor, &action, person.id);
-    entry.append(&mut tx, state.clock.now()).await?;
+    entry.append(&mut tx, now).await?;
     tx.commit().await?;
-    Ok(person)
+    Ok(StationVisit::SignedIn(Box::new(person)))
 }
 
 async fn take_try(state: &Service, station: &CallingStation) -> Result<(), Error> {

@@ -6,29 +6,14 @@
 use std::collections::BTreeMap;
 
 use attempt::{AttemptCurve, BoundaryStage, MarkKind};
+use documents::{SHIPPED_STRUCTURE_NAMES, name_structure};
 use law::axial::Contactor;
 use words::Language;
-
-/// Names in the scenes that come along.
-const NAMES: [&str; 12] = [
-    sentence!("skin"),
-    sentence!("fat"),
-    sentence!("fascia"),
-    sentence!("muscle"),
-    sentence!("supraspinous ligament"),
-    sentence!("interspinous ligament"),
-    sentence!("ligamentum flavum"),
-    sentence!("epidural space"),
-    sentence!("dura"),
-    sentence!("transverse process"),
-    sentence!("lumbar vessel"),
-    sentence!("target"),
-];
 
 /// A name in the reader's language.
 #[must_use]
 pub fn say_structure(name: &str) -> String {
-    if NAMES.contains(&name) { words::known(name) } else { name.to_owned() }
+    words::phrase(&name_structure(name))
 }
 
 /// A curve whose layers, events and structures are named in the reader's language.
@@ -67,7 +52,7 @@ pub fn stage_meaning(stage: BoundaryStage) -> &'static str {
 /// What a script calls them, as JSON from the scene's name to the reader's; empty in English, where they are the same.
 #[must_use]
 pub fn names_for_scripts() -> String {
-    let names = NAMES.into_iter().filter(|_| words::current() != Language::ENGLISH);
+    let names = SHIPPED_STRUCTURE_NAMES.into_iter().filter(|_| words::current() != Language::ENGLISH);
     let names: BTreeMap<&str, &str> = names.map(|name| (name, words::say(name))).collect();
     // A map of strings always has a JSON.
     serde_json::to_string(&names).unwrap_or_default()

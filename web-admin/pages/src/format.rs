@@ -25,10 +25,7 @@ pub fn format_number(value: impl Borrow<f64>) -> String {
 /// A number with so many decimals, and a true minus sign.
 #[must_use]
 pub fn format_fixed(value: impl Borrow<f64>, decimals: usize) -> String {
-    let value = value.borrow();
-    let text = format!("{value:.decimals$}");
-    let is_zero = text.bytes().all(|b| matches!(b, b'-' | b'0' | b'.'));
-    decimal(if is_zero { text.trim_start_matches('-') } else { &text })
+    words::fixed(*value.borrow(), decimals)
 }
 
 /// A value with its unit, kept on one line. A count and a pure number have none.

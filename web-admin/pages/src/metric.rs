@@ -3,11 +3,11 @@
 //! A score keeps causes, and every language says them from the metric's words and the figures. What was scored before there were causes
 //! kept its reasons in English words, and is shown in them.
 
-use assessment::catalogue::{self, Split};
-use assessment::{Deduction, DeductionCause, Direction, FailureCause, HardFailure};
-use law::axial::Contactor;
+use assessment::catalogue;
+use assessment::words::{deduction_phrase, failure_phrase, name_metric};
+use assessment::{Deduction, Direction, HardFailure};
 
-use super::{anatomy, format};
+use super::format;
 
 /// Name of a metric by its id, with a capital.
 #[must_use]
@@ -36,21 +36,7 @@ pub fn metric_definition(id: &str, version: u32) -> String {
 }
 
 fn words_of(id: &str) -> String {
-    let Some(definition) = catalogue::newest_definition(id) else { return id.to_owned() };
-    let metric = words::known(definition.label);
-    let Some((_, part)) = id.split_once('.') else { return metric };
-    match (definition.split, part.rsplit_once('.')) {
-        (Some(Split::Boundary), Some((layer, contactor))) => {
-            let contactor = if contactor == "rim" { Contactor::Rim } else { Contactor::Tip };
-            let pop = words::phrase(&contactor.into_layer(&anatomy::say_structure(layer)));
-            tr!("{metric}, {pop}", metric = metric, pop = pop)
-        }
-        (Some(Split::Layer), _) => tr!("{metric} in {layer}", metric = metric, layer = anatomy::say_structure(part)),
-        (Some(Split::Structure), _) => {
-            tr!("{metric} to {structure}", metric = metric, structure = anatomy::say_structure(part))
-        }
-        _ => format!("{metric}: {}", words::known(part)),
-    }
+    words::phrase(&name_metric(id))
 }
 
 /// Which way of a metric is better, in a word. The force at a pop is the tissue's: it is the same for everybody. A target is to be met.
@@ -82,66 +68,21 @@ pub fn short_deduction_reason(deduction: &Deduction) -> String {
 }
 
 fn value_in_words(deduction: &Deduction, advised: bool) -> String {
-    let metric = || words_of(&deduction.metric);
-    match &deduction.cause {
-        DeductionCause::Measured { value, full, zero } => {
-            say_measured(deduction, *value, advised.then_some((*full, full > zero)))
-        }
-        DeductionCause::Absent { reason } => format!("{}: {}", metric(), words::known(reason.words())),
-        DeductionCause::Required { unmet } => format!("{}: {}", metric(), words::known(unmet.words())),
-        DeductionCause::NoSuchMetric => tr!("{metric}: this scene has no such metric", metric = deduction.metric),
-        DeductionCause::Worded { words } => words.clone(),
-    }
-}
-
-/// A value; where it cost something, also what earns full marks, whether more than that does, and advice.
-fn say_measured(deduction: &Deduction, value: f64, full: Option<(f64, bool)>) -> String {
-    let definition = catalogue::find_definition(&deduction.metric, deduction.version);
-    let unit = definition.map_or("", |definition| definition.unit);
-    if definition.is_some_and(|definition| definition.direction == Direction::Range) {
-        let found = say_figure(value.abs(), unit);
-        return if value >= 0.0 {
-            tr!("{found} too deep", found = found)
-        } else {
-            tr!("{found} too shallow", found = found)
-        };
-    }
-    let found = format!("{} {}", words_of(&deduction.metric), say_figure(value, unit));
-    let Some((full, more)) = full else { return found };
-    let (full, advice) = (say_figure(full, unit), words::known(definition.map_or("", |definition| definition.advice)));
-    if more {
-        tr!("{found}, full marks for {full} or more – {advice}", found = found, full = full, advice = advice)
-    } else {
-        tr!("{found}, full marks for {full} or less – {advice}", found = found, full = full, advice = advice)
-    }
-}
-
-/// A value with its unit, in the reader's language.
-fn say_figure(value: f64, unit: &str) -> String {
-    words::decimal(&assessment::words::say_figure(value, unit))
+    words::phrase(&deduction_phrase(deduction, advised))
 }
 
 /// Why an attempt failed whatever its points: the author's words, and the figures in the reader's language.
 #[must_use]
 pub fn say_failure(failure: &HardFailure) -> String {
-    match &failure.cause {
-        FailureCause::Required { unmet } => words::known(unmet.failure_words()),
-        FailureCause::Limit { words: author, metric, version, value, limit } => {
-            let why = author.in_language(words::current().code());
-            let unit = catalogue::find_definition(metric, *version).map_or("", |definition| definition.unit);
-            let found = format!("{} {}", words_of(metric), say_figure(*value, unit));
-            tr!("{why} ({found}, limit {limit})", why = why, found = found, limit = say_figure(*limit, unit))
-        }
-        FailureCause::Worded { words } => words::known(words),
-    }
+    words::phrase(&failure_phrase(failure))
 }
 
 #[cfg(test)]
 mod tests {
     //! A cause is said in German with the same figures, and in English as every other place says it.
 
-    use assessment::words::{deduction_in_words, failure_in_words};
-    use assessment::{Absent, UnmetRequirement};
+    use assessment::words::{cost_phrase, deduction_in_words, deduction_with_cost};
+    use assessment::{Absent, DeductionCause, FailureCause, UnmetRequirement};
     use words::Language;
 
     use super::*;
@@ -175,33 +116,46 @@ mod tests {
         assert_eq!(way("depth_error_mm", Direction::Range), "near 0");
     }
 
+    /// Every cause that a line of a rubric can have, of every version of every metric, whole and of a part.
+    fn all_deductions() -> Vec<Deduction> {
+        let absent = Absent::ALL.map(|reason| DeductionCause::Absent { reason });
+        let causes = absent.into_iter().chain(UnmetRequirement::ALL.map(|unmet| DeductionCause::Required { unmet }));
+        let values = [-2.44, 0.2, 1.9, 123.4].map(|value| DeductionCause::Measured { value, full: 0.5, zero: 6.0 });
+        let higher = DeductionCause::Measured { value: 0.3, full: 0.9, zero: 0.1 };
+        let causes: Vec<DeductionCause> = causes.chain(values).chain([higher, DeductionCause::NoSuchMetric]).collect();
+        let mut all = Vec::new();
+        for definition in catalogue::DEFINITIONS {
+            for part in ["", ".fat", ".deep fat", ".fat.rim", ".skin.tip", ".target"] {
+                let cases = causes.iter().flat_map(|cause| [0.0, 1.0, 6.25].map(|points| (points, cause.clone())));
+                all.extend(cases.map(|(points, cause)| Deduction {
+                    version: definition.version,
+                    ..deduction(&format!("{}{part}", definition.id), points, cause)
+                }));
+            }
+        }
+        all
+    }
+
     #[test]
-    fn pages_and_other_places_say_the_same_in_english() {
-        let causes = Absent::ALL.map(|reason| DeductionCause::Absent { reason });
-        let causes = causes.into_iter().chain(UnmetRequirement::ALL.map(|unmet| DeductionCause::Required { unmet }));
-        let mut deductions: Vec<Deduction> = causes.map(|cause| deduction("overshoot_mm", 6.0, cause)).collect();
-        deductions.push(deduction("charm", 6.0, DeductionCause::NoSuchMetric));
-        for (metric, points, value) in [
-            ("overshoot_mm", 6.0, 1.9),
-            ("overshoot_mm", 0.0, 0.2),
-            ("depth_error_mm", 6.0, -2.44),
-            ("depth_error_mm", 6.0, 2.44),
-            ("peak_force_layer_n.deep fat", 6.0, 2.1),
-            ("over_insertion_mm.fat.rim", 6.0, 2.1),
-            ("skin_entries", 6.0, 2.0),
-        ] {
-            deductions.push(measured(metric, points, value));
-        }
-        for deduction in &deductions {
-            let page = value_in_words(deduction, deduction.points > 0.0);
-            let elsewhere = deduction_in_words(deduction);
-            let (why, _cost) = elsewhere.rsplit_once(": ").expect("a cost");
-            assert_eq!(page, why);
-        }
+    fn pages_and_the_window_say_the_same_in_every_language() {
+        let all = all_deductions();
         let mut failures = vec![limit()];
         failures.extend(UnmetRequirement::ALL.map(|unmet| HardFailure { cause: FailureCause::Required { unmet } }));
-        for told in &failures {
-            assert_eq!(say_failure(told), failure_in_words(told));
+        for language in Language::all() {
+            words::within(language, || {
+                for told in &all {
+                    let window = words::phrase(&deduction_with_cost(told));
+                    let (why, cost) = window.rsplit_once(": ").expect("a cost");
+                    assert_eq!(deduction_reason(told), format::as_sentence(why), "{told:?}");
+                    assert_eq!(cost, words::phrase(&cost_phrase(told.points)));
+                }
+                for told in &failures {
+                    assert_eq!(say_failure(told), words::phrase(&failure_phrase(told)));
+                }
+            });
+        }
+        for told in &all {
+            assert_eq!(words::phrase(&deduction_with_cost(told)), deduction_in_words(told), "in English as it is kept");
         }
     }
 

@@ -6,8 +6,9 @@ use std::path::PathBuf;
 
 use acts::intake::{self, Bearer};
 use acts::recordings::Received;
-use acts::stations::{self, CallingStation};
+use acts::stations::{self, CallingStation, StationVisit, TypedCode};
 use acts::studies::{self, ParticipantFacts, StudyRequest};
+use acts::study_consents::revision_of_terms;
 use acts::surveys::{self, AnsweredSheet};
 use anyhow::Context;
 use assessment::questionnaire::Answer;
@@ -112,14 +113,18 @@ async fn invite_guests(
     study: &Study,
     station: &CallingStation,
 ) -> anyhow::Result<Vec<StudyGuest>> {
-    let mut guests = Vec::new();
+    let (terms, mut guests) = (revision_of_terms(study), Vec::new());
     for (group, place) in (0..TOLD.len()).flat_map(|group| (0..EACH).map(move |place| (group, place))) {
         let (role, most_years) = TOLD[group];
         let years = most_years / 2 + u32::try_from(place)? * most_years / 16;
         let facts = vec![role.to_owned(), years.to_string()];
         let told = ParticipantFacts { group_place: u32::try_from(group)?, facts };
         let code = studies::add_guest(state, owner, study, &told).await?.code;
-        guests.push(StudyGuest { person: stations::sign_in(state, station, &code).await?, group, place });
+        let typed = TypedCode { code: &code, agreed: Some(&terms) };
+        let StationVisit::SignedIn(person) = stations::sign_in(state, station, typed).await? else {
+            anyhow::bail!("{}: a guest who agrees was not signed in", study.title);
+        };
+        guests.push(StudyGuest { person: *person, group, place });
     }
     Ok(guests)
 }

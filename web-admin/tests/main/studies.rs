@@ -61,9 +61,20 @@ impl StudyDay {
         code_in(&self.add(&fields).await)
     }
 
-    pub(super) async fn sign_in(&mut self, code: &str) -> Answer {
+    /// What the school says to what a station sends it.
+    async fn type_code(&mut self, typed: Value) -> Answer {
         let request = Request::post("/api/v1/stations/sign-in").header("content-type", "application/json");
-        self.station.send(request.body(Body::from(json!({ "code": code }).to_string())).unwrap()).await
+        self.station.send(request.body(Body::from(typed.to_string())).unwrap()).await
+    }
+
+    /// Somebody types their code, and agrees to what they are asked.
+    pub(super) async fn sign_in(&mut self, code: &str) -> Answer {
+        let answer = self.type_code(json!({ "code": code })).await;
+        if answer.status != 202 {
+            return answer;
+        }
+        let revision = answer.json()["revision"].clone();
+        self.type_code(json!({ "code": code, "consent": revision })).await
     }
 
     /// An attempt of somebody at the station.
@@ -125,6 +136,47 @@ async fn a_guest_goes_from_a_code_to_answers_tied_to_the_attempt() {
     let tied = "SELECT count(*) FROM survey_responses r JOIN sessions s ON s.id = r.session_id
                 AND s.trainee_id = r.person_id WHERE r.state = 'submitted'";
     assert_eq!(day.count(tied).await, 3);
+}
+
+#[tokio::test]
+async fn a_guest_agrees_at_the_station_before_anything_is_kept_of_them() {
+    let mut day = StudyDay::new().await;
+    let code = day.guest().await;
+    let kept = "SELECT count(*) FROM audit_log WHERE action IN ('study.consented', 'guest.signed_in_at_station')";
+    let codes = "SELECT count(*) FROM sign_in_codes";
+    for typed in [json!({ "code": code }), json!({ "code": code, "consent": "of another text" })] {
+        let asked = day.type_code(typed).await;
+        assert_eq!(asked.status, 202, "{}", asked.text());
+        let terms = asked.json();
+        assert_eq!(terms["consent"], "I take part.\nI can leave.");
+        assert_eq!(
+            [&terms["study"], &terms["controller"], &terms["contact"]],
+            ["Is it like a patient?", "North", "study@example.org"]
+        );
+        assert_eq!(terms["kept_months"], 12);
+        assert!(terms.get("trainee").is_none() && terms.get("surveys").is_none(), "nobody is signed in: {terms}");
+        assert_eq!((day.count(kept).await, day.count(codes).await), (0, 1), "whoever goes away uses up nothing");
+    }
+    let revision = day.type_code(json!({ "code": code })).await.json()["revision"].clone();
+    let signed_in = day.type_code(json!({ "code": code, "consent": revision })).await;
+    assert_eq!(signed_in.status, 200, "{}", signed_in.text());
+    assert_eq!((day.count(kept).await, day.count(codes).await), (2, 0));
+    let sql = "SELECT details FROM audit_log WHERE action = 'study.consented'";
+    let details: String = sqlx::query_scalar(sql).fetch_one(day.school.app.state.db.reader()).await.unwrap();
+    let details: Value = serde_json::from_str(&details).unwrap();
+    assert_eq!((&details["terms_sha256"], &details["consent"]), (&revision, &"I take part.\nI can leave.".into()));
+    assert_eq!(revision.as_str().map(str::len), Some(64));
+}
+
+#[tokio::test]
+async fn a_code_of_a_study_that_has_ended_leads_nowhere_and_is_good_when_it_goes_on() {
+    let mut day = StudyDay::new().await;
+    let code = day.guest().await;
+    let close = format!("{}/close", day.study);
+    assert_eq!(day.post(&close, &[("closed", "true")]).await.status, 303);
+    assert_eq!(day.type_code(json!({ "code": code })).await.status, 403);
+    assert_eq!(day.post(&close, &[("closed", "false")]).await.status, 303);
+    assert_eq!(day.sign_in(&code).await.status, 200);
 }
 
 #[tokio::test]

@@ -39,10 +39,10 @@ const KNOWN: [&str; 17] = [
 ];
 
 /// Where sentences are said.
-const SAID_IN: [&str; 11] = [
+const SAID_IN: [&str; 14] = [
     "pages/templates",
     "pages/src",
-    "words/src",
+    "../sim/words/src",
     "model/src",
     "acts/src",
     "src",
@@ -51,6 +51,9 @@ const SAID_IN: [&str; 11] = [
     "../sim/tissue/src",
     "../sim/documents/src",
     "../sim/assessment/src",
+    "../sim/haptics/src",
+    "../sim/render/src",
+    "../sim/client/src",
 ];
 
 /// A sentence: its form for one where it has two, and where it is said.
@@ -142,7 +145,7 @@ fn sentences() -> Sentences {
 
 fn catalogues() -> Vec<(PathBuf, Catalog)> {
     let mut paths = Vec::new();
-    files_below(&root().join("words/locales"), &mut paths);
+    files_below(&root().join("../sim/words/locales"), &mut paths);
     paths.into_iter().map(|path| (path.clone(), po_file::parse(&path).unwrap())).collect()
 }
 
@@ -224,6 +227,45 @@ fn every_translation_keeps_the_values_and_has_its_forms() {
                 let ends = form.ends_with('.') == many.ends_with('.') || !id.contains(' ');
                 assert!(ends, "{}: the full stop of “{form}”", path.display());
             }
+        }
+    }
+}
+
+/// String literals of a source outside its tests, each with its line.
+fn literals(source: &str) -> Vec<(String, String)> {
+    let code = source.split("#[cfg(test)]").next().unwrap_or_default();
+    let mut found = Vec::new();
+    for line in code.lines().filter(|line| !line.trim_start().starts_with("//")) {
+        let mut rest = line;
+        while let Some(at) = rest.find('"') {
+            let Some((text, after)) = literal(&rest[at..]) else { break };
+            found.push((text, line.to_owned()));
+            rest = after;
+        }
+    }
+    found
+}
+
+/// Whether a text has two words beside each other, as sentences have and names of things in the code have not.
+fn reads_like_a_sentence(text: &str) -> bool {
+    let is_word = |word: &str| word.len() > 1 && word.chars().all(char::is_alphabetic);
+    text.split(' ').collect::<Vec<_>>().windows(2).any(|pair| pair.iter().all(|word| is_word(word)))
+}
+
+#[test]
+fn the_window_says_nothing_past_the_catalogues() {
+    let sentences = sentences();
+    let known =
+        |text: &str| sentences.contains_key(text) || sentences.values().any(|said| said.many.as_deref() == Some(text));
+    let mut paths = Vec::new();
+    files_below(&root().join("../sim/client/src/window"), &mut paths);
+    let tests = |path: &PathBuf| path.file_name().is_some_and(|name| name == "tests.rs");
+    for path in paths.into_iter().filter(|path| !tests(path)) {
+        for (text, line) in literals(&fs::read_to_string(&path).unwrap()) {
+            // What ends the program is told on the command line, in English.
+            let for_the_terminal = line.contains("Failure::") || line.contains("ok_or(");
+            let said = !reads_like_a_sentence(&text) || known(&text) || for_the_terminal;
+            assert!(said, "{}: “{text}” is said in English alone: {line}", path.display());
         }
     }
 }

@@ -6,6 +6,8 @@
 
 mod table;
 
+use documents::name_structure;
+use phrase::{Phrase, phrase};
 use recording::Contactor;
 use serde::{Deserialize, Serialize};
 pub use table::DEFINITIONS;
@@ -93,15 +95,23 @@ impl Definition {
     /// Name in words of the metric with a suffix, for example `peak force in muscle`.
     #[must_use]
     pub fn label_of(&self, suffix: &str) -> String {
-        let label = self.label;
+        self.name_part(suffix).to_string()
+    }
+
+    /// The name of the metric with a suffix, for whoever has another language.
+    #[must_use]
+    pub fn name_part(&self, suffix: &str) -> Phrase {
+        let metric = Phrase::sentence(self.label);
         match (self.split, suffix.rsplit_once('.')) {
             (Some(Split::Boundary), Some((layer, contactor))) => {
                 let contactor = if contactor == "rim" { Contactor::Rim } else { Contactor::Tip };
-                format!("{label}, {}", contactor.into_layer(layer))
+                phrase!("{metric}, {pop}", metric = metric, pop = contactor.into_layer(name_structure(layer)))
             }
-            (Some(Split::Layer), _) => format!("{label} in {suffix}"),
-            (Some(Split::Structure), _) => format!("{label} to {suffix}"),
-            _ => format!("{label}: {suffix}"),
+            (Some(Split::Layer), _) => phrase!("{metric} in {layer}", metric = metric, layer = name_structure(suffix)),
+            (Some(Split::Structure), _) => {
+                phrase!("{metric} to {structure}", metric = metric, structure = name_structure(suffix))
+            }
+            _ => phrase!("{metric}: {part}", metric = metric, part = Phrase::Known(suffix.to_owned())),
         }
     }
 }

@@ -1,84 +1,123 @@
-//! Causes in words that a trainee can act on, in English.
+//! Causes in words that a trainee can act on: as phrases, which a page and the window say in their reader's language, and in English.
 
-use crate::catalogue::{Definition, Direction, find_definition, newest_definition};
+use phrase::{Phrase, phrase};
+
+use crate::catalogue::{Direction, find_definition, newest_definition};
 use crate::cause::{Deduction, DeductionCause, FailureCause, HardFailure};
 
 /// Why a rubric line cost what it cost, for example `1.9 mm too deep: −12 points`.
 #[must_use]
 pub fn deduction_in_words(deduction: &Deduction) -> String {
-    let metric = Measure::new(&deduction.metric, deduction.version);
-    let what = match &deduction.cause {
-        DeductionCause::Measured { value, full, zero } => {
-            let advised = deduction.points > 0.0;
-            metric.measured(*value, advised.then_some((*full, full > zero)))
-        }
-        DeductionCause::Absent { reason } => format!("{}: {}", metric.label, reason.words()),
-        DeductionCause::Required { unmet } => format!("{}: {}", metric.label, unmet.words()),
-        DeductionCause::NoSuchMetric => format!("{}: this scene has no such metric", deduction.metric),
-        DeductionCause::Worded { words } => words.clone(),
-    };
-    what + &cost_in_words(deduction.points)
+    deduction_with_cost(deduction).to_string()
+}
+
+/// Why a rubric line cost what it cost, and how much that was.
+#[must_use]
+pub fn deduction_with_cost(deduction: &Deduction) -> Phrase {
+    let why = deduction_phrase(deduction, deduction.points > 0.0);
+    phrase!("{why}: {cost}", why = why, cost = cost_phrase(deduction.points))
 }
 
 /// What a line cost, as it ends a sentence: `: −12 points`.
 pub(crate) fn cost_in_words(points: f64) -> String {
-    format!(": {}", say_points(points))
+    format!(": {}", cost_phrase(points))
 }
 
 /// Why an attempt failed: the author's words, and the figures.
 #[must_use]
 pub fn failure_in_words(failure: &HardFailure) -> String {
-    match &failure.cause {
-        FailureCause::Required { unmet } => unmet.failure_words().to_owned(),
-        FailureCause::Limit { words, metric, version, value, limit } => {
-            let Measure { label, definition } = Measure::new(metric, *version);
-            let unit = definition.map_or("", |definition| definition.unit);
-            format!("{words} ({label} {}, limit {})", say_figure(*value, unit), say_figure(*limit, unit))
-        }
-        FailureCause::Worded { words } => words.clone(),
+    failure_phrase(failure).to_string()
+}
+
+/// Name of a metric by its id; one that the catalogue has not, by the id.
+#[must_use]
+pub fn name_metric(id: &str) -> Phrase {
+    match (newest_definition(id), id.split_once('.')) {
+        (None, _) => Phrase::data(id),
+        (Some(definition), None) => Phrase::sentence(definition.label),
+        (Some(definition), Some((_, part))) => definition.name_part(part),
     }
 }
 
-/// What words are found for.
-struct Measure {
-    label: String,
-    definition: Option<&'static Definition>,
+/// Why points were lost; with advice also what earns full marks and how.
+#[must_use]
+pub fn deduction_phrase(deduction: &Deduction, advised: bool) -> Phrase {
+    let metric = || name_metric(&deduction.metric);
+    match &deduction.cause {
+        DeductionCause::Measured { value, full, zero } => {
+            measured(deduction, *value, advised.then_some((*full, full > zero)))
+        }
+        DeductionCause::Absent { reason } => {
+            phrase!("{metric}: {reason}", metric = metric(), reason = Phrase::sentence(reason.words()))
+        }
+        DeductionCause::Required { unmet } => {
+            phrase!("{metric}: {reason}", metric = metric(), reason = Phrase::sentence(unmet.words()))
+        }
+        DeductionCause::NoSuchMetric => {
+            phrase!("{metric}: this scene has no such metric", metric = &deduction.metric)
+        }
+        DeductionCause::Worded { words } => Phrase::data(words),
+    }
 }
 
-impl Measure {
-    fn new(id: &str, version: u32) -> Self {
-        let (base, suffix) = id.split_once('.').unwrap_or((id, ""));
-        let label = match newest_definition(id) {
-            Some(definition) if suffix.is_empty() => definition.label.to_owned(),
-            Some(definition) => definition.label_of(suffix),
-            None => base.to_owned(),
+/// A value; where it cost something, also what earns full marks, whether more than that does, and advice.
+fn measured(deduction: &Deduction, value: f64, full: Option<(f64, bool)>) -> Phrase {
+    let definition = find_definition(&deduction.metric, deduction.version);
+    let unit = definition.map_or("", |definition| definition.unit);
+    // A range metric says to which side.
+    if definition.is_some_and(|definition| definition.direction == Direction::Range) {
+        let found = figure_phrase(value.abs(), unit);
+        return if value >= 0.0 {
+            phrase!("{found} too deep", found = found)
+        } else {
+            phrase!("{found} too shallow", found = found)
         };
-        Self { label, definition: find_definition(id, version) }
     }
-
-    /// A value; where it cost something, also what earns full marks, whether more than that does, and advice.
-    fn measured(&self, value: f64, full: Option<(f64, bool)>) -> String {
-        let unit = self.definition.map_or("", |definition| definition.unit);
-        // A range metric says to which side.
-        if self.definition.is_some_and(|definition| definition.direction == Direction::Range) {
-            let side = if value >= 0.0 { "too deep" } else { "too shallow" };
-            return format!("{} {side}", say_figure(value.abs(), unit));
-        }
-        let found = format!("{} {}", self.label, say_figure(value, unit));
-        let Some((full, more)) = full else { return found };
-        let (bound, advice) = (if more { "more" } else { "less" }, self.definition.map_or("", |d| d.advice));
-        format!("{found}, full marks for {} or {bound} – {advice}", say_figure(full, unit))
+    let found = metric_with_value(&deduction.metric, value, unit);
+    let Some((full, more)) = full else { return found };
+    let (full, advice) = (figure_phrase(full, unit), Phrase::sentence(definition.map_or("", |d| d.advice)));
+    if more {
+        phrase!("{found}, full marks for {full} or more – {advice}", found = found, full = full, advice = advice)
+    } else {
+        phrase!("{found}, full marks for {full} or less – {advice}", found = found, full = full, advice = advice)
     }
 }
 
-fn say_points(points: f64) -> String {
+fn metric_with_value(metric: &str, value: f64, unit: &str) -> Phrase {
+    phrase!("{metric} {value}", metric = name_metric(metric), value = figure_phrase(value, unit))
+}
+
+/// Why an attempt failed whatever its points: the author's words, and the figures.
+#[must_use]
+pub fn failure_phrase(failure: &HardFailure) -> Phrase {
+    match &failure.cause {
+        FailureCause::Required { unmet } => Phrase::sentence(unmet.failure_words()),
+        FailureCause::Limit { words, metric, version, value, limit } => {
+            let unit = find_definition(metric, *version).map_or("", |definition| definition.unit);
+            let (found, limit) = (metric_with_value(metric, *value, unit), figure_phrase(*limit, unit));
+            phrase!("{why} ({found}, limit {limit})", why = words, found = found, limit = limit)
+        }
+        FailureCause::Worded { words } => Phrase::Known(words.clone()),
+    }
+}
+
+/// What a line cost.
+#[must_use]
+pub fn cost_phrase(points: f64) -> Phrase {
     if points <= 0.0 {
-        return "no points lost".to_owned();
+        return phrase!("no points lost");
     }
     // What was lost is never shown as nothing.
     let shown = round_decimals(points.max(0.1), if points < 9.95 { 1 } else { 0 });
-    let noun = if shown == "1" { "point" } else { "points" };
-    format!("−{shown} {noun}")
+    if shown == "1" {
+        phrase!("−{points} point", points = Phrase::Number(shown))
+    } else {
+        phrase!("−{points} points", points = Phrase::Number(shown))
+    }
+}
+
+fn figure_phrase(value: f64, unit: &str) -> Phrase {
+    Phrase::Number(say_figure(value, unit))
 }
 
 /// A value with its unit, to a precision that a trainee can use.
@@ -126,10 +165,10 @@ mod tests {
 
     #[test]
     fn costs_say_what_was_lost() {
-        assert_eq!(say_points(12.3), "−12 points");
-        assert_eq!(say_points(1.0), "−1 point");
-        assert_eq!(say_points(2.54), "−2.5 points");
-        assert_eq!(say_points(0.001), "−0.1 points");
-        assert_eq!(say_points(0.0), "no points lost");
+        assert_eq!(cost_phrase(12.3).to_string(), "−12 points");
+        assert_eq!(cost_phrase(1.0).to_string(), "−1 point");
+        assert_eq!(cost_phrase(2.54).to_string(), "−2.5 points");
+        assert_eq!(cost_phrase(0.001).to_string(), "−0.1 points");
+        assert_eq!(cost_phrase(0.0).to_string(), "no points lost");
     }
 }

@@ -1,8 +1,9 @@
 //! Answers: read from what a form sends, within what the scale allows.
 
-use std::fmt::{self, Display, Formatter};
+use std::fmt::{self, Formatter};
 
 use documents::instrument::{Condition, Instrument, Item, ScaleKind};
+use phrase::{Phrase, phrase};
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
@@ -83,7 +84,7 @@ impl<'de> Visitor<'de> for AnswerReader {
 
 /// An answer that its scale does not allow.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{found}; allowed: {allowed}")]
+#[error("{}", self.phrase())]
 pub struct Refused {
     /// What was said, shortened; of a text that is too long, its length.
     pub found: Found,
@@ -116,6 +117,12 @@ pub enum Allowed {
 }
 
 impl Refused {
+    /// In words, for whoever has another language.
+    #[must_use]
+    pub fn phrase(&self) -> Phrase {
+        phrase!("{found}; allowed: {allowed}", found = self.found.phrase(), allowed = self.allowed.phrase())
+    }
+
     fn new(found: &str, allowed: Allowed) -> Self {
         let short: String = found.chars().take(60).collect();
         let end = if short.len() < found.len() { "…" } else { "" };
@@ -123,23 +130,38 @@ impl Refused {
     }
 }
 
-impl Display for Found {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+/// A bound as the instrument's author wrote it, with its unit.
+fn stated(value: f64, unit: &str) -> Phrase {
+    let number = value.to_string();
+    Phrase::Number(match unit {
+        "" | "1" | "count" => number,
+        "°" => number + unit,
+        unit => format!("{number}\u{a0}{unit}"),
+    })
+}
+
+impl Found {
+    fn phrase(&self) -> Phrase {
         match self {
-            Self::Said(said) => f.write_str(said),
-            Self::Characters(count) => write!(f, "{count} characters"),
+            Self::Said(said) => Phrase::data(said),
+            Self::Characters(count) => phrase!("{n} characters", n = *count),
         }
     }
 }
 
-impl Display for Allowed {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+impl Allowed {
+    fn phrase(&self) -> Phrase {
         match self {
-            Self::Points(most) => write!(f, "a whole number from 1 to {most}"),
-            Self::Steps(min, max, step) => write!(f, "{min} to {max} in steps of {step}"),
-            Self::Range(min, max, unit) => write!(f, "a number from {min} to {max} {unit}"),
-            Self::OneOf(ids) => f.write_str(&ids.join(", ")),
-            Self::Characters(most) => write!(f, "at most {most} characters"),
+            Self::Points(most) => phrase!("a whole number from 1 to {most}", most = i64::from(*most)),
+            Self::Steps(min, max, step) => {
+                let [min, max, step] = [min, max, step].map(|value| stated(*value, ""));
+                phrase!("{min} to {max} in steps of {step}", min = min, max = max, step = step)
+            }
+            Self::Range(min, max, unit) => {
+                phrase!("a number from {min} to {max}", min = stated(*min, ""), max = stated(*max, unit))
+            }
+            Self::OneOf(ids) => Phrase::data(ids.join(", ")),
+            Self::Characters(most) => phrase!("at most {most} characters", most = *most),
         }
     }
 }

@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use words::Language;
+
 use crate::commands::simulate::pseudonym;
 use crate::devices::DeviceArgs;
 use crate::exit::Outcome;
@@ -13,7 +15,7 @@ use crate::outbox::Outbox;
 use crate::output;
 use crate::shelf::Shelf;
 use crate::station::{Pairing, StationKey};
-use crate::window::{self, Station};
+use crate::window::{self, Station, WindowLanguage};
 
 /// Practise in a window
 ///
@@ -42,6 +44,9 @@ pub struct PlayArgs {
     /// Folder of the recordings
     #[arg(long, value_name = "DIR", default_value = "attempts")]
     recordings: PathBuf,
+    /// Language of the window: en or de; without it that of whoever signs in, or the system's
+    #[arg(long, value_name = "LANGUAGE")]
+    language: Option<Language>,
     #[command(flatten)]
     devices: DeviceArgs,
 }
@@ -71,5 +76,6 @@ pub fn run(args: &PlayArgs) -> Outcome {
         trainee: args.trainee.clone(),
         seed: args.seed,
         guided: !args.free,
+        language: WindowLanguage::new(args.language),
     })
 }

@@ -2,7 +2,10 @@
 
 use std::path::PathBuf;
 
+use words::Language;
+
 use crate::exit::Outcome;
+use crate::window::WindowLanguage;
 use crate::{sources, window};
 
 /// Watch a recording in a window
@@ -17,11 +20,14 @@ pub struct ReplayArgs {
     /// A second recording, drawn as a ghost; both are aligned by the layers that they went through
     #[arg(long, value_name = "REC2.mcap")]
     compare: Option<PathBuf>,
+    /// Language of the window: en or de; without it the system's
+    #[arg(long, value_name = "LANGUAGE")]
+    language: Option<Language>,
 }
 
 /// Runs the command.
 pub fn run(args: &ReplayArgs) -> Outcome {
     let recording = sources::read_recording(&args.recording)?;
     let other = args.compare.as_deref().map(sources::read_recording).transpose()?;
-    window::watch(&args.recording, recording, other)
+    window::watch(&args.recording, recording, other, WindowLanguage::new(args.language))
 }

@@ -9,15 +9,17 @@ use std::thread;
 use std::time::Duration;
 
 use documents::{DocumentError, Instrument};
+use phrase::{Phrase, phrase};
 use serde::{Deserialize, Deserializer};
 use serde_json::json;
 use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 use uuid::Uuid;
+use words::Language;
 
 use crate::exit::Failure;
 use crate::outbox::{Access, AnswerSheet, Outbox, Patience};
-use crate::service::{self, ask_service};
+use crate::service::{self, Reply, ask_service};
 use crate::station::Pairing;
 
 /// Who sits at the station.
@@ -27,11 +29,49 @@ pub struct SignedIn {
     pub trainee: String,
     /// For the screen, never for a recording.
     pub display_name: String,
+    /// The code of the language that they have chosen at their school. A service of before does not say.
+    #[serde(default)]
+    language: Option<String>,
     /// What there is to train, what is due first.
     pub exercises: Vec<Listed>,
     /// What the school asks after attempts.
     #[serde(default, deserialize_with = "readable")]
     pub surveys: Vec<Arc<AskedSurvey>>,
+}
+
+/// What a guest of a study has to agree to before they practise.
+#[derive(Clone, Debug, Deserialize)]
+pub struct StudyTerms {
+    /// Title of the study.
+    pub study: String,
+    /// What its participants agree to, as whoever runs it has written it.
+    pub consent: String,
+    /// Who answers for the data.
+    pub controller: String,
+    /// Whom to ask.
+    pub contact: String,
+    /// How long its data are kept after it has ended, in months.
+    pub kept_months: u32,
+    /// By what the school knows which text it was.
+    pub revision: String,
+}
+
+/// What the school says to somebody's code.
+#[derive(Clone, Debug)]
+pub enum DeskReply {
+    /// They sit here now.
+    SignedIn(SignedIn),
+    /// A guest, who has to agree first: nobody is signed in, and the code is as good as before.
+    ConsentAsked(StudyTerms),
+}
+
+/// A code that somebody has typed.
+#[derive(Clone, Debug, Default)]
+pub struct CodeEntry {
+    /// The code.
+    pub code: String,
+    /// The revision of what a guest has read and agreed to.
+    pub agreed: Option<String>,
 }
 
 /// An exercise of the school.
@@ -117,6 +157,11 @@ fn readable<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<Arc<AskedSurvey>>,
 }
 
 impl SignedIn {
+    /// The language that they have chosen at their school, where the window speaks it.
+    pub fn language(&self) -> Option<Language> {
+        Language::named(self.language.as_deref()?)
+    }
+
     /// What is asked at the station after the last of the exercises practised since the sign-in: what a study asks, and of the
     /// school's own surveys one of a minute at most. Longer ones wait on the school's pages.
     pub fn asked_after(&self, practised: &[String]) -> Vec<Arc<AskedSurvey>> {
@@ -138,8 +183,8 @@ pub enum DeskAnswer<T> {
     Waiting,
     /// This.
     Came(T),
-    /// Nothing, and why.
-    Refused(String),
+    /// Nothing, and why, in words for whatever language the window speaks.
+    Refused(Phrase),
 }
 
 /// A call that is under way.
@@ -151,7 +196,7 @@ pub fn read<T: Clone>(call: &Call<T>) -> DeskAnswer<T> {
 }
 
 /// Asks in a thread of its own.
-fn ask<T: Send + 'static>(work: impl FnOnce() -> Result<T, String> + Send + 'static) -> Call<T> {
+fn ask<T: Send + 'static>(work: impl FnOnce() -> Result<T, Phrase> + Send + 'static) -> Call<T> {
     let call = Arc::new(Mutex::new(DeskAnswer::Waiting));
     let theirs = Arc::clone(&call);
     let started = thread::Builder::new().name("desk".to_owned()).spawn(move || {
@@ -159,30 +204,53 @@ fn ask<T: Send + 'static>(work: impl FnOnce() -> Result<T, String> + Send + 'sta
         *theirs.lock().unwrap_or_else(PoisonError::into_inner) = answer;
     });
     if let Err(error) = started {
-        *call.lock().unwrap_or_else(PoisonError::into_inner) = DeskAnswer::Refused(error.to_string());
+        *call.lock().unwrap_or_else(PoisonError::into_inner) = DeskAnswer::Refused(Phrase::data(error));
     }
     call
 }
 
 /// Signs somebody in by the code from their own page, or a guest by that of a study.
-pub fn sign_in(pairing: Pairing, code: String) -> Call<SignedIn> {
+pub fn sign_in(pairing: Pairing, entry: CodeEntry) -> Call<DeskReply> {
     ask(move || {
         let address = format!("{}/api/v1/stations/sign-in", pairing.server);
-        let token = service::bearer_header(&pairing.token).ok_or("the station's token is spoilt: pair it again")?;
+        let token = service::bearer_header(&pairing.token)
+            .ok_or_else(|| phrase!("the station's token is spoilt: pair it again"))?;
         let request =
             service::http_agent().post(&address).header("Authorization", token).content_type("application/json");
-        let reply = ask_service(&address, request.send(json!({ "code": code }).to_string()))
-            .map_err(|trouble| trouble.detail)?;
-        let signed_in = reply.json().filter(|_| reply.status == 200).and_then(|said| serde_json::from_value(said).ok());
-        signed_in.ok_or_else(|| reply.words())
+        let mut asked = json!({ "code": entry.code });
+        if let Some(agreed) = entry.agreed {
+            asked["consent"] = agreed.into();
+        }
+        let reply = ask_service(&address, request.send(asked.to_string()))
+            .map_err(|trouble| phrase!("the school does not answer: {why}", why = trouble.detail))?;
+        read_desk_reply(&reply).ok_or_else(|| explain_refusal(&reply))
     })
+}
+
+fn read_desk_reply(reply: &Reply) -> Option<DeskReply> {
+    let said = reply.json()?;
+    match reply.status {
+        200 => serde_json::from_value(said).ok().map(DeskReply::SignedIn),
+        202 => serde_json::from_value(said).ok().map(DeskReply::ConsentAsked),
+        _ => None,
+    }
+}
+
+/// Why nobody was signed in. What a service says in words of its own is said as it says it.
+fn explain_refusal(reply: &Reply) -> Phrase {
+    match reply.status {
+        401 => phrase!("the school does not know this station any more: pair it again"),
+        403 => phrase!("this is nobody's sign-in code; the page of one's account makes one"),
+        429 => phrase!("too many wrong codes were entered here: the station is locked for up to an hour"),
+        _ => Phrase::data(reply.words()),
+    }
 }
 
 /// Keeps a recording in the outbox and sends what is due; says in words what has become of it.
 ///
 /// # Errors
 /// When the outbox refuses it: it stays where it is.
-pub fn deliver(outbox: &Outbox, recording: &Path, pairing: Pairing) -> Result<Call<String>, Failure> {
+pub fn deliver(outbox: &Outbox, recording: &Path, pairing: Pairing) -> Result<Call<Phrase>, Failure> {
     let kept = outbox.keep(recording, Some(&pairing.server))?;
     Ok(send(outbox.clone(), kept.id, pairing))
 }
@@ -191,21 +259,21 @@ pub fn deliver(outbox: &Outbox, recording: &Path, pairing: Pairing) -> Result<Ca
 ///
 /// # Errors
 /// When the outbox refuses them: they stay as they were saved.
-pub fn hand_in(outbox: &Outbox, sheet: &AnswerSheet, pairing: Pairing) -> Result<Call<String>, Failure> {
+pub fn hand_in(outbox: &Outbox, sheet: &AnswerSheet, pairing: Pairing) -> Result<Call<Phrase>, Failure> {
     let kept = outbox.keep_answers(sheet, &pairing.server)?;
     Ok(send(outbox.clone(), kept.id, pairing))
 }
 
-fn send(outbox: Outbox, id: String, pairing: Pairing) -> Call<String> {
+fn send(outbox: Outbox, id: String, pairing: Pairing) -> Call<Phrase> {
     /// The outbox tries again later, so the first try need not be patient.
     const PATIENCE: Patience = Patience { retries: 2, first_wait: Duration::from_secs(1) };
     ask(move || {
         let access = Access::new(None, Some(&pairing));
-        let deliveries = outbox.send_due(&access, PATIENCE).map_err(|failure| failure.to_string())?;
+        let deliveries = outbox.send_due(&access, PATIENCE).map_err(Phrase::data)?;
         match deliveries.iter().find(|delivery| delivery.id == id) {
-            Some(delivery) if delivery.delivered => Ok(format!("delivered to {}", pairing.school)),
-            Some(delivery) => Err(format!("waits in the outbox: {}", delivery.detail)),
-            None => Err("waits in the outbox".to_owned()),
+            Some(delivery) if delivery.delivered => Ok(phrase!("delivered to {school}", school = &pairing.school)),
+            Some(delivery) => Err(phrase!("waits in the outbox: {why}", why = &delivery.detail)),
+            None => Err(phrase!("waits in the outbox")),
         }
     })
 }

@@ -3,23 +3,25 @@
 
 use haptics::safety::flags;
 use haptics::servo::{Record, flags as servo_flags};
+use phrase::sentence;
 
 /// The same trouble is not said again before so many seconds have passed without it.
 const QUIET_S: f64 = 10.0;
 /// Force is back when it was given for so long, in s.
 const BACK_S: f64 = 0.2;
 
+/// A recording keeps them in English; the window says them in its reader's language.
 const TROUBLES: [(u32, &str); 8] = [
-    (flags::HELD, "the device's reading was bad or missing: the last good one was held"),
-    (flags::NOT_FINITE, "the force law gave no number: nothing was sent"),
-    (flags::THERMAL, "the force was reduced to keep the device's motors cool"),
-    (flags::WATCHDOG, "the watchdog cut the force"),
-    (flags::UNFELT, "the hand is given less than half of the force"),
-    (servo_flags::STALLED, "the computer stalled: a tick came more than a period late"),
-    (servo_flags::REFUSED, "the device refused the force"),
-    (servo_flags::DISAGREES, "the device says that it shows another force than it is sent"),
+    (flags::HELD, sentence!("the device's reading was bad or missing: the last good one was held")),
+    (flags::NOT_FINITE, sentence!("the force law gave no number: nothing was sent")),
+    (flags::THERMAL, sentence!("the force was reduced to keep the device's motors cool")),
+    (flags::WATCHDOG, sentence!("the watchdog cut the force")),
+    (flags::UNFELT, sentence!("the hand is given less than half of the force")),
+    (servo_flags::STALLED, sentence!("the computer stalled: a tick came more than a period late")),
+    (servo_flags::REFUSED, sentence!("the device refused the force")),
+    (servo_flags::DISAGREES, sentence!("the device says that it shows another force than it is sent")),
 ];
-const BACK: &str = "the hand is given the force again";
+const BACK: &str = sentence!("the hand is given the force again");
 
 /// Watches the flags of ticks.
 #[derive(Clone, Copy, Debug)]

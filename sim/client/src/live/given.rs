@@ -3,6 +3,7 @@
 use haptics::safety::{flags, passivity};
 use haptics::servo::{Record, flags as servo_flags};
 use nalgebra::Vector3;
+use phrase::{Phrase, phrase};
 
 /// The force that the hand is given, in N.
 pub fn given_n(record: &Record) -> f64 {
@@ -11,22 +12,21 @@ pub fn given_n(record: &Record) -> f64 {
 
 /// What keeps the tissue's force from the hand in a tick of which a part of the force is let through, for large letters; none where the
 /// hand is given what it should feel.
-pub fn withheld(record: &Record, let_through: f64) -> Option<String> {
+pub fn withheld(record: &Record, let_through: f64) -> Option<Phrase> {
     let has = |flag: u32| record.flags & flag != 0;
-    let why = if has(servo_flags::REFUSED) {
-        "The device refuses force: nothing is felt"
+    Some(if has(servo_flags::REFUSED) {
+        phrase!("The device refuses force: nothing is felt")
     } else if has(flags::WATCHDOG) {
-        "Force is cut: computer or device stalled"
+        phrase!("Force is cut: computer or device stalled")
     } else if has(flags::HELD) && let_through < 1.0 {
-        "No readings from the device: force goes"
+        phrase!("No readings from the device: force goes")
     } else if has(flags::GATED) && norm_n(record.force_n) > passivity::FELT_N {
-        return Some(format!("Force returns: {:.0} %. Hold still", let_through * 100.0));
+        phrase!("Force returns: {percent} %. Hold still", percent = Phrase::number(let_through * 100.0, 0))
     } else if has(servo_flags::DISAGREES) {
-        "The device says that it shows another force than it is sent"
+        phrase!("The device says that it shows another force than it is sent")
     } else {
         return None;
-    };
-    Some(why.to_owned())
+    })
 }
 
 fn norm_n(force_n: [f32; 3]) -> f64 {
@@ -42,7 +42,7 @@ mod tests {
     /// What is said of a tick with some flags, a part of the force let through, and the law's force in N.
     fn said(flags: u32, let_through: f64, force_n: f32) -> Option<String> {
         let record = Record { flags, force_n: [0.0, 0.0, force_n], ..Record::default() };
-        withheld(&record, let_through)
+        withheld(&record, let_through).map(|why| why.to_string())
     }
 
     #[test]

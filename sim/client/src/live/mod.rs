@@ -130,8 +130,8 @@ pub mod tests {
 
     const TICK_HZ: f64 = 1000.0;
 
-    /// An attempt with a device that misbehaves after 300 readings, as it is on disk, and its exercise.
-    pub fn recorded(fault: Fault, key: Option<Arc<StationKey>>, folder: &Path) -> (Recording, ExerciseBundle) {
+    /// An attempt in progress with a device that misbehaves after 300 readings.
+    pub fn begin(fault: Fault, key: Option<Arc<StationKey>>, folder: &Path) -> Live {
         let file =
             Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/lower-back-basics/1-feel-the-layers.toml");
         let bundle = ExerciseBundle::read(&file).expect("a shipped exercise");
@@ -143,13 +143,24 @@ pub mod tests {
         let device = Scripted::new(0.02, TICK_HZ).with(fault, 300, u64::MAX);
         let home = Home::above(Point3::origin(), -Vector3::z_axis(), 0.001);
         let mapping = Mapping::at_home(home, Pointing::Planned);
-        let trial = LiveTrial { bundle: bundle.clone(), specimen, session, path: path.clone(), key };
-        let live = Live::start(trial, mapping, Driven::ByTimer(Box::new(device))).expect("it begins");
+        let trial = LiveTrial { bundle, specimen, session, path, key };
+        Live::start(trial, mapping, Driven::ByTimer(Box::new(device))).expect("it begins")
+    }
+
+    /// Waits until an attempt has lasted for half a second, or is over.
+    pub fn wait_for_ticks(live: &Live) {
         while live.servo().ended().is_none() && live.shown().moment.sample.t_s < 0.5 {
             std::thread::sleep(std::time::Duration::from_millis(5));
         }
-        assert!(live.stop().1.kept.is_ok());
-        (crate::sources::read_recording(&path).expect("a recording"), bundle)
+    }
+
+    /// An attempt with a device that misbehaves after 300 readings, as it is on disk, and its exercise.
+    pub fn recorded(fault: Fault, key: Option<Arc<StationKey>>, folder: &Path) -> (Recording, ExerciseBundle) {
+        let live = begin(fault, key, folder);
+        wait_for_ticks(&live);
+        let (trial, finished) = live.stop();
+        assert!(finished.kept.is_ok());
+        (crate::sources::read_recording(&trial.path).expect("a recording"), trial.bundle.clone())
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! From the name of a device to the device, and how it lies to the patient.
 
-use std::fmt::{self, Display};
+use std::fmt::Display;
 use std::str::FromStr;
 
 use documents::{Exercise, ExerciseBundle};
@@ -13,6 +13,7 @@ use haptics::openhaptics::OpenHaptics;
 use haptics::servo::Driven;
 use law::operator::{Operator, Skill};
 use nalgebra::Unit;
+use phrase::{Phrase, phrase};
 
 use crate::devices::DeviceArgs;
 use crate::exit::Failure;
@@ -56,15 +57,16 @@ impl FromStr for DeviceChoice {
     }
 }
 
-impl Display for DeviceChoice {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl DeviceChoice {
+    /// What the person has in hand, in words.
+    pub fn phrase(&self) -> Phrase {
         match self {
-            Self::Auto => f.write_str("the haptic device that is there, or mouse and keyboard"),
-            Self::Mouse => f.write_str("mouse and keyboard"),
-            Self::Gamepad => f.write_str("gamepad"),
-            Self::OpenHaptics => f.write_str("OpenHaptics"),
-            Self::Inverse3 => f.write_str("Haply Inverse3"),
-            Self::Operator(hand) => f.write_str(&hand.device()),
+            Self::Auto => phrase!("the haptic device that is there, or mouse and keyboard"),
+            Self::Mouse => phrase!("mouse and keyboard, which give your hand no force"),
+            Self::Gamepad => phrase!("a gamepad, which gives your hand no force"),
+            Self::OpenHaptics => Phrase::data("OpenHaptics"),
+            Self::Inverse3 => Phrase::data("Haply Inverse3"),
+            Self::Operator(hand) => Phrase::data(hand.device()),
         }
     }
 }
@@ -157,12 +159,12 @@ fn with_arm(driven: Driven, exercise: &Exercise) -> OpenedDevice {
 }
 
 fn mouse(exercise: &Exercise, rate_hz: f64) -> OpenedDevice {
-    let (hand, aim) = VirtualHand::new("mouse", &VirtualHand::braced(), rate_hz);
+    let (hand, aim) = VirtualHand::new(sentence!("mouse"), &VirtualHand::braced(), rate_hz);
     OpenedDevice { steered: Steered::Window(aim), ..with_arm(Driven::ByTimer(Box::new(hand)), exercise) }
 }
 
 fn gamepad(exercise: &Exercise, rate_hz: f64) -> Result<OpenedDevice, String> {
-    let (hand, aim) = VirtualHand::new("gamepad", &VirtualHand::braced(), rate_hz);
+    let (hand, aim) = VirtualHand::new(sentence!("gamepad"), &VirtualHand::braced(), rate_hz);
     let feed = GamepadFeed::start(aim).map_err(|why| said("gamepad", &why))?;
     let driven = Driven::ByTimer(Box::new(hand.never_turned()));
     Ok(OpenedDevice { steered: Steered::Gamepad(feed), ..with_arm(driven, exercise) })

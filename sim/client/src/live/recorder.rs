@@ -16,7 +16,7 @@ use std::time::Duration;
 use assessment::Coach;
 use attempt::run::{Run, Sent, Simulated};
 use attempt::tick::TickInput;
-use documents::{Channel, Wording};
+use documents::Channel;
 use haptics::safety;
 use haptics::servo::{Ended, Record, Records, Report, flags as servo_flags};
 use recording::recover::recover;
@@ -177,8 +177,7 @@ fn write(
     while let Some(record) = next() {
         let tick = run.tick(&input(&record), Some(&sent(&record)));
         let coached = if exercise.feedback.gives(Channel::Coaching) { coach.watch(&tick.sample) } else { Vec::new() };
-        let coached: Vec<&str> = coached.into_iter().map(Wording::own).collect();
-        coached.iter().for_each(|text| run.note(EventKind::Coaching, &tick, text));
+        coached.iter().for_each(|text| run.note(EventKind::Coaching, &tick, text.own()));
         let faulty = faults.watch(&record);
         faulty.iter().for_each(|text| run.note(EventKind::Fault, &tick, text));
         if let Some(shown) = shown {

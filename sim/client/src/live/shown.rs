@@ -3,7 +3,9 @@
 use std::collections::VecDeque;
 
 use attempt::tick::Tick;
+use documents::{Wording, name_structure};
 use law::axial::Contactor;
+use phrase::{Phrase, phrase};
 use recording::{Event, EventKind, Sample};
 
 use super::LiveTrial;
@@ -49,8 +51,8 @@ pub struct SpokenEvent {
     pub t_s: f64,
     /// What it is.
     pub kind: EventKind,
-    /// In words.
-    pub text: String,
+    /// In words, for whatever language the window speaks.
+    pub text: Phrase,
 }
 
 /// What the window shows. Written by the recorder, one whole tick at a time.
@@ -90,7 +92,7 @@ impl AttemptView {
     }
 
     /// Tells of a tick, and of what coach and safety chain said of it.
-    pub fn tell(&mut self, tick: &Tick, coached: &[&str], faulty: &[&str]) {
+    pub fn tell(&mut self, tick: &Tick, coached: &[&Wording], faulty: &[&'static str]) {
         let Sample { t_s, x_m, .. } = tick.sample;
         self.moment.sample(&tick.sample);
         for event in &tick.events {
@@ -100,9 +102,9 @@ impl AttemptView {
                 self.said.push(SpokenEvent { t_s, kind: event.kind, text });
             }
         }
-        for (kind, texts) in [(EventKind::Coaching, coached), (EventKind::Fault, faulty)] {
-            self.said.extend(texts.iter().map(|&text| SpokenEvent { t_s, kind, text: text.to_owned() }));
-        }
+        let coached = coached.iter().map(|&text| (EventKind::Coaching, Phrase::from(text)));
+        let faulty = faulty.iter().map(|&text| (EventKind::Fault, Phrase::sentence(text)));
+        self.said.extend(coached.chain(faulty).map(|(kind, text)| SpokenEvent { t_s, kind, text }));
         if let Some(tent) = &tick.tent {
             self.moment.tent(tent);
         }
@@ -132,11 +134,14 @@ impl AttemptView {
     /// Where the tip is: outside, at the skin, or in the last layer that it has broken into. Tissue that only gives way is not
     /// entered yet.
     #[must_use]
-    pub fn place(&self) -> &str {
+    pub fn place(&self) -> Phrase {
         match (self.moment.opened(), self.layers.as_slice()) {
-            (None, _) => "outside",
-            (Some(0), _) => "on the skin",
-            (Some(opened), layers) => layers.get(opened as usize - 1).map_or("below the last layer", String::as_str),
+            (None, _) => phrase!("outside"),
+            (Some(0), _) => phrase!("on the skin"),
+            (Some(opened), layers) => match layers.get(opened as usize - 1) {
+                Some(layer) => name_structure(layer),
+                None => phrase!("below the last layer"),
+            },
         }
     }
 
@@ -148,17 +153,17 @@ impl AttemptView {
 }
 
 /// What is said of an event in a phase, as a caption of what was felt or heard.
-fn in_words(event: &Event, phase: Phase) -> Option<String> {
-    let text = &event.text;
+fn in_words(event: &Event, phase: Phase) -> Option<Phrase> {
+    let pop = |contactor: Contactor| phrase!("pop: {pop}", pop = contactor.into_layer(name_structure(&event.text)));
     match event.kind {
-        EventKind::Contact => Some("skin touched".to_owned()),
-        EventKind::TipRupture => Some(format!("pop: {}", Contactor::Tip.into_layer(text))),
-        EventKind::RimRupture => Some(format!("pop: {}", Contactor::Rim.into_layer(text))),
-        EventKind::StructureHit => Some(format!("{text} was hit")),
-        EventKind::SkinExit => Some("out of the skin".to_owned()),
-        EventKind::Confirm if phase == Phase::Approach => Some("nothing is confirmed in the air".to_owned()),
-        EventKind::Confirm => Some("position confirmed: withdraw".to_owned()),
-        EventKind::Fault | EventKind::Interrupted => Some(text.clone()),
+        EventKind::Contact => Some(phrase!("skin touched")),
+        EventKind::TipRupture => Some(pop(Contactor::Tip)),
+        EventKind::RimRupture => Some(pop(Contactor::Rim)),
+        EventKind::StructureHit => Some(phrase!("{structure} was hit", structure = name_structure(&event.text))),
+        EventKind::SkinExit => Some(phrase!("out of the skin")),
+        EventKind::Confirm if phase == Phase::Approach => Some(phrase!("nothing is confirmed in the air")),
+        EventKind::Confirm => Some(phrase!("position confirmed: withdraw")),
+        EventKind::Fault | EventKind::Interrupted => Some(Phrase::Known(event.text.clone())),
         EventKind::Coaching => None,
     }
 }
@@ -170,6 +175,10 @@ mod tests {
     use recording::sample::flags;
 
     use super::*;
+
+    fn german() -> words::Language {
+        words::Language::named("de").unwrap()
+    }
 
     fn shown(time_limit_s: f64) -> AttemptView {
         let layers = vec!["skin".to_owned(), "fat".to_owned()];
@@ -218,7 +227,7 @@ mod tests {
         let mut shown = shown(60.0);
         assert_eq!(tell(&mut shown, 0.5, -10.0, &[EventKind::Confirm]), Phase::Approach);
         assert_eq!(tell(&mut shown, 0.6, -10.0, &[]), Phase::Approach);
-        assert!(shown.said[0].text.contains("in the air"), "{:?}", shown.said);
+        assert!(shown.said[0].text.to_string().contains("in the air"), "{:?}", shown.said);
         tell(&mut shown, 1.0, 0.1, &[EventKind::Contact]);
         assert_eq!(tell(&mut shown, 2.0, 4.0, &[EventKind::Confirm]), Phase::Confirmed);
     }
@@ -234,12 +243,12 @@ mod tests {
     #[test]
     fn tissue_that_only_gives_way_is_not_entered() {
         let mut shown = shown(60.0);
-        assert_eq!(shown.place(), "outside");
+        assert_eq!(shown.place().to_string(), "outside");
         tell(&mut shown, 1.0, 0.1, &[EventKind::Contact]);
         tell(&mut shown, 1.5, 3.0, &[]);
-        assert_eq!(shown.place(), "on the skin");
+        assert_eq!(shown.place().to_string(), "on the skin");
         tell(&mut shown, 2.0, 3.1, &[EventKind::TipRupture]);
-        assert_eq!(shown.place(), "skin");
+        assert_eq!(words::within(german(), || words::phrase(&shown.place())), "Haut");
     }
 
     #[test]

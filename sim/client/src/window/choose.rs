@@ -1,11 +1,12 @@
 //! Before an attempt: the exercises there are, and the briefing of the one that is chosen.
 
 use assessment::learning::{Mastery, Reached};
-use documents::Exercise;
+use documents::{Exercise, Wording};
 use eframe::egui::{self, Align, Color32, Key, Layout, RichText, ScrollArea, Ui};
 use time::OffsetDateTime;
-use time::macros::format_description;
+use words::fixed;
 
+use super::language::WindowLanguage;
 use super::{colours, help};
 use crate::clock;
 use crate::live::desk::Listed;
@@ -59,13 +60,16 @@ impl ExerciseChoice<'_> {
     fn facts(&self, offer: &Offer) -> String {
         let exercise = &offer.bundle.exercise;
         let course = offer.course.as_ref();
-        let place = course.map(|course| format!("{}, {} of {}", course.title, course.place[0], course.place[1]));
+        let place = course.map(|course| {
+            let [at, all] = course.place;
+            tr!("{course}, {at} of {all}", course = own_words(&course.title), at = at, all = all)
+        });
         let listed = self.listed(exercise);
         let progress = match listed {
-            Some(listed) if listed.mastered => "mastered".to_owned(),
-            Some(listed) if listed.due => "not mastered yet".to_owned(),
-            Some(_) => "not open yet".to_owned(),
-            None if self.school.is_some() => "not among your school's exercises".to_owned(),
+            Some(listed) if listed.mastered => tr!("mastered").to_owned(),
+            Some(listed) if listed.due => tr!("not mastered yet").to_owned(),
+            Some(_) => tr!("not open yet").to_owned(),
+            None if self.school.is_some() => tr!("not among your school's exercises").to_owned(),
             None => say_standing(&self.history.tally(&exercise.id), course.map(|course| course.mastery)),
         };
         // What the school has opened is open, whatever came before it.
@@ -73,13 +77,13 @@ impl ExerciseChoice<'_> {
         let asked = asked.flat_map(|course| course.prerequisites.iter().map(|id| (id, &course.mastery)));
         let missing: Vec<&str> =
             asked.filter(|(id, mastery)| !self.opens(id, mastery)).map(|(id, _)| self.title(id)).collect();
-        let first = (!missing.is_empty()).then(|| format!("first: {}", missing.join(", ")));
+        let first = (!missing.is_empty()).then(|| tr!("first: {exercises}", exercises = missing.join(", ")));
         place.into_iter().chain([progress]).chain(first).collect::<Vec<_>>().join(" · ")
     }
 
     fn title<'a>(&'a self, exercise_id: &'a str) -> &'a str {
         let known = self.shelf.exercises.iter().find(|offer| offer.bundle.exercise.id == exercise_id);
-        known.map_or(exercise_id, |offer| offer.bundle.exercise.title.own())
+        known.map_or(exercise_id, |offer| own_words(&offer.bundle.exercise.title))
     }
 }
 
@@ -87,9 +91,15 @@ impl ExerciseChoice<'_> {
 fn say_standing(Tally { passed, best }: &Tally, mastery: Option<Mastery>) -> String {
     let passes = passed.iter().filter(|passed| **passed).count();
     let tried = match passed.len() {
-        0 => return "not tried here yet".to_owned(),
-        1 => format!("1 attempt here, {}, {best:.0} points", if passes > 0 { "passed" } else { "not passed" }),
-        attempts => format!("{attempts} attempts here, {passes} passed, best {best:.0} points"),
+        0 => return tr!("not tried here yet").to_owned(),
+        1 if passes > 0 => tr!("1 attempt here, passed, {points} points", points = fixed(*best, 0)),
+        1 => tr!("1 attempt here, not passed, {points} points", points = fixed(*best, 0)),
+        attempts => tr!(
+            "{attempts} attempts here, {passes} passed, best {points} points",
+            attempts = attempts,
+            passes = passes,
+            points = fixed(*best, 0)
+        ),
     };
     [mastery.map(|mastery| say_distance(&mastery, passed)), Some(tried)]
         .into_iter()
@@ -102,19 +112,30 @@ fn say_distance(mastery: &Mastery, passed: &[bool]) -> String {
     let (reached, curve) = mastery.judge(passed);
     let needed = curve.map_or(0, |curve| curve.successes_needed);
     match (reached, mastery) {
-        (Reached::Mastered { .. }, _) => "mastered".to_owned(),
-        (Reached::Regressing { .. }, _) => format!("to be practised again: {needed} more passes in a row show mastery"),
-        (Reached::Open { passes }, Mastery::Passes { passes: needed, of }) => {
-            format!("not mastered yet: {passes} of {needed} passes among {of} in a row")
-        }
-        (Reached::Open { .. }, Mastery::Curve(_)) => format!("not mastered yet: {needed} more passes in a row show it"),
+        (Reached::Mastered { .. }, _) => tr!("mastered").to_owned(),
+        (Reached::Regressing { .. }, _) => trn!(
+            "to be practised again: {n} more pass in a row shows mastery",
+            "to be practised again: {n} more passes in a row show mastery",
+            needed
+        ),
+        (Reached::Open { passes }, Mastery::Passes { passes: needed, of }) => tr!(
+            "not mastered yet: {passes} of {needed} passes among {of} in a row",
+            passes = passes,
+            needed = needed,
+            of = of
+        ),
+        (Reached::Open { .. }, Mastery::Curve(_)) => trn!(
+            "not mastered yet: {n} more pass in a row shows it",
+            "not mastered yet: {n} more passes in a row show it",
+            needed
+        ),
     }
 }
 
 /// The list of exercises. Answers the one that is chosen.
-pub fn choose_exercise(ui: &mut Ui, choice: &ExerciseChoice<'_>) -> Option<usize> {
+pub fn choose_exercise(ui: &mut Ui, choice: &ExerciseChoice<'_>, language: &mut WindowLanguage) -> Option<usize> {
     let chosen = egui::CentralPanel::default().frame(reading_page(ui)).show(ui, |ui| {
-        ui.heading("Exercises");
+        show_heading(ui, tr!("Exercises"), language);
         ui.add_space(8.0);
         let exercises = &choice.shelf.exercises;
         let mut order: Vec<usize> = (0..exercises.len()).collect();
@@ -136,16 +157,34 @@ pub fn choose_exercise(ui: &mut Ui, choice: &ExerciseChoice<'_>) -> Option<usize
     chosen.inner
 }
 
+/// A page's heading, with the languages at the other end of its line.
+fn show_heading(ui: &mut Ui, heading: &str, language: &mut WindowLanguage) {
+    ui.with_layout(Layout::right_to_left(Align::Min), |ui| {
+        ui.horizontal(|ui| language.ui(ui));
+        ui.with_layout(Layout::top_down(Align::LEFT), |ui| {
+            ui.add(egui::Label::new(RichText::new(heading).heading()).wrap())
+        });
+    });
+}
+
+/// A text of a document in the language that the window speaks.
+pub fn own_words(text: &Wording) -> &str {
+    text.in_language(words::current().code())
+}
+
 fn exercise_row(ui: &mut Ui, choice: &ExerciseChoice<'_>, offer: &Offer) -> bool {
     let exercise = &offer.bundle.exercise;
     let clicked = ui.horizontal(|ui| {
-        let clicked =
-            ui.add(egui::Button::new(RichText::new(exercise.title.own()).size(17.0)).min_size([320.0, 34.0].into()));
+        let clicked = ui.add(
+            egui::Button::new(RichText::new(own_words(&exercise.title)).size(17.0)).min_size([320.0, 34.0].into()),
+        );
         ui.vertical(|ui| {
             ui.horizontal(|ui| {
                 let harder = usize::from(exercise.difficulty);
-                ui.label("●".repeat(harder) + &"○".repeat(5_usize.saturating_sub(harder))).on_hover_text("Difficulty");
-                ui.label(format!("target {:.0} mm, {:.0}°", exercise.target_depth_mm, exercise.angle_deg));
+                ui.label("●".repeat(harder) + &"○".repeat(5_usize.saturating_sub(harder)))
+                    .on_hover_text(tr!("Difficulty"));
+                let (depth, angle) = (fixed(exercise.target_depth_mm, 0), fixed(exercise.angle_deg, 0));
+                ui.label(tr!("target {depth} mm, {angle}°", depth = depth, angle = angle));
                 if let Some(due) = choice.listed(exercise).filter(|listed| listed.due) {
                     let (colour, words) = say_due_time(due, clock::now());
                     ui.colored_label(colour, words);
@@ -164,7 +203,7 @@ fn list_unreadable(ui: &mut Ui, broken: &[Broken]) {
         return;
     }
     ui.add_space(16.0);
-    ui.label(RichText::new("Cannot be used").strong());
+    ui.label(RichText::new(tr!("Cannot be used")).strong());
     for Broken { path, why } in broken {
         let name =
             path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned());
@@ -175,10 +214,14 @@ fn list_unreadable(ui: &mut Ui, broken: &[Broken]) {
 
 /// Until when an exercise is to be done, in words. Where nobody has set a day it is simply next.
 fn say_due_time(due: &Listed, now: OffsetDateTime) -> (Color32, String) {
-    let Some(at) = due.due_at() else { return (colours::WARN, "→ to do".to_owned()) };
-    let format = format_description!("[day padding:none] [month repr:short] [year], [hour]:[minute]");
-    let day = at.format(format).unwrap_or_default();
-    if at < now { (colours::BAD, format!("× was due {day}")) } else { (colours::WARN, format!("→ due {day}")) }
+    let Some(at) = due.due_at() else { return (colours::WARN, format!("→ {}", tr!("to do"))) };
+    let day = words::dates::date(at.year(), u8::from(at.month()), at.day());
+    let day = tr!("{date}, {time}", date = day, time = format!("{:02}:{:02}", at.hour(), at.minute()));
+    if at < now {
+        (colours::BAD, format!("× {}", tr!("was due {day}", day = day)))
+    } else {
+        (colours::WARN, format!("→ {}", tr!("due {day}", day = day)))
+    }
 }
 
 /// What is said before an attempt, and what the person may decide.
@@ -195,19 +238,22 @@ pub struct Briefing<'a> {
     pub ready: bool,
     /// Why the attempt cannot begin.
     pub error: Option<&'a str>,
+    /// In which language it is said.
+    pub language: &'a mut WindowLanguage,
 }
 
 /// The briefing.
 pub fn show_briefing(ui: &mut Ui, briefing: Briefing<'_>) -> Decision {
-    let Briefing { exercise, device, by_hand, guided, ready, error } = briefing;
+    let Briefing { exercise, device, by_hand, guided, ready, error, language } = briefing;
     let decision = egui::Panel::bottom("begin").show(ui, |ui| {
         ui.add_space(8.0);
-        let decision = ui.horizontal(|ui| {
-            let begin = egui::Button::new(RichText::new("Begin (Enter)").size(18.0)).min_size([160.0, 36.0].into());
+        let decision = ui.horizontal_wrapped(|ui| {
+            let begin =
+                egui::Button::new(RichText::new(tr!("Begin (Enter)")).size(18.0)).min_size([160.0, 36.0].into());
             let pressed = |ui: &Ui, key| ui.input(|input| input.key_pressed(key));
             let begin = ui.add_enabled(ready, begin).clicked() || ready && pressed(ui, Key::Enter);
-            let back = ui.button("Another exercise (Esc)").clicked() || pressed(ui, Key::Escape);
-            ui.checkbox(guided, "Guided: show the planned line, entry and target");
+            let back = ui.button(tr!("Another exercise (Esc)")).clicked() || pressed(ui, Key::Escape);
+            ui.checkbox(guided, tr!("Guided: show the planned line, entry and target"));
             match (begin, back) {
                 (true, _) => Decision::Begin,
                 (false, true) => Decision::Back,
@@ -219,13 +265,13 @@ pub fn show_briefing(ui: &mut Ui, briefing: Briefing<'_>) -> Decision {
     });
     egui::CentralPanel::default().frame(reading_page(ui)).show(ui, |ui| {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            ui.heading(exercise.title.own());
+            show_heading(ui, own_words(&exercise.title), language);
             ui.add_space(8.0);
             let beside = ui.available_width() >= BESIDE;
             let layout = if beside { Layout::left_to_right(Align::TOP) } else { Layout::top_down(Align::LEFT) };
             ui.with_layout(layout, |ui| {
                 reading_column(ui, |ui| {
-                    ui.label(RichText::new(exercise.briefing.own()).size(16.5).line_height(Some(24.0)));
+                    ui.label(RichText::new(own_words(&exercise.briefing)).size(16.5).line_height(Some(24.0)));
                     if let Some(error) = error {
                         ui.add_space(8.0);
                         ui.colored_label(colours::BAD, format!("× {error}"));
@@ -257,19 +303,27 @@ fn reading_column(ui: &mut Ui, show: impl FnOnce(&mut Ui)) {
 /// What is shown while an attempt is prepared.
 pub fn show_preparing(ui: &mut Ui) {
     egui::CentralPanel::default().show(ui, |ui| {
-        ui.centered_and_justified(|ui| ui.label(RichText::new("Preparing the patient …").size(22.0)));
+        ui.centered_and_justified(|ui| ui.label(RichText::new(tr!("Preparing the patient …")).size(22.0)));
     });
 }
 
 fn show_exercise_facts(ui: &mut Ui, exercise: &Exercise, device: &str) {
-    let [x_mm, y_mm] = exercise.entry_mm;
+    let [right, away] = exercise.entry_mm.map(|mm| fixed(mm, 0));
     let facts = [
-        ("Target", format!("{:.1} mm along the needle", exercise.target_depth_mm)),
-        ("Entry", format!("{x_mm:.0} mm right, {y_mm:.0} mm away, {:.0}° to the skin's normal", exercise.angle_deg)),
-        ("Time", format!("{:.0} s", exercise.time_limit_s)),
-        ("Passed with", format!("{:.0} of 100 points", exercise.pass_mark)),
-        ("You are given", exercise.feedback.in_words().to_owned()),
-        ("Device", device.to_owned()),
+        (tr!("Target"), tr!("{depth} mm along the needle", depth = fixed(exercise.target_depth_mm, 1))),
+        (
+            tr!("Entry"),
+            tr!(
+                "{right} mm right, {away} mm away, {angle}° to the skin's normal",
+                right = right,
+                away = away,
+                angle = fixed(exercise.angle_deg, 0)
+            ),
+        ),
+        (tr!("Time"), format!("{} s", fixed(exercise.time_limit_s, 0))),
+        (tr!("Passed with"), tr!("{mark} of 100 points", mark = fixed(exercise.pass_mark, 0))),
+        (tr!("You are given"), words::say(exercise.feedback.in_words()).to_owned()),
+        (tr!("Device"), device.to_owned()),
     ];
     egui::Grid::new("facts").num_columns(2).spacing([16.0, 6.0]).show(ui, |ui| {
         for (name, fact) in facts {

@@ -63,7 +63,7 @@ mod tests {
         let context = Context::default();
         apply_colours(&context);
         context.run_ui(RawInput::default(), |_| ()).textures_delta.clear();
-        for sign in "●○▲×→←↑↓−·•°²µ…".chars() {
+        for sign in "●○▲×→←↑↓−·•°²µ…äöüÄÖÜßéñç€–„“”’½±≤≥".chars() {
             let there = context.fonts_mut(|fonts| fonts.has_glyph(&FontId::proportional(14.0), sign));
             assert!(there, "{sign}");
         }

@@ -3,9 +3,11 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use assessment::words::{deduction_in_words, failure_in_words};
+use assessment::words::{deduction_with_cost, failure_phrase};
 use assessment::{AssessError, Assessment, Deduction};
 use eframe::egui::{self, RichText, ScrollArea, Ui};
+use haptics::servo::{Ended, Priority, Quantiles, Report};
+use phrase::Phrase;
 use recording::Recording;
 
 use super::colours;
@@ -25,9 +27,9 @@ const COSTLIEST: usize = 3;
 pub struct Debrief {
     /// Judged, or still in memory.
     kept: Result<JudgedAttempt, Rescue>,
-    servo: Option<String>,
+    servo: Option<Report>,
     pairing: Option<Pairing>,
-    delivery: Option<Call<String>>,
+    delivery: Option<Call<Phrase>>,
     /// Why the outbox did not take it.
     refused: Option<String>,
     /// What is asked after this attempt, one after the other.
@@ -68,7 +70,7 @@ impl Debrief {
         pairing: Option<Pairing>,
         asked: Vec<Arc<AskedSurvey>>,
     ) -> Result<Self, Failure> {
-        let servo = finished.report.map(|report| report.to_string());
+        let servo = finished.report;
         let kept = match finished.kept {
             Ok(kept) => Ok(JudgedAttempt::new(trial, kept)?),
             Err(unsaved) => Err(Rescue::new(unsaved)),
@@ -116,11 +118,15 @@ impl Debrief {
         }
         match self.delivery.as_ref().map(desk::read) {
             Some(DeskAnswer::Waiting) => {
-                ui.label("on its way to the school …");
+                ui.label(tr!("on its way to the school …"));
                 ui.ctx().request_repaint_after_secs(0.2);
             }
-            Some(DeskAnswer::Came(words)) => drop(ui.colored_label(colours::GOOD, format!("● {words}"))),
-            Some(DeskAnswer::Refused(why)) => drop(ui.colored_label(colours::WARN, format!("▲ {why}"))),
+            Some(DeskAnswer::Came(told)) => {
+                ui.colored_label(colours::GOOD, format!("● {}", words::phrase(&told)));
+            }
+            Some(DeskAnswer::Refused(why)) => {
+                ui.colored_label(colours::WARN, format!("▲ {}", words::phrase(&why)));
+            }
             None => {}
         }
     }
@@ -157,7 +163,7 @@ impl Debrief {
         scrolling_page(ui, |ui| {
             judged.ui(ui);
             self.delivery_ui(ui);
-            self.servo.iter().for_each(|servo| drop(ui.label(RichText::new(servo).weak().small())));
+            self.servo.iter().for_each(|servo| drop(ui.label(RichText::new(say_servo_report(servo)).weak().small())));
         });
         next
     }
@@ -197,13 +203,13 @@ fn show_next_buttons(ui: &mut Ui, judged: &JudgedAttempt) -> AfterDebrief {
         ui.button(words).clicked() || (!typing && ui.input(|input| input.key_pressed(key)))
     };
     let next = ui.horizontal(|ui| {
-        if wanted(ui, "Try again (R)", egui::Key::R) {
+        if wanted(ui, tr!("Try again (R)"), egui::Key::R) {
             return AfterDebrief::Retry;
         }
-        if wanted(ui, "Watch it (W)", egui::Key::W) {
+        if wanted(ui, tr!("Watch it (W)"), egui::Key::W) {
             return AfterDebrief::Replay(Arc::clone(&judged.recording));
         }
-        if wanted(ui, "Another exercise (Esc)", egui::Key::Escape) {
+        if wanted(ui, tr!("Another exercise (Esc)"), egui::Key::Escape) {
             return AfterDebrief::Choose;
         }
         AfterDebrief::Stay
@@ -218,7 +224,7 @@ impl JudgedAttempt {
         let judged = assessment::assess(&recording, &trial.bundle);
         let exercise = &trial.bundle.exercise;
         Ok(Self {
-            curves: Curves::new("this attempt", &recording),
+            curves: Curves::new(sentence!("this attempt"), &recording),
             layers: attempt::span_layers(&recording, &trial.bundle),
             recording: Arc::new(recording),
             judged,
@@ -231,10 +237,13 @@ impl JudgedAttempt {
         match &self.judged {
             Ok(assessment) => show_verdict(ui, assessment, self.pass_mark, self.curves.entered()),
             Err(why @ AssessError::Void(_)) => {
-                ui.label(RichText::new(format!("▲ {why}")).size(20.0).color(colours::WARN));
-                ui.label("This says nothing of you: the recording is kept, and counts nowhere.");
+                ui.label(RichText::new(format!("▲ {}", words::phrase(&why.phrase()))).size(20.0).color(colours::WARN));
+                ui.label(tr!("This says nothing of you: the recording is kept, and counts nowhere."));
             }
-            Err(why) => drop(ui.colored_label(colours::WARN, format!("▲ not scored: {why}"))),
+            Err(why) => {
+                let told = tr!("not scored: {why}", why = words::phrase(&why.phrase()));
+                ui.colored_label(colours::WARN, format!("▲ {told}"));
+            }
         }
         ui.add_space(8.0);
         let height = (ui.clip_rect().bottom() - ui.cursor().top() - 110.0).clamp(180.0, 640.0);
@@ -244,37 +253,67 @@ impl JudgedAttempt {
                 plots::plot_over_time(&mut columns[1], &[&self.curves], None, height);
             });
         }
-        ui.label(RichText::new(format!("recorded in {}", self.kept.path.display())).weak());
+        let place = tr!("recorded in {place}", place = self.kept.path.display());
+        ui.label(RichText::new(place).weak());
     }
 }
 
 fn show_verdict(ui: &mut Ui, assessment: &Assessment, pass_mark: f64, entered: bool) {
     let (sign, word, colour) =
-        if assessment.passed { ("●", "passed", colours::GOOD) } else { ("×", "not passed", colours::BAD) };
+        if assessment.passed { ("●", tr!("passed"), colours::GOOD) } else { ("×", tr!("not passed"), colours::BAD) };
     ui.horizontal(|ui| {
-        ui.label(RichText::new(format!("{:.0}", assessment.score)).size(44.0).strong());
+        ui.label(RichText::new(words::fixed(assessment.score, 0)).size(44.0).strong());
         ui.vertical(|ui| {
             ui.label(RichText::new(format!("{sign} {word}")).size(20.0).color(colour));
-            ui.label(format!("of 100; {pass_mark:.0} pass"));
+            ui.label(tr!("of 100; passed with {mark}", mark = words::fixed(pass_mark, 0)));
         });
     });
     for failure in &assessment.hard_fails {
-        ui.colored_label(colours::BAD, format!("× {}", failure_in_words(failure)));
+        ui.colored_label(colours::BAD, format!("× {}", words::phrase(&failure_phrase(failure))));
     }
     ui.add_space(6.0);
     let costliest = costliest_deductions(&assessment.deductions);
     let nothing_earned = assessment.score < 0.5 && !assessment.hard_fails.is_empty();
     if !entered {
-        ui.label("The needle never entered the body.");
+        ui.label(tr!("The needle never entered the body."));
     } else if costliest.is_empty() {
-        ui.label("Nothing cost points.");
+        ui.label(tr!("Nothing cost points."));
     } else if !nothing_earned {
         // Where nothing is earned each line has lost all its points, for the reasons above.
-        ui.label(RichText::new("What cost most").strong());
+        ui.label(RichText::new(tr!("What cost most")).strong());
         for deduction in costliest {
-            ui.label(format!("−  {}", deduction_in_words(deduction)));
+            ui.label(format!("−  {}", words::phrase(&deduction_with_cost(deduction))));
         }
     }
+}
+
+/// How the servo kept time, for whoever looks after the station.
+fn say_servo_report(report: &Report) -> String {
+    let priority = match report.priority {
+        Priority::RealTime => tr!("real-time priority"),
+        Priority::Device => tr!("the device's own thread"),
+        Priority::Ordinary => tr!("ordinary priority: refused real time"),
+    };
+    let ended = match &report.ended {
+        Ended::Stopped => tr!("stopped").to_owned(),
+        Ended::Panicked => tr!("stopped by a defect of the program; the force was set to zero").to_owned(),
+        Ended::DeviceLost(why) => tr!("device lost: {why}", why = why),
+    };
+    let counts = tr!(
+        "servo: {ended}, {ticks} ticks, {stalls} stalls, {dropped} records dropped, {priority}",
+        ended = ended,
+        ticks = report.counts.ticks,
+        stalls = report.counts.stalls,
+        dropped = report.counts.dropped,
+        priority = priority
+    );
+    let late = tr!("lateness: {quantiles}", quantiles = say_quantiles(&report.lateness.quantiles()));
+    let took = tr!("compute: {quantiles}", quantiles = say_quantiles(&report.compute.quantiles()));
+    [counts, late, took].join("\n")
+}
+
+fn say_quantiles(quantiles: &Quantiles) -> String {
+    words::decimal(&quantiles.to_string())
 }
 
 /// The deductions that cost most, the costliest first; nothing that rounds to no point.

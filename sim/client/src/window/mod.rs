@@ -3,9 +3,11 @@
 mod canvas;
 mod choose;
 mod colours;
+mod consent;
 mod debrief;
 mod desk;
 mod help;
+mod language;
 mod overlay;
 mod plots;
 mod replay;
@@ -28,6 +30,7 @@ use self::canvas::Canvas;
 use self::choose::{Briefing, Decision};
 use self::debrief::Debrief;
 use self::desk::Desk;
+pub use self::language::WindowLanguage;
 use self::replay::Replay;
 use self::steer::{Steering, SteeringWish};
 use self::trial::TrialScreen;
@@ -66,6 +69,8 @@ pub struct Station {
     pub seed: u64,
     /// Draw the planned line.
     pub guided: bool,
+    /// In which language the window speaks.
+    pub language: WindowLanguage,
 }
 
 /// What is shown now.
@@ -99,6 +104,7 @@ enum Screen {
 /// The program with its window.
 struct Window {
     station: Option<Station>,
+    language: WindowLanguage,
     desk: Desk,
     screen: Screen,
     canvas: Canvas,
@@ -119,6 +125,7 @@ pub fn play(station: Station) -> Outcome {
     };
     open_window("Stylet", move |canvas| {
         Ok(Window {
+            language: station.language,
             station: Some(station),
             desk: Desk::default(),
             screen,
@@ -133,15 +140,17 @@ pub fn play(station: Station) -> Outcome {
 ///
 /// # Errors
 /// When a recording is refused, or there is no display or no graphics adapter.
-pub fn watch(path: &Path, recording: Recording, other: Option<Recording>) -> Outcome {
+pub fn watch(path: &Path, recording: Recording, other: Option<Recording>, language: WindowLanguage) -> Outcome {
     let bundle = sources::own_exercise(path, &recording)?;
     let stage = picture::stage_of_recording(path, &bundle, &recording)?;
     let (recording, other) = (Arc::new(recording), other.map(Arc::new));
-    open_window("Stylet: replay", move |mut canvas| {
+    let title = words::within(language.spoken(), || tr!("Stylet: replay"));
+    open_window(title, move |mut canvas| {
         canvas.set_stage(&stage)?;
         let replay = replay(&bundle, &recording, other.as_ref());
         Ok(Window {
             station: None,
+            language,
             desk: Desk::default(),
             screen: Screen::Replay { replay, back: None },
             canvas,
@@ -178,15 +187,20 @@ fn open_window(
         .map_err(|error| Failure::work(format_args!("no window: {error}; stylet doctor says what is missing")))
 }
 
+#[cfg(test)]
+mod tests;
+
 impl App for Window {
     fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
-        let screen = std::mem::replace(&mut self.screen, Screen::Choose);
-        self.screen = self.show(ui, screen);
-        self.keep_open(ui);
-        full_screen(ui);
-        if let Some(error) = &self.error {
-            egui::Window::new("Something went wrong").show(ui.ctx(), |ui| ui.label(error));
-        }
+        words::within(self.language.spoken(), || {
+            let screen = std::mem::replace(&mut self.screen, Screen::Choose);
+            self.screen = self.show(ui, screen);
+            self.keep_open(ui);
+            full_screen(ui);
+            if let Some(error) = &self.error {
+                egui::Window::new(tr!("Something went wrong")).show(ui.ctx(), |ui| ui.label(error));
+            }
+        });
     }
 }
 
@@ -234,12 +248,16 @@ impl Window {
     fn choose(&mut self, ui: &mut Ui) -> Screen {
         let Some(station) = &mut self.station else { return Screen::Choose };
         if let Some(pairing) = &station.pairing {
-            self.desk.ui(ui, pairing);
+            self.desk.ui(ui, pairing, &mut self.language);
+        }
+        if let (Some(pairing), true) = (&station.pairing, self.desk.asks_consent()) {
+            self.desk.show_consent(ui, pairing);
+            return Screen::Choose;
         }
         let listed = self.desk.signed_in().map(|who| who.exercises);
         let choice =
             choose::ExerciseChoice { shelf: &station.shelf, history: &station.history, school: listed.as_deref() };
-        match choose::choose_exercise(ui, &choice) {
+        match choose::choose_exercise(ui, &choice, &mut self.language) {
             Some(at) => Screen::Briefing { at, error: None },
             None => Screen::Choose,
         }
@@ -249,19 +267,20 @@ impl Window {
         let Some(station) = &mut self.station else { return Screen::Choose };
         let Some(Offer { bundle, .. }) = station.shelf.exercises.get(at) else { return Screen::Choose };
         if let Some(pairing) = &station.pairing {
-            self.desk.ui(ui, pairing);
+            self.desk.ui(ui, pairing, &mut self.language);
         }
-        let mut device = station.device.to_string();
-        if matches!(station.device, open::DeviceChoice::Mouse | open::DeviceChoice::Gamepad) {
-            device += ", which give your hand no force";
+        if let (Some(pairing), true) = (&station.pairing, self.desk.asks_consent()) {
+            self.desk.show_consent(ui, pairing);
+            return Screen::Briefing { at, error };
         }
         let briefing = Briefing {
             exercise: &bundle.exercise,
-            device: &device,
+            device: &words::phrase(&station.device.phrase()),
             by_hand: matches!(station.device, open::DeviceChoice::Auto | open::DeviceChoice::Mouse),
             guided: &mut station.guided,
             ready: !self.desk.is_asking(),
             error: error.as_deref(),
+            language: &mut self.language,
         };
         match choose::show_briefing(ui, briefing) {
             Decision::Stay => Screen::Briefing { at, error },
@@ -286,7 +305,7 @@ impl Window {
     fn begin(&mut self, at: usize) -> Result<Box<TrialScreen>, Failure> {
         let chosen =
             self.station.as_mut().and_then(|station| Some((station.shelf.exercises.get(at)?.bundle.clone(), station)));
-        let (bundle, station) = chosen.ok_or_else(|| Failure::input("no exercise is chosen"))?;
+        let (bundle, station) = chosen.ok_or_else(|| Failure::input(tr!("no exercise is chosen")))?;
         let file = Path::new(&bundle.exercise.id);
         let seed = station.seed;
         station.seed = seed.wrapping_add(1);

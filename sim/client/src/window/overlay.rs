@@ -1,6 +1,6 @@
 //! What is shown beside and on the picture of an attempt. Whatever has a colour has a second cue: a word, a sign or a place.
 
-use documents::{Channel, Feedback};
+use documents::{Channel, Feedback, name_structure};
 use eframe::egui::{
     self, Align, Align2, Color32, FontId, Layout, Painter, Pos2, ProgressBar, Rect, RichText, ScrollArea, Ui,
 };
@@ -10,7 +10,10 @@ use haptics::servo::{Priority, Snapshot, flags as servo_flags};
 use recording::EventKind;
 use render::Quality;
 use render::camera::Camera;
+use words::fixed;
 
+use super::choose::own_words;
+use super::plots::say_mark;
 use super::sound::Sound;
 use super::{colours, help};
 use crate::live::{AttemptView, Live, LiveTrial, Phase, SpokenEvent, given};
@@ -68,29 +71,33 @@ fn instruments_ui(ui: &mut Ui, instruments: &Instruments<'_>, sound: &mut Sound)
     show_device_state(ui, instruments);
     ui.separator();
     if feedback.gives(Channel::Sound) {
-        ui.checkbox(&mut sound.on, "Sound of pops (M)");
+        ui.checkbox(&mut sound.on, tr!("Sound of pops (M)"));
         if ui.input(|input| input.key_pressed(egui::Key::M)) {
             sound.on = !sound.on;
         }
     }
-    let end = ui.button("End the attempt (Esc)").clicked();
+    let end = ui.button(tr!("End the attempt (Esc)")).clicked();
     ui.add_space(6.0);
-    egui::CollapsingHeader::new("Keys").default_open(false).show(ui, |ui| help::keys(ui, instruments.by_hand));
+    egui::CollapsingHeader::new(tr!("Keys"))
+        .id_salt("keys")
+        .default_open(false)
+        .show(ui, |ui| help::keys(ui, instruments.by_hand));
     end || ui.input(|input| input.key_pressed(egui::Key::Escape))
 }
 
 fn show_elapsed_time(ui: &mut Ui, shown: &AttemptView) {
     let left_s = shown.left_s();
     let colour = if left_s < 15.0 { colours::WARN } else { ui.visuals().strong_text_color() };
-    let hurry = if left_s < 15.0 { " — hurry" } else { "" };
     let (minutes, seconds) = ((left_s / 60.0).floor(), left_s % 60.0);
-    ui.label(RichText::new(format!("{minutes:.0}:{seconds:04.1} left{hurry}")).size(20.0).color(colour));
+    let time = words::decimal(&format!("{minutes:.0}:{seconds:04.1}"));
+    let left = if left_s < 15.0 { tr!("{time} left — hurry", time = time) } else { tr!("{time} left", time = time) };
+    ui.label(RichText::new(left).size(20.0).color(colour));
     let doing = match shown.phase {
-        Phase::Approach => "Go to the entry point and in.",
-        Phase::Inside => "At the target confirm (space), then withdraw.",
-        Phase::Confirmed => "Confirmed. Withdraw the needle.",
-        Phase::Withdrawn => "Done.",
-        Phase::TimeUp => "The time is up.",
+        Phase::Approach => tr!("Go to the entry point and in."),
+        Phase::Inside => tr!("At the target confirm (space), then withdraw."),
+        Phase::Confirmed => tr!("Confirmed. Withdraw the needle."),
+        Phase::Withdrawn => tr!("Done."),
+        Phase::TimeUp => tr!("The time is up."),
     };
     ui.label(doing);
 }
@@ -100,21 +107,23 @@ fn show_readings(ui: &mut Ui, Instruments { shown, latest, live, .. }: &Instrume
     let exercise = &live.trial.bundle.exercise;
     show_big_value(
         ui,
-        "Advance",
-        &format!("{:.1} mm", sample.x_m * 1e3),
-        &format!("target {:.1}", exercise.target_depth_mm),
+        tr!("Advance"),
+        &format!("{} mm", fixed(sample.x_m * 1e3, 1)),
+        &tr!("target {depth}", depth = fixed(exercise.target_depth_mm, 1)),
     );
     // Tissue that only gives way is advanced against, and not entered.
-    show_big_value(ui, "Depth", &format!("{:.1} mm", f64::from(sample.depth_m) * 1e3), shown.place());
+    let depth = format!("{} mm", fixed(f64::from(sample.depth_m) * 1e3, 1));
+    show_big_value(ui, tr!("Depth"), &depth, &words::phrase(&shown.place()));
     let force_n = latest.map_or(sample.axial_n(), |latest| latest.output.axial.total_n());
-    show_big_value(ui, "Force", &format!("{force_n:.2} N"), "along the needle");
+    show_big_value(ui, tr!("Force"), &format!("{} N", fixed(force_n, 2)), tr!("along the needle"));
     if let (Some(latest), false) = (latest, live.info.is_virtual) {
-        let beside = format!("of {:.2} N to feel", force_n.abs() * live.scaling.factor);
-        show_big_value(ui, "Hand", &format!("{:.2} N", given::given_n(&latest.record)), &beside);
+        let beside = tr!("of {force} N to feel", force = fixed(force_n.abs() * live.scaling.factor, 2));
+        show_big_value(ui, tr!("Hand"), &format!("{} N", fixed(given::given_n(&latest.record), 2)), &beside);
     }
     draw_force_gauge(ui, force_n.abs(), live.scaling.peak_n);
     let lean = angle_deg(sample.orientation);
-    show_big_value(ui, "Angle", &format!("{lean:.0}°"), &format!("planned {:.0}°", exercise.angle_deg));
+    let planned = tr!("planned {angle}°", angle = fixed(exercise.angle_deg, 0));
+    show_big_value(ui, tr!("Angle"), &format!("{}°", fixed(lean, 0)), &planned);
 }
 
 /// A force as a bar, in N, beside the largest that is expected.
@@ -127,7 +136,7 @@ fn draw_force_gauge(ui: &mut Ui, force_n: f64, peak_n: f64) {
     ui.horizontal(|ui| {
         let width = ui.available_width() - END;
         ui.add(ProgressBar::new(share).fill(fill).corner_radius(2).desired_height(12.0).desired_width(width));
-        ui.label(RichText::new(format!("{most_n:.1} N")).weak().small());
+        ui.label(RichText::new(format!("{} N", fixed(most_n, 1))).weak().small());
     });
 }
 
@@ -155,10 +164,11 @@ fn plot_force_trace(ui: &mut Ui, shown: &AttemptView) {
     let pops = shown.said.iter().filter(|said| is_pop(said) && now_s - said.t_s < 10.0);
     let plot = Plot::new("force").height(130.0).include_x(-10.0).include_x(0.0).include_y(0.0).include_y(2.0);
     let plot = plot.allow_drag(false).allow_zoom(false).allow_scroll(false).allow_boxed_zoom(false).show_x(false);
-    plot.x_axis_label("s").y_axis_label("force, N").show(ui, |plot| {
-        plot.line(Line::new("force", points).color(colours::FORCE).width(2.0));
+    let plot = plot.x_axis_formatter(say_mark).y_axis_formatter(say_mark);
+    plot.x_axis_label("s").y_axis_label(tr!("force, N")).show(ui, |plot| {
+        plot.line(Line::new(tr!("force"), points).color(colours::FORCE).width(2.0));
         for pop in pops {
-            plot.vline(VLine::new("pop", pop.t_s - now_s).color(colours::WARN));
+            plot.vline(VLine::new(tr!("pop"), pop.t_s - now_s).color(colours::WARN));
         }
     });
 }
@@ -169,49 +179,63 @@ fn is_pop(said: &SpokenEvent) -> bool {
 
 /// What the device does, and how the servo keeps time.
 fn show_device_state(ui: &mut Ui, Instruments { latest, live, quality, passed_over, .. }: &Instruments<'_>) {
-    let name = ui.label(RichText::new(&live.trial.session.device).strong());
+    let name = ui.label(RichText::new(words::known(&live.trial.session.device)).strong());
     if !passed_over.is_empty() {
         name.on_hover_text(passed_over.join("\n"));
     }
     let feedback = live.trial.bundle.exercise.feedback;
     match (feedback.gives(Channel::Force), live.info.is_virtual) {
-        (false, _) => ui.label("no force in this exercise"),
-        (true, true) => ui.label("it gives your hand no force"),
-        (true, false) => ui.label(live.scaling.to_string()),
+        (false, _) => ui.label(tr!("no force in this exercise")),
+        (true, true) => ui.label(tr!("it gives your hand no force")),
+        (true, false) => ui.label(words::phrase(&live.scaling.phrase())),
     };
     if !live.info.measures_orientation {
-        ui.label("it does not tell how it is turned: the needle points as planned");
+        ui.label(tr!("it does not tell how it is turned: the needle points as planned"));
     }
     if let Some(latest) = latest {
         let troubles = safety_troubles(latest.record.flags);
-        let (sign, colour) = if troubles.is_empty() { ("● well", colours::GOOD) } else { ("▲", colours::WARN) };
-        ui.colored_label(colour, format!("{sign} {}", troubles.join(", ")));
+        if troubles.is_empty() {
+            ui.colored_label(colours::GOOD, format!("● {}", tr!("well")));
+        } else {
+            ui.colored_label(colours::WARN, format!("▲ {}", troubles.join(", ")));
+        }
         let (late_us, took_us) = (latest.lateness.p99_us, latest.compute.p999_us);
-        let servo =
-            format!("servo: late {late_us:.0} µs (p99), takes {took_us:.0} µs (p99.9), {} stalls", latest.stalls);
+        let servo = tr!(
+            "servo: late {late} µs (p99), takes {took} µs (p99.9), {stalls} stalls",
+            late = fixed(late_us, 0),
+            took = fixed(took_us, 0),
+            stalls = latest.stalls
+        );
         ui.label(RichText::new(servo).weak().small());
         if latest.dropped > 0 {
-            ui.colored_label(colours::BAD, format!("× {} ticks could not be recorded", latest.dropped));
+            ui.colored_label(
+                colours::BAD,
+                format!(
+                    "× {}",
+                    trn!("{n} tick could not be recorded", "{n} ticks could not be recorded", latest.dropped)
+                ),
+            );
         }
     }
     if live.servo().priority() == Some(Priority::Ordinary) {
-        ui.label(RichText::new("no real-time priority: see stylet doctor").weak().small());
+        ui.label(RichText::new(tr!("no real-time priority: see stylet doctor")).weak().small());
     }
-    ui.label(RichText::new(format!("picture: {} ({})", quality.name(), quality.in_words())).weak().small());
+    let (name, made) = (words::say(quality.name()), words::phrase(&quality.phrase()));
+    ui.label(RichText::new(tr!("picture: {quality} ({made})", quality = name, made = made)).weak().small());
 }
 
 /// What the safety chain did to the last tick, in words.
 fn safety_troubles(flags: u32) -> Vec<&'static str> {
     let all = [
-        (safety::flags::HELD, "bad reading held"),
-        (safety::flags::GATED, "force comes in"),
-        (safety::flags::CLAMPED, "force at the device's limit"),
-        (safety::flags::THERMAL, "motors kept cool"),
-        (safety::flags::WATCHDOG, "force cut by the watchdog"),
-        (safety::flags::NOT_FINITE, "no number from the force law"),
-        (servo_flags::CLUTCHED, "clutch held"),
-        (servo_flags::REFUSED, "device refuses force"),
-        (servo_flags::DISAGREES, "device shows another force"),
+        (safety::flags::HELD, tr!("bad reading held")),
+        (safety::flags::GATED, tr!("force comes in")),
+        (safety::flags::CLAMPED, tr!("force at the device's limit")),
+        (safety::flags::THERMAL, tr!("motors kept cool")),
+        (safety::flags::WATCHDOG, tr!("force cut by the watchdog")),
+        (safety::flags::NOT_FINITE, tr!("no number from the force law")),
+        (servo_flags::CLUTCHED, tr!("clutch held")),
+        (servo_flags::REFUSED, tr!("device refuses force")),
+        (servo_flags::DISAGREES, tr!("device shows another force")),
     ];
     all.into_iter().filter(|(flag, _)| flags & flag != 0).map(|(_, words)| words).collect()
 }
@@ -235,14 +259,14 @@ pub fn show_messages(ui: &mut Ui, shown: &AttemptView, feedback: Feedback) {
         if let Some(why) = &shown.refused {
             ui.colored_label(
                 colours::BAD,
-                format!("× the disk refuses ({why}): the attempt goes on and is kept in memory"),
+                format!("× {}", tr!("the disk refuses ({why}): the attempt goes on and is kept in memory", why = why)),
             );
         }
         let fresh = shown.said.iter().rev().take_while(|said| now_s - said.t_s < STAYS_S);
         let fresh = fresh.filter(|said| is_told(said.kind, feedback)).take(MOST_SAID);
         for said in fresh {
             let (sign, colour) = event_sign(said.kind);
-            ui.label(RichText::new(format!("{sign}  {}", said.text)).color(colour).size(15.0));
+            ui.label(RichText::new(format!("{sign}  {}", words::phrase(&said.text))).color(colour).size(15.0));
         }
     });
 }
@@ -268,22 +292,22 @@ pub fn draw_heading(ui: &Ui, rect: Rect, Instruments { live, latest, by_hand, ..
         &painter,
         rect.left_top() + egui::vec2(14.0, 10.0),
         Align2::LEFT_TOP,
-        exercise.title.own(),
+        own_words(&exercise.title),
         18.0,
     );
     let views = if exercise.feedback.gives(Channel::Inside) {
-        "view: 1 whole, 2 tip, 3 section"
+        tr!("view: 1 whole, 2 tip, 3 section")
     } else {
-        exercise.feedback.in_words()
+        words::say(exercise.feedback.in_words())
     };
     let views = draw_text_plate(&painter, title.left_bottom() + GAP, Align2::LEFT_TOP, views, 12.5);
     if *by_hand {
-        draw_text_plate(&painter, views.left_bottom() + GAP, Align2::LEFT_TOP, help::IN_A_LINE, 12.5);
+        draw_text_plate(&painter, views.left_bottom() + GAP, Align2::LEFT_TOP, words::say(help::IN_A_LINE), 12.5);
     }
     let felt = exercise.feedback.gives(Channel::Force) && !live.info.is_virtual;
     if let Some(why) = latest.filter(|_| felt).and_then(|latest| given::withheld(&latest.record, latest.let_through)) {
         let place = rect.center_top() + egui::vec2(0.0, 64.0);
-        draw_text_plate(&painter, place, Align2::CENTER_TOP, &format!("▲ {why}"), 30.0);
+        draw_text_plate(&painter, place, Align2::CENTER_TOP, &format!("▲ {}", words::phrase(&why)), 30.0);
     }
 }
 
@@ -300,13 +324,23 @@ pub fn draw_layer_names(ui: &Ui, rect: Rect, camera: &Camera, trial: &LiveTrial)
         top_m += layer.thickness_m;
         let place_m = [entry_m.x, entry_m.y, -middle_m].map(|c| c as f32);
         let [x, y] = camera.pixel(place_m.into(), size);
-        draw_text_plate(&painter, rect.left_top() + egui::vec2(x - BESIDE, y), Align2::LEFT_CENTER, &layer.name, 13.0);
+        draw_text_plate(
+            &painter,
+            rect.left_top() + egui::vec2(x - BESIDE, y),
+            Align2::LEFT_CENTER,
+            &words::phrase(&name_structure(&layer.name)),
+            13.0,
+        );
     }
 }
 
+/// Text on the picture keeps so far from its edges, in points, and goes on in another line.
+const PLATE_MARGIN: f32 = 20.0;
+
 /// Text of a size on a dark plate, so that it is readable on any picture.
 fn draw_text_plate(painter: &Painter, at: Pos2, align: Align2, text: &str, size: f32) -> Rect {
-    let text = painter.layout_no_wrap(text.to_owned(), FontId::proportional(size), Color32::WHITE);
+    let width = painter.clip_rect().width() - 2.0 * PLATE_MARGIN;
+    let text = painter.layout(text.to_owned(), FontId::proportional(size), Color32::WHITE, width);
     let rect = align.anchor_size(at, text.size());
     painter.rect_filled(rect.expand2([6.0, 3.0].into()), 4.0, Color32::from_black_alpha(150));
     painter.galley(rect.min, text, Color32::WHITE);

@@ -1,8 +1,13 @@
 //! Force over time and over depth, of one recording or two.
 
+use std::ops::RangeInclusive;
+
 use attempt::{LayerSpan, axial_force_before_n};
+use documents::{ExerciseBundle, name_structure};
 use eframe::egui::{Color32, Ui};
-use egui_plot::{Legend, Line, Plot, PlotPoints, Points, Span, VLine};
+use egui_plot::{GridMark, Legend, Line, Plot, PlotPoints, Points, Span, VLine};
+use law::axial::Contactor;
+use phrase::{Phrase, phrase};
 use recording::{EventKind, Recording, thin};
 
 use super::colours;
@@ -13,7 +18,7 @@ const MOST_POINTS: usize = 500;
 /// The curves of an attempt, thinned once.
 pub struct Curves {
     /// Name in the legend.
-    pub name: String,
+    pub name: &'static str,
     /// Force over time: s, N.
     time: Vec<[f64; 2]>,
     /// Force over displacement along the needle: mm, N.
@@ -31,13 +36,13 @@ impl Curves {
     }
 
     /// The curves of a recording.
-    pub fn new(name: &str, recording: &Recording) -> Self {
+    pub fn new(name: &'static str, recording: &Recording) -> Self {
         let thinned = thin(&recording.samples, MOST_POINTS);
         let inside = recording.samples.iter().filter(|sample| sample.x_m > 0.0);
         let depth = inside.map(|sample| [sample.x_m * 1e3, sample.axial_n()]);
         let pops = recording.events.iter().filter(|event| event.kind.contactor().is_some());
         Self {
-            name: name.to_owned(),
+            name,
             time: thinned.iter().map(|sample| [sample.t_s, sample.axial_n()]).collect(),
             depth: distinct_points(depth),
             pops: pops.map(|event| [event.t_s, axial_force_before_n(&recording.samples, event)]).collect(),
@@ -64,12 +69,15 @@ const COLOURS: [Color32; 2] = [colours::FORCE, colours::WARN];
 
 /// Force over time, with the playhead where there is one. Answers the time that a person points at with the button down.
 pub fn plot_over_time(ui: &mut Ui, all: &[&Curves], playhead_s: Option<f64>, height: f32) -> Option<f64> {
-    let plot = Plot::new("force over time").height(height).x_axis_label("time, s").y_axis_label("force, N");
+    let plot = Plot::new("force_over_time").height(height).x_axis_label(tr!("time, s"));
+    let plot = plot.y_axis_label(tr!("force, N")).x_axis_formatter(say_mark).y_axis_formatter(say_mark);
     let plot = plot.allow_drag(false).allow_zoom(false).allow_scroll(false).allow_boxed_zoom(false).include_y(0.0);
     let shown = plot.legend(Legend::default()).show(ui, |plot| {
         for (curves, colour) in all.iter().zip(COLOURS) {
-            plot.line(Line::new(&curves.name, PlotPoints::from(curves.time.clone())).color(colour).width(1.5));
-            plot.points(Points::new(&curves.name, curves.pops.clone()).color(colour).radius(3.5));
+            plot.line(
+                Line::new(words::say(curves.name), PlotPoints::from(curves.time.clone())).color(colour).width(1.5),
+            );
+            plot.points(Points::new(words::say(curves.name), curves.pops.clone()).color(colour).radius(3.5));
         }
         if let Some(now_s) = playhead_s {
             plot.vline(VLine::new("", now_s).color(Color32::WHITE));
@@ -81,10 +89,12 @@ pub fn plot_over_time(ui: &mut Ui, all: &[&Curves], playhead_s: Option<f64>, hei
 
 /// Force over displacement, with the layers as bands.
 pub fn plot_over_depth(ui: &mut Ui, all: &[&Curves], layers: &[LayerSpan], height: f32) {
-    let plot = Plot::new("force over depth")
+    let plot = Plot::new("force_over_depth")
         .height(height)
-        .x_axis_label("depth along the needle, mm")
-        .y_axis_label("force, N");
+        .x_axis_label(tr!("depth along the needle, mm"))
+        .y_axis_label(tr!("force, N"))
+        .x_axis_formatter(say_mark)
+        .y_axis_formatter(say_mark);
     let plot = plot.allow_drag(false).allow_zoom(false).allow_scroll(false).allow_boxed_zoom(false).include_y(0.0);
     let deepest_mm = all.iter().flat_map(|curves| &curves.depth).map(|point| point[0]).fold(1.0, f64::max);
     plot.show(ui, |plot| {
@@ -92,23 +102,54 @@ pub fn plot_over_depth(ui: &mut Ui, all: &[&Curves], layers: &[LayerSpan], heigh
             let bottom_mm = layer.bottom_mm.min(deepest_mm);
             if bottom_mm > layer.top_mm {
                 let fill = Color32::from_white_alpha(if at % 2 == 0 { 14 } else { 5 });
-                plot.span(Span::new(&layer.name, layer.top_mm..=bottom_mm).fill(fill));
+                plot.span(Span::new(words::phrase(&name_structure(&layer.name)), layer.top_mm..=bottom_mm).fill(fill));
             }
         }
         for (curves, colour) in all.iter().zip(COLOURS) {
-            plot.line(Line::new(&curves.name, PlotPoints::from(curves.depth.clone())).color(colour).width(1.5));
+            plot.line(
+                Line::new(words::say(curves.name), PlotPoints::from(curves.depth.clone())).color(colour).width(1.5),
+            );
         }
     });
 }
 
-/// Moments that one jumps to: time in s, and what happened.
-pub fn recorded_moments(recording: &Recording) -> Vec<(f64, String)> {
+/// A mark of an axis, with the decimals that its step asks for.
+pub fn say_mark(mark: GridMark, _shown: &RangeInclusive<f64>) -> String {
+    let decimals = (-libm::log10(mark.step_size).floor()).clamp(0.0, 6.0) as usize;
+    words::fixed(mark.value, decimals)
+}
+
+/// A moment that one jumps to.
+pub struct JumpMoment {
+    /// When, in s.
+    pub t_s: f64,
+    /// What happened, for whatever language the window speaks.
+    pub what: Phrase,
+}
+
+/// Moments of a recording that one jumps to.
+pub fn recorded_moments(recording: &Recording, bundle: &ExerciseBundle) -> Vec<JumpMoment> {
     let told = recording.events.iter().filter(|event| event.kind != EventKind::Fault);
-    let words = |event: &recording::Event| match event.kind.contactor() {
-        Some(contactor) => contactor.into_layer(&event.text).to_string(),
-        None => [event.kind.name(), event.text.as_str()].join(" ").trim().replace('_', " "),
-    };
-    told.map(|event| (event.t_s, words(event))).collect()
+    told.map(|event| JumpMoment { t_s: event.t_s, what: explain_event(event, bundle) }).collect()
+}
+
+/// What happened, in words. A coach's message is kept in its document's language alone, and said in those that the document has.
+fn explain_event(event: &recording::Event, bundle: &ExerciseBundle) -> Phrase {
+    let structure = || name_structure(&event.text);
+    match event.kind {
+        EventKind::TipRupture => Contactor::Tip.into_layer(structure()),
+        EventKind::RimRupture => Contactor::Rim.into_layer(structure()),
+        EventKind::StructureHit => phrase!("hit {name}", name = structure()),
+        EventKind::Contact => phrase!("skin touched"),
+        EventKind::SkinExit => phrase!("needle out"),
+        EventKind::Confirm => phrase!("position confirmed"),
+        EventKind::Coaching => {
+            let rules = &bundle.exercise.coaching;
+            let rule = rules.iter().find(|rule| rule.message.own() == event.text);
+            rule.map_or_else(|| Phrase::data(&event.text), |rule| Phrase::from(&rule.message))
+        }
+        EventKind::Fault | EventKind::Interrupted => Phrase::Known(event.text.clone()),
+    }
 }
 
 #[cfg(test)]

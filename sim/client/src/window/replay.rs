@@ -7,7 +7,7 @@ use eframe::egui::{self, Key, RichText, Slider, Ui};
 use recording::Recording;
 
 use super::canvas::Canvas;
-use super::plots::{self, Curves};
+use super::plots::{self, Curves, JumpMoment};
 use super::trial;
 use crate::picture::{Alignment, Look, Telling};
 
@@ -20,16 +20,16 @@ const STEP_S: f64 = 0.5;
 pub struct ReplayView {
     telling: Telling,
     curves: Curves,
-    moments: Vec<(f64, String)>,
+    moments: Vec<JumpMoment>,
 }
 
 impl ReplayView {
     /// A recording under a name.
     #[must_use]
-    pub fn new(name: &str, recording: Arc<Recording>, bundle: &ExerciseBundle) -> Self {
+    pub fn new(name: &'static str, recording: Arc<Recording>, bundle: &ExerciseBundle) -> Self {
         Self {
             curves: Curves::new(name, &recording),
-            moments: plots::recorded_moments(&recording),
+            moments: plots::recorded_moments(&recording, bundle),
             telling: Telling::new(recording, bundle),
         }
     }
@@ -54,7 +54,7 @@ impl Replay {
         let ExerciseBundle { exercise, scene, .. } = bundle;
         Self {
             layers: attempt::span_layers(recording, bundle),
-            shown: ReplayView::new("this attempt", Arc::clone(recording), bundle),
+            shown: ReplayView::new(sentence!("this attempt"), Arc::clone(recording), bundle),
             ghost: None,
             target_depth_m: exercise.target_depth_mm * 1e-3,
             look: Look::at(scene, true),
@@ -68,7 +68,7 @@ impl Replay {
     #[must_use]
     pub fn beside(mut self, bundle: &ExerciseBundle, other: &Arc<Recording>) -> Self {
         let alignment = Alignment::new(&self.shown.telling.recording().events, &other.events);
-        self.ghost = Some((ReplayView::new("the other", Arc::clone(other), bundle), alignment));
+        self.ghost = Some((ReplayView::new(sentence!("the other"), Arc::clone(other), bundle), alignment));
         self
     }
 
@@ -103,37 +103,40 @@ impl Replay {
     }
 
     /// The buttons, the slider and the moments to jump to.
-    fn timeline(&mut self, ui: &mut Ui) -> bool {
+    pub(super) fn timeline(&mut self, ui: &mut Ui) -> bool {
         let panel = egui::Panel::bottom("timeline").resizable(false);
         panel
             .show(ui, |ui| {
                 ui.add_space(4.0);
-                let close = ui.horizontal(|ui| {
-                    if ui.button(if self.playing { "Pause (space)" } else { "Play (space)" }).clicked() {
+                let close = ui.horizontal_wrapped(|ui| {
+                    if ui.button(if self.playing { tr!("Pause (space)") } else { tr!("Play (space)") }).clicked() {
                         self.playing = !self.playing;
                     }
                     for speed in SPEEDS {
-                        ui.selectable_value(&mut self.speed, speed, format!("{speed}×"));
+                        ui.selectable_value(&mut self.speed, speed, words::decimal(&format!("{speed}×")));
                     }
-                    egui::ComboBox::from_id_salt("moments").selected_text("jump to").show_ui(ui, |ui| {
-                        for (t_s, text) in &self.shown.moments {
-                            if ui.selectable_label(false, format!("{t_s:.2} s  {text}")).clicked() {
+                    egui::ComboBox::from_id_salt("moments").selected_text(tr!("jump to")).show_ui(ui, |ui| {
+                        for JumpMoment { t_s, what } in &self.shown.moments {
+                            let told = format!("{} s  {}", words::fixed(*t_s, 2), words::phrase(what));
+                            if ui.selectable_label(false, told).clicked() {
                                 self.now_s = *t_s;
                             }
                         }
                     });
-                    ui.label(RichText::new("1 2 3: views, ← →: step").weak());
-                    ui.button("Close (Esc)").clicked()
+                    ui.label(RichText::new(tr!("1 2 3: views, ← →: step")).weak());
+                    ui.button(tr!("Close (Esc)")).clicked()
                 });
                 ui.spacing_mut().slider_width = (ui.available_width() - 90.0).max(80.0);
-                ui.add(Slider::new(&mut self.now_s, 0.0..=self.shown.curves.duration_s).suffix(" s").fixed_decimals(2));
+                let slider = Slider::new(&mut self.now_s, 0.0..=self.shown.curves.duration_s).suffix(" s");
+                let slider = slider.custom_formatter(|value, _| words::fixed(value, 2));
+                ui.add(slider.custom_parser(|typed| typed.trim().replace(',', ".").parse().ok()));
                 ui.add_space(4.0);
                 close.inner || ui.input(|input| input.key_pressed(Key::Escape))
             })
             .inner
     }
 
-    fn plots(&mut self, ui: &mut Ui) {
+    pub(super) fn plots(&mut self, ui: &mut Ui) {
         let panel = egui::Panel::right("plots").default_size(380.0);
         panel.show(ui, |ui| {
             let all: Vec<&Curves> = match &self.ghost {

@@ -40,16 +40,17 @@ impl Rescue {
 
     /// One frame.
     pub fn ui(&mut self, ui: &mut Ui) -> RescueWish {
-        ui.heading("The attempt is not on disk yet");
+        ui.heading(tr!("The attempt is not on disk yet"));
         ui.colored_label(colours::BAD, format!("× {}: {}", self.unsaved.path().display(), self.unsaved.why));
-        ui.label("All of it is in memory. Make room on the disk and save it again, or save it on another disk.");
+        ui.label(tr!("All of it is in memory. Make room on the disk and save it again, or save it on another disk."));
         ui.add_space(8.0);
         let typing = ui.ctx().egui_wants_keyboard_input();
-        let again = ui.button("Save again (S)").clicked() || !typing && ui.input(|input| input.key_pressed(Key::S));
+        let again =
+            ui.button(tr!("Save again (S)")).clicked() || !typing && ui.input(|input| input.key_pressed(Key::S));
         let elsewhere = ui.horizontal(|ui| {
-            let field = ui.add(TextEdit::singleline(&mut self.folder).hint_text("another folder"));
+            let field = ui.add(TextEdit::singleline(&mut self.folder).hint_text(tr!("another folder")));
             let entered = field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
-            (ui.button("Save there").clicked() || entered) && !self.folder.trim().is_empty()
+            (ui.button(tr!("Save there")).clicked() || entered) && !self.folder.trim().is_empty()
         });
         ui.add_space(16.0);
         match (again, elsewhere.inner) {
@@ -66,15 +67,16 @@ impl Rescue {
     /// Throwing away takes two presses.
     fn farewell(&mut self, ui: &mut Ui) -> RescueWish {
         if !self.leaving {
-            self.leaving = ui.button("Throw the attempt away …").clicked();
+            self.leaving = ui.button(tr!("Throw the attempt away …")).clicked();
             return RescueWish::Wait;
         }
-        ui.colored_label(colours::WARN, "▲ Without being saved the attempt is lost for good.");
+        let lost = tr!("Without being saved the attempt is lost for good.");
+        ui.colored_label(colours::WARN, format!("▲ {lost}"));
         let answer = ui.horizontal(|ui| {
-            if ui.button("Keep it").clicked() {
+            if ui.button(tr!("Keep it")).clicked() {
                 self.leaving = false;
             }
-            ui.button("Throw it away").clicked()
+            ui.button(tr!("Throw it away")).clicked()
         });
         if answer.inner { RescueWish::ThrowAway } else { RescueWish::Wait }
     }

@@ -7,7 +7,9 @@ use std::sync::Arc;
 
 use assessment::questionnaire::{Answer as Said, asked_pages};
 use eframe::egui::{self, RichText, ScrollArea, Ui};
+use phrase::Phrase;
 use uuid::Uuid;
+use words::Language;
 
 use self::question::{Question, Typed};
 use super::colours;
@@ -37,7 +39,7 @@ enum SurveyStage {
     /// Somebody answers.
     Open(Box<OpenAnswers>),
     /// Sent; the way back to the answers is their secret.
-    Sent { call: Call<String>, secret: String },
+    Sent { call: Call<Phrase>, secret: String },
 }
 
 /// Answers that are given.
@@ -64,32 +66,35 @@ enum Wish {
 impl Survey {
     /// Offers a survey after an attempt.
     pub fn new(asked: Arc<AskedSurvey>, session: Uuid, pairing: Pairing, outbox: Outbox) -> Self {
-        let language = asked.instrument.language_for("en").to_owned();
+        let language = asked.instrument.language_for(words::current().code()).to_owned();
         Self { asked, session, pairing, outbox, language, stage: SurveyStage::Offered, error: None }
     }
 
-    /// Both languages of the page's own words: the English, the German. Other languages of an instrument get the English.
-    fn t(&self, english: &'static str, german: &'static str) -> &'static str {
-        if self.language == "de" { german } else { english }
+    /// The language of the panel's own words: the one of the survey, where the window speaks it.
+    fn spoken(&self) -> Language {
+        Language::named(&self.language).unwrap_or(Language::ENGLISH)
     }
 
     /// One frame. True when the person wants to see it no more.
     pub fn ui(&mut self, ui: &mut Ui) -> bool {
         let frame = egui::Frame::side_top_panel(ui.style()).inner_margin(egui::Margin::symmetric(16, 8));
         let panel = egui::Panel::right("survey").resizable(false).exact_size(WIDTH).frame(frame);
+        let language = self.spoken();
         let shown = panel.show(ui, |ui| {
-            ScrollArea::vertical().show(ui, |ui| {
-                ui.add_space(12.0);
-                ui.heading(RichText::new(&self.asked.title).size(19.0));
-                let wish = match &mut self.stage {
-                    SurveyStage::Offered => self.offer(ui),
-                    SurveyStage::Open(_) => self.questions(ui),
-                    SurveyStage::Sent { .. } => self.thanks(ui),
-                };
-                if let Some(error) = &self.error {
-                    ui.colored_label(colours::BAD, format!("× {error}"));
-                }
-                wish
+            words::within(language, || {
+                ScrollArea::vertical().show(ui, |ui| {
+                    ui.add_space(12.0);
+                    ui.heading(RichText::new(&self.asked.title).size(19.0));
+                    let wish = match &mut self.stage {
+                        SurveyStage::Offered => self.offer(ui),
+                        SurveyStage::Open(_) => self.questions(ui),
+                        SurveyStage::Sent { .. } => self.thanks(ui),
+                    };
+                    if let Some(error) = &self.error {
+                        ui.colored_label(colours::BAD, format!("× {error}"));
+                    }
+                    wish
+                })
             })
         });
         self.grant(shown.inner.inner)
@@ -106,7 +111,8 @@ impl Survey {
         }
         let questions = asked.instrument.items.len();
         let minutes = asked.instrument.duration_min;
-        let facts = format!("{questions} {} · {minutes} min", self.t("questions", "Fragen"));
+        let questions = trn!("{n} question", "{n} questions", questions);
+        let facts = format!("{questions} · {} min", words::decimal(&minutes.to_string()));
         ui.label(RichText::new(facts).weak());
         for line in asked.terms.get(&self.language).into_iter().flatten() {
             ui.add_space(2.0);
@@ -114,22 +120,16 @@ impl Survey {
         }
         ui.add_space(8.0);
         ui.horizontal_wrapped(|ui| {
-            if ui.button(self.t("I agree: begin", "Einverstanden: beginnen")).clicked() {
+            if ui.button(tr!("I agree: begin")).clicked() {
                 return Wish::Begin;
             }
-            if ui.button(self.t("No, thank you", "Nein, danke")).clicked() { Wish::Leave } else { Wish::Nothing }
+            if ui.button(tr!("No, thank you")).clicked() { Wish::Leave } else { Wish::Nothing }
         })
         .inner
     }
 
     fn questions(&mut self, ui: &mut Ui) -> Wish {
         let (asked, language) = (Arc::clone(&self.asked), self.language.clone());
-        let words = [
-            self.t("Back", "Zurück"),
-            self.t("Next", "Weiter"),
-            self.t("Send my answers", "Antworten absenden"),
-            self.t("Delete and stop", "Löschen und aufhören"),
-        ];
         let SurveyStage::Open(open) = &mut self.stage else { return Wish::Nothing };
         let instrument = &asked.instrument;
         let pages = asked_pages(instrument, &open.answers);
@@ -145,14 +145,14 @@ impl Survey {
         ui.add_space(8.0);
         let last = open.step + 1 >= pages.len();
         let wish = ui.horizontal_wrapped(|ui| {
-            if open.step > 0 && ui.button(words[0]).clicked() {
+            if open.step > 0 && ui.button(tr!("Back")).clicked() {
                 open.step -= 1;
             }
-            if !last && ui.button(words[1]).clicked() {
+            if !last && ui.button(tr!("Save and go on")).clicked() {
                 open.step += 1;
             }
-            let send = last && ui.button(words[2]).clicked();
-            let leave = ui.button(words[3]).clicked();
+            let send = last && ui.button(tr!("Send my answers")).clicked();
+            let leave = ui.button(tr!("Delete and stop")).clicked();
             if leave {
                 Wish::Leave
             } else if send {
@@ -166,24 +166,24 @@ impl Survey {
 
     fn thanks(&self, ui: &mut Ui) -> Wish {
         let SurveyStage::Sent { call, secret } = &self.stage else { return Wish::Nothing };
-        ui.label(RichText::new(self.t("Thank you.", "Danke.")).strong());
+        ui.label(RichText::new(tr!("Thank you.")).strong());
         match desk::read(call) {
             DeskAnswer::Waiting => {
-                ui.label(self.t("on their way to the school …", "unterwegs zur Schule …"));
+                ui.label(tr!("on their way to the school …"));
                 ui.ctx().request_repaint_after_secs(0.2);
             }
-            DeskAnswer::Came(words) => drop(ui.colored_label(colours::GOOD, format!("● {words}"))),
-            DeskAnswer::Refused(why) => drop(ui.colored_label(colours::WARN, format!("▲ {why}"))),
+            DeskAnswer::Came(told) => drop(ui.colored_label(colours::GOOD, format!("● {}", words::phrase(&told)))),
+            DeskAnswer::Refused(why) => drop(ui.colored_label(colours::WARN, format!("▲ {}", words::phrase(&why)))),
         }
         if self.asked.anonymous {
             ui.add_space(8.0);
-            ui.label(self.t("Take your answers back at:", "Antworten zurückziehen unter:"));
+            ui.label(tr!("Take your answers back at:"));
             ui.add(
                 egui::Label::new(RichText::new(format!("{}/survey/{secret}", self.pairing.server)).monospace()).wrap(),
             );
         }
         ui.add_space(8.0);
-        if ui.button(self.t("Close", "Schließen")).clicked() { Wish::Leave } else { Wish::Nothing }
+        if ui.button(tr!("Close")).clicked() { Wish::Leave } else { Wish::Nothing }
     }
 
     /// Does what the person has asked for. True when there is nothing more to show.

@@ -34,7 +34,8 @@ impl Contactor {
     /// What a pop is called everywhere: by the layer that the contactor has got into. The boundary that gave way is that layer's upper one, so
     /// whoever is told of it must hear the name of what lies under it, not of what was left.
     #[must_use]
-    pub fn into_layer(self, layer: &str) -> Phrase {
+    pub fn into_layer(self, layer: impl Into<Phrase>) -> Phrase {
+        let layer: Phrase = layer.into();
         match self {
             Self::Tip => phrase!("tip into {layer}", layer = layer),
             Self::Rim => phrase!("rim into {layer}", layer = layer),

@@ -106,6 +106,7 @@ pub fn describe_act(action: &str) -> Option<&'static str> {
         "study.erased" => tr!("erased the data of a study"),
         "study.erasure_announced" => tr!("announced that the data of a study are to be erased"),
         "study.erasure_called_off" => tr!("called off that the data of a study are erased"),
+        "study.consented" => tr!("let a guest of a study agree"),
         "study.ended" => tr!("ended a study"),
         "study.joined" => tr!("added a participant to a study"),
         "study.left" => tr!("removed a participant from a study"),

@@ -2,7 +2,7 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
-use assessment::questionnaire::{Allowed, Answer, Found, Refused};
+use assessment::questionnaire::{Answer, Refused};
 use axum::response::{IntoResponse, Response};
 use documents::Instrument;
 use documents::instrument::{Item, ScaleKind, Words};
@@ -215,33 +215,6 @@ impl FormPage {
     }
 }
 
-/// Why an answer was refused: what was said, and what is allowed.
-fn say_refusal(refused: &Refused) -> String {
-    let found = match &refused.found {
-        Found::Said(said) => said.clone(),
-        Found::Characters(count) => tr!("{n} characters", n = count),
-    };
-    let allowed = match &refused.allowed {
-        Allowed::Points(most) => tr!("a whole number from 1 to {most}", most = most),
-        Allowed::Steps(min, max, step) => tr!(
-            "{min} to {max} in steps of {step}",
-            min = format::format_stated(min, ""),
-            max = format::format_stated(max, ""),
-            step = format::format_stated(step, "")
-        ),
-        Allowed::Range(min, max, unit) => {
-            tr!(
-                "a number from {min} to {max}",
-                min = format::format_stated(min, ""),
-                max = format::format_stated(max, unit)
-            )
-        }
-        Allowed::OneOf(ids) => ids.join(", "),
-        Allowed::Characters(most) => tr!("at most {most} characters", most = most),
-    };
-    tr!("{found}; allowed: {allowed}", found = found, allowed = allowed)
-}
-
 /// Answers that were refused: the item's place, what was typed and the reason.
 #[derive(Clone, Debug, Default)]
 pub struct Refusals(Vec<(usize, String, String)>);
@@ -261,7 +234,7 @@ impl Refusals {
             let texts = given.texts_for(&instrument.items[at]);
             texts.first().map_or_else(String::new, |text| (*text).to_owned())
         };
-        Self(refused.iter().map(|(at, why)| (*at, typed(*at), say_refusal(why))).collect())
+        Self(refused.iter().map(|(at, why)| (*at, typed(*at), words::phrase(&why.phrase()))).collect())
     }
 
     /// What was typed at an item's place and refused, and why.

@@ -1,13 +1,17 @@
 //! Training stations: joining a school by a code, and signing a trainee in by theirs.
 
-use acts::stations;
+use acts::stations::{self, StationVisit, TypedCode};
+use acts::study_consents::revision_of_terms;
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
+use axum::response::{IntoResponse, Response};
 use model::Role;
 use model::ids::StationId;
 use serde::{Deserialize, Serialize};
+use store::people::Person;
 use store::schools;
+use store::studies::Study;
 use utoipa::ToSchema;
 
 use super::ApiJson;
@@ -85,6 +89,9 @@ pub(super) struct SignInRequest {
     /// The code from one's own page, or a guest's of a study; case, spaces and hyphens do not matter.
     #[serde(alias = "pin")]
     code: String,
+    /// The `revision` of what a guest has read at the station and agreed to.
+    #[schema(nullable = false)]
+    consent: Option<String>,
 }
 
 /// Who sits at the station now.
@@ -94,27 +101,71 @@ pub(super) struct SignedInView {
     trainee: String,
     /// For the station's screen; never for a recording.
     display_name: String,
+    /// Code of the language that they have chosen at their school.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    language: Option<String>,
     /// What there is to train, what is due first.
     exercises: Vec<ListedExercise>,
     /// What they may be asked after an attempt.
     surveys: Vec<StationSurvey>,
 }
 
-/// Signs somebody of the station's school in, or a guest of a study, whose code is good once. After 20 wrong codes in an hour the station is locked for the rest of it.
+/// What a guest of a study has to agree to before they practise.
+#[derive(Serialize, ToSchema)]
+pub(super) struct ConsentAskedView {
+    /// Title of the study.
+    study: String,
+    /// What its participants agree to, as whoever runs it has written it.
+    consent: String,
+    /// Who answers for the data.
+    controller: String,
+    /// Whom to ask.
+    contact: String,
+    /// How long its data are kept after it has ended, in months.
+    kept_months: u32,
+    /// To be sent as `consent` with the code by whoever agrees: the SHA-256 of all of that.
+    revision: String,
+}
+
+impl From<&Study> for ConsentAskedView {
+    fn from(study: &Study) -> Self {
+        Self {
+            study: study.title.clone(),
+            consent: study.consent.clone(),
+            controller: study.controller.clone(),
+            contact: study.contact.clone(),
+            kept_months: study.kept_months,
+            revision: revision_of_terms(study),
+        }
+    }
+}
+
+/// Signs somebody of the station's school in, or a guest of a study, whose code is good once. A guest is first asked for their
+/// consent: until they agree, nothing is kept of them and their code stays as good as it was. After 20 wrong codes in an hour the station is locked for the rest of it.
 #[utoipa::path(post, path = "/stations/sign-in", tag = "stations", operation_id = "sign_in_at_station", request_body = SignInRequest,
-    responses((status = 200, body = SignedInView), (status = 401, body = ProblemDocument),
-              (status = 403, body = ProblemDocument, description = "Nobody's code, or not a station's token"),
+    responses((status = 200, body = SignedInView),
+              (status = 202, body = ConsentAskedView, description = "A guest has to agree first: nobody is signed in yet"),
+              (status = 401, body = ProblemDocument),
+              (status = 403, body = ProblemDocument, description = "Nobody's code, one of a study that has ended, or not a station's token"),
               (status = 429, body = ProblemDocument)))]
 pub(super) async fn sign_in_at_station(
     State(state): State<AppState>,
     caller: Caller,
     ApiJson(asked): ApiJson<SignInRequest>,
-) -> Result<Json<SignedInView>, ApiError> {
-    let person = stations::sign_in(&state, caller.station()?, &asked.code).await?;
+) -> Result<Response, ApiError> {
+    let typed = TypedCode { code: &asked.code, agreed: asked.consent.as_deref() };
+    let person = match stations::sign_in(&state, caller.station()?, typed).await? {
+        StationVisit::SignedIn(person) => *person,
+        StationVisit::ConsentAsked(study) => {
+            return Ok((StatusCode::ACCEPTED, Json(ConsentAskedView::from(&*study))).into_response());
+        }
+    };
     let exercises = match person.role {
         Role::Guest => documents::studied_exercises(&state, person.school_id, person.id).await?,
         _ => documents::listed_exercises(&state, person.school_id, Some(person.id)).await?,
     };
     let surveys = surveys::surveys_at_station(&state, person.school_id, person.id).await?;
-    Ok(Json(SignedInView { trainee: person.pseudonym, display_name: person.display_name, exercises, surveys }))
+    let Person { pseudonym: trainee, display_name, language, .. } = person;
+    Ok(Json(SignedInView { trainee, display_name, language, exercises, surveys }).into_response())
 }

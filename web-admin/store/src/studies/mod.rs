@@ -6,10 +6,11 @@ mod participants;
 pub use keeping::{announce_study_erasure, call_off_study_erasure, list_kept_studies, mark_study_erased};
 use model::ids::{PersonId, RevisionId, SchoolId, StudyId};
 use model::survey::Survey;
-use model::{CurrentPerson, Moment, Role};
+use model::{CurrentPerson, Moment, PersonKey, Role};
 pub use participants::{
     NewParticipant, StudyAttempt, StudyParticipant, add_participant, count_open_attempts, count_participants,
-    find_participant, list_participants, list_studied_exercises, list_study_attempts, withdraw_participant,
+    find_participant, list_participants, list_studied_exercises, list_study_attempts, note_consent,
+    withdraw_participant,
 };
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
@@ -184,6 +185,22 @@ pub async fn find_visible_study(
         .bind(id)
         .fetch_optional(executor)
         .await
+}
+
+/// The open study that a guest takes part in.
+pub async fn find_study_of_guest(
+    executor: impl SqliteExecutor<'_>,
+    PersonKey { school_id: school, person_id: person }: PersonKey,
+) -> Result<Option<Study>> {
+    sqlx::query_as(study!(
+        "JOIN study_participants t ON t.school_id = u.school_id AND t.study_id = u.id
+         WHERE t.school_id = $1 AND t.person_id = $2 AND t.withdrawn_at IS NULL AND u.closed_at IS NULL
+         ORDER BY t.added_at DESC, u.id LIMIT 1"
+    ))
+    .bind(school)
+    .bind(person)
+    .fetch_optional(executor)
+    .await
 }
 
 /// The exercises of a study, in order.

@@ -126,6 +126,21 @@ pub async fn find_participant(
         .await
 }
 
+/// Notes that somebody who takes part has agreed themselves. False where they do not take part.
+pub async fn note_consent(writer: &mut SqliteConnection, study: &Study, person: PersonId, now: Moment) -> Result<bool> {
+    sqlx::query(
+        "UPDATE study_participants SET consented_at = $4
+         WHERE school_id = $1 AND study_id = $2 AND person_id = $3 AND withdrawn_at IS NULL",
+    )
+    .bind(study.school_id)
+    .bind(study.id)
+    .bind(person)
+    .bind(now)
+    .execute(writer)
+    .await
+    .map(|done| done.rows_affected() == 1)
+}
+
 /// Takes somebody out of a study, with what they told and answered for it. False where they do not take part.
 pub async fn withdraw_participant(
     writer: &mut SqliteConnection,

@@ -1,6 +1,6 @@
 //! A question and what answers it: marks on a line, a list, a field.
 
-use assessment::questionnaire::{Answer, read_answer};
+use assessment::questionnaire::{Answer, Refused, read_answer};
 use documents::Instrument;
 use documents::instrument::{Item, ScaleKind, Words};
 use eframe::egui::{
@@ -18,7 +18,7 @@ const LINE: f32 = 300.0;
 #[derive(Clone, Debug, Default)]
 pub struct Typed {
     text: String,
-    refused: Option<String>,
+    refused: Option<Refused>,
 }
 
 /// A question of an instrument in a language.
@@ -51,7 +51,7 @@ impl Question<'_> {
                 *answer = read;
             }
             Err(why) => {
-                typed.refused = Some(why.to_string());
+                typed.refused = Some(why);
                 *answer = None;
             }
         }
@@ -75,11 +75,13 @@ impl Question<'_> {
                     (0..=MOST_MARKS).map(|n| min + n as f64 * step).take_while(|mark| *mark <= max + step * 1e-6);
                 let marks: Vec<f64> = marks.collect();
                 if marks.len() > MOST_MARKS {
-                    return enter_number(ui, typed, &format!("{min} – {max}"));
+                    return enter_number(ui, typed, &words::decimal(&format!("{min} – {max}")));
                 }
                 self.line(ui, &marks, answer, [first.as_ref(), last.as_ref()])
             }
-            ScaleKind::Number { min, max, unit } => enter_number(ui, typed, &format!("{min} – {max} {unit}")),
+            ScaleKind::Number { min, max, unit } => {
+                enter_number(ui, typed, &words::decimal(&format!("{min} – {max} {unit}")))
+            }
             ScaleKind::Pair => {
                 let named = |id: &String| Some((id.clone(), self.read(self.instrument.item(id)?.1.short())));
                 choose_one_option(ui, self.item.pair.iter().filter_map(named), text_of(answer))
@@ -114,7 +116,7 @@ impl Question<'_> {
         ui.horizontal(|ui| {
             set = draw_line(ui, marks, at, self.item.text.in_language(self.language));
             if let Some(chosen) = chosen {
-                ui.label(RichText::new(format!("{chosen}")).strong());
+                ui.label(RichText::new(words::decimal(&chosen.to_string())).strong());
                 if ui.small_button("×").clicked() {
                     set = None;
                 }
@@ -214,7 +216,7 @@ fn enter_number(ui: &mut Ui, typed: &mut Typed, allowed: &str) -> Option<Vec<Str
         changed
     });
     if let Some(why) = &typed.refused {
-        ui.colored_label(colours::WARN, format!("▲ {why}"));
+        ui.colored_label(colours::WARN, format!("▲ {}", words::phrase(&why.phrase())));
     }
     changed.inner.then(|| vec![typed.text.clone()])
 }

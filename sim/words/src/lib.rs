@@ -1,16 +1,19 @@
 //! Words in the reader's language.
 //!
 //! An English sentence stands where it is said, in a template or in the code, and is its own key: `tr!("Sign out")`. The
-//! catalogues in `web-admin/words/locales` hold it in other languages. Which one is spoken is a matter of the request (see
-//! [`speaking`]); where nobody has settled it, as in the API, in logs and on the command line, it is English.
+//! catalogues in `sim/words/locales` hold it in other languages, for the service and for the simulator's window. Which one is
+//! spoken is a matter of the request (see [`speaking`]) or of who sits before the window (see [`within`]); where nobody has
+//! settled it, as in the API, in logs and on the command line, it is English.
 
+use std::cell::Cell;
 use std::fmt::Display;
-use std::future::Future;
+use std::future::{Future, poll_fn};
+use std::pin::pin;
 
 use phrase::Phrase;
 
-tokio::task_local! {
-    static SPOKEN: Language;
+thread_local! {
+    static SPOKEN: Cell<Option<Language>> = const { Cell::new(None) };
 }
 
 /// A sentence in the reader's language. Values stand in it by name: `tr!("{passed} of {all}", passed = 3, all = 5)`.
@@ -39,36 +42,39 @@ macro_rules! trn {
     }};
 }
 
-/// Marks a sentence that is said later, by [`say`], for the catalogues: a constant, or a word that is also data.
-#[macro_export]
-macro_rules! sentence {
-    ($sentence:literal) => {
-        $sentence
-    };
-}
-
 mod catalogue;
 pub mod dates;
 mod language;
 mod plural;
 
 pub use language::{Language, own_name};
-pub use phrase::fill;
+pub use phrase::{fill, sentence};
 
 /// The language that is spoken here: English where nobody has settled it.
 #[must_use]
 pub fn current() -> Language {
-    SPOKEN.try_with(|language| *language).unwrap_or(Language::ENGLISH)
+    SPOKEN.get().unwrap_or(Language::ENGLISH)
 }
 
-/// Speaks a language for as long as a future runs.
+/// Speaks a language for as long as a future runs, on whichever thread it goes on.
 pub async fn speaking<F: Future>(language: Language, future: F) -> F::Output {
-    SPOKEN.scope(language, future).await
+    let mut future = pin!(future);
+    poll_fn(|context| within(language, || future.as_mut().poll(context))).await
 }
 
 /// Speaks a language for one call.
 pub fn within<T>(language: Language, call: impl FnOnce() -> T) -> T {
-    SPOKEN.sync_scope(language, call)
+    let _before = SpokenBefore(SPOKEN.replace(Some(language)));
+    call()
+}
+
+/// What was spoken before a call: it is again after it, however the call ends.
+struct SpokenBefore(Option<Language>);
+
+impl Drop for SpokenBefore {
+    fn drop(&mut self) {
+        SPOKEN.set(self.0);
+    }
 }
 
 /// A sentence in the language that is spoken here; as it is where the language has it not.
@@ -114,12 +120,22 @@ pub fn decimal(number: &str) -> String {
     number.replace('.', sign).replace('-', "−")
 }
 
+/// A number with so many decimals, as the reader's language writes it; a zero has no sign.
+#[must_use]
+pub fn fixed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    let is_zero = text.bytes().all(|b| matches!(b, b'-' | b'0' | b'.'));
+    decimal(if is_zero { text.trim_start_matches('-') } else { &text })
+}
+
 /// A phrase of the simulator's, in the language that is spoken here.
 #[must_use]
 pub fn phrase(phrase: &Phrase) -> String {
     match phrase {
         Phrase::Data(data) => data.clone(),
+        Phrase::Known(word) => known(word),
         Phrase::Number(number) => decimal(number),
+        Phrase::Languages { own, others } => others.get(current().code()).unwrap_or(own).clone(),
         Phrase::Sentence { words, values } => {
             let said: Vec<_> = values.iter().map(|(name, value)| (*name, self::phrase(value))).collect();
             let values: Vec<(&str, &dyn Display)> = said.iter().map(|(name, value)| (*name, value as _)).collect();
@@ -178,5 +194,26 @@ mod tests {
         let german = Language::named("de").expect("German");
         assert_eq!(speaking(german, async { current() }).await, german);
         assert_eq!(current(), Language::ENGLISH);
+    }
+
+    #[tokio::test]
+    async fn two_that_take_turns_on_a_thread_speak_each_their_own() {
+        let german = Language::named("de").expect("German");
+        let spoken = || async {
+            tokio::task::yield_now().await;
+            current()
+        };
+        let both = tokio::join!(speaking(german, spoken()), spoken());
+        assert_eq!(both, (german, Language::ENGLISH));
+        let ended = std::panic::catch_unwind(|| within(german, || assert!(current() != german, "as it should")));
+        assert!(ended.is_err() && current() == Language::ENGLISH, "a call that fails leaves nothing behind");
+    }
+
+    #[test]
+    fn a_text_of_several_languages_is_read_in_the_one_that_is_spoken() {
+        let text =
+            Phrase::Languages { own: "too deep".to_owned(), others: [("de".to_owned(), "zu tief".to_owned())].into() };
+        assert_eq!([phrase(&text), german(|| phrase(&text))], ["too deep", "zu tief"]);
+        assert_eq!(text.to_string(), "too deep");
     }
 }

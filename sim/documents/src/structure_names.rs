@@ -1,0 +1,29 @@
+//! Layers, structures and targets by the names that scenes give them.
+//!
+//! A scene's author names them in one language. The names of the scenes that come along are sentences, which other languages know; any
+//! other is the same in every language.
+
+use phrase::{Phrase, sentence};
+
+/// Names in the scenes that come along.
+pub const SHIPPED_STRUCTURE_NAMES: [&str; 12] = [
+    sentence!("skin"),
+    sentence!("fat"),
+    sentence!("fascia"),
+    sentence!("muscle"),
+    sentence!("supraspinous ligament"),
+    sentence!("interspinous ligament"),
+    sentence!("ligamentum flavum"),
+    sentence!("epidural space"),
+    sentence!("dura"),
+    sentence!("transverse process"),
+    sentence!("lumbar vessel"),
+    sentence!("target"),
+];
+
+/// A layer's or a structure's name, for whoever has another language.
+#[must_use]
+pub fn name_structure(name: &str) -> Phrase {
+    let shipped = SHIPPED_STRUCTURE_NAMES.into_iter().find(|shipped| *shipped == name);
+    shipped.map_or_else(|| Phrase::data(name), Phrase::sentence)
+}

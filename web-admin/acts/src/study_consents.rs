@@ -1,0 +1,41 @@
+//! What a study's participants agree to, and that a guest has agreed to it at a station.
+
+use data_encoding::HEXLOWER;
+use model::Moment;
+use model::ids::PersonId;
+use serde_json::json;
+use sha2::{Digest, Sha256};
+use sqlx::SqliteConnection;
+use store::audit::{Actor, AuditEntry};
+use store::studies::{self, Study};
+
+use crate::error::Error;
+
+/// The revision of what a study's participants agree to: the SHA-256 of all of it, in hexadecimal digits.
+#[must_use]
+pub fn revision_of_terms(study: &Study) -> String {
+    let months = study.kept_months.to_string();
+    let mut hash = Sha256::new();
+    for part in [&study.consent, &study.controller, &study.contact, &months] {
+        // Each with its length, so that no two texts run together to the same.
+        hash.update(part.len().to_be_bytes());
+        hash.update(part.as_bytes());
+    }
+    HEXLOWER.encode(&hash.finalize())
+}
+
+/// Keeps that a guest has agreed at a station to what it has shown them: when, and to which revision of which text.
+pub(crate) async fn consent_at_station(
+    writer: &mut SqliteConnection,
+    station: &str,
+    study: &Study,
+    guest: PersonId,
+    now: Moment,
+) -> Result<(), Error> {
+    if !studies::note_consent(writer, study, guest, now).await? {
+        return Err(Error::NotFound);
+    }
+    let details = json!({ "person": guest, "terms_sha256": revision_of_terms(study), "consent": study.consent });
+    let entry = AuditEntry::new(study.school_id, Actor::Station(station.to_owned()), "study.consented", study.id);
+    Ok(entry.with(details).append(writer, now).await?)
+}
