@@ -18,6 +18,7 @@ use super::results::{
 };
 use crate::charts::Extent;
 use crate::form::FilledForm;
+use crate::people::SelectOption;
 use crate::samples::{NOW, keep_page, shell};
 
 fn shipped(name: &str) -> Instrument {
@@ -40,6 +41,7 @@ fn form(instrument: &Instrument, language: &str, page: usize) -> FormPage {
         page,
         questions: pages[page].1.iter().map(question).collect(),
         action: "/survey/secret".to_owned(),
+        preview: None,
     }
 }
 
@@ -198,8 +200,15 @@ fn instruments_are_listed_shown_and_edited() {
     );
     let preview = InstrumentPreview::new(&shipped("simulator-validity.toml"));
     let href = "/surveys/instruments/simulator-validity".to_owned();
-    let page = InstrumentPage { shell: shell(Role::Instructor), href, preview: preview.clone(), editable: true };
-    assert!(keep_page("instrument", &page).contains("at least 4 must be answered"));
+    let courses = vec![SelectOption { value: "c".to_owned(), label: "A course".to_owned(), chosen: false }];
+    let page =
+        InstrumentPage { shell: shell(Role::Instructor), href, preview: preview.clone(), published: true, courses };
+    let html = keep_page("instrument", &page);
+    for wanted in
+        ["at least 4 must be answered", "Published.", "/surveys/new?instrument=simulator-validity", "A course"]
+    {
+        assert!(html.contains(wanted), "{wanted} is missing in {html}");
+    }
     let page = EditPage {
         shell: shell(Role::Instructor),
         heading: "Edit an instrument",
