@@ -12,6 +12,7 @@ mod every_page;
 mod foreign_pages;
 mod house;
 mod independent_reader;
+mod instrument_journey;
 mod journeys;
 mod licences;
 mod logs;

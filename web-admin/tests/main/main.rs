@@ -22,6 +22,7 @@ mod crowd;
 mod described;
 mod documents;
 mod draft_forms;
+mod draft_instruments;
 mod drafts;
 mod earlier_school;
 mod erasing;

@@ -49,17 +49,17 @@ impl InstrumentFormMaker<'_> {
     fn about_section(&self) -> FormSection {
         let read = &self.read;
         let mut fields = self.wording("title", tr!("Title"), &FieldInput::Line);
-        let intro = self.wording("intro", tr!("Introduction"), &FieldInput::Prose);
+        let intro = self.wording("intro", tr!("Introduction"), &FieldInput::Note);
         fields.extend(
             intro.into_iter().map(|text| text.hinted(tr!("Read before the first question. May be left empty."))),
         );
         fields.push(read.field("duration_min", tr!("How long it takes"), FieldInput::Number).in_unit("min"));
         fields.push(
-            read.field("source", tr!("Source"), FieldInput::Line)
+            read.field("source", tr!("Source"), FieldInput::Note)
                 .hinted(tr!("Who made it, and where it was published; who translated it.")),
         );
         fields.push(
-            read.field("licence", tr!("Licence"), FieldInput::Line)
+            read.field("licence", tr!("Licence"), FieldInput::Note)
                 .hinted(tr!("Under which terms it may be used. Many questionnaires need their authors’ permission.")),
         );
         FormSection {
@@ -150,15 +150,15 @@ impl InstrumentFormMaker<'_> {
         let name = self.wording(&at("name"), tr!("Short name"), &FieldInput::Line);
         fields.extend(name.into_iter().map(|name| name.hinted(tr!("In results and in pairs. May be left empty."))));
         fields.extend(self.condition_field(&format!("item[{row}]")));
-        fields.push(
-            read.field(at("id"), tr!("Id"), FieldInput::Line)
-                .hinted(tr!("Its name in exports. Scores and conditions that name it follow.")),
-        );
+        let id = read
+            .field(at("id"), tr!("Id"), FieldInput::Line)
+            .hinted(tr!("Its name in exports. Scores and conditions that name it follow."));
         FormRow {
             title: self.number_row(row, &at("text")),
             note: answered.unwrap_or_default(),
             fields,
             boxes: self.condition_boxes(&format!("item[{row}]")).into_iter().collect(),
+            rest: vec![id],
             removal: format!("remove:item[{row}]"),
             loss: self.say_loss_of_item(row),
             moves: self.moves_of("item", row),
@@ -292,15 +292,15 @@ impl InstrumentFormMaker<'_> {
             .filter(|item| document.written_at(&format!("item[{item}].section")) == id)
             .count();
         let mut fields = self.wording(&at("title"), tr!("Heading"), &FieldInput::Line);
-        let text = self.wording(&at("text"), tr!("What to know before its questions"), &FieldInput::Prose);
+        let text = self.wording(&at("text"), tr!("What to know before its questions"), &FieldInput::Note);
         fields.extend(text.into_iter().map(|text| text.hinted(tr!("May be left empty."))));
         fields.extend(self.condition_field(&format!("section[{row}]")));
-        fields.push(self.read.field(at("id"), tr!("Id"), FieldInput::Line));
         FormRow {
             title: self.number_row(row, &at("title")),
             note: trn!("{n} question", "{n} questions", on_it),
             fields,
             boxes: self.condition_boxes(&format!("section[{row}]")).into_iter().collect(),
+            rest: vec![self.read.field(at("id"), tr!("Id"), FieldInput::Line)],
             removal: format!("remove:section[{row}]"),
             loss: tr!("Its heading and text go. Its questions stay, and need another page where there are others.")
                 .to_owned(),

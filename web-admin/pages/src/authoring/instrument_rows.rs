@@ -31,7 +31,7 @@ const KINDS: [(&str, &str); 7] = [
     ("choices", sentence!("Several options")),
     ("slider", sentence!("A mark on a line")),
     ("number", sentence!("A number")),
-    ("text", sentence!("Words")),
+    ("text", sentence!("A text")),
     ("pair", sentence!("One of two questions (pair)")),
 ];
 
@@ -195,7 +195,7 @@ impl InstrumentFormMaker<'_> {
         let at = |key: &str| format!("scale[{row}].{key}");
         let number = |key: &str, label: &str| self.read.field(at(key), label, FieldInput::Number);
         let known = [
-            ("points", number("points", tr!("Points")).hinted(tr!("2 to 11."))),
+            ("points", number("points", tr!("How many points")).hinted(tr!("2 to 11."))),
             ("min", number("min", tr!("Least answer"))),
             ("max", number("max", tr!("Largest answer"))),
             ("step", number("step", tr!("Distance between two marks"))),
@@ -354,15 +354,18 @@ impl InstrumentFormMaker<'_> {
             fields.push(number("least_answered", tr!("At least so many answered")));
         }
         fields.push(read.choice(&at("better"), tr!("Better is"), choices_or(tr!("Neither"), better)));
-        fields.push(number("shift", tr!("Added to each answer")).hinted(tr!("Empty: 0.")));
-        fields.push(number("factor", tr!("Then multiplied by")).hinted(tr!("Empty: 1.")));
-        fields.push(number("offset", tr!("Added in the end")).hinted(tr!("Empty: 0.")));
-        fields.push(read.field(at("id"), tr!("Id"), FieldInput::Line).hinted(tr!("Its name in exports.")));
+        let rest = vec![
+            number("shift", tr!("Added to each answer")).hinted(tr!("Empty: 0.")),
+            number("factor", tr!("Then multiplied by")).hinted(tr!("Empty: 1.")),
+            number("offset", tr!("Added in the end")).hinted(tr!("Empty: 0.")),
+            read.field(at("id"), tr!("Id"), FieldInput::Line).hinted(tr!("Its name in exports.")),
+        ];
         FormRow {
             title: self.number_row(row, &at("title")),
             note: trn!("{n} question counts", "{n} questions count", read.document.texts_at(&at("items")).len()),
             fields,
             boxes: self.score_boxes(row),
+            rest,
             removal: format!("remove:score[{row}]"),
             loss: tr!("Answers stay; results no longer have this score.").to_owned(),
             moves: self.moves_of("score", row),

@@ -1,4 +1,4 @@
-//! Documents written in forms: which fields an exercise and a course have, in words, and what is wrong at each.
+//! Documents written in forms: which fields an exercise, a course and an instrument have, in words, and what is wrong at each.
 
 mod course;
 mod exercise;
@@ -55,6 +55,8 @@ pub struct FormRow {
     pub fields: Vec<FormField>,
     /// Boxes that belong together, each group under its heading.
     pub boxes: Vec<FormBoxes>,
+    /// Fields behind the boxes.
+    pub rest: Vec<FormField>,
     /// Rows that stand in it.
     pub parts: Vec<FormRow>,
     /// How one of these is added.
@@ -116,7 +118,7 @@ impl RowAdding {
 impl FormRow {
     /// Its fields and those of the rows in it.
     pub fn all_fields(&self) -> impl Iterator<Item = &FormField> {
-        self.fields.iter().chain(self.parts.iter().flat_map(|part| &part.fields))
+        self.fields.iter().chain(&self.rest).chain(self.parts.iter().flat_map(|part| &part.fields))
     }
 }
 
@@ -136,6 +138,8 @@ pub enum FieldInput {
     Line,
     /// Paragraphs.
     Prose,
+    /// A sentence or two.
+    Note,
     /// A number.
     Number,
     /// A box to tick.
@@ -191,10 +195,16 @@ impl FormField {
         matches!(self.input, FieldInput::Number)
     }
 
+    /// How many lines of a text stand in it at once.
+    #[must_use]
+    pub const fn count_lines(&self) -> u8 {
+        if matches!(self.input, FieldInput::Note) { 4 } else { 9 }
+    }
+
     /// It takes a whole line of the form.
     #[must_use]
     pub const fn is_wide(&self) -> bool {
-        matches!(self.input, FieldInput::Line | FieldInput::Prose)
+        matches!(self.input, FieldInput::Line | FieldInput::Prose | FieldInput::Note)
     }
 
     /// The same with something to know.

@@ -76,10 +76,10 @@ pub struct InstrumentPreview {
 }
 
 impl InstrumentPreview {
-    /// An instrument in its first language.
+    /// An instrument in the reader's language, or else in its own.
     #[must_use]
     pub fn new(instrument: &Instrument) -> Self {
-        let language = instrument.languages.first().map_or("en", String::as_str);
+        let language = instrument.language_for(words::current().code());
         let question =
             |at: &usize| FormQuestion::new(instrument, &instrument.items[*at], language, &GivenField::default());
         let page = |(section, items): (Option<&documents::instrument::Section>, Vec<usize>)| {

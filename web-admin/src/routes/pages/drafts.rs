@@ -369,10 +369,12 @@ fn verdict_of_draft(checked: &Checked) -> DraftVerdict {
 }
 
 fn make_draft_page(shell: Shell, draft: DocumentDraft, checked: &Checked) -> DraftPage {
+    let is_instrument = draft.kind == DraftKind::Instrument;
+    let place = if is_instrument { NavPlace::Surveys } else { NavPlace::Curricula };
     DraftPage {
-        shell,
+        shell: Shell { place, ..shell },
         draft: make_draft_row(&draft),
-        is_instrument: draft.kind == DraftKind::Instrument,
+        is_instrument,
         languages: list_seen_languages(&draft),
         scene: (draft.kind == DraftKind::Exercise).then_some(draft.texts.scene),
         document: draft.texts.document,
