@@ -20,10 +20,16 @@ impl School<'_> {
         assert!(landed.contains(lands_at), "{css} led to {landed}");
     }
 
+    /// Presses something away from the bar at the foot of the window.
+    async fn press_in_sight(&self, css: &str) {
+        let show = "document.querySelector(arguments[0])?.scrollIntoView({ block: 'center' })";
+        self.browser.execute(show, vec![css.into()]).await.expect("it is scrolled to");
+        let found = self.browser.find(Locator::Css(css)).await.unwrap_or_else(|_| panic!("no {css}"));
+        found.click().await.expect("it is pressed");
+    }
+
     async fn press_in_draft(&self, act: &str, then: &str) {
-        let css = format!(".split button[value='{act}']:not(.visually-hidden)");
-        let button = self.browser.find(Locator::Css(&css)).await.unwrap_or_else(|_| panic!("no button {act}"));
-        button.click().await.expect("it is pressed");
+        self.press_in_sight(&format!(".split button[value='{act}']:not(.visually-hidden)")).await;
         let found =
             self.browser.wait().at_most(std::time::Duration::from_secs(20)).for_element(Locator::Css(then)).await;
         found.unwrap_or_else(|_| panic!("after {act} there is no {then}"));
@@ -55,7 +61,7 @@ impl School<'_> {
         self.press_in_draft("add:score", "#f-score-0[open] #f-score-0-title-de").await;
         self.type_into("#f-score-0-title-en", "Usefulness").await;
         self.type_into("#f-score-0-title-de", "Nutzen").await;
-        self.browser.find(Locator::Css("#f-score-0-items-q-1")).await.expect("a box").click().await.expect("a tick");
+        self.press_in_sight("#f-score-0-items-q-1").await;
         self.press_until("button[value='look:de']", "/questions").await;
         inspect(self.browser, "what whoever answers will see").await;
         contains(self.browser, "a preview", &["er war nützlich", "stimme völlig zu", "nichts wird gespeichert"]).await;
@@ -73,7 +79,9 @@ impl School<'_> {
         self.browser.find(Locator::Css("input[name=cohort]")).await.expect("a cohort").click().await.expect("a tick");
         let css = "main form[action='/surveys/new'] button[type=submit]";
         self.browser.find(Locator::Css(css)).await.expect("a button").click().await.expect("it is pressed");
-        lands(self.browser, |path| path.starts_with("/surveys/") && !path.ends_with("/new")).await;
+        let made = lands(self.browser, |path| path.starts_with("/surveys/") && !path.ends_with("/new")).await;
+        assert!(!made.ends_with("/new"), "no survey was made");
+        contains(self.browser, "a survey", &["your course", "once: autumn"]).await;
     }
 
     /// Answers in German.
@@ -83,7 +91,9 @@ impl School<'_> {
         self.type_into("#password", PASSWORD).await;
         self.type_into("#again", PASSWORD).await;
         self.send(join, "/").await;
+        contains(self.browser, "a trainee's home", &["your training"]).await;
         self.open("/surveys", "a trainee's surveys").await;
+        contains(self.browser, "a trainee's surveys", &["your course"]).await;
         self.press_until("main a[href^='/surveys/']", "/surveys/").await;
         self.press_until("a[hreflang=de]", "/surveys/").await;
         let consent =

@@ -28,11 +28,16 @@ fn is_document_language(code: &str) -> bool {
     list_document_languages().any(|known| known == code)
 }
 
+/// Whether a text that may be written in several languages stands at an address.
+#[must_use]
+pub fn is_wording(field: &str) -> bool {
+    WORDINGS.contains(&super::sent::pattern_of_field(field).as_str())
+}
+
 /// The text and the language that an address names, where it names a text in a language.
 pub(super) fn split_language(field: &str) -> Option<(&str, &str)> {
     let (text, language) = field.rsplit_once('.')?;
-    (is_document_language(language) && WORDINGS.contains(&super::sent::pattern_of_field(text).as_str()))
-        .then_some((text, language))
+    (is_document_language(language) && is_wording(text)).then_some((text, language))
 }
 
 impl EditedDocument {

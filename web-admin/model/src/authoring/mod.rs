@@ -11,6 +11,7 @@ mod sent;
 
 use std::collections::BTreeMap;
 
+pub use languages::is_wording;
 pub use naming::id_from_title;
 use rows::last_position;
 pub use sent::{SentForm, TypedField};

@@ -1,6 +1,6 @@
 //! The form of an instrument.
 
-use model::authoring::EditedDocument;
+use model::authoring::{EditedDocument, is_wording};
 use model::draft::DraftRemark;
 
 use super::instrument_rows::{find_kind, list_new_kinds};
@@ -78,7 +78,9 @@ impl InstrumentFormMaker<'_> {
         let section = self.read.language_section();
         let lacks = |code: &String| {
             let ending = format!(".{code}");
-            self.read.remarks.iter().filter(|remark| remark.field.ends_with(&ending)).count()
+            // A text that is written in no language lacks in each.
+            let is_in = |field: &str| field.ends_with(&ending) || is_wording(field);
+            self.read.remarks.iter().filter(|remark| is_in(&remark.field)).count()
         };
         let languages = self.read.document.languages();
         let note = |(row, code): (FormRow, &String)| match lacks(code) {
