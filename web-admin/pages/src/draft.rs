@@ -403,6 +403,23 @@ mod tests {
     }
 
     #[test]
+    fn an_instrument_is_folded_and_can_be_looked_at_in_its_languages() {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/instruments/sus.toml");
+        let document = EditedDocument::from_text(&std::fs::read_to_string(path).unwrap()).unwrap();
+        let form = Some(crate::authoring::make_instrument_form(&document, &[]));
+        let languages = document.languages();
+        let page = DraftPage { form, languages, is_instrument: true, scene: None, ..page(DraftVerdict::default()) };
+        let html = samples::keep_page("draft-instrument", &page);
+        for wanted in [
+            "value=\"look:de\"",
+            "<details class=\"form-row folded\" id=\"f-item-9\">",
+            "href=\"/surveys/instruments\"",
+        ] {
+            assert!(html.contains(wanted), "{wanted} is missing in {html}");
+        }
+    }
+
+    #[test]
     fn a_conflict_shows_both_texts() {
         let conflict = Some(compare_lines("pass_mark = 70\n", "pass_mark = 75\n"));
         let html = samples::keep_page("draft-conflict", &DraftPage { conflict, ..page(DraftVerdict::default()) });

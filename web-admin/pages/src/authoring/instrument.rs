@@ -344,3 +344,80 @@ impl FormRow {
         own + boxes + self.adding.as_ref().map_or(0, |adding| adding.problems.len())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    //! Whatever can be wrong with an instrument must have a place in its form, and what a form begins must be readable.
+
+    use documents::Instrument;
+    use model::authoring::FieldSort;
+
+    use super::*;
+    use crate::authoring::begin_scale;
+
+    fn shipped(name: &str) -> EditedDocument {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/instruments");
+        EditedDocument::from_text(&std::fs::read_to_string(folder.join(name)).unwrap()).unwrap()
+    }
+
+    fn remark(field: &str) -> DraftRemark {
+        DraftRemark { field: field.to_owned(), what: "odd".to_owned(), ..DraftRemark::default() }
+    }
+
+    #[test]
+    fn every_fault_leads_to_its_field_or_to_the_row_around_it() {
+        let document = shipped("simulator-validity.toml");
+        let form = make_instrument_form(&document, &[]);
+        for (field, place) in [
+            ("title.de", "f-title-de"),
+            ("scale[1].labels[2].de", "f-scale-1-labels-2-de"),
+            ("scale[2].option[3].text.en", "f-scale-2-option-3-text-en"),
+            ("section[1].when.item", "f-section-1-when-item"),
+            ("section[1].when.is", "f-section-1"),
+            ("item[4].scale", "f-item-4-scale"),
+            ("score[0].items", "f-score-0"),
+            ("score[0].factor", "f-score-0-factor"),
+            ("item", "f-item"),
+        ] {
+            assert_eq!(form.find_place(field).map(|(id, _)| id).as_deref(), Some(place), "{field}");
+        }
+        let pairs = make_instrument_form(&shipped("nasa-tlx-weighted.toml"), &[]);
+        assert_eq!(pairs.find_place("item[6].pair").map(|(id, _)| id).as_deref(), Some("f-item-6-pair-0"));
+    }
+
+    #[test]
+    fn few_faulty_rows_are_open_and_many_are_not() {
+        let document = shipped("sus.toml");
+        let open = |wrong: usize| {
+            let remarks: Vec<DraftRemark> = (0..wrong).map(|row| remark(&format!("item[{row}].text.en"))).collect();
+            let form = make_instrument_form(&document, &remarks);
+            let questions = form.sections.iter().find(|section| section.id == "f-item").unwrap();
+            questions.rows.iter().filter(|row| row.fold == Some(true)).count()
+        };
+        assert_eq!([open(0), open(3), open(9)], [0, 3, 0]);
+    }
+
+    #[test]
+    fn a_way_of_answering_begins_as_something_that_can_be_answered() {
+        let text = "id = \"a\"\ntitle = { en = \"T\", de = \"T\" }\nlanguages = [\"en\", \"de\"]\nduration_min = 1\nsource = \"s\"\nlicence = \"l\"\n";
+        for kind in list_new_kinds().filter(|kind| kind.word != "pair") {
+            let mut document = EditedDocument::from_text(text).unwrap();
+            let scale = begin_scale(&mut document, kind.word);
+            document.add_question(&scale);
+            let mut say = |field: &str| {
+                for language in ["en", "de"] {
+                    document.write_field(&format!("{field}.{language}"), FieldSort::Translation, "Text");
+                }
+            };
+            say("item[0].text");
+            match kind.word {
+                "choice" | "choices" => (0..2).for_each(|row| say(&format!("scale[0].option[{row}].text"))),
+                "number" => document.write_field("scale[0].unit", FieldSort::Text, "years"),
+                _ => {}
+            }
+            let text = document.into_text();
+            let read = Instrument::from_bytes("t", text.as_bytes());
+            assert!(read.is_ok(), "{}: {read:?}\n{text}", kind.word);
+        }
+    }
+}

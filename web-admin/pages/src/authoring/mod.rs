@@ -230,10 +230,12 @@ impl DocumentForm {
             let rows = section.rows.iter();
             alone.chain(rows.flat_map(|row| row.all_fields().map(|field| (field, format!("{}: ", row.title)))))
         });
-        let is_it = |known: &str| known == field || known.split_once('[').is_some_and(|(list, _)| list == field);
-        if let Some((known, row)) =
-            fields.into_iter().find(|(known, _)| is_it(&known.field) && known.field.len() >= field.len())
-        {
+        // A vector is where its first component is.
+        let vector_of = |known: &'_ str| {
+            known.strip_suffix(']').and_then(|known| known.rsplit_once('[')).map(|(vector, _)| vector.to_owned())
+        };
+        let is_it = |known: &str| known == field || vector_of(known).as_deref() == Some(field);
+        if let Some((known, row)) = fields.into_iter().find(|(known, _)| is_it(&known.field)) {
             return Some((known.id(), format!("{row}{}", known.label)));
         }
         let mut rows = self.sections.iter().flat_map(|section| &section.rows);

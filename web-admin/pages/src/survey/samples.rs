@@ -192,6 +192,19 @@ fn a_new_survey_keeps_what_was_typed() {
 }
 
 #[test]
+fn the_author_of_a_draft_sees_the_form_and_can_send_nothing() {
+    let instrument = shipped("simulator-validity.toml");
+    let german = || keep_page("survey-preview", &FormPage::of_draft(&instrument, "/drafts/1", "de", 1));
+    let html = words::within(Language::named("de").expect("German"), german);
+    for wanted in
+        ["Nichts wird gespeichert", "nur nach bestimmten Antworten", "lang=en&#38;page=1", "lang=de&#38;page=2"]
+    {
+        assert!(html.contains(wanted), "{wanted} is missing in {html}");
+    }
+    assert!(!html.contains("<form") && !html.contains("<script"), "{html}");
+}
+
+#[test]
 fn instruments_are_listed_shown_and_edited() {
     let rows = vec![("Usability".to_owned(), "/surveys/instruments/sus".to_owned(), "sus".to_owned(), NOW)];
     assert!(
