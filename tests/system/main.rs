@@ -13,6 +13,7 @@ mod foreign_pages;
 mod guest;
 mod house;
 mod independent_reader;
+mod instrument_journey;
 mod journeys;
 mod licences;
 mod logs;

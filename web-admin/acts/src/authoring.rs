@@ -1,12 +1,15 @@
-//! Beginning documents: a copy of an exercise under a title of its own, a course from nothing, and an exercise in a course.
+//! Beginning documents: a copy of an exercise or of an instrument under a title of its own, a course or an instrument from nothing, and an
+//! exercise in a course.
 
 use model::authoring::{EditedDocument, FieldSort, find_exercise_id, id_from_title};
 use model::ids::{DraftId, SchoolId};
 use model::{CurrentPerson, authoring};
 use store::drafts::{DraftKind, NewDocumentDraft, Texts};
-use store::{curricula, drafts, exercises};
+use store::{curricula, drafts, exercises, instruments};
 
-use crate::drafting::{SaveOutcome, begin_draft_of, current_exercise, draft_editor, open_course, save_draft};
+use crate::drafting::{
+    SaveOutcome, begin_draft_of, current_exercise, current_instrument, draft_editor, open_course, save_draft,
+};
 use crate::error::{Error, refuse_trainees};
 use crate::service::Service;
 
@@ -75,6 +78,34 @@ pub async fn begin_course(state: &Service, person: &CurrentPerson, new: NewDocum
     let draft = NewDocumentDraft { kind: DraftKind::Course, document_id: &id, based_on: None, texts: &texts };
     begin_draft_of(state, person, &draft).await
 }
+
+/// The draft of a new instrument: a copy of another, or one without questions.
+///
+/// # Errors
+/// When there is no such instrument, or title or id are refused.
+pub async fn begin_instrument(
+    state: &Service,
+    person: &CurrentPerson,
+    original: Option<&str>,
+    new: NewDocument<'_>,
+) -> Result<DraftId, Error> {
+    refuse_trainees(person)?;
+    let document = match original {
+        Some(id) => current_instrument(state, person.school_id, id).await?,
+        None => EMPTY_INSTRUMENT.to_owned(),
+    };
+    let title = check_title(new.title)?;
+    let id = choose_id(state, person.school_id, DraftKind::Instrument, new).await?;
+    let texts = Texts { document: name_instrument(&document, &id, title), scene: String::new() };
+    let draft = NewDocumentDraft { kind: DraftKind::Instrument, document_id: &id, based_on: None, texts: &texts };
+    begin_draft_of(state, person, &draft).await
+}
+
+/// What an instrument begins with; its language is that of whoever begins it.
+const EMPTY_INSTRUMENT: &str = "id = \"instrument\"
+title = {}
+duration_min = 1
+";
 
 /// What a course begins with. The rule is an example, as those of the shipped courses are.
 const EMPTY_COURSE: &str = "id = \"course\"
@@ -205,6 +236,7 @@ async fn is_taken(state: &Service, school: SchoolId, kind: DraftKind, id: &str) 
             let taught = curricula::list_taught_curricula(reader, school).await?;
             taught.iter().any(|course| course.curriculum_id == id)
         }
+        DraftKind::Instrument => instruments::find_current_instrument(reader, school, id).await?.is_some(),
     };
     Ok(published || drafts::find_draft_of(reader, school, kind, id).await?.is_some())
 }
@@ -229,6 +261,23 @@ fn name_document(document: &str, id: &str, title: &str) -> String {
     edited.into_text()
 }
 
+/// An instrument under another id, and under a title that stands in one language: that of whoever gives it, where the instrument is written in
+/// that. Its titles in other languages were those of another.
+fn name_instrument(document: &str, id: &str, title: &str) -> String {
+    let Some(mut edited) = EditedDocument::from_text(document) else { return document.to_owned() };
+    let language = words::current().code();
+    edited.name_own_language(language);
+    let languages = edited.languages();
+    let named = languages.iter().find(|known| *known == language).or(languages.first()).cloned();
+    let named = named.unwrap_or_else(|| language.to_owned());
+    edited.write_field("id", FieldSort::Text, id);
+    edited.write_field(&format!("title.{named}"), FieldSort::Translation, title);
+    for other in languages.iter().filter(|other| **other != named) {
+        edited.write_field(&format!("title.{other}"), FieldSort::Translation, "");
+    }
+    edited.into_text()
+}
+
 #[cfg(test)]
 mod tests {
     //! A copy must be another document, and nothing else in it may change.
@@ -245,6 +294,16 @@ mod tests {
         for wrong in ["", "C", "a b", "ä", "../x", &"x".repeat(65)] {
             assert!(check_new_id(wrong).is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn a_copied_instrument_keeps_no_title_of_another() {
+        let document = "id = \"a\" # which\ntitle = { de = \"Alt\", en = \"Old\" }\nlanguages = [\"de\", \"en\"]\n";
+        let copy = "id = \"b\" # which\ntitle = { en = \"New\" }\nlanguages = [\"de\", \"en\"]\n";
+        assert_eq!(name_instrument(document, "b", "New").replace("  ", " "), copy);
+        let begun = name_instrument(EMPTY_INSTRUMENT, "b", "New");
+        assert!(begun.contains("languages = [\"en\"]") && begun.contains("en = \"New\""), "{begun}");
+        assert_eq!(name_instrument("no [", "b", "New"), "no [");
     }
 
     #[test]

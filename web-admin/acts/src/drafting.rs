@@ -3,7 +3,7 @@
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 
-use documents::{Curriculum, ExerciseBundle, Issue};
+use documents::{Curriculum, ExerciseBundle, Instrument, Issue};
 use model::CurrentPerson;
 use model::authoring::find_exercise_id;
 use model::draft::{DraftRemark, DraftVerdict};
@@ -12,13 +12,13 @@ use model::progress::Mastery;
 use store::audit::{Actor, AuditEntry};
 use store::drafts::{DocumentDraft, DraftEditor, DraftKind, NewDocumentDraft, Texts};
 use store::exercises::RevisionBytes;
-use store::{curricula, drafts, exercises};
+use store::{curricula, drafts, exercises, instruments};
 
 use crate::error::{Error, refuse_trainees};
 use crate::judging::{DraftQuestion, JudgeAnswer, JudgeQuestion, same_id};
 use crate::publishing::{CourseRefused, DocumentPublisher};
 use crate::service::Service;
-use crate::{asking, publishing};
+use crate::{asking, publishing, surveys};
 
 /// What a draft comes to.
 #[derive(Debug)]
@@ -27,7 +27,9 @@ pub enum Checked {
     Exercise(Box<DraftVerdict>),
     /// A course that could be published.
     Course(Box<Curriculum>, Mastery),
-    /// What is wrong with a course, in the order of the documents.
+    /// An instrument that could be published.
+    Instrument(Box<Instrument>),
+    /// What is wrong with a course or an instrument, in the order of the documents.
     Refused(Vec<Issue>),
     /// Nobody knows yet, for others of this school are before it; when to ask again, in s.
     Waiting(u64),
@@ -83,6 +85,29 @@ pub async fn open_course(state: &Service, person: &CurrentPerson, course_id: &st
     let texts = Texts { document: text(bytes)?, scene: String::new() };
     let draft = NewDocumentDraft { kind: DraftKind::Course, document_id: course_id, based_on: None, texts: &texts };
     begin_draft_of(state, person, &draft).await
+}
+
+/// The draft of an instrument, begun from its current revision where there is none.
+///
+/// # Errors
+/// When there is no such instrument.
+pub async fn open_instrument(state: &Service, person: &CurrentPerson, instrument_id: &str) -> Result<DraftId, Error> {
+    refuse_trainees(person)?;
+    let document = current_instrument(state, person.school_id, instrument_id).await?;
+    let texts = Texts { document, scene: String::new() };
+    let kind = DraftKind::Instrument;
+    begin_draft_of(state, person, &NewDocumentDraft { kind, document_id: instrument_id, based_on: None, texts: &texts })
+        .await
+}
+
+/// The text of an instrument's current revision.
+pub(crate) async fn current_instrument(
+    state: &Service,
+    school: SchoolId,
+    instrument_id: &str,
+) -> Result<String, Error> {
+    let current = instruments::find_current_instrument(state.db.reader(), school, instrument_id).await?;
+    text(current.ok_or(Error::NotFound)?.bytes)
 }
 
 /// The draft of a document, begun where there is none.
@@ -159,6 +184,10 @@ pub async fn publish(
                 CourseRefused::Work(error) => Error::Internal(error),
             })?;
         }
+        (Checked::Instrument(instrument), _) => {
+            surveys::publish_text(&mut tx, &publisher, instrument, draft.texts.document.as_bytes()).await?;
+            surveys::course_surveys(&mut tx, by.school, by.now).await?;
+        }
         _ => return Ok(false),
     }
     tx.commit().await?;
@@ -195,6 +224,7 @@ pub async fn check(state: &Service, school: SchoolId, draft: &DocumentDraft) -> 
             verdict.map(|verdict| Checked::Exercise(Box::new(verdict)))
         }
         DraftKind::Course => course_checked(state, school, draft).await,
+        DraftKind::Instrument => Ok(check_instrument(&draft.texts, &draft.document_id)),
     };
     match checked {
         Err(Error::Busy { retry_after_s }) => Ok(Checked::Waiting(retry_after_s)),
@@ -232,6 +262,15 @@ async fn sound(state: &Service, school: SchoolId, draft: &DocumentDraft) -> Resu
     let read = move || ExerciseBundle::from_parts(&exercise, &scene, &meshes);
     let read = tokio::task::spawn_blocking(read).await?;
     Ok(read.map_err(|refused| anyhow::Error::new(refused).context("a draft that could be published"))?)
+}
+
+/// An instrument names nothing outside itself and is small, so it is read at once.
+fn check_instrument(texts: &Texts, id: &str) -> Checked {
+    let read = Instrument::from_bytes("document", texts.document.as_bytes());
+    match read.and_then(|read| same_id(&read.id, id).map(|()| read)) {
+        Ok(instrument) => Checked::Instrument(Box::new(instrument)),
+        Err(refused) => Checked::Refused(refused.issues),
+    }
 }
 
 fn check_course(texts: &Texts, known: &ExerciseShelf, id: &str) -> Checked {

@@ -39,3 +39,29 @@ form.addEventListener("input", () => {
   clearTimeout(resting);
   resting = setTimeout(preview, REST_MS);
 });
+
+/** Rows that somebody has opened stay open when the page comes back: until then their ids are kept here. */
+const OPEN_ROWS = `open rows of ${location.pathname}`;
+
+form.addEventListener("submit", () => {
+  const open = [...form.querySelectorAll("details.folded[open]")].map((row) => row.id);
+  sessionStorage.setItem(OPEN_ROWS, JSON.stringify(open));
+});
+
+for (const id of JSON.parse(sessionStorage.getItem(OPEN_ROWS) ?? "[]")) {
+  const row = document.getElementById(id);
+  if (row?.matches("details.folded")) row.open = true;
+}
+sessionStorage.removeItem(OPEN_ROWS);
+
+/** Opens the row that the address leads to, or in which that place is. */
+function openTarget() {
+  const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
+  const row = target?.closest("details.folded");
+  if (!row) return;
+  row.open = true;
+  target.scrollIntoView();
+}
+
+addEventListener("hashchange", openTarget);
+openTarget();

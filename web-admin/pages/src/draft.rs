@@ -1,10 +1,9 @@
-//! Documents being written, and how revisions differ.
+//! Documents being written.
 
 use askama::Template;
 use askama_web::WebTemplate;
 use documents::{Curriculum, ExerciseBundle, Issue};
 use model::draft::{DraftRemark, DraftVerdict, Publishable};
-use model::ids::RevisionId;
 use model::progress::Mastery;
 use serde::Deserialize;
 use time::OffsetDateTime;
@@ -28,6 +27,8 @@ pub struct DraftsPage {
     pub drafts: Vec<DraftRow>,
     /// The exercises that may be copied.
     pub exercises: Vec<SelectOption>,
+    /// Nothing, and the instruments that may be copied.
+    pub instruments: Vec<SelectOption>,
     /// A document to be begun, and why it was not.
     pub form: FilledForm<NewDraftForm>,
 }
@@ -41,6 +42,8 @@ pub enum NewDraftKind {
     Exercise,
     /// A course without exercises.
     Course,
+    /// An instrument, as a copy of another or without questions.
+    Instrument,
 }
 
 /// A document to be begun, as it was typed.
@@ -51,6 +54,8 @@ pub struct NewDraftForm {
     pub kind: NewDraftKind,
     /// Id of the exercise that is copied.
     pub exercise: String,
+    /// Id of the instrument that is copied; empty where it begins without questions.
+    pub instrument: String,
     /// Title.
     pub title: String,
     /// Id; empty where it is made from the title.
@@ -96,7 +101,11 @@ pub struct DraftPage {
     pub shell: Shell,
     /// The draft.
     pub draft: DraftRow,
-    /// The exercise or the course, as it was typed.
+    /// It is an instrument.
+    pub is_instrument: bool,
+    /// Codes of the languages in which an instrument can be seen as whoever answers sees it.
+    pub languages: Vec<String>,
+    /// The exercise, the course or the instrument, as it was typed.
     pub document: String,
     /// The scene of an exercise, as it was typed.
     pub scene: Option<String>,
@@ -181,7 +190,7 @@ pub fn verdict_of_exercise(exercise: &Publishable) -> DraftVerdict {
     let view = ExerciseFacts::new(bundle);
     let mut facts = view.facts;
     facts.extend(describe_tissue(bundle, plan.as_ref()));
-    let facts = name_document(facts);
+    let facts = name_facts(facts);
     let advice = advice.iter().map(remark_on_issue).collect();
     DraftVerdict { advice, drawing: Some(view.drawing), facts, ..DraftVerdict::default() }
 }
@@ -194,7 +203,7 @@ pub fn verdict_of_course(course: &Curriculum, mastery: &Mastery) -> DraftVerdict
         first => tr!("{exercise}, after {missing}", exercise = entry.exercise, missing = first.join(", ")),
     };
     DraftVerdict {
-        facts: name_document(vec![
+        facts: name_facts(vec![
             (tr!("Title"), course.title.in_language(words::current().code()).to_owned()),
             (tr!("An exercise is"), rule_in_words(mastery)),
         ]),
@@ -217,7 +226,7 @@ pub fn verdict_while_waiting(retry_after_s: u64) -> DraftVerdict {
 }
 
 /// Facts under their names.
-fn name_document(facts: Vec<(&'static str, String)>) -> Vec<(String, String)> {
+pub(crate) fn name_facts(facts: Vec<(&'static str, String)>) -> Vec<(String, String)> {
     facts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
 }
 
@@ -276,41 +285,6 @@ fn describe_tissue(bundle: &ExerciseBundle, plan: Option<&FieldPlan>) -> Vec<(&'
     ]
 }
 
-/// The revisions of a document, two of them compared.
-#[derive(Debug, Template, WebTemplate)]
-#[template(path = "revisions.html")]
-pub struct RevisionsPage {
-    /// Frame.
-    pub shell: Shell,
-    /// Title of the document.
-    pub title: String,
-    /// Page of the document.
-    pub href: String,
-    /// Revisions, newest first.
-    pub revisions: Vec<RevisionRow>,
-    /// The older of the two that are compared.
-    pub from: RevisionId,
-    /// The newer of the two.
-    pub to: RevisionId,
-    /// What differs, by document; empty where there is but one revision.
-    pub parts: Vec<(&'static str, Vec<Vec<DiffLine>>)>,
-}
-
-/// A revision in the list.
-#[derive(Clone, Debug)]
-pub struct RevisionRow {
-    /// Its id.
-    pub id: RevisionId,
-    /// Its title.
-    pub title: String,
-    /// The beginning of its hash.
-    pub hash: String,
-    /// When it was published.
-    pub published_at: OffsetDateTime,
-    /// Trainees are given this one.
-    pub current: bool,
-}
-
 #[cfg(test)]
 mod tests {
     //! A person must see what is wrong and where, and never lose what they typed.
@@ -340,6 +314,8 @@ mod tests {
         DraftPage {
             shell: samples::shell(Role::Instructor),
             draft: row(),
+            is_instrument: false,
+            languages: Vec::new(),
             document: "id = \"<b>\"\n".to_owned(),
             scene: Some("id = \"s\"\n".to_owned()),
             seen: 3,
@@ -427,6 +403,23 @@ mod tests {
     }
 
     #[test]
+    fn an_instrument_is_folded_and_can_be_looked_at_in_its_languages() {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/instruments/sus.toml");
+        let document = EditedDocument::from_text(&std::fs::read_to_string(path).unwrap()).unwrap();
+        let form = Some(crate::authoring::make_instrument_form(&document, &[]));
+        let languages = document.languages();
+        let page = DraftPage { form, languages, is_instrument: true, scene: None, ..page(DraftVerdict::default()) };
+        let html = samples::keep_page("draft-instrument", &page);
+        for wanted in [
+            "value=\"look:de\"",
+            "<details class=\"form-row folded\" id=\"f-item-9\">",
+            "href=\"/surveys/instruments\"",
+        ] {
+            assert!(html.contains(wanted), "{wanted} is missing in {html}");
+        }
+    }
+
+    #[test]
     fn a_conflict_shows_both_texts() {
         let conflict = Some(compare_lines("pass_mark = 70\n", "pass_mark = 75\n"));
         let html = samples::keep_page("draft-conflict", &DraftPage { conflict, ..page(DraftVerdict::default()) });
@@ -448,37 +441,17 @@ mod tests {
             shell: samples::shell(Role::Instructor),
             drafts: vec![],
             exercises: exercises.clone(),
+            instruments: vec![],
             form: FilledForm::default(),
         };
         assert!(samples::keep_page("drafts-empty", &empty).contains("No drafts"));
-        let full = DraftsPage { shell: samples::shell(Role::Instructor), drafts: vec![row()], exercises, form };
+        let instruments = exercises.clone();
+        let full =
+            DraftsPage { shell: samples::shell(Role::Instructor), drafts: vec![row()], exercises, instruments, form };
         let html = samples::keep_page("drafts", &full);
         assert!(
             html.contains("href=\"/drafts/1\"") && html.contains("d: taken") && html.contains("value=\"Ä\""),
             "{html}"
         );
-    }
-
-    #[test]
-    fn revisions_are_compared() {
-        let [older, newer] = [1, 2].map(RevisionId::from_u128);
-        let revision = |id, current| RevisionRow {
-            id,
-            title: "Stop in the fat".to_owned(),
-            hash: "0123abcd".to_owned(),
-            published_at: samples::NOW,
-            current,
-        };
-        let page = RevisionsPage {
-            shell: samples::shell(Role::Instructor),
-            title: "Stop in the fat".to_owned(),
-            href: "/exercises/stop-in-the-fat".to_owned(),
-            revisions: vec![revision(newer, true), revision(older, false)],
-            from: older,
-            to: newer,
-            parts: vec![("Exercise", compare_lines("pass_mark = 70\n", "pass_mark = 75\n")), ("Scene", vec![])],
-        };
-        let html = samples::keep_page("revisions", &page);
-        assert!(html.contains("pass_mark = 75") && html.contains("No difference"), "{html}");
     }
 }

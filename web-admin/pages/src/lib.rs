@@ -52,6 +52,7 @@ pub mod regrading;
 pub mod replay;
 pub mod retention;
 pub mod review;
+pub mod revisions;
 pub mod roster;
 #[cfg(test)]
 mod samples;

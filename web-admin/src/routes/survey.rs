@@ -134,6 +134,7 @@ fn show_form(answering: &Answering, token: &str, page: Option<usize>, refusals: 
         questions: questions.map(|item| make_question(answering, item, &language, refusals)).collect(),
         action: format!("/survey/{token}"),
         language: language.clone(),
+        preview: None,
     });
     respond_in_language(&language, page)
 }

@@ -14,14 +14,16 @@ pub enum DraftKind {
     Exercise,
     /// A course.
     Course,
+    /// An instrument.
+    Instrument,
 }
 
 /// The texts of a draft.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Texts {
-    /// The exercise or the course, TOML.
+    /// The exercise, the course or the instrument, TOML.
     pub document: String,
-    /// The exercise's scene, TOML; empty for a course.
+    /// The exercise's scene, TOML; empty for any other.
     pub scene: String,
 }
 

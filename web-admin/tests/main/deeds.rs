@@ -6,7 +6,7 @@ use pages::deed::SAID_HERE;
 use super::people::{post, school};
 
 /// Forms that lead to a page which says itself what came of them, or shows it.
-const SAID_THERE: [&str; 59] = [
+const SAID_THERE: [&str; 61] = [
     "/account/password",
     "/account/second-factor",
     "/account/second-factor/confirm",
@@ -62,6 +62,8 @@ const SAID_THERE: [&str; 59] = [
     "/studies/{}/participants/{}/withdraw",
     "/survey/{}",
     "/surveys/instruments/new",
+    "/surveys/instruments/{}/course",
+    "/surveys/instruments/{}/draft",
     "/surveys/instruments/{}/edit",
     "/surveys/{}/answer",
     "/surveys/{}/links",

@@ -19,30 +19,30 @@ async fn instructor() -> (App, Client) {
 }
 
 /// The page of a draft, and what stands in its form.
-struct FormWriter {
-    client: Client,
-    draft: String,
-    fields: Vec<(String, String)>,
+pub(super) struct FormWriter {
+    pub(super) client: Client,
+    pub(super) draft: String,
+    pub(super) fields: Vec<(String, String)>,
 }
 
 impl FormWriter {
-    async fn at(mut client: Client, draft: &str) -> Self {
+    pub(super) async fn at(mut client: Client, draft: &str) -> Self {
         let page = client.get(draft).await;
         assert_eq!(page.status, 200, "{}", page.text());
         let draft = draft.split(['#', '?']).next().unwrap_or_default().to_owned();
         Self { client, draft, fields: fields_of_form(&page.text()) }
     }
 
-    fn set(&mut self, name: &str, value: &str) {
+    pub(super) fn set(&mut self, name: &str, value: &str) {
         let field = self.fields.iter_mut().find(|(known, _)| known == name);
         field.unwrap_or_else(|| panic!("no field {name}")).1 = value.to_owned();
     }
 
-    fn value(&self, name: &str) -> &str {
+    pub(super) fn value(&self, name: &str) -> &str {
         self.fields.iter().find(|(known, _)| known == name).map_or("", |(_, value)| value)
     }
 
-    async fn act(&mut self, act: &str) -> Answer {
+    pub(super) async fn act(&mut self, act: &str) -> Answer {
         let mut fields: Vec<(&str, &str)> =
             self.fields.iter().map(|(name, value)| (name.as_str(), value.as_str())).collect();
         fields.push(("act", act));
@@ -86,7 +86,7 @@ async fn begin(client: &mut Client, document: &str) -> String {
     client.form(&format!("{document}/draft"), &[("csrf", &csrf)]).await.header("location").to_owned()
 }
 
-fn unix(text: &str) -> String {
+pub(super) fn unix(text: &str) -> String {
     text.replace("\r\n", "\n")
 }
 

@@ -195,7 +195,7 @@ async fn version(watch: &mut SqliteConnection) -> i64 {
 }
 
 /// A survey of a teacher for a cohort, with a link, and what else its addresses name.
-async fn survey(app: &App, teacher: &Member, cohort: CohortId) -> [(&'static str, String); 5] {
+async fn survey(app: &App, teacher: &Member, cohort: CohortId) -> [(&'static str, String); 6] {
     let (school, now) = (teacher.person.school_id, app.state.clock.now());
     let document = course_folder().with_file_name("instruments").join("sus.toml");
     app.write(async |tx| surveys::publish(tx, school, &document, now).await.unwrap()).await;
@@ -215,7 +215,9 @@ async fn survey(app: &App, teacher: &Member, cohort: CohortId) -> [(&'static str
     let id = surveys::make(&app.state, &owner, &wanted).await.unwrap();
     let survey = stored::find(app.state.db.reader(), school, id).await.unwrap().unwrap();
     let links = surveys::make_links(&app.state, &owner, &survey, &["Dr A".to_owned()]).await.unwrap();
+    let questionnaire = drafting::open_instrument(&app.state, &owner, "sus").await.unwrap();
     [
+        ("questionnaire", questionnaire.to_string()),
         ("survey", id.to_string()),
         ("link", links[0].token.clone()),
         ("instrument", "sus".to_owned()),

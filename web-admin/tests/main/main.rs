@@ -24,6 +24,7 @@ mod deeds;
 mod described;
 mod documents;
 mod draft_forms;
+mod draft_instruments;
 mod drafts;
 mod earlier_school;
 mod erasing;

@@ -1,22 +1,43 @@
 //! The languages of a document that is written in a form: which there are, and a text in each of them.
 
 use documents::list_document_languages;
-use toml_edit::{Array, InlineTable, Item, Value};
+use toml_edit::{Array, InlineTable, Item, TableLike, Value};
 
-use super::{EditedDocument, FieldSort, replace_value};
+use super::{EditedDocument, FieldSort, last_key, replace_value};
 
 /// The texts that may be written in several languages, rows without their number.
-const WORDINGS: [&str; 5] = ["title", "briefing", "description", "hard_fail[].why", "coaching[].message"];
+const WORDINGS: [&str; 15] = [
+    "title",
+    "briefing",
+    "description",
+    "hard_fail[].why",
+    "coaching[].message",
+    "intro",
+    "scale[].labels[]",
+    "scale[].first",
+    "scale[].last",
+    "scale[].option[].text",
+    "section[].title",
+    "section[].text",
+    "item[].name",
+    "item[].text",
+    "score[].title",
+];
 
 fn is_document_language(code: &str) -> bool {
     list_document_languages().any(|known| known == code)
 }
 
+/// Whether a text that may be written in several languages stands at an address.
+#[must_use]
+pub fn is_wording(field: &str) -> bool {
+    WORDINGS.contains(&super::sent::pattern_of_field(field).as_str())
+}
+
 /// The text and the language that an address names, where it names a text in a language.
 pub(super) fn split_language(field: &str) -> Option<(&str, &str)> {
     let (text, language) = field.rsplit_once('.')?;
-    (is_document_language(language) && WORDINGS.contains(&super::sent::pattern_of_field(text).as_str()))
-        .then_some((text, language))
+    (is_document_language(language) && is_wording(text)).then_some((text, language))
 }
 
 impl EditedDocument {
@@ -38,11 +59,17 @@ impl EditedDocument {
     /// Its title in a language; where it is not written in that, in its own.
     #[must_use]
     pub fn title_in(&self, language: &str) -> String {
+        self.wording_in("title", language)
+    }
+
+    /// A text in a language; where it is not written in that, in the document's own.
+    #[must_use]
+    pub fn wording_in(&self, text: &str, language: &str) -> String {
         let languages = self.languages();
         let own = languages.first().map_or("", String::as_str);
-        let titles = [language, own].map(|language| self.written_at(&format!("title.{language}")));
-        let found = titles.into_iter().find(|title| !title.is_empty());
-        found.unwrap_or_else(|| self.plain_at("title"))
+        let written = [language, own].map(|language| self.written_at(&format!("{text}.{language}")));
+        let found = written.into_iter().find(|text| !text.is_empty());
+        found.unwrap_or_else(|| self.plain_at(text))
     }
 
     fn plain_at(&self, field: &str) -> String {
@@ -81,11 +108,14 @@ impl EditedDocument {
 
     /// The addresses of all texts that may be written in several languages.
     fn list_wordings(&self) -> Vec<String> {
-        let addresses = WORDINGS.iter().flat_map(|text| match text.split_once("[]") {
-            Some((array, key)) => (0..self.count_rows(array)).map(|row| format!("{array}[{row}]{key}")).collect(),
-            None => vec![(*text).to_owned()],
-        });
-        addresses.collect()
+        WORDINGS.iter().flat_map(|text| self.list_addresses(text)).collect()
+    }
+
+    /// Every address of a pattern that leaves the numbers of rows out.
+    pub(super) fn list_addresses(&self, pattern: &str) -> Vec<String> {
+        let Some((array, rest)) = pattern.split_once("[]") else { return vec![pattern.to_owned()] };
+        let rows = (0..self.count_rows(array)).map(|row| format!("{array}[{row}]{rest}"));
+        rows.flat_map(|address| self.list_addresses(&address)).collect()
     }
 
     /// Writes a text in a language. A text that was plain becomes one of several, in the document's own language and in this one.
@@ -95,9 +125,16 @@ impl EditedDocument {
             return;
         }
         if self.find_item(text).is_some_and(Item::is_table_like) {
-            return self.put_value(field, (!typed.is_empty()).then(|| Value::from(typed)));
+            self.put_value(field, (!typed.is_empty()).then(|| Value::from(typed)));
+            // A text in no language is none.
+            if !text.ends_with(']')
+                && self.find_item(text).and_then(Item::as_table_like).is_some_and(TableLike::is_empty)
+            {
+                self.put_value(text, None);
+            }
+            return;
         }
-        if typed.is_empty() {
+        if typed.is_empty() || text.ends_with(']') {
             return;
         }
         let mut texts = InlineTable::new();
@@ -105,10 +142,8 @@ impl EditedDocument {
             texts.insert(own, Value::from(self.written_at(text)));
         }
         texts.insert(language, Value::from(typed));
-        let (parent, key) = text.rsplit_once('.').unwrap_or(("", text));
-        let parent = if parent.is_empty() { Some(self.tree.as_item_mut()) } else { self.item_mut(parent) };
-        if let Some(table) = parent.and_then(Item::as_table_like_mut) {
-            replace_value(table, key, Some(Value::InlineTable(texts)));
+        if let Some(table) = self.parent_mut(text).and_then(Item::as_table_like_mut) {
+            replace_value(table, last_key(text), Some(Value::InlineTable(texts)));
         }
     }
 }

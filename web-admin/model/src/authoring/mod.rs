@@ -3,19 +3,37 @@
 //!
 //! A field has the address that an issue names: `rubric[1].full`.
 
+mod instrument;
 mod languages;
 mod naming;
+mod rows;
 mod sent;
 
 use std::collections::BTreeMap;
 
+pub use languages::is_wording;
 pub use naming::id_from_title;
+use rows::last_position;
 pub use sent::{SentForm, TypedField};
-use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, TableLike, Value};
+use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
 
 /// The root's tables in the order in which people write them: a new one goes behind those before it.
-const ORDER: [&str; 9] =
-    ["title", "briefing", "entry", "target", "required", "rubric", "hard_fail", "coaching", "exercise"];
+const ORDER: [&str; 14] = [
+    "title",
+    "intro",
+    "briefing",
+    "entry",
+    "target",
+    "required",
+    "rubric",
+    "hard_fail",
+    "coaching",
+    "exercise",
+    "scale",
+    "section",
+    "item",
+    "score",
+];
 
 /// What a field holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,6 +54,10 @@ pub enum FieldSort {
     OwnLanguage,
     /// A list of ids, each a box of its own; the value of a box follows the field's address after a colon.
     Ids,
+    /// A list of texts that is there or not.
+    TextList,
+    /// What a table is about, which goes with it.
+    Subject,
 }
 
 /// A document, changed field by field.
@@ -110,16 +132,6 @@ impl EditedDocument {
         self.find_item(field).is_some_and(|item| !item.is_none())
     }
 
-    /// How many rows an array of tables has.
-    #[must_use]
-    pub fn count_rows(&self, array: &str) -> usize {
-        match self.find_item(array) {
-            Some(Item::ArrayOfTables(rows)) => rows.len(),
-            Some(Item::Value(Value::Array(rows))) => rows.len(),
-            _ => 0,
-        }
-    }
-
     /// Writes what was typed into a field. What is there already stays to the byte.
     pub fn write_field(&mut self, field: &str, sort: FieldSort, typed: &str) {
         match sort {
@@ -129,9 +141,15 @@ impl EditedDocument {
             FieldSort::Translation => self.write_translation(field, typed),
             FieldSort::OwnLanguage => self.name_own_language(typed),
             FieldSort::Ids => {}
+            FieldSort::TextList if typed.is_empty() => self.put_value(field, None),
+            FieldSort::TextList if self.is_written(field) => {}
+            FieldSort::TextList => self.put_value(field, Some(Value::Array(toml_edit::Array::new()))),
             _ if self.written_at(field) == typed => {}
+            FieldSort::Subject if typed.is_empty() => {
+                self.put_value(field.rsplit_once('.').map_or(field, |(table, _)| table), None)
+            }
             FieldSort::Text if typed.is_empty() => self.put_value(field, None),
-            FieldSort::Text => self.put_value(field, Some(Value::from(typed))),
+            FieldSort::Text | FieldSort::Subject => self.put_value(field, Some(Value::from(typed))),
             FieldSort::Number => self.write_number(field, typed.trim()),
             FieldSort::Flag => self.put_value(field, Some(Value::from(!typed.is_empty()))),
         }
@@ -186,21 +204,32 @@ impl EditedDocument {
         if let Some((vector, at)) = split_row(field) {
             return self.put_component(vector, at, value);
         }
-        let (parent, key) = field.rsplit_once('.').unwrap_or(("", field));
-        if !parent.is_empty() && value.is_some() && !self.is_written(parent) {
+        if let Some((parent, _)) =
+            field.rsplit_once('.').filter(|(parent, _)| value.is_some() && !self.is_written(parent))
+        {
             self.ensure_table(parent);
         }
-        let parent = if parent.is_empty() { Some(self.tree.as_item_mut()) } else { self.item_mut(parent) };
-        let Some(table) = parent.and_then(Item::as_table_like_mut) else { return };
-        replace_value(table, key, value);
+        let Some(table) = self.parent_mut(field).and_then(Item::as_table_like_mut) else { return };
+        replace_value(table, last_key(field), value);
     }
 
-    /// A component of a vector; where there was no vector, the others are 0.
+    /// What a field stands in.
+    fn parent_mut(&mut self, field: &str) -> Option<&mut Item> {
+        match field.rsplit_once('.') {
+            Some((parent, _)) => self.item_mut(parent),
+            None => Some(self.tree.as_item_mut()),
+        }
+    }
+
+    /// A component of a vector; where there was no vector, the others are 0, or without a text.
     fn put_component(&mut self, vector: &str, at: usize, value: Option<Value>) {
         let Some(value) = value.filter(|_| at < 2) else { return };
         if !self.is_written(vector) {
             let mut both = toml_edit::Array::new();
-            both.extend([0, 0]);
+            match value {
+                Value::String(_) => both.extend(["", ""]),
+                _ => both.extend([0, 0]),
+            }
             self.put_value(vector, Some(Value::Array(both)));
         }
         let Some(old) = self.item_mut(vector).and_then(Item::as_array_mut).and_then(|all| all.get_mut(at)) else {
@@ -228,57 +257,7 @@ impl EditedDocument {
     /// The place of the last table that people write before this one.
     fn position_before(&self, key: &str) -> Option<isize> {
         let before = ORDER.iter().take_while(|known| **known != key);
-        let position = |key: &&str| match self.tree.get(key)? {
-            Item::Table(table) => table.position(),
-            Item::ArrayOfTables(rows) => rows.iter().last()?.position(),
-            _ => None,
-        };
-        before.filter_map(position).last()
-    }
-
-    /// Adds a row behind the others, with what stands in it first.
-    pub fn add_row(&mut self, array: &str, first: &[(&str, &str)]) {
-        let position = self.position_before(array);
-        let mut table = Table::new();
-        first.iter().for_each(|(key, text)| drop(table.insert(key, toml_edit::value(*text))));
-        match self.tree.entry(array).or_insert_with(|| Item::ArrayOfTables(ArrayOfTables::new())) {
-            Item::ArrayOfTables(rows) => {
-                table.set_position(rows.iter().last().map_or(position, Table::position));
-                rows.push(table);
-            }
-            Item::Value(Value::Array(rows)) => rows.push(table.into_inline_table()),
-            _ => {}
-        }
-    }
-
-    /// Takes a row away.
-    pub fn remove_row(&mut self, array: &str, row: usize) {
-        if row >= self.count_rows(array) {
-            return;
-        }
-        match self.tree.get_mut(array) {
-            Some(Item::ArrayOfTables(rows)) => drop(rows.remove(row)),
-            Some(Item::Value(Value::Array(rows))) => drop(rows.remove(row)),
-            _ => {}
-        }
-        if self.count_rows(array) == 0 {
-            self.tree.remove(array);
-        }
-    }
-
-    /// Lets two rows change places, each with the comments above it.
-    pub fn swap_rows(&mut self, array: &str, row: usize, other: usize) {
-        let count = self.count_rows(array);
-        let Some(Item::ArrayOfTables(rows)) = self.tree.get_mut(array).filter(|_| row.max(other) < count) else {
-            return;
-        };
-        let positions: Vec<Option<isize>> = rows.iter().map(Table::position).collect();
-        let mut tables: Vec<Table> = rows.iter().cloned().collect();
-        tables.swap(row, other);
-        for (table, position) in tables.iter_mut().zip(positions) {
-            table.set_position(position);
-        }
-        *rows = tables.into_iter().collect();
+        before.filter_map(|key| last_position(self.tree.get(key)?)).last()
     }
 }
 
@@ -300,6 +279,11 @@ pub fn add_course_exercise(course: &mut EditedDocument, exercise_id: &str) {
 fn version_beside(field: &str) -> String {
     let row = field.rsplit_once('.').map_or("", |(row, _)| row);
     format!("{row}.version")
+}
+
+/// The key under which a field stands in its table.
+fn last_key(field: &str) -> &str {
+    field.rsplit_once('.').map_or(field, |(_, key)| key)
 }
 
 /// A vector and the place of a component in it.
@@ -339,5 +323,7 @@ fn read_number(typed: &str) -> Value {
     }
 }
 
+#[cfg(test)]
+mod instrument_tests;
 #[cfg(test)]
 mod tests;

@@ -1,9 +1,10 @@
 //! What a form sends of a document: which fields, what was typed into them, and where it goes.
 
+use super::instrument::InstrumentNames;
 use super::languages::split_language;
 use super::{EditedDocument, FieldSort};
 
-/// Every field of an exercise and of a course that a form may change, rows without their number.
+/// Every field of an exercise, a course and an instrument that a form may change, rows without their number.
 const FIELDS: &[(&str, FieldSort)] = &[
     ("title", FieldSort::Text),
     ("languages", FieldSort::OwnLanguage),
@@ -43,6 +44,40 @@ const FIELDS: &[(&str, FieldSort)] = &[
     ("mastery.within", FieldSort::Number),
     ("exercise[].survey", FieldSort::Text),
     ("exercise[].prerequisites", FieldSort::Ids),
+    ("duration_min", FieldSort::Number),
+    ("source", FieldSort::Text),
+    ("licence", FieldSort::Text),
+    ("scale[].id", FieldSort::Text),
+    ("scale[].kind", FieldSort::Text),
+    ("scale[].points", FieldSort::Number),
+    ("scale[].labels", FieldSort::TextList),
+    ("scale[].relevant_from", FieldSort::Number),
+    ("scale[].min", FieldSort::Number),
+    ("scale[].max", FieldSort::Number),
+    ("scale[].step", FieldSort::Number),
+    ("scale[].unit", FieldSort::Text),
+    ("scale[].max_characters", FieldSort::Number),
+    ("scale[].option[].id", FieldSort::Text),
+    ("section[].id", FieldSort::Text),
+    ("section[].when.item", FieldSort::Subject),
+    ("section[].when.is", FieldSort::Ids),
+    ("item[].id", FieldSort::Text),
+    ("item[].section", FieldSort::Text),
+    ("item[].scale", FieldSort::Text),
+    ("item[].pair[]", FieldSort::Text),
+    ("item[].when.item", FieldSort::Subject),
+    ("item[].when.is", FieldSort::Ids),
+    ("score[].id", FieldSort::Text),
+    ("score[].items", FieldSort::Ids),
+    ("score[].reversed", FieldSort::Ids),
+    ("score[].pairs", FieldSort::Ids),
+    ("score[].shift", FieldSort::Number),
+    ("score[].combine", FieldSort::Text),
+    ("score[].factor", FieldSort::Number),
+    ("score[].offset", FieldSort::Number),
+    ("score[].missing", FieldSort::Text),
+    ("score[].least_answered", FieldSort::Number),
+    ("score[].better", FieldSort::Text),
 ];
 
 /// A field and what was typed into it.
@@ -67,12 +102,13 @@ impl SentForm {
     /// Writes it into a document.
     pub fn write_into(&self, document: &mut EditedDocument) {
         let before = document.written_at("mastery.rule");
+        let names = InstrumentNames::of(document);
         let gone: Vec<&str> = self.tables_without_tick(document).collect();
         for table in &gone {
             document.write_field(table, FieldSort::Presence, "");
         }
-        let is_gone =
-            |field: &str| gone.iter().any(|table| field.strip_prefix(table).is_some_and(|rest| rest.starts_with('.')));
+        let is_below = |rest: &str| rest.starts_with(['.', '[']);
+        let is_gone = |field: &str| gone.iter().any(|table| field.strip_prefix(table).is_some_and(is_below));
         for TypedField { field, typed } in self.fields.iter().filter(|sent| !is_gone(&sent.field)) {
             if let Some(sort) = sort_of_field(field) {
                 document.write_field(field, sort, typed);
@@ -85,6 +121,7 @@ impl SentForm {
         if rule != before {
             drop_keys_of_other_rules(document, &rule);
         }
+        names.follow(document);
     }
 
     fn is_ticked(&self, field: &str) -> bool {
@@ -93,7 +130,8 @@ impl SentForm {
 
     /// Tables whose box stands in the form without a tick, that were there.
     fn tables_without_tick<'s>(&'s self, document: &EditedDocument) -> impl Iterator<Item = &'s str> {
-        let is_table = |field: &&String| sort_of_field(field) == Some(FieldSort::Presence);
+        let is_table =
+            |field: &&String| matches!(sort_of_field(field), Some(FieldSort::Presence | FieldSort::TextList));
         let there: Vec<&str> =
             self.boxes.iter().filter(is_table).map(String::as_str).filter(|field| document.is_written(field)).collect();
         there.into_iter().filter(|field| !self.is_ticked(field))
@@ -101,7 +139,9 @@ impl SentForm {
 
     fn write_box(&self, document: &mut EditedDocument, field: &str) {
         if let Some((list, id)) = field.split_once(':') {
-            if sort_of_field(list) == Some(FieldSort::Ids) {
+            // What a condition asks for goes with the condition.
+            let is_there = list.rsplit_once('.').is_some_and(|(table, _)| document.is_written(table));
+            if is_there && sort_of_field(list) == Some(FieldSort::Ids) {
                 document.tick_id(list, id, self.is_ticked(field));
             }
         } else if sort_of_field(field) == Some(FieldSort::Flag) && !self.is_ticked(field) {

@@ -113,7 +113,7 @@ impl CourseFormMaker<'_> {
             about: tr!("In the order in which trainees see them."),
             rows: (0..count).map(|row| self.exercise_row(row, &ids)).collect(),
             adding: Some(RowAdding {
-                act: "add:exercise",
+                act: "add:exercise".to_owned(),
                 name: "new.exercise",
                 label: tr!("Exercise"),
                 button: tr!("Add the exercise"),
@@ -139,10 +139,10 @@ impl CourseFormMaker<'_> {
             title: format!("{}. {}", row + 1, self.context.title_of(&ids[row])),
             note: self.read.problems_of(&at("file")).join(" "),
             fields: vec![self.read.choice(&at("survey"), tr!("Asked after each attempt"), plain_choices(asked))],
-            boxes: self.prerequisites_of(row, ids),
+            boxes: self.prerequisites_of(row, ids).into_iter().collect(),
             removal: format!("remove:exercise[{row}]"),
-            loss: "",
             moves: up.into_iter().chain(down).collect(),
+            ..FormRow::default()
         }
     }
 

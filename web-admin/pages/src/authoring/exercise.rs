@@ -176,10 +176,8 @@ impl ExerciseFormMaker<'_> {
             title: format!("{}. {}", row + 1, metric::metric_label(&id)),
             note: better.map_or_else(String::new, |better| tr!("Better: {way}.", way = better)),
             fields: std::iter::once(picked).chain(fields).collect(),
-            boxes: None,
             removal: format!("remove:{array}[{row}]"),
-            loss: "",
-            moves: Vec::new(),
+            ..FormRow::default()
         }
     }
 
@@ -190,7 +188,7 @@ impl ExerciseFormMaker<'_> {
 
     fn metric_adding(&self, act: &'static str, name: &'static str, button: &'static str, array: &str) -> RowAdding {
         let problems = self.read.problems_of(array);
-        RowAdding { act, name, label: tr!("Metric"), button, choices: self.metric_choices(), problems }
+        RowAdding { act: act.to_owned(), name, label: tr!("Metric"), button, choices: self.metric_choices(), problems }
     }
 
     /// Every metric that a rubric may ask for in this scene, below the headings under which scores show them.
@@ -216,7 +214,7 @@ impl ExerciseFormMaker<'_> {
             about: tr!("Said during the attempt when something rises above a limit, and again once it has fallen."),
             rows: (0..self.read.document.count_rows("coaching")).map(|row| self.coaching_row(row)).collect(),
             adding: Some(RowAdding {
-                act: "add:coaching",
+                act: "add:coaching".to_owned(),
                 name: "new.coaching",
                 label: tr!("What is watched"),
                 button: tr!("Add a message"),
@@ -248,10 +246,8 @@ impl ExerciseFormMaker<'_> {
             .into_iter()
             .chain(read.wording(&at("message"), tr!("Message"), &FieldInput::Line))
             .collect(),
-            boxes: None,
             removal: format!("remove:coaching[{row}]"),
-            loss: "",
-            moves: Vec::new(),
+            ..FormRow::default()
         }
     }
 }

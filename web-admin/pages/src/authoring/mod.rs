@@ -1,11 +1,15 @@
-//! Documents written in forms: which fields an exercise and a course have, in words, and what is wrong at each.
+//! Documents written in forms: which fields an exercise, a course and an instrument have, in words, and what is wrong at each.
 
 mod course;
 mod exercise;
+mod instrument;
+mod instrument_rows;
 
 pub use course::{CourseContext, CourseExercise, make_course_form};
 use documents::list_document_languages;
 pub use exercise::make_exercise_form;
+pub use instrument::make_instrument_form;
+pub use instrument_rows::begin_scale;
 use model::authoring::EditedDocument;
 use model::draft::DraftRemark;
 
@@ -39,7 +43,7 @@ pub struct FormSection {
 }
 
 /// A row of fields.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct FormRow {
     /// Its id on the page.
     pub id: String,
@@ -49,12 +53,20 @@ pub struct FormRow {
     pub note: String,
     /// Fields.
     pub fields: Vec<FormField>,
-    /// Boxes that belong together, under one heading; none where there is nothing to tick.
-    pub boxes: Option<FormBoxes>,
+    /// Boxes that belong together, each group under its heading.
+    pub boxes: Vec<FormBoxes>,
+    /// Fields behind the boxes.
+    pub rest: Vec<FormField>,
+    /// Rows that stand in it.
+    pub parts: Vec<FormRow>,
+    /// How one of these is added.
+    pub adding: Option<RowAdding>,
+    /// It can be folded: whether it is open.
+    pub fold: Option<bool>,
     /// What takes it away; empty for what stays.
     pub removal: String,
     /// What is lost with it, where it asks first.
-    pub loss: &'static str,
+    pub loss: String,
     /// What lets it change places with the one before and the one behind it, where it may.
     pub moves: Vec<RowMove>,
 }
@@ -83,17 +95,31 @@ pub struct RowMove {
 #[derive(Clone, Debug)]
 pub struct RowAdding {
     /// What is sent.
-    pub act: &'static str,
+    pub act: String,
     /// Name of the choice.
     pub name: &'static str,
     /// What is chosen.
     pub label: &'static str,
     /// What the button says.
     pub button: &'static str,
-    /// From what.
+    /// From what; nothing where there is but one sort of rows.
     pub choices: Vec<ChoiceGroup>,
     /// What is wrong with there being so many or so few.
     pub problems: Vec<String>,
+}
+
+impl RowAdding {
+    /// Adding of rows of which there is but one sort.
+    fn plain(act: impl Into<String>, button: &'static str, problems: Vec<String>) -> Self {
+        Self { act: act.into(), name: "", label: "", button, choices: Vec::new(), problems }
+    }
+}
+
+impl FormRow {
+    /// Its fields and those of the rows in it.
+    pub fn all_fields(&self) -> impl Iterator<Item = &FormField> {
+        self.fields.iter().chain(&self.rest).chain(self.parts.iter().flat_map(|part| &part.fields))
+    }
 }
 
 /// Choices under a heading; an empty heading for none.
@@ -112,6 +138,8 @@ pub enum FieldInput {
     Line,
     /// Paragraphs.
     Prose,
+    /// A sentence or two.
+    Note,
     /// A number.
     Number,
     /// A box to tick.
@@ -167,10 +195,16 @@ impl FormField {
         matches!(self.input, FieldInput::Number)
     }
 
+    /// How many lines of a text stand in it at once.
+    #[must_use]
+    pub const fn count_lines(&self) -> u8 {
+        if matches!(self.input, FieldInput::Note) { 4 } else { 9 }
+    }
+
     /// It takes a whole line of the form.
     #[must_use]
     pub const fn is_wide(&self) -> bool {
-        matches!(self.input, FieldInput::Line | FieldInput::Prose)
+        matches!(self.input, FieldInput::Line | FieldInput::Prose | FieldInput::Note)
     }
 
     /// The same with something to know.
@@ -194,12 +228,14 @@ impl DocumentForm {
         let fields = self.sections.iter().flat_map(|section| {
             let alone = section.fields.iter().map(|field| (field, String::new()));
             let rows = section.rows.iter();
-            alone.chain(rows.flat_map(|row| row.fields.iter().map(|field| (field, format!("{}: ", row.title)))))
+            alone.chain(rows.flat_map(|row| row.all_fields().map(|field| (field, format!("{}: ", row.title)))))
         });
-        let is_it = |known: &str| known == field || known.split_once('[').is_some_and(|(list, _)| list == field);
-        if let Some((known, row)) =
-            fields.into_iter().find(|(known, _)| is_it(&known.field) && known.field.len() >= field.len())
-        {
+        // A vector is where its first component is.
+        let vector_of = |known: &'_ str| {
+            known.strip_suffix(']').and_then(|known| known.rsplit_once('[')).map(|(vector, _)| vector.to_owned())
+        };
+        let is_it = |known: &str| known == field || vector_of(known).as_deref() == Some(field);
+        if let Some((known, row)) = fields.into_iter().find(|(known, _)| is_it(&known.field)) {
             return Some((known.id(), format!("{row}{}", known.label)));
         }
         let mut rows = self.sections.iter().flat_map(|section| &section.rows);
@@ -267,11 +303,9 @@ impl FormReader<'_> {
             } else {
                 String::new()
             },
-            fields: Vec::new(),
-            boxes: None,
             removal: if at == 0 { String::new() } else { format!("remove:languages[{at}]") },
-            loss: tr!("Every text in this language is removed from this draft."),
-            moves: Vec::new(),
+            loss: tr!("Every text in this language is removed from this draft.").to_owned(),
+            ..FormRow::default()
         };
         FormSection {
             id: "f-languages",
@@ -280,7 +314,7 @@ impl FormReader<'_> {
             fields: if languages.is_empty() { vec![own] } else { Vec::new() },
             rows: languages.iter().enumerate().map(row).collect(),
             adding: Some(RowAdding {
-                act: "add:languages",
+                act: "add:languages".to_owned(),
                 name: "new.languages",
                 label: tr!("Also in"),
                 button: tr!("Add the language"),

@@ -10,6 +10,7 @@ use model::survey::Identity;
 use model::survey::given::{GivenAnswers, name_of_field, name_of_leaving};
 use words::Language;
 
+use super::previewing::FormPreview;
 use crate::{assets, format};
 
 /// Most places of a row of marks; a finer scale is a field for a number.
@@ -88,6 +89,8 @@ pub struct FormPage {
     pub questions: Vec<FormQuestion>,
     /// Where the form is sent.
     pub action: String,
+    /// Its author looks at it, and nobody answers.
+    pub preview: Option<FormPreview>,
 }
 
 /// The end: answers were sent, or taken back.

@@ -3,10 +3,13 @@
 use askama::Template;
 use askama_web::WebTemplate;
 use documents::Instrument;
+use model::draft::DraftVerdict;
 use time::OffsetDateTime;
 
 use super::form::{FormQuestion, GivenField, QuestionField};
+use crate::draft::name_facts;
 use crate::form::FilledForm;
+use crate::people::SelectOption;
 use crate::{Shell, format};
 
 /// Every instrument of the school.
@@ -29,8 +32,10 @@ pub struct InstrumentPage {
     pub href: String,
     /// What it looks like.
     pub preview: InstrumentPreview,
-    /// Whether the visitor may change it.
-    pub editable: bool,
+    /// It was just published.
+    pub published: bool,
+    /// The courses that may ask it after attempts.
+    pub courses: Vec<SelectOption>,
 }
 
 /// The editor: the document as text.
@@ -71,10 +76,10 @@ pub struct InstrumentPreview {
 }
 
 impl InstrumentPreview {
-    /// An instrument in its first language.
+    /// An instrument in the reader's language, or else in its own.
     #[must_use]
     pub fn new(instrument: &Instrument) -> Self {
-        let language = instrument.languages.first().map_or("en", String::as_str);
+        let language = instrument.language_for(words::current().code());
         let question =
             |at: &usize| FormQuestion::new(instrument, &instrument.items[*at], language, &GivenField::default());
         let page = |(section, items): (Option<&documents::instrument::Section>, Vec<usize>)| {
@@ -96,6 +101,24 @@ impl InstrumentPreview {
                 .collect(),
         }
     }
+}
+
+/// The verdict on an instrument that could be published.
+#[must_use]
+pub fn verdict_of_instrument(instrument: &Instrument) -> DraftVerdict {
+    let language = instrument.language_for(words::current().code());
+    let preview = InstrumentPreview::new(instrument);
+    let mut facts = name_facts(vec![
+        (tr!("Title"), instrument.title.in_language(language).to_owned()),
+        (tr!("Languages"), preview.languages),
+        (tr!("Questions"), instrument.items.len().to_string()),
+        (tr!("Pages"), instrument.pages().len().to_string()),
+        (tr!("Takes"), format::format_stated(instrument.duration_min, "min")),
+    ]);
+    let scored =
+        instrument.scores.iter().map(|key| (key.title.in_language(language).to_owned(), say_scoring_rule(key)));
+    facts.extend(scored);
+    DraftVerdict { facts, ..DraftVerdict::default() }
 }
 
 /// A scoring key as arithmetic.

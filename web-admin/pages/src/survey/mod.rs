@@ -4,6 +4,7 @@ pub mod figures;
 pub mod form;
 pub mod instrument;
 pub mod manage;
+pub mod previewing;
 pub mod results;
 #[cfg(test)]
 pub(crate) mod samples;

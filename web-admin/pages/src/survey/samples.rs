@@ -18,6 +18,7 @@ use super::results::{
 };
 use crate::charts::Extent;
 use crate::form::FilledForm;
+use crate::people::SelectOption;
 use crate::samples::{NOW, keep_page, shell};
 
 fn shipped(name: &str) -> Instrument {
@@ -40,6 +41,7 @@ fn form(instrument: &Instrument, language: &str, page: usize) -> FormPage {
         page,
         questions: pages[page].1.iter().map(question).collect(),
         action: "/survey/secret".to_owned(),
+        preview: None,
     }
 }
 
@@ -190,6 +192,19 @@ fn a_new_survey_keeps_what_was_typed() {
 }
 
 #[test]
+fn the_author_of_a_draft_sees_the_form_and_can_send_nothing() {
+    let instrument = shipped("simulator-validity.toml");
+    let german = || keep_page("survey-preview", &FormPage::of_draft(&instrument, "/drafts/1", "de", 1));
+    let html = words::within(Language::named("de").expect("German"), german);
+    for wanted in
+        ["Nichts wird gespeichert", "nur nach bestimmten Antworten", "lang=en&#38;page=1", "lang=de&#38;page=2"]
+    {
+        assert!(html.contains(wanted), "{wanted} is missing in {html}");
+    }
+    assert!(!html.contains("<form") && !html.contains("<script"), "{html}");
+}
+
+#[test]
 fn instruments_are_listed_shown_and_edited() {
     let rows = vec![("Usability".to_owned(), "/surveys/instruments/sus".to_owned(), "sus".to_owned(), NOW)];
     assert!(
@@ -198,8 +213,15 @@ fn instruments_are_listed_shown_and_edited() {
     );
     let preview = InstrumentPreview::new(&shipped("simulator-validity.toml"));
     let href = "/surveys/instruments/simulator-validity".to_owned();
-    let page = InstrumentPage { shell: shell(Role::Instructor), href, preview: preview.clone(), editable: true };
-    assert!(keep_page("instrument", &page).contains("at least 4 must be answered"));
+    let courses = vec![SelectOption { value: "c".to_owned(), label: "A course".to_owned(), chosen: false }];
+    let page =
+        InstrumentPage { shell: shell(Role::Instructor), href, preview: preview.clone(), published: true, courses };
+    let html = keep_page("instrument", &page);
+    for wanted in
+        ["at least 4 must be answered", "Published.", "/surveys/new?instrument=simulator-validity", "A course"]
+    {
+        assert!(html.contains(wanted), "{wanted} is missing in {html}");
+    }
     let page = EditPage {
         shell: shell(Role::Instructor),
         heading: "Edit an instrument",

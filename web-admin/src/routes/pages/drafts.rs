@@ -13,7 +13,9 @@ use model::CurrentPerson;
 use model::authoring::EditedDocument;
 use model::draft::DraftVerdict;
 use model::ids::{DraftId, SchoolId};
-use pages::authoring::{CourseContext, CourseExercise, DocumentForm, make_course_form, make_exercise_form, place_id};
+use pages::authoring::{
+    CourseContext, CourseExercise, DocumentForm, make_course_form, make_exercise_form, make_instrument_form, place_id,
+};
 use pages::diff::compare_lines;
 use pages::draft::{
     DraftPage, DraftRow, DraftsPage, NewDraftForm, NewDraftKind, VerdictPart, verdict_of_course, verdict_of_refused,
@@ -21,22 +23,24 @@ use pages::draft::{
 };
 use pages::form::FilledForm;
 use pages::people::SelectOption;
+use pages::survey::instrument::verdict_of_instrument;
 use pages::{NavPlace, Shell};
 use serde::Deserialize;
 use store::drafts::{DocumentDraft, DraftKind, Texts};
 use store::{drafts, exercises, instruments};
 
 use super::PathId;
+use super::instrument_drafts::{list_originals, list_seen_languages, questions_href};
 use super::writing::{DraftAct, DraftView, SentDraft, ShownFor};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher};
 use crate::routes::forms::{FormAnswer, split_refusal};
 
-/// A course that an exercise is added to.
+/// A course that an exercise is added to, or that asks an instrument.
 #[derive(Debug, Deserialize)]
 pub(super) struct CourseForm {
-    course: String,
+    pub(super) course: String,
 }
 
 /// How a draft is to be shown.
@@ -71,6 +75,7 @@ async fn make_drafts_page(
         shell: Shell::new(person, csrf.token(), NavPlace::Curricula),
         drafts: drafts::list_drafts(reader, school).await?.iter().map(make_draft_row).collect(),
         exercises: list_exercise_options(state, school, &form.typed.exercise).await?,
+        instruments: list_originals(state, school, &form.typed.instrument).await?,
         form,
     })
 }
@@ -86,7 +91,7 @@ async fn list_exercise_options(state: &AppState, school: SchoolId, chosen: &str)
     Ok(exercises.into_iter().map(option).collect())
 }
 
-/// Begins a copy of an exercise, or a course.
+/// Begins a copy of an exercise, a course or an instrument.
 pub(super) async fn begin_draft(
     State(state): State<AppState>,
     Teacher(person): Teacher,
@@ -97,6 +102,10 @@ pub(super) async fn begin_draft(
     let begun = match typed.kind {
         NewDraftKind::Exercise => authoring::copy_exercise(&state, &person, &typed.exercise, new).await,
         NewDraftKind::Course => authoring::begin_course(&state, &person, new).await,
+        NewDraftKind::Instrument => {
+            let original = Some(typed.instrument.as_str()).filter(|id| !id.is_empty());
+            authoring::begin_instrument(&state, &person, original, new).await
+        }
     };
     match split_refusal(begun)? {
         Ok(draft) => Ok(FormAnswer::lead_to(&format!("/drafts/{draft}"))),
@@ -191,6 +200,7 @@ async fn make_form(
         DraftKind::Course => {
             make_course_form(&document, &remarks, &find_course_context(state, school, &draft.document_id).await?)
         }
+        DraftKind::Instrument => make_instrument_form(&document, &remarks),
     }))
 }
 
@@ -257,13 +267,16 @@ pub(super) async fn write_draft(
         return Ok(FormAnswer::lead_to(&format!("/drafts/{id}#{place}")));
     }
     let checked = drafting::check(&state, person.school_id, &draft).await?;
+    if let (DraftAct::Look(language), Checked::Instrument(_)) = (&sent.act, &checked) {
+        return Ok(FormAnswer::lead_to(&questions_href(id, language)));
+    }
     let is_held = match (&sent.act, &checked) {
         (_, Checked::Refused(_) | Checked::Waiting(_)) => true,
         (_, Checked::Exercise(verdict)) if !verdict.problems.is_empty() => true,
         (DraftAct::Publish, Checked::Exercise(verdict)) => !verdict.advice.is_empty(),
         _ => false,
     };
-    let is_save = sent.act == DraftAct::Save;
+    let is_save = matches!(sent.act, DraftAct::Save | DraftAct::Look(_));
     if is_save || is_held {
         let page =
             show_as(&state, sent.view.of(person.school_id), &draft.clone(), make_draft_page(shell, draft, &checked))
@@ -324,6 +337,7 @@ fn published_moment(draft: &DocumentDraft) -> String {
     match draft.kind {
         DraftKind::Exercise => format!("/exercises/{}?published=yes", draft.document_id),
         DraftKind::Course => format!("/curricula?published={}", draft.document_id),
+        DraftKind::Instrument => format!("/surveys/instruments/{}?published=yes", draft.document_id),
     }
 }
 
@@ -333,6 +347,7 @@ fn make_draft_row(draft: &DocumentDraft) -> DraftRow {
         kind: match draft.kind {
             DraftKind::Exercise => tr!("Exercise"),
             DraftKind::Course => tr!("Course"),
+            DraftKind::Instrument => tr!("Instrument"),
         },
         title: EditedDocument::from_text(&draft.texts.document)
             .map(|text| text.title_in(words::current().code()))
@@ -347,15 +362,20 @@ fn verdict_of_draft(checked: &Checked) -> DraftVerdict {
     match checked {
         Checked::Exercise(verdict) => (**verdict).clone(),
         Checked::Course(course, mastery) => verdict_of_course(course, mastery),
+        Checked::Instrument(instrument) => verdict_of_instrument(instrument),
         Checked::Refused(issues) => verdict_of_refused(issues),
         Checked::Waiting(retry_after_s) => verdict_while_waiting(*retry_after_s),
     }
 }
 
 fn make_draft_page(shell: Shell, draft: DocumentDraft, checked: &Checked) -> DraftPage {
+    let is_instrument = draft.kind == DraftKind::Instrument;
+    let place = if is_instrument { NavPlace::Surveys } else { NavPlace::Curricula };
     DraftPage {
-        shell,
+        shell: Shell { place, ..shell },
         draft: make_draft_row(&draft),
+        is_instrument,
+        languages: list_seen_languages(&draft),
         scene: (draft.kind == DraftKind::Exercise).then_some(draft.texts.scene),
         document: draft.texts.document,
         seen: draft.version,

@@ -26,7 +26,7 @@ type VisitedExercise = (TaughtCourse, Option<Progress>);
 /// What was just published.
 #[derive(Debug, Deserialize)]
 pub(super) struct PublishedQuery {
-    published: Option<String>,
+    pub(super) published: Option<String>,
 }
 
 pub(super) async fn show_curricula(

@@ -28,6 +28,7 @@ mod erasing;
 mod exercise;
 mod gradebook;
 mod home;
+mod instrument_drafts;
 mod links;
 mod news;
 mod origins;
@@ -71,6 +72,7 @@ pub fn page_routes() -> Routes {
         .route("/drafts/{id}", get(drafts::show_draft).post(drafts::write_draft))
         .route("/drafts/{id}/discard", post(drafts::discard_draft))
         .route("/drafts/{id}/preview", post(drafts::preview_draft))
+        .route("/drafts/{id}/questions", get(instrument_drafts::show_questions))
         .route("/exercises/{id}", get(exercise::show_exercise))
         .route("/exercises/{id}/course", post(drafts::add_to_course))
         .route("/exercises/{id}/draft", post(drafts::draft_exercise))

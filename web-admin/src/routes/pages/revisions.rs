@@ -5,7 +5,7 @@ use axum::extract::{Path, Query, State};
 use model::ids::RevisionId;
 use pages::addresses::exercise_href;
 use pages::diff::{DiffLine, compare_lines};
-use pages::draft::{RevisionRow, RevisionsPage};
+use pages::revisions::{RevisionRow, RevisionsPage};
 use pages::{NavPlace, Shell, format};
 use serde::Deserialize;
 use store::{curricula, exercises};

@@ -3,7 +3,7 @@
 use acts::error::Error;
 use model::authoring::{EditedDocument, FieldSort, SentForm, TypedField, add_course_exercise};
 use model::ids::SchoolId;
-use pages::authoring::{FIELD_PREFIX, place_id};
+use pages::authoring::{FIELD_PREFIX, begin_scale, place_id};
 use serde::Deserialize;
 use store::drafts::Texts;
 
@@ -51,6 +51,8 @@ pub(super) enum DraftAct {
     Insist,
     /// Save, and show it otherwise.
     Show(DraftView),
+    /// Save, and show it in this language as whoever answers sees it.
+    Look(String),
     /// Save it with the scene of this exercise in the place of its own.
     TakeScene(String),
     /// Rows of the form have changed: the place on the page to go on from.
@@ -112,7 +114,10 @@ fn read_act(asked: &str) -> Result<DraftAct, Error> {
         "insist" => Ok(DraftAct::Insist),
         "toml" => Ok(DraftAct::Show(DraftView::Toml)),
         "form" => Ok(DraftAct::Show(DraftView::Form)),
-        _ => Err(refuse_field("act")),
+        _ => match asked.strip_prefix("look:") {
+            Some(language) => Ok(DraftAct::Look(language.to_owned())),
+            None => Err(refuse_field("act")),
+        },
     }
 }
 
@@ -126,17 +131,21 @@ fn read_form(fields: &[(String, String)]) -> SentForm {
     SentForm { boxes, fields: fields.iter().filter_map(typed).collect() }
 }
 
+/// The arrays whose rows come and go by buttons.
+const ARRAYS: [&str; 8] = ["rubric", "hard_fail", "coaching", "exercise", "scale", "section", "item", "score"];
+
 /// Adds, takes away or moves a row, where that is asked for: the place on the page to go on from.
 fn change_rows(document: &mut EditedDocument, asked: &str, chosen: impl Fn(&str) -> String) -> Option<String> {
     let (verb, what) = asked.split_once(':')?;
-    let (array, row) = match what.strip_suffix(']').and_then(|what| what.split_once('[')) {
+    let (array, row) = match what.strip_suffix(']').and_then(|what| what.rsplit_once('[')) {
         Some((array, row)) => (array, row.parse().ok()?),
         None => (what, document.count_rows(what)),
     };
     if array == "languages" {
         return change_languages(document, verb, row, &chosen(array));
     }
-    if !["rubric", "hard_fail", "coaching", "exercise"].contains(&array) {
+    let is_option = array.starts_with("scale[") && array.ends_with("].option");
+    if !is_option && !ARRAYS.contains(&array) {
         return None;
     }
     match verb {
@@ -145,8 +154,13 @@ fn change_rows(document: &mut EditedDocument, asked: &str, chosen: impl Fn(&str)
             Some(place_id(&format!("{array}[{row}]")))
         }
         "remove" => {
-            document.remove_row(array, row);
-            Some(place_id(array))
+            match array {
+                "item" => document.remove_question(row),
+                "section" => document.remove_section(row),
+                "scale" => document.remove_scale(row),
+                _ => document.remove_row(array, row),
+            }
+            Some(place_id(array.trim_end_matches(".option")))
         }
         "up" | "down" => {
             let other = if verb == "up" { row.checked_sub(1)? } else { row + 1 };
@@ -174,14 +188,27 @@ fn change_languages(document: &mut EditedDocument, verb: &str, at: usize, chosen
 
 /// A new row with what was chosen for it.
 fn add_chosen(document: &mut EditedDocument, array: &str, chosen: &str) {
-    if array == "exercise" {
-        return add_course_exercise(document, chosen);
-    }
-    let row = document.count_rows(array);
-    document.add_row(array, &[]);
-    let at = |key: &str| format!("{array}[{row}].{key}");
     match array {
-        "coaching" => document.write_field(&at("quantity"), FieldSort::Text, chosen),
-        _ => document.write_field(&at("metric"), FieldSort::Metric, chosen),
+        "exercise" => add_course_exercise(document, chosen),
+        "scale" => drop(begin_scale(document, chosen)),
+        "section" => drop(document.add_section()),
+        "score" => {
+            let row = document.add_named_row(array, "score");
+            document.write_field(&format!("score[{row}].combine"), FieldSort::Text, "mean");
+        }
+        "item" => {
+            let made = chosen.strip_prefix("new:").map(|kind| begin_scale(document, kind));
+            document.add_question(made.as_deref().unwrap_or(chosen));
+        }
+        "rubric" | "hard_fail" | "coaching" => {
+            let row = document.count_rows(array);
+            document.add_row(array, &[]);
+            let at = |key: &str| format!("{array}[{row}].{key}");
+            match array {
+                "coaching" => document.write_field(&at("quantity"), FieldSort::Text, chosen),
+                _ => document.write_field(&at("metric"), FieldSort::Metric, chosen),
+            }
+        }
+        _ => drop(document.add_named_row(array, "option")),
     }
 }

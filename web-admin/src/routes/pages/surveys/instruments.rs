@@ -2,22 +2,25 @@
 
 use acts::error::Error;
 use acts::surveys;
-use axum::extract::{Path, State};
+use axum::extract::{Path, Query, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::{IntoResponse, Response};
 use documents::{DocumentError, Instrument, Issue};
 use model::CurrentPerson;
 use pages::draft::say_issue;
 use pages::form::FilledForm;
+use pages::people::SelectOption;
 use pages::survey::instrument::{EditPage, InstrumentPage, InstrumentPreview, InstrumentsPage};
 use pages::{NavPlace, Shell};
 use serde::Deserialize;
+use store::curricula;
 use store::instruments::{self, InstrumentRevision};
 
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, Teacher};
 use crate::routes::forms::FormAnswer;
+use crate::routes::pages::exercise::PublishedQuery;
 use crate::routes::pages::unix_lines;
 
 /// Where somebody who writes a new one may begin.
@@ -73,6 +76,7 @@ pub(super) async fn show_instrument(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     Path(id): Path<String>,
+    Query(shown): Query<PublishedQuery>,
     csrf: Csrf,
 ) -> Result<InstrumentPage, PageError> {
     let found = find_current(&state, &person, &id).await?;
@@ -81,7 +85,12 @@ pub(super) async fn show_instrument(
         shell: Shell::new(&person, csrf.token(), NavPlace::Surveys),
         href: instrument_href(&id),
         preview: InstrumentPreview::new(&parsed),
-        editable: true,
+        published: shown.published.is_some(),
+        courses: curricula::list_taught_curricula(state.db.reader(), person.school_id)
+            .await?
+            .into_iter()
+            .map(|course| SelectOption { value: course.curriculum_id, label: course.title, chosen: false })
+            .collect(),
     })
 }
 
@@ -127,7 +136,7 @@ fn make_editor_page(
 ) -> EditPage {
     EditPage {
         shell: Shell::new(person, csrf.token(), NavPlace::Surveys),
-        heading: if id.is_some() { tr!("Edit an instrument") } else { tr!("New instrument") },
+        heading: if id.is_some() { tr!("Paste another version") } else { tr!("Paste an instrument") },
         action: id.map_or_else(|| "/surveys/instruments/new".to_owned(), |id| format!("{}/edit", instrument_href(id))),
         form,
         preview: None,

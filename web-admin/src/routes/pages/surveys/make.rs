@@ -3,7 +3,7 @@
 use acts::error::Error;
 use acts::surveys;
 use acts::surveys::SurveyRequest;
-use axum::extract::State;
+use axum::extract::{Query, State};
 use axum::http::header::HOST;
 use axum::response::{IntoResponse, Redirect};
 use model::ids::{CohortId, RevisionId, SurveyId};
@@ -124,12 +124,21 @@ async fn make_new_survey_page(
     })
 }
 
+/// Which instrument a new survey is to ask, where somebody comes from one.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct AskedQuery {
+    instrument: String,
+}
+
 pub(super) async fn show_new_survey(
     State(state): State<AppState>,
     Teacher(person): Teacher,
+    Query(asked): Query<AskedQuery>,
     csrf: Csrf,
 ) -> Result<NewSurveyPage, PageError> {
     let blank = NewSurveyForm {
+        instrument: asked.instrument,
         identity: Identity::Pseudonymous.as_str().to_owned(),
         fresh: FRESH_HOURS.to_string(),
         ..NewSurveyForm::default()

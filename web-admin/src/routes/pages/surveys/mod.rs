@@ -22,7 +22,7 @@ use serde::Deserialize;
 use store::surveys::Practised;
 use store::{sessions, surveys};
 
-use super::PathId;
+use super::{PathId, instrument_drafts};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
@@ -40,6 +40,8 @@ pub(super) fn survey_routes() -> Routes {
         .route("/surveys/instruments/new", get(instruments::show_new_instrument).post(instruments::add_instrument))
         .route("/surveys/instruments/{id}", get(instruments::show_instrument))
         .route("/surveys/instruments/{id}/edit", get(instruments::show_editor).post(instruments::change_instrument))
+        .route("/surveys/instruments/{id}/course", post(instrument_drafts::ask_in_course))
+        .route("/surveys/instruments/{id}/draft", post(instrument_drafts::draft_instrument))
         .route("/surveys/instruments/{id}/{file}", get(instruments::serve_document))
         .route("/surveys/{id}", get(show_survey))
         .route("/surveys/{id}/answer", post(begin_answer))
