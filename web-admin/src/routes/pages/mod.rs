@@ -118,11 +118,17 @@ pub fn page_routes() -> Routes {
         .merge(passkeys::passkey_routes())
         .merge(tokens::token_routes())
         .merge(people_routes())
+        .merge(admin_routes())
         .route("/assignments", get(assignments::list_assignments).post(assignments::make_assignment))
-        .route("/admin/certificate-needs", post(settings::set_certificate_needs))
         .route("/assignments/{id}", get(assignments::show_assignment))
         .route("/assignments/{id}/extend", post(assignments::extend_assignment))
         .route("/assignments/{id}/withdraw", post(assignments::withdraw_assignment))
+}
+
+/// What an administrator looks after.
+fn admin_routes() -> Routes {
+    Routes::new()
+        .route("/admin/certificate-needs", post(settings::set_certificate_needs))
         .route("/admin", get(admin::show_administration))
         .route("/admin/origins", get(origins::show_origins).post(origins::set_origins))
         .route("/admin/settings", get(settings::show_settings).post(settings::put_settings))
