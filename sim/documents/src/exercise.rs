@@ -79,6 +79,18 @@ pub struct CoachingRule {
     pub message: Wording,
 }
 
+/// A picture that the briefing shows.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+pub struct ExercisePicture {
+    /// Name of the file beside the document.
+    pub file: String,
+    /// What it shows, for whoever does not see it.
+    pub alt: Wording,
+    /// What is said below it.
+    #[serde(default)]
+    pub caption: Option<Wording>,
+}
+
 /// A checked exercise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Exercise {
@@ -113,6 +125,8 @@ pub struct Exercise {
     pub pass_mark: f64,
     /// Coaching rules.
     pub coaching: Vec<CoachingRule>,
+    /// Pictures that the briefing shows, in order. They decide nothing.
+    pub pictures: Vec<ExercisePicture>,
     /// Difficulty, 1–5.
     pub difficulty: u8,
     /// Lower-case hexadecimal SHA-256 of the document's bytes.

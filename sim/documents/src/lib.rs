@@ -14,6 +14,7 @@ pub mod load;
 pub mod metrics;
 pub mod model;
 pub mod patient;
+pub mod picture;
 pub mod rewrite;
 pub mod schema;
 
@@ -39,7 +40,7 @@ pub use check::{check_documents, spec_along_path};
 pub use curriculum::{Curriculum, MasteryRule};
 pub use describe::list_document_languages;
 pub use error::{DocumentError, Issue, Remark};
-pub use exercise::{CoachingRule, Exercise, HardFail, Required, RubricLine};
+pub use exercise::{CoachingRule, Exercise, ExercisePicture, HardFail, Required, RubricLine};
 pub use feedback::{Channel, Feedback};
 pub use instrument::Instrument;
 pub use law::structures::{Shape, StructureKind, StructureSpec};

@@ -1,5 +1,6 @@
 //! From files or attachments to checked documents.
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use law::Judging;
@@ -9,16 +10,18 @@ use tissue::SpecimenSpec;
 use toml::de::DeTable;
 
 use crate::curriculum::Curriculum;
-use crate::error::{DocumentError, Issue};
+use crate::describe::one_of;
+use crate::error::{DocumentError, Issue, Remark};
 use crate::exercise::Exercise;
 use crate::instrument::Instrument;
 use crate::model::Scene;
 use crate::patient::Patient;
+use crate::picture::{self, PictureFile};
 use crate::read_curriculum::{NamedExercise, read_curriculum};
-use crate::read_exercise::read_exercise;
+use crate::read_exercise::{ExerciseParts, find_and_read, read_exercise};
 use crate::read_instrument::read_instrument;
 use crate::read_scene::read_scene;
-use crate::source::{Files, Source};
+use crate::source::{Files, Find, Source};
 use crate::walk::{self, NamedError};
 
 /// The kinds of document.
@@ -60,6 +63,8 @@ pub struct ExerciseBundle {
     pub scene_bytes: Vec<u8>,
     /// Each mesh: file name as the scene names it, and its bytes.
     pub meshes: Vec<(String, Vec<u8>)>,
+    /// Each picture of the briefing, in order; none where it was rebuilt without them, as from a recording.
+    pub pictures: Vec<PictureFile>,
 }
 
 /// A scene with every byte it was read from.
@@ -99,10 +104,16 @@ impl ExerciseBundle {
     }
 
     fn from_disk(path: &Path, bytes: Vec<u8>) -> Result<Self, DocumentError> {
-        Self::assemble(&path.display().to_string(), bytes, |scene| read_named(path, scene, scene_from_disk))
+        let find = |file: &str| read_at_most(&path_beside(path, file), picture::MOST_BYTES);
+        Self::assemble(
+            &path.display().to_string(),
+            bytes,
+            |scene| read_named(path, scene, scene_from_disk),
+            Some(&find),
+        )
     }
 
-    /// Rebuilds it from a recording's attachments.
+    /// Rebuilds it from a recording's attachments, without the pictures of its briefing, which are not among them.
     ///
     /// # Errors
     /// Every issue found; a mesh that the scene names and `meshes` lacks is one.
@@ -111,22 +122,59 @@ impl ExerciseBundle {
             let found = meshes.iter().find(|(name, _)| name == file);
             found.map(|(_, bytes)| bytes.clone()).ok_or_else(|| phrase!("not attached"))
         };
-        Self::assemble("attached exercise", exercise.to_vec(), |_| {
+        let read_scene = |_: &str| {
             let source = Source::new("attached scene", scene).map_err(NamedError::Refused)?;
             let (parsed, meshes) = read_scene(source, &find).map_err(NamedError::Refused)?;
             Ok(SceneParts { scene: parsed, bytes: scene.to_vec(), meshes })
+        };
+        Self::assemble("attached exercise", exercise.to_vec(), read_scene, None)
+    }
+
+    /// The same with the pictures of its briefing, by their names.
+    ///
+    /// # Errors
+    /// Every picture that it names and `files` lacks, or that is none, at its place in the document.
+    pub fn with_pictures(mut self, files: &[(String, Vec<u8>)]) -> Result<Self, DocumentError> {
+        let find = |file: &str| {
+            let found = files.iter().find(|(name, _)| name == file);
+            found.map(|(_, bytes)| bytes.clone()).ok_or_else(|| phrase!("not attached"))
+        };
+        let mut remarks = Vec::new();
+        self.pictures.clear();
+        for (at, named) in self.exercise.pictures.iter().enumerate() {
+            match find_and_read(&find, &named.file) {
+                Ok(picture) => self.pictures.push(picture),
+                Err(found) => remarks.push(refuse_picture(at, found)),
+            }
+        }
+        let issues = self.place("attached exercise", &remarks)?;
+        if issues.is_empty() { Ok(self) } else { Err(DocumentError { issues }) }
+    }
+
+    /// What is wrong where its briefing names a picture that is not among those at hand.
+    #[must_use]
+    pub fn list_missing_pictures(&self, at_hand: &[String]) -> Vec<Remark> {
+        let rows = self.exercise.pictures.iter().enumerate().filter(|(_, named)| !at_hand.contains(&named.file));
+        let allowed = || if at_hand.is_empty() { phrase!("no picture was added yet") } else { one_of(at_hand) };
+        rows.map(|(at, named)| Remark {
+            field: format!("picture[{at}].file"),
+            found: Phrase::quoted(&named.file),
+            allowed: allowed(),
         })
+        .collect()
     }
 
     fn assemble(
         file: &str,
         exercise_bytes: Vec<u8>,
         read_scene: impl FnOnce(&str) -> Result<SceneParts, NamedError>,
+        find_picture: Option<Find<'_>>,
     ) -> Result<Self, DocumentError> {
         let source = Source::new(file, &exercise_bytes)?;
-        let (exercise, parts) = read_exercise(source, read_scene, |parts| &parts.scene)?;
-        let SceneParts { scene, bytes: scene_bytes, meshes } = parts;
-        Ok(Self { exercise, scene, exercise_bytes, scene_bytes, meshes })
+        let ExerciseParts { exercise, scene, pictures } =
+            read_exercise(source, read_scene, |parts: &SceneParts| &parts.scene, find_picture)?;
+        let SceneParts { scene, bytes: scene_bytes, meshes } = scene;
+        Ok(Self { exercise, scene, exercise_bytes, scene_bytes, meshes, pictures })
     }
 }
 
@@ -209,6 +257,23 @@ fn scene_from_disk(path: &Path, bytes: Vec<u8>) -> Result<SceneParts, DocumentEr
     let find = |file: &str| std::fs::read(path_beside(path, file)).map_err(Phrase::data);
     let (scene, meshes) = read_scene(source, &find)?;
     Ok(SceneParts { scene, bytes, meshes })
+}
+
+/// What is said of a picture that cannot be had.
+fn refuse_picture(at: usize, found: Phrase) -> Remark {
+    Remark { field: format!("picture[{at}].file"), found, allowed: picture::allowed_picture() }
+}
+
+/// The bytes of a file that has no more than are allowed.
+fn read_at_most(path: &Path, most: usize) -> Result<Vec<u8>, Phrase> {
+    let mut bytes = Vec::new();
+    let file = std::fs::File::open(path).map_err(Phrase::data)?;
+    let count = file.metadata().map_err(Phrase::data)?.len();
+    if count > most as u64 {
+        return Err(phrase!("{count} bytes", count = count));
+    }
+    file.take(most as u64 + 1).read_to_end(&mut bytes).map_err(Phrase::data)?;
+    Ok(bytes)
 }
 
 /// Reads a document that another one names.

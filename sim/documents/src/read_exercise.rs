@@ -6,11 +6,12 @@ use serde_json::Value;
 
 use crate::describe::{EXERCISE, measure, one_of};
 use crate::error::DocumentError;
-use crate::exercise::{CoachingRule, Exercise, HardFail, Required, RubricLine};
+use crate::exercise::{CoachingRule, Exercise, ExercisePicture, HardFail, Required, RubricLine};
 use crate::feedback::Feedback;
 use crate::metrics;
 use crate::model::Scene;
-use crate::source::Source;
+use crate::picture::{self, PictureFile, PictureKind};
+use crate::source::{Find, Source};
 use crate::walk::{NamedError, Walked};
 use crate::wording::{Wording, settle_wordings};
 
@@ -32,6 +33,17 @@ struct RawExercise {
     rubric: Vec<RubricLine>,
     hard_fail: Vec<HardFail>,
     coaching: Vec<CoachingRule>,
+    picture: Vec<ExercisePicture>,
+}
+
+/// An exercise with what was read beside it.
+pub(crate) struct ExerciseParts<S> {
+    /// The exercise.
+    pub exercise: Exercise,
+    /// Its scene, and whatever belongs to that.
+    pub scene: S,
+    /// Its pictures, where they were asked for.
+    pub pictures: Vec<PictureFile>,
 }
 
 #[derive(Deserialize)]
@@ -47,24 +59,29 @@ struct RawTarget {
     depth_mm: f64,
 }
 
-/// Reads an exercise; `read_scene` turns the path it names into a scene and whatever belongs to it.
+/// Reads an exercise; `read_scene` turns the path it names into a scene and whatever belongs to it. Its pictures are read where
+/// `find_picture` says how: whoever judges an attempt needs none.
 ///
 /// # Errors
-/// Every issue found, in the exercise and in its scene.
+/// Every issue found, in the exercise, its pictures and its scene.
 pub(crate) fn read_exercise<S>(
     source: Source,
     read_scene: impl FnOnce(&str) -> Result<S, NamedError>,
     scene_of: impl Fn(&S) -> &Scene,
-) -> Result<(Exercise, S), DocumentError> {
+    find_picture: Option<Find<'_>>,
+) -> Result<ExerciseParts<S>, DocumentError> {
     let sha256 = source.sha256.clone();
     let mut doc = Walked::new(source, &EXERCISE)?;
     let named = doc.value["scene"].as_str().map(read_scene);
     let scene = named.and_then(|scene| doc.accept("scene", scene));
     settle_wordings(&mut doc);
     check(&mut doc, scene.as_ref().map(scene_of));
+    let pictures = find_picture.map(|find| read_pictures(&mut doc, find)).unwrap_or_default();
     let raw = doc.finish()?;
     // Without a scene there was an issue, and `finish` has returned it.
-    scene.map(|scene| (exercise(raw, sha256), scene)).ok_or_else(|| DocumentError { issues: Vec::new() })
+    scene
+        .map(|scene| ExerciseParts { exercise: exercise(raw, sha256), scene, pictures })
+        .ok_or_else(|| DocumentError { issues: Vec::new() })
 }
 
 fn check(doc: &mut Walked, scene: Option<&Scene>) {
@@ -81,6 +98,7 @@ fn check(doc: &mut Walked, scene: Option<&Scene>) {
         check_metric(doc, fail, &format!("hard_fail[{at}]"), scene);
     }
     check_coaching(doc);
+    check_picture_names(doc);
     check_reached(doc, scene);
     if let (Some(scene), Some(depth_mm)) = (scene, doc.value["target"]["depth_mm"].as_f64()) {
         let length_mm = scene.needle.length_mm;
@@ -89,6 +107,39 @@ fn check(doc: &mut Walked, scene: Option<&Scene>) {
             doc.refuse("target.depth_mm", Phrase::Data(measure(depth_mm, "mm")), allowed);
         }
     }
+}
+
+/// Checks the names of its pictures: each ends as pictures do, and is there once.
+fn check_picture_names(doc: &mut Walked) {
+    for (at, row) in doc.tables("picture").iter().enumerate() {
+        let Some(file) = row["file"].as_str() else { continue };
+        if PictureKind::of_name(file).is_none() {
+            doc.refuse(&format!("picture[{at}].file"), Phrase::quoted(file), picture::allowed_name());
+        }
+    }
+    doc.refuse_duplicates("picture", "file");
+}
+
+/// Reads the pictures that an exercise names.
+fn read_pictures(doc: &mut Walked, find: Find<'_>) -> Vec<PictureFile> {
+    let mut read = Vec::new();
+    for (at, row) in doc.tables("picture").iter().enumerate() {
+        let Some(file) = row["file"].as_str().filter(|file| PictureKind::of_name(file).is_some()) else { continue };
+        match find_and_read(find, file) {
+            Ok(picture) => read.push(picture),
+            Err(why) => doc.refuse(&format!("picture[{at}].file"), why, picture::allowed_picture()),
+        }
+    }
+    read
+}
+
+/// Finds a picture and reads it.
+///
+/// # Errors
+/// What is wrong with it, in words that name it.
+pub(crate) fn find_and_read(find: Find<'_>, file: &str) -> Result<PictureFile, Phrase> {
+    let named = |why: Phrase| phrase!("{file}: {why}", file = Phrase::quoted(file), why = why);
+    find(file).and_then(|bytes| picture::read_picture(file, bytes)).map_err(named)
 }
 
 fn check_metric(doc: &mut Walked, table: &Value, path: &str, scene: Option<&Scene>) {
@@ -148,6 +199,7 @@ fn exercise(raw: RawExercise, sha256: String) -> Exercise {
         hard_fails: raw.hard_fail,
         pass_mark: raw.pass_mark,
         coaching: raw.coaching,
+        pictures: raw.picture,
         difficulty: raw.difficulty,
         sha256,
     }

@@ -16,7 +16,7 @@ use crate::walk::Walked;
 const OWN: &str = "own";
 
 /// The keys of texts that may be written in several languages.
-const KEYS: [&str; 5] = ["title", "briefing", "description", "why", "message"];
+const KEYS: [&str; 7] = ["title", "briefing", "description", "why", "message", "alt", "caption"];
 
 /// A text in the language of its document, and in others.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]

@@ -12,7 +12,7 @@ use model::progress::Mastery;
 use store::audit::{Actor, AuditEntry};
 use store::drafts::{DocumentDraft, DraftEditor, DraftKind, NewDocumentDraft, Texts};
 use store::exercises::RevisionBytes;
-use store::{curricula, drafts, exercises, instruments};
+use store::{curricula, drafts, exercises, instruments, pictures};
 
 use crate::error::{Error, refuse_trainees};
 use crate::judging::{DraftQuestion, JudgeAnswer, JudgeQuestion, same_id};
@@ -219,7 +219,9 @@ pub async fn check(state: &Service, school: SchoolId, draft: &DocumentDraft) -> 
         DraftKind::Exercise => {
             let bytes = bytes(state, school, draft).await?;
             let language = words::current().code().to_owned();
-            let question = DraftQuestion { id: draft.document_id.clone(), bytes, language };
+            let at_hand = pictures::list_draft_pictures(state.db.reader(), school, draft.id).await?;
+            let pictures = at_hand.into_iter().map(|picture| picture.name).collect();
+            let question = DraftQuestion { id: draft.document_id.clone(), bytes, pictures, language };
             let verdict = examine(state, school, question).await;
             verdict.map(|verdict| Checked::Exercise(Box::new(verdict)))
         }
@@ -259,7 +261,9 @@ async fn bytes(state: &Service, school: SchoolId, draft: &DocumentDraft) -> Resu
 /// The exercise of a draft in which nothing was found wrong.
 async fn sound(state: &Service, school: SchoolId, draft: &DocumentDraft) -> Result<ExerciseBundle, Error> {
     let RevisionBytes { exercise, scene, meshes } = bytes(state, school, draft).await?;
-    let read = move || ExerciseBundle::from_parts(&exercise, &scene, &meshes);
+    let at_hand = pictures::read_draft_pictures(state.db.reader(), school, draft.id).await?;
+    let pictures: Vec<_> = at_hand.into_iter().map(|picture| (picture.name, picture.bytes)).collect();
+    let read = move || ExerciseBundle::from_parts(&exercise, &scene, &meshes)?.with_pictures(&pictures);
     let read = tokio::task::spawn_blocking(read).await?;
     Ok(read.map_err(|refused| anyhow::Error::new(refused).context("a draft that could be published"))?)
 }

@@ -42,6 +42,7 @@ pub mod notices;
 pub mod passkey_site;
 pub mod passkeys;
 pub mod passwords;
+pub mod picturing;
 pub mod previews;
 pub mod publishing;
 pub mod ratings;

@@ -118,7 +118,7 @@ pub async fn course(
     Ok(published)
 }
 
-/// Publishes an exercise with its scene and meshes.
+/// Publishes an exercise with its scene, meshes and pictures.
 pub async fn exercise(
     writer: &mut SqliteConnection,
     publisher: &DocumentPublisher,
@@ -127,7 +127,7 @@ pub async fn exercise(
     let DocumentPublisher { school, now, .. } = *publisher;
     let bundle_sha256 = bundle_sha256(bundle);
     let known = exercises::find_revision_by_bundle(&mut *writer, school, &bundle_sha256).await?;
-    let ExerciseBundle { exercise, scene, exercise_bytes, scene_bytes, meshes } = bundle;
+    let ExerciseBundle { exercise, scene, exercise_bytes, scene_bytes, meshes, pictures } = bundle;
     let new = NewRevision {
         exercise_id: &exercise.id,
         title: &exercise.title,
@@ -139,6 +139,7 @@ pub async fn exercise(
         exercise_bytes,
         scene_bytes,
         meshes,
+        pictures,
     };
     let revision = match known {
         Some(revision) => revision,
@@ -223,6 +224,10 @@ fn bundle_sha256(bundle: &ExerciseBundle) -> String {
     for (name, bytes) in &bundle.meshes {
         part(name.as_bytes());
         part(bytes);
+    }
+    for picture in &bundle.pictures {
+        part(picture.name.as_bytes());
+        part(&picture.bytes);
     }
     HEXLOWER.encode(&hash.finalize())
 }

@@ -127,9 +127,18 @@ pub struct DraftPage {
     pub unreadable: bool,
     /// It was just saved.
     pub saved: bool,
+    /// Why a picture was not added, and nothing saved.
+    pub picture_refused: Option<String>,
 }
 
 impl DraftPage {
+    /// The same after a picture was refused, with what was typed of it.
+    #[must_use]
+    pub fn with_refused_picture(self, alt: String, why: String) -> Self {
+        let form = self.form.map(|form| form.with_refused_picture(&alt, &why));
+        Self { form, picture_refused: Some(why), ..self }
+    }
+
     /// A remark as this page shows it.
     #[must_use]
     pub fn show_remark(&self, remark: &DraftRemark) -> ShownRemark {
@@ -187,7 +196,7 @@ impl ShownRemark {
 #[must_use]
 pub fn verdict_of_exercise(exercise: &Publishable) -> DraftVerdict {
     let Publishable { bundle, plan, advice } = exercise;
-    let view = ExerciseFacts::new(bundle);
+    let view = ExerciseFacts::new(bundle, &[]);
     let mut facts = view.facts;
     facts.extend(describe_tissue(bundle, plan.as_ref()));
     let facts = name_facts(facts);
@@ -295,7 +304,7 @@ mod tests {
     use phrase::{Phrase, phrase};
 
     use super::*;
-    use crate::authoring::make_exercise_form;
+    use crate::authoring::{DraftPictures, ExerciseContext, make_exercise_form};
     use crate::diff::compare_lines;
     use crate::samples;
 
@@ -327,6 +336,7 @@ mod tests {
             scene_title: String::new(),
             unreadable: false,
             saved: false,
+            picture_refused: None,
         }
     }
 
@@ -387,7 +397,8 @@ mod tests {
             issue("rubric[0].weight", phrase!("missing")),
         ]);
         let scene = SceneNames { layers: vec!["fat".to_owned()], structures: Vec::new(), has_rim: true };
-        let form = Some(make_exercise_form(&document, &verdict.problems, &scene));
+        let context = ExerciseContext { scene, pictures: DraftPictures::default() };
+        let form = Some(make_exercise_form(&document, &verdict.problems, &context));
         let html = samples::keep_page("draft-form", &DraftPage { form, ..page(verdict) });
         let parts = [
             "href=\"#f-target-depth-mm\">Target depth<",

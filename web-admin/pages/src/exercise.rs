@@ -7,6 +7,7 @@ use law::structures::{Shape, StructureKind};
 
 use super::charts::{CrossSection, SectionPoint, SectionStructure, StructureOutline};
 use super::people::SelectOption;
+use super::pictures::{PictureAtHand, ShownPicture, show_pictures};
 use super::trainee::OwnAttemptRow;
 use super::{Shell, StatusWord, anatomy, charts, format, metric};
 
@@ -65,6 +66,8 @@ pub struct ExerciseFacts {
     pub title: String,
     /// Briefing, by paragraph.
     pub briefing: Vec<String>,
+    /// Pictures of the briefing.
+    pub pictures: Vec<ShownPicture>,
     /// Cross-section, for both widths.
     pub drawing: String,
     /// Name and thickness in mm of each layer.
@@ -99,9 +102,9 @@ pub struct RubricLineView {
 }
 
 impl ExerciseFacts {
-    /// Puts an exercise into words and a drawing.
+    /// Puts an exercise into words and a drawing, with the pictures at hand.
     #[must_use]
-    pub fn new(bundle: &ExerciseBundle) -> Self {
+    pub fn new(bundle: &ExerciseBundle, pictures: &[PictureAtHand]) -> Self {
         let exercise = &bundle.exercise;
         let weights: f64 = exercise.rubric.iter().map(|l| l.weight).sum();
         let section = section_of_bundle(bundle);
@@ -110,6 +113,7 @@ impl ExerciseFacts {
             id: exercise.id.clone(),
             title: exercise.title.in_language(language).to_owned(),
             briefing: split_paragraphs(exercise.briefing.in_language(language)),
+            pictures: show_pictures(exercise, pictures),
             drawing: charts::draw_both_widths(|size| charts::draw_cross_section(&section, size)),
             layers: bundle.scene.layers.iter().map(|l| (anatomy::say_structure(&l.name), l.thickness_mm)).collect(),
             structures: bundle

@@ -44,6 +44,7 @@ pub mod news;
 pub mod origins;
 pub mod passkeys;
 pub mod people;
+pub mod pictures;
 pub mod progress;
 pub mod proving;
 pub mod qr;

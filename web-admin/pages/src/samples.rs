@@ -182,10 +182,18 @@ pub(super) fn bundle() -> ExerciseBundle {
         }],
         pass_mark: 70.0,
         coaching: vec![],
+        pictures: vec![],
         difficulty: 2,
         sha256: "5f1c0a9be2d47c31".repeat(4),
     };
-    ExerciseBundle { exercise, scene: tissue::scene(), exercise_bytes: vec![], scene_bytes: vec![], meshes: vec![] }
+    ExerciseBundle {
+        exercise,
+        scene: tissue::scene(),
+        exercise_bytes: vec![],
+        scene_bytes: vec![],
+        meshes: vec![],
+        pictures: vec![],
+    }
 }
 
 pub(super) fn metrics() -> Vec<Metric> {
@@ -480,7 +488,7 @@ pub(super) fn exercise_page() -> ExercisePage {
     let link = |title: &str, id: &str| (title.to_owned(), format!("/exercises/{id}"));
     ExercisePage {
         shell: shell(Role::Trainee),
-        exercise: ExerciseFacts::new(&bundle()),
+        exercise: ExerciseFacts::new(&bundle(), &[]),
         contexts: vec![Context {
             course: COURSE_TITLE.to_owned(),
             place: (2, 4),

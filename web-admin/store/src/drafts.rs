@@ -5,6 +5,7 @@ use model::ids::{DraftId, PersonId, RevisionId, SchoolId};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
+use super::pictures::copy_revision_pictures;
 
 /// What a draft will be a revision of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, sqlx::Type)]
@@ -88,7 +89,7 @@ pub async fn find_draft_of(
         .await
 }
 
-/// Begins a draft.
+/// Begins a draft, with the pictures of the revision that it is based on.
 ///
 /// # Errors
 /// When the document has one already, or the database fails.
@@ -111,8 +112,11 @@ pub async fn begin_draft(
     .bind(&draft.texts.scene)
     .bind(by.person)
     .bind(by.now)
-    .execute(writer)
+    .execute(&mut *writer)
     .await?;
+    if let Some(revision) = draft.based_on {
+        copy_revision_pictures(writer, id, revision).await?;
+    }
     Ok(id)
 }
 

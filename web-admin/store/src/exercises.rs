@@ -8,7 +8,9 @@ use serde::{Deserialize, Serialize};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
+use super::pictures::insert_revision_pictures;
 use documents::Wording;
+use documents::picture::PictureFile;
 use model::titles::{StoredTitle, store_wording};
 
 /// A revision to be published.
@@ -26,7 +28,7 @@ pub struct NewRevision<'a> {
     pub exercise_sha256: &'a str,
     /// SHA-256 of the scene document.
     pub scene_sha256: &'a str,
-    /// SHA-256 over the exercise, the scene and every mesh.
+    /// SHA-256 over the exercise, the scene, every mesh and every picture.
     pub bundle_sha256: &'a str,
     /// The exercise document, byte for byte.
     pub exercise_bytes: &'a [u8],
@@ -34,6 +36,8 @@ pub struct NewRevision<'a> {
     pub scene_bytes: &'a [u8],
     /// Each mesh: its name in the scene, and its bytes.
     pub meshes: &'a [(String, Vec<u8>)],
+    /// Each picture of its briefing, in order.
+    pub pictures: &'a [PictureFile],
 }
 
 /// A published revision, without its bytes.
@@ -101,7 +105,7 @@ pub async fn by_documents(
     .await
 }
 
-/// Stores a revision and its meshes.
+/// Stores a revision with its meshes and pictures.
 ///
 /// # Errors
 /// When it was published before, or the database fails.
@@ -134,6 +138,7 @@ pub async fn publish_exercise(
     for (position, (name, bytes)) in (0_i64..).zip(revision.meshes) {
         insert_mesh(writer, id, position, name, bytes).await?;
     }
+    insert_revision_pictures(writer, id, revision.pictures).await?;
     Ok(id)
 }
 

@@ -40,6 +40,7 @@ pub mod notices;
 pub mod origins;
 pub mod passkeys;
 pub mod people;
+pub mod pictures;
 pub mod practice;
 pub mod proofs;
 pub mod ratings;

@@ -6,7 +6,7 @@ use pages::deed::SAID_HERE;
 use super::people::{post, school};
 
 /// Forms that lead to a page which says itself what came of them, or shows it.
-const SAID_THERE: [&str; 61] = [
+const SAID_THERE: [&str; 62] = [
     "/account/password",
     "/account/second-factor",
     "/account/second-factor/confirm",
@@ -24,6 +24,7 @@ const SAID_THERE: [&str; 61] = [
     "/curricula/{}/draft",
     "/drafts",
     "/drafts/{}",
+    "/drafts/{}/pictures",
     "/drafts/{}/preview",
     "/exercises/{}/course",
     "/exercises/{}/draft",

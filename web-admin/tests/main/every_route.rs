@@ -28,6 +28,7 @@ use acts::uploads::Announced;
 use acts::{assignments, drafting, roster_import, surveys, uploads};
 use axum::body::Body;
 use axum::http::{Method, Request, header};
+use documents::ExerciseBundle;
 use model::assignment::AssignmentTask;
 use model::comment::{Comment, CommentKind};
 use model::ids::{CohortId, SessionId};
@@ -40,7 +41,8 @@ use store::assignments::NewAssignment;
 use store::cohorts::MembershipKey;
 use store::uploads::UploadOwner;
 use store::{
-    cohorts, comments, exercises, instruments, people, ratings, reports, segments, stations, surveys as stored,
+    cohorts, comments, exercises, instruments, people, pictures, ratings, reports, segments, stations,
+    surveys as stored,
 };
 use tempfile::TempDir;
 use web_admin::{routes, worker};
@@ -287,6 +289,8 @@ async fn objects(
     let upload = uploads::begin(&app.state, owner, announced).await.unwrap();
     let writer = teacher.person.clone().into_current().unwrap();
     let draft = drafting::open_exercise(&app.state, &writer, "stop-in-the-fat").await.unwrap();
+    let shipped = ExerciseBundle::read(&course_folder().join("6-avoid-the-vessel.toml")).unwrap().pictures.remove(0);
+    app.write(async |tx| pictures::add_draft_picture(tx, draft, &shipped).await.unwrap()).await;
     let said = Comment { kind: CommentKind::Question, from_s: 0.1, to_s: None, body: "Why?".to_owned() };
     let key = SessionKey { school_id: north, id: session };
     let comment = app.write(async |tx| comments::add_comment(tx, key, own.person.id, &said, now).await.unwrap()).await;
@@ -306,6 +310,9 @@ async fn objects(
     let assignment = assignments::make(&app.state, &by, &new).await.unwrap();
     let objects = BTreeMap::from([
         ("draft", draft.to_string()),
+        ("pictured", "avoid-the-vessel".to_owned()),
+        ("picture", shipped.name),
+        ("number", "1".to_owned()),
         ("course", "lower-back-basics".to_owned()),
         ("comment", comment.to_string()),
         ("unknown", "nobody-was-given-this".to_owned()),

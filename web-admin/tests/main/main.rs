@@ -45,6 +45,7 @@ mod own_data;
 mod pages;
 mod passkeys;
 mod people;
+mod pictures;
 mod plans;
 mod previews;
 mod progress;

@@ -28,7 +28,14 @@ pub fn bundle() -> ExerciseBundle {
         tissue: TissueOptions { model: "none".into(), tolerance: 0.01, coupling: "none".into() },
         sha256: String::new(),
     };
-    ExerciseBundle { exercise: exercise(), scene, exercise_bytes: vec![], scene_bytes: vec![], meshes: vec![] }
+    ExerciseBundle {
+        exercise: exercise(),
+        scene,
+        exercise_bytes: vec![],
+        scene_bytes: vec![],
+        meshes: vec![],
+        pictures: vec![],
+    }
 }
 
 fn exercise() -> Exercise {
@@ -48,6 +55,7 @@ fn exercise() -> Exercise {
         hard_fails: vec![],
         pass_mark: 70.0,
         coaching: vec![],
+        pictures: vec![],
         difficulty: 1,
         sha256: String::new(),
     }

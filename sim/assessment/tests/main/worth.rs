@@ -15,7 +15,8 @@ fn shipped() -> Vec<(PathBuf, ExerciseBundle)> {
     let curricula = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula");
     let courses = ["lower-back-basics", "lumbar-epidural"].map(|course| curricula.join(course));
     let files = courses.iter().flat_map(|course| std::fs::read_dir(course).expect("shipped"));
-    let paths = files.map(|file| file.expect("shipped").path()).filter(|path| !path.ends_with("course.toml"));
+    let is_exercise = |path: &PathBuf| path.extension().is_some_and(|e| e == "toml") && !path.ends_with("course.toml");
+    let paths = files.map(|file| file.expect("shipped").path()).filter(is_exercise);
     paths.map(|path| (path.clone(), ExerciseBundle::read(&path).expect("sound"))).collect()
 }
 

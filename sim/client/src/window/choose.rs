@@ -7,6 +7,7 @@ use time::OffsetDateTime;
 use words::fixed;
 
 use super::language::WindowLanguage;
+use super::pictures::BriefingPictures;
 use super::{colours, help};
 use crate::clock;
 use crate::live::desk::Listed;
@@ -228,6 +229,8 @@ fn say_due_time(due: &Listed, now: OffsetDateTime) -> (Color32, String) {
 pub struct Briefing<'a> {
     /// The exercise.
     pub exercise: &'a Exercise,
+    /// Its pictures.
+    pub pictures: &'a mut BriefingPictures,
     /// What will happen with the device, in words.
     pub device: &'a str,
     /// Mouse and keyboard move the needle, unless a device is found.
@@ -244,7 +247,7 @@ pub struct Briefing<'a> {
 
 /// The briefing.
 pub fn show_briefing(ui: &mut Ui, briefing: Briefing<'_>) -> Decision {
-    let Briefing { exercise, device, by_hand, guided, ready, error, language } = briefing;
+    let Briefing { exercise, pictures, device, by_hand, guided, ready, error, language } = briefing;
     let decision = egui::Panel::bottom("begin").show(ui, |ui| {
         ui.add_space(8.0);
         let decision = ui.horizontal_wrapped(|ui| {
@@ -272,6 +275,7 @@ pub fn show_briefing(ui: &mut Ui, briefing: Briefing<'_>) -> Decision {
             ui.with_layout(layout, |ui| {
                 reading_column(ui, |ui| {
                     ui.label(RichText::new(own_words(&exercise.briefing)).size(16.5).line_height(Some(24.0)));
+                    pictures.show(ui);
                     if let Some(error) = error {
                         ui.add_space(8.0);
                         ui.colored_label(colours::BAD, format!("× {error}"));

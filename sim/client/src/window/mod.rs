@@ -9,6 +9,7 @@ mod desk;
 mod help;
 mod language;
 mod overlay;
+mod pictures;
 mod plots;
 mod replay;
 mod rescue;
@@ -31,6 +32,7 @@ use self::choose::{Briefing, Decision};
 use self::debrief::Debrief;
 use self::desk::Desk;
 pub use self::language::WindowLanguage;
+use self::pictures::BriefingPictures;
 use self::replay::Replay;
 use self::steer::{Steering, SteeringWish};
 use self::trial::TrialScreen;
@@ -106,6 +108,8 @@ struct Window {
     station: Option<Station>,
     language: WindowLanguage,
     desk: Desk,
+    /// What the briefing that was opened last shows.
+    pictures: BriefingPictures,
     screen: Screen,
     canvas: Canvas,
     /// What is constant in the pictures of the last attempt, with nothing withheld.
@@ -128,6 +132,7 @@ pub fn play(station: Station) -> Outcome {
             language: station.language,
             station: Some(station),
             desk: Desk::default(),
+            pictures: BriefingPictures::default(),
             screen,
             canvas,
             stage: Stage::default(),
@@ -152,6 +157,7 @@ pub fn watch(path: &Path, recording: Recording, other: Option<Recording>, langua
             station: None,
             language,
             desk: Desk::default(),
+            pictures: BriefingPictures::default(),
             screen: Screen::Replay { replay, back: None },
             canvas,
             stage,
@@ -275,6 +281,7 @@ impl Window {
         }
         let briefing = Briefing {
             exercise: &bundle.exercise,
+            pictures: self.pictures.of(bundle),
             device: &words::phrase(&station.device.phrase()),
             by_hand: matches!(station.device, open::DeviceChoice::Auto | open::DeviceChoice::Mouse),
             guided: &mut station.guided,

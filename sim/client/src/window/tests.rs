@@ -117,9 +117,20 @@ fn draw_choices(language: Language, size: [f32; 2], look: &mut dyn FnMut(&str, V
             draw(language, size, |ui| {
                 let (device, language) = (words::phrase(&device), &mut window);
                 let (guided, exercise) = (&mut guided, &offer.bundle.exercise);
+                let mut pictures = BriefingPictures::default();
+                let pictures = pictures.of(&offer.bundle);
                 choose::show_briefing(
                     ui,
-                    Briefing { exercise, device: &device, by_hand: true, guided, ready: true, error: None, language },
+                    Briefing {
+                        exercise,
+                        pictures,
+                        device: &device,
+                        by_hand: true,
+                        guided,
+                        ready: true,
+                        error: None,
+                        language,
+                    },
                 );
             }),
         );

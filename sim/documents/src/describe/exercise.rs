@@ -1,6 +1,7 @@
 //! The fields of an exercise.
 
 use super::{DescribedField, DescribedTable, FieldKind, Presence, Text};
+use crate::picture::MOST_PICTURES;
 
 /// An exercise.
 pub(crate) static EXERCISE: DescribedTable = DescribedTable {
@@ -42,6 +43,12 @@ pub(crate) static EXERCISE: DescribedTable = DescribedTable {
             "coaching",
             FieldKind::Tables { table: &COACHING, min: 0, max: 40 },
             "What is said during the attempt",
+        )
+        .with(Presence::Empty),
+        DescribedField::new(
+            "picture",
+            FieldKind::Tables { table: &PICTURE, min: 0, max: MOST_PICTURES },
+            "What the briefing shows beside its text. Pictures decide nothing, and are no part of a recording",
         )
         .with(Presence::Empty),
     ],
@@ -141,5 +148,14 @@ static COACHING: DescribedTable = DescribedTable {
         DescribedField::number("above", "", 0.0..=1e6, "Said when the quantity rises above this").required(),
         DescribedField::number("rearm_below", "", 0.0..=1e6, "Armed again below this; `above` if left out"),
         DescribedField::said_line("message", "The message").required(),
+    ],
+};
+
+static PICTURE: DescribedTable = DescribedTable {
+    doc: "A picture of the briefing: a PNG or JPEG file beside the document, at most 1 MiB and 4 million pixels, without Exif or XMP",
+    fields: &[
+        DescribedField::text("file", &Text::PICTURE, "Its name, which ends in .png or .jpg").required(),
+        DescribedField::said_line("alt", "What it shows, for whoever does not see it").required(),
+        DescribedField::said_line("caption", "What is said below it"),
     ],
 };

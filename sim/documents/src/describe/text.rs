@@ -54,6 +54,27 @@ impl Text {
         allows: |_, c| !c.is_ascii_control(),
     };
 
+    /// Name of a picture beside the document; how it ends is looked at with what is in it.
+    pub(crate) const PICTURE: Self = Self {
+        allowed: [
+            || {
+                phrase!(
+                    "allowed: 5 to 64 letters, digits, dots, - or _, the first a letter or digit, and .png or .jpg at the end"
+                )
+            },
+            || {
+                phrase!(
+                    "allowed: a list of texts, each 5 to 64 letters, digits, dots, - or _, the first a letter or digit, and .png or \
+                     .jpg at the end"
+                )
+            },
+        ],
+        min: 5,
+        max: 64,
+        pattern: "^[A-Za-z0-9][A-Za-z0-9._-]*\\.(png|jpg)$",
+        allows: |at, c| c.is_ascii_alphanumeric() || (at > 0 && matches!(c, '-' | '_' | '.')),
+    };
+
     /// Paragraphs.
     pub(crate) const PROSE: Self = Self {
         allowed: [

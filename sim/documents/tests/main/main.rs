@@ -21,6 +21,7 @@ mod instrument;
 mod mesh;
 #[cfg(test)]
 mod patient;
+mod picture;
 #[cfg(test)]
 mod refusals;
 #[cfg(test)]

@@ -15,6 +15,8 @@ pub struct DraftQuestion {
     pub id: String,
     /// What was written, and the meshes that it is with.
     pub bytes: RevisionBytes,
+    /// Names of the pictures that it is with; each was read when it came.
+    pub pictures: Vec<String>,
     /// Code of the language that the verdict is in.
     pub language: String,
 }
@@ -23,10 +25,11 @@ impl DraftQuestion {
     /// SHA-256 of all that decides the answer.
     #[must_use]
     pub fn sha256(&self) -> [u8; 32] {
-        let Self { id, bytes: RevisionBytes { exercise, scene, meshes }, language } = self;
+        let Self { id, bytes: RevisionBytes { exercise, scene, meshes }, pictures, language } = self;
         let mut hash = Sha256::new();
         let meshes = meshes.iter().flat_map(|(name, bytes)| [name.as_bytes(), bytes]);
-        for part in [id.as_bytes(), exercise, scene, language.as_bytes()].into_iter().chain(meshes) {
+        let pictures = pictures.iter().map(String::as_bytes);
+        for part in [id.as_bytes(), exercise, scene, language.as_bytes()].into_iter().chain(meshes).chain(pictures) {
             hash.update((part.len() as u64).to_le_bytes());
             hash.update(part);
         }
@@ -42,7 +45,8 @@ pub fn publishable(question: &DraftQuestion) -> Result<Publishable, DocumentErro
     let RevisionBytes { exercise, scene, meshes } = &question.bytes;
     let bundle = ExerciseBundle::from_parts(exercise, scene, meshes)?;
     same_id(&bundle.exercise.id, &question.id)?;
-    let issues = bundle.unsound()?;
+    let mut issues = bundle.place("document", &bundle.list_missing_pictures(&question.pictures))?;
+    issues.extend(bundle.unsound()?);
     if !issues.is_empty() {
         return Err(DocumentError { issues });
     }

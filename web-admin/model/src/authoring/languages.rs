@@ -6,12 +6,14 @@ use toml_edit::{Array, InlineTable, Item, TableLike, Value};
 use super::{EditedDocument, FieldSort, last_key, replace_value};
 
 /// The texts that may be written in several languages, rows without their number.
-const WORDINGS: [&str; 15] = [
+const WORDINGS: [&str; 17] = [
     "title",
     "briefing",
     "description",
     "hard_fail[].why",
     "coaching[].message",
+    "picture[].alt",
+    "picture[].caption",
     "intro",
     "scale[].labels[]",
     "scale[].first",

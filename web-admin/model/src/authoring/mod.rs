@@ -18,7 +18,7 @@ pub use sent::{SentForm, TypedField};
 use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
 
 /// The root's tables in the order in which people write them: a new one goes behind those before it.
-const ORDER: [&str; 14] = [
+const ORDER: [&str; 15] = [
     "title",
     "intro",
     "briefing",
@@ -28,6 +28,7 @@ const ORDER: [&str; 14] = [
     "rubric",
     "hard_fail",
     "coaching",
+    "picture",
     "exercise",
     "scale",
     "section",

@@ -34,6 +34,8 @@ const FIELDS: &[(&str, FieldSort)] = &[
     ("coaching[].above", FieldSort::Number),
     ("coaching[].rearm_below", FieldSort::Number),
     ("coaching[].message", FieldSort::Text),
+    ("picture[].alt", FieldSort::Text),
+    ("picture[].caption", FieldSort::Text),
     ("mastery.rule", FieldSort::Text),
     ("mastery.passes", FieldSort::Number),
     ("mastery.of", FieldSort::Number),

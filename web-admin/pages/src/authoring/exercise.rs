@@ -7,19 +7,33 @@ use model::authoring::EditedDocument;
 use model::draft::DraftRemark;
 
 use super::{
-    ChoiceGroup, DocumentForm, FieldInput, FormField, FormReader, FormRow, FormSection, RowAdding, mark_chosen,
-    place_id, plain_choices,
+    ChoiceGroup, DocumentForm, DraftPictures, FieldInput, FormField, FormReader, FormRow, FormSection, RowAdding,
+    mark_chosen, place_id, plain_choices,
 };
 use crate::judgement::GROUPS;
 use crate::people::SelectOption;
 use crate::{anatomy, metric};
 
+/// What a draft has beside the text of its exercise.
+#[derive(Clone, Debug)]
+pub struct ExerciseContext {
+    /// What its scene calls things.
+    pub scene: SceneNames,
+    /// Its pictures.
+    pub pictures: DraftPictures,
+}
+
 /// The form of an exercise in a scene, with what is wrong at its fields.
 #[must_use]
-pub fn make_exercise_form(document: &EditedDocument, remarks: &[DraftRemark], scene: &SceneNames) -> DocumentForm {
-    let form = ExerciseFormMaker { read: FormReader { document, remarks }, scene };
+pub fn make_exercise_form(
+    document: &EditedDocument,
+    remarks: &[DraftRemark],
+    context: &ExerciseContext,
+) -> DocumentForm {
+    let form = ExerciseFormMaker { read: FormReader { document, remarks }, scene: &context.scene };
     let sections = vec![
         form.about_section(),
+        form.read.picture_section(&context.pictures),
         form.place_section(),
         form.required_section(),
         form.rubric_section(),

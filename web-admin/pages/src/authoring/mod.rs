@@ -4,16 +4,19 @@ mod course;
 mod exercise;
 mod instrument;
 mod instrument_rows;
+mod picture;
 
 pub use course::{CourseContext, CourseExercise, make_course_form};
 use documents::list_document_languages;
-pub use exercise::make_exercise_form;
+pub use exercise::{ExerciseContext, make_exercise_form};
 pub use instrument::make_instrument_form;
 pub use instrument_rows::begin_scale;
 use model::authoring::EditedDocument;
 use model::draft::DraftRemark;
+pub use picture::{DraftPictures, PictureAdding};
 
 use super::people::SelectOption;
+use super::pictures::ShownPicture;
 
 /// What stands before the name of every field of a document: other fields of the same form are called otherwise.
 pub const FIELD_PREFIX: &str = "x.";
@@ -40,6 +43,8 @@ pub struct FormSection {
     pub rows: Vec<FormRow>,
     /// How a row is added, where there are rows.
     pub adding: Option<RowAdding>,
+    /// How a picture is added, where rows are pictures.
+    pub uploading: Option<PictureAdding>,
 }
 
 /// A row of fields.
@@ -51,6 +56,8 @@ pub struct FormRow {
     pub title: String,
     /// What to know of it.
     pub note: String,
+    /// The picture that it is about.
+    pub picture: Option<ShownPicture>,
     /// Fields.
     pub fields: Vec<FormField>,
     /// Boxes that belong together, each group under its heading.
@@ -221,6 +228,16 @@ impl FormField {
 }
 
 impl DocumentForm {
+    /// The same after a picture was refused, with what was typed of it.
+    #[must_use]
+    pub(crate) fn with_refused_picture(mut self, alt: &str, why: &str) -> Self {
+        for adding in self.sections.iter_mut().filter_map(|section| section.uploading.as_mut()) {
+            alt.clone_into(&mut adding.alt);
+            adding.problems.push(why.to_owned());
+        }
+        self
+    }
+
     /// Where a field is called what: the id of its place on the page, and its label with that of its row; of a field that stands
     /// nowhere, those of the nearest around it.
     #[must_use]
@@ -321,6 +338,7 @@ impl FormReader<'_> {
                 choices,
                 problems: self.problems_of("languages"),
             }),
+            ..FormSection::default()
         }
     }
 

@@ -7,6 +7,8 @@ use acts::error::Error;
 use assessment::learning::Standing;
 use axum::Json;
 use axum::extract::{Path, State};
+use axum::http::HeaderMap;
+use axum::response::Response;
 use model::assignment::{AssignmentStage, AssignmentTask};
 use model::due::local;
 use model::ids::{AssignmentId, PersonId, SchoolId};
@@ -15,12 +17,14 @@ use model::{Moment, PersonKey, assignment};
 use serde::Serialize;
 use store::curricula::TaughtCurriculum;
 use store::exercises::{self, Revision, RevisionBytes};
-use store::{curricula, practice, studies};
+use store::pictures::StoredPicture;
+use store::{curricula, pictures, practice, studies};
 use utoipa::ToSchema;
 
 use super::caller::Caller;
 use crate::AppState;
 use crate::error::{ApiError, ProblemDocument};
+use crate::routes::pages::pictures::{PictureQuery, answer_picture, find_picture};
 
 /// What the caller may train now.
 #[derive(Debug, Serialize, ToSchema)]
@@ -309,6 +313,22 @@ pub(super) struct ExerciseDocument {
     scene_toml: String,
     /// Names of the scene's meshes.
     meshes: Vec<String>,
+    /// The pictures of its briefing, in order.
+    pictures: Vec<BriefingPicture>,
+}
+
+/// A picture of a briefing.
+#[derive(Debug, Serialize, ToSchema)]
+pub(super) struct BriefingPicture {
+    /// Its name in the exercise document, which says what it shows.
+    file: String,
+    /// Where it is.
+    href: String,
+    sha256: String,
+    /// Pixels.
+    width: u32,
+    /// Pixels.
+    height: u32,
 }
 
 /// An exercise in the revision that trainees are given.
@@ -323,6 +343,15 @@ pub(super) async fn show_exercise(
     let revision = exercises::find_current_revision(reader, school, &id).await?.ok_or(Error::NotFound)?;
     let bytes = exercises::read_exercise_bytes(reader, school, revision.id).await?.ok_or(Error::NotFound)?;
     let RevisionBytes { exercise, scene, meshes } = bytes;
+    let listed = pictures::list_revision_pictures(reader, school, revision.id).await?;
+    let briefing = |(number, picture): (usize, StoredPicture)| BriefingPicture {
+        href: format!("/api/v1/exercises/{}/pictures/{}", revision.exercise_id, number + 1),
+        file: picture.name,
+        sha256: picture.sha256,
+        width: picture.width,
+        height: picture.height,
+    };
+    let pictures = listed.into_iter().enumerate().map(briefing).collect();
     Ok(Json(ExerciseDocument {
         exercise_id: revision.exercise_id,
         title: revision.title,
@@ -335,5 +364,20 @@ pub(super) async fn show_exercise(
         exercise_toml: String::from_utf8_lossy(&exercise).into_owned(),
         scene_toml: String::from_utf8_lossy(&scene).into_owned(),
         meshes: meshes.into_iter().map(|(name, _)| name).collect(),
+        pictures,
     }))
+}
+
+/// A picture of an exercise's briefing, by its number from 1: PNG or JPEG.
+#[utoipa::path(get, path = "/exercises/{id}/pictures/{number}", tag = "documents", operation_id = "show_picture",
+    params(("id" = String, Path), ("number" = String, Path)),
+    responses((status = 200, content((Vec<u8> = "image/png"), (Vec<u8> = "image/jpeg"))), (status = 404, body = ProblemDocument)))]
+pub(super) async fn show_picture(
+    State(state): State<AppState>,
+    caller: Caller,
+    Path((id, number)): Path<(String, String)>,
+    headers: HeaderMap,
+) -> Result<Response, ApiError> {
+    let picture = find_picture(&state, caller.school_id(), &id, &number).await?;
+    Ok(answer_picture(&picture, &PictureQuery::default(), &headers)?)
 }

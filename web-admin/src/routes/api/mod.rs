@@ -50,6 +50,7 @@ fn caller_endpoints() -> OpenApiRouter<AppState> {
         .routes(routes!(documents::list_assignments))
         .routes(routes!(documents::list_exercises))
         .routes(routes!(documents::show_exercise))
+        .routes(routes!(documents::show_picture))
         .routes(routes!(stations::show_station))
         .routes(routes!(stations::sign_in_at_station))
 }

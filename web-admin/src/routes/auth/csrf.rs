@@ -85,6 +85,11 @@ pub(super) fn too_many_fields() -> Error {
     Error::BadRequest(tr!("The form has more than {most} fields, the most allowed.", most = MOST_FIELDS))
 }
 
+/// What a form with U+0000 in it is answered.
+pub(super) fn refuse_nul() -> Error {
+    Error::BadRequest(tr!("The form holds the character U+0000, which no text does.").to_owned())
+}
+
 /// Whether a token is the session's.
 pub(super) async fn is_genuine(session: Option<&Session>, sent: &str) -> Result<bool, Error> {
     let Some(session) = session else { return Ok(false) };
@@ -160,8 +165,7 @@ async fn read_fields<T: DeserializeOwned, S: Send + Sync>(
     state: &S,
 ) -> Result<T, Response> {
     if bytes.windows(NUL.len()).any(|part| part == NUL) || bytes.contains(&0) {
-        let why = tr!("The form holds the character U+0000, which no text does.");
-        return Err(PageError(Error::BadRequest(why.to_owned())).into_response());
+        return Err(PageError(refuse_nul()).into_response());
     }
     let form = Form::<T>::from_request(Request::from_parts(parts.clone(), Body::from(bytes)), state).await;
     form.map(|Form(fields)| fields).map_err(|e| PageError(Error::BadRequest(e.body_text())).into_response())

@@ -20,4 +20,4 @@ pub(crate) use login::own_path;
 pub use login::{sign_in_routes, signed_in_routes};
 pub(crate) use proving::{FactorQuestion, ShownFactor, hold_question, take_held_question};
 pub use stranger::{StrangerToken, settle_stranger};
-pub use upload::{CsrfUpload, SentFile};
+pub use upload::{CsrfFileForm, CsrfUpload, SentFile};

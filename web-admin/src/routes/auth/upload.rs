@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use acts::error::Error;
-use axum::extract::multipart::MultipartError;
+use axum::extract::multipart::{Field, MultipartError};
 use axum::extract::{FromRequest, Multipart, Request};
 use axum::response::{IntoResponse, Response};
 use serde::de::DeserializeOwned;
@@ -30,24 +30,59 @@ pub struct SentFile {
     pub name: String,
     /// What is in it.
     pub bytes: Vec<u8>,
+    /// It was larger than is kept of one: these are not all of its bytes.
+    pub is_cut: bool,
+}
+
+/// A form with a file among its fields, which stand in its order, some more than once. A file that is too large is read past, so that
+/// nothing is lost of what was typed behind it.
+#[derive(Clone, Debug)]
+pub struct CsrfFileForm<const MOST_BYTES: usize> {
+    /// The fields beside the file.
+    pub fields: Vec<(String, String)>,
+    /// The file.
+    pub file: SentFile,
+}
+
+/// What was sent of a form with a file.
+struct SentParts {
+    fields: Vec<(String, String)>,
+    file: SentFile,
 }
 
 impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for CsrfUpload<T> {
     type Rejection = Response;
 
     async fn from_request(request: Request, state: &S) -> Result<Self, Self::Rejection> {
-        let session = request.extensions().get::<Session>().cloned();
-        let parts = Multipart::from_request(request, state).await;
-        let parts = parts.map_err(|e| PageError(Error::BadRequest(e.body_text())).into_response())?;
-        read_upload(parts, session).await.map_err(|error| PageError(error).into_response())
+        let SentParts { fields, file } = read_request(request, state, usize::MAX).await?;
+        let fields: BTreeMap<String, String> = fields.into_iter().collect();
+        let form = T::deserialize(MapDeserializer::<_, FieldError>::new(fields.into_iter()));
+        let form = form.map_err(|refused| PageError(Error::BadRequest(refused.to_string())).into_response())?;
+        Ok(Self { form, file })
     }
 }
 
-async fn read_upload<T: DeserializeOwned>(
-    mut parts: Multipart,
-    session: Option<Session>,
-) -> Result<CsrfUpload<T>, Error> {
-    let (mut fields, mut file) = (BTreeMap::new(), SentFile::default());
+impl<const MOST_BYTES: usize, S: Send + Sync> FromRequest<S> for CsrfFileForm<MOST_BYTES> {
+    type Rejection = Response;
+
+    async fn from_request(request: Request, state: &S) -> Result<Self, Self::Rejection> {
+        let SentParts { fields, file } = read_request(request, state, MOST_BYTES).await?;
+        if fields.iter().any(|(_, typed)| typed.contains('\0')) {
+            return Err(PageError(csrf::refuse_nul()).into_response());
+        }
+        Ok(Self { fields, file })
+    }
+}
+
+async fn read_request<S: Send + Sync>(request: Request, state: &S, most_bytes: usize) -> Result<SentParts, Response> {
+    let session = request.extensions().get::<Session>().cloned();
+    let parts = Multipart::from_request(request, state).await;
+    let parts = parts.map_err(|e| PageError(Error::BadRequest(e.body_text())).into_response())?;
+    read_parts(parts, session, most_bytes).await.map_err(|error| PageError(error).into_response())
+}
+
+async fn read_parts(mut parts: Multipart, session: Option<Session>, most_bytes: usize) -> Result<SentParts, Error> {
+    let (mut fields, mut file) = (Vec::new(), SentFile::default());
     let (mut genuine, mut read) = (false, 0);
     while let Some(part) = parts.next_field().await.map_err(refuse_upload)? {
         read += 1;
@@ -57,21 +92,31 @@ async fn read_upload<T: DeserializeOwned>(
         let name = part.name().unwrap_or_default().to_owned();
         match part.file_name().map(str::to_owned) {
             Some(_) if !genuine => break,
-            Some(name) => file = SentFile { name, bytes: part.bytes().await.map_err(refuse_upload)?.to_vec() },
+            Some(name) => file = read_file(part, name, most_bytes).await?,
             None => {
                 let text = part.text().await.map_err(refuse_upload)?;
                 if name == "csrf" {
                     genuine = csrf::is_genuine(session.as_ref(), &text).await?;
                 }
-                fields.insert(name, text);
+                fields.push((name, text));
             }
         }
     }
-    if !genuine {
-        return Err(csrf::refuse_form());
+    if genuine { Ok(SentParts { fields, file }) } else { Err(csrf::refuse_form()) }
+}
+
+/// A file, and no more of it than is kept of one.
+async fn read_file(mut part: Field<'_>, name: String, most_bytes: usize) -> Result<SentFile, Error> {
+    let mut file = SentFile { name, ..SentFile::default() };
+    while let Some(piece) = part.chunk().await.map_err(refuse_upload)? {
+        file.is_cut |= file.bytes.len() + piece.len() > most_bytes;
+        if file.is_cut {
+            file.bytes.clear();
+        } else {
+            file.bytes.extend(piece);
+        }
     }
-    let form = T::deserialize(MapDeserializer::<_, FieldError>::new(fields.into_iter()));
-    Ok(CsrfUpload { form: form.map_err(|refused| Error::BadRequest(refused.to_string()))?, file })
+    Ok(file)
 }
 
 fn refuse_upload(error: MultipartError) -> Error {

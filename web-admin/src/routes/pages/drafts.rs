@@ -14,7 +14,8 @@ use model::authoring::EditedDocument;
 use model::draft::DraftVerdict;
 use model::ids::{DraftId, SchoolId};
 use pages::authoring::{
-    CourseContext, CourseExercise, DocumentForm, make_course_form, make_exercise_form, make_instrument_form, place_id,
+    CourseContext, CourseExercise, DocumentForm, ExerciseContext, make_course_form, make_exercise_form,
+    make_instrument_form, place_id,
 };
 use pages::diff::compare_lines;
 use pages::draft::{
@@ -29,9 +30,9 @@ use serde::Deserialize;
 use store::drafts::{DocumentDraft, DraftKind, Texts};
 use store::{drafts, exercises, instruments};
 
-use super::PathId;
 use super::instrument_drafts::{list_originals, list_seen_languages, questions_href};
 use super::writing::{DraftAct, DraftView, SentDraft, ShownFor};
+use super::{PathId, draft_pictures};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher};
@@ -167,7 +168,7 @@ pub(super) async fn show_draft(
 }
 
 /// The page of a draft as a form, where that is wanted and the text can be read; else as its text.
-async fn show_as(
+pub(super) async fn show_as(
     state: &AppState,
     ShownFor { school, view }: ShownFor,
     draft: &DocumentDraft,
@@ -196,7 +197,11 @@ async fn make_form(
     let Some(document) = EditedDocument::from_text(&draft.texts.document) else { return Ok(None) };
     let remarks = [verdict.problems.as_slice(), &verdict.advice].concat();
     Ok(Some(match draft.kind {
-        DraftKind::Exercise => make_exercise_form(&document, &remarks, &SceneNames::from_text(&draft.texts.scene)),
+        DraftKind::Exercise => {
+            let pictures = draft_pictures::list_at_hand(state, school, draft.id).await?;
+            let context = ExerciseContext { scene: SceneNames::from_text(&draft.texts.scene), pictures };
+            make_exercise_form(&document, &remarks, &context)
+        }
         DraftKind::Course => {
             make_course_form(&document, &remarks, &find_course_context(state, school, &draft.document_id).await?)
         }
@@ -368,7 +373,7 @@ fn verdict_of_draft(checked: &Checked) -> DraftVerdict {
     }
 }
 
-fn make_draft_page(shell: Shell, draft: DocumentDraft, checked: &Checked) -> DraftPage {
+pub(super) fn make_draft_page(shell: Shell, draft: DocumentDraft, checked: &Checked) -> DraftPage {
     let is_instrument = draft.kind == DraftKind::Instrument;
     let place = if is_instrument { NavPlace::Surveys } else { NavPlace::Curricula };
     DraftPage {
@@ -387,11 +392,12 @@ fn make_draft_page(shell: Shell, draft: DocumentDraft, checked: &Checked) -> Dra
         scene_title: String::new(),
         unreadable: false,
         saved: false,
+        picture_refused: None,
     }
 }
 
 /// What was typed, kept, against what somebody else has saved.
-fn answer_conflict(shell: Shell, theirs: DocumentDraft, typed: Texts) -> DraftPage {
+pub(super) fn answer_conflict(shell: Shell, theirs: DocumentDraft, typed: Texts) -> DraftPage {
     let mut lines = compare_lines(&theirs.texts.document, &typed.document);
     lines.extend(compare_lines(&theirs.texts.scene, &typed.scene));
     let page = make_draft_page(shell, DocumentDraft { texts: typed, ..theirs }, &Checked::Refused(Vec::new()));

@@ -15,7 +15,7 @@ use serde::Deserialize;
 use store::{exercises, practice, reports};
 
 use super::standing::TaughtCourse;
-use super::{published_bundle, rows, standing};
+use super::{pictures, published_bundle, rows, standing};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, Visitor};
@@ -53,6 +53,7 @@ pub(super) async fn show_exercise(
     let current =
         exercises::find_current_revision(state.db.reader(), person.school_id, &id).await?.ok_or(Error::NotFound)?;
     let bundle = published_bundle(&state, person.school_id, current.id).await?.ok_or(Error::NotFound)?;
+    let at_hand = pictures::list_at_hand(&state, person.school_id, &current).await?;
     let courses = visited_exercise(&state, &person).await?;
     let listed = reports::latest_at(state.db.reader(), &person, &id).await?;
     let own = person.role == Role::Trainee;
@@ -61,7 +62,7 @@ pub(super) async fn show_exercise(
         contexts: courses.iter().filter_map(|visited| context_in_course(visited, &id)).collect(),
         attempts: if own { rows::own_rows(listed) } else { rows::mixed_rows(listed) },
         chart: draw_own_scores(&courses, &bundle),
-        exercise: ExerciseFacts::new(&bundle),
+        exercise: ExerciseFacts::new(&bundle, &at_hand),
         teaching: (!own).then(|| ExerciseTeaching {
             published: shown.published.is_some(),
             courses: courses.iter().filter_map(|(taught, _)| course_without(taught, &id)).collect(),

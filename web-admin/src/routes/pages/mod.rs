@@ -23,6 +23,7 @@ mod backups;
 mod cohort_people;
 mod cohorts;
 pub(crate) mod consents;
+mod draft_pictures;
 mod drafts;
 mod erasing;
 mod exercise;
@@ -36,6 +37,7 @@ mod others;
 mod passkeys;
 mod people;
 mod people_bulk;
+pub(crate) mod pictures;
 mod progress;
 mod ratings;
 mod regrading;
@@ -73,7 +75,9 @@ pub fn page_routes() -> Routes {
         .route("/drafts/{id}/discard", post(drafts::discard_draft))
         .route("/drafts/{id}/preview", post(drafts::preview_draft))
         .route("/drafts/{id}/questions", get(instrument_drafts::show_questions))
+        .merge(draft_pictures::draft_picture_routes())
         .route("/exercises/{id}", get(exercise::show_exercise))
+        .route("/exercises/{id}/pictures/{number}", get(pictures::serve_exercise_picture))
         .route("/exercises/{id}/course", post(drafts::add_to_course))
         .route("/exercises/{id}/draft", post(drafts::draft_exercise))
         .route("/exercises/{id}/revisions", get(revisions::compare_exercise_revisions))

@@ -55,6 +55,8 @@ pub(super) enum DraftAct {
     Look(String),
     /// Save it with the scene of this exercise in the place of its own.
     TakeScene(String),
+    /// Add the picture that is sent with it.
+    AddPicture,
     /// Rows of the form have changed: the place on the page to go on from.
     Changed(String),
 }
@@ -112,6 +114,7 @@ fn read_act(asked: &str) -> Result<DraftAct, Error> {
         "save" => Ok(DraftAct::Save),
         "publish" => Ok(DraftAct::Publish),
         "insist" => Ok(DraftAct::Insist),
+        "add:picture" => Ok(DraftAct::AddPicture),
         "toml" => Ok(DraftAct::Show(DraftView::Toml)),
         "form" => Ok(DraftAct::Show(DraftView::Form)),
         _ => match asked.strip_prefix("look:") {
@@ -132,7 +135,8 @@ fn read_form(fields: &[(String, String)]) -> SentForm {
 }
 
 /// The arrays whose rows come and go by buttons.
-const ARRAYS: [&str; 8] = ["rubric", "hard_fail", "coaching", "exercise", "scale", "section", "item", "score"];
+const ARRAYS: [&str; 9] =
+    ["rubric", "hard_fail", "coaching", "picture", "exercise", "scale", "section", "item", "score"];
 
 /// Adds, takes away or moves a row, where that is asked for: the place on the page to go on from.
 fn change_rows(document: &mut EditedDocument, asked: &str, chosen: impl Fn(&str) -> String) -> Option<String> {
@@ -144,8 +148,9 @@ fn change_rows(document: &mut EditedDocument, asked: &str, chosen: impl Fn(&str)
     if array == "languages" {
         return change_languages(document, verb, row, &chosen(array));
     }
+    // A picture comes with its file, by an address of its own.
     let is_option = array.starts_with("scale[") && array.ends_with("].option");
-    if !is_option && !ARRAYS.contains(&array) {
+    if what == "picture" || !is_option && !ARRAYS.contains(&array) {
         return None;
     }
     match verb {

@@ -1,0 +1,91 @@
+//! What lies around the pixels of a picture: where its file ends, and what it tells beside them.
+//!
+//! A decoder stops at the last pixel and passes over what it does not know. What stands behind would travel with the picture unseen: another
+//! document, or a place on a map.
+
+use phrase::{Phrase, phrase};
+
+use super::PictureKind;
+
+/// The first bytes of every PNG.
+pub(super) const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
+
+/// Checks that a file is one whole picture that stands still, and that it tells nothing of where it was made.
+///
+/// # Errors
+/// What is wrong with it, in words.
+pub(super) fn check_marks(kind: PictureKind, bytes: &[u8]) -> Result<(), Phrase> {
+    let end = match kind {
+        PictureKind::Png => walk_png(bytes)?,
+        PictureKind::Jpeg => walk_jpeg(bytes)?,
+    };
+    match bytes.len() - end {
+        0 => Ok(()),
+        behind => Err(phrase!("{count} bytes behind its end", count = behind)),
+    }
+}
+
+fn cut_short() -> Phrase {
+    phrase!("a picture that is cut short")
+}
+
+fn told_metadata(what: &str) -> Phrase {
+    phrase!("{what}, which can name people and places", what = what)
+}
+
+/// Bytes of a file from a place on.
+fn take(bytes: &[u8], from: usize, count: usize) -> Result<&[u8], Phrase> {
+    from.checked_add(count).and_then(|end| bytes.get(from..end)).ok_or_else(cut_short)
+}
+
+/// Where a PNG ends: behind its chunk IEND.
+fn walk_png(bytes: &[u8]) -> Result<usize, Phrase> {
+    let mut at = PNG_SIGNATURE.len();
+    loop {
+        let head = take(bytes, at, 8)?;
+        let length = u32::from_be_bytes([head[0], head[1], head[2], head[3]]) as usize;
+        let data = take(bytes, at + 8, length)?;
+        // Behind what a chunk holds stand four bytes of its checksum.
+        let end = at + 8 + take(bytes, at + 8, length + 4)?.len();
+        match &head[4..] {
+            b"IEND" => return Ok(end),
+            b"eXIf" => return Err(told_metadata("Exif")),
+            b"iTXt" if data.starts_with(b"XML:com.adobe.xmp\0") => return Err(told_metadata("XMP")),
+            b"acTL" => return Err(phrase!("a picture that moves")),
+            _ => at = end,
+        }
+    }
+}
+
+/// Where a JPEG ends: behind its marker EOI.
+fn walk_jpeg(bytes: &[u8]) -> Result<usize, Phrase> {
+    const SCAN: u8 = 0xda;
+    let mut at = 2;
+    loop {
+        if take(bytes, at, 1)? != [0xff] {
+            return Err(phrase!("a JPEG picture whose segments do not follow each other"));
+        }
+        let marker = take(bytes, at + 1, 1)?[0];
+        at += match marker {
+            // Any number of these may stand before a marker.
+            0xff => 1,
+            0xd9 => return Ok(at + 2),
+            0x01 | 0xd0..=0xd7 => 2,
+            _ => {
+                let length = take(bytes, at + 2, 2)?;
+                let length = usize::from(u16::from_be_bytes([length[0], length[1]]));
+                let data = take(bytes, at + 2, length)?;
+                if marker == 0xe1 {
+                    return Err(told_metadata(if data[2..].starts_with(b"Exif\0") { "Exif" } else { "XMP" }));
+                }
+                2 + length + if marker == SCAN { count_scanned(&bytes[at + 2 + length..]) } else { 0 }
+            }
+        };
+    }
+}
+
+/// How many bytes of pixels stand before the next marker. Within them 0xff is followed by 0, or restarts the count.
+fn count_scanned(bytes: &[u8]) -> usize {
+    let is_marker = |pair: &[u8]| pair[0] == 0xff && !matches!(pair[1], 0 | 0xd0..=0xd7);
+    bytes.windows(2).position(is_marker).unwrap_or(bytes.len())
+}

@@ -1,0 +1,169 @@
+//! Pictures of a briefing: what a file of one must be, its pixels, and a copy that tells nothing of where it came from.
+
+mod clean;
+mod marks;
+
+use std::io::Cursor;
+
+pub use clean::{MOST_SENT_BYTES, PictureCopy, copy_picture};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use phrase::{Phrase, phrase};
+
+/// Most pictures of an exercise.
+pub const MOST_PICTURES: usize = 6;
+/// Most bytes of a picture.
+pub const MOST_BYTES: usize = 1024 * 1024;
+/// Most pixels of a picture.
+pub const MOST_PIXELS: u64 = 4_000_000;
+/// Most bytes that a picture may take while it is decoded.
+const MOST_MEMORY: u64 = 256 * 1024 * 1024;
+
+/// The kinds of pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PictureKind {
+    /// PNG.
+    Png,
+    /// JPEG.
+    Jpeg,
+}
+
+/// A picture of a briefing, read to its last pixel.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PictureFile {
+    /// Its name, as the exercise names it.
+    pub name: String,
+    /// Width and height, in pixels.
+    pub size: [u32; 2],
+    /// What is in it, byte for byte.
+    pub bytes: Vec<u8>,
+}
+
+/// The pixels of a picture, row by row from above.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PicturePixels {
+    /// Width and height, in pixels.
+    pub size: [u32; 2],
+    /// Red, green, blue and how opaque, a byte each.
+    pub rgba: Vec<u8>,
+}
+
+impl PictureKind {
+    /// The kind that a file's name says.
+    #[must_use]
+    pub fn of_name(name: &str) -> Option<Self> {
+        match name.rsplit_once('.')?.1 {
+            "png" => Some(Self::Png),
+            "jpg" => Some(Self::Jpeg),
+            _ => None,
+        }
+    }
+
+    /// The kind that a file's first bytes say.
+    fn of_bytes(bytes: &[u8]) -> Option<Self> {
+        if bytes.starts_with(marks::PNG_SIGNATURE) {
+            Some(Self::Png)
+        } else if bytes.starts_with(&[0xff, 0xd8, 0xff]) {
+            Some(Self::Jpeg)
+        } else {
+            None
+        }
+    }
+
+    /// How the names of its files end.
+    #[must_use]
+    pub const fn ending(self) -> &'static str {
+        match self {
+            Self::Png => "png",
+            Self::Jpeg => "jpg",
+        }
+    }
+
+    /// Its media type.
+    #[must_use]
+    pub const fn media_type(self) -> &'static str {
+        match self {
+            Self::Png => "image/png",
+            Self::Jpeg => "image/jpeg",
+        }
+    }
+
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Png => "PNG",
+            Self::Jpeg => "JPEG",
+        }
+    }
+
+    const fn format(self) -> ImageFormat {
+        match self {
+            Self::Png => ImageFormat::Png,
+            Self::Jpeg => ImageFormat::Jpeg,
+        }
+    }
+}
+
+/// What a picture must be, in words.
+pub(crate) fn allowed_picture() -> Phrase {
+    phrase!(
+        "allowed: a PNG (.png) or JPEG (.jpg) picture that lies beside the document, at most {bytes} bytes and {pixels} pixels, without \
+         Exif or XMP, and nothing behind its end",
+        bytes = MOST_BYTES,
+        pixels = MOST_PIXELS
+    )
+}
+
+/// What a picture's name must be, in words.
+pub(crate) fn allowed_name() -> Phrase {
+    phrase!("allowed: a name that ends in .png or .jpg, in small letters")
+}
+
+/// Reads a picture to its last pixel.
+///
+/// # Errors
+/// What is wrong with it, in words.
+pub(crate) fn read_picture(name: &str, bytes: Vec<u8>) -> Result<PictureFile, Phrase> {
+    if bytes.len() > MOST_BYTES {
+        return Err(phrase!("{count} bytes", count = bytes.len()));
+    }
+    let kind = PictureKind::of_bytes(&bytes).ok_or_else(|| phrase!("neither PNG nor JPEG, whatever its name says"))?;
+    if PictureKind::of_name(name) != Some(kind) {
+        return Err(phrase!("a {kind} picture, which its name does not say", kind = kind.name()));
+    }
+    marks::check_marks(kind, &bytes)?;
+    let decoded = decode_within(kind, &bytes, MOST_PIXELS)?;
+    Ok(PictureFile { name: name.to_owned(), size: [decoded.width(), decoded.height()], bytes })
+}
+
+/// The pixels of a picture that was read, made smaller where a side would be longer than `most_side` pixels.
+///
+/// # Errors
+/// What is wrong with it, in words.
+pub fn decode_picture(bytes: &[u8], most_side: u32) -> Result<PicturePixels, Phrase> {
+    let kind = PictureKind::of_bytes(bytes).ok_or_else(|| phrase!("neither PNG nor JPEG, whatever its name says"))?;
+    let decoded = shrink_to_side(decode_within(kind, bytes, MOST_PIXELS)?, most_side).into_rgba8();
+    Ok(PicturePixels { size: [decoded.width(), decoded.height()], rgba: decoded.into_raw() })
+}
+
+/// The same picture, made smaller where a side is longer.
+fn shrink_to_side(picture: DynamicImage, most_side: u32) -> DynamicImage {
+    if picture.width().max(picture.height()) > most_side { picture.thumbnail(most_side, most_side) } else { picture }
+}
+
+/// Decodes a picture of so many pixels at most: its header is asked before any room is made for them. It stands as its orientation says.
+fn decode_within(kind: PictureKind, bytes: &[u8], most_pixels: u64) -> Result<DynamicImage, Phrase> {
+    let unreadable =
+        |why: image::ImageError| phrase!("unreadable as {kind} ({why})", kind = kind.name(), why = Phrase::data(why));
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(MOST_MEMORY);
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), kind.format());
+    reader.limits(limits);
+    let mut decoder = reader.into_decoder().map_err(unreadable)?;
+    let (width, height) = decoder.dimensions();
+    if u64::from(width) * u64::from(height) > most_pixels {
+        return Err(phrase!("{width} × {height} pixels", width = u64::from(width), height = u64::from(height)));
+    }
+    let orientation = decoder.orientation().map_err(unreadable)?;
+    let mut picture = DynamicImage::from_decoder(decoder).map_err(unreadable)?;
+    picture.apply_orientation(orientation);
+    Ok(picture)
+}
