@@ -1,12 +1,16 @@
 //! What a school settles for itself. Each act is an administrator's, and the audit log keeps it.
 
+use data_encoding::HEXLOWER;
+use documents::picture;
 use model::due::DueRefused;
 use model::{CurrentPerson, FactorRule, Needed, due, line};
 use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
 use store::audit::AuditEntry;
+use store::logos::SchoolLogo;
 use store::retention::{self, Settings};
 use store::schools::SchoolSettings;
-use store::{Write, origins, schools, second_factors};
+use store::{Write, logos, origins, schools, second_factors};
 
 use crate::error::Error;
 use crate::mailer::Letter;
@@ -62,6 +66,39 @@ pub async fn settle_school(service: &Service, by: &CurrentPerson, settings: &Sch
         "shows_others": settings.shows_others,
     });
     settle(service, tx, by, "school.settled", told).await
+}
+
+/// Gives a school a logo: a copy of the pixels that were sent, and nothing else of the file.
+///
+/// # Errors
+/// When it is no picture that can be had (422).
+pub async fn put_logo(service: &Service, by: &CurrentPerson, sent: Vec<u8>) -> Result<(), Error> {
+    let copied = tokio::task::spawn_blocking(move || picture::copy_logo(&sent)).await?;
+    let copy = copied.map_err(|why| Error::Unprocessable(tr!("the logo: {why}", why = words::phrase(&why))))?;
+    let [width, height] = copy.size;
+    let sha256 = HEXLOWER.encode(&Sha256::digest(&copy.bytes));
+    let logo = SchoolLogo {
+        media_type: copy.kind.media_type().to_owned(),
+        width,
+        height,
+        bytes: copy.bytes,
+        version: sha256.chars().take(32).collect(),
+    };
+    let mut tx = service.db.write().await?;
+    logos::put_logo(&mut tx, by.school_id, &logo).await?;
+    settle(service, tx, by, "school.logo_settled", json!({ "version": logo.version })).await
+}
+
+/// Takes a school's logo away.
+///
+/// # Errors
+/// [`Error::NotFound`] where it has none.
+pub async fn remove_logo(service: &Service, by: &CurrentPerson) -> Result<(), Error> {
+    let mut tx = service.db.write().await?;
+    if !logos::remove_logo(&mut tx, by.school_id).await? {
+        return Err(Error::NotFound);
+    }
+    settle(service, tx, by, "school.logo_removed", json!({})).await
 }
 
 /// Sends a letter to whoever asks, to see that letters arrive; why it was not taken, where it was not.

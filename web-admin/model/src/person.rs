@@ -95,6 +95,8 @@ pub struct CurrentPerson {
     pub language: Option<Language>,
     /// How much is new for them.
     pub news: u32,
+    /// The version of their school's logo, where it has one.
+    pub logo: Option<String>,
 }
 
 /// A person within their school.

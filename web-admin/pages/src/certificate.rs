@@ -18,6 +18,8 @@ const GROUP: usize = 8;
 pub struct CertificatePage {
     /// What is signed.
     pub statement: Statement,
+    /// The school's logo, as an address that holds it.
+    pub logo: Option<String>,
     /// The mastery rule, in the page's language.
     pub rule: String,
     /// By which attempts the school certifies, in the page's language.
@@ -101,6 +103,7 @@ mod tests {
         let certificate = sign_statement(&SigningKey::from_bytes(&[7; 32]), &statement).expect("signed");
         let page = CertificatePage {
             statement: statement.clone(),
+            logo: Some("data:image/png;base64,AA==".to_owned()),
             rule: "mastered with 3 passes in a row".to_owned(),
             needed: "attempts that were supervised",
             mastered: vec![("Feel the <layers>".to_owned(), samples::NOW)],

@@ -62,6 +62,7 @@ pub(super) fn shell(role: Role) -> Shell {
         csrf: "token".to_owned(),
         place: NavPlace::Home,
         news: 3,
+        logo: Some("/school/logo?v=1".to_owned()),
     }
 }
 

@@ -64,6 +64,8 @@ pub struct Shell {
     pub place: NavPlace,
     /// How much is new for them.
     pub news: u32,
+    /// The address of the school's logo, where it has one.
+    pub logo: Option<String>,
 }
 
 impl Shell {
@@ -71,7 +73,8 @@ impl Shell {
     #[must_use]
     pub fn new(person: &CurrentPerson, csrf: &str, place: NavPlace) -> Self {
         let visitor = ShellVisitor { name: person.display_name.clone(), role: person.role };
-        Self { visitor, csrf: csrf.to_owned(), place, news: person.news }
+        let logo = person.logo.as_ref().map(|version| format!("/school/logo?v={version}"));
+        Self { visitor, csrf: csrf.to_owned(), place, news: person.news, logo }
     }
 
     /// The address of the style sheet.
@@ -139,14 +142,14 @@ mod tests {
     fn each_role_sees_its_own_pages() {
         let hrefs = |role| -> Vec<&str> {
             let visitor = ShellVisitor { name: "x".to_owned(), role };
-            let shell = Shell { visitor, csrf: String::new(), place: NavPlace::Home, news: 2 };
+            let shell = Shell { visitor, csrf: String::new(), place: NavPlace::Home, news: 2, logo: None };
             shell.nav().iter().map(|n| n.href).collect()
         };
         assert_eq!(hrefs(Role::Trainee), ["/", "/curricula", "/surveys", "/assignments"]);
         let instructor = ["/", "/cohorts", "/review", "/curricula", "/surveys", "/assignments"];
         assert_eq!(hrefs(Role::Instructor), instructor);
         let visitor = ShellVisitor { name: "x".to_owned(), role: Role::Trainee };
-        let shell = Shell { visitor, csrf: String::new(), place: NavPlace::Curricula, news: 2 };
+        let shell = Shell { visitor, csrf: String::new(), place: NavPlace::Curricula, news: 2, logo: None };
         let news: Vec<u32> = shell.nav().iter().map(|item| item.news).collect();
         assert_eq!(news, [2, 0, 0, 0], "what is new stands on the home page");
         assert_eq!(hrefs(Role::Administrator), [&instructor[..], &["/people", "/admin"]].concat());

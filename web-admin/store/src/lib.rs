@@ -34,6 +34,7 @@ pub mod grades;
 pub mod instruments;
 pub mod jobs;
 pub mod links;
+pub mod logos;
 pub mod mails;
 pub mod motions;
 pub mod notices;

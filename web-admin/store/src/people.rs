@@ -32,6 +32,9 @@ pub struct Person {
     /// How much is new for them, where that was asked.
     #[sqlx(default)]
     pub news: u32,
+    /// The version of their school's logo, where that was asked and it has one.
+    #[sqlx(default)]
+    pub logo: Option<String>,
 }
 
 impl Person {
@@ -45,6 +48,7 @@ impl Person {
             display_name: self.display_name,
             language: self.language.as_deref().and_then(Language::named),
             news: self.news,
+            logo: self.logo,
         })
     }
 }
@@ -136,7 +140,8 @@ pub async fn find_person(executor: impl SqliteExecutor<'_>, id: PersonId) -> Res
     sqlx::query_as(
         "SELECT id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at, language,
            (SELECT count(*) FROM notices n
-            WHERE n.school_id = p.school_id AND n.person_id = p.id AND n.read_at IS NULL) AS news
+            WHERE n.school_id = p.school_id AND n.person_id = p.id AND n.read_at IS NULL) AS news,
+           (SELECT l.version FROM school_logos l WHERE l.school_id = p.school_id) AS logo
          FROM people p WHERE id = $1",
     )
     .bind(id)

@@ -6,7 +6,7 @@ use pages::deed::SAID_HERE;
 use super::people::{post, school};
 
 /// Forms that lead to a page which says itself what came of them, or shows it.
-const SAID_THERE: [&str; 62] = [
+const SAID_THERE: [&str; 64] = [
     "/account/password",
     "/account/second-factor",
     "/account/second-factor/confirm",
@@ -20,6 +20,8 @@ const SAID_THERE: [&str; 62] = [
     "/admin/retention",
     "/admin/second-factor",
     "/admin/settings",
+    "/admin/settings/logo",
+    "/admin/settings/logo/remove",
     "/admin/settings/test-letter",
     "/curricula/{}/draft",
     "/drafts",

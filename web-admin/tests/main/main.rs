@@ -36,6 +36,7 @@ mod fatal;
 mod faults;
 mod initial_passwords;
 mod killpoints;
+mod logos;
 mod nonsense;
 mod notices;
 mod oblique;

@@ -14,6 +14,8 @@ pub const MOST_SENT_BYTES: usize = 12 * 1024 * 1024;
 const MOST_SENT_PIXELS: u64 = 25_000_000;
 /// How long a side of the copy may be, in pixels, from the best to the least.
 const SIDES: [u32; 3] = [2000, 1400, 900];
+/// How long a side of a logo may be, in pixels: sharp on paper, too.
+const LOGO_SIDE: u32 = 480;
 /// How good a JPEG is, of 100.
 const QUALITIES: [u8; 2] = [88, 70];
 
@@ -34,6 +36,18 @@ pub struct PictureCopy {
 /// # Errors
 /// What is wrong with it, in words.
 pub fn copy_picture(bytes: &[u8]) -> Result<PictureCopy, Phrase> {
+    copy_to_sides(bytes, &SIDES)
+}
+
+/// Copies a logo as [`copy_picture`] does, no larger than the head of a page needs it.
+///
+/// # Errors
+/// What is wrong with it, in words.
+pub fn copy_logo(bytes: &[u8]) -> Result<PictureCopy, Phrase> {
+    copy_to_sides(bytes, &[LOGO_SIDE])
+}
+
+fn copy_to_sides(bytes: &[u8], sides: &[u32]) -> Result<PictureCopy, Phrase> {
     let kind = PictureKind::of_bytes(bytes).ok_or_else(|| {
         phrase!("this is neither PNG nor JPEG; some telephones take HEIC pictures, which must be saved as JPEG first")
     })?;
@@ -44,8 +58,8 @@ pub fn copy_picture(bytes: &[u8]) -> Result<PictureCopy, Phrase> {
             pixels = MOST_SENT_PIXELS
         )
     })?;
-    for side in SIDES {
-        picture = shrink_to_side(picture, side);
+    for side in sides {
+        picture = shrink_to_side(picture, *side);
         if let Some(copy) = encode_within(kind, &picture).map_err(Phrase::data)? {
             return Ok(copy);
         }

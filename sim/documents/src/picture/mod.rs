@@ -5,7 +5,7 @@ mod marks;
 
 use std::io::Cursor;
 
-pub use clean::{MOST_SENT_BYTES, PictureCopy, copy_picture};
+pub use clean::{MOST_SENT_BYTES, PictureCopy, copy_logo, copy_picture};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use phrase::{Phrase, phrase};
 

@@ -31,6 +31,7 @@ mod gradebook;
 mod home;
 mod instrument_drafts;
 mod links;
+mod logo;
 mod news;
 mod origins;
 mod others;
@@ -136,6 +137,9 @@ fn admin_routes() -> Routes {
         .route("/admin", get(admin::show_administration))
         .route("/admin/origins", get(origins::show_origins).post(origins::set_origins))
         .route("/admin/settings", get(settings::show_settings).post(settings::put_settings))
+        .route("/school/logo", get(logo::serve_logo))
+        .route("/admin/settings/logo", post(logo::put_logo).layer(DefaultBodyLimit::max(2 * logo::MOST_LOGO_BYTES)))
+        .route("/admin/settings/logo/remove", post(logo::remove_logo))
         .route("/admin/settings/test-letter", post(settings::send_test_letter))
         .route("/admin/audit", get(audit::show_audit_log))
         .route("/admin/audit.csv", get(audit::download_audit_log))

@@ -39,7 +39,7 @@ pub(super) async fn show_settings(
     Ok(SettingsPage { done: saved.then(|| tr!("Changed.").to_owned()), ..page })
 }
 
-async fn make_settings_page(
+pub(super) async fn make_settings_page(
     state: &AppState,
     Visit { person, csrf }: Visit<'_>,
     sent: Option<FilledForm<SettingsForm>>,

@@ -6,9 +6,10 @@ use askama::Template;
 use axum::extract::{Path, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::{IntoResponse, Response};
+use data_encoding::BASE64;
 use model::certificate::{Certificate, Statement, sign_statement};
 use model::certificate_note::CertificateNote;
-use model::ids::PersonId;
+use model::ids::{PersonId, SchoolId};
 use model::progress::{Course, Mastery, Progress, StepState};
 use model::{CurrentPerson, Needed, PersonKey};
 use pages::certificate::CertificatePage;
@@ -16,7 +17,7 @@ use pages::format;
 use pages::trainee::{needed_in_words, rule_in_words};
 use store::curricula::TaughtCurriculum;
 use store::reports::NamedItem;
-use store::{curricula, people, practice, reports, schools};
+use store::{curricula, logos, people, practice, reports, schools};
 use time::OffsetDateTime;
 use words::Language;
 
@@ -58,6 +59,8 @@ pub(super) async fn issue_certificate(
 
 /// What a trainee has earned.
 struct Earned {
+    /// The school's logo, as an address that holds it.
+    logo: Option<String>,
     statement: Statement,
     rule: Mastery,
     needed: Needed,
@@ -80,6 +83,7 @@ impl Earned {
     /// The page, in the language that is spoken here.
     fn page(self, certificate: &Certificate, file: &str, check_href: String) -> anyhow::Result<String> {
         let page = CertificatePage {
+            logo: self.logo,
             rule: rule_in_words(&self.rule),
             needed: needed_in_words(self.needed),
             statement: self.statement,
@@ -92,6 +96,12 @@ impl Earned {
         };
         Ok(page.render()?)
     }
+}
+
+/// The logo of a school within an address: whoever is handed the certificate has nothing else.
+async fn logo_of_school(state: &AppState, school: SchoolId) -> Result<Option<String>, Error> {
+    let logo = logos::find_logo(state.db.reader(), school).await?;
+    Ok(logo.map(|logo| format!("data:{};base64,{}", logo.media_type, BASE64.encode(&logo.bytes))))
 }
 
 async fn earned_by_trainee(
@@ -127,7 +137,8 @@ async fn earned_by_trainee(
         issued_at: now.to_string(),
         scope: SCOPE.to_owned(),
     };
-    Ok(Earned { statement, rule: course.rule, needed, mastered, issued_at: now.to_utc() })
+    let logo = logo_of_school(state, school).await?;
+    Ok(Earned { logo, statement, rule: course.rule, needed, mastered, issued_at: now.to_utc() })
 }
 
 fn mastered_steps(course: &Course, progress: &Progress) -> Vec<(String, OffsetDateTime)> {
