@@ -167,8 +167,8 @@ mod tests {
             drawn
                 .textures_delta
                 .set
-                .iter()
-                .flat_map(|(_, deltas)| deltas.iter().map(|delta| delta.image.size()))
+                .values()
+                .flat_map(|deltas| deltas.iter().map(|delta| delta.image.size()))
                 .collect::<Vec<_>>()
         };
         let mut textures = frame(&mut pictures);

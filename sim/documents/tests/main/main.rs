@@ -21,6 +21,7 @@ mod instrument;
 mod mesh;
 #[cfg(test)]
 mod patient;
+#[cfg(test)]
 mod picture;
 #[cfg(test)]
 mod refusals;

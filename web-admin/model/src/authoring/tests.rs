@@ -11,6 +11,7 @@ fn shipped() -> Vec<(PathBuf, String)> {
     let files = courses.iter().flat_map(|course| std::fs::read_dir(root.join(course)).expect("a course"));
     files
         .map(|file| file.expect("a file").path())
+        .filter(|path| path.extension().is_some_and(|ending| ending == "toml"))
         .map(|path| (path.clone(), std::fs::read_to_string(path).expect("a text")))
         .collect()
 }

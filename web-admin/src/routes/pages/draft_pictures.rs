@@ -43,7 +43,7 @@ pub(super) async fn list_at_hand(state: &AppState, school: SchoolId, draft: Draf
     let stored = pictures::list_draft_pictures(state.db.reader(), school, draft).await?;
     let placed = |picture: pictures::StoredPicture| place_picture(&page, &picture.name.clone(), picture);
     let at_hand = stored.into_iter().map(placed).collect();
-    Ok(DraftPictures { href: format!("{page}/pictures"), at_hand, ..DraftPictures::default() })
+    Ok(DraftPictures { href: format!("{page}/pictures"), at_hand })
 }
 
 /// Saves what was written, with one more picture. Where the picture is refused nothing is saved, and all that was typed is shown again.
