@@ -34,8 +34,9 @@ def assemble(case, element, fineness):
         return case.traction_pa(w.x[0]) * v.value[1] * 2 * np.pi * w.x[0]
 
     constants = {name: basis.with_element(skfem.ElementQuad0()).interpolate(of) for name, of in zip(("first", "second"), lame.T)}
-    surface = skfem.FacetBasis(mesh, basis.elem, facets=mesh.facets_satisfying(lambda x: x[1] == 0), intorder=12)
-    return basis, stiffness.assemble(basis, **constants), load.assemble(surface)
+    plane = mesh.facets_satisfying(lambda x: np.isclose(x[1], case.load_depth_m))
+    loaded = skfem.FacetBasis(mesh, basis.elem, facets=plane, intorder=12)
+    return basis, stiffness.assemble(basis, **constants), load.assemble(loaded)
 
 
 def prepare(case, element, fineness):

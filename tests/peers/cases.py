@@ -27,12 +27,11 @@ class Layer:
         return young * poisson / ((1 + poisson) * (1 - 2 * poisson)), young / (2 * (1 + poisson))
 
 
-class Case:
-    """A case with its load on the surface."""
+class Slab:
+    """A block of layers, a load at one depth, and where the answer is wanted."""
 
-    def __init__(self, name):
-        told = json.loads((DATA / f"{name}.json").read_text())
-        self.name = name
+    def __init__(self, name, told, load_depth_m):
+        self.name, self.load_depth_m = name, load_depth_m
         self.radius_m, self.load_radius_m, self.force_n = told["radius_m"], told["load_radius_m"], told["force_n"]
         self.layers, top = [], 0.0
         for layer in told["layers"]:
@@ -42,8 +41,6 @@ class Case:
         self.depth_m = top
         self.sample_r_m = np.array(told["sample_r_m"])
         self.sample_depth_m = np.array(told["sample_depth_m"])
-        surface = next(solution for solution in told["solutions"] if solution["depth_m"] == 0.0)
-        self.reference_m = np.array(surface["u_axial_m"])
 
     def traction_pa(self, r_m):
         """The axial traction at a distance from the axis, pushing in."""
@@ -54,6 +51,16 @@ class Case:
         """Every sample, depth after depth: r and depth in m."""
         depth, r = np.meshgrid(self.sample_depth_m, self.sample_r_m, indexing="ij")
         return r.ravel(), depth.ravel()
+
+
+class Case(Slab):
+    """A reference case with its load on the surface."""
+
+    def __init__(self, name):
+        told = json.loads((DATA / f"{name}.json").read_text())
+        super().__init__(name, told, 0.0)
+        surface = next(solution for solution in told["solutions"] if solution["depth_m"] == 0.0)
+        self.reference_m = np.array(surface["u_axial_m"])
 
     def error(self, inward_m):
         """Relative L2 error of the displacement into the body over all samples, in the order of `samples`."""
@@ -75,10 +82,15 @@ def graded(stops_m, first_m, growth):
 
 
 def grid(case, fineness):
-    """Coordinates r and depth, graded to the load and through every layer; the steps at the load are a / `fineness`."""
+    """Coordinates r and depth, graded to the load and through every layer; the steps at the load are a / `fineness`, its depth a line."""
     first, growth = case.load_radius_m / fineness, 0.6 / fineness
-    stops = [0.0] + [layer.bottom_m for layer in case.layers]
-    return graded([0.0, case.radius_m], first, growth), graded(stops, first, growth)
+    load, near = case.load_depth_m, 1e-9
+    below = [layer.bottom_m - load for layer in case.layers if layer.bottom_m > load + near]
+    above = [load - layer.top_m for layer in reversed(case.layers) if layer.top_m < load - near]
+    depth = load + graded([0.0, *below], first, growth)
+    if above:
+        depth = np.concatenate([load - graded([0.0, *above], first, growth)[:0:-1], depth])
+    return graded([0.0, case.radius_m], first, growth), depth
 
 
 @dataclasses.dataclass(frozen=True)

@@ -4,6 +4,7 @@
 
 mod attack;
 mod authoring_journey;
+mod benchmark;
 mod browser;
 mod commands;
 mod deploy;

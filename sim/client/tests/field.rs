@@ -34,6 +34,23 @@ fn a_reference_case_is_answered_within_its_tolerance() {
 }
 
 #[test]
+fn a_table_holds_the_displacements_of_the_json_to_the_bit() {
+    let case = repository(CASE);
+    let answer = stylet(&["field", text(&case), "--json"]).ends(0).json();
+    let run = stylet(&["field", text(&case), "--csv"]).ends(0);
+    let mut lines = run.stdout.lines();
+    assert_eq!(lines.next(), Some("load_depth_m,depth_m,r_m,u_axial_m,u_radial_m"));
+    let rows: Vec<Vec<f64>> =
+        lines.map(|line| line.split(',').map(|number| number.parse().expect("a number")).collect()).collect();
+    for (at, key) in [(3, "u_axial_m"), (4, "u_radial_m")] {
+        let solutions = answer["solutions"].as_array().expect("solutions");
+        let told: Vec<f64> = solutions.iter().flat_map(|solution| column(&solution[key])).collect();
+        assert_eq!(rows.iter().map(|row| row[at]).collect::<Vec<_>>(), told, "{key}");
+    }
+    stylet(&["field", text(&case), "--csv", "--json"]).ends(2);
+}
+
+#[test]
 fn a_tolerance_that_is_not_met_is_never_silent() {
     let case = repository(CASE);
     let run = stylet(&["field", text(&case), "--model", "mass-spring", "--tolerance", "0.05", "--json"]).ends(1);

@@ -11,6 +11,9 @@ use tissue::{FieldModel, Problem};
 
 use crate::progress::Progress;
 
+/// Columns of the table of `stylet field --csv`.
+const TABLE_HEADER: &str = "load_depth_m,depth_m,r_m,u_axial_m,u_radial_m";
+
 /// What `stylet field` prints.
 #[derive(Serialize)]
 pub struct FieldAnswer {
@@ -139,14 +142,23 @@ impl FieldAnswer {
             "\n{:>14} {:>14} {:>14} {:>14} {:>14}",
             "load at mm", "depth mm", "r mm", "axial mm", "radial mm"
         )?;
+        self.each_sample(case, |at_m| writeln!(out, "{}", at_m.map(|m| format!("{:>14.6}", m * 1e3)).join(" ")))
+    }
+
+    /// For programs: a table in m.
+    pub fn write_table(&self, case: &FieldCase, out: &mut dyn Write) -> io::Result<()> {
+        writeln!(out, "{TABLE_HEADER}")?;
+        self.each_sample(case, |at_m| writeln!(out, "{}", at_m.map(|m| format!("{m:?}")).join(",")))
+    }
+
+    /// Depth of the load, depth, r, axial and radial displacement of every sample, in m, load after load and depth after depth.
+    fn each_sample(&self, case: &FieldCase, mut write: impl FnMut([f64; 5]) -> io::Result<()>) -> io::Result<()> {
         let Some(first) = case.problems.first() else { return Ok(()) };
         for solution in &self.solutions {
-            for (row, depth_m) in first.sample_depth_m.iter().enumerate() {
-                for (column, r_m) in first.sample_r_m.iter().enumerate() {
-                    let (axial, radial) = (solution.u_axial_m[row][column], solution.u_radial_m[row][column]);
-                    let numbers =
-                        [solution.depth_m, *depth_m, *r_m, axial, radial].map(|m| format!("{:>14.6}", m * 1e3));
-                    writeln!(out, "{}", numbers.join(" "))?;
+            for (row, &depth_m) in first.sample_depth_m.iter().enumerate() {
+                for (column, &r_m) in first.sample_r_m.iter().enumerate() {
+                    let (axial_m, radial_m) = (solution.u_axial_m[row][column], solution.u_radial_m[row][column]);
+                    write([solution.depth_m, depth_m, r_m, axial_m, radial_m])?;
                 }
             }
         }

@@ -34,6 +34,9 @@ pub struct FieldArgs {
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
+    /// Print the displacements alone, as a CSV table in m; numbers read back to the same bits
+    #[arg(long, conflicts_with = "json")]
+    csv: bool,
 }
 
 /// The models that can be asked for.
@@ -65,9 +68,10 @@ pub fn run(args: &FieldArgs) -> Outcome {
     let case: FieldCase = documents::field_case::parse(&args.case.display().to_string(), &json)?;
     let wish = PlanRequest { model: args.model.model(), tolerance: args.tolerance, judging: Judging::default() };
     let answer = FieldAnswer::new(&case, &wish).map_err(|error| Failure::refused(&args.case, error))?;
-    match args.json {
-        true => output::print_json(&answer)?,
-        false => output::print_buffered(|out| answer.write(&case, out))?,
+    match (args.json, args.csv) {
+        (true, _) => output::print_json(&answer)?,
+        (false, true) => output::print_buffered(|out| answer.write_table(&case, out))?,
+        (false, false) => output::print_buffered(|out| answer.write(&case, out))?,
     }
     let Some(warning) = &answer.warning else { return Ok(()) };
     output::print_warning(warning);
