@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use model::CurrentPerson;
 use model::directory::{BulkAct, BulkPlan, DirectoryEntry, ExemptPerson};
 use model::ids::{CohortId, PersonId};
-use model::{PersonKey, Role};
+use model::{PersonKey, Role, count_u32};
 use serde_json::json;
 use sqlx::SqliteConnection;
 use store::account_links::Purpose;
@@ -18,7 +18,7 @@ use crate::error::Error;
 use crate::service::Service;
 
 /// How many people at most something is done to at once.
-pub const MOST_PEOPLE: usize = 1000;
+pub const MOST_PEOPLE: u32 = 1000;
 
 /// What is to be done, and to whom.
 #[derive(Clone, Debug)]
@@ -45,7 +45,7 @@ async fn plan_within(
     request: &BulkRequest,
 ) -> Result<BulkPlan, Error> {
     let asked = request.people.len();
-    if asked > MOST_PEOPLE {
+    if count_u32(asked) > MOST_PEOPLE {
         return Err(Error::BadRequest(format!("people: {asked}; allowed are {MOST_PEOPLE} at once")));
     }
     let members = match request.cohort.filter(|_| request.act.needs_cohort()) {

@@ -12,7 +12,6 @@ pub mod assignments;
 pub mod audit;
 pub mod authoring;
 pub mod backups;
-pub mod bulk;
 pub mod certificate;
 pub mod charts;
 pub mod cohort;

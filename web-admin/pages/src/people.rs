@@ -1,5 +1,7 @@
 //! The people of a school, as its administrator sees and changes them.
 
+pub mod bulk;
+
 use std::borrow::Borrow;
 
 use askama::Template;
@@ -8,9 +10,9 @@ use model::Role;
 use model::directory::{AccountState, DirectoryEntry};
 use model::membership::MembershipRequest;
 
-use super::bulk::{BulkDone, BulkForm, BulkRefused};
+use self::bulk::{BulkDone, BulkForm, BulkRefused};
 use super::form::FilledForm;
-use super::{Shell, StatusWord, bulk, format, people};
+use super::{Shell, StatusWord, format, people};
 
 /// Every role, to choose from.
 pub const ROLES: [Role; 3] = [Role::Trainee, Role::Instructor, Role::Administrator];

@@ -10,8 +10,8 @@ use model::folding::split_search_words;
 use model::ids::{CohortId, PersonId};
 use model::roster::{is_email, is_name};
 use model::{CurrentPerson, PersonKey, Role};
-use pages::bulk::{BulkDone, BulkForm, list_bulk_acts};
 use pages::form::FilledForm;
+use pages::people::bulk::{BulkDone, BulkForm, list_bulk_acts};
 use pages::people::{
     LinkPage, PeoplePage, PersonChangeDone, PersonForm, PersonPage, PersonRefused, SelectOption, SortHeading,
 };

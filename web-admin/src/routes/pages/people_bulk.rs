@@ -4,11 +4,11 @@ use acts::bulk::{self, BulkRequest, MOST_PEOPLE};
 use acts::error::Error;
 use axum::extract::State;
 use axum::response::Redirect;
-use model::CurrentPerson;
 use model::directory::BulkAct;
 use model::ids::{CohortId, PersonId};
-use pages::bulk::{BulkForm, BulkPage, BulkRefused, list_bulk_acts, name_bulk_act};
+use model::{CurrentPerson, count_u32};
 use pages::form::FilledForm;
+use pages::people::bulk::{BulkForm, BulkPage, BulkRefused, list_bulk_acts, name_bulk_act};
 use pages::people::{PeoplePage, SelectOption};
 use pages::{NavPlace, Shell};
 use serde::Deserialize;
@@ -36,7 +36,7 @@ pub(super) struct BulkAsked {
 
 impl BulkAsked {
     fn act(&self) -> Option<BulkAct> {
-        pages::bulk::BULK_ACTS.into_iter().find(|act| name_bulk_act(*act) == self.act)
+        pages::people::bulk::BULK_ACTS.into_iter().find(|act| name_bulk_act(*act) == self.act)
     }
 
     /// What the list was looked through for.
@@ -49,8 +49,8 @@ impl BulkAsked {
         if self.everybody != "yes" {
             return Ok(self.person.clone());
         }
-        let most = u32::try_from(MOST_PEOPLE + 1).unwrap_or(u32::MAX);
-        let found = directory::list_people(state.db.reader(), by.school_id, &self.query().filter(), most).await?;
+        let filter = self.query().filter();
+        let found = directory::list_people(state.db.reader(), by.school_id, &filter, MOST_PEOPLE + 1).await?;
         Ok(found.into_iter().map(|person| person.id).collect())
     }
 
@@ -58,7 +58,7 @@ impl BulkAsked {
     fn request(&self, people: Vec<PersonId>) -> Result<BulkRequest, BulkRefused> {
         let act = self.act().ok_or(BulkRefused::NoAct)?;
         let cohort: Option<CohortId> = self.cohort.parse().ok().filter(|_| act.needs_cohort());
-        match people.len() {
+        match count_u32(people.len()) {
             0 => Err(BulkRefused::Nobody),
             asked if asked > MOST_PEOPLE => Err(BulkRefused::TooMany(MOST_PEOPLE)),
             _ if act.needs_cohort() && cohort.is_none() => Err(BulkRefused::NoCohort),

@@ -4,10 +4,11 @@ use std::borrow::Borrow;
 
 use askama::Template;
 use askama_web::WebTemplate;
+use model::count_i64;
 use model::directory::{BulkAct, BulkExemption, BulkPlan};
 
-use super::people::SelectOption;
-use super::{Shell, bulk};
+use super::{SelectOption, bulk};
+use crate::Shell;
 
 /// The acts, in the order of the list.
 pub const BULK_ACTS: [BulkAct; 5] = [BulkAct::Invite, BulkAct::Join, BulkAct::Leave, BulkAct::Disable, BulkAct::Enable];
@@ -35,7 +36,7 @@ pub enum BulkRefused {
     /// No cohort is chosen.
     NoCohort,
     /// So many people at most.
-    TooMany(usize),
+    TooMany(u32),
 }
 
 /// What was done, and to how many.
@@ -142,7 +143,7 @@ impl BulkPage {
     }
 
     fn count(&self) -> i64 {
-        i64::try_from(self.plan.people.len()).unwrap_or(i64::MAX)
+        count_i64(self.plan.people.len())
     }
 
     fn heading(&self) -> String {
@@ -178,7 +179,7 @@ impl BulkPage {
     }
 
     fn exempt_summary(&self) -> String {
-        let n = i64::try_from(self.plan.exempt.len()).unwrap_or(i64::MAX);
+        let n = count_i64(self.plan.exempt.len());
         trn!("{n} person is left out", "{n} people are left out", n)
     }
 }
