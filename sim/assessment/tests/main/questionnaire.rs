@@ -96,7 +96,7 @@ fn an_answer_out_of_range_is_refused_with_what_is_allowed() {
         ("pops", "6", "a whole number from 1 to 5"),
         ("pops", "0", "from 1 to 5"),
         ("pops", "2.5", "from 1 to 5"),
-        ("years", "-1", "a number from 0 to 60 years"),
+        ("years", "-1", "a number from 0 to 60\u{a0}years"),
         ("years", "NaN", "from 0 to 60"),
         ("years", "inf", "from 0 to 60"),
         ("punctures", "many", "none, up-to-20, up-to-100, more"),

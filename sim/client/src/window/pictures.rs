@@ -137,7 +137,7 @@ mod tests {
     /// The shipped exercise with the briefing of another: a wide picture, and one that nobody can read.
     fn bundle() -> ExerciseBundle {
         let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
-            .join("../../curricula/lower-back-basics/stop-in-the-fat.toml");
+            .join("../../curricula/lower-back-basics/2-stop-in-the-fat.toml");
         let mut bundle = ExerciseBundle::read(&file).expect("a shipped exercise");
         let mut bytes = std::io::Cursor::new(Vec::new());
         DynamicImage::from(RgbImage::new(1600, 400)).write_to(&mut bytes, ImageFormat::Png).expect("a PNG");

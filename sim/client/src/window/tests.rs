@@ -244,7 +244,8 @@ fn nothing_is_said_past_the_catalogues() {
             let course = offer.course.as_ref().map(|course| course.title.own().to_owned());
             let exercise = &offer.bundle.exercise;
             let coached = exercise.coaching.iter().map(|rule| &rule.message);
-            let texts = [&exercise.title, &exercise.briefing].into_iter().chain(coached);
+            let pictured = exercise.pictures.iter().flat_map(|picture| [Some(&picture.alt), picture.caption.as_ref()]);
+            let texts = [&exercise.title, &exercise.briefing].into_iter().chain(coached).chain(pictured.flatten());
             texts.map(|text| text.own().to_owned()).chain(course).collect::<Vec<_>>()
         })
         .chain(Language::all().map(|language| language.own_name().to_owned()))
