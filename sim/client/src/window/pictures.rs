@@ -159,17 +159,19 @@ mod tests {
         let mut frame = |pictures: &mut BriefingPictures| {
             let screen_rect = Some(Rect::from_min_max(pos2(0.0, 0.0), pos2(1280.0, 800.0)));
             let input = RawInput { screen_rect, ..RawInput::default() };
-            let drawn = context.run_ui(input, |ui| {
+            let mut drawn = context.run_ui(input, |ui| {
                 ui.set_max_width(540.0);
                 pictures.of(&bundle).show(ui);
                 width = ui.min_rect().width();
             });
-            drawn
+            let sizes = drawn
                 .textures_delta
                 .set
                 .values()
                 .flat_map(|deltas| deltas.iter().map(|delta| delta.image.size()))
-                .collect::<Vec<_>>()
+                .collect::<Vec<_>>();
+            drawn.textures_delta.clear();
+            sizes
         };
         let mut textures = frame(&mut pictures);
         while pictures.arriving.is_some() {
