@@ -144,7 +144,7 @@ async fn a_station_is_told_of_the_pictures_and_gets_them() {
     let [picture] = told["pictures"].as_array().unwrap().as_slice() else { panic!("{told}") };
     assert!(told["exercise_toml"].as_str().unwrap().contains(picture["file"].as_str().unwrap()), "{told}");
     let got = station.get(picture["href"].as_str().unwrap()).await;
-    assert_eq!((got.status.as_u16(), got.header("content-type")), (200, "image/png"));
+    assert_eq!((got.status.as_u16(), got.header("content-type")), (200, "application/octet-stream"));
     assert!(got.body == shipped_picture());
     station.get("/api/v1/exercises/avoid-the-vessel/pictures/9").await.is_problem(404, "nothing");
     let without = station.get("/api/v1/exercises/feel-the-layers").await.json();

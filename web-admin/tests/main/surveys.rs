@@ -435,3 +435,16 @@ async fn a_survey_that_makes_no_sense_is_refused_and_what_was_typed_stays() {
         assert!(key == "title" || refused.text().contains("Kept title"));
     }
 }
+
+#[tokio::test]
+async fn instruments_are_listed_in_the_readers_language() {
+    let school = School::new().await;
+    let mut teacher = school.app.signed_in("teacher@example.org").await;
+    assert!(teacher.get("/surveys/instruments").await.text().contains(">System Usability Scale<"));
+    let csrf = csrf_in(&teacher.get("/account").await.text());
+    send(&mut teacher, "/account/language", &[("csrf", &csrf), ("language", "de")]).await;
+    for page in ["/surveys/instruments", "/surveys/new", "/studies/new"] {
+        let page = teacher.get(page).await.text();
+        assert!(page.contains("Skala der Gebrauchstauglichkeit (SUS)"), "{page}");
+    }
+}

@@ -9,9 +9,10 @@ mod themes;
 use documents::Instrument;
 pub use instruments::{course_surveys, documents_in, from_json, publish, publish_text, publish_written, to_json};
 pub use making::{SurveyLink, SurveyRequest, close, letters_left, link_expiry, mail_links, make, make_links};
+use model::folding::fold_text;
 use model::ids::{RevisionId, SchoolId};
 use model::survey::Survey;
-use store::instruments as stored;
+use store::instruments::{self as stored, InstrumentRevision};
 pub use taking::{AnsweredSheet, take};
 pub use themes::{Theme, set_theme};
 
@@ -21,6 +22,19 @@ use crate::service::Service;
 /// The instrument that a survey asks, in the revision it has always asked.
 pub async fn instrument_of(state: &Service, survey: &Survey) -> Result<Instrument, Error> {
     revision(state, survey.school_id, survey.revision_id).await?.ok_or(Error::NotFound)
+}
+
+/// Every instrument in the revision that new surveys ask, its title in the reader's language and in the order of that.
+///
+/// # Errors
+/// When one that was published cannot be read, or the database fails.
+pub async fn list_titled_instruments(state: &Service, school: SchoolId) -> Result<Vec<InstrumentRevision>, Error> {
+    let mut known = stored::list_current_instruments(state.db.reader(), school).await?;
+    for revision in &mut known {
+        revision.title = read(&revision.bytes)?.title.in_language(words::current().code()).to_owned();
+    }
+    known.sort_by_cached_key(|revision| (fold_text(&revision.title), revision.instrument_id.clone()));
+    Ok(known)
 }
 
 /// A revision of an instrument. Publishing has checked it, so a refusal now is our fault.

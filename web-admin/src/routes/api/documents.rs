@@ -7,7 +7,8 @@ use acts::error::Error;
 use assessment::learning::Standing;
 use axum::Json;
 use axum::extract::{Path, State};
-use axum::http::HeaderMap;
+use axum::http::header::CONTENT_TYPE;
+use axum::http::{HeaderMap, HeaderValue};
 use axum::response::Response;
 use model::assignment::{AssignmentStage, AssignmentTask};
 use model::due::local;
@@ -368,10 +369,10 @@ pub(super) async fn show_exercise(
     }))
 }
 
-/// A picture of an exercise's briefing, by its number from 1: PNG or JPEG.
+/// The file of a picture of an exercise's briefing, by its number from 1: PNG or JPEG, as its name in the exercise document says.
 #[utoipa::path(get, path = "/exercises/{id}/pictures/{number}", tag = "documents", operation_id = "show_picture",
     params(("id" = String, Path), ("number" = String, Path)),
-    responses((status = 200, content((Vec<u8> = "image/png"), (Vec<u8> = "image/jpeg"))), (status = 404, body = ProblemDocument)))]
+    responses((status = 200, content_type = "application/octet-stream"), (status = 404, body = ProblemDocument)))]
 pub(super) async fn show_picture(
     State(state): State<AppState>,
     caller: Caller,
@@ -379,5 +380,7 @@ pub(super) async fn show_picture(
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
     let picture = find_picture(&state, caller.school_id(), &id, &number).await?;
-    Ok(answer_picture(&picture, &PictureQuery::default(), &headers)?)
+    let mut answer = answer_picture(&picture, &PictureQuery::default(), &headers)?;
+    answer.headers_mut().insert(CONTENT_TYPE, HeaderValue::from_static("application/octet-stream"));
+    Ok(answer)
 }

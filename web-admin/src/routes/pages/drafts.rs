@@ -3,6 +3,7 @@
 use acts::authoring::{NewDocument, SeenDraft};
 use acts::drafting::{Checked, SaveOutcome};
 use acts::error::Error;
+use acts::surveys::list_titled_instruments;
 use acts::{authoring, drafting};
 use axum::extract::{Path, Query, State};
 use axum::http::StatusCode;
@@ -28,7 +29,7 @@ use pages::survey::instrument::verdict_of_instrument;
 use pages::{NavPlace, Shell};
 use serde::Deserialize;
 use store::drafts::{DocumentDraft, DraftKind, Texts};
-use store::{drafts, exercises, instruments};
+use store::{drafts, exercises};
 
 use super::instrument_drafts::{list_originals, list_seen_languages, questions_href};
 use super::writing::{DraftAct, DraftView, SentDraft, ShownFor};
@@ -213,7 +214,7 @@ async fn make_form(
 async fn find_course_context(state: &AppState, school: SchoolId, course_id: &str) -> Result<CourseContext, Error> {
     let reader = state.db.reader();
     let exercises = exercises::list_current_exercises(reader, school).await?;
-    let instruments = instruments::list_current_instruments(reader, school).await?;
+    let instruments = list_titled_instruments(state, school).await?;
     let named = |exercise: exercises::Revision| CourseExercise { id: exercise.exercise_id, title: exercise.title };
     Ok(CourseContext {
         exercises: exercises.into_iter().map(named).collect(),

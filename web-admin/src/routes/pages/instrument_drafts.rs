@@ -3,6 +3,7 @@
 use acts::drafting;
 use acts::drafting::Checked;
 use acts::error::Error;
+use acts::surveys::list_titled_instruments;
 use axum::extract::{Path, Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
 use model::authoring::EditedDocument;
@@ -38,7 +39,7 @@ pub(super) async fn list_originals(
     school: SchoolId,
     chosen: &str,
 ) -> Result<Vec<SelectOption>, Error> {
-    let known = instruments::list_current_instruments(state.db.reader(), school).await?;
+    let known = list_titled_instruments(state, school).await?;
     let none = SelectOption {
         value: String::new(),
         label: tr!("None: without questions").to_owned(),

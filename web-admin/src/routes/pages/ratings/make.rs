@@ -118,7 +118,7 @@ async fn scored_instruments(
         typed => typed,
     };
     let mut choices = Vec::new();
-    for known in instruments::list_current_instruments(state.db.reader(), school).await? {
+    for known in surveys::list_titled_instruments(state, school).await? {
         if !surveys::read(&known.bytes)?.scores.is_empty() {
             let chosen = known.instrument_id == wanted;
             choices.push(SelectOption { value: known.instrument_id, label: known.title, chosen });

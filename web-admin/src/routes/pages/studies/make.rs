@@ -3,6 +3,7 @@
 use acts::error::Error;
 use acts::studies as acting;
 use acts::studies::StudyRequest;
+use acts::surveys::list_titled_instruments;
 use axum::extract::State;
 use model::ids::RevisionId;
 use model::line;
@@ -54,7 +55,7 @@ async fn make_new_study_page(
 ) -> Result<NewStudyPage, Error> {
     let (reader, school) = (state.db.reader(), visit.person.school_id);
     let taught = exercises::list_current_exercises(reader, school).await?;
-    let known = instruments::list_current_instruments(reader, school).await?;
+    let known = list_titled_instruments(state, school).await?;
     Ok(NewStudyPage {
         shell: Shell::new(visit.person, visit.csrf.token(), NavPlace::Surveys),
         exercises: taught.into_iter().map(|exercise| (exercise.exercise_id, exercise.title)).collect(),

@@ -59,7 +59,7 @@ pub(super) async fn list_instruments(
     Teacher(person): Teacher,
     csrf: Csrf,
 ) -> Result<InstrumentsPage, PageError> {
-    let all = instruments::list_current_instruments(state.db.reader(), person.school_id).await?;
+    let all = surveys::list_titled_instruments(&state, person.school_id).await?;
     let row =
         |i: InstrumentRevision| (i.title, instrument_href(&i.instrument_id), i.instrument_id, i.published_at.to_utc());
     Ok(InstrumentsPage {

@@ -107,7 +107,7 @@ async fn make_new_survey_page(
     form: FilledForm<NewSurveyForm>,
 ) -> Result<NewSurveyPage, Error> {
     let reader = state.db.reader();
-    let known = instruments::list_current_instruments(reader, person.school_id).await?;
+    let known = surveys::list_titled_instruments(state, person.school_id).await?;
     let cohorts = reports::cohorts(reader, person).await?;
     let typed = &form.typed;
     Ok(NewSurveyPage {
