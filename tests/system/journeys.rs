@@ -69,9 +69,24 @@ impl School<'_> {
     pub(super) async fn send(&self, action: &str, lands_at: &str) {
         let css = format!("main form[action$='{action}'] button[type=submit]");
         let button = self.browser.find(Locator::Css(&css)).await.unwrap_or_else(|_| panic!("no button {css}"));
+        // A form may lead to the page that it stands on: the next document is waited for, not its address.
+        let mark = "document.documentElement.dataset.sent = 'yes'";
+        self.browser.execute(mark, Vec::new()).await.expect("a page");
         button.click().await.expect("it is pressed");
+        self.waits_for_next_page().await;
         let landed = lands(self.browser, |path| path.contains(lands_at)).await;
         assert!(landed.contains(lands_at), "{action} led to {landed}");
+    }
+
+    /// Until the page from which a form was sent is gone. While one goes and the other comes there is none to ask.
+    async fn waits_for_next_page(&self) {
+        let is_next = "return document.readyState !== 'loading' && !document.documentElement.dataset.sent";
+        for _ in 0..200 {
+            if self.browser.execute(is_next, Vec::new()).await.is_ok_and(|answer| answer == true) {
+                return;
+            }
+            tokio::time::sleep(Duration::from_millis(50)).await;
+        }
     }
 
     pub(super) async fn path(&self) -> String {
