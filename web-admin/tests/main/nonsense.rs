@@ -45,11 +45,17 @@ const NONSENSE: [&str; 24] = [
 /// Characters of a text that is too long: more than any field takes, less than an address may have.
 const TOO_LONG: usize = 60_000;
 
+/// Buttons of a form with each of which every field is spoilt. The form of a document has a hundred, for its rows: with the others it is
+/// sent as it stands.
+const FEW_BUTTONS: usize = 4;
+
 /// A form as it stands on a page.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Form {
     post: bool,
     action: String,
+    /// Which of its buttons is pressed.
+    button: usize,
     /// Names, and what the page put there.
     fields: Vec<(String, String)>,
 }
@@ -75,14 +81,15 @@ impl Form {
         let plain = Self {
             post: of("method").is_some_and(|method| method.eq_ignore_ascii_case("post")),
             action: of("action").unwrap_or(page).to_owned(),
+            button: 0,
             fields,
         };
-        let pressed = |button: &ElementRef<'_>| {
-            let name = button.value().attr("name").unwrap_or_default().to_owned();
-            let fields = plain.fields.iter().cloned().chain([(name, value(*button))]).collect();
-            Self { fields, ..plain.clone() }
+        let pressed = |(button, element): (usize, &ElementRef<'_>)| {
+            let name = element.value().attr("name").unwrap_or_default().to_owned();
+            let fields = plain.fields.iter().cloned().chain([(name, value(*element))]).collect();
+            Self { button, fields, ..plain.clone() }
         };
-        if buttons.is_empty() { vec![plain] } else { buttons.iter().map(pressed).collect() }
+        if buttons.is_empty() { vec![plain] } else { buttons.iter().enumerate().map(pressed).collect() }
     }
 
     /// The same form with something else in a field.
@@ -154,6 +161,13 @@ async fn no_field_of_any_form_breaks_the_service() {
         let fresh = world.open().await;
         for form in forms(&world, &fresh, visitor).await {
             if !seen.insert(form.shape()) {
+                continue;
+            }
+            if form.button >= FEW_BUTTONS {
+                let status = form.send(&mut client(&fresh, visitor, false)).await;
+                if status >= 500 {
+                    broken.push(format!("{} {}: {:?}: {status}", visitor.column, form.action, form.fields.last()));
+                }
                 continue;
             }
             let app = world.open().await;
