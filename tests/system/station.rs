@@ -243,10 +243,7 @@ fn a_trainee_signs_in_in_the_window_is_coached_and_finds_the_attempt_at_school()
     a_moment();
     display.press("Return");
     // While the school is asked, nothing begins: the attempt would be nobody's.
-    within(30, "an attempt", || {
-        display.press("Return");
-        with_extension(&kept, "stylet-part")
-    });
+    display.begin_attempt(&kept);
     let recording = within(60, "the recording", || with_extension(&kept, "mcap"));
     let recording = Recording::read(std::fs::File::open(recording).expect("a file")).expect("a recording");
     let coached = recording.events.iter().any(|event| event.kind == EventKind::Coaching);

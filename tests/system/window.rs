@@ -7,6 +7,7 @@ use std::fs;
 use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::sleep;
 use std::time::Duration;
 
@@ -16,14 +17,23 @@ use tests::{first_exercise, program, root, run_ok};
 use x11rb::connection::Connection;
 use x11rb::protocol::xproto::{ClientMessageEvent, ConnectionExt, EventMask};
 
+/// What ends the name of an attempt that is being recorded.
+pub const DRAFT: &str = "stylet-part";
+/// The page before an attempt has some hundreds, a drawn needle tens of thousands.
+const MOST_COLOURS_OF_TEXT: usize = 2000;
+/// One window at a time: each is drawn by as many threads as there are cores.
+static ONE_WINDOW: Mutex<()> = Mutex::new(());
+
 /// A virtual display, ended when dropped.
 pub struct Display {
     server: Child,
     number: String,
+    _alone: MutexGuard<'static, ()>,
 }
 
 impl Display {
     pub fn open() -> Self {
+        let alone = ONE_WINDOW.lock().unwrap_or_else(PoisonError::into_inner);
         let mut server = Command::new("Xvfb")
             .args(["-displayfd", "1", "-screen", "0", "1280x800x24", "-nolisten", "tcp"])
             .stdout(Stdio::piped())
@@ -36,7 +46,7 @@ impl Display {
         while pipe.read(&mut byte).expect("Xvfb names its display") == 1 && byte != *b"\n" {
             number.push(char::from(byte[0]));
         }
-        Self { server, number: format!(":{number}") }
+        Self { server, number: format!(":{number}"), _alone: alone }
     }
 
     /// Starts `stylet` on the display.
@@ -53,6 +63,21 @@ impl Display {
     /// Presses a key once the window is there.
     pub fn press(&self, key: &str) {
         self.on_window(&["key", key]);
+    }
+
+    /// Begins an attempt, as often as it takes: a key may come before the window listens. Gives the attempt's draft.
+    #[track_caller]
+    pub fn begin_attempt(&self, kept: &Path) -> PathBuf {
+        within(60, "an attempt", || {
+            self.press("Return");
+            with_extension(kept, DRAFT)
+        })
+    }
+
+    /// Waits until there is more than a page of text to be seen.
+    #[track_caller]
+    fn wait_for_picture(&self) {
+        within(60, "a picture", || Some(()).filter(|()| self.colours() > MOST_COLOURS_OF_TEXT));
     }
 
     /// Types a text once the window is there.
@@ -135,12 +160,10 @@ fn an_attempt_in_the_window_ends_by_itself_and_becomes_a_recording() {
     let kept = folder.path().to_string_lossy().into_owned();
     let mut play =
         display.stylet(&["play", &first_exercise(), "--device", "operator:constant:10", "--recordings", &kept]);
-    display.press("Return");
-    within(30, "a draft", || with_extension(folder.path(), "stylet-part"));
-    let colours = within(20, "a picture", || Some(display.colours()).filter(|colours| *colours > 2000));
-    assert!(colours > 2000, "the picture shows {colours} colours");
+    display.begin_attempt(folder.path());
+    display.wait_for_picture();
     let recording = within(60, "the recording", || with_extension(folder.path(), "mcap"));
-    assert!(with_extension(folder.path(), "stylet-part").is_none(), "the draft has its name");
+    assert!(with_extension(folder.path(), DRAFT).is_none(), "the draft has its name");
     let value = score(&recording);
     assert!(value["score"].as_f64().is_some_and(|score| score > 0.0), "{value}");
     let verified = run_ok("stylet", &["verify", &recording.to_string_lossy(), "--json"]);
@@ -156,8 +179,7 @@ fn what_a_killed_program_had_recorded_is_whole_at_the_next_start() {
     let kept = folder.path().to_string_lossy().into_owned();
     let arguments = ["play", &first_exercise(), "--device", "operator:constant:1", "--recordings", &kept];
     let mut play = display.stylet(&arguments);
-    display.press("Return");
-    within(30, "a draft", || with_extension(folder.path(), "stylet-part"));
+    display.begin_attempt(folder.path());
     sleep(Duration::from_secs(4));
     play.kill().expect("killed");
     play.wait().expect("gone");
@@ -188,8 +210,7 @@ fn an_attempt_that_a_full_disk_refuses_is_kept_until_it_is_saved() {
     let exercise = first_exercise();
     let arguments = ["play", &exercise, "--device", "operator:constant:10", "--recordings", &kept];
     let mut play = display.start(Command::new("sh").args(["-c", &full, "sh"]).arg(program("stylet")).args(arguments));
-    display.press("Return");
-    let draft = within(30, "a draft", || with_extension(folder.path(), "stylet-part"));
+    let draft = display.begin_attempt(folder.path());
     within(60, "the servo", || has_thread(&play, "servo").then_some(()));
     within(60, "the end", || (!has_thread(&play, "servo")).then_some(()));
     assert!(fs::metadata(&draft).is_ok_and(|file| file.len() <= 512 * ROOM_BLOCKS), "the disk was meant to be full");
@@ -231,7 +252,7 @@ const NOTCH_M: f64 = 0.75e-3;
 
 /// What is on disk of the attempt that runs.
 fn drafted(folder: &Path) -> Option<Recording> {
-    let draft = fs::read(with_extension(folder, "stylet-part")?).ok()?;
+    let draft = fs::read(with_extension(folder, DRAFT)?).ok()?;
     let mut whole = Cursor::new(Vec::new());
     recording::recover::recover(&*draft, &mut whole).ok()?;
     Recording::read(&*whole.into_inner()).ok()
@@ -246,9 +267,8 @@ fn a_hand_at_keys_and_wheel_loses_no_tap_and_no_notch_however_slow_the_picture()
     let (display, folder) = (Display::open(), tempfile::tempdir().expect("a folder"));
     let kept = folder.path().to_string_lossy().into_owned();
     let mut play = display.stylet(&["play", &first_exercise(), "--device", "mouse", "--recordings", &kept]);
-    display.press("Return");
-    within(30, "a draft", || with_extension(folder.path(), "stylet-part"));
-    within(20, "a picture", || Some(display.colours()).filter(|colours| *colours > 2000));
+    display.begin_attempt(folder.path());
+    display.wait_for_picture();
     let press = |action: &[&str]| assert!(display.tool("xdotool", action).is_some(), "{action:?} could not be done");
     press(&["mousemove", "400", "300"]);
     within(60, "the servo's first ticks", || drafted(folder.path()).filter(|draft| !draft.samples.is_empty()));

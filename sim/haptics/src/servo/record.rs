@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rtrb::{Consumer, Producer, RingBuffer};
 
-/// Ticks that the recorder may fall behind: eight seconds at 1 kHz.
-pub const CAPACITY: usize = 8192;
+/// Ticks that the recorder may fall behind: half a minute at 1 kHz, for a disk that makes it wait.
+pub const CAPACITY: usize = 1 << 15;
 
 /// One tick: exactly what the force law was fed, to the bit, and what came of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
