@@ -145,7 +145,7 @@ def read_page():
     """The rows of the page's tables, each as its cells' words by their headings."""
     for row in re.findall(r"<tr>\s*<th scope=\"row\" data-label=\"Metric\">(.*?)</th>(.*?)</tr>", page, re.S):
         cells = re.findall(r"<td data-label=\"([^\"]*)\"[^>]*>(.*?)</td>", row[1], re.S)
-        plain = {html.unescape(name): html.unescape(re.sub(r"<[^>]*>", "", words)) for name, words in cells}
+        plain = {html.unescape(name): html.unescape(re.sub(r"<[^>]*>", "", words)).replace("\u2060", "") for name, words in cells}
         yield html.unescape(re.sub(r"<[^>]*>", "", row[0])).strip(), plain
 
 

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::wording::Wording;
+
 /// A text in each language of its instrument.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(transparent)]
@@ -14,6 +16,14 @@ impl Words {
     #[must_use]
     pub fn in_language(&self, language: &str) -> &str {
         self.0.get(language).or_else(|| self.0.values().next()).map_or("", String::as_str)
+    }
+
+    /// The text of a document whose own language is `own`, with what it is in the others.
+    #[must_use]
+    pub fn as_wording(&self, own: &str) -> Wording {
+        let others = self.0.iter().filter(|(language, _)| *language != own);
+        let others = others.map(|(language, text)| (language.clone(), text.clone())).collect();
+        Wording::new(self.in_language(own).to_owned(), others)
     }
 }
 

@@ -6,6 +6,12 @@ pub fn date(year: i32, month: u8, day: u8) -> String {
     tr!("{day} {month} {year}", day = day, month = month_name(month), year = year)
 }
 
+/// Mar 2026, from year and month from 1.
+#[must_use]
+pub fn month(year: i64, month: u8) -> String {
+    tr!("{month} {year}", month = month_name(month), year = year)
+}
+
 /// 2 Mar, from month from 1 and day.
 #[must_use]
 pub fn day(month: u8, day: u8) -> String {

@@ -107,6 +107,35 @@ pub fn format_short_date(day: impl Borrow<Date>) -> String {
     words::dates::day(u8::from(day.month()), day.day())
 }
 
+/// Mar 2026, from 12 × year + month − 1.
+#[must_use]
+pub fn format_month(months: i64) -> String {
+    let month = u8::try_from(months.rem_euclid(12) + 1).expect("1 to 12");
+    words::dates::month(months.div_euclid(12), month)
+}
+
+/// An address before its sign and from it on: a line may break there.
+#[must_use]
+pub fn split_email(email: &str) -> (&str, &str) {
+    email.split_at(email.find('@').unwrap_or(email.len()))
+}
+
+/// Words whose brackets no line breaks.
+#[must_use]
+pub fn hold_brackets(words: &str) -> String {
+    let (mut held, mut within) = (String::with_capacity(words.len()), false);
+    for letter in words.chars() {
+        within = letter == '(' || within && letter != ')';
+        match letter {
+            ' ' if within => held.push('\u{a0}'),
+            // A line may break after a dash: a word joiner forbids it.
+            '–' if within => held.push_str("–\u{2060}"),
+            letter => held.push(letter),
+        }
+    }
+    held
+}
+
 /// For the `datetime` attribute of `<time>`, which has milliseconds at most.
 #[must_use]
 pub fn format_machine_time(at: impl Borrow<OffsetDateTime>) -> String {

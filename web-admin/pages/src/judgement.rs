@@ -270,17 +270,20 @@ fn group_metrics(graded: &GradedAttempt<'_>) -> Vec<MetricGroup> {
     let is_newest = |m: &Metric| graded.metrics.iter().all(|other| other.id != m.id || other.version <= m.version);
     let unjudged = |m: &&Metric| is_newest(m) && graded.deductions.iter().all(|d| d.metric != m.id);
     for metric in graded.metrics.iter().filter(unjudged) {
-        let claims = |(_, starts): &(&str, &[&str])| starts.iter().any(|start| metric.id.starts_with(start));
-        if let Some(index) = GROUPS.iter().position(claims) {
-            let row = make_metric_row(graded, metric);
-            if metric.applies && metric.value.is_some() {
-                groups[index].rows.push(row);
-            } else {
-                groups[index].absent.push(row.label);
-            }
+        let (index, row) = (theme_of_metric(&metric.id), make_metric_row(graded, metric));
+        if metric.applies && metric.value.is_some() {
+            groups[index].rows.push(row);
+        } else {
+            groups[index].absent.push(row.label);
         }
     }
     groups.into_iter().filter(|g| !g.rows.is_empty() || !g.absent.is_empty()).collect()
+}
+
+/// Which of [`GROUPS`] tells of a metric: the last, where none before it claims the metric.
+pub(crate) fn theme_of_metric(id: &str) -> usize {
+    let claims = |(_, starts): &(&str, &[&str])| starts.iter().any(|start| id.starts_with(start));
+    GROUPS.iter().position(claims).unwrap_or(GROUPS.len() - 1)
 }
 
 fn make_metric_row(graded: &GradedAttempt<'_>, measured: &Metric) -> MeasuredRow {

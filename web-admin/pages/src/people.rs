@@ -267,11 +267,6 @@ fn badge_word(state: AccountState) -> &'static str {
     }
 }
 
-/// An address before its sign and from it on: a line may break there.
-fn split_email(email: &str) -> (&str, &str) {
-    email.split_at(email.find('@').unwrap_or(email.len()))
-}
-
 /// The badge of an account's state.
 #[must_use]
 pub fn state_badge(state: impl Borrow<AccountState>) -> String {

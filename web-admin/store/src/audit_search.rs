@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use model::Moment;
 use model::ids::SchoolId;
+use model::titles::StoredTitle;
 use sqlx::{FromRow, SqliteExecutor};
 
 use super::Result;
@@ -194,7 +195,7 @@ pub async fn name_audit_objects(
     school: SchoolId,
     ids: &[String],
 ) -> Result<BTreeMap<String, AuditObject>> {
-    let rows: Vec<(String, AuditObjectKind, String)> = sqlx::query_as(
+    let rows: Vec<(String, AuditObjectKind, StoredTitle)> = sqlx::query_as(
         "WITH wanted AS (SELECT value AS word, unhex(replace(value, '-', '')) AS id FROM json_each($2)
                          WHERE length(value) = 36)
          SELECT w.word, 'person' AS kind, x.display_name AS name FROM wanted w
@@ -204,8 +205,12 @@ pub async fn name_audit_objects(
            CROSS JOIN sessions x ON x.school_id = $1 AND x.id = w.id
            JOIN people p ON p.school_id = x.school_id AND p.id = x.trainee_id
          UNION ALL SELECT w.word, 'school', x.name FROM wanted w CROSS JOIN schools x ON x.id = w.id AND x.id = $1
-         UNION ALL SELECT w.word, 'assignment', coalesce(x.exercise_id, x.curriculum_id) FROM wanted w
+         UNION ALL SELECT w.word, 'assignment', coalesce(r.title, c.title, x.exercise_id, x.curriculum_id) FROM wanted w
            CROSS JOIN assignments x ON x.school_id = $1 AND x.id = w.id
+           LEFT JOIN exercises e ON e.school_id = x.school_id AND e.exercise_id = x.exercise_id
+           LEFT JOIN exercise_revisions r ON r.id = e.revision_id
+           LEFT JOIN curricula u ON u.school_id = x.school_id AND u.curriculum_id = x.curriculum_id
+           LEFT JOIN curriculum_revisions c ON c.id = u.revision_id
          UNION ALL SELECT w.word, 'survey', x.title FROM wanted w CROSS JOIN surveys x ON x.school_id = $1 AND x.id = w.id
          UNION ALL SELECT w.word, 'study', x.title FROM wanted w CROSS JOIN studies x ON x.school_id = $1 AND x.id = w.id
          UNION ALL SELECT w.word, 'round', x.title FROM wanted w CROSS JOIN rating_rounds x ON x.school_id = $1 AND x.id = w.id
@@ -218,5 +223,5 @@ pub async fn name_audit_objects(
     .bind(serde_json::Value::from(ids).to_string())
     .fetch_all(executor)
     .await?;
-    Ok(rows.into_iter().map(|(id, kind, name)| (id, AuditObject { kind, name })).collect())
+    Ok(rows.into_iter().map(|(id, kind, name)| (id, AuditObject { kind, name: name.into() })).collect())
 }

@@ -1,7 +1,9 @@
 //! Instruments in their published revisions.
 
+use documents::Wording;
 use model::Moment;
 use model::ids::{RevisionId, SchoolId};
+use model::titles::{StoredTitle, store_wording};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Result;
@@ -13,7 +15,8 @@ pub struct InstrumentRevision {
     pub id: RevisionId,
     /// The instrument's id.
     pub instrument_id: String,
-    /// Its title, in its first language.
+    /// Its title, in the reader's language.
+    #[sqlx(try_from = "StoredTitle")]
     pub title: String,
     /// Hash of the document.
     pub sha256: String,
@@ -30,8 +33,8 @@ pub struct NewInstrument<'a> {
     pub school_id: SchoolId,
     /// The instrument's id.
     pub instrument_id: &'a str,
-    /// Its title, in its first language.
-    pub title: &'a str,
+    /// Its title, its first language's first.
+    pub title: &'a Wording,
     /// Hash of the document.
     pub sha256: &'a str,
     /// The document.
@@ -67,7 +70,7 @@ pub async fn publish_instrument(
     .bind(RevisionId::made_at(now))
     .bind(new.school_id)
     .bind(new.instrument_id)
-    .bind(new.title)
+    .bind(store_wording(new.title))
     .bind(new.sha256)
     .bind(new.bytes)
     .bind(now)

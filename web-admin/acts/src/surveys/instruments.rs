@@ -66,7 +66,7 @@ pub async fn publish_text(
     let new = NewInstrument {
         school_id: school,
         instrument_id: &instrument.id,
-        title: instrument.title.in_language(first),
+        title: &instrument.title.as_wording(first),
         sha256: &instrument.sha256,
         bytes,
     };

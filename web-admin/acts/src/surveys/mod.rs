@@ -30,9 +30,6 @@ pub async fn instrument_of(state: &Service, survey: &Survey) -> Result<Instrumen
 /// When one that was published cannot be read, or the database fails.
 pub async fn list_titled_instruments(state: &Service, school: SchoolId) -> Result<Vec<InstrumentRevision>, Error> {
     let mut known = stored::list_current_instruments(state.db.reader(), school).await?;
-    for revision in &mut known {
-        revision.title = read(&revision.bytes)?.title.in_language(words::current().code()).to_owned();
-    }
     known.sort_by_cached_key(|revision| (fold_text(&revision.title), revision.instrument_id.clone()));
     Ok(known)
 }

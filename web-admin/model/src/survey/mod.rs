@@ -68,7 +68,8 @@ pub struct Survey {
     pub school_id: SchoolId,
     /// The revision of the instrument that it asks.
     pub revision_id: RevisionId,
-    /// The instrument's title, in its first language.
+    /// The instrument's title, in the reader's language.
+    #[cfg_attr(feature = "sqlx", sqlx(try_from = "crate::titles::StoredTitle"))]
     pub instrument: String,
     /// Title.
     pub title: String,

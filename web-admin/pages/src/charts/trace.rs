@@ -12,6 +12,8 @@ pub const LEFT: f64 = 46.0;
 /// Right of the axis.
 pub const RIGHT: f64 = 20.0;
 const TOP: f64 = 24.0;
+/// Room for the name of a pop, in units of the drawing.
+const POP_NAME: f64 = 80.0;
 
 /// What a strip shows.
 #[derive(Clone, Copy, Debug)]
@@ -48,10 +50,15 @@ pub fn draw_trace_strip(strip: &TraceStrip<'_>, size: DrawingSize) -> String {
     let mut svg = Svg::new(size.width(), area.bottom() + 40.0, &caption);
     plot.draw_y_axis(&mut svg, 4, tr!("force (N)"));
     plot.draw_x_axis(&mut svg, size.ticks() + 1, tr!("time since the start (s)"));
+    let mut named_x = f64::NEG_INFINITY;
     for (_, pop) in moments_within(strip.pops, strip.stretch_s) {
         let x = plot.x.at(pop);
-        svg.line(tr!("pop"), PaperPoint::new(x, area.y - 4.0), PaperPoint::new(x, area.bottom()));
-        svg.text("pop-name middle", PaperPoint::new(x, area.y - 9.0), tr!("pop"));
+        svg.line("pop", PaperPoint::new(x, area.y - 4.0), PaperPoint::new(x, area.bottom()));
+        // Of pops that lie close together the first has the name.
+        if x - named_x > POP_NAME {
+            svg.text("pop-name middle", PaperPoint::new(x, area.y - 9.0), tr!("pop"));
+            named_x = x;
+        }
     }
     let line: Vec<PaperPoint> = strip
         .spans
@@ -93,11 +100,12 @@ mod tests {
             force_n: Extent::new(0.0, 3.0),
             spans: &spans,
             marks: &[1.0, 6.0, 10.0],
-            pops: &[6.1],
+            pops: &[6.1, 6.2],
         };
         let markup = draw_trace_strip(&strip, DrawingSize::Wide);
         assert_eq!(markup.matches("class=\"own-mark\"").count(), 1);
-        assert!(markup.contains(">2</text>") && markup.matches("class=\"pop\"").count() == 1, "{markup}");
+        assert!(markup.contains(">2</text>") && markup.matches("class=\"pop\"").count() == 2, "{markup}");
+        assert_eq!(markup.matches(">pop</text>").count(), 1, "names do not lie on each other: {markup}");
         let blinded = draw_trace_strip(&TraceStrip { pops: &[], ..strip }, DrawingSize::Narrow);
         assert!(!blinded.contains("class=\"pop"), "{blinded}");
     }

@@ -9,5 +9,5 @@ mod school;
 
 pub use cohort::{CohortProgressPage, CourseHeat, Hardness, HeatCell, HeatRow, Worry, make_heat_cell};
 pub use learning::{Comparison, CurveFacts, CurveFinding, CurveRow, HabitRow, HabitsView, LearningPage};
-pub use metrics::{MetricSpreadRow, MetricsPage, ScoredRow};
+pub use metrics::{MetricSpreadRow, MetricsPage, ScoredRow, SpreadTheme};
 pub use school::{MonthRow, SchoolProgressPage, YearRow};

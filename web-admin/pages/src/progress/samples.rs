@@ -11,7 +11,7 @@ use time::Duration;
 
 use super::{
     CohortProgressPage, Comparison, CourseHeat, CurveFacts, CurveRow, HabitsView, Hardness, HeatRow, LearningPage,
-    MetricSpreadRow, MetricsPage, ScoredRow, Worry, make_heat_cell,
+    MetricSpreadRow, MetricsPage, ScoredRow, SpreadTheme, Worry, make_heat_cell,
 };
 use crate::trainee::score_points;
 use crate::{StatusWord, charts, samples};
@@ -130,21 +130,21 @@ pub(super) fn cohort_progress_page() -> CohortProgressPage {
 }
 
 pub(super) fn metrics_page() -> MetricsPage {
-    let metric = |label: &str, unit: &str, values: &[f64]| MetricSpreadRow {
-        label: label.to_owned(),
-        unit: unit.to_owned(),
-        five: summary(values).expect("values"),
+    let metric = |id: &str, label: &str, unit: &str, values: &[f64]| {
+        let five = summary(values).expect("values");
+        (id.to_owned(), MetricSpreadRow { label: label.to_owned(), unit: unit.to_owned(), five })
     };
+    let metrics = vec![
+        metric("depth_error_mm", "Depth error", "mm", &[-1.2, 0.4, 3.1]),
+        metric("peak_force_n", "Peak force", "N", &[1.8, 2.4, 2.5]),
+        metric("skin_entries", "Skin entries", "count", &[1.0, 1.0, 1.0]),
+    ];
     MetricsPage {
         shell: samples::shell(Role::Instructor),
         cohort: ("Spring 2026".to_owned(), "/cohorts/1".to_owned()),
         exercise: ("Stop in the fat".to_owned(), "/exercises/stop-in-the-fat".to_owned()),
         scores: summary(&[41.0, 72.5, 80.0]).ok(),
-        metrics: vec![
-            metric("Depth error", "mm", &[-1.2, 0.4, 3.1]),
-            metric("Peak force", "N", &[1.8, 2.4, 2.5]),
-            metric("Skin entries", "count", &[1.0, 1.0, 1.0]),
-        ],
+        themes: SpreadTheme::sort_metrics(metrics, &["depth_error_mm"]),
         scored: vec![scored_row("/sessions/1")],
     }
 }

@@ -46,7 +46,7 @@ pub struct YearRow {
 /// The school in a month.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MonthRow {
-    /// Year and month, as 2026-05.
+    /// In words.
     pub month: String,
     /// Scored attempts.
     pub attempts: i64,
@@ -83,7 +83,7 @@ mod tests {
                 mean: Some(81.5),
             }],
             months: vec![MonthRow {
-                month: "2026-05".to_owned(),
+                month: "May 2026".to_owned(),
                 attempts: 20,
                 passed,
                 mean: Some(81.5),

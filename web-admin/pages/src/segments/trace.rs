@@ -125,6 +125,11 @@ impl TracePage {
         assets::asset_address("segments.js")
     }
 
+    /// The visitor's own marks are held against the pops.
+    fn is_judged(&self) -> bool {
+        self.found.as_ref().is_some_and(|found| found.verdict.is_some())
+    }
+
     /// Pops, hit or missed, and marks that hit none, in order of time.
     fn lines(&self) -> Vec<PopLine> {
         let Some(found) = &self.found else { return Vec::new() };

@@ -6,7 +6,7 @@ use acts::error::Error;
 use acts::picturing::{self, SentPicture};
 use axum::extract::{DefaultBodyLimit, Path, Query, State};
 use axum::http::{HeaderMap, StatusCode};
-use axum::response::{IntoResponse, Response};
+use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
 use documents::picture::MOST_SENT_BYTES;
 use model::authoring::EditedDocument;
@@ -33,7 +33,10 @@ const MOST_FORM_BYTES: usize = 64 * 1024 * 1024;
 /// What goes in and out of drafts as pictures.
 pub(super) fn draft_picture_routes() -> Routes {
     Routes::new()
-        .route("/drafts/{id}/pictures", post(add_picture).layer(DefaultBodyLimit::max(MOST_FORM_BYTES)))
+        .route(
+            "/drafts/{id}/pictures",
+            post(add_picture).layer(DefaultBodyLimit::max(MOST_FORM_BYTES)).get(lead_to_draft),
+        )
         .route("/drafts/{id}/pictures/{name}", get(serve_draft_picture))
 }
 
@@ -44,6 +47,11 @@ pub(super) async fn list_at_hand(state: &AppState, school: SchoolId, draft: Draf
     let placed = |picture: pictures::StoredPicture| place_picture(&page, &picture.name.clone(), picture);
     let at_hand = stored.into_iter().map(placed).collect();
     Ok(DraftPictures { href: format!("{page}/pictures"), at_hand })
+}
+
+/// Where the address of a refused picture is asked for again, its draft is.
+async fn lead_to_draft(Teacher(_): Teacher, PathId(id): PathId<DraftId>) -> Redirect {
+    Redirect::to(&format!("/drafts/{id}"))
 }
 
 /// Saves what was written, with one more picture. Where the picture is refused nothing is saved, and all that was typed is shown again.

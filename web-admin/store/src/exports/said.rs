@@ -5,6 +5,7 @@ use attempt::AttemptCurve;
 use model::Moment;
 use model::ids::{AssignmentId, CommentId, PersonId, SchoolId, SessionId, TraceId};
 use model::segments::{MarksVerdict, pops};
+use model::titles::StoredTitle;
 use serde::Serialize;
 use sqlx::types::Json;
 use sqlx::{FromRow, SqlitePool};
@@ -42,6 +43,7 @@ pub struct AssignmentFacts {
 pub struct RatingFacts {
     session_id: SessionId,
     round: String,
+    #[sqlx(try_from = "StoredTitle")]
     instrument: String,
     answers: Json<Vec<Option<Answer>>>,
     finished_at: Moment,
@@ -65,6 +67,7 @@ pub struct MarksFacts {
 #[derive(Clone, Debug, Serialize, FromRow)]
 pub struct AnswerFacts {
     survey: String,
+    #[sqlx(try_from = "StoredTitle")]
     instrument: String,
     session_id: Option<SessionId>,
     state: String,

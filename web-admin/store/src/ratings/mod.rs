@@ -6,6 +6,7 @@ mod results;
 use assessment::questionnaire::Answer;
 pub use candidates::{RateableAttempt, Rater, of_assignment, raters};
 use model::ids::{PersonId, RatingId, RevisionId, RoundId, SchoolId, SessionId};
+use model::titles::StoredTitle;
 use model::{CurrentPerson, Moment, Role};
 pub use results::{FinishedRating, RatingCell, cells, finished_of};
 use sqlx::types::Json;
@@ -22,7 +23,8 @@ pub struct Round {
     pub school_id: SchoolId,
     /// The revision of the instrument that it asks.
     pub revision_id: RevisionId,
-    /// The instrument's title, in its first language.
+    /// The instrument's title, in the reader's language.
+    #[sqlx(try_from = "StoredTitle")]
     pub instrument: String,
     /// Title.
     pub title: String,

@@ -3,6 +3,7 @@
 use model::Moment;
 use model::ids::{CohortId, PersonId, ResponseId, RevisionId, SchoolId, SessionId, SurveyId};
 use model::survey::Survey;
+use model::titles::StoredTitle;
 use sqlx::{SqliteConnection, SqliteExecutor};
 
 use super::survey;
@@ -69,7 +70,7 @@ pub async fn asked_by_courses(
     executor: impl SqliteExecutor<'_>,
     school: SchoolId,
 ) -> Result<Vec<(RevisionId, String, String)>> {
-    sqlx::query_as(
+    let asked: Vec<(RevisionId, StoredTitle, String)> = sqlx::query_as(
         "SELECT r.id, r.title, e.exercise_id FROM curricula c
          JOIN curriculum_entries e ON e.revision_id = c.revision_id
          JOIN instruments i ON i.school_id = c.school_id AND i.instrument_id = e.survey
@@ -78,7 +79,8 @@ pub async fn asked_by_courses(
     )
     .bind(school)
     .fetch_all(executor)
-    .await
+    .await?;
+    Ok(asked.into_iter().map(|(revision, title, exercise)| (revision, title.into(), exercise)).collect())
 }
 
 /// The open surveys that courses have asked for: those without an owner.

@@ -9,18 +9,18 @@ use model::ids::{CohortId, PersonId, SessionId};
 use model::progress::ScoredAttempt;
 use model::{CurrentPerson, Role};
 use pages::addresses::exercise_href;
-use pages::progress::{MetricSpreadRow, MetricsPage, ScoredRow};
+use pages::progress::{MetricSpreadRow, MetricsPage, ScoredRow, SpreadTheme};
 use pages::{NavPlace, Shell, format, metric};
 use store::reports::NamedItem;
 use store::scores::{self, FoundMetric, MetricOfMany};
-use store::{practice, reports};
+use store::{exercises, practice, reports};
 
 use super::trainee_cells;
 use crate::AppState;
 use crate::error::PageError;
 use crate::export::{CsvCell, stream_csv};
 use crate::routes::auth::{Csrf, Visitor};
-use crate::routes::pages::{cohorts, standing};
+use crate::routes::pages::{cohorts, published_bundle, standing};
 
 /// What both the page and its file are made of.
 struct CohortMetrics {
@@ -60,19 +60,32 @@ pub(super) async fn show_cohort_metrics(
     csrf: Csrf,
 ) -> Result<MetricsPage, PageError> {
     let CohortMetrics { cohort, title, latest, metrics } = find_cohort_metrics(&state, &person, &id, &exercise).await?;
+    let judged = metrics_of_rubric(&state, &person, &exercise).await?;
     let scores: Vec<f64> = latest.iter().map(|(_, attempt)| attempt.score).collect();
     Ok(MetricsPage {
         shell: Shell::new(&person, csrf.token(), NavPlace::Cohorts),
         cohort: (cohort.name.clone(), cohorts::cohort_href(&cohort)),
         scores: summary(&scores).ok(),
-        metrics: metrics
-            .iter()
-            .filter(|metric| is_newest(metric, &metrics))
-            .filter_map(distribution_of_metric)
-            .collect(),
+        themes: SpreadTheme::sort_metrics(
+            metrics
+                .iter()
+                .filter(|metric| is_newest(metric, &metrics))
+                .filter_map(|metric| Some((metric.id.clone(), distribution_of_metric(metric)?)))
+                .collect(),
+            &judged.iter().map(String::as_str).collect::<Vec<_>>(),
+        ),
         scored: latest.iter().map(|(trainee, attempt)| make_scored_row(trainee, attempt, &title)).collect(),
         exercise: (title, exercise_href(&exercise)),
     })
+}
+
+/// What the exercise's rubric judges, as it is given now.
+async fn metrics_of_rubric(state: &AppState, person: &CurrentPerson, exercise: &str) -> Result<Vec<String>, Error> {
+    let school = person.school_id;
+    let current = exercises::find_current_revision(state.db.reader(), school, exercise).await?;
+    let Some(current) = current else { return Ok(Vec::new()) };
+    let bundle = published_bundle(state, school, current.id).await?;
+    Ok(bundle.map_or_else(Vec::new, |bundle| bundle.exercise.rubric.into_iter().map(|line| line.metric).collect()))
 }
 
 /// Of a metric that was measured by several definitions the page shows the newest; the file has all.

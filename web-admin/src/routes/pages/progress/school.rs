@@ -5,7 +5,7 @@ use axum::extract::{Query, State};
 use axum::response::Response;
 use model::Role;
 use pages::progress::{MonthRow, SchoolProgressPage, YearRow};
-use pages::{NavPlace, Shell, charts};
+use pages::{NavPlace, Shell, charts, format};
 use serde::Deserialize;
 use store::tallies::{self, Sums, YearOfCohort};
 
@@ -89,7 +89,7 @@ fn make_year_row(year: YearOfCohort) -> YearRow {
 fn make_month_row(month: i64, sums: Sums) -> MonthRow {
     let passed = passed_share(&sums);
     MonthRow {
-        month: format!("{:04}-{:02}", month.div_euclid(12), month.rem_euclid(12) + 1),
+        month: format::format_month(month),
         attempts: sums.attempts,
         passed,
         mean: mean_score(&sums),

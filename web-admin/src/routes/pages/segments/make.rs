@@ -18,6 +18,7 @@ use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visit};
 use crate::routes::forms::{FormAnswer, split_refusal};
+use crate::routes::pages::sessions::title_of_exercise;
 
 /// Most traces of a task.
 const MOST_TRACES: usize = 20;
@@ -90,7 +91,8 @@ async fn offered_attempts(
         if let Some(session) = sessions::find_visible_session(state.db.reader(), person, session).await? {
             let trainee = reports::trainee(state.db.reader(), person, session.trainee_id).await?;
             let name = trainee.map_or_else(String::new, |trainee| trainee.name);
-            let label = attempt_label(&name, &session.exercise_id, session.started_at.to_utc());
+            let exercise = title_of_exercise(state, &session).await?;
+            let label = attempt_label(&name, &exercise, session.started_at.to_utc());
             choices.insert(0, SelectOption { value: id.to_owned(), label, chosen: true });
         }
     }

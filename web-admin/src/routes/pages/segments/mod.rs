@@ -79,8 +79,8 @@ async fn list_own_traces(state: &AppState, person: &CurrentPerson, task: TaskId)
         own.is_some_and(|own| own.sent_at.is_some())
     };
     let traces = stored::list_traces(reader, person.school_id, task).await?;
-    let others = traces.into_iter().filter(|trace| trace.trainee_id != person.id);
-    Ok(others
+    let shown = traces.into_iter().filter(|trace| person.role != Role::Trainee || trace.trainee_id != person.id);
+    Ok(shown
         .map(|trace| {
             let sent = sent(&trace);
             (trace, sent)

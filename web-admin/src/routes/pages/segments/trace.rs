@@ -87,7 +87,7 @@ async fn make_trace_page(
     let spans = spans_of_strips(state, &open.session, &strips).await?;
     let pops = shown.found.as_ref().map_or(&[][..], |found| &found.pops);
     let own = list_own_traces(state, person, open.task.id).await?;
-    let place = own.iter().position(|(trace, _)| trace.id == open.trace.id).map_or(1, |at| at + 1);
+    let place = own.iter().position(|(trace, _)| trace.id == open.trace.id).ok_or(Error::NotFound)? + 1;
     Ok(TracePage {
         shell: Shell::new(person, csrf.token(), NavPlace::Assignments),
         task: make_task_row(state, &open.task),
