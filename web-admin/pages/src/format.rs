@@ -120,11 +120,11 @@ pub fn split_email(email: &str) -> (&str, &str) {
     email.split_at(email.find('@').unwrap_or(email.len()))
 }
 
-/// Words whose brackets no line breaks.
+/// Figures that no line breaks within their brackets, or beside a sign of equality.
 #[must_use]
-pub fn hold_brackets(words: &str) -> String {
-    let (mut held, mut within) = (String::with_capacity(words.len()), false);
-    for letter in words.chars() {
+pub fn hold_brackets(figures: &str) -> String {
+    let (mut held, mut within) = (String::with_capacity(figures.len()), false);
+    for letter in figures.chars() {
         within = letter == '(' || within && letter != ')';
         match letter {
             ' ' if within => held.push('\u{a0}'),
@@ -133,7 +133,7 @@ pub fn hold_brackets(words: &str) -> String {
             letter => held.push(letter),
         }
     }
-    held
+    held.replace(" = ", "\u{a0}=\u{a0}")
 }
 
 /// For the `datetime` attribute of `<time>`, which has milliseconds at most.
@@ -233,6 +233,12 @@ mod tests {
             [format_quantity(3.0, "count"), format_quantity(4.0, "°"), format_quantity(0.5, "1")],
             ["3", "4.00°", "0.50"]
         );
+    }
+
+    #[test]
+    fn no_line_breaks_within_brackets() {
+        assert_eq!(hold_brackets("2.0 (1.5 to 2.5), n = 8"), "2.0 (1.5\u{a0}to\u{a0}2.5), n\u{a0}=\u{a0}8");
+        assert_eq!(hold_brackets("2.0 (1.5–2.5) mm"), "2.0 (1.5–\u{2060}2.5) mm");
     }
 
     #[test]

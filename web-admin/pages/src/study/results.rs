@@ -221,7 +221,7 @@ mod tests {
             surveys: vec![survey],
         };
         let html = samples::keep_page("study-results", &page);
-        assert!(html.contains("n = 3") && html.contains("0.100") && html.contains("ICC(2,1)"), "{html}");
+        assert!(html.contains("n\u{a0}=\u{a0}3") && html.contains("0.100") && html.contains("ICC(2,1)"), "{html}");
         assert!(html.contains("Masters") && html.contains("/studies/1/results/study.csv"), "{html}");
     }
 }

@@ -160,7 +160,7 @@ async fn list_study_facts(
 ) -> Result<Vec<(&'static str, String)>, Error> {
     let asked = studies::list_study_surveys(state.db.reader(), study).await?;
     let titles = |at_end| {
-        let titles: Vec<&str> = asked.iter().filter(|s| s.at_end == at_end).map(|s| s.title.as_str()).collect();
+        let titles: Vec<&str> = asked.iter().filter(|s| s.at_end == at_end).map(|s| s.instrument.as_str()).collect();
         if titles.is_empty() { tr!("nothing").to_owned() } else { titles.join(", ") }
     };
     let exercises: Vec<&str> = exercises.iter().map(|exercise| exercise.title.as_str()).collect();

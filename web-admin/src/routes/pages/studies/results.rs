@@ -152,7 +152,7 @@ pub(super) async fn show_results(
     let taking_part = |place: usize| gathered.participants.iter().filter(|p| p.group_place as usize == place).count();
     let groups = gathered.study.groups.0.iter().enumerate();
     let block = |answered: &AnsweredSurvey| StudySurveyBlock {
-        title: answered.survey.title.clone(),
+        title: answered.survey.instrument.clone(),
         href: format!("/surveys/{}/results", answered.survey.id),
         at_end: answered.survey.at_end,
         results: gathered.survey_results(answered),
