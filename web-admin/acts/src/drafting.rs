@@ -3,7 +3,8 @@
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 
-use documents::{Curriculum, ExerciseBundle, Instrument, Issue};
+use documents::curriculum::CurriculumEntry;
+use documents::{Curriculum, ExerciseBundle, Instrument, Issue, Wording};
 use model::CurrentPerson;
 use model::authoring::find_exercise_id;
 use model::draft::{DraftRemark, DraftVerdict};
@@ -26,13 +27,24 @@ pub enum Checked {
     /// An exercise, which could be published where nothing is wrong.
     Exercise(Box<DraftVerdict>),
     /// A course that could be published.
-    Course(Box<Curriculum>, Mastery),
+    Course(Box<CheckedCourse>),
     /// An instrument that could be published.
     Instrument(Box<Instrument>),
     /// What is wrong with a course or an instrument, in the order of the documents.
     Refused(Vec<Issue>),
     /// Nobody knows yet, for others of this school are before it; when to ask again, in s.
     Waiting(u64),
+}
+
+/// A course that could be published.
+#[derive(Debug)]
+pub struct CheckedCourse {
+    /// The course.
+    pub course: Curriculum,
+    /// When an exercise of it is mastered.
+    pub mastery: Mastery,
+    /// Titles of its exercises, by their ids.
+    pub titles: BTreeMap<String, Wording>,
 }
 
 /// What became of a save.
@@ -177,8 +189,9 @@ pub async fn publish(
     }
     match (checked, exercise) {
         (Checked::Exercise(_), Some(exercise)) => drop(publishing::exercise(&mut tx, &publisher, &exercise).await?),
-        (Checked::Course(course, _), _) => {
-            let published = publishing::curriculum(&mut tx, &publisher, course, draft.texts.document.as_bytes()).await;
+        (Checked::Course(checked), _) => {
+            let published =
+                publishing::curriculum(&mut tx, &publisher, &checked.course, draft.texts.document.as_bytes()).await;
             published.map_err(|refused| match refused {
                 CourseRefused::Document(why) => Error::Unprocessable(why),
                 CourseRefused::Work(error) => Error::Internal(error),
@@ -285,8 +298,11 @@ fn check_course(texts: &Texts, known: &ExerciseShelf, id: &str) -> Checked {
         Ok(course) => course,
         Err(refused) => return Checked::Refused(refused.issues),
     };
+    let titled =
+        |entry: &CurriculumEntry| Some((entry.exercise.clone(), known.exercise(&entry.exercise)?.exercise.title));
+    let titles = course.entries.iter().filter_map(titled).collect();
     match Mastery::from_rule(&course.mastery) {
-        Ok(mastery) => Checked::Course(Box::new(course), mastery),
+        Ok(mastery) => Checked::Course(Box::new(CheckedCourse { course, mastery, titles })),
         Err(why) => Checked::Refused(vec![publishing::no_limit(why)]),
     }
 }

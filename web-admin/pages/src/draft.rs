@@ -1,8 +1,10 @@
 //! Documents being written.
 
+use std::collections::BTreeMap;
+
 use askama::Template;
 use askama_web::WebTemplate;
-use documents::{Curriculum, ExerciseBundle, Issue};
+use documents::{Curriculum, ExerciseBundle, Issue, Wording};
 use model::draft::{DraftRemark, DraftVerdict, Publishable};
 use model::progress::Mastery;
 use serde::Deserialize;
@@ -204,12 +206,18 @@ pub fn verdict_of_exercise(exercise: &Publishable) -> DraftVerdict {
     DraftVerdict { advice, drawing: Some(view.drawing), facts, ..DraftVerdict::default() }
 }
 
-/// The verdict on a course that could be published.
+/// The verdict on a course that could be published, with the titles of its exercises by their ids.
 #[must_use]
-pub fn verdict_of_course(course: &Curriculum, mastery: &Mastery) -> DraftVerdict {
-    let line = |entry: &documents::curriculum::CurriculumEntry| match entry.prerequisites.as_slice() {
-        [] => entry.exercise.clone(),
-        first => tr!("{exercise}, after {missing}", exercise = entry.exercise, missing = first.join(", ")),
+pub fn verdict_of_course(course: &Curriculum, mastery: &Mastery, titles: &BTreeMap<String, Wording>) -> DraftVerdict {
+    let title = |id: &String| {
+        titles.get(id).map_or_else(|| id.clone(), |title| title.in_language(words::current().code()).to_owned())
+    };
+    let line = |entry: &documents::curriculum::CurriculumEntry| {
+        let first: Vec<String> = entry.prerequisites.iter().map(title).collect();
+        match first.as_slice() {
+            [] => title(&entry.exercise),
+            first => tr!("{exercise}, after {missing}", exercise = title(&entry.exercise), missing = first.join(", ")),
+        }
     };
     DraftVerdict {
         facts: name_facts(vec![

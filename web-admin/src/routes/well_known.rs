@@ -3,6 +3,7 @@
 use acts::certificates;
 use axum::extract::{Query, State};
 use axum::http::header::CONTENT_TYPE;
+use axum::middleware::from_fn;
 use axum::response::IntoResponse;
 use axum::routing::get;
 use model::certificate_note::CertificateNote;
@@ -10,15 +11,16 @@ use pages::certificate::{CertificateCheckPage, CheckOutcome};
 use serde::Deserialize;
 
 use super::Routes;
+use super::language::settle_language;
 use crate::AppState;
 use crate::error::{ApiError, PageError};
 
 /// Their addresses.
 #[must_use]
 pub fn well_known_routes() -> Routes {
-    Routes::new()
-        .route("/.well-known/stylet-certificate-key", get(serve_certificate_key))
-        .route("/certificate", get(check_certificate))
+    Routes::new().route("/.well-known/stylet-certificate-key", get(serve_certificate_key)).merge(
+        Routes::new().route("/certificate", get(check_certificate)).around(|page| page.layer(from_fn(settle_language))),
+    )
 }
 
 /// What the code on a certificate holds.

@@ -367,7 +367,7 @@ fn make_draft_row(draft: &DocumentDraft) -> DraftRow {
 fn verdict_of_draft(checked: &Checked) -> DraftVerdict {
     match checked {
         Checked::Exercise(verdict) => (**verdict).clone(),
-        Checked::Course(course, mastery) => verdict_of_course(course, mastery),
+        Checked::Course(checked) => verdict_of_course(&checked.course, &checked.mastery, &checked.titles),
         Checked::Instrument(instrument) => verdict_of_instrument(instrument),
         Checked::Refused(issues) => verdict_of_refused(issues),
         Checked::Waiting(retry_after_s) => verdict_while_waiting(*retry_after_s),

@@ -42,6 +42,9 @@ async fn a_stranger_reads_what_the_browser_asks_for_or_what_they_have_chosen() {
         assert_eq!(language(&page), (code.to_owned(), code == "de"), "{wishes}");
         assert!(page.header("vary").contains("accept-language"), "{}", page.header("vary"));
     }
+    for open in ["/forgotten", "/certificate"] {
+        assert_eq!(language(&wishing(&mut stranger, open, "de").await).0, "de", "{open} asks nobody to sign in");
+    }
     let csrf = stranger.csrf().await;
     let chosen = stranger.form("/language", &[("csrf", &csrf), ("language", "de"), ("next", "/account")]).await;
     assert_eq!((chosen.status.as_u16(), chosen.header("location")), (303, "/login?next=/account"));
