@@ -17,7 +17,11 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("recording", &["law"]),
     ("attempt", &["documents", "law", "recording", "tissue"]),
     ("assessment", &["attempt", "documents", "law", "phrase", "recording", "tissue"]),
-    ("bench", &["assessment", "attempt", "documents", "haptics", "law", "phrase", "recording", "render", "tissue"]),
+    ("dossier", &["documents", "law", "phrase"]),
+    (
+        "bench",
+        &["assessment", "attempt", "documents", "dossier", "haptics", "law", "phrase", "recording", "render", "tissue"],
+    ),
     ("haptics", &["law", "phrase"]),
     ("render", &["phrase"]),
     (
@@ -43,7 +47,10 @@ const ALLOWED: &[(&str, &[&str])] = &[
         "acts",
         &["assessment", "attempt", "documents", "law", "model", "phrase", "recording", "store", "tissue", "words"],
     ),
-    ("pages", &["assessment", "attempt", "documents", "law", "model", "phrase", "recording", "tissue", "words"]),
+    (
+        "pages",
+        &["assessment", "attempt", "documents", "dossier", "law", "model", "phrase", "recording", "tissue", "words"],
+    ),
     (
         "web-admin",
         &[
@@ -51,6 +58,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "assessment",
             "attempt",
             "documents",
+            "dossier",
             "law",
             "model",
             "pages",

@@ -7,7 +7,7 @@ use clap::{Parser, Subcommand};
 
 use crate::commands::{
     bench, calibrate, check, doctor, export, field, force, outbox, pair, play, recover, render, replay, schema, score,
-    simulate, upload, verify,
+    simulate, upload, validate, verify,
 };
 use crate::exit::{Failure, Outcome};
 use crate::output;
@@ -43,6 +43,7 @@ pub enum Command {
     Force(force::ForceArgs),
     Field(field::FieldArgs),
     Calibrate(calibrate::CalibrateArgs),
+    Validate(validate::ValidateArgs),
     Upload(upload::UploadArgs),
     Outbox(outbox::OutboxArgs),
     Pair(pair::PairArgs),
@@ -67,6 +68,7 @@ impl Command {
             Self::Force(args) => force::run(args),
             Self::Field(args) => field::run(args),
             Self::Calibrate(args) => calibrate::run(args),
+            Self::Validate(args) => validate::run(args),
             Self::Upload(args) => upload::run(args),
             Self::Outbox(args) => outbox::run(args),
             Self::Pair(args) => pair::run(args),

@@ -15,6 +15,7 @@ mod picture;
 mod recordings;
 mod stand_in;
 mod upload;
+mod validate;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

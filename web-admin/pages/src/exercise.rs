@@ -6,6 +6,7 @@ use documents::{Exercise, ExerciseBundle, SceneStructure};
 use law::structures::{Shape, StructureKind};
 
 use super::charts::{CrossSection, SectionPoint, SectionStructure, StructureOutline};
+use super::measured::MeasuredLine;
 use super::people::SelectOption;
 use super::pictures::{PictureAtHand, ShownPicture, show_pictures};
 use super::trainee::OwnAttemptRow;
@@ -38,6 +39,8 @@ pub struct ExerciseTeaching {
     pub published: bool,
     /// The courses that do not have it yet.
     pub courses: Vec<SelectOption>,
+    /// Its scene beside what others have measured.
+    pub measured: Vec<MeasuredLine>,
 }
 
 /// Where an exercise stands in a course.
@@ -286,7 +289,7 @@ mod tests {
     #[test]
     fn once_published_it_leads_to_a_course_and_to_an_assignment() {
         let courses = vec![SelectOption { value: "c".to_owned(), label: "A course".to_owned(), chosen: false }];
-        let teaching = Some(ExerciseTeaching { published: true, courses });
+        let teaching = Some(ExerciseTeaching { published: true, courses, measured: Vec::new() });
         let page = ExercisePage { own: false, teaching, ..samples::exercise_page() };
         let html = samples::keep_page("exercise-published", &page);
         for wanted in ["Published", "value=\"c\">A course", "/assignments?task=exercise:"] {

@@ -37,6 +37,7 @@ pub mod links;
 pub mod login;
 #[cfg(test)]
 mod markup;
+pub mod measured;
 pub mod metric;
 pub mod moments;
 pub mod news;

@@ -39,7 +39,7 @@ const KNOWN: [&str; 17] = [
 ];
 
 /// Where sentences are said.
-const SAID_IN: [&str; 14] = [
+const SAID_IN: [&str; 15] = [
     "pages/templates",
     "pages/src",
     "../sim/words/src",
@@ -50,6 +50,7 @@ const SAID_IN: [&str; 14] = [
     "../sim/law/src",
     "../sim/tissue/src",
     "../sim/documents/src",
+    "../sim/dossier/src",
     "../sim/assessment/src",
     "../sim/haptics/src",
     "../sim/render/src",

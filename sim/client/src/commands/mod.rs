@@ -17,4 +17,5 @@ pub mod schema;
 pub mod score;
 pub mod simulate;
 pub mod upload;
+pub mod validate;
 pub mod verify;

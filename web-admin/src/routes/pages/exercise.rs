@@ -3,11 +3,13 @@
 use acts::error::Error;
 use axum::extract::{Path, Query, State};
 use documents::ExerciseBundle;
+use dossier::compare_scene;
 use model::progress::{CourseStep, Progress, StepState};
 use model::{CurrentPerson, Role};
 use pages::addresses::exercise_href;
 use pages::curricula::{CourseCard, CurriculaPage, ExerciseLine};
 use pages::exercise::{Context, ExerciseFacts, ExercisePage, ExerciseTeaching};
+use pages::measured::{MeasuredLine, list_measured_lines};
 use pages::people::SelectOption;
 use pages::trainee::{rule_in_words, score_points};
 use pages::{NavPlace, Shell, StatusWord, charts};
@@ -57,6 +59,7 @@ pub(super) async fn show_exercise(
     let courses = visited_exercise(&state, &person).await?;
     let listed = reports::latest_at(state.db.reader(), &person, &id).await?;
     let own = person.role == Role::Trainee;
+    let measured = if own { Vec::new() } else { measure_scene(&bundle).await? };
     Ok(ExercisePage {
         shell: Shell::new(&person, csrf.token(), NavPlace::Curricula),
         contexts: courses.iter().filter_map(|visited| context_in_course(visited, &id)).collect(),
@@ -66,9 +69,17 @@ pub(super) async fn show_exercise(
         teaching: (!own).then(|| ExerciseTeaching {
             published: shown.published.is_some(),
             courses: courses.iter().filter_map(|(taught, _)| course_without(taught, &id)).collect(),
+            measured,
         }),
         own,
     })
+}
+
+/// The exercise's scene beside what others have measured: some insertions, which take milliseconds.
+async fn measure_scene(bundle: &ExerciseBundle) -> Result<Vec<MeasuredLine>, Error> {
+    let scene = bundle.scene.clone();
+    let lines = tokio::task::spawn_blocking(move || compare_scene(&scene)).await?;
+    Ok(list_measured_lines(&lines))
 }
 
 /// A course that an exercise can be added to.

@@ -1,0 +1,175 @@
+//! What a scene gives beside each figure.
+
+use documents::Scene;
+use law::puncture::PunctureParams;
+
+use crate::figures::{FIGURES, MeasuredQuantity, PublishedFigure, PublishedRange};
+use crate::insertion::{ProbeInsertion, ProbeMoment, greatest_n, hold_at, insert_at, layers_alone};
+
+/// Speed of an insertion, in m/s.
+const SPEED_M_PER_S: f64 = 5e-3;
+/// Part of the way to its opening at which a boundary is held.
+const HELD_PART: f64 = 0.9;
+/// How long it is held, in s.
+const HELD_S: f64 = 8.0;
+/// How far behind a boundary a loss is looked for, in m.
+const BEHIND_M: f64 = 5e-3;
+
+/// Why a figure and a scene are not held beside each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Incomparable {
+    /// The scene has no such layer.
+    NoLayer(&'static str),
+    /// The needle did not come so far: a boundary of this layer did not open.
+    NotReached(&'static str),
+    /// The publication gives no values.
+    NoValues,
+    /// The figure is of something else; why, as a sentence.
+    Stated(&'static str),
+}
+
+/// How a scene stands to a figure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Agreement {
+    /// Within what was published.
+    Inside,
+    /// Below it, or above it.
+    Outside,
+    /// One value was published, without a spread: the scene's over it.
+    Beside {
+        /// The scene's value over the published one.
+        ratio: f64,
+    },
+    /// Not to be compared.
+    Incomparable(Incomparable),
+}
+
+/// A scene beside a figure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DossierLine {
+    /// The figure.
+    pub figure: &'static PublishedFigure,
+    /// What the scene gives, in the figure's unit.
+    pub value: Option<f64>,
+    /// How it stands to what was published.
+    pub agreement: Agreement,
+    /// The scene was fitted to this very figure.
+    pub fitted: bool,
+}
+
+/// Holds a scene beside every figure, in the figures' order. Forces are those of the layers, felt by a needle that goes straight in.
+///
+/// # Panics
+/// Never for a scene that was read: reading checks what the law asks.
+#[must_use]
+pub fn compare_scene(scene: &Scene) -> Vec<DossierLine> {
+    let params = layers_alone(scene).expect("a scene that was read makes a law");
+    let probed = ProbedScene { scene, insertion: insert_at(&params, SPEED_M_PER_S), params };
+    let line = |figure: &'static PublishedFigure| {
+        let measured = probed.measure(&figure.quantity);
+        DossierLine {
+            figure,
+            value: measured.ok(),
+            agreement: measured.map_or_else(Agreement::Incomparable, |value| judge(value, &figure.range)),
+            fitted: figure.fitted.contains(&scene.id.as_str()),
+        }
+    };
+    FIGURES.iter().map(line).collect()
+}
+
+fn judge(value: f64, range: &PublishedRange) -> Agreement {
+    let inside = match *range {
+        PublishedRange::Between { low, high } => (low..=high).contains(&value),
+        PublishedRange::Above(low) => value > low,
+        PublishedRange::Single(published) => return Agreement::Beside { ratio: value / published },
+        PublishedRange::Unstated => return Agreement::Incomparable(Incomparable::NoValues),
+    };
+    if inside { Agreement::Inside } else { Agreement::Outside }
+}
+
+/// A scene and what an insertion into it gave.
+struct ProbedScene<'a> {
+    scene: &'a Scene,
+    params: PunctureParams,
+    insertion: ProbeInsertion,
+}
+
+impl ProbedScene<'_> {
+    fn measure(&self, quantity: &MeasuredQuantity) -> Result<f64, Incomparable> {
+        let insertion = &self.insertion;
+        match *quantity {
+            MeasuredQuantity::OpeningForce { layer } => self.opening_force_n(insertion, layer),
+            MeasuredQuantity::OpeningDepth { layer } => {
+                let opened = self.opening(insertion, layer)?;
+                Ok(insertion.moments[opened].x_m)
+            }
+            MeasuredQuantity::PeakUntil { layer } => {
+                let opened = self.opening(insertion, layer)?;
+                Ok(greatest_n(&insertion.moments[..opened]))
+            }
+            MeasuredQuantity::LossBehind { layer } => {
+                let opened = self.opening(insertion, layer)?;
+                let (before, after) = insertion.moments.split_at(opened);
+                let Some(last) = before.last() else { return Err(Incomparable::NotReached(layer)) };
+                let near = after.iter().take_while(|moment| moment.x_m < last.x_m + BEHIND_M);
+                Ok(last.force_n - near.map(|moment| moment.force_n).fold(last.force_n, f64::min))
+            }
+            MeasuredQuantity::OverallSlope => Ok(slope_n_per_m(&insertion.moments)),
+            MeasuredQuantity::SpeedRatio { layer, slow_m_per_s, fast_m_per_s } => {
+                let [slow_n, fast_n] = [slow_m_per_s, fast_m_per_s]
+                    .map(|speed| self.opening_force_n(&insert_at(&self.params, speed), layer));
+                Ok(fast_n? / slow_n?)
+            }
+            MeasuredQuantity::TearingShare => Ok(self.shares().tearing),
+            MeasuredQuantity::SpreadingShare => Ok(self.shares().spreading),
+            MeasuredQuantity::FrictionShare => Ok(self.shares().friction),
+            MeasuredQuantity::HeldFall { layer } => {
+                let opened = self.opening(insertion, layer)?;
+                Ok(hold_at(&self.params, SPEED_M_PER_S, HELD_PART * insertion.moments[opened].x_m, HELD_S))
+            }
+            MeasuredQuantity::OfNoScene { why, .. } => Err(Incomparable::Stated(why)),
+        }
+    }
+
+    fn boundary(&self, layer: &'static str) -> Result<usize, Incomparable> {
+        self.scene.layers.iter().position(|own| own.name == layer).ok_or(Incomparable::NoLayer(layer))
+    }
+
+    fn opening(&self, insertion: &ProbeInsertion, layer: &'static str) -> Result<usize, Incomparable> {
+        insertion.opened[self.boundary(layer)?].ok_or(Incomparable::NotReached(layer))
+    }
+
+    fn opening_force_n(&self, insertion: &ProbeInsertion, layer: &'static str) -> Result<f64, Incomparable> {
+        let stretch = insertion.stretch(self.boundary(layer)?).ok_or(Incomparable::NotReached(layer))?;
+        Ok(greatest_n(stretch))
+    }
+
+    fn shares(&self) -> WorkShares {
+        let ledger = &self.insertion.ledger;
+        let sum = |part: fn(&law::ledger::LayerEnergy) -> f64| ledger.layers.iter().map(part).sum::<f64>();
+        let tearing = sum(|layer| layer.rupture_j + layer.cutting_j);
+        let spreading = sum(|layer| layer.viscous_j + layer.elastic_j);
+        let friction = sum(|layer| layer.friction_j) + ledger.presliding_j;
+        let whole = tearing + spreading + friction;
+        WorkShares { tearing: tearing / whole, spreading: spreading / whole, friction: friction / whole }
+    }
+}
+
+/// Where the work of an insertion went; together 1.
+struct WorkShares {
+    tearing: f64,
+    spreading: f64,
+    friction: f64,
+}
+
+/// Slope of the line of least squares through force against displacement, in N/m.
+fn slope_n_per_m(moments: &[ProbeMoment]) -> f64 {
+    let count = moments.len() as f64;
+    let mean = |of: fn(&ProbeMoment) -> f64| moments.iter().map(of).sum::<f64>() / count;
+    let (mean_m, mean_n) = (mean(|moment| moment.x_m), mean(|moment| moment.force_n));
+    let (across, along) = moments.iter().fold((0.0, 0.0), |(across, along), moment| {
+        let from_m = moment.x_m - mean_m;
+        (from_m.mul_add(moment.force_n - mean_n, across), from_m.mul_add(from_m, along))
+    });
+    across / along
+}

@@ -1,0 +1,132 @@
+//! A needle that goes straight in at a constant speed, and what the hand felt.
+
+use documents::{Patient, Scene};
+use law::axial::{Contactor, ParamError};
+use law::ledger::Ledger;
+use law::operator::needle_pose;
+use law::puncture::{PunctureEvent, PunctureInput, PunctureParams, PunctureScratch, PunctureState, step};
+use nalgebra::{Point3, Vector3};
+
+/// Time of a tick, in s.
+const DT: f64 = 1e-3;
+/// Way of a tick at most, in m: slow insertions have longer ticks.
+const WAY_M: f64 = 5e-6;
+/// How far beyond the last boundary a needle goes at most, in m: boundaries tent before they open.
+const BEYOND_M: f64 = 0.04;
+
+/// A moment of an insertion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProbeMoment {
+    /// Displacement of the tip, in m.
+    pub x_m: f64,
+    /// Axial force on the hand, in N.
+    pub force_n: f64,
+}
+
+/// An insertion until every boundary was open, or the needle's end.
+#[derive(Clone, Debug)]
+pub struct ProbeInsertion {
+    /// Moments in order, from the contact on.
+    pub moments: Vec<ProbeMoment>,
+    /// For each boundary, the place in `moments` at which the tip opened it.
+    pub opened: Vec<Option<usize>>,
+    /// Where the work went.
+    pub ledger: Ledger,
+}
+
+/// A scene's law, with nothing but its layers: structures lie elsewhere than a study's needle went.
+///
+/// # Errors
+/// When the law refuses what the scene says, which reading it has checked.
+pub fn layers_alone(scene: &Scene) -> Result<PunctureParams, ParamError> {
+    let mut spec = scene.puncture_spec(&Patient::nominal(scene));
+    spec.structures.clear();
+    PunctureParams::new(spec)
+}
+
+/// A needle that is moved along the normal of the skin.
+struct Probe<'a> {
+    params: &'a PunctureParams,
+    state: PunctureState,
+    scratch: PunctureScratch,
+    t_s: f64,
+}
+
+impl<'a> Probe<'a> {
+    fn new(params: &'a PunctureParams) -> Self {
+        Self { params, state: PunctureState::new(params), scratch: PunctureScratch::new(params), t_s: 0.0 }
+    }
+
+    /// Goes to a displacement and gives the force there, in N.
+    fn go(&mut self, x_m: f64, dt_s: f64) -> f64 {
+        self.t_s += dt_s;
+        let patient_from_needle = needle_pose(&Point3::new(0.0, 0.0, -x_m), &-Vector3::z());
+        let input = PunctureInput { t_s: self.t_s, patient_from_needle };
+        step(self.params, &mut self.state, &mut self.scratch, &input).axial.total_n()
+    }
+
+    /// Boundaries that the tip has opened in the last step, with the tip's own force just before.
+    fn opened(&self) -> impl Iterator<Item = usize> + '_ {
+        self.scratch.events.iter().filter_map(|event| match event {
+            PunctureEvent::Rupture(rupture) if rupture.contactor == Contactor::Tip => Some(rupture.boundary),
+            _ => None,
+        })
+    }
+}
+
+/// Goes in at a speed in m/s until every boundary is open, or the needle ends.
+#[must_use]
+pub fn insert_at(params: &PunctureParams, speed_m_per_s: f64) -> ProbeInsertion {
+    let layers = &params.spec().axial.layers;
+    let deepest_m: f64 = layers.iter().rev().skip(1).map(|layer| layer.thickness_m).sum();
+    let end_m = (deepest_m + BEYOND_M).min(params.spec().needle_length_m);
+    let dt_s = DT.max(WAY_M / speed_m_per_s);
+    let mut probe = Probe::new(params);
+    let (mut moments, mut opened) = (Vec::new(), vec![None; layers.len()]);
+    let mut x_m = 0.0;
+    while x_m < end_m && opened.iter().any(Option::is_none) {
+        let force_n = probe.go(x_m, dt_s);
+        for boundary in probe.opened() {
+            opened[boundary].get_or_insert(moments.len());
+        }
+        moments.push(ProbeMoment { x_m, force_n });
+        x_m += speed_m_per_s * dt_s;
+    }
+    ProbeInsertion { moments, opened, ledger: probe.state.ledger().clone() }
+}
+
+/// Presses to a displacement at a speed in m/s and holds there for a time in s: the share by which the force fell.
+#[must_use]
+pub fn hold_at(params: &PunctureParams, speed_m_per_s: f64, hold_m: f64, hold_s: f64) -> f64 {
+    let dt_s = DT.max(WAY_M / speed_m_per_s);
+    let mut probe = Probe::new(params);
+    let (mut x_m, mut pressed_n) = (0.0, 0.0);
+    while x_m < hold_m {
+        pressed_n = probe.go(x_m, dt_s);
+        x_m += speed_m_per_s * dt_s;
+    }
+    let end_s = probe.t_s + hold_s;
+    let mut held_n = pressed_n;
+    while probe.t_s < end_s {
+        held_n = probe.go(x_m, DT);
+    }
+    1.0 - held_n / pressed_n
+}
+
+impl ProbeInsertion {
+    /// The moments from when the boundary above opened until this one did; none where it never did.
+    #[must_use]
+    pub fn stretch(&self, boundary: usize) -> Option<&[ProbeMoment]> {
+        let end = self.opened[boundary]?;
+        let above = boundary.checked_sub(1).and_then(|above| self.opened[above]);
+        // Where a boundary below opened first, its moments are of both.
+        let begin = above.filter(|above| *above < end).map_or(0, |above| above + 1);
+        Some(&self.moments[begin.min(end.saturating_sub(1))..end])
+    }
+}
+
+/// The greatest force of some moments, in N.
+#[must_use]
+pub fn greatest_n(moments: &[ProbeMoment]) -> f64 {
+    moments.iter().map(|moment| moment.force_n).fold(0.0, f64::max)
+}

@@ -1,0 +1,100 @@
+//! Where the figures were published.
+
+use phrase::sentence;
+
+/// How a source came to be known here.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HowKnown {
+    /// Its abstract was read, and holds the figure.
+    Abstract,
+    /// The figure was handed down without the text: it may be wrong.
+    Recalled,
+}
+
+impl HowKnown {
+    /// In words.
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Abstract => sentence!("abstract read"),
+            Self::Recalled => sentence!("recalled, not read"),
+        }
+    }
+}
+
+/// A publication.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MeasurementSource {
+    /// Authors, year, title and where, as far as they are known.
+    pub citation: &'static str,
+    /// Its DOI; empty where there is none or it is not known.
+    pub doi: &'static str,
+    /// How it is known.
+    pub known: HowKnown,
+}
+
+pub(crate) const RENAL_ACCESS: MeasurementSource = MeasurementSource {
+    citation: "Development of a synthetic model of percutaneous renal access from forces in fresh human cadavers. Journal of Endourology, 2016",
+    doi: "10.1089/end.2016.0342",
+    known: HowKnown::Abstract,
+};
+
+pub(crate) const VERESS: MeasurementSource = MeasurementSource {
+    citation: "Force required for Veress needle entry using digital force gauge during laparoscopy: pilot study. Medical Research Archives",
+    doi: "",
+    known: HowKnown::Abstract,
+};
+
+pub(crate) const TUOHY_PORCINE: MeasurementSource = MeasurementSource {
+    citation: "N. Vaughan, V. N. Dubey, M. Y. K. Wee, R. Isaacs: Measuring Tuohy needle insertion force on a porcine spine, 2012",
+    doi: "",
+    known: HowKnown::Abstract,
+};
+
+pub(crate) const FLAVUM_SPEED: MeasurementSource = MeasurementSource {
+    citation: "K. Naemura, H. Saito: Needle insertion test by porcine ligamentum flavum. IFMBE Proceedings 25/6, 2009",
+    doi: "10.1007/978-3-642-03906-5_9",
+    known: HowKnown::Abstract,
+};
+
+pub(crate) const EPIDURAL_PROFILE: MeasurementSource = MeasurementSource {
+    citation: "Force along the way to the lumbar epidural space, patient of 71 kg",
+    doi: "",
+    known: HowKnown::Recalled,
+};
+
+pub(crate) const FRACTURE_SHARES: MeasurementSource = MeasurementSource {
+    citation: "A. C. Barnett, Y.-S. Lee, J. Z. Moore: Fracture mechanics model of needle cutting tissue. Journal of Manufacturing Science and Engineering, 2015",
+    doi: "10.1115/1.4030374",
+    known: HowKnown::Abstract,
+};
+
+pub(crate) const LIVER_TOUGHNESS: MeasurementSource = MeasurementSource {
+    citation: "C. Gokgol, C. Basdogan, D. Canadinc: Estimation of fracture toughness of liver tissue: experiments and validation. Medical Engineering and Physics 34 (2012) 882–891",
+    doi: "10.1016/j.medengphy.2011.09.030",
+    known: HowKnown::Abstract,
+};
+
+pub(crate) const LIVER_KIDNEY: MeasurementSource = MeasurementSource {
+    citation: "Y. Wang, X. Xie, Y. Wan, E. Guan: Dynamic force modeling and lateral perturbation analysis of needle insertion into soft tissues. Bioengineering, 2026",
+    doi: "10.3390/bioengineering13030266",
+    known: HowKnown::Abstract,
+};
+
+pub(crate) const LIVER_HOLD: MeasurementSource = MeasurementSource {
+    citation: "Public recordings of an 18G needle in liver: insertion, hold and withdrawal",
+    doi: "",
+    known: HowKnown::Recalled,
+};
+
+pub(crate) const FEEDBACK_OVERSHOOT: MeasurementSource = MeasurementSource {
+    citation: "O. Gerovichev, P. Marayong, A. M. Okamura: The effect of visual and haptic feedback on computer-assisted needle insertion. Computer Aided Surgery, 2004",
+    doi: "10.3109/10929080500190441",
+    known: HowKnown::Abstract,
+};
+
+pub(crate) const RESPONSE_TIMES: MeasurementSource = MeasurementSource {
+    citation: "Exploring human response times to combinations of audio, haptic, and visual stimuli from a mobile device. World Haptics Conference, 2023",
+    doi: "",
+    known: HowKnown::Abstract,
+};

@@ -1,0 +1,105 @@
+//! A scene beside what others have measured, in words.
+
+use dossier::{Agreement, DossierLine, MeasuredQuantity, PublishedRange};
+
+use crate::format;
+
+/// A figure that was published, and what the scene gives.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MeasuredLine {
+    /// What was measured.
+    pub title: &'static str,
+    /// On what, and how.
+    pub conditions: &'static str,
+    /// What was published.
+    pub published: String,
+    /// What the scene gives.
+    pub value: String,
+    /// How the two stand to each other.
+    pub verdict: String,
+    /// Where it was published.
+    pub citation: &'static str,
+    /// Its address; none without a DOI.
+    pub href: Option<String>,
+    /// Whether it was read or recalled.
+    pub known: &'static str,
+}
+
+/// The figures with which a scene can be compared, in the dossier's order.
+#[must_use]
+pub fn list_measured_lines(lines: &[DossierLine]) -> Vec<MeasuredLine> {
+    lines.iter().filter_map(make_measured_line).collect()
+}
+
+fn make_measured_line(line: &DossierLine) -> Option<MeasuredLine> {
+    let (figure, value) = (line.figure, line.value?);
+    let source = figure.source;
+    Some(MeasuredLine {
+        title: words::say(figure.title),
+        conditions: words::say(figure.conditions),
+        published: say_range(&figure.quantity, &figure.range),
+        value: say_value(&figure.quantity, value),
+        verdict: say_verdict(line),
+        citation: source.citation,
+        href: (!source.doi.is_empty()).then(|| format!("https://doi.org/{}", source.doi)),
+        known: words::say(source.known.words()),
+    })
+}
+
+fn say_verdict(line: &DossierLine) -> String {
+    let verdict = match line.agreement {
+        Agreement::Inside => tr!("inside").to_owned(),
+        Agreement::Outside => tr!("outside").to_owned(),
+        Agreement::Beside { ratio } => tr!("{ratio} times it", ratio = format::format_fixed(ratio, 2)),
+        Agreement::Incomparable(_) => tr!("not comparable").to_owned(),
+    };
+    if line.fitted { tr!("{verdict}; the scene was fitted to it", verdict = verdict) } else { verdict }
+}
+
+fn say_range(quantity: &MeasuredQuantity, range: &PublishedRange) -> String {
+    let say = |value: f64| say_value(quantity, value);
+    match *range {
+        PublishedRange::Between { low, high } => tr!("{low} to {high}", low = say(low), high = say(high)),
+        PublishedRange::Above(low) => tr!("above {low}", low = say(low)),
+        PublishedRange::Single(value) => say(value),
+        PublishedRange::Unstated => tr!("no values").to_owned(),
+    }
+}
+
+fn say_value(quantity: &MeasuredQuantity, value: f64) -> String {
+    match quantity.unit() {
+        "m" => format::format_quantity(value * 1e3, "mm"),
+        "" if quantity.is_share() => format::format_percent(value),
+        "" => format::format_fixed(value, 3),
+        unit => format::format_quantity(value, unit),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Fails when a figure loses its unit, its source or how the scene stands to it.
+
+    use dossier::FIGURES;
+
+    use super::*;
+
+    #[test]
+    fn a_figure_says_what_was_published_and_how_the_scene_stands_to_it() {
+        let line = |id: &str, value: f64, agreement: Agreement| {
+            let figure = FIGURES.iter().find(|figure| figure.id == id).expect("it is published");
+            DossierLine { figure, value: Some(value), agreement, fitted: id == "epidural_skin_depth" }
+        };
+        let said = list_measured_lines(&[
+            line("skin_opening_force", 1.0, Agreement::Outside),
+            line("epidural_skin_depth", 13.9e-3, Agreement::Beside { ratio: 0.998 }),
+            line("tearing_share", 0.81, Agreement::Beside { ratio: 1.33 }),
+        ]);
+        let cells: Vec<_> = said.iter().map(|line| [&*line.published, &*line.value, &*line.verdict]).collect();
+        assert_eq!(cells[0], ["2.75\u{a0}N to 2.80\u{a0}N", "1.00\u{a0}N", "outside"]);
+        assert_eq!(cells[1], ["13.9\u{a0}mm", "13.9\u{a0}mm", "1.00 times it; the scene was fitted to it"]);
+        assert_eq!(cells[2][1..], ["81\u{a0}%", "1.33 times it"]);
+        assert_eq!(said[0].href.as_deref(), Some("https://doi.org/10.1089/end.2016.0342"));
+        let silent = DossierLine { value: None, ..line("skin_opening_force", 1.0, Agreement::Outside) };
+        assert!(list_measured_lines(&[silent]).is_empty(), "what cannot be compared is not shown");
+    }
+}
