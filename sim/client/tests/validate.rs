@@ -16,7 +16,7 @@ fn the_committed_dossier_is_what_the_command_says() {
     let folder = TempDir::new().expect("a folder");
     let out = folder.path().join("made");
     stylet(&["validate", "--out", text(&out)]).ends(0);
-    let committed = repository("sim/bench/reports");
+    let committed = repository("docs/dossier");
     for file in FILES {
         let made = fs::read_to_string(out.join(file)).expect("it is written");
         if std::env::var_os("STYLET_UPDATE_DOCS").is_some() {
