@@ -233,6 +233,7 @@ async fn the_school_in_a_browser() {
         let line = printed.lines().find(|l| l.contains(role)).unwrap_or_else(|| panic!("no {role} in:\n{printed}"));
         line.split_whitespace().find(|w| w.contains('@')).expect("an e-mail address").to_owned()
     };
+    super::research_tables::check(&data, folder.path(), &printed);
     let service = Service::start(&data);
     let driver = Driver::start();
     let browser = driver.browser(&folder.path().join("profile")).await;

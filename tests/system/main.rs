@@ -23,6 +23,7 @@ mod other_programs;
 mod passkey;
 mod readme;
 mod replay_drawing;
+mod research_tables;
 mod screenshots;
 mod second_factor;
 mod station;

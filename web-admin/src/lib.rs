@@ -15,6 +15,7 @@ pub mod export;
 pub mod monitoring;
 pub mod outbox;
 mod refusals;
+pub mod research;
 pub mod routes;
 pub mod serving;
 pub mod startup;

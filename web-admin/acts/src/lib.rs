@@ -53,6 +53,7 @@ pub mod registry;
 pub mod regrading;
 pub mod replay_files;
 pub mod replays;
+pub mod researching;
 pub mod retention;
 pub mod reviewing;
 pub mod roster_import;

@@ -17,6 +17,7 @@ mod bench;
 mod certificate;
 mod curricula;
 mod demo;
+mod export;
 mod judge;
 mod rescore;
 mod restore;
@@ -62,6 +63,7 @@ enum WebAdminCommand {
     /// Checks certificates, and prints the key they are signed with
     #[command(subcommand)]
     Certificate(certificate::CertificateCommand),
+    Export(export::ExportArgs),
     Bench(bench::BenchArgs),
     /// Judges a recording or a draft for the service
     #[command(hide = true)]
@@ -218,6 +220,7 @@ async fn run_command(command: WebAdminCommand) -> Result<(), CommandFailure> {
         }
         WebAdminCommand::Judge(args) => Ok(judge::run_judge(&args)?),
         WebAdminCommand::Verify(args) => verify::run_verify(&args).await,
+        WebAdminCommand::Export(args) => export::run_export(&args).await,
         WebAdminCommand::Backup(args) => backup::run_backup(&args).await,
         WebAdminCommand::Restore(args) => restore::run_restore(&args).await,
         WebAdminCommand::Retain(args) => retain::run_retain(&args).await,

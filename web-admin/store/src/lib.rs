@@ -47,6 +47,7 @@ pub mod proofs;
 pub mod ratings;
 pub mod regradings;
 pub mod reports;
+pub mod research;
 pub mod retention;
 pub mod reviews;
 pub mod rosters;

@@ -70,6 +70,7 @@ pub fn describe_act(action: &str) -> Option<&'static str> {
         "roster.imported" => tr!("imported a roster"),
         "school.added" => tr!("added the school"),
         "school.certificate_needs_set" => tr!("changed what certificates need"),
+        "school.exported" => tr!("wrote the school’s attempts for research"),
         "school.logo_removed" => tr!("removed the school’s logo"),
         "school.logo_settled" => tr!("gave the school a logo"),
         "school.settled" => tr!("changed the school’s settings"),

@@ -1,18 +1,17 @@
 //! `stylet export`: the numbers of a recording as tables for other programs.
 
 mod csv;
-mod parquet;
 
 use std::fs;
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 
+use columnar::ParquetTable;
 use recording::error::ReadError;
 use recording::tables::{self, Cell, Column, Table, TableSink};
 use serde::Serialize;
 
 use self::csv::CsvTable;
-use self::parquet::ParquetTable;
 use crate::exit::{Failure, Outcome};
 use crate::new_file::{NewFile, create_folder};
 use crate::progress::Progress;
@@ -102,6 +101,16 @@ pub fn run(args: &ExportArgs) -> Outcome {
 trait TableFile {
     fn row(&mut self, cells: &[Cell]) -> io::Result<()>;
     fn finish(self: Box<Self>) -> io::Result<()>;
+}
+
+impl TableFile for ParquetTable {
+    fn row(&mut self, cells: &[Cell]) -> io::Result<()> {
+        self.write_row(cells)
+    }
+
+    fn finish(self: Box<Self>) -> io::Result<()> {
+        Self::finish(*self)
+    }
 }
 
 /// A table, and the file that gets its name when all is there.

@@ -12,8 +12,6 @@ use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::Type;
 use recording::tables::{Cell, Column, ColumnKind};
 
-use super::TableFile;
-
 /// Rows that are held before they are written together: about a minute of the servo.
 const ROWS_AT_ONCE: usize = 1 << 16;
 
@@ -37,6 +35,29 @@ impl ParquetTable {
         Ok(Self { writer, columns: columns.iter().map(Buffer::new).collect(), rows: 0 })
     }
 
+    /// Adds a row: a cell for each column, of its kind.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub fn write_row(&mut self, cells: &[Cell]) -> io::Result<()> {
+        for (buffer, cell) in self.columns.iter_mut().zip(cells) {
+            buffer.push(cell);
+        }
+        self.rows += 1;
+        if self.rows == ROWS_AT_ONCE { self.write_rows().map_err(io::Error::other) } else { Ok(()) }
+    }
+
+    /// Writes what is left, and the end of the file.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub fn finish(mut self) -> io::Result<()> {
+        if self.rows > 0 {
+            self.write_rows().map_err(io::Error::other)?;
+        }
+        self.writer.close().map(|_| ()).map_err(io::Error::other)
+    }
+
     fn write_rows(&mut self) -> Result<(), ParquetError> {
         let mut group = self.writer.next_row_group()?;
         for buffer in &mut self.columns {
@@ -47,23 +68,6 @@ impl ParquetTable {
         }
         self.rows = 0;
         group.close().map(|_| ())
-    }
-}
-
-impl TableFile for ParquetTable {
-    fn row(&mut self, cells: &[Cell]) -> io::Result<()> {
-        for (buffer, cell) in self.columns.iter_mut().zip(cells) {
-            buffer.push(cell);
-        }
-        self.rows += 1;
-        if self.rows == ROWS_AT_ONCE { self.write_rows().map_err(io::Error::other) } else { Ok(()) }
-    }
-
-    fn finish(mut self: Box<Self>) -> io::Result<()> {
-        if self.rows > 0 {
-            self.write_rows().map_err(io::Error::other)?;
-        }
-        self.writer.close().map(|_| ()).map_err(io::Error::other)
     }
 }
 

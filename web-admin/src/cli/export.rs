@@ -1,0 +1,59 @@
+//! `web-admin export`: a school's attempts for research.
+
+use std::fs;
+use std::path::PathBuf;
+
+use acts::{registry, researching};
+use anyhow::Context;
+use clap::Args;
+
+use super::{CommandFailure, StorageArgs, say_line};
+use crate::research::{ResearchOrder, write_research_tables};
+
+/// Writes a school's attempts for research, as Parquet tables under pseudonyms with a codebook
+///
+/// attempts.parquet, metrics.parquet and codebook.json; with --samples every sample of every recording, too. Attempts of trainees, and
+/// of staff who let theirs be used; a guest's are in their study's own data. Names, addresses and numbers stay in the school.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  web-admin export --data-dir school --out tables")]
+pub struct ExportArgs {
+    #[command(flatten)]
+    storage: StorageArgs,
+    /// School [default: the only one there is]
+    #[arg(long)]
+    school: Option<String>,
+    /// Folder for the tables; created if need be. Tables that are there already are not replaced
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// With samples.parquet: every sample of every recording
+    #[arg(long)]
+    samples: bool,
+}
+
+pub(super) async fn run_export(args: &ExportArgs) -> Result<(), CommandFailure> {
+    let state = args.storage.open().await?;
+    let school = registry::find_school(&state, args.school.as_deref()).await?;
+    let order = ResearchOrder { folder: args.out.clone(), samples: args.samples };
+    if let Some(taken) = order.files().into_iter().find(|file| file.exists()) {
+        return Err(CommandFailure::Usage(format!("{}: exists already; choose another folder", taken.display())));
+    }
+    fs::create_dir_all(&args.out).with_context(|| args.out.display().to_string())?;
+    let counts = write_research_tables(&state, school.id, &order).await?;
+    researching::note_research_export(&state, school.id, &counts).await.map_err(anyhow::Error::from)?;
+    say_line(format_args!(
+        "{} attempts, {} values of metrics, {} samples",
+        counts.attempts, counts.metrics, counts.samples
+    ));
+    let held_back = counts.of_guests + counts.of_staff;
+    if held_back > 0 {
+        say_line(format_args!(
+            "{held_back} attempts are held back: {} of guests, {} of staff who have not agreed",
+            counts.of_guests, counts.of_staff
+        ));
+    }
+    if counts.unread > 0 {
+        say_line(format_args!("{} recordings could not be read", counts.unread));
+    }
+    state.db.close().await;
+    Ok(())
+}
