@@ -1,8 +1,8 @@
 //! The scenes of physics section 2, and the force law running on one trajectory.
 
 use law::axial::{
-    AxialInput, AxialOutput, AxialParams, AxialScratch, AxialSpec, AxialState, Contactor, ForceLaw, Layer, ParamError,
-    Rupture, step,
+    AxialInput, AxialOutput, AxialParams, AxialScratch, AxialSpec, AxialState, Breakaway, Contactor, ForceLaw, Layer,
+    LayerOptions, MaxwellBranch, ParamError, Rupture, step,
 };
 
 /// A layer from its numbers: thickness in mm, stiffness in N/m, damping in N·s/m², tip and rim threshold in N, friction in
@@ -19,6 +19,7 @@ pub fn make_layer(name: &str, numbers: [f64; 7]) -> Layer {
         rim_rupture_n: rim,
         friction_n_per_m: friction,
         cutting_n: cutting,
+        options: LayerOptions::default(),
     }
 }
 
@@ -32,6 +33,7 @@ pub fn trocar_through(layers: Vec<Layer>) -> AxialSpec {
         presliding_stiffness_n_per_m: 2000.0,
         speed_window_s: 0.0,
         rate: None,
+        breakaway: None,
     }
 }
 
@@ -59,6 +61,25 @@ pub fn training_axial_spec() -> AxialSpec {
         make_layer("fat", [8.4, 83.0, 100.0, 0.5, 0.6, 15.0, 0.1]),
         make_layer("muscle", [39.0, 497.0, 300.0, 1.5, 1.9, 40.0, 0.3]),
     ])
+}
+
+/// The training lower back with every option of version 3.
+#[must_use]
+pub fn optioned_axial_spec() -> AxialSpec {
+    let branch = |share, time_s| MaxwellBranch { share, time_s };
+    let mut spec = AxialSpec {
+        law: ForceLaw::Version3,
+        breakaway: Some(Breakaway { slid_m: 0.8e-3, rest_s: 1.0 }),
+        ..training_axial_spec()
+    };
+    for layer in &mut spec.layers {
+        layer.options = LayerOptions {
+            stiffening_n_per_m2: 40.0 * layer.stiffness_n_per_m,
+            branches: vec![branch(0.5, 0.08), branch(0.4, 1.5), branch(0.3, 30.0)],
+            static_friction_n_per_m: Some(1.6 * layer.friction_n_per_m),
+        };
+    }
+    spec
 }
 
 /// The force law running on one trajectory.

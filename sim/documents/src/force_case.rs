@@ -1,6 +1,6 @@
 //! The JSON of `stylet force`: layers at their effective values, in SI.
 
-use law::axial::{AxialParams, AxialSpec, ForceLaw, Layer, ParamError, RateDependence};
+use law::axial::{AxialParams, AxialSpec, Breakaway, ForceLaw, Layer, LayerOptions, ParamError, RateDependence};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
@@ -38,6 +38,7 @@ struct RawCase {
     #[serde(default)]
     speed_window_s: f64,
     rate: Option<RawCaseRate>,
+    breakaway: Option<Breakaway>,
     layers: Vec<RawLayer>,
 }
 
@@ -59,6 +60,8 @@ struct RawLayer {
     rim_rupture_n: f64,
     friction_n_per_m: f64,
     cutting_n: f64,
+    #[serde(default)]
+    options: LayerOptions,
 }
 
 /// Parses `SCENE.json`.
@@ -87,6 +90,7 @@ impl RawCase {
             presliding_stiffness_n_per_m: self.presliding_stiffness_n_per_m,
             speed_window_s: self.speed_window_s,
             rate,
+            breakaway: self.breakaway,
         }
     }
 }
@@ -101,5 +105,6 @@ fn layer(raw: RawLayer) -> Layer {
         rim_rupture_n: raw.rim_rupture_n,
         friction_n_per_m: raw.friction_n_per_m,
         cutting_n: raw.cutting_n,
+        options: raw.options,
     }
 }

@@ -41,6 +41,22 @@ pub struct SceneLayer {
     pub texture: String,
     /// Where the numbers come from.
     pub source: String,
+    /// What version 3 of the law may add.
+    #[serde(flatten)]
+    pub options: SceneLayerOptions,
+}
+
+/// Options of a layer under version 3 of the law, at the reference needle like its other numbers.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+pub struct SceneLayerOptions {
+    /// κ of a tent that stiffens, in N/m²; 0 for one that does not.
+    #[serde(default)]
+    pub stiffening_n_per_m2: f64,
+    /// Branches that relax.
+    #[serde(default)]
+    pub relaxation: Vec<law::axial::MaxwellBranch>,
+    /// Friction before the shaft has broken away, in N/m, where it is another than after.
+    pub static_friction_n_per_m: Option<f64>,
 }
 
 /// The needle.
@@ -73,6 +89,10 @@ pub struct Needle {
     pub speed_window_ms: f64,
     /// Lateral foundation, in N/m².
     pub lateral_stiffness_n_per_m2: f64,
+    /// Slid length after which friction is no longer static, in mm, where layers have a static one.
+    pub breakaway_mm: Option<f64>,
+    /// Rest after which it is static again, in s.
+    pub friction_rest_s: f64,
 }
 
 /// A structure inside the body.

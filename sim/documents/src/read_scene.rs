@@ -10,6 +10,7 @@ use crate::describe::{SCENE, measure};
 use crate::error::DocumentError;
 use crate::model::{Needle, Scene, SceneLayer, SceneStructure, TissueOptions};
 use crate::read_anatomy::read_anatomy;
+use crate::read_options::check_options;
 use crate::source::{Files, Find, Source};
 use crate::walk::Walked;
 
@@ -61,6 +62,7 @@ pub(crate) fn read_scene(source: Source, find: Find<'_>) -> Result<(Scene, Files
     doc.refuse_duplicates("structure", "name");
     check_needle(&mut doc);
     check_speed_window(&mut doc);
+    check_options(&mut doc);
     check_walls(&mut doc);
     check_tissue(&mut doc);
     let anatomy = read_anatomy(&mut doc, find);

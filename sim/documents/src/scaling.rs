@@ -1,10 +1,10 @@
 //! From a scene's numbers to those of its needle, tissue and patient.
 //!
 //! The tables hold at 2.0 mm diameter, diamond tip, lubrication 1 and toughness 1. With another needle, stiffness,
-//! damping and friction go with the diameter, thresholds and cutting with its power p; the tip is a factor on the
+//! damping, stiffening and friction go with the diameter, thresholds and cutting with its power p; the tip is a factor on the
 //! thresholds, lubrication on friction, and toughness on thresholds, friction and cutting.
 
-use law::axial::{AxialSpec, Layer, RateDependence};
+use law::axial::{AxialSpec, Breakaway, Layer, LayerOptions, RateDependence};
 use law::beam::tube_n_m2;
 use law::puncture::PunctureSpec;
 use tissue::SpecimenSpec;
@@ -40,6 +40,7 @@ impl Factors {
 
     fn layer(&self, layer: &SceneLayer, thickness_mm: f64) -> Layer {
         let threshold = self.diameter_power * self.tip * layer.toughness_factor;
+        let friction = self.diameter * self.lubrication * layer.toughness_factor;
         Layer {
             name: layer.name.clone(),
             thickness_m: thickness_mm / 1e3,
@@ -47,8 +48,13 @@ impl Factors {
             damping_n_s_per_m2: layer.damping_n_s_per_m2 * self.diameter,
             tip_rupture_n: layer.tip_rupture_n * threshold,
             rim_rupture_n: layer.rim_rupture_n * threshold,
-            friction_n_per_m: layer.friction_n_per_m * (self.diameter * self.lubrication * layer.toughness_factor),
+            friction_n_per_m: layer.friction_n_per_m * friction,
             cutting_n: layer.cutting_n * (self.diameter_power * layer.toughness_factor),
+            options: LayerOptions {
+                stiffening_n_per_m2: layer.options.stiffening_n_per_m2 * self.diameter,
+                branches: layer.options.relaxation.clone(),
+                static_friction_n_per_m: layer.options.static_friction_n_per_m.map(|c| c * friction),
+            },
         }
     }
 
@@ -88,6 +94,11 @@ fn tip_factor(tip: &str) -> f64 {
 }
 
 impl Needle {
+    /// When static friction ends; none where the needle names no length.
+    fn breakaway(&self) -> Option<Breakaway> {
+        self.breakaway_mm.map(|slid_mm| Breakaway { slid_m: slid_mm / 1e3, rest_s: self.friction_rest_s })
+    }
+
     /// Bending stiffness EI of the shaft, in N·m²; none for a rigid one.
     fn bending_n_m2(&self) -> Option<f64> {
         let (outer_m, inner_m) = (self.diameter_mm / 1e3, self.inner_diameter_mm / 1e3);
@@ -137,6 +148,7 @@ impl Scene {
             presliding_stiffness_n_per_m: self.needle.presliding_stiffness_n_per_m,
             speed_window_s: self.needle.speed_window_ms / 1e3,
             rate,
+            breakaway: self.needle.breakaway(),
         }
     }
 }

@@ -12,10 +12,11 @@
 //! use law::puncture::PunctureParams;
 //! use nalgebra::{Point3, Vector3};
 //!
-//! # use law::axial::{AxialSpec, ForceLaw, Layer};
+//! # use law::axial::{AxialSpec, ForceLaw, Layer, LayerOptions};
 //! # use law::puncture::PunctureSpec;
 //! # let skin = Layer { name: "skin".to_owned(), thickness_m: 0.02, stiffness_n_per_m: 331.0, damping_n_s_per_m2: 300.0,
-//! #     tip_rupture_n: 1.0, rim_rupture_n: 1.3, friction_n_per_m: 100.0, cutting_n: 0.3 };
+//! #     tip_rupture_n: 1.0, rim_rupture_n: 1.3, friction_n_per_m: 100.0, cutting_n: 0.3,
+//! #     options: LayerOptions::default() };
 //! # let axial = AxialSpec {
 //! #     law: ForceLaw::Version2,
 //! #     layers: vec![skin],
@@ -23,6 +24,7 @@
 //! #     presliding_stiffness_n_per_m: 2000.0,
 //! #     speed_window_s: 0.0075,
 //! #     rate: None,
+//! #     breakaway: None,
 //! # };
 //! # let spec = PunctureSpec { axial, lateral_stiffness_n_per_m2: 1e4, needle_length_m: 0.15, needle_bending_n_m2: None,
 //! #     structures: Vec::new() };

@@ -48,9 +48,9 @@ impl Scaling {
     #[must_use]
     pub fn new(spec: &AxialSpec, target_x_m: f64, info: &DeviceInfo) -> Self {
         let met = met(spec, target_x_m + OVERSHOOT_M);
-        let stiffnesses = || met.iter().map(|layer| layer.stiffness_n_per_m);
-        let (stiffest_n_per_m, softest_n_per_m) =
-            (stiffnesses().fold(0.0, f64::max), stiffnesses().fold(f64::INFINITY, f64::min));
+        let has_rim = spec.tip_to_rim_m > 0.0;
+        let stiffest_n_per_m = met.iter().map(|layer| layer.greatest_stiffness_n_per_m(has_rim)).fold(0.0, f64::max);
+        let softest_n_per_m = met.iter().map(|layer| layer.stiffness_n_per_m).fold(f64::INFINITY, f64::min);
         let peak_n = peak_n(spec, met.len());
         let by_force = info.max_force_n / peak_n.max(f64::MIN_POSITIVE);
         let by_stiffness = info.max_stiffness_n_per_m / stiffest_n_per_m.max(f64::MIN_POSITIVE);
@@ -114,23 +114,25 @@ fn met(spec: &AxialSpec, reach_m: f64) -> &[Layer] {
 
 /// Largest elastic force at which one of the first boundaries gives way, with the friction that the shaft then has, in N.
 ///
-/// What comes at a tent's peak: nothing cuts, and viscosity is small at the speeds of a puncture.
+/// What comes at a tent's peak: nothing cuts, and viscosity is small at the speeds of a puncture. Tents that relax give way at other
+/// places to a slow needle than to a fast one, so the larger of both counts.
 fn peak_n(spec: &AxialSpec, boundaries: usize) -> f64 {
-    let ruptures = closed_form::predict_ruptures(spec);
-    let met = ruptures.iter().filter(|rupture| rupture.boundary < boundaries);
+    let speeds: &[f64] = if spec.relaxes() { &[0.0, 1.0] } else { &[0.0] };
+    let ruptures = speeds.iter().flat_map(|&held| closed_form::predict_held_ruptures(spec, held));
+    let met = ruptures.filter(|rupture| rupture.boundary < boundaries);
     met.map(|rupture| rupture.force_before_n + friction_n(&spec.layers, rupture.boundary)).fold(0.0, f64::max)
 }
 
-/// Friction of a shaft that has gone through the layers above a boundary, in N.
+/// Friction of a shaft that has gone through the layers above a boundary, in N, before it has broken away.
 fn friction_n(layers: &[Layer], boundary: usize) -> f64 {
-    layers.iter().take(boundary).map(|layer| layer.friction_n_per_m * layer.thickness_m).sum()
+    layers.iter().take(boundary).map(|layer| layer.static_friction_n_per_m() * layer.thickness_m).sum()
 }
 
 #[cfg(test)]
 mod tests {
     //! The factor must bring the whole way to the target within the device, and the words must be those that people are promised.
 
-    use law::axial::ForceLaw;
+    use law::axial::{ForceLaw, LayerOptions};
 
     use super::*;
 
@@ -144,6 +146,7 @@ mod tests {
             rim_rupture_n: 0.0,
             friction_n_per_m: 0.0,
             cutting_n: 0.0,
+            options: LayerOptions::default(),
         }
     }
 
@@ -156,6 +159,7 @@ mod tests {
             presliding_stiffness_n_per_m: 2000.0,
             speed_window_s: 0.0,
             rate: None,
+            breakaway: None,
         }
     }
 

@@ -2,9 +2,9 @@
 
 use std::hint::black_box;
 
-use bench::scenes::training_axial_spec;
+use bench::scenes::{optioned_axial_spec, training_axial_spec};
 use criterion::{Criterion, criterion_group, criterion_main};
-use law::axial::{AxialInput, AxialParams, AxialScratch, AxialState, step};
+use law::axial::{AxialInput, AxialParams, AxialScratch, AxialSpec, AxialState, step};
 use law::operator::needle_pose;
 use law::puncture::{PunctureInput, PunctureParams, PunctureScratch, PunctureSpec, PunctureState};
 use nalgebra::{Point3, Vector3};
@@ -17,11 +17,16 @@ fn displacement_m(tick: u32) -> f64 {
 }
 
 fn force(criterion: &mut Criterion) {
-    let Ok(params) = AxialParams::new(training_axial_spec()) else { return };
+    time_steps(criterion, "axial step, three layers, two contactors", training_axial_spec());
+    time_steps(criterion, "axial step, every option of version 3", optioned_axial_spec());
+}
+
+fn time_steps(criterion: &mut Criterion, name: &str, spec: AxialSpec) {
+    let Ok(params) = AxialParams::new(spec) else { return };
     let mut scratch = AxialScratch::new(&params);
     let mut state = AxialState::new(&params);
     let mut tick = 0;
-    criterion.bench_function("axial step, three layers, two contactors", |bencher| {
+    criterion.bench_function(name, |bencher| {
         bencher.iter(|| {
             if tick % 8000 == 0 {
                 (state.tip_open, state.rim_open, state.deepest_m) = (0, 0, 0.0);

@@ -1,6 +1,6 @@
 //! Closed forms of physics that the tests and the documents quote: rupture positions and forces of a monotonic insertion.
 
-use crate::axial::{AxialSpec, Contactor, Layer, Open, Path, lay_boundaries};
+use crate::axial::{AxialSpec, Contactor, Open, Path, lay_boundaries};
 
 /// A rupture predicted in closed form.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,13 +24,21 @@ pub struct PredictedRupture {
 /// Ruptures of a slow monotonic perpendicular insertion, in order; those of a cascade stand at the same position.
 ///
 /// Tip i opens at x = max(previous tip, D_i + P_tip,i/k_i), rim i at
-/// max(previous rim, tip i, D_i + L + P_rim,i/k_i).
+/// max(previous rim, tip i, D_i + L + P_rim,i/k_i); a tent that stiffens at the root of k w + κ w² = P. A tent that relaxes has done so:
+/// this is the limit of infinite slowness. [`predict_held_ruptures`] has the others.
 #[must_use]
 pub fn predict_ruptures(spec: &AxialSpec) -> Vec<PredictedRupture> {
+    predict_held_ruptures(spec, 0.0)
+}
+
+/// The same for an insertion in which so much of the branches' force, from 0 to 1, is there when a boundary gives way: 0 is infinitely slow,
+/// 1 infinitely fast. What takes over has relaxed.
+#[must_use]
+pub fn predict_held_ruptures(spec: &AxialSpec, held: f64) -> Vec<PredictedRupture> {
     let mut boundaries_m = Vec::with_capacity(spec.layers.len() + 1);
     lay_boundaries(&spec.layers, 1.0, &mut boundaries_m);
     let path = Path::new(spec, &boundaries_m, 1.0);
-    let events = predict_positions(spec, &boundaries_m);
+    let events = predict_positions(spec, &boundaries_m, held);
     let mut open = Open { tip: 0, rim: 0 };
     let mut predicted = Vec::with_capacity(events.len());
     for cascade in events.chunk_by(|a, b| a.x_m.total_cmp(&b.x_m).is_eq()) {
@@ -41,7 +49,8 @@ pub fn predict_ruptures(spec: &AxialSpec) -> Vec<PredictedRupture> {
                 Contactor::Rim => open.rim += 1,
             }
         }
-        predicted.extend(cascade.iter().map(|event| predict_rupture(&path, event, before, open)));
+        predicted
+            .extend(cascade.iter().map(|event| predict_rupture(&HeldPath { path: &path, held, before }, event, open)));
     }
     predicted
 }
@@ -54,15 +63,15 @@ pub(crate) struct Opening {
 }
 
 /// Every rupture with its position, sorted by position; at one position tips come before rims, each in boundary order.
-pub(crate) fn predict_positions(spec: &AxialSpec, boundaries_m: &[f64]) -> Vec<Opening> {
+pub(crate) fn predict_positions(spec: &AxialSpec, boundaries_m: &[f64], held: f64) -> Vec<Opening> {
     let lag_m = spec.tip_to_rim_m;
     let (mut tip_m, mut rim_m) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
     let (mut tips, mut rims) = (Vec::new(), Vec::new());
     for (boundary, (layer, depth_m)) in spec.layers.iter().zip(boundaries_m).enumerate() {
-        tip_m = tip_m.max(depth_m + deflection_at_rupture_m(layer, layer.tip_rupture_n));
+        tip_m = tip_m.max(depth_m + layer.dent_m(layer.tip_rupture_n, held));
         tips.push(Opening { x_m: tip_m, contactor: Contactor::Tip, boundary });
         if lag_m > 0.0 {
-            rim_m = rim_m.max(tip_m).max(depth_m + lag_m + deflection_at_rupture_m(layer, layer.rim_rupture_n));
+            rim_m = rim_m.max(tip_m).max(depth_m + lag_m + layer.dent_m(layer.rim_rupture_n, held));
             rims.push(Opening { x_m: rim_m, contactor: Contactor::Rim, boundary });
         }
     }
@@ -71,21 +80,51 @@ pub(crate) fn predict_positions(spec: &AxialSpec, boundaries_m: &[f64]) -> Vec<O
     tips
 }
 
-/// Deflection at which a boundary gives way, in m.
-fn deflection_at_rupture_m(layer: &Layer, threshold_n: f64) -> f64 {
-    threshold_n / layer.stiffness_n_per_m
+/// The tents before and after a cascade, with so much of the branches' force beside what was tented before it.
+struct HeldPath<'a> {
+    path: &'a Path<'a>,
+    held: f64,
+    before: Open,
 }
 
-fn predict_rupture(path: &Path<'_>, event: &Opening, before: Open, after: Open) -> PredictedRupture {
+/// Force in N and energy in J.
+#[derive(Default)]
+struct Load {
+    force_n: f64,
+    energy_j: f64,
+}
+
+impl HeldPath<'_> {
+    /// What both tents come to.
+    fn load(&self, open: Open, x_m: f64) -> Load {
+        let Self { path, before, .. } = *self;
+        let had_rim = before.rim < before.tip;
+        let tip = self.branches(open.tip, open.tip == before.tip, path.tip(open, x_m).deflection_m);
+        let rim = self.branches(open.rim, had_rim && open.rim == before.rim, path.rim(open, x_m).deflection_m);
+        Load {
+            force_n: path.tip(open, x_m).force_n + path.rim(open, x_m).force_n + tip.force_n + rim.force_n,
+            energy_j: path.energy_j(open, x_m) + tip.energy_j + rim.energy_j,
+        }
+    }
+
+    /// What the branches beside one tent come to: q = held g k w, q²/(2 g k).
+    fn branches(&self, boundary: usize, was_tented: bool, dent_m: f64) -> Load {
+        let Some(layer) = self.path.layers.get(boundary).filter(|_| was_tented) else { return Load::default() };
+        let force_n = self.held * layer.options.branch_share() * layer.stiffness_n_per_m * dent_m;
+        Load { force_n, energy_j: 0.5 * self.held * force_n * dent_m }
+    }
+}
+
+fn predict_rupture(tents: &HeldPath<'_>, event: &Opening, after: Open) -> PredictedRupture {
     let x_m = event.x_m;
-    let force_n = |open: Open| path.tip(open, x_m).force_n + path.rim(open, x_m).force_n;
+    let (before, after) = (tents.load(tents.before, x_m), tents.load(after, x_m));
     PredictedRupture {
         contactor: event.contactor,
         boundary: event.boundary,
         x_m,
-        force_before_n: force_n(before),
-        force_after_n: force_n(after),
-        energy_before_j: path.energy_j(before, x_m),
-        energy_after_j: path.energy_j(after, x_m),
+        force_before_n: before.force_n,
+        force_after_n: after.force_n,
+        energy_before_j: before.energy_j,
+        energy_after_j: after.energy_j,
     }
 }

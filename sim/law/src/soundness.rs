@@ -1,7 +1,7 @@
 //! Sound scenes: no rupture of a monotonic insertion may raise the elastic energy or the force.
 
 use crate::axial::{AxialSpec, Contactor};
-use crate::closed_form::{PredictedRupture, predict_ruptures};
+use crate::closed_form::{PredictedRupture, predict_held_ruptures};
 
 /// A threshold too high for its stiffness: its rupture would create energy or force.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -31,18 +31,34 @@ const TRIES: u32 = 1000;
 /// Halvings of one try: brings the edge to round-off.
 const HALVINGS: u32 = 45;
 
-/// Every unsound rupture of a scene, in the order met; empty for a sound scene.
+/// How finely the speeds of a scene that relaxes are tried, from infinitely slow to infinitely fast: in so many steps of the force that its
+/// branches still have when a boundary gives way.
+const SPEEDS: u32 = 16;
+
+/// How much of the branches' force is there at the speeds that a scene is judged at: one that does not relax gives way alike at all.
+fn held_parts(spec: &AxialSpec) -> impl Iterator<Item = f64> + use<> {
+    let most = if spec.relaxes() { SPEEDS } else { 0 };
+    (0..=most).map(|part| f64::from(part) / f64::from(SPEEDS))
+}
+
+/// Every unsound rupture of a scene, each once, in the order met at the slowest speed that shows it; empty for a sound scene.
 ///
-/// A cascade is judged as a whole and named by the rupture that sets it off.
+/// A cascade is judged as a whole and named by the rupture that sets it off. Where boundaries relax, a needle opens them the sooner the faster
+/// it is, so that one may find a cascade where another does not: each is judged, and at speeds between them.
 #[must_use]
 pub fn find_unsound_ruptures(spec: &AxialSpec) -> Vec<Unsound> {
-    let predicted = predict_ruptures(spec);
-    predicted
-        .chunk_by(|a, b| a.x_m.total_cmp(&b.x_m).is_eq())
-        .filter_map(|cascade| cascade.first())
-        .filter(|trigger| !is_rupture_sound(trigger))
-        .map(|trigger| describe_unsound(spec, trigger))
-        .collect()
+    let mut found: Vec<Unsound> = Vec::new();
+    for held in held_parts(spec) {
+        let predicted = predict_held_ruptures(spec, held);
+        let cascades = predicted.chunk_by(|a, b| a.x_m.total_cmp(&b.x_m).is_eq());
+        for trigger in cascades.filter_map(|cascade| cascade.first()).filter(|trigger| !is_rupture_sound(trigger)) {
+            let is_same = |known: &Unsound| (known.boundary, known.contactor) == (trigger.boundary, trigger.contactor);
+            if !found.iter().any(is_same) {
+                found.push(describe_unsound(spec, trigger));
+            }
+        }
+    }
+    found
 }
 
 fn relative_rise(before: f64, after: f64) -> f64 {
@@ -85,10 +101,12 @@ fn largest_sound_n(spec: &AxialSpec, trigger: &PredictedRupture, stated_n: f64) 
                 Contactor::Rim => layer.rim_rupture_n = threshold_n,
             }
         }
-        predict_ruptures(&trial)
-            .iter()
-            .find(|rupture| rupture.contactor == trigger.contactor && rupture.boundary == trigger.boundary)
-            .is_none_or(is_rupture_sound)
+        held_parts(spec).all(|held| {
+            predict_held_ruptures(&trial, held)
+                .iter()
+                .find(|rupture| rupture.contactor == trigger.contactor && rupture.boundary == trigger.boundary)
+                .is_none_or(is_rupture_sound)
+        })
     };
     let step_n = stated_n / f64::from(TRIES);
     let Some(low) = (0..TRIES).rev().map(|n| f64::from(n) * step_n).find(|&n| sound_at(n)) else { return 0.0 };

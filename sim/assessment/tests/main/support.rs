@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use assessment::{Assessment, assess};
 use documents::{
-    Exercise, ExerciseBundle, HardFail, Needle, RubricLine, Scene, SceneLayer, SceneStructure, Shape, StructureKind,
-    StructureSpec, TissueOptions,
+    Exercise, ExerciseBundle, HardFail, Needle, RubricLine, Scene, SceneLayer, SceneLayerOptions, SceneStructure,
+    Shape, StructureKind, StructureSpec, TissueOptions,
 };
 use law::axial::ForceLaw;
 use nalgebra::{Point3, UnitQuaternion, Vector3};
@@ -79,6 +79,7 @@ fn layer(name: &str, thickness_mm: f64) -> SceneLayer {
         recoil_time_s: None,
         texture: name.into(),
         source: String::new(),
+        options: SceneLayerOptions::default(),
     }
 }
 
@@ -97,6 +98,8 @@ fn needle() -> Needle {
         presliding_stiffness_n_per_m: 2000.0,
         speed_window_ms: 12.0,
         lateral_stiffness_n_per_m2: 10_000.0,
+        breakaway_mm: None,
+        friction_rest_s: 1.0,
     }
 }
 

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 
 use attempt::simulate::{Clock, MotionSource, simulate};
 use attempt::verify::{Verification, verify_recording};
-use law::axial::{AxialSpec, ForceLaw, Layer};
+use law::axial::{AxialSpec, ForceLaw, Layer, LayerOptions};
 use law::closed_form::predict_ruptures;
 use law::operator::{Motion, needle_pose};
 use law::puncture::PunctureSpec;
@@ -31,6 +31,7 @@ fn axial() -> AxialSpec {
         rim_rupture_n: rim,
         friction_n_per_m: friction,
         cutting_n: 0.1,
+        options: LayerOptions::default(),
     };
     AxialSpec {
         law: ForceLaw::Version2,
@@ -43,6 +44,7 @@ fn axial() -> AxialSpec {
         presliding_stiffness_n_per_m: 2000.0,
         speed_window_s: 0.0,
         rate: None,
+        breakaway: None,
     }
 }
 

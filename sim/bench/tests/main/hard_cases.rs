@@ -47,7 +47,10 @@ hard_cases! {
         coincident_lateness coincident_cutting thin_lateness
         cascade_lateness cascade_order threshold_excess
         hours_drift hours_ledger
-        rates_instants rates_friction;
+        rates_instants rates_friction
+        optioned_stab_force relaxed_hold_force optioned_hold_rise relaxed_reversal_force relaxed_pull static_tremor
+        optioned_hours_drift optioned_hours_ledger optioned_rates_energy optioned_rates_rupture
+        optioned_rates_force;
     axisymmetric "axisymmetric":
         soft_within_error stiff_within_error contrast_estimate
         skin_error

@@ -2,6 +2,7 @@
 
 use super::{DescribedField, DescribedTable, FieldKind, Presence, Text};
 use crate::mesh::Axes;
+use law::axial::MAX_BRANCHES;
 
 /// A scene.
 pub(crate) static SCENE: DescribedTable = DescribedTable {
@@ -13,7 +14,7 @@ pub(crate) static SCENE: DescribedTable = DescribedTable {
         DescribedField::text("description", &Text::PROSE, "What it is and where it comes from").or_text(""),
         DescribedField::new(
             "law",
-            FieldKind::Integer { min: 1, max: 2 },
+            FieldKind::Integer { min: 1, max: 3 },
             "Version of the force law; 1 if left out, as scenes were before there was another",
         )
         .or(1.0),
@@ -79,6 +80,33 @@ static LAYER: DescribedTable = DescribedTable {
         DescribedField::text("texture", &Text::NAME, "Texture of the picture: skin, fat, muscle, fascia, …")
             .or_text("tissue"),
         DescribedField::text("source", &Text::PROSE, "Where the numbers come from").or_text(""),
+        DescribedField::number(
+            "stiffening_n_per_m2",
+            "N/m²",
+            0.0..=1e8,
+            "κ of a boundary that stiffens as it is dented: F = k w + κ w². With law = 3",
+        )
+        .or(0.0),
+        DescribedField::new(
+            "relaxation",
+            FieldKind::Tables { table: &RELAXATION, min: 0, max: MAX_BRANCHES },
+            "How the force of a held needle falls: branches beside the boundary's spring. With law = 3",
+        )
+        .with(Presence::Empty),
+        DescribedField::number(
+            "static_friction_n_per_m",
+            "N/m",
+            0.0..=1e5,
+            "Friction per inserted length until the shaft has slid by the needle's breakaway_mm; friction_n_per_m if left out. With law = 3",
+        ),
+    ],
+};
+
+static RELAXATION: DescribedTable = DescribedTable {
+    doc: "A Maxwell branch beside a boundary's spring: dented at once it adds its share to the stiffness, held it lets go",
+    fields: &[
+        DescribedField::number("share", "", 0.001..=100.0, "Stiffness as a share of the boundary's own").required(),
+        DescribedField::number("time_s", "s", 0.001..=1e4, "Time in which its force falls to 1/e, 37 %").required(),
     ],
 };
 
@@ -144,6 +172,19 @@ static NEEDLE: DescribedTable = DescribedTable {
             "Sideways foundation per inserted length",
         )
         .or(10_000.0),
+        DescribedField::number(
+            "breakaway_mm",
+            "mm",
+            0.001..=50.0,
+            "Slid length after which friction falls from static to kinetic; needed where a layer has a static one. With law = 3",
+        ),
+        DescribedField::number(
+            "friction_rest_s",
+            "s",
+            0.01..=1000.0,
+            "Time without sliding after which friction is static again; going back by breakaway_mm does the same",
+        )
+        .or(1.0),
     ],
 };
 

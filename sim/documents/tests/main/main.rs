@@ -20,6 +20,8 @@ mod instrument;
 #[cfg(test)]
 mod mesh;
 #[cfg(test)]
+mod options;
+#[cfg(test)]
 mod patient;
 #[cfg(test)]
 mod picture;

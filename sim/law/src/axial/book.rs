@@ -8,21 +8,24 @@
 //! it gives back there is taken off its layers' loss and counted apart, in [`Ledger::lagged_j`].
 //!
 //! Choices. Elastic and rupture energy belong to the layer whose boundary is tented or opened. Viscous and friction
-//! losses are shared by b_j l_j and c_j l_j. Cutting belongs to the layer that the tip is in, or was in the tick before.
+//! losses are shared by b_j l_j and c_j l_j; what relaxation loses is viscous, and of the layer whose boundary is tented. Cutting belongs to the layer that the tip is in, or was in the tick before.
 
 use super::params::{AxialParams, Layer};
 use super::path::{Open, Path};
+use super::relaxation::{RelaxedTent, RelaxedTents};
 use super::springs::SpringWork;
 use super::state::{AxialOutput, AxialScratch, AxialState, Rupture};
 use crate::ledger::{LayerEnergy, Ledger};
 
 /// What a tick did.
-pub(super) struct BookedTick {
+pub(super) struct BookedTick<'a> {
     pub open: Open,
     pub x_m: f64,
     pub dx_m: f64,
-    /// Change of the elastic energy before the ruptures, in J.
+    /// Change of the elastic energy before the ruptures and what the branches lost, in J.
     pub elastic_work_j: f64,
+    /// The branches after the ruptures.
+    pub relaxed: &'a RelaxedTents,
     pub before: AxialOutput,
     pub after: AxialOutput,
     /// What friction and cutting did.
@@ -32,7 +35,7 @@ pub(super) struct BookedTick {
     pub presliding_j: f64,
 }
 
-pub(super) fn book_tick(ledger: &mut Ledger, path: &Path<'_>, tick: &BookedTick, ruptures: &[Rupture]) {
+pub(super) fn book_tick(ledger: &mut Ledger, path: &Path<'_>, tick: &BookedTick<'_>, ruptures: &[Rupture]) {
     let viscous_j = tick.after.viscous_n * tick.dx_m;
     book_work(ledger, tick.elastic_work_j + viscous_j + tick.friction.work_j + tick.cutting.work_j);
     book_ruptures(ledger, ruptures);
@@ -76,7 +79,8 @@ fn book_ruptures(ledger: &mut Ledger, ruptures: &[Rupture]) {
     ledger.input_j += (rises_j - falls_j).max(0.0);
 }
 
-fn book_elastic(ledger: &mut Ledger, path: &Path<'_>, tick: &BookedTick) {
+/// What is stored now by springs and branches, and what the branches' dashpots lost: viscosity.
+fn book_elastic(ledger: &mut Ledger, path: &Path<'_>, tick: &BookedTick<'_>) {
     for entry in &mut ledger.layers {
         entry.elastic_j = 0.0;
     }
@@ -86,17 +90,24 @@ fn book_elastic(ledger: &mut Ledger, path: &Path<'_>, tick: &BookedTick) {
             entry.elastic_j += tent.energy_j;
         }
     }
+    for &RelaxedTent { boundary, stored_j, lost_j } in [&tick.relaxed.tip, &tick.relaxed.rim] {
+        // After a rupture nothing is stored, and what was lost before it belongs to the boundary that was tented.
+        if let Some(entry) = ledger.layers.get_mut(boundary) {
+            entry.elastic_j += stored_j;
+            entry.viscous_j += lost_j;
+        }
+    }
 }
 
 /// When the last of the needle leaves, nothing is inserted any more and the loss is shared as the tick before.
-fn book_friction(ledger: &mut Ledger, path: &Path<'_>, tick: &BookedTick) {
+fn book_friction(ledger: &mut Ledger, path: &Path<'_>, tick: &BookedTick<'_>) {
     let here = Share { depth_m: tick.after.depth_m, total_j: tick.friction.lost_j, part: FRICTION };
     if !book_share(ledger, path, &here) {
         book_share(ledger, path, &Share { depth_m: tick.before.depth_m, ..here });
     }
 }
 
-fn book_cutting(ledger: &mut Ledger, path: &Path<'_>, tick: &BookedTick) {
+fn book_cutting(ledger: &mut Ledger, path: &Path<'_>, tick: &BookedTick<'_>) {
     let layer = path.layer_at(tick.after.depth_m).or_else(|| path.layer_at(tick.before.depth_m));
     if let Some(entry) = layer.and_then(|layer| ledger.layers.get_mut(layer)) {
         entry.cutting_j += tick.cutting.lost_j;

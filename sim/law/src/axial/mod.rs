@@ -47,10 +47,13 @@
 //! lengths, then the forces, all with the state after the ruptures. Products and sums are evaluated as written,
 //! never fused, so that the same input gives the same bits on every machine.
 
+mod adhesion;
 mod book;
 mod loads;
+mod options;
 mod params;
 mod path;
+mod relaxation;
 mod speed_window;
 mod springs;
 mod state;
@@ -58,6 +61,7 @@ mod step;
 
 pub(crate) use book::book_lateral;
 pub use loads::write_loads;
+pub use options::{Breakaway, LayerOptions, MAX_BRANCHES, MaxwellBranch};
 pub use params::{
     AxialParams, AxialSpec, Domain, ForceLaw, Layer, MAX_LAYERS, ParamError, RateDependence, UnknownForceLaw,
 };

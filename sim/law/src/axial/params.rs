@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::options::{Breakaway, LayerOptions, check_options};
+
 /// Most layers that a specification may hold: keeps a step bounded.
 pub const MAX_LAYERS: usize = 64;
 
@@ -27,6 +29,9 @@ pub struct Layer {
     pub friction_n_per_m: f64,
     /// Cutting force, in N: what the tip meets while it advances into new material.
     pub cutting_n: f64,
+    /// What version 3 of the law may add.
+    #[serde(default, skip_serializing_if = "LayerOptions::is_empty")]
+    pub options: LayerOptions,
 }
 
 /// Rate dependence of the rupture thresholds: P(v) = P∞ + (P0 − P∞)/(1 + |v|/v0).
@@ -47,11 +52,13 @@ pub enum ForceLaw {
     /// Cutting is a one-sided presliding spring behind a front that advance drags, and speed is taken over a window.
     #[default]
     Version2,
+    /// Version 2 with the options of [`LayerOptions`] and [`Breakaway`]. Without them it is version 2 to the bit.
+    Version3,
 }
 
 /// A number that no force law has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("law {0} is not known: 1 and 2 are")]
+#[error("law {0} is not known: 1, 2 and 3 are")]
 pub struct UnknownForceLaw(pub u32);
 
 impl TryFrom<u32> for ForceLaw {
@@ -61,6 +68,7 @@ impl TryFrom<u32> for ForceLaw {
         match number {
             1 => Ok(Self::Version1),
             2 => Ok(Self::Version2),
+            3 => Ok(Self::Version3),
             other => Err(UnknownForceLaw(other)),
         }
     }
@@ -71,6 +79,7 @@ impl From<ForceLaw> for u32 {
         match law {
             ForceLaw::Version1 => 1,
             ForceLaw::Version2 => 2,
+            ForceLaw::Version3 => 3,
         }
     }
 }
@@ -85,7 +94,7 @@ pub struct AxialSpec {
     pub layers: Vec<Layer>,
     /// Distance from the stylet tip to the cannula rim, in m. 0 is a single contactor.
     pub tip_to_rim_m: f64,
-    /// Stiffness of friction and, in version 2, of cutting before they slide, in N/m.
+    /// Stiffness of friction and, from version 2, of cutting before they slide, in N/m.
     pub presliding_stiffness_n_per_m: f64,
     /// How far back speed is measured, in s, 0 to 0.05: over the newest earlier sample at least so old; 0 takes the last two samples.
     /// Version 1 knows only 0. Speed lags by half of it.
@@ -94,6 +103,9 @@ pub struct AxialSpec {
     /// Optional rate dependence of the thresholds.
     #[serde(default)]
     pub rate: Option<RateDependence>,
+    /// When static friction ends, in version 3.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub breakaway: Option<Breakaway>,
 }
 
 /// Checked parameters of the axial law, constant for an attempt.
@@ -169,6 +181,7 @@ impl AxialParams {
             Domain::NotNegative.check("rate.p_infinity_n", rate.p_infinity_n, "N")?;
             Domain::Positive.check("rate.v0_m_per_s", rate.v0_m_per_s, "m/s")?;
         }
+        check_options(&spec)?;
         Ok(Self { spec })
     }
 
@@ -182,7 +195,7 @@ impl AxialParams {
 fn check_speed_window(spec: &AxialSpec) -> Result<(), ParamError> {
     let (longest_s, allowed) = match spec.law {
         ForceLaw::Version1 => (0.0, "must be 0 under version 1 of the law"),
-        ForceLaw::Version2 => (LONGEST_SPEED_WINDOW_S, "must be a number from 0 to 0.05"),
+        ForceLaw::Version2 | ForceLaw::Version3 => (LONGEST_SPEED_WINDOW_S, "must be a number from 0 to 0.05"),
     };
     let value = spec.speed_window_s;
     if (0.0..=longest_s).contains(&value) {

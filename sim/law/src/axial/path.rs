@@ -9,7 +9,7 @@ pub(crate) struct Open {
     pub rim: usize,
 }
 
-/// Force and energy of one tented boundary.
+/// Force and energy of the spring of one tented boundary, without its branches.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct TentedBoundary {
     pub deflection_m: f64,
@@ -47,8 +47,11 @@ impl<'a> Path<'a> {
             return TentedBoundary::default();
         };
         let w = (reach_m - depth).max(0.0);
-        let k = layer.stiffness_n_per_m;
-        TentedBoundary { deflection_m: w, force_n: k * w, energy_j: 0.5 * k * w * w }
+        let (k, kappa) = (layer.stiffness_n_per_m, layer.options.stiffening_n_per_m2);
+        // Without κ both gain a zero, which changes no bit.
+        let force_n = k * w + kappa * w * w;
+        let energy_j = 0.5 * k * w * w + kappa * w * w * w / 3.0;
+        TentedBoundary { deflection_m: w, force_n, energy_j }
     }
 
     /// The boundary that the tip tents: the first it has not opened.
@@ -65,7 +68,7 @@ impl<'a> Path<'a> {
         }
     }
 
-    /// U = ½ k_a w_t² + ½ k_c w_r², in J.
+    /// What the springs hold, U = ½ k w² + ⅓ κ w³ of tip and rim, in J.
     pub fn energy_j(&self, open: Open, x_m: f64) -> f64 {
         self.tip(open, x_m).energy_j + self.rim(open, x_m).energy_j
     }

@@ -3,8 +3,10 @@
 use phrase::{Phrase, phrase};
 use serde::{Deserialize, Serialize};
 
+use super::adhesion::Adhesion;
 use super::params::AxialParams;
 use super::path::Open;
+use super::relaxation::HeldBranches;
 use super::speed_window::SpeedWindow;
 use crate::ledger::Ledger;
 
@@ -90,9 +92,9 @@ pub struct AxialInput {
 pub struct AxialOutput {
     /// Speed of x over the scene's window, in m/s; without a window the backward difference.
     pub v_m_per_s: f64,
-    /// Elastic force of the boundary the tip tents, in N.
+    /// Force of the boundary the tip tents, in N: of its spring and of its branches.
     pub tip_n: f64,
-    /// Elastic force of the boundary the rim tents, in N.
+    /// Force of the boundary the rim tents, in N, likewise.
     pub rim_n: f64,
     /// Viscous force, in N.
     pub viscous_n: f64,
@@ -133,6 +135,12 @@ pub struct AxialState {
     /// Earlier samples that speed is measured from.
     #[serde(default)]
     pub(super) window: SpeedWindow,
+    /// Forces of the branches beside the tents. Version 3.
+    #[serde(default)]
+    pub(super) held: HeldBranches,
+    /// Where the shaft is between static and kinetic friction. Version 3.
+    #[serde(default)]
+    pub(super) adhesion: Adhesion,
 }
 
 /// Where the law stands: what is open, and the forces.
@@ -170,6 +178,8 @@ impl AxialState {
             ledger: Ledger::new(layers),
             last: None,
             window: SpeedWindow::new(params.spec().speed_window_s),
+            held: HeldBranches::default(),
+            adhesion: Adhesion::default(),
         }
     }
 

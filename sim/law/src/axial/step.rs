@@ -1,8 +1,10 @@
 //! One step of the law.
 
+use super::adhesion::{Adhesion, FrictionCaps, FrictionTick, Slid};
 use super::book::{BookedTick, book_tick};
 use super::params::{AxialParams, AxialSpec, ForceLaw, RateDependence};
-use super::path::{Open, Path, lay_boundaries};
+use super::path::{Open, Path, TentedBoundary, lay_boundaries};
+use super::relaxation::{Branches, HeldBranches, RelaxedTent, RelaxedTents, TentMotion};
 use super::speed_window::TimedDisplacement;
 use super::springs::{Cut, SpringTick, SpringWork, cut};
 use super::state::{AxialInput, AxialOutput, AxialScratch, AxialStanding, AxialState, Contactor, LastSample, Rupture};
@@ -15,6 +17,8 @@ const MAX_PATH_FACTOR: f64 = 1e3;
 /// How an accepted sample moved: since the last one, and over the scene's window of speed.
 struct AxialMotion {
     dx_m: f64,
+    /// Time since the last sample, in s.
+    dt_s: f64,
     v_m_per_s: f64,
 }
 
@@ -23,6 +27,8 @@ struct ResolvedTick {
     open: Open,
     x_m: f64,
     motion: AxialMotion,
+    /// What is left of the branches.
+    held: HeldBranches,
 }
 
 /// One step of the axial law. A bad input changes nothing: the last output comes back, marked as held.
@@ -43,21 +49,24 @@ pub fn step(
     lay_boundaries(&spec.layers, path_factor, boundaries_m);
     let path = Path::new(spec, boundaries_m, path_factor);
 
-    let elastic_work_j = path.energy_j(state.open(), x_m) - state.ledger.elastic_j();
+    let mut relaxed = relax_tents(&path, state, x_m, &motion);
+    let dented_j = path.energy_j(state.open(), x_m) + relaxed.stored_j();
+    let elastic_work_j = dented_j - state.ledger.elastic_j() + relaxed.lost_j();
     let thresholds = Thresholds { rate: spec.rate, speed_m_per_s: motion.v_m_per_s.abs() };
     let mut open = state.open();
     // Withdrawal ruptures nothing. Without rate dependence this changes no bit: what a lesser tent could open is open.
     if motion.dx_m >= 0.0 {
-        open = open_reached_boundaries(&path, open, &thresholds, x_m, ruptures);
+        open = open_reached_boundaries(&Tenting { path: &path, x_m, at: &thresholds }, open, &mut relaxed, ruptures);
     }
-    let at = ResolvedTick { open, x_m, motion };
-    let Forces { output, front_m, friction, cutting } = forces_after_ruptures(params, &path, state, &at);
+    let at = ResolvedTick { open, x_m, motion, held: relaxed.held };
+    let Forces { output, front_m, friction, adhesion, cutting } = forces_after_ruptures(params, &path, state, &at);
 
     let tick = BookedTick {
         open,
         x_m,
         dx_m: at.motion.dx_m,
         elastic_work_j,
+        relaxed: &relaxed,
         before: state.last_output(),
         after: output,
         friction,
@@ -69,6 +78,8 @@ pub fn step(
     state.rim_open = open.rim;
     state.deepest_m = state.deepest_m.max(output.depth_m);
     state.front_m = front_m;
+    state.held = relaxed.held;
+    state.adhesion = adhesion;
     state.window.push(TimedDisplacement { t_s, x_m }, spec.speed_window_s);
     state.last = Some(LastSample { t_s, x_m, output });
     output
@@ -79,7 +90,7 @@ fn stored_energy_j(spec: &AxialSpec, output: &AxialOutput) -> f64 {
     let spring_j = |force_n| SpringTick::stored_j(spec.presliding_stiffness_n_per_m, force_n);
     match spec.law {
         ForceLaw::Version1 => spring_j(output.friction_n),
-        ForceLaw::Version2 => spring_j(output.friction_n) + spring_j(output.cutting_n),
+        ForceLaw::Version2 | ForceLaw::Version3 => spring_j(output.friction_n) + spring_j(output.cutting_n),
     }
 }
 
@@ -100,14 +111,16 @@ pub fn forecast_standing(
     let (Some(last), true) = (&state.last, dt_s > 0.0 && dt_s.is_finite()) else { return now };
     let AxialScratch { ruptures, boundaries_m, path_factor } = scratch;
     let path = Path::new(params.spec(), boundaries_m, *path_factor);
-    let motion = AxialMotion { dx_m: v_m_per_s * dt_s, v_m_per_s };
+    let motion = AxialMotion { dx_m: v_m_per_s * dt_s, dt_s, v_m_per_s };
     let x_m = last.x_m + motion.dx_m;
     let thresholds = Thresholds { rate: params.spec().rate, speed_m_per_s: v_m_per_s.abs() };
     let mut open = state.open();
+    let mut relaxed = relax_tents(&path, state, x_m, &motion);
     if motion.dx_m >= 0.0 {
-        open = open_reached_boundaries(&path, open, &thresholds, x_m, ruptures);
+        open = open_reached_boundaries(&Tenting { path: &path, x_m, at: &thresholds }, open, &mut relaxed, ruptures);
     }
-    let output = forces_after_ruptures(params, &path, state, &ResolvedTick { open, x_m, motion }).output;
+    let at = ResolvedTick { open, x_m, motion, held: relaxed.held };
+    let output = forces_after_ruptures(params, &path, state, &at).output;
     AxialStanding { tip_open: open.tip, rim_open: open.rim, output }
 }
 
@@ -118,12 +131,42 @@ fn accept_motion(params: &AxialParams, state: &AxialState, input: &AxialInput) -
         && input.path_factor > 0.0
         && input.path_factor <= MAX_PATH_FACTOR;
     believable.then(|| {
-        state.last.as_ref().map_or(AxialMotion { dx_m: 0.0, v_m_per_s: 0.0 }, |last| {
+        state.last.as_ref().map_or(AxialMotion { dx_m: 0.0, dt_s: 0.0, v_m_per_s: 0.0 }, |last| {
             let latest = TimedDisplacement { t_s: last.t_s, x_m: last.x_m };
             let from = state.window.reference(input.t_s, params.spec().speed_window_s).unwrap_or(latest);
-            AxialMotion { dx_m: input.x_m - last.x_m, v_m_per_s: (input.x_m - from.x_m) / (input.t_s - from.t_s) }
+            AxialMotion {
+                dx_m: input.x_m - last.x_m,
+                dt_s: input.t_s - last.t_s,
+                v_m_per_s: (input.x_m - from.x_m) / (input.t_s - from.t_s),
+            }
         })
     })
+}
+
+/// Lets the branches beside both tents come to the end of a tick, before its ruptures. The first sample comes out of nowhere: what it
+/// finds tented has relaxed.
+fn relax_tents(path: &Path<'_>, state: &AxialState, x_m: f64, motion: &AxialMotion) -> RelaxedTents {
+    let open = state.open();
+    let mut relaxed = RelaxedTents { held: state.held, ..RelaxedTents::default() };
+    let Some(last) = &state.last else { return relaxed };
+    let relax = |branches: &mut Branches, boundary: usize, [from, to]: [TentedBoundary; 2]| {
+        let Some(layer) = path.layers.get(boundary).filter(|layer| !layer.options.branches.is_empty()) else {
+            *branches = Branches::default();
+            return RelaxedTent::default();
+        };
+        let tent = TentMotion {
+            from_m: from.deflection_m,
+            to_m: to.deflection_m,
+            dx_m: motion.dx_m,
+            dt_s: motion.dt_s,
+            spring_n: to.force_n,
+        };
+        let lost_j = branches.relax(layer, &tent);
+        RelaxedTent { boundary, stored_j: branches.stored_j(layer), lost_j }
+    };
+    relaxed.tip = relax(&mut relaxed.held.tip, open.tip, [path.tip(open, last.x_m), path.tip(open, x_m)]);
+    relaxed.rim = relax(&mut relaxed.held.rim, open.rim, [path.rim(open, last.x_m), path.rim(open, x_m)]);
+    relaxed
 }
 
 /// Rupture thresholds at the speed of this tick.
@@ -141,45 +184,50 @@ impl Thresholds {
     }
 }
 
+/// What a tick's ruptures are judged by.
+struct Tenting<'a> {
+    path: &'a Path<'a>,
+    x_m: f64,
+    at: &'a Thresholds,
+}
+
 /// Opens every boundary whose threshold is reached: tips in boundary order, then rims. Each pass of the inner loop
 /// opens one boundary, so it is bounded by the number of layers.
 fn open_reached_boundaries(
-    path: &Path<'_>,
+    tenting: &Tenting<'_>,
     mut open: Open,
-    at: &Thresholds,
-    x_m: f64,
+    relaxed: &mut RelaxedTents,
     ruptures: &mut Vec<Rupture>,
 ) -> Open {
     for contactor in [Contactor::Tip, Contactor::Rim] {
-        while let Some((rupture, next)) = next_rupture(path, open, at, contactor, x_m) {
+        while let Some((rupture, next)) = tenting.next_rupture(open, relaxed, contactor) {
             ruptures.push(rupture);
+            relaxed.give_way(contactor);
             open = next;
         }
     }
     open
 }
 
-/// The rupture that a contactor causes at x, if any, and what is open after it.
-fn next_rupture(
-    path: &Path<'_>,
-    open: Open,
-    at: &Thresholds,
-    contactor: Contactor,
-    x_m: f64,
-) -> Option<(Rupture, Open)> {
-    let (boundary, tent) = match contactor {
-        Contactor::Tip => (open.tip, path.tip(open, x_m)),
-        Contactor::Rim => (open.rim, path.rim(open, x_m)),
-    };
-    let layer = path.layers.get(boundary)?;
-    let (slow_n, next) = match contactor {
-        Contactor::Tip => (layer.tip_rupture_n, Open { tip: boundary + 1, ..open }),
-        Contactor::Rim => (layer.rim_rupture_n, Open { rim: boundary + 1, ..open }),
-    };
-    (tent.deflection_m > 0.0 && tent.force_n >= at.speed_threshold_n(slow_n)).then(|| {
-        let dissipated_j = path.energy_j(open, x_m) - path.energy_j(next, x_m);
-        (Rupture { contactor, boundary, force_n: tent.force_n, x_m, dissipated_j }, next)
-    })
+impl Tenting<'_> {
+    /// The rupture that a contactor causes, if any, and what is open after it.
+    fn next_rupture(&self, open: Open, relaxed: &RelaxedTents, contactor: Contactor) -> Option<(Rupture, Open)> {
+        let Self { path, x_m, at } = *self;
+        let (boundary, tent, stored_j) = match contactor {
+            Contactor::Tip => (open.tip, path.tip(open, x_m), relaxed.tip.stored_j),
+            Contactor::Rim => (open.rim, path.rim(open, x_m), relaxed.rim.stored_j),
+        };
+        let layer = path.layers.get(boundary)?;
+        let (slow_n, next) = match contactor {
+            Contactor::Tip => (layer.tip_rupture_n, Open { tip: boundary + 1, ..open }),
+            Contactor::Rim => (layer.rim_rupture_n, Open { rim: boundary + 1, ..open }),
+        };
+        let force_n = tent.force_n + relaxed.held.of(contactor).force_n();
+        (tent.deflection_m > 0.0 && force_n >= at.speed_threshold_n(slow_n)).then(|| {
+            let dissipated_j = path.energy_j(open, x_m) - path.energy_j(next, x_m) + stored_j;
+            (Rupture { contactor, boundary, force_n, x_m, dissipated_j }, next)
+        })
+    }
 }
 
 /// The forces of a tick, and what its presliding springs did.
@@ -188,47 +236,50 @@ struct Forces {
     /// The cutting front, in m.
     front_m: Option<f64>,
     friction: SpringWork,
+    adhesion: Adhesion,
     cutting: SpringWork,
 }
 
 /// The forces with the state after the ruptures.
 fn forces_after_ruptures(params: &AxialParams, path: &Path<'_>, state: &AxialState, at: &ResolvedTick) -> Forces {
     let depth_m = path.depth_m(at.open, at.x_m);
-    let (mut damping, mut cap_n) = (0.0, 0.0);
+    let mut damping = 0.0;
+    let mut caps = FrictionCaps { kinetic_n: 0.0, static_n: 0.0 };
     for (layer, inserted_m) in path.inserted(depth_m) {
         damping += layer.damping_n_s_per_m2 * inserted_m;
-        cap_n += layer.friction_n_per_m * inserted_m;
+        caps.kinetic_n += layer.friction_n_per_m * inserted_m;
+        caps.static_n += layer.static_friction_n_per_m() * inserted_m;
     }
-    let (friction_n, friction) = friction_force(params, state, at, cap_n);
+    let Slid { force_n: friction_n, work: friction, adhesion } = friction_force(params, state, at, caps);
     let (Cut { force_n: cutting_n, front_m }, cutting) = cut_tissue(params, path, state, at);
     let output = AxialOutput {
         v_m_per_s: at.motion.v_m_per_s,
-        tip_n: path.tip(at.open, at.x_m).force_n,
-        rim_n: path.rim(at.open, at.x_m).force_n,
+        // What the branches pull is let go of but for round-off.
+        tip_n: (path.tip(at.open, at.x_m).force_n + at.held.tip.force_n()).max(0.0),
+        rim_n: (path.rim(at.open, at.x_m).force_n + at.held.rim.force_n()).max(0.0),
         viscous_n: at.motion.v_m_per_s * damping,
         friction_n,
         cutting_n,
         depth_m,
         held: false,
     };
-    Forces { output, front_m, friction, cutting }
+    Forces { output, front_m, friction, adhesion, cutting }
 }
 
-/// Friction: F ← clip(F + k Δx, ± cap).
-fn friction_force(params: &AxialParams, state: &AxialState, at: &ResolvedTick, cap_n: f64) -> (f64, SpringWork) {
-    let stiffness_n_per_m = params.spec().presliding_stiffness_n_per_m;
+/// Friction, by the law of the scene: a presliding spring within a cap.
+fn friction_force(params: &AxialParams, state: &AxialState, at: &ResolvedTick, caps: FrictionCaps) -> Slid {
+    let spec = params.spec();
+    let stiffness_n_per_m = spec.presliding_stiffness_n_per_m;
     let (before_n, dx_m) = (state.last_output().friction_n, at.motion.dx_m);
-    let trial_n = before_n + stiffness_n_per_m * dx_m;
-    let after_n = trial_n.max(-cap_n).min(cap_n);
-    if params.spec().law == ForceLaw::Version1 {
+    if spec.law == ForceLaw::Version1 {
+        let force_n = (before_n + stiffness_n_per_m * dx_m).max(-caps.kinetic_n).min(caps.kinetic_n);
         let stored_j = |force_n| SpringTick::stored_j(stiffness_n_per_m, force_n);
-        let work_j = after_n * dx_m;
-        return (after_n, SpringWork { work_j, lost_j: (work_j - (stored_j(after_n) - stored_j(before_n))).max(0.0) });
+        let work_j = force_n * dx_m;
+        let work = SpringWork { work_j, lost_j: (work_j - (stored_j(force_n) - stored_j(before_n))).max(0.0) };
+        return Slid { force_n, work, adhesion: Adhesion::default() };
     }
-    // A spring that its cap never stopped has only been stretched, whatever the cap was before.
-    let kept_n = if trial_n.abs() <= cap_n { before_n } else { before_n.max(-cap_n).min(cap_n) };
-    let slid_m = if trial_n.abs() <= cap_n { 0.0 } else { dx_m - (after_n - kept_n) / stiffness_n_per_m };
-    (after_n, SpringTick { stiffness_n_per_m, before_n, kept_n, after_n, slid_m }.integrate())
+    let tick = FrictionTick { stiffness_n_per_m, before_n, dx_m, dt_s: at.motion.dt_s, caps };
+    spec.breakaway.as_ref().map_or_else(|| tick.slide(), |breakaway| tick.slide_with(breakaway, state.adhesion))
 }
 
 /// Cutting, by the law of the scene.
@@ -243,11 +294,11 @@ fn cut_tissue(params: &AxialParams, path: &Path<'_>, state: &AxialState, at: &Re
             let work_j = force_n * at.motion.dx_m;
             (Cut { force_n, front_m: None }, SpringWork { work_j, lost_j: work_j })
         }
-        ForceLaw::Version2 => drag_front(params, state, at, cap_n),
+        ForceLaw::Version2 | ForceLaw::Version3 => drag_front(params, state, at, cap_n),
     }
 }
 
-/// The cutting spring of version 2. Its front begins where the needle is in the tick that opens the skin.
+/// The cutting spring from version 2 on. Its front begins where the needle is in the tick that opens the skin.
 fn drag_front(params: &AxialParams, state: &AxialState, at: &ResolvedTick, cap_n: f64) -> (Cut, SpringWork) {
     let stiffness_n_per_m = params.spec().presliding_stiffness_n_per_m;
     let before_m = if state.tip_open == 0 && at.open.tip > 0 { Some(at.x_m) } else { state.front_m };

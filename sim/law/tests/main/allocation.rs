@@ -4,7 +4,8 @@
 
 use allocation_counter::measure;
 use bench::needle::DrivenNeedle;
-use bench::scenes::{AxialRun, in_hold_out_in, training_axial_spec};
+use bench::scenes::{AxialRun, in_hold_out_in, optioned_axial_spec, training_axial_spec};
+use law::axial::AxialSpec;
 use law::operator::{Operator, Plan, Skill, needle_pose};
 use law::puncture::{PunctureInput, step};
 use nalgebra::{Point3, Vector3};
@@ -13,7 +14,13 @@ use crate::structures::one_of_each;
 
 #[test]
 fn the_axial_law_never_allocates() {
-    let mut run = AxialRun::new(training_axial_spec()).expect("a valid scene");
+    for spec in [training_axial_spec(), optioned_axial_spec()] {
+        count_allocations(spec);
+    }
+}
+
+fn count_allocations(spec: AxialSpec) {
+    let mut run = AxialRun::new(spec).expect("a valid scene");
     let counted = measure(|| {
         for leg in in_hold_out_in() {
             run.travel(&leg, |_, _, _| ());

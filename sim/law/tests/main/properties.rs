@@ -5,7 +5,10 @@
 //! force that is not a number.
 
 use bench::scenes::{AxialRun, make_layer, paper_axial_spec};
-use law::axial::{AxialParams, AxialSpec, Contactor, ForceLaw, Layer, ParamError, RateDependence};
+use law::axial::{
+    AxialParams, AxialSpec, Breakaway, Contactor, ForceLaw, Layer, LayerOptions, MaxwellBranch, ParamError,
+    RateDependence,
+};
 use law::soundness::Unsound;
 use proptest::prelude::*;
 
@@ -14,6 +17,35 @@ fn any_layer() -> impl Strategy<Value = Layer> {
     let stiffness = (0.0..5.0_f64).prop_map(|exponent| libm::pow(10.0, exponent));
     (thickness, stiffness, 0.0..300.0_f64, 0.0..5.0_f64, 0.0..5.0_f64, 0.0..100.0_f64, 0.0..1.0_f64)
         .prop_map(|(d, k, b, tip, rim, c, f)| make_layer("any", [d, k, b, tip, rim, c, f]))
+}
+
+/// Every option there or not, from hardly felt to overwhelming.
+fn any_options() -> impl Strategy<Value = LayerOptions> {
+    let branch = (1e-3..3.0_f64, -4.0..3.0_f64)
+        .prop_map(|(share, exponent)| MaxwellBranch { share, time_s: libm::pow(10.0, exponent) });
+    let stiffening = prop_oneof![Just(0.0), 1.0..1e6_f64];
+    (stiffening, prop::collection::vec(branch, 0..4), prop::option::of(0.0..100.0_f64)).prop_map(
+        |(stiffening_n_per_m2, branches, static_friction_n_per_m)| LayerOptions {
+            stiffening_n_per_m2,
+            branches,
+            static_friction_n_per_m,
+        },
+    )
+}
+
+/// A scene of version 3: what relaxes has no rate, and static friction is added to the kinetic one.
+fn any_optioned_scene() -> impl Strategy<Value = AxialSpec> {
+    let breakaway = (1e-5..5e-3_f64, 1e-2..2.0_f64).prop_map(|(slid_m, rest_s)| Breakaway { slid_m, rest_s });
+    (any_scene(), prop::collection::vec(any_options(), 6), breakaway).prop_map(|(mut spec, options, breakaway)| {
+        spec.law = ForceLaw::Version3;
+        spec.breakaway = Some(breakaway);
+        for (layer, options) in spec.layers.iter_mut().zip(options) {
+            let static_friction_n_per_m = options.static_friction_n_per_m.map(|more| layer.friction_n_per_m + more);
+            layer.options = LayerOptions { static_friction_n_per_m, ..options };
+        }
+        spec.rate = spec.rate.filter(|_| !spec.relaxes());
+        spec
+    })
 }
 
 fn any_scene() -> impl Strategy<Value = AxialSpec> {
@@ -33,6 +65,7 @@ fn any_scene() -> impl Strategy<Value = AxialSpec> {
             presliding_stiffness_n_per_m: 2000.0,
             speed_window_s,
             rate,
+            breakaway: None,
         },
     )
 }
@@ -61,8 +94,16 @@ fn walk(spec: AxialSpec, steps: &[(f64, f64)]) -> Result<(), TestCaseError> {
         prop_assert!(output.total_n().is_finite() && output.depth_m >= 0.0);
         prop_assert!(output.tip_n >= 0.0 && output.rim_n >= 0.0 && output.cutting_n >= 0.0);
         prop_assert!(output.viscous_n * output.v_m_per_s >= 0.0, "viscosity must resist");
-        let cap_n: f64 = layers.iter().map(|layer| layer.friction_n_per_m * layer.thickness_m).sum();
+        let cap_n: f64 = layers.iter().map(|layer| layer.static_friction_n_per_m() * layer.thickness_m).sum();
         prop_assert!(output.friction_n.abs() <= cap_n + 1e-12);
+        // A branch is never stretched by more than the dent: at most everything holds as if dented at once.
+        let most_n = layers.iter().map(|layer| {
+            let w = x_m.max(0.0);
+            let k = layer.stiffness_n_per_m * (1.0 + layer.options.branch_share());
+            k * w + layer.options.stiffening_n_per_m2 * w * w
+        });
+        let most_n = most_n.fold(0.0, f64::max) * (1.0 + 1e-9);
+        prop_assert!(output.tip_n <= most_n && output.rim_n <= most_n, "{output:?} is beyond {most_n} N");
 
         prop_assert!(run.state.tip_open >= before.tip_open && run.state.rim_open >= before.rim_open, "healed");
         prop_assert!(run.state.rim_open <= run.state.tip_open, "the rim went before the tip");
@@ -88,12 +129,95 @@ fn walk(spec: AxialSpec, steps: &[(f64, f64)]) -> Result<(), TestCaseError> {
     Ok(())
 }
 
+/// Inserts by 60 mm in ticks of 10 µm that take so many seconds, one pace after the other. Ticks judge their ruptures late, by what a
+/// boundary gains in a tick.
+fn insert_soundly(spec: AxialSpec, seconds: &[f64]) -> Result<(), TestCaseError> {
+    const TICK_M: f64 = 1e-5;
+    let stiffest = spec.layers.iter().map(|layer| {
+        let options = &layer.options;
+        layer.stiffness_n_per_m * (1.0 + options.branch_share()) + 2.0 * options.stiffening_n_per_m2 * 0.06
+    });
+    let late_n = 4.0 * TICK_M * stiffest.fold(0.0, f64::max);
+    let mut run = AxialRun::new(spec).expect("a valid scene");
+    let (mut t_s, mut before_n) = (0.0, 0.0);
+    for tick in 0..6000_u32 {
+        t_s += seconds[tick as usize * seconds.len() / 6000];
+        let output = run.step(t_s, f64::from(tick) * TICK_M);
+        let tents_n = output.tip_n + output.rim_n;
+        if !run.ruptures().is_empty() {
+            let gained_j: f64 = -run.ruptures().iter().map(|rupture| rupture.dissipated_j).sum::<f64>();
+            prop_assert!(tents_n <= before_n + late_n, "from {before_n} N to {tents_n} N: {:?}", run.ruptures());
+            prop_assert!(gained_j <= late_n * 0.06, "{gained_j} J: {:?}", run.ruptures());
+        }
+        before_n = tents_n;
+    }
+    Ok(())
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn the_laws_hold_for_any_scene_and_motion(spec in any_scene(), steps in any_walk()) {
         walk(spec, &steps)?;
+    }
+
+    #[test]
+    fn the_laws_hold_with_every_option(spec in any_optioned_scene(), steps in any_walk()) {
+        walk(spec, &steps)?;
+    }
+
+    #[test]
+    fn version_3_without_options_is_version_2_to_the_bit(spec in any_scene(), steps in any_walk()) {
+        let second = AxialSpec { law: ForceLaw::Version2, ..spec };
+        let third = AxialSpec { law: ForceLaw::Version3, ..second.clone() };
+        let mut runs = [second, third].map(|spec| AxialRun::new(spec).expect("a valid scene"));
+        let (mut t_s, mut x_m) = (0.0, -0.001);
+        for &(dt, dx) in &steps {
+            let [second, third] = &mut runs;
+            let output = second.step(t_s + dt, x_m + dx);
+            prop_assert_eq!(output, third.step(t_s + dt, x_m + dx));
+            if !output.held {
+                (t_s, x_m) = (t_s + dt, x_m + dx);
+            }
+        }
+        prop_assert_eq!(&runs[0].state, &runs[1].state);
+    }
+
+    #[test]
+    fn a_state_that_was_saved_goes_on_to_the_bit(spec in any_optioned_scene(), steps in any_walk()) {
+        let mut run = AxialRun::new(spec.clone()).expect("a valid scene");
+        let mut saved = AxialRun::new(spec).expect("a valid scene");
+        let (mut t_s, mut x_m) = (0.0, -0.001);
+        for (at, &(dt, dx)) in steps.iter().enumerate() {
+            if at == steps.len() / 2 {
+                let text = serde_json::to_string(&saved.state).expect("a state is text");
+                saved.state = serde_json::from_str(&text).expect("its own text");
+            }
+            let output = run.step(t_s + dt, x_m + dx);
+            prop_assert_eq!(output, saved.step(t_s + dt, x_m + dx));
+            if !output.held {
+                (t_s, x_m) = (t_s + dt, x_m + dx);
+            }
+        }
+    }
+
+    #[test]
+    fn no_rupture_of_a_sound_scene_raises_force_or_energy_at_any_speed(
+        spec in any_optioned_scene(),
+        seconds in prop::collection::vec((-5.0..0.5_f64).prop_map(|exponent| libm::pow(10.0, exponent)), 40),
+    ) {
+        let mut spec = spec;
+        for _ in 0..8 {
+            let Some(issue) = law::soundness::find_unsound_ruptures(&spec).into_iter().next() else { break };
+            let layer = &mut spec.layers[issue.boundary];
+            match issue.contactor {
+                Contactor::Tip => layer.tip_rupture_n = issue.largest_sound_n,
+                Contactor::Rim => layer.rim_rupture_n = issue.largest_sound_n,
+            }
+        }
+        prop_assume!(spec.rate.is_none() && law::soundness::find_unsound_ruptures(&spec).is_empty());
+        insert_soundly(spec, &seconds)?;
     }
 
     #[test]

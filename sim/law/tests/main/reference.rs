@@ -37,6 +37,15 @@ fn replay(scene_json: &str, csv: &str) -> (usize, usize) {
             assert!(close(found, *wanted), "line {}, column {}: {found} is not {wanted}", line + 1, column + 2);
         }
         assert_eq!(run.events(), fields[10], "line {}", line + 1);
+        if let Some(lost_j) = fields.get(11) {
+            let found_j: f64 = run.state.ledger.layers.iter().map(|layer| layer.viscous_j).sum();
+            let wanted_j: f64 = lost_j.parse().expect("a number");
+            assert!(
+                (found_j - wanted_j).abs() <= 1e-14_f64.max(1e-9 * wanted_j),
+                "line {}: {found_j} J is not {wanted_j} J",
+                line + 1
+            );
+        }
         samples += 1;
         with_events += usize::from(!fields[10].is_empty());
     }
@@ -78,4 +87,33 @@ fn an_encoder_in_steps_of_55_um() {
         include_str!("../../../../tests/data/force/encoder_55um.csv"),
     );
     assert_eq!((samples, events), (3858, 6));
+}
+
+/// Branches integrated by an ODE solver, held and drawn back a little, and what their dashpots lost by each sample.
+#[test]
+fn tents_that_relax() {
+    let (samples, events) = replay(
+        include_str!("../../../../tests/data/force/relaxing.json"),
+        include_str!("../../../../tests/data/force/relaxing.csv"),
+    );
+    assert_eq!((samples, events), (2886, 6));
+}
+
+#[test]
+fn tents_that_stiffen() {
+    let (samples, events) = replay(
+        include_str!("../../../../tests/data/force/stiffening.json"),
+        include_str!("../../../../tests/data/force/stiffening.csv"),
+    );
+    assert_eq!((samples, events), (1851, 6));
+}
+
+/// Static friction until the shaft has slid, renewed by a long rest and by going back, not by a short rest.
+#[test]
+fn friction_that_breaks_away() {
+    let (samples, events) = replay(
+        include_str!("../../../../tests/data/force/breakaway.json"),
+        include_str!("../../../../tests/data/force/breakaway.csv"),
+    );
+    assert_eq!((samples, events), (1541, 1));
 }

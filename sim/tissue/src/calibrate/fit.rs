@@ -131,8 +131,10 @@ pub fn fit(curve: &Curve, start: Start<'_>, watch: &mut dyn FnMut(u32)) -> Resul
         Start::Fresh(asked) => search.by_drops(&asked)?,
         Start::Scene(spec) => {
             AxialParams::new(spec.clone())?;
-            if spec.law != ForceLaw::Version2 {
-                return Err(CalibrateError::OldLaw);
+            match spec.law {
+                ForceLaw::Version1 => return Err(CalibrateError::OldLaw),
+                ForceLaw::Version2 => {}
+                ForceLaw::Version3 => return Err(CalibrateError::LawOfOptions),
             }
             search.over_scene(spec)?
         }

@@ -1,6 +1,6 @@
 //! Starting values, from the curve itself or from a scene laid over it.
 
-use law::axial::{AxialSpec, Contactor, ForceLaw, Layer};
+use law::axial::{AxialSpec, Contactor, ForceLaw, Layer, LayerOptions};
 use law::closed_form;
 
 use super::CalibrateError;
@@ -49,6 +49,7 @@ pub(super) fn guess_afresh(front: &Front, curve: &Curve, asked: &Fresh) -> Resul
         presliding_stiffness_n_per_m: 2000.0,
         speed_window_s: 0.0,
         rate: None,
+        breakaway: None,
     };
     Ok([0.0, 0.5, 0.9].map(|part| Guess { spec: spec(part), places: places.clone() }))
 }
@@ -82,6 +83,7 @@ fn stack(front: &Front, curve: &Curve, tips: &[usize], cut_part: f64) -> Vec<Lay
             rim_rupture_n: tent_n,
             friction_n_per_m: 1.0,
             cutting_n: 0.01,
+            options: LayerOptions::default(),
         });
     }
     layers

@@ -81,6 +81,11 @@ pub enum CalibrateError {
     /// The starting scene is of another version of the law than the one fitted.
     #[error("the starting scene is of law 1, by which cutting depends on the tick; scenes of law 2 are allowed")]
     OldLaw,
+    /// The starting scene may have options, and a curve of one speed does not tell them apart from what is fitted.
+    #[error(
+        "the starting scene is of law 3, whose options one curve cannot tell from stiffness and thresholds; scenes of law 2 are allowed"
+    )]
+    LawOfOptions,
     /// The starting scene is not one that the law takes.
     #[error(transparent)]
     Params(#[from] law::axial::ParamError),

@@ -1,6 +1,6 @@
 //! The scene of the samples.
 
-use documents::{Needle, Scene, SceneLayer, SceneStructure, TissueOptions};
+use documents::{Needle, Scene, SceneLayer, SceneLayerOptions, SceneStructure, TissueOptions};
 use law::structures::{Shape, StructureKind, StructureSpec};
 
 pub(super) fn scene() -> Scene {
@@ -50,6 +50,7 @@ fn layer(name: &str, thickness_mm: f64) -> SceneLayer {
         recoil_time_s: None,
         texture: name.to_owned(),
         source: "sample".to_owned(),
+        options: SceneLayerOptions::default(),
     }
 }
 
@@ -68,5 +69,7 @@ fn needle() -> Needle {
         presliding_stiffness_n_per_m: 2000.0,
         speed_window_ms: 12.0,
         lateral_stiffness_n_per_m2: 10_000.0,
+        breakaway_mm: None,
+        friction_rest_s: 1.0,
     }
 }

@@ -1,0 +1,184 @@
+//! Maxwell branches beside a tent: what a held needle loses.
+//!
+//! Each branch is a spring g k in series with a dashpot of time τ. Over a tick w is linear in time, so that with Δ = Δt/τ and u = 1 − e^(−Δ)
+//!
+//! ```text
+//! q ← q e^(−Δ) + g k Δw u/Δ
+//! stored  q²/(2 g k)
+//! lost    ∫ q²/(g k τ) dt = (1/(g k)) (q₀² (u − u²/2) + q₀ a u²/Δ + a² (Δ − u − u²/2)/Δ²),   a = g k Δw
+//! ```
+//!
+//! exactly, whatever the tick. Where a contactor touches or leaves a boundary within a tick, the branch works for its part of the tick.
+//!
+//! A tip that draws back faster than the tissue follows would be pulled by branches that have relaxed. Tissue does not stick to a needle:
+//! where spring and branches together would pull, the branches that do lose as much as brings the force to 0, and what they stored for it is
+//! lost. A contactor that tents nothing has no branches.
+
+use serde::{Deserialize, Serialize};
+
+use super::options::{MAX_BRANCHES, MaxwellBranch};
+use super::params::Layer;
+use super::state::Contactor;
+
+/// The branches beside one tent.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Branches {
+    /// Force q of each, in N; 0 beyond those that the layer has.
+    pub forces_n: [f64; MAX_BRANCHES],
+}
+
+/// The branches beside the tents of both contactors.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct HeldBranches {
+    pub tip: Branches,
+    pub rim: Branches,
+}
+
+/// How a tent moved in a tick: its deflections in m and its spring's force in N at the end.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TentMotion {
+    pub from_m: f64,
+    pub to_m: f64,
+    /// Change of the displacement of the needle, in m: more than that of the tent where it is touched or left within the tick.
+    pub dx_m: f64,
+    pub dt_s: f64,
+    pub spring_n: f64,
+}
+
+impl Branches {
+    /// Force of all, in N.
+    pub fn force_n(&self) -> f64 {
+        self.forces_n.iter().sum()
+    }
+
+    /// Energy that all hold beside a layer's boundary, Σ q²/(2 g k), in J.
+    pub fn stored_j(&self, layer: &Layer) -> f64 {
+        let stored_j = |(branch, q): (&MaxwellBranch, &f64)| q * q / (2.0 * branch.share * layer.stiffness_n_per_m);
+        layer.options.branches.iter().zip(&self.forces_n).map(stored_j).sum()
+    }
+
+    /// Lets a tick pass; what the dashpots lost in it, in J, never negative.
+    pub fn relax(&mut self, layer: &Layer, motion: &TentMotion) -> f64 {
+        if layer.options.branches.is_empty() || (motion.from_m <= 0.0 && motion.to_m <= 0.0) {
+            *self = Self::default();
+            return 0.0;
+        }
+        let dent_m = motion.to_m - motion.from_m;
+        let touches = motion.from_m <= 0.0 || motion.to_m <= 0.0;
+        let part = if touches && motion.dx_m != 0.0 { (dent_m / motion.dx_m).abs().min(1.0) } else { 1.0 };
+        let mut lost_j = 0.0;
+        for (branch, q) in layer.options.branches.iter().zip(&mut self.forces_n) {
+            let stiffness = branch.share * layer.stiffness_n_per_m;
+            lost_j += relax_branch(q, stiffness, &Passage { dent_m, delta: motion.dt_s * part / branch.time_s });
+        }
+        lost_j + self.let_go(layer, motion)
+    }
+
+    /// Takes off what would pull the contactor; what was stored for it, in J.
+    fn let_go(&mut self, layer: &Layer, motion: &TentMotion) -> f64 {
+        let before_j = self.stored_j(layer);
+        if motion.to_m <= 0.0 {
+            *self = Self::default();
+            return before_j;
+        }
+        let total_n = motion.spring_n + self.force_n();
+        if total_n >= 0.0 {
+            return 0.0;
+        }
+        let pulling_n: f64 = self.forces_n.iter().map(|q| q.min(0.0)).sum();
+        // The rest of what pulls is the pull less what is too much of it: total_n is negative, and no more so than pulling_n.
+        let kept = ((pulling_n - total_n) / pulling_n).max(0.0).min(1.0);
+        for q in self.forces_n.iter_mut().filter(|q| **q < 0.0) {
+            *q *= kept;
+        }
+        (before_j - self.stored_j(layer)).max(0.0)
+    }
+}
+
+/// A branch's part of a tick: the change of the dent in m, and its time in units of τ.
+struct Passage {
+    dent_m: f64,
+    delta: f64,
+}
+
+/// Brings the force of one branch to the end of its passage; what its dashpot lost, in J.
+fn relax_branch(q: &mut f64, stiffness_n_per_m: f64, passage: &Passage) -> f64 {
+    let Passage { dent_m, delta } = *passage;
+    let a = stiffness_n_per_m * dent_m;
+    if delta <= 0.0 {
+        *q += a;
+        return 0.0;
+    }
+    let u = -libm::expm1(-delta);
+    let before = *q;
+    *q = before * (1.0 - u) + a * (u / delta);
+    let squared = before * before * (u - 0.5 * u * u) + before * a * (u * u / delta) + a * a * ramp_loss(u, delta);
+    (squared / stiffness_n_per_m).max(0.0)
+}
+
+/// (Δ − u − u²/2)/Δ². Since Δ = −ln(1 − u) = u + u²/2 + u³/3 + …, what is left of a short tick is its higher powers.
+fn ramp_loss(u: f64, delta: f64) -> f64 {
+    /// Below it the series is exact to round-off in as many terms as are summed.
+    const SHORT: f64 = 0.03;
+    if u >= SHORT {
+        return (delta - u - 0.5 * u * u) / (delta * delta);
+    }
+    // Horner's scheme of Σ u^n/(n + 3), n = 0 … 9.
+    let sum = (3..=12).rev().fold(0.0, |sum, n| sum * u + 1.0 / f64::from(n));
+    u * u * u * sum / (delta * delta)
+}
+
+/// What a tick made of the branches beside one tent.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct RelaxedTent {
+    /// Which boundary.
+    pub boundary: usize,
+    /// What they hold, in J.
+    pub stored_j: f64,
+    /// What they lost in the tick before its ruptures, in J.
+    pub lost_j: f64,
+}
+
+/// What a tick made of the branches beside both.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct RelaxedTents {
+    pub held: HeldBranches,
+    pub tip: RelaxedTent,
+    pub rim: RelaxedTent,
+}
+
+impl RelaxedTents {
+    /// What all hold, in J.
+    pub fn stored_j(&self) -> f64 {
+        self.tip.stored_j + self.rim.stored_j
+    }
+
+    /// What all lost, in J.
+    pub fn lost_j(&self) -> f64 {
+        self.tip.lost_j + self.rim.lost_j
+    }
+
+    /// A contactor that goes through leaves its branches behind. What takes over was dented slowly, or long ago: it has relaxed.
+    pub fn give_way(&mut self, contactor: Contactor) {
+        match contactor {
+            Contactor::Tip => {
+                self.held.tip = Branches::default();
+                self.tip.stored_j = 0.0;
+            }
+            Contactor::Rim => {
+                self.held.rim = Branches::default();
+                self.rim.stored_j = 0.0;
+            }
+        }
+    }
+}
+
+impl HeldBranches {
+    /// Those of a contactor.
+    pub fn of(&self, contactor: Contactor) -> &Branches {
+        match contactor {
+            Contactor::Tip => &self.tip,
+            Contactor::Rim => &self.rim,
+        }
+    }
+}
