@@ -8,7 +8,7 @@ use std::path::Path;
 
 use attempt::trajectory::TrajectoryError;
 use pyo3::create_exception;
-use pyo3::exceptions::{PyOSError, PyValueError};
+use pyo3::exceptions::{PyIsADirectoryError, PyOSError, PyValueError};
 use pyo3::prelude::*;
 
 create_exception!(
@@ -31,7 +31,12 @@ pub fn refuse_file(file: &str, why: impl Display) -> PyErr {
 /// A file cannot be read or written: the subclass of `OSError` that belongs to the system's own number.
 pub fn report_disk(file: &str, error: &io::Error) -> PyErr {
     match error.raw_os_error() {
-        Some(number) => PyOSError::new_err((number, error.to_string(), file.to_owned())),
+        Some(number) => {
+            let says = error.to_string();
+            // Python puts the number in front itself.
+            let says = says.strip_suffix(&format!(" (os error {number})")).unwrap_or(&says);
+            PyOSError::new_err((number, says.to_owned(), file.to_owned()))
+        }
         None => PyOSError::new_err(format!("{file}: {error}")),
     }
 }
@@ -41,7 +46,9 @@ pub fn open_file(path: &Path) -> PyResult<File> {
     let name = path.display().to_string();
     let file = File::open(path).map_err(|error| report_disk(&name, &error))?;
     match file.metadata() {
-        Ok(metadata) if metadata.is_dir() => Err(report_disk(&name, &io::ErrorKind::IsADirectory.into())),
+        Ok(metadata) if metadata.is_dir() => {
+            Err(PyIsADirectoryError::new_err(format!("{name}: is a folder; a file is needed")))
+        }
         Ok(_) => Ok(file),
         Err(error) => Err(report_disk(&name, &error)),
     }

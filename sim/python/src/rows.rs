@@ -50,9 +50,10 @@ impl PackedRow<'_> {
         "xyz".chars().zip(values).for_each(|(part, value)| self.float(|| name(part), value));
     }
 
-    fn put(&mut self, name: impl Fn() -> String, format: &'static str, value: &[u8]) {
+    /// Writes a number where numbers of its size may stand.
+    fn put<const N: usize>(&mut self, name: impl Fn() -> String, format: &'static str, value: &[u8; N]) {
         let bytes = &mut self.rows.bytes;
-        let offset = (bytes.len() - self.begin).next_multiple_of(value.len());
+        let offset = (bytes.len() - self.begin).next_multiple_of(N);
         bytes.resize(self.begin + offset, 0);
         bytes.extend_from_slice(value);
         if self.naming {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
+from operator import index
 from types import SimpleNamespace
 
 import numpy as np
@@ -72,9 +73,10 @@ def simulate(
     if out is not None and not overwrite and os.path.exists(out):
         raise FileExistsError(17, "exists already; overwrite=True replaces it", os.fspath(out))
     name, motion = read_operator(operator)
-    if isinstance(seed, bool) or not 0 <= seed < 2**64:
+    seed, tick_hz = index(seed), index(tick_hz)
+    if not 0 <= seed < 2**64:
         raise StyletError(f"seed = {seed}; 0 to 2**64 - 1 is allowed")
-    if isinstance(tick_hz, bool) or not 0 <= tick_hz < 2**64:
+    if not 0 <= tick_hz < 2**64:
         raise StyletError(f"tick_hz = {tick_hz} Hz; 100 Hz to 10000 Hz is allowed")
     wish = SimpleNamespace(
         operator=name, seed=seed, tick_hz=tick_hz, session_id=session_id, started_at=started_at, trainee=trainee
