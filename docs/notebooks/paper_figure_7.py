@@ -52,10 +52,10 @@ for i, (depth_mm, k) in enumerate(zip(boundary_mm, STIFFNESS_N_PER_M)):
     expected_mm["tip_rupture"].append(tip_mm)
     expected_mm["rim_rupture"].append(max(rim_mm, tip_mm, *expected_mm["rim_rupture"], 0))
 
-print("boundary  by    at mm  expected mm  force before N")
+print("boundary  by    at mm  expected mm  its own force N")
 for pop in pops:
     at_mm, wanted_mm = pop["x_m"] * 1e3, expected_mm[pop["kind"]][pop["boundary"]]
-    print(f"{NAMES[pop['boundary']]:8}  {pop['kind'][:3]} {at_mm:8.3f} {wanted_mm:12.3f} {pop['force_n']:15.3f}")
+    print(f"{NAMES[pop['boundary']]:8}  {pop['kind'][:3]} {at_mm:8.3f} {wanted_mm:12.3f} {pop['force_n']:16.3f}")
     # Seen at the tick after, so late by at most one.
     assert 0 <= at_mm - wanted_mm <= SPEED_MM_PER_S / attempt.session["tick_hz"] + 1e-9, "the law is not its closed form"
 

@@ -85,8 +85,12 @@ def force(scene: PathLike | Mapping[str, Any], t: npt.ArrayLike, x: npt.ArrayLik
     content, opened, unsound = _native.compute_force(name, text, t_s, x_m)
     for why in unsound:
         warnings.warn(f"{name}: unsound scene: {why}", UnsoundSceneWarning, stacklevel=2)
-    columns = np.frombuffer(content, dtype=np.float64).reshape(8, len(t_s))
+    v_m_per_s, force_n, tip_n, rim_n, viscous_n, friction_n, cutting_n, depth_m = np.frombuffer(
+        content, dtype=np.float64
+    ).reshape(8, len(t_s))
     ruptures = np.array(
         [(row, t_s[row], x_m[row], contactor, boundary) for row, contactor, boundary in opened], dtype=RUPTURE_DTYPE
     )
-    return Forces(t_s, x_m, *columns, ruptures)
+    return Forces(
+        t_s, x_m, v_m_per_s, force_n, tip_n, rim_n, viscous_n, friction_n, cutting_n, depth_m, ruptures
+    )

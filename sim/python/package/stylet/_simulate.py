@@ -11,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _native
-from ._arrays import PathLike, StyletError, UnsoundSceneWarning, read_numbers
+from ._arrays import PathLike, UnsoundSceneWarning, read_numbers
+from ._native import StyletError
 from ._recording import Recording
 
 #: Columns of a motion: t and x; t and the position; and the orientation besides.
