@@ -49,9 +49,7 @@ impl Playback {
         let rows = 0..columns.first().map_or(0, |times| times.values.len());
         let rows = rows.map(|at| match *row(columns, at) {
             [t_s, x_m] => Ok((t_s, pose_on_axis(x_m, plan))),
-            [t_s, x, y, z] => {
-                Ok((t_s, Isometry3::from_parts(Translation3::new(x, y, z), planned_rotation(plan))))
-            }
+            [t_s, x, y, z] => Ok((t_s, Isometry3::from_parts(Translation3::new(x, y, z), planned_rotation(plan)))),
             [t_s, x, y, z, qx, qy, qz, qw] => {
                 let refuse = |why| TrajectoryError::Refused { place: format!("row {at}"), why };
                 let rotation = unit_quaternion([qx, qy, qz, qw]).map_err(refuse)?;
@@ -138,9 +136,10 @@ fn poses(table: &TrajectoryTable, plan: &Plan) -> Result<Vec<(f64, Isometry3<f64
 
 fn quaternions(table: &TrajectoryTable) -> Result<Vec<UnitQuaternion<f64>>, TrajectoryError> {
     let rows = table.numbers(table.columns(["qx", "qy", "qz", "qw"])?)?;
-    let rotations = rows.into_iter().enumerate().map(|(index, (_, components))| {
-        unit_quaternion(components).map_err(|why| table.wrong(table.line(index), why))
-    });
+    let rotations = rows
+        .into_iter()
+        .enumerate()
+        .map(|(index, (_, components))| unit_quaternion(components).map_err(|why| table.wrong(table.line(index), why)));
     rotations.collect()
 }
 

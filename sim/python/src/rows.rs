@@ -122,8 +122,7 @@ impl Packed for Sample {
 impl Packed for Tent {
     fn pack(&self, row: &mut PackedRow<'_>) {
         row.double(|| "t_s".to_owned(), self.t_s);
-        let parts =
-            [("tent", "m", &self.tent_m), ("contactor", "n", &self.contactor_n), ("drag", "n", &self.drag_n)];
+        let parts = [("tent", "m", &self.tent_m), ("contactor", "n", &self.contactor_n), ("drag", "n", &self.drag_n)];
         for (part, unit, values) in parts {
             for (at, &value) in values.iter().enumerate() {
                 row.float(|| format!("{part}_{at}_{unit}"), value);

@@ -79,17 +79,17 @@ pub fn simulate_exercise(
 }
 
 fn begin_session(wish: &SimulationWish, hand: &SimulatedHand, bundle: &ExerciseBundle) -> PyResult<Session> {
-    let refuse = |field: &str, value: &str, allowed: String| {
-        refuse_input(format_args!("{field} = '{value}'; {allowed}"))
-    };
+    let refuse =
+        |field: &str, value: &str, allowed: String| refuse_input(format_args!("{field} = '{value}'; {allowed}"));
     if !TICK_HZ_ALLOWED.contains(&wish.tick_hz) {
         let (least, most) = (TICK_HZ_ALLOWED.start(), TICK_HZ_ALLOWED.end());
         let why = format!("tick_hz = {} Hz; {least} Hz to {most} Hz is allowed", wish.tick_hz);
         return Err(refuse_input(why));
     }
     let session_id = match &wish.session_id {
-        Some(id) => Uuid::parse_str(id)
-            .map_err(|error| refuse("session_id", id, format!("{error}; a UUID is allowed")))?,
+        Some(id) => {
+            Uuid::parse_str(id).map_err(|error| refuse("session_id", id, format!("{error}; a UUID is allowed")))?
+        }
         None => clock::new_session_id(),
     };
     let started_at = match &wish.started_at {
@@ -118,8 +118,7 @@ fn take_hand(hand: &SimulatedHand, bundle: &ExerciseBundle, seed: u64) -> PyResu
         SimulatedHand::Named(hand) => hand.source(&plan, seed),
         SimulatedHand::Moved(columns) => {
             let columns = MOTION_COLUMNS.iter().zip(columns);
-            let columns: Vec<_> =
-                columns.map(|((name, unit), values)| NumberColumn { name, unit, values }).collect();
+            let columns: Vec<_> = columns.map(|((name, unit), values)| NumberColumn { name, unit, values }).collect();
             Playback::of_columns(&columns, &plan).map(|playback| Box::new(playback) as Box<dyn MotionSource>)
         }
     };

@@ -25,8 +25,7 @@ pub struct VerifyArgs {
 /// Runs the command.
 pub fn run(args: &VerifyArgs) -> Outcome {
     let recording = sources::read_recording(&args.recording)?;
-    let verification =
-        assessment::verify_own(&recording).map_err(|error| Failure::refused(&args.recording, error))?;
+    let verification = assessment::verify_own(&recording).map_err(|error| Failure::refused(&args.recording, error))?;
     match args.json {
         true => output::print_json(&verification)?,
         false => report(&verification)?,

@@ -6,6 +6,8 @@ from typing import Any, final
 import numpy as np
 import numpy.typing as npt
 
+__all__ = ["NativeRecording", "StyletError", "answer_field", "compute_force", "read_recording", "simulate_exercise"]
+
 _PackedTable = tuple[list[tuple[str, str, int]], int, int, bytearray]
 
 class StyletError(ValueError): ...
