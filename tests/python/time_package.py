@@ -3,7 +3,7 @@
     pip install target/wheel/dist/stylet-*.whl
     python tests/python/time_package.py
 
-Run by hand on a release wheel; the medians of nine runs go into docs/measurements.md.
+Run by hand on a release wheel; docs/measurements.md has the medians.
 """
 
 import platform
@@ -45,7 +45,12 @@ def main():
         assert len(made) == SAMPLES, len(made)
         measure("stylet.read", lambda: stylet.read(path))
         measure("stylet.read, and samples as an array", lambda: stylet.read(path).samples)
-        measure("stylet.read, and every table", lambda: [getattr(r := stylet.read(path), n) for n in ("samples", "events", "tents", "energy")])
+        measure("stylet.read, and every table", lambda: read_tables(path))
+
+
+def read_tables(path):
+    recording = stylet.read(path)
+    return [recording.samples, recording.events, recording.tents, recording.energy]
 
 
 if __name__ == "__main__":
