@@ -161,7 +161,7 @@ impl NativeRecording {
         serde_json::to_string(value).map_err(|error| self.refuse(error))
     }
 
-    fn pack_table<'py, T: Packed + Sync>(
+    fn pack_table<'py, T: Packed + Default + Sync>(
         &self,
         py: Python<'py>,
         table: &str,

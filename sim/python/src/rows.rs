@@ -67,8 +67,15 @@ impl PackedRows {
     ///
     /// # Errors
     /// When one has other columns than the first, or they are too many: so is no recording of ours.
-    pub fn pack<T: Packed>(table: &str, items: &[T]) -> PyResult<Self> {
+    pub fn pack<T: Packed + Default>(table: &str, items: &[T]) -> PyResult<Self> {
         let mut rows = Self::default();
+        if items.is_empty() {
+            // Without rows there are columns all the same.
+            rows = Self::pack(table, &[T::default()])?;
+            rows.bytes.clear();
+            rows.rows = 0;
+            return Ok(rows);
+        }
         for (at, item) in items.iter().enumerate() {
             let begin = rows.bytes.len();
             item.pack(&mut PackedRow { rows: &mut rows, begin, naming: at == 0 });

@@ -73,6 +73,6 @@ def read_numbers(name: str, values: npt.ArrayLike, dimensions: int) -> Floats:
 
 def view_table(fields: list[tuple[str, str, int]], row_bytes: int, rows: int, content: bytearray) -> npt.NDArray[np.void]:
     """A structured array over bytes that are laid out as its rows. Nothing is copied."""
-    names, formats, offsets = [list(part) for part in zip(*fields)] if fields else ([], [], [])
-    layout: Any = {"names": names, "formats": formats, "offsets": offsets, "itemsize": max(row_bytes, 1)}
+    names, formats, offsets = (list(part) for part in zip(*fields))
+    layout: Any = {"names": names, "formats": formats, "offsets": offsets, "itemsize": row_bytes}
     return np.frombuffer(content, dtype=np.dtype(layout), count=rows) if rows else np.empty(0, dtype=np.dtype(layout))

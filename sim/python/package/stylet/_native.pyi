@@ -1,14 +1,14 @@
 """The native half: bytes in, bytes out."""
 
 import os
-from typing import Any, final
+from typing import Any, TypeAlias, final
 
 import numpy as np
 import numpy.typing as npt
 
 __all__ = ["NativeRecording", "StyletError", "answer_field", "compute_force", "read_recording", "simulate_exercise"]
 
-_PackedTable = tuple[list[tuple[str, str, int]], int, int, bytearray]
+_PackedTable: TypeAlias = tuple[list[tuple[str, str, int]], int, int, bytearray]
 
 class StyletError(ValueError): ...
 
