@@ -1,4 +1,4 @@
-//! Tells the program from which revision it is built, for the recordings it makes: the commit that is checked out, with `-dirty`
+//! Tells the program, and the Python package, from which revision it is built, for the recordings it makes: the commit that is checked out, with `-dirty`
 //! where the simulator's sources differ from it; nothing where there is no git, unless `STYLET_GIT_REVISION` says it.
 
 use std::path::Path;
@@ -17,8 +17,10 @@ fn main() {
 /// The revision that git has checked out here, if this folder is one of its own.
 fn checked_out() -> Option<String> {
     // A release that was unpacked inside somebody else's repository is not of their revision.
-    let own = Path::new(&git(&["rev-parse", "--show-toplevel"])?).join("sim/client").canonicalize().ok()?;
-    if own != Path::new(&std::env::var("CARGO_MANIFEST_DIR").ok()?).canonicalize().ok()? {
+    let here = std::env::var("CARGO_MANIFEST_DIR").ok()?;
+    let here = Path::new(&here).canonicalize().ok()?;
+    let own = Path::new(&git(&["rev-parse", "--show-toplevel"])?).join("sim").join(here.file_name()?);
+    if own.canonicalize().ok()? != here {
         return None;
     }
     watch();

@@ -21,6 +21,7 @@ mod logs;
 mod metrics;
 mod other_programs;
 mod passkey;
+mod python_package;
 mod readme;
 mod replay_drawing;
 mod research_tables;

@@ -2,9 +2,11 @@
 
 use std::path::Path;
 
-use documents::ExerciseBundle;
+use attempt::verify::{Verification, verify_recording};
+use documents::{ExerciseBundle, Patient};
 use recording::session::{EXERCISE_ATTACHMENT, MESH_PREFIX, SCENE_ATTACHMENT};
 use recording::{Attachment, Recording};
+use tissue::Specimen;
 
 use crate::error::AssessError;
 
@@ -29,6 +31,23 @@ pub fn attachments(bundle: &ExerciseBundle) -> Vec<Attachment> {
 fn media_type(file: &str) -> &'static str {
     let extension = Path::new(file).extension();
     if extension.is_some_and(|e| e.eq_ignore_ascii_case("obj")) { "model/obj" } else { "model/stl" }
+}
+
+/// Simulates a recording's input anew, on the exercise, the scene and the patient that it carries, and compares.
+///
+/// # Errors
+/// When what it carries is missing or refused.
+pub fn verify_own(recording: &Recording) -> Result<Verification, AssessError> {
+    let bundle = own_exercise(recording)?;
+    let patient = Patient { thickness_mm: recording.session.patient_thickness_mm.clone() };
+    let (drawn, layers) = (patient.thickness_mm.len(), bundle.scene.layers.len());
+    if drawn != layers {
+        let why = format!("patient_thickness_mm has {drawn} values; {layers} are allowed, one per layer");
+        return Err(AssessError::Document(why));
+    }
+    let specimen = Specimen::new(bundle.recorded_spec(&patient, recording.session.judging));
+    let specimen = specimen.map_err(|error| AssessError::Document(error.to_string()))?;
+    Ok(verify_recording(recording, &specimen))
 }
 
 /// The exercise that a recording carries.

@@ -50,6 +50,21 @@ impl Void {
     }
 }
 
+/// What a void attempt is told to programs as, in the place of an assessment.
+#[derive(Debug, Serialize)]
+pub struct VoidAnswer<'a> {
+    score: Option<f64>,
+    passed: Option<bool>,
+    void: &'a Void,
+    why: String,
+}
+
+impl<'a> From<&'a Void> for VoidAnswer<'a> {
+    fn from(void: &'a Void) -> Self {
+        Self { score: None, passed: None, void, why: void.to_string() }
+    }
+}
+
 impl fmt::Display for Void {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.phrase().fmt(f)

@@ -3,6 +3,7 @@
 use std::fmt::{self, Display};
 use std::path::Path;
 
+use attempt::trajectory::TrajectoryError;
 use documents::DocumentError;
 
 /// Why a command did not do what it was asked.
@@ -52,5 +53,11 @@ impl Display for Failure {
 impl From<DocumentError> for Failure {
     fn from(error: DocumentError) -> Self {
         Self::Input(error.issues.iter().map(ToString::to_string).collect())
+    }
+}
+
+impl From<TrajectoryError> for Failure {
+    fn from(error: TrajectoryError) -> Self {
+        Self::input(error)
     }
 }

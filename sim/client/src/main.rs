@@ -24,7 +24,6 @@ mod service;
 mod shelf;
 mod sources;
 mod station;
-mod trajectory;
 mod window;
 
 use std::process::ExitCode;

@@ -15,7 +15,7 @@ use crate::topics::Topic;
 use crate::wire::DESCRIPTORS;
 
 /// Most columns of a table. A scene has a few layers; a damaged message may claim millions.
-const MOST_COLUMNS: usize = 1_000;
+pub const MOST_COLUMNS: usize = 1_000;
 
 /// How a field's name ends, and the unit that this stands for. The longest ending that fits counts.
 pub const UNITS: &[(&str, &str)] =

@@ -5,6 +5,7 @@
 //! flat bonded layers, clamped at the base and the side, pushed by one [`Load`]. Depths count downwards from the skin;
 //! displacements are along `+z`, out of the body, so that a push into the body moves the tissue by a negative amount.
 
+pub mod answer;
 pub mod axisymmetric;
 pub mod calibrate;
 pub mod follow;

@@ -3,19 +3,19 @@
 use std::io::{self, Write};
 use std::path::PathBuf;
 
-use law::axial::{self, AxialInput, AxialOutput, AxialParams, AxialScratch, AxialState, Rupture};
-use law::soundness;
+use attempt::LoneNeedle;
+use attempt::trajectory::{self, AxialSample};
+use law::axial::{AxialOutput, Rupture};
 
 use crate::exit::{Failure, Outcome};
 use crate::progress::Progress;
-use crate::trajectory::{self, AxialSample};
 use crate::{output, sources};
 
 /// Columns of the table on standard output; those of the reference tables, in their order.
 const HEADER: &str = "t_s,x_m,v_m_per_s,F_n,F_tip_n,F_rim_n,F_viscous_n,F_friction_n,F_cutting_n,depth_m,events";
 
 /// How many rows pass between two looks at the progress bar.
-const ROWS_PER_UPDATE: usize = 4096;
+const ROWS_PER_UPDATE: u64 = 4096;
 
 /// Compute the force of a needle along a given trajectory
 ///
@@ -36,29 +36,26 @@ pub struct ForceArgs {
 pub fn run(args: &ForceArgs) -> Outcome {
     let json = sources::read_text(&args.scene)?;
     let case = documents::force_case::parse(&args.scene.display().to_string(), &json)?;
-    let params = AxialParams::new(case.spec).map_err(|error| Failure::refused(&args.scene, error))?;
+    let needle = LoneNeedle::new(case).map_err(|error| Failure::refused(&args.scene, error))?;
     let trajectory = trajectory::read_axial(&args.trajectory)?;
-    for unsound in soundness::find_unsound_ruptures(params.spec()) {
+    for unsound in needle.find_unsound_ruptures() {
         output::print_warning(format_args!("{}: unsound scene: {unsound}", args.scene.display()));
     }
-    let path_factor = 1.0 / libm::cos(case.angle_rad);
-    output::print_buffered(|out| table(&params, path_factor, &trajectory, out))
+    output::print_buffered(|out| table(&needle, &trajectory, out))
 }
 
 /// Runs the law over the trajectory and writes a row per sample.
-fn table(params: &AxialParams, path_factor: f64, trajectory: &[AxialSample], out: &mut dyn Write) -> io::Result<()> {
+fn table(needle: &LoneNeedle, trajectory: &[AxialSample], out: &mut dyn Write) -> io::Result<()> {
     let progress = Progress::new(trajectory.len() as u64, "computing");
-    let (mut state, mut scratch) = (AxialState::new(params), AxialScratch::new(params));
+    let mut rows = 0_u64;
     writeln!(out, "{HEADER}")?;
-    for (index, sample) in trajectory.iter().enumerate() {
-        let input = AxialInput { t_s: sample.t_s, x_m: sample.x_m, path_factor };
-        let output = axial::step(params, &mut state, &mut scratch, &input);
-        row(sample, &output, &scratch.ruptures, out)?;
-        if index % ROWS_PER_UPDATE == 0 {
-            progress.set(index as u64);
+    needle.push_along(trajectory.iter().copied(), |sample, output, ruptures| {
+        if rows.is_multiple_of(ROWS_PER_UPDATE) {
+            progress.set(rows);
         }
-    }
-    Ok(())
+        rows += 1;
+        row(sample, output, ruptures, out)
+    })
 }
 
 /// Writes one row. `{:?}` is the shortest form of a number that reads back to the same f64.

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use assessment::staging::read_pseudonym;
 use words::Language;
 
-use crate::commands::simulate::pseudonym;
 use crate::devices::DeviceArgs;
 use crate::exit::Outcome;
 use crate::live::history::History;
@@ -36,7 +36,7 @@ pub struct PlayArgs {
     #[arg(long)]
     free: bool,
     /// Pseudonym of the trainee, never a name: up to 64 letters, digits and -_.
-    #[arg(long, value_name = "PSEUDONYM", default_value = "", hide_default_value = true, value_parser = pseudonym)]
+    #[arg(long, value_name = "PSEUDONYM", default_value = "", hide_default_value = true, value_parser = read_pseudonym)]
     trainee: String,
     /// Draws the patient of the first attempt; each further attempt has the next
     #[arg(long, value_name = "N", default_value_t = 0)]

@@ -4,9 +4,8 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use assessment::words::{deduction_in_words, failure_in_words};
-use assessment::{AssessError, Assessment, Direction, Metric, Void};
+use assessment::{AssessError, Assessment, Direction, Metric, Void, VoidAnswer};
 use documents::ExerciseBundle;
-use serde_json::json;
 
 use crate::exit::{Failure, Outcome};
 use crate::{output, sources};
@@ -50,7 +49,7 @@ pub fn run(args: &ScoreArgs) -> Outcome {
 /// An attempt that tells nothing of whoever made it.
 fn void(why: &Void, as_json: bool) -> Outcome {
     match as_json {
-        true => output::print_json(&json!({ "score": null, "passed": null, "void": why, "why": why.to_string() }))?,
+        true => output::print_json(&VoidAnswer::from(why))?,
         false => output::print_buffered(|out| writeln!(out, "Void, counts nowhere: {why}"))?,
     }
     Err(Failure::Found)

@@ -3,22 +3,21 @@
 use std::fs;
 use std::path::PathBuf;
 
-use attempt::simulate::{self, Clock, Simulated};
+use assessment::staging::{self, Staging};
+use attempt::HandChoice;
+use attempt::simulate::Simulated;
 use clap::builder::RangedU64ValueParser;
-use documents::{ExerciseBundle, Patient};
-use law::soundness;
+use documents::ExerciseBundle;
 use recording::Session;
 use serde::Serialize;
-use time::format_description::well_known::Rfc3339;
-use time::{OffsetDateTime, UtcOffset};
-use tissue::SpecimenError;
+use time::OffsetDateTime;
 use uuid::Uuid;
 
 use crate::exit::{Failure, Outcome};
-use crate::maker::{self, HandChoice, Maker};
+use crate::maker::Maker;
 use crate::motion::WatchedSource;
 use crate::new_file::NewFile;
-use crate::{clock, output, sources};
+use crate::{clock, output};
 
 /// Let a virtual operator perform an exercise and record it
 ///
@@ -49,13 +48,13 @@ pub struct SimulateArgs {
     #[arg(long, value_name = "UUID")]
     session_id: Option<Uuid>,
     /// Start of the attempt, for example 2026-01-31T09:00:00Z [default: now]
-    #[arg(long, value_name = "RFC3339", value_parser = start)]
+    #[arg(long, value_name = "RFC3339", value_parser = staging::read_start)]
     started_at: Option<OffsetDateTime>,
     /// Servo rate, in Hz, 100 to 10000
-    #[arg(long, value_name = "HZ", default_value_t = 1000, value_parser = RangedU64ValueParser::<u32>::new().range(100..=10_000))]
+    #[arg(long, value_name = "HZ", default_value_t = 1000, value_parser = RangedU64ValueParser::<u32>::new().range(staging::TICK_HZ_ALLOWED))]
     tick_hz: u32,
     /// Pseudonym of the trainee, never a name: up to 64 letters, digits and -_.
-    #[arg(long, value_name = "PSEUDONYM", default_value = "", hide_default_value = true, value_parser = pseudonym)]
+    #[arg(long, value_name = "PSEUDONYM", default_value = "", hide_default_value = true, value_parser = staging::read_pseudonym)]
     trainee: String,
     /// Print the result as JSON
     #[arg(long)]
@@ -108,24 +107,15 @@ pub fn run(args: &SimulateArgs) -> Outcome {
 
 /// Simulates and writes, under a temporary name until all is on disk.
 fn record(args: &SimulateArgs, session: &Session, bundle: &ExerciseBundle) -> Result<Simulated, Failure> {
-    let patient = Patient { thickness_mm: session.patient_thickness_mm.clone() };
-    let specimen = sources::prepare_specimen(&args.exercise, bundle, &patient)?;
-    for unsound in soundness::find_unsound_ruptures(&documents::spec_along_path(
-        specimen.spec().axial.clone(),
-        bundle.exercise.angle_deg,
-    )) {
-        if bundle.scene.is_coupled() {
-            return Err(Failure::refused(&args.exercise, SpecimenError::Unsound(unsound)));
-        }
+    let staging = Staging::new(bundle, session).map_err(|error| Failure::refused(&args.exercise, error))?;
+    for unsound in staging.unsound() {
         output::print_warning(format_args!("{}: unsound scene: {unsound}", args.exercise.display()));
     }
-    let source = args.operator.source(bundle, args.seed)?;
-    let clock = Clock { tick_hz: session.tick_hz, time_limit_s: bundle.exercise.time_limit_s };
-    let mut watched = WatchedSource::new(source, &clock);
+    let source = args.operator.source(&bundle.plan(), args.seed)?;
+    let mut watched = WatchedSource::new(source, &staging.clock());
     let mut file = NewFile::create(&args.out, args.force)?;
-    let mut writer = maker::begin_recording(file.file(), session, bundle, &args.out)?;
-    let simulated = simulate::simulate(&specimen, &mut watched, &mut writer, &clock)
-        .and_then(|simulated| writer.finish().map(|_| simulated))
+    let simulated = staging
+        .record(&mut watched, file.file())
         .map_err(|error| Failure::work(format_args!("{}: {error}", args.out.display())))?;
     file.keep()?;
     Ok(simulated)
@@ -154,23 +144,4 @@ fn report(summary: &SimulationSummary) -> Outcome {
         "{recording}: {duration_s:.2} s simulated in {wall_s:.2} s ({times_real_time:.0} × real time), \
          {ruptures} ruptures, {megabytes:.2} MB, session {session_id}"
     ))
-}
-
-/// A start that fits the recording's clock: Unix nanoseconds, unsigned, 64 bit.
-fn start(text: &str) -> Result<OffsetDateTime, String> {
-    let start = OffsetDateTime::parse(text, &Rfc3339).map_err(|error| format!("{error}; RFC 3339 is allowed"))?;
-    let start = start.to_offset(UtcOffset::UTC);
-    match start.year() {
-        1970..=2500 => Ok(start),
-        year => Err(format!("year {year}; 1970 to 2500 is allowed")),
-    }
-}
-
-/// A pseudonym of a form that no name, address or sentence has.
-pub fn pseudonym(text: &str) -> Result<String, String> {
-    let allowed = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
-    match text.len() <= 64 && text.chars().all(allowed) {
-        true => Ok(text.to_owned()),
-        false => Err("up to 64 letters, digits and -_. are allowed: a pseudonym, never a name".to_owned()),
-    }
 }

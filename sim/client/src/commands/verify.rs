@@ -2,9 +2,7 @@
 
 use std::path::PathBuf;
 
-use attempt::verify::{self, Verification};
-use documents::Patient;
-use tissue::Specimen;
+use attempt::verify::Verification;
 
 use crate::exit::{Failure, Outcome};
 use crate::{output, sources};
@@ -27,16 +25,7 @@ pub struct VerifyArgs {
 /// Runs the command.
 pub fn run(args: &VerifyArgs) -> Outcome {
     let recording = sources::read_recording(&args.recording)?;
-    let bundle = sources::own_exercise(&args.recording, &recording)?;
-    let patient = Patient { thickness_mm: recording.session.patient_thickness_mm.clone() };
-    let (drawn, layers) = (patient.thickness_mm.len(), bundle.scene.layers.len());
-    if drawn != layers {
-        let why = format_args!("patient_thickness_mm has {drawn} values; {layers} are allowed, one per layer");
-        return Err(Failure::refused(&args.recording, why));
-    }
-    let spec = bundle.recorded_spec(&patient, recording.session.judging);
-    let specimen = Specimen::new(spec).map_err(|error| Failure::refused(&args.recording, error))?;
-    let verification = verify::verify_recording(&recording, &specimen);
+    let verification = assessment::verify_own(&recording).map_err(|error| Failure::refused(&args.recording, error))?;
     match args.json {
         true => output::print_json(&verification)?,
         false => report(&verification)?,

@@ -3,6 +3,7 @@
 use std::fmt::Display;
 use std::str::FromStr;
 
+use attempt::HandChoice;
 use documents::{Exercise, ExerciseBundle};
 use haptics::devices::gamepad::GamepadFeed;
 use haptics::devices::hand::{AimWriter, VirtualHand};
@@ -17,7 +18,6 @@ use phrase::{Phrase, phrase};
 
 use crate::devices::DeviceArgs;
 use crate::exit::Failure;
-use crate::maker::HandChoice;
 
 /// Which device.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
+use attempt::trajectory::TrajectoryTable;
 use tissue::calibrate::Curve;
 
 use crate::exit::Failure;
-use crate::trajectory::TrajectoryTable;
 
 /// No needle goes deeper than this, in m.
 const DEEPEST_M: f64 = 0.5;
@@ -25,13 +25,13 @@ pub fn read(path: &Path) -> Result<Curve, Failure> {
         if depth_m.abs() > DEEPEST_M {
             let why =
                 format!("depth_m = {depth_m} m; −{DEEPEST_M} m to {DEEPEST_M} m is allowed (is the column in mm?)");
-            return Err(table.wrong(table.line(row), why));
+            return Err(table.wrong(table.line(row), why).into());
         }
         if force_n.abs() > HARDEST_N {
             let why = format!(
                 "force_n = {force_n} N; −{HARDEST_N} N to {HARDEST_N} N is allowed (is the column in mN or g?)"
             );
-            return Err(table.wrong(table.line(row), why));
+            return Err(table.wrong(table.line(row), why).into());
         }
     }
     let samples: Vec<(f64, f64)> = rows.into_iter().map(|[depth_m, force_n]| (depth_m, force_n)).collect();

@@ -2,12 +2,11 @@
 
 use std::io::{self, Write};
 
-use bench::timing::{self, TimingEffort, answer_s};
+use bench::timing::{self, TimingEffort};
 use documents::field_case::FieldCase;
 use serde::Serialize;
-use tissue::planner::{self, PlanError, PlanRequest};
-use tissue::volumetric::Problem3;
-use tissue::{FieldModel, Problem};
+use tissue::answer::{self, CaseAnswer, CaseQuestion, FieldSolution};
+use tissue::planner::{PlanError, PlanRequest};
 
 use crate::progress::Progress;
 
@@ -40,18 +39,7 @@ pub struct FieldAnswer {
     /// What is not as it was asked for.
     pub warning: Option<String>,
     /// One for each load depth.
-    solutions: Vec<Solution>,
-}
-
-/// Displacements under the load at one depth: a row for each sample depth, a column for each sample radius.
-#[derive(Clone, Serialize)]
-struct Solution {
-    /// Depth of the load, in m.
-    depth_m: f64,
-    /// Along +z, out of the body, in m.
-    u_axial_m: Vec<Vec<f64>>,
-    /// Outward, in m.
-    u_radial_m: Vec<Vec<f64>>,
+    solutions: Vec<FieldSolution>,
 }
 
 impl FieldAnswer {
@@ -61,68 +49,32 @@ impl FieldAnswer {
     /// When no model can be made of it.
     pub fn new(case: &FieldCase, wish: &PlanRequest) -> Result<Self, PlanError> {
         let progress = Progress::new(case.problems.len() as u64, "solving");
-        let mut answer: Option<Self> = None;
-        for (at, (problem, &depth_m)) in case.problems.iter().zip(&case.load_depths_m).enumerate() {
+        let (mut setup_s, mut solve_s, mut answer_s) = (0.0, 0.0_f64, 0.0_f64);
+        let (problems, load_depths_m) = (&case.problems[..], &case.load_depths_m[..]);
+        let question = CaseQuestion { problems, load_depths_m, force_n: case.force_n, wish: *wish };
+        let answer = CaseAnswer::find(&question, |problem| {
             progress.advance(1);
-            // A depth that is listed again is answered again, not planned again.
-            let known = case.problems.iter().take(at).position(|known| known.load == problem.load);
-            if let (Some(known), Some(answer)) = (known, &mut answer) {
-                answer.solutions.push(Solution { depth_m, ..answer.solutions[known].clone() });
-                continue;
-            }
-            let (planned, setup_s) = timing::once(|| planner::plan(&Problem3::flat(problem), wish));
-            let planned = planned?;
-            let mut field = planned.field;
-            let solve_s = timing::median_s(TimingEffort::SLOW, || field.solve(case.force_n));
-            let solution = Solution::new(field.as_ref(), problem, depth_m);
-            let one = Self {
-                model: field.model().name(),
-                reason: planned.reason.to_string(),
-                unknowns: field.unknowns(),
-                bytes: field.bytes(),
-                setup_s,
-                solve_s,
-                answer_s: answer_s(field.as_mut(), problem, case.force_n),
-                estimated_relative_error: planned.estimated_relative_error,
-                tolerance: wish.tolerance,
-                met: planned.met,
-                warning: None,
-                solutions: vec![solution],
-            };
-            answer = Some(match answer {
-                Some(before) => before.and(one),
-                None => one,
-            });
-        }
-        answer.map(Self::warned).ok_or(PlanError::NoLoad)
-    }
-
-    /// With what is not as it was asked for.
-    fn warned(self) -> Self {
-        let (tolerance, estimate) = (self.tolerance, self.estimated_relative_error);
-        let why = || format!("the tolerance {tolerance} is not met: the estimated error is {estimate:.2e}");
-        let warning = (!self.met).then(why);
-        Self { warning, ..self }
-    }
-
-    /// Two loads' answers as one. The worse estimate brings its reason along.
-    fn and(mut self, other: Self) -> Self {
-        self.solutions.extend(other.solutions);
-        let worse = other.estimated_relative_error > self.estimated_relative_error;
-        Self {
-            model: self.model,
-            reason: if worse { other.reason } else { self.reason },
-            unknowns: self.unknowns.max(other.unknowns),
-            bytes: self.bytes + other.bytes,
-            setup_s: self.setup_s + other.setup_s,
-            solve_s: self.solve_s.max(other.solve_s),
-            answer_s: self.answer_s.max(other.answer_s),
-            estimated_relative_error: self.estimated_relative_error.max(other.estimated_relative_error),
-            tolerance: self.tolerance,
-            met: self.met && other.met,
-            warning: None,
-            solutions: self.solutions,
-        }
+            let (planned, planned_in_s) = timing::once(|| answer::plan_flat(problem, wish));
+            let mut planned = planned?;
+            setup_s += planned_in_s;
+            solve_s = solve_s.max(timing::median_s(TimingEffort::SLOW, || planned.field.solve(case.force_n)));
+            answer_s = answer_s.max(timing::answer_s(planned.field.as_mut(), problem, case.force_n));
+            Ok(planned)
+        })?;
+        Ok(Self {
+            model: answer.model.name(),
+            setup_s,
+            solve_s,
+            answer_s,
+            warning: answer.warning(),
+            reason: answer.reason,
+            unknowns: answer.unknowns,
+            bytes: answer.bytes,
+            estimated_relative_error: answer.estimated_relative_error,
+            tolerance: answer.tolerance,
+            met: answer.met,
+            solutions: answer.solutions,
+        })
     }
 
     /// For people.
@@ -163,17 +115,5 @@ impl FieldAnswer {
             }
         }
         Ok(())
-    }
-}
-
-impl Solution {
-    fn new(field: &dyn FieldModel, problem: &Problem, depth_m: f64) -> Self {
-        let part = |component: usize| {
-            let row = |&depth_m: &f64| {
-                problem.sample_r_m.iter().map(|&r_m| field.displacement_m(r_m, depth_m)[component]).collect()
-            };
-            problem.sample_depth_m.iter().map(row).collect()
-        };
-        Self { depth_m, u_axial_m: part(0), u_radial_m: part(1) }
     }
 }

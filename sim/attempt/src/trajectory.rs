@@ -1,14 +1,47 @@
-//! Trajectories in CSV: a header naming the columns, then one row per sample.
+//! Trajectories: in CSV, a header naming the columns, then one row per sample; or columns of numbers in memory. Both are checked alike.
 
-use std::fs;
+use std::fmt::{self, Display};
 use std::path::Path;
+use std::{fs, io};
 
 use csv::{ReaderBuilder, StringRecord, Trim};
 
-use crate::exit::Failure;
-
 /// Positions farther than this from the skin are refused, in m: the likeliest cause is a column in millimetres.
 const FARTHEST_M: f64 = 10.0;
+
+/// Why a trajectory cannot be used.
+#[derive(Debug)]
+pub enum TrajectoryError {
+    /// Its file cannot be read.
+    Unreadable {
+        /// The file.
+        file: String,
+        /// What the system says.
+        error: io::Error,
+    },
+    /// It is refused.
+    Refused {
+        /// File and line, or column and row.
+        place: String,
+        /// What stands there, and what is allowed.
+        why: String,
+    },
+}
+
+impl Display for TrajectoryError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unreadable { file, error } => write!(f, "{file}: {error}"),
+            Self::Refused { place, why } => write!(f, "{place}: {why}"),
+        }
+    }
+}
+
+impl std::error::Error for TrajectoryError {}
+
+fn refused(place: impl Display, why: impl Display) -> TrajectoryError {
+    TrajectoryError::Refused { place: place.to_string(), why: why.to_string() }
+}
 
 /// A sample of axial motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,16 +64,16 @@ impl TrajectoryTable {
     ///
     /// # Errors
     /// When it cannot be read or is no table.
-    pub fn read(path: &Path) -> Result<Self, Failure> {
+    pub fn read(path: &Path) -> Result<Self, TrajectoryError> {
         let file = path.display().to_string();
-        let bytes = fs::read(path).map_err(|error| Failure::refused(path, error))?;
-        let refuse = |error: csv::Error| refuse(&file, &bytes, &error);
+        let bytes = fs::read(path).map_err(|error| TrajectoryError::Unreadable { file: file.clone(), error })?;
+        let refuse = |error: csv::Error| refuse_table(&file, &bytes, &error);
         let mut reader = ReaderBuilder::new().trim(Trim::All).comment(Some(b'#')).from_reader(&bytes[..]);
         let header = placed(&bytes, reader.headers().map_err(refuse)?.clone());
         let rows = reader.records().map(|row| row.map(|row| placed(&bytes, row)).map_err(refuse));
         let rows: Vec<_> = rows.collect::<Result<_, _>>()?;
         if rows.is_empty() {
-            return Err(Failure::input(format_args!("{file}: no rows; a header and at least one row are needed")));
+            return Err(refused(file, "no rows; a header and at least one row are needed"));
         }
         Ok(Self { file, header, rows })
     }
@@ -49,7 +82,7 @@ impl TrajectoryTable {
     ///
     /// # Errors
     /// When the header has it twice.
-    pub fn column(&self, name: &str) -> Result<Option<usize>, Failure> {
+    pub fn column(&self, name: &str) -> Result<Option<usize>, TrajectoryError> {
         let mut found = self.header.iter().enumerate().filter(|(_, title)| *title == name);
         let first = found.next().map(|(index, _)| index);
         match found.next() {
@@ -62,7 +95,7 @@ impl TrajectoryTable {
     ///
     /// # Errors
     /// Naming the first that is missing.
-    pub fn columns<const N: usize>(&self, names: [&str; N]) -> Result<[usize; N], Failure> {
+    pub fn columns<const N: usize>(&self, names: [&str; N]) -> Result<[usize; N], TrajectoryError> {
         let mut columns = [0; N];
         for (column, name) in columns.iter_mut().zip(names) {
             *column = self.column(name)?.ok_or_else(|| {
@@ -77,7 +110,7 @@ impl TrajectoryTable {
     ///
     /// # Errors
     /// Naming the line, value and unit of the first bad number, or the first time that does not increase.
-    pub fn numbers<const N: usize>(&self, columns: [usize; N]) -> Result<Vec<(f64, [f64; N])>, Failure> {
+    pub fn numbers<const N: usize>(&self, columns: [usize; N]) -> Result<Vec<(f64, [f64; N])>, TrajectoryError> {
         let [time] = self.columns(["t_s"])?;
         let mut previous = f64::NEG_INFINITY;
         self.rows
@@ -85,8 +118,7 @@ impl TrajectoryTable {
             .map(|row| {
                 let t_s = self.number(row, time)?;
                 if t_s <= previous {
-                    let why = format_args!("t_s = {t_s} s; times must increase, and the row before has {previous} s");
-                    return Err(self.wrong(line_of(row), why));
+                    return Err(self.wrong(line_of(row), late_time("t_s", t_s, previous)));
                 }
                 previous = t_s;
                 Ok((t_s, self.values(row, columns)?))
@@ -98,11 +130,11 @@ impl TrajectoryTable {
     ///
     /// # Errors
     /// Naming the line, value and unit of the first bad number.
-    pub fn rows<const N: usize>(&self, columns: [usize; N]) -> Result<Vec<[f64; N]>, Failure> {
+    pub fn rows<const N: usize>(&self, columns: [usize; N]) -> Result<Vec<[f64; N]>, TrajectoryError> {
         self.rows.iter().map(|row| self.values(row, columns)).collect()
     }
 
-    fn values<const N: usize>(&self, row: &StringRecord, columns: [usize; N]) -> Result<[f64; N], Failure> {
+    fn values<const N: usize>(&self, row: &StringRecord, columns: [usize; N]) -> Result<[f64; N], TrajectoryError> {
         let mut values = [0.0; N];
         for (value, &column) in values.iter_mut().zip(&columns) {
             *value = self.number(row, column)?;
@@ -110,7 +142,7 @@ impl TrajectoryTable {
         Ok(values)
     }
 
-    fn number(&self, row: &StringRecord, column: usize) -> Result<f64, Failure> {
+    fn number(&self, row: &StringRecord, column: usize) -> Result<f64, TrajectoryError> {
         let (name, text) = (&self.header[column], &row[column]);
         let unit = match name.rsplit_once('_') {
             Some((_, "s")) => " s",
@@ -120,22 +152,19 @@ impl TrajectoryTable {
         };
         let wrong = |allowed: &str| self.wrong(line_of(row), format_args!("{name} = {text}{unit}; {allowed}"));
         let value: f64 = text.parse().map_err(|_| wrong("a number is allowed"))?;
-        if !value.is_finite() {
-            return Err(wrong("a finite number is allowed"));
+        match find_fault(value, unit) {
+            Some(allowed) => Err(wrong(allowed)),
+            None => Ok(value),
         }
-        if unit == " m" && value.abs() > FARTHEST_M {
-            return Err(wrong("−10 m to 10 m is allowed (is the column in mm?)"));
-        }
-        Ok(value)
     }
 
     /// An error in a line of this file.
-    pub fn wrong(&self, line: u64, why: impl std::fmt::Display) -> Failure {
-        Failure::input(format_args!("{}:{line}: {why}", self.file))
+    pub fn wrong(&self, line: u64, why: impl Display) -> TrajectoryError {
+        refused(format_args!("{}:{line}", self.file), why)
     }
 
     /// An error in the header of this file.
-    pub fn wrong_header(&self, why: impl std::fmt::Display) -> Failure {
+    pub fn wrong_header(&self, why: impl Display) -> TrajectoryError {
         self.wrong(line_of(&self.header), why)
     }
 
@@ -145,11 +174,70 @@ impl TrajectoryTable {
     }
 }
 
+/// What is allowed where a number is not; the unit with a space before it.
+fn find_fault(value: f64, unit: &str) -> Option<&'static str> {
+    if !value.is_finite() {
+        Some("a finite number is allowed")
+    } else if unit == " m" && value.abs() > FARTHEST_M {
+        Some("−10 m to 10 m is allowed (is the column in mm?)")
+    } else {
+        None
+    }
+}
+
+fn late_time(name: &str, t_s: f64, previous_s: f64) -> String {
+    format!("{name} = {t_s} s; times must increase, and the row before has {previous_s} s")
+}
+
+/// A column of numbers in memory.
+#[derive(Clone, Copy, Debug)]
+pub struct NumberColumn<'a> {
+    /// What whoever made it calls it.
+    pub name: &'a str,
+    /// Its unit, with a space before it; empty for a number without.
+    pub unit: &'static str,
+    /// A value for each row.
+    pub values: &'a [f64],
+}
+
+/// Refuses columns that a file of them would be refused for. The first holds the times.
+///
+/// # Errors
+/// Naming column, row, value and what is allowed.
+pub fn check_columns(columns: &[NumberColumn<'_>]) -> Result<(), TrajectoryError> {
+    let Some(times) = columns.first() else { return Ok(()) };
+    let rows = times.values.len();
+    if rows == 0 {
+        return Err(refused(times.name, "no rows; at least one is needed"));
+    }
+    for column in columns {
+        let length = column.values.len();
+        if length != rows {
+            let why = format!("{length} rows; {rows} are allowed, as many as {} has", times.name);
+            return Err(refused(column.name, why));
+        }
+        for (row, &value) in column.values.iter().enumerate() {
+            if let Some(allowed) = find_fault(value, column.unit) {
+                let why = format!("{value}{}; {allowed}", column.unit);
+                return Err(refused(format_args!("{}[{row}]", column.name), why));
+            }
+        }
+    }
+    let late = times.values.windows(2).position(|pair| pair[1] <= pair[0]);
+    match late {
+        Some(before) => {
+            let why = late_time("t_s", times.values[before + 1], times.values[before]);
+            Err(refused(format_args!("{}[{}]", times.name, before + 1), why))
+        }
+        None => Ok(()),
+    }
+}
+
 /// Reads `t_s` and `x_m`; other columns are ignored.
 ///
 /// # Errors
 /// When the file is no such table; see [`TrajectoryTable::numbers`].
-pub fn read_axial(path: &Path) -> Result<Vec<AxialSample>, Failure> {
+pub fn read_axial(path: &Path) -> Result<Vec<AxialSample>, TrajectoryError> {
     let table = TrajectoryTable::read(path)?;
     let columns = table.columns(["x_m"])?;
     Ok(table.numbers(columns)?.into_iter().map(|(t_s, [x_m])| AxialSample { t_s, x_m }).collect())
@@ -177,10 +265,10 @@ fn line_at(bytes: &[u8], position: &csv::Position) -> u64 {
     position.line() + lines.take_while(is_passed_over).count() as u64
 }
 
-fn refuse(file: &str, bytes: &[u8], error: &csv::Error) -> Failure {
+fn refuse_table(file: &str, bytes: &[u8], error: &csv::Error) -> TrajectoryError {
     match error.position() {
-        Some(position) => Failure::input(format_args!("{file}:{}: {}", line_at(bytes, position), explain(error))),
-        None => Failure::input(format_args!("{file}: {}", explain(error))),
+        Some(position) => refused(format_args!("{file}:{}", line_at(bytes, position)), explain(error)),
+        None => refused(file, explain(error)),
     }
 }
 

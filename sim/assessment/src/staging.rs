@@ -1,0 +1,151 @@
+//! An exercise on the patient of a session, ready for a hand to be recorded: what `stylet simulate` does between document and file.
+
+use std::io::{BufWriter, Write};
+use std::ops::RangeInclusive;
+
+use attempt::simulate::{Clock, MotionSource, Simulated, simulate};
+use documents::{ExerciseBundle, Patient};
+use law::Judging;
+use law::soundness::{self, Unsound};
+use recording::error::WriteError;
+use recording::write::SceneDrawing;
+use recording::{Session, Writer};
+use time::format_description::well_known::Rfc3339;
+use time::{OffsetDateTime, UtcOffset};
+use tissue::{Specimen, SpecimenError};
+use uuid::Uuid;
+
+use crate::attached::attachments;
+
+/// Rates that a servo of a simulation may have, in Hz.
+pub const TICK_HZ_ALLOWED: RangeInclusive<u64> = 100..=10_000;
+
+/// By what an attempt is made.
+#[derive(Clone, Copy, Debug)]
+pub struct AttemptMaker<'a> {
+    /// The device's name.
+    pub device: &'a str,
+    /// The device's largest force, in N; infinite for an operator of a simulation.
+    pub device_max_force_n: f64,
+    /// Draws the patient and the operator's hand.
+    pub seed: u64,
+    /// Servo rate, in Hz.
+    pub tick_hz: f64,
+    /// Version of the program.
+    pub version: &'a str,
+    /// Commit that the program was built from; empty where nobody knows.
+    pub git: &'a str,
+}
+
+impl AttemptMaker<'_> {
+    /// A session of nobody, which begins when it is told.
+    #[must_use]
+    pub fn session(&self, bundle: &ExerciseBundle, session_id: Uuid, started_at: OffsetDateTime) -> Session {
+        Session {
+            session_id,
+            exercise_id: bundle.exercise.id.clone(),
+            exercise_sha256: bundle.exercise.sha256.clone(),
+            scene_sha256: bundle.scene.sha256.clone(),
+            simulator_version: self.version.to_owned(),
+            git: self.git.to_owned(),
+            device: self.device.to_owned(),
+            device_max_force_n: self.device_max_force_n,
+            law: bundle.scene.law,
+            judging: Judging::default(),
+            tick_hz: self.tick_hz,
+            seed: self.seed,
+            trainee: String::new(),
+            started_at,
+            patient_thickness_mm: Patient::draw(&bundle.scene, self.seed).thickness_mm,
+        }
+    }
+}
+
+/// Starts the recording of an attempt: metadata, documents and picture first.
+///
+/// # Errors
+/// When the disk refuses.
+pub fn begin_recording<W: Write>(
+    file: W,
+    session: &Session,
+    bundle: &ExerciseBundle,
+) -> Result<Writer<BufWriter<W>>, WriteError> {
+    let patient = Patient { thickness_mm: session.patient_thickness_mm.clone() };
+    let drawing =
+        SceneDrawing::from_spec(&bundle.scene.puncture_spec(&patient), bundle.scene.needle.diameter_mm * 0.5e-3);
+    Writer::create(BufWriter::new(file), session, &attachments(bundle), &drawing)
+}
+
+/// An exercise, and what of it is punctured in a session.
+#[derive(Debug)]
+pub struct Staging<'a> {
+    bundle: &'a ExerciseBundle,
+    session: &'a Session,
+    specimen: Specimen,
+    unsound: Vec<Unsound>,
+}
+
+impl<'a> Staging<'a> {
+    /// Prepares the patient of a session.
+    ///
+    /// # Errors
+    /// When the scene cannot be simulated, or the field would set stiffnesses with which a rupture creates energy.
+    pub fn new(bundle: &'a ExerciseBundle, session: &'a Session) -> Result<Self, SpecimenError> {
+        let patient = Patient { thickness_mm: session.patient_thickness_mm.clone() };
+        let specimen = Specimen::new(bundle.specimen_spec(&patient))?;
+        let path = documents::spec_along_path(specimen.spec().axial.clone(), bundle.exercise.angle_deg);
+        let unsound = soundness::find_unsound_ruptures(&path);
+        match unsound.first() {
+            Some(first) if bundle.scene.is_coupled() => Err(SpecimenError::Unsound(first.clone())),
+            _ => Ok(Self { bundle, session, specimen, unsound }),
+        }
+    }
+
+    /// Ruptures that would create energy, in a scene that says so itself.
+    #[must_use]
+    pub fn unsound(&self) -> &[Unsound] {
+        &self.unsound
+    }
+
+    /// Rate and longest time.
+    #[must_use]
+    pub fn clock(&self) -> Clock {
+        Clock { tick_hz: self.session.tick_hz, time_limit_s: self.bundle.exercise.time_limit_s }
+    }
+
+    /// Lets a hand perform, faster than real time, into a file.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub fn record<W: Write>(&self, hand: &mut dyn MotionSource, file: W) -> Result<Simulated, WriteError> {
+        let mut writer = begin_recording(file, self.session, self.bundle)?;
+        let simulated = simulate(&self.specimen, hand, &mut writer, &self.clock())?;
+        writer.finish()?;
+        Ok(simulated)
+    }
+}
+
+/// Reads a start that fits the recording's clock: Unix nanoseconds, unsigned, 64 bit.
+///
+/// # Errors
+/// What is allowed instead.
+pub fn read_start(text: &str) -> Result<OffsetDateTime, String> {
+    let start = OffsetDateTime::parse(text, &Rfc3339).map_err(|error| format!("{error}; RFC 3339 is allowed"))?;
+    let start = start.to_offset(UtcOffset::UTC);
+    match start.year() {
+        1970..=2500 => Ok(start),
+        year => Err(format!("year {year}; 1970 to 2500 is allowed")),
+    }
+}
+
+/// Reads a pseudonym, of a form that no name, address or sentence has.
+///
+/// # Errors
+/// What is allowed instead.
+pub fn read_pseudonym(text: &str) -> Result<String, String> {
+    let allowed = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    match text.len() <= 64 && text.chars().all(allowed) {
+        true => Ok(text.to_owned()),
+        false => Err("up to 64 letters, digits and -_. are allowed: a pseudonym, never a name".to_owned()),
+    }
+}

@@ -1,0 +1,48 @@
+//! A needle that the force law alone holds, on a motion that is known beforehand: what `stylet force` computes.
+
+use documents::force_case::ForceCase;
+use law::axial::{self, AxialInput, AxialOutput, AxialParams, AxialScratch, AxialState, ParamError, Rupture};
+use law::soundness::{self, Unsound};
+
+use crate::trajectory::AxialSample;
+
+/// A needle, and the layers that it meets, without a field behind them.
+#[derive(Debug)]
+pub struct LoneNeedle {
+    params: AxialParams,
+    path_factor: f64,
+}
+
+impl LoneNeedle {
+    /// Of a case.
+    ///
+    /// # Errors
+    /// The first number that the law does not allow.
+    pub fn new(case: ForceCase) -> Result<Self, ParamError> {
+        Ok(Self { params: AxialParams::new(case.spec)?, path_factor: 1.0 / libm::cos(case.angle_rad) })
+    }
+
+    /// Ruptures that would create energy.
+    #[must_use]
+    pub fn find_unsound_ruptures(&self) -> Vec<Unsound> {
+        soundness::find_unsound_ruptures(self.params.spec())
+    }
+
+    /// Pushes a new needle along a trajectory, and tells of every sample what the law answers and what gave way.
+    ///
+    /// # Errors
+    /// The first of whoever is told; nothing is computed after it.
+    pub fn push_along<E>(
+        &self,
+        trajectory: impl IntoIterator<Item = AxialSample>,
+        mut tell: impl FnMut(&AxialSample, &AxialOutput, &[Rupture]) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let (mut state, mut scratch) = (AxialState::new(&self.params), AxialScratch::new(&self.params));
+        for sample in trajectory {
+            let input = AxialInput { t_s: sample.t_s, x_m: sample.x_m, path_factor: self.path_factor };
+            let output = axial::step(&self.params, &mut state, &mut scratch, &input);
+            tell(&sample, &output, &scratch.ruptures)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,165 @@
+//! Rows of numbers as C lays out a struct, so that numpy reads them where they are. Columns are called as `stylet export` calls them.
+
+use pyo3::prelude::*;
+use pyo3::types::PyByteArray;
+use recording::tables::MOST_COLUMNS;
+use recording::{Energy, Sample, Tent};
+
+use crate::errors::refuse_input;
+
+/// A column: its name, the format that numpy knows it by, where it begins in a row.
+type Field = (String, &'static str, usize);
+
+/// Rows that all have the same columns.
+#[derive(Default)]
+pub struct PackedRows {
+    fields: Vec<Field>,
+    bytes: Vec<u8>,
+    /// Bytes of a row, known from the first one.
+    row_bytes: usize,
+    rows: usize,
+}
+
+/// What can be written into rows.
+pub trait Packed {
+    /// Writes its columns, the same for every one of a table.
+    fn pack(&self, row: &mut PackedRow<'_>);
+}
+
+/// A row that is being written.
+pub struct PackedRow<'a> {
+    rows: &'a mut PackedRows,
+    begin: usize,
+    naming: bool,
+}
+
+impl PackedRow<'_> {
+    fn double(&mut self, name: impl Fn() -> String, value: f64) {
+        self.put(name, "<f8", &value.to_le_bytes());
+    }
+
+    fn float(&mut self, name: impl Fn() -> String, value: f32) {
+        self.put(name, "<f4", &value.to_le_bytes());
+    }
+
+    fn doubles<const N: usize>(&mut self, name: impl Fn(char) -> String, values: [f64; N]) {
+        "xyzw".chars().zip(values).for_each(|(part, value)| self.double(|| name(part), value));
+    }
+
+    fn floats(&mut self, name: impl Fn(char) -> String, values: [f32; 3]) {
+        "xyz".chars().zip(values).for_each(|(part, value)| self.float(|| name(part), value));
+    }
+
+    /// Writes a number where numbers of its size may stand.
+    fn put<const N: usize>(&mut self, name: impl Fn() -> String, format: &'static str, value: &[u8; N]) {
+        let bytes = &mut self.rows.bytes;
+        let offset = (bytes.len() - self.begin).next_multiple_of(N);
+        bytes.resize(self.begin + offset, 0);
+        bytes.extend_from_slice(value);
+        if self.naming {
+            self.rows.fields.push((name(), format, offset));
+        }
+    }
+}
+
+impl PackedRows {
+    /// Writes rows.
+    ///
+    /// # Errors
+    /// When one has other columns than the first, or they are too many: so is no recording of ours.
+    pub fn pack<T: Packed + Default>(table: &str, items: &[T]) -> PyResult<Self> {
+        let mut rows = Self::default();
+        if items.is_empty() {
+            // Without rows there are columns all the same.
+            rows = Self::pack(table, &[T::default()])?;
+            rows.bytes.clear();
+            rows.rows = 0;
+            return Ok(rows);
+        }
+        for (at, item) in items.iter().enumerate() {
+            let begin = rows.bytes.len();
+            item.pack(&mut PackedRow { rows: &mut rows, begin, naming: at == 0 });
+            let end = rows.bytes.len().next_multiple_of(8);
+            rows.bytes.resize(end, 0);
+            if at == 0 {
+                rows.row_bytes = end;
+                rows.bytes.reserve(end * (items.len() - 1));
+            }
+            if end - begin != rows.row_bytes || rows.fields.len() > MOST_COLUMNS {
+                let columns = rows.fields.len();
+                return Err(refuse_input(format_args!(
+                    "{table}[{at}]: {} bytes; {} are allowed, as in the first row, of {columns} columns, and at most {MOST_COLUMNS} columns",
+                    end - begin,
+                    rows.row_bytes
+                )));
+            }
+        }
+        rows.rows = items.len();
+        Ok(rows)
+    }
+
+    /// Columns, bytes of a row, rows, and all of them.
+    pub fn tell<'py>(&self, py: Python<'py>) -> (Vec<Field>, usize, usize, Bound<'py, PyByteArray>) {
+        (self.fields.clone(), self.row_bytes, self.rows, PyByteArray::new(py, &self.bytes))
+    }
+}
+
+impl Packed for Sample {
+    fn pack(&self, row: &mut PackedRow<'_>) {
+        row.double(|| "t_s".to_owned(), self.t_s);
+        row.doubles(|part| format!("position_{part}_m"), self.position_m);
+        row.doubles(|part| format!("orientation_{part}"), self.orientation);
+        row.floats(|part| format!("velocity_{part}_m_per_s"), self.velocity_m_per_s);
+        row.double(|| "x_m".to_owned(), self.x_m);
+        row.float(|| "depth_m".to_owned(), self.depth_m);
+        row.floats(|part| format!("force_{part}_n"), self.force_n);
+        row.float(|| "tip_n".to_owned(), self.tip_n);
+        row.float(|| "rim_n".to_owned(), self.rim_n);
+        row.float(|| "viscous_n".to_owned(), self.viscous_n);
+        row.float(|| "friction_n".to_owned(), self.friction_n);
+        row.float(|| "cutting_n".to_owned(), self.cutting_n);
+        row.floats(|part| format!("lateral_{part}_n"), self.lateral_n);
+        row.floats(|part| format!("device_{part}_n"), self.device_n);
+        row.put(|| "flags".to_owned(), "<u4", &self.flags.to_le_bytes());
+        row.float(|| "lateness_us".to_owned(), self.lateness_us);
+        row.floats(|part| format!("bend_{part}_m"), self.bend_m);
+    }
+}
+
+impl Packed for Tent {
+    fn pack(&self, row: &mut PackedRow<'_>) {
+        row.double(|| "t_s".to_owned(), self.t_s);
+        let parts = [("tent", "m", &self.tent_m), ("contactor", "n", &self.contactor_n), ("drag", "n", &self.drag_n)];
+        for (part, unit, values) in parts {
+            for (at, &value) in values.iter().enumerate() {
+                row.float(|| format!("{part}_{at}_{unit}"), value);
+            }
+        }
+        let follows_needle = u8::from(self.follows == recording::Follows::Needle);
+        row.put(|| "follows_needle".to_owned(), "|b1", &[follows_needle]);
+    }
+}
+
+impl Packed for Energy {
+    fn pack(&self, row: &mut PackedRow<'_>) {
+        let ledger = &self.ledger;
+        row.double(|| "t_s".to_owned(), self.t_s);
+        row.double(|| "input_j".to_owned(), ledger.input_j);
+        row.double(|| "returned_j".to_owned(), ledger.returned_j);
+        row.double(|| "presliding_j".to_owned(), ledger.presliding_j);
+        for (at, layer) in ledger.layers.iter().enumerate() {
+            let parts = [
+                ("elastic", layer.elastic_j),
+                ("rupture", layer.rupture_j),
+                ("viscous", layer.viscous_j),
+                ("friction", layer.friction_j),
+                ("cutting", layer.cutting_j),
+                ("lateral", layer.lateral_j),
+            ];
+            for (part, value) in parts {
+                row.double(|| format!("layers_{at}_{part}_j"), value);
+            }
+        }
+        row.double(|| "lagged_j".to_owned(), ledger.lagged_j);
+    }
+}

@@ -1,0 +1,132 @@
+//! A case answered: one question for each depth of a load, each planned and solved once, and all of them as one answer.
+
+use serde::Serialize;
+
+use super::planner::{self, PlanError, PlanRequest, Planned};
+use super::volumetric::Problem3;
+use super::{FieldModel, Model, Problem};
+
+/// What is asked: problems on one slab that differ in the depth of their load.
+#[derive(Clone, Copy, Debug)]
+pub struct CaseQuestion<'a> {
+    /// The problems.
+    pub problems: &'a [Problem],
+    /// The depth of each one's load as the case gives it, in m.
+    pub load_depths_m: &'a [f64],
+    /// The size of the load, in N; positive pushes into the body.
+    pub force_n: f64,
+    /// Model and tolerance.
+    pub wish: PlanRequest,
+}
+
+/// Displacements under the load at one depth: a row for each sample depth, a column for each sample radius.
+#[derive(Clone, Debug, Serialize)]
+pub struct FieldSolution {
+    /// Depth of the load, in m.
+    pub depth_m: f64,
+    /// Along +z, out of the body, in m.
+    pub u_axial_m: Vec<Vec<f64>>,
+    /// Outward, in m.
+    pub u_radial_m: Vec<Vec<f64>>,
+}
+
+/// What a case comes to.
+#[derive(Clone, Debug)]
+pub struct CaseAnswer {
+    /// The model that was used.
+    pub model: Model,
+    /// Why, of the load with the worst estimate.
+    pub reason: String,
+    /// Unknowns of the largest load's model.
+    pub unknowns: usize,
+    /// Bytes of all loads' models.
+    pub bytes: usize,
+    /// Estimated relative error of the worst load, of the axial or of the radial displacement, whichever is larger.
+    pub estimated_relative_error: f64,
+    /// The tolerance that was asked for.
+    pub tolerance: f64,
+    /// The estimate meets it.
+    pub met: bool,
+    /// One for each load depth.
+    pub solutions: Vec<FieldSolution>,
+}
+
+impl CaseAnswer {
+    /// Answers a case. `plan` makes the model of a problem, as [`plan_flat`] does; it may look at the clock besides.
+    ///
+    /// # Errors
+    /// When there is no problem, or no model can be made of one.
+    pub fn find(
+        question: &CaseQuestion<'_>,
+        mut plan: impl FnMut(&Problem) -> Result<Planned, PlanError>,
+    ) -> Result<Self, PlanError> {
+        let problems = question.problems;
+        let mut answer: Option<Self> = None;
+        for (at, (problem, &depth_m)) in problems.iter().zip(question.load_depths_m).enumerate() {
+            // A depth that is listed again is answered again, not planned again.
+            let known = problems.iter().take(at).position(|known| known.load == problem.load);
+            if let (Some(known), Some(answer)) = (known, &mut answer) {
+                answer.solutions.push(FieldSolution { depth_m, ..answer.solutions[known].clone() });
+                continue;
+            }
+            let mut planned = plan(problem)?;
+            planned.field.solve(question.force_n);
+            let one = Self {
+                model: planned.field.model(),
+                reason: planned.reason.to_string(),
+                unknowns: planned.field.unknowns(),
+                bytes: planned.field.bytes(),
+                estimated_relative_error: planned.estimated_relative_error,
+                tolerance: question.wish.tolerance,
+                met: planned.met,
+                solutions: vec![FieldSolution::read(planned.field.as_ref(), problem, depth_m)],
+            };
+            answer = Some(match answer {
+                Some(before) => before.and(one),
+                None => one,
+            });
+        }
+        answer.ok_or(PlanError::NoLoad)
+    }
+
+    /// What is not as it was asked for.
+    #[must_use]
+    pub fn warning(&self) -> Option<String> {
+        let Self { tolerance, estimated_relative_error: estimate, met, .. } = self;
+        (!met).then(|| format!("the tolerance {tolerance} is not met: the estimated error is {estimate:.2e}"))
+    }
+
+    /// Two loads' answers as one. The worse estimate brings its reason along.
+    fn and(mut self, other: Self) -> Self {
+        self.solutions.extend(other.solutions);
+        let worse = other.estimated_relative_error > self.estimated_relative_error;
+        Self {
+            reason: if worse { other.reason } else { self.reason },
+            unknowns: self.unknowns.max(other.unknowns),
+            bytes: self.bytes + other.bytes,
+            estimated_relative_error: self.estimated_relative_error.max(other.estimated_relative_error),
+            met: self.met && other.met,
+            ..self
+        }
+    }
+}
+
+impl FieldSolution {
+    fn read(field: &dyn FieldModel, problem: &Problem, depth_m: f64) -> Self {
+        let part = |component: usize| {
+            let row = |&depth_m: &f64| {
+                problem.sample_r_m.iter().map(|&r_m| field.displacement_m(r_m, depth_m)[component]).collect()
+            };
+            problem.sample_depth_m.iter().map(row).collect()
+        };
+        Self { depth_m, u_axial_m: part(0), u_radial_m: part(1) }
+    }
+}
+
+/// The model for a flat problem.
+///
+/// # Errors
+/// When no model can be made of it.
+pub fn plan_flat(problem: &Problem, wish: &PlanRequest) -> Result<Planned, PlanError> {
+    planner::plan(&Problem3::flat(problem), wish)
+}
