@@ -1,8 +1,8 @@
 //! The scenes of physics section 2, and the force law running on one trajectory.
 
 use law::axial::{
-    AxialInput, AxialOutput, AxialParams, AxialScratch, AxialSpec, AxialState, Breakaway, Contactor, ForceLaw, Layer,
-    LayerOptions, MaxwellBranch, ParamError, Rupture, step,
+    AxialInput, AxialOutput, AxialParams, AxialScratch, AxialSpec, AxialState, Breakaway, Contactor, FibrousSheet,
+    ForceLaw, Layer, LayerOptions, MaxwellBranch, ParamError, Rupture, step,
 };
 
 /// A layer from its numbers: thickness in mm, stiffness in N/m, damping in N·s/m², tip and rim threshold in N, friction in
@@ -77,6 +77,7 @@ pub fn optioned_axial_spec() -> AxialSpec {
             stiffening_n_per_m2: 40.0 * layer.stiffness_n_per_m,
             branches: vec![branch(0.5, 0.08), branch(0.4, 1.5), branch(0.3, 30.0)],
             static_friction_n_per_m: Some(1.6 * layer.friction_n_per_m),
+            sheet: Some(FibrousSheet { fibres: [0.6, 0.8], along_stiffness: 0.9, along_threshold: 0.9 }),
         };
     }
     spec

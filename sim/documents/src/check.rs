@@ -161,7 +161,9 @@ fn document_issue(doc: &Walked, scene: &Scene, finding: &Finding) -> Issue {
         Contactor::Tip => ("tip_rupture_n", phrase!("tip"), as_written.map(|l| l.tip_rupture_n)),
         Contactor::Rim => ("rim_rupture_n", phrase!("rim"), as_written.map(|l| l.rim_rupture_n)),
     };
-    let written_n = written_n.unwrap_or(*threshold_n);
+    let written_n = written_n.filter(|written_n| *written_n > 0.0).unwrap_or(*threshold_n);
+    let is_derived = as_written.is_some_and(|l| l.options.fracture_energy_j_per_m2.is_some());
+    let key = if is_derived && unsound.contactor == Contactor::Tip { "fracture_energy_j_per_m2" } else { key };
     // The document speaks of the reference needle and toughness; the rounding is downwards, so that the limit is sound.
     let limit_n = (largest_sound_n * written_n / threshold_n * 1e4).floor() / 1e4;
     let what = match scene.is_coupled() {

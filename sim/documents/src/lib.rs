@@ -46,7 +46,7 @@ pub use feedback::{Channel, Feedback};
 pub use instrument::Instrument;
 pub use law::structures::{Shape, StructureKind, StructureSpec};
 pub use load::{Document, DocumentKind, ExerciseBundle};
-pub use model::{Needle, Scene, SceneLayer, SceneLayerOptions, SceneSkin, SceneStructure, TissueOptions};
+pub use model::{Needle, Scene, SceneFibres, SceneLayer, SceneLayerOptions, SceneSkin, SceneStructure, TissueOptions};
 pub use patient::Patient;
 pub use schema::document_schema;
 pub use structure_names::{SHIPPED_STRUCTURE_NAMES, name_structure};

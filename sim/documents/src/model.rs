@@ -18,7 +18,8 @@ pub struct SceneLayer {
     pub stiffness_n_per_m: f64,
     /// Damping per inserted length, in N·s/m².
     pub damping_n_s_per_m2: f64,
-    /// Tip threshold, in N.
+    /// Tip threshold, in N; 0 where it follows from a fracture energy.
+    #[serde(default)]
     pub tip_rupture_n: f64,
     /// Rim threshold, in N; 0 where the needle has no rim and the scene states none.
     #[serde(default)]
@@ -57,6 +58,25 @@ pub struct SceneLayerOptions {
     pub relaxation: Vec<law::axial::MaxwellBranch>,
     /// Friction before the shaft has broken away, in N/m, where it is another than after.
     pub static_friction_n_per_m: Option<f64>,
+    /// Fracture energy that the tip's threshold follows from, in J/m².
+    pub fracture_energy_j_per_m2: Option<f64>,
+    /// Fibres of a sheet of connective tissue.
+    pub fibres: Option<SceneFibres>,
+}
+
+/// Fibres of a sheet of connective tissue.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct SceneFibres {
+    /// Their direction, in degrees from the patient's x towards y.
+    pub angle_deg: f64,
+    /// Stiffness under an edge along them, as a share of that across.
+    pub along_stiffness: f64,
+    /// Thresholds under an edge along them, likewise.
+    pub along_threshold: f64,
+    /// Pretension of the sheet, in N/m.
+    pub pretension_n_per_m: f64,
+    /// Radius at which the sheet is held, in mm.
+    pub held_radius_mm: f64,
 }
 
 /// The needle.

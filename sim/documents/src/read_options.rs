@@ -7,7 +7,8 @@ use crate::describe::measure;
 use crate::walk::Walked;
 
 /// Keys of a layer that only version 3 has.
-const LAYER_KEYS: [&str; 3] = ["stiffening_n_per_m2", "relaxation", "static_friction_n_per_m"];
+const LAYER_KEYS: [&str; 5] =
+    ["stiffening_n_per_m2", "relaxation", "static_friction_n_per_m", "fracture_energy_j_per_m2", "fibres"];
 /// Keys of a needle that only version 3 has.
 const NEEDLE_KEYS: [&str; 2] = ["breakaway_mm", "friction_rest_s"];
 
@@ -16,6 +17,8 @@ pub(crate) fn check_options(doc: &mut Walked) {
     check_version(doc);
     check_rate(doc);
     check_static_friction(doc);
+    check_fracture(doc);
+    check_fibres(doc);
 }
 
 /// Options are refused where the law does not know them: a scene that named them in vain would be felt without them.
@@ -74,5 +77,59 @@ fn check_static_friction(doc: &mut Walked) {
             doc.refuse("needle.breakaway_mm", Phrase::Data(measure(found, "mm")), allowed);
         }
         _ => {}
+    }
+}
+
+/// The tip's threshold is written or follows from the fracture energy, which takes a modulus and a sharp tip.
+fn check_fracture(doc: &mut Walked) {
+    let is_blunt = doc.value["needle"]["tip"] == "blunt";
+    for (at, layer) in doc.tables("layer").iter().enumerate() {
+        let is_written = |key: &str| doc.is_written(&format!("layer[{at}].{key}"));
+        let fields = ["tip_rupture_n", "fracture_energy_j_per_m2", "youngs_modulus_pa"];
+        let [has_threshold, has_fracture, has_modulus] = fields.map(is_written);
+        let [threshold, fracture, modulus] = fields.map(|key| format!("layer[{at}].{key}"));
+        if !has_threshold && !has_fracture {
+            let allowed =
+                phrase!("allowed: a number from 0 to 100 N; or fracture_energy_j_per_m2, that it follows from");
+            doc.refuse(&threshold, phrase!("missing"), allowed);
+        }
+        let Some(energy) = layer["fracture_energy_j_per_m2"].as_f64() else { continue };
+        if has_threshold {
+            let allowed = phrase!("allowed: one of both, for the threshold follows from the fracture energy");
+            doc.refuse(&fracture, phrase!("beside {field}", field = threshold), allowed);
+        }
+        if !has_modulus {
+            let allowed = phrase!("needed with {field}: Young's modulus in Pa", field = fracture.as_str());
+            doc.refuse(&modulus, phrase!("missing"), allowed);
+        }
+        if is_blunt {
+            let allowed =
+                phrase!("allowed: nothing under a blunt tip, which tears instead of slitting; tip_rupture_n says when");
+            doc.refuse(&fracture, Phrase::Data(measure(energy, "J/m²")), allowed);
+        }
+    }
+}
+
+/// Fibres ask for an edge, and for a stiffness of their own to add the tension to.
+fn check_fibres(doc: &mut Walked) {
+    let tip = doc.value["needle"]["tip"].as_str().unwrap_or_default().to_owned();
+    let is_coupled = doc.value["tissue"]["coupling"] == "field";
+    for (at, layer) in doc.tables("layer").iter().enumerate() {
+        if !layer["fibres"].is_object() {
+            continue;
+        }
+        if tip != "bevel" {
+            let allowed = phrase!("allowed: nothing under this tip, for only tip = \"bevel\" has one edge to turn");
+            doc.refuse(&format!("layer[{at}].fibres"), Phrase::data(format!("tip = \"{tip}\"")), allowed);
+        }
+        let tension = layer["fibres"]["pretension_n_per_m"].as_f64().unwrap_or_default();
+        if is_coupled && tension > 0.0 {
+            let allowed = phrase!("allowed: 0 N/m with coupling = \"field\", for the field knows no tension");
+            doc.refuse(
+                &format!("layer[{at}].fibres.pretension_n_per_m"),
+                Phrase::Data(measure(tension, "N/m")),
+                allowed,
+            );
+        }
     }
 }

@@ -4,12 +4,13 @@
 //! damping, stiffening and friction go with the diameter, thresholds and cutting with its power p; the tip is a factor on the
 //! thresholds, lubrication on friction, and toughness on thresholds, friction and cutting.
 
-use law::axial::{AxialSpec, Breakaway, Layer, LayerOptions, RateDependence};
+use law::axial::{AxialSpec, Breakaway, FibrousSheet, Layer, LayerOptions, RateDependence};
 use law::beam::tube_n_m2;
+use law::fracture::SharpPunch;
 use law::puncture::PunctureSpec;
 use tissue::SpecimenSpec;
 
-use crate::model::{Needle, Scene, SceneLayer};
+use crate::model::{Needle, Scene, SceneFibres, SceneLayer};
 use crate::patient::Patient;
 
 /// Diameter at which the scenes' numbers hold, in mm.
@@ -25,6 +26,8 @@ struct Factors {
     tip: f64,
     /// On friction.
     lubrication: f64,
+    /// The needle's radius, in m: no factor, and for what follows from mechanics.
+    radius_m: f64,
 }
 
 impl Factors {
@@ -35,18 +38,21 @@ impl Factors {
             diameter_power: libm::pow(diameter, needle.diameter_exponent),
             tip: tip_factor(&needle.tip),
             lubrication: needle.lubrication,
+            radius_m: 0.5e-3 * needle.diameter_mm,
         }
     }
 
     fn layer(&self, layer: &SceneLayer, thickness_mm: f64) -> Layer {
         let threshold = self.diameter_power * self.tip * layer.toughness_factor;
         let friction = self.diameter * self.lubrication * layer.toughness_factor;
+        let stiffness_n_per_m = layer.stiffness_n_per_m * self.diameter;
+        let tense_n_per_m = layer.options.fibres.as_ref().map_or(0.0, |fibres| self.pretension_n_per_m(fibres));
         Layer {
             name: layer.name.clone(),
             thickness_m: thickness_mm / 1e3,
-            stiffness_n_per_m: layer.stiffness_n_per_m * self.diameter,
+            stiffness_n_per_m: stiffness_n_per_m + tense_n_per_m,
             damping_n_s_per_m2: layer.damping_n_s_per_m2 * self.diameter,
-            tip_rupture_n: layer.tip_rupture_n * threshold,
+            tip_rupture_n: self.torn_n(layer).unwrap_or(layer.tip_rupture_n * threshold),
             rim_rupture_n: layer.rim_rupture_n * threshold,
             friction_n_per_m: layer.friction_n_per_m * friction,
             cutting_n: layer.cutting_n * (self.diameter_power * layer.toughness_factor),
@@ -54,8 +60,33 @@ impl Factors {
                 stiffening_n_per_m2: layer.options.stiffening_n_per_m2 * self.diameter,
                 branches: layer.options.relaxation.clone(),
                 static_friction_n_per_m: layer.options.static_friction_n_per_m.map(|c| c * friction),
+                sheet: layer.options.fibres.as_ref().map(|fibres| {
+                    let angle_rad = fibres.angle_deg.to_radians();
+                    // Pretension pulls alike all round, so it is no part of what the edge changes.
+                    let along_n_per_m = stiffness_n_per_m * fibres.along_stiffness + tense_n_per_m;
+                    FibrousSheet {
+                        fibres: [libm::cos(angle_rad), libm::sin(angle_rad)],
+                        along_stiffness: along_n_per_m / (stiffness_n_per_m + tense_n_per_m),
+                        along_threshold: fibres.along_threshold,
+                    }
+                }),
             },
         }
+    }
+
+    /// What a sheet under a tension T adds to the stiffness of its boundary, in N/m: 2πT/ln(R/a) for a punch of radius a in a sheet that is
+    /// held at R.
+    fn pretension_n_per_m(&self, fibres: &SceneFibres) -> f64 {
+        core::f64::consts::TAU * fibres.pretension_n_per_m / libm::log(fibres.held_radius_mm / 1e3 / self.radius_m)
+    }
+
+    /// The threshold of a sharp tip that follows from the fracture energy, in N, where the layer names one. The diameter enters by
+    /// mechanics, so neither its power nor the tip's factor does.
+    fn torn_n(&self, layer: &SceneLayer) -> Option<f64> {
+        let (fracture, modulus_pa) = layer.options.fracture_energy_j_per_m2.zip(layer.youngs_modulus_pa)?;
+        let shear_modulus_pa = modulus_pa / (2.0 * (1.0 + layer.poisson_ratio));
+        let punch = SharpPunch { radius_m: self.radius_m, shear_modulus_pa, fracture_energy_j_per_m2: fracture };
+        Some(punch.threshold_n() * layer.toughness_factor)
     }
 
     /// What must be written for [`Factors::layer`] to yield `met`.

@@ -1,6 +1,6 @@
 //! Closed forms of physics that the tests and the documents quote: rupture positions and forces of a monotonic insertion.
 
-use crate::axial::{AxialSpec, Contactor, Open, Path, lay_boundaries};
+use crate::axial::{AxialSpec, Contactor, Open, PLAIN_EDGE, Path, lay_boundaries};
 
 /// A rupture predicted in closed form.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,9 +32,11 @@ pub fn predict_ruptures(spec: &AxialSpec) -> Vec<PredictedRupture> {
 }
 
 /// The same for an insertion in which so much of the branches' force, from 0 to 1, is there when a boundary gives way: 0 is infinitely slow,
-/// 1 infinitely fast. What takes over has relaxed.
+/// 1 infinitely fast. What takes over has relaxed. The needle's edge is as [`PLAIN_EDGE`]; [`AxialSpec::under_edge`] turns it.
 #[must_use]
 pub fn predict_held_ruptures(spec: &AxialSpec, held: f64) -> Vec<PredictedRupture> {
+    let plain = spec.has_sheets().then(|| spec.under_edge(PLAIN_EDGE));
+    let spec = plain.as_ref().unwrap_or(spec);
     let mut boundaries_m = Vec::with_capacity(spec.layers.len() + 1);
     lay_boundaries(&spec.layers, 1.0, &mut boundaries_m);
     let path = Path::new(spec, &boundaries_m, 1.0);

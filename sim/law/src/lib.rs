@@ -10,6 +10,8 @@
 pub mod axial;
 pub mod beam;
 pub mod closed_form;
+pub mod fracture;
+pub mod inertia;
 mod judging;
 pub mod ledger;
 pub mod operator;

@@ -5,9 +5,9 @@
 //! exact at any spacing of the samples; [`crate::axial::step`] on ever shorter ticks tends to it, which a test shows.
 //!
 //! Of version 3 it knows tents that stiffen. A tent that relaxes is taken to have done so, which holds for a needle so slow that every branch
-//! lets go on the way; the peak of static friction before it breaks away is left out. Whoever needs those asks the step.
+//! lets go on the way; a sheet of fibres is met by an edge as [`PLAIN_EDGE`]; the peak of static friction before it breaks away is left out. Whoever needs those asks the step.
 
-use crate::axial::{AxialSpec, Contactor, Open, Path, lay_boundaries};
+use crate::axial::{AxialSpec, Contactor, Open, PLAIN_EDGE, Path, lay_boundaries};
 use crate::closed_form::{Opening, predict_positions};
 
 /// A needle on its way along a curve.
@@ -24,6 +24,8 @@ struct Walk<'p> {
 /// The law's force at every displacement of a track, in N. The needle comes from the skin; depths in m, in the order measured.
 #[must_use]
 pub fn quasistatic_forces_n(spec: &AxialSpec, track_m: &[f64]) -> Vec<f64> {
+    let plain = spec.has_sheets().then(|| spec.under_edge(PLAIN_EDGE));
+    let spec = plain.as_ref().unwrap_or(spec);
     let mut boundaries_m = Vec::with_capacity(spec.layers.len() + 1);
     lay_boundaries(&spec.layers, 1.0, &mut boundaries_m);
     let events = predict_positions(spec, &boundaries_m, 0.0);

@@ -41,20 +41,36 @@ fn held_parts(spec: &AxialSpec) -> impl Iterator<Item = f64> + use<> {
     (0..=most).map(|part| f64::from(part) / f64::from(SPEEDS))
 }
 
+/// How many ways the edge is turned for a scene with sheets of fibres, over half a turn.
+const EDGES: u32 = 12;
+
+/// The tissue under the edges that a scene is judged with: one that has no sheets is alike under all.
+fn turned_specs(spec: &AxialSpec) -> impl Iterator<Item = AxialSpec> + '_ {
+    let edges = if spec.has_sheets() { EDGES } else { 1 };
+    (0..edges).map(|turn| {
+        let angle_rad = f64::from(turn) * core::f64::consts::PI / f64::from(EDGES);
+        spec.under_edge([libm::cos(angle_rad), libm::sin(angle_rad)])
+    })
+}
+
 /// Every unsound rupture of a scene, each once, in the order met at the slowest speed that shows it; empty for a sound scene.
 ///
 /// A cascade is judged as a whole and named by the rupture that sets it off. Where boundaries relax, a needle opens them the sooner the faster
-/// it is, so that one may find a cascade where another does not: each is judged, and at speeds between them.
+/// it is, so that one may find a cascade where another does not: each is judged, and at speeds between them; and so is each turn of the edge
+/// where there are sheets of fibres. Forces and energies are those of the first turn that shows it, thresholds those across the fibres.
 #[must_use]
 pub fn find_unsound_ruptures(spec: &AxialSpec) -> Vec<Unsound> {
     let mut found: Vec<Unsound> = Vec::new();
-    for held in held_parts(spec) {
-        let predicted = predict_held_ruptures(spec, held);
-        let cascades = predicted.chunk_by(|a, b| a.x_m.total_cmp(&b.x_m).is_eq());
-        for trigger in cascades.filter_map(|cascade| cascade.first()).filter(|trigger| !is_rupture_sound(trigger)) {
-            let is_same = |known: &Unsound| (known.boundary, known.contactor) == (trigger.boundary, trigger.contactor);
-            if !found.iter().any(is_same) {
-                found.push(describe_unsound(spec, trigger));
+    for turned in turned_specs(spec) {
+        for held in held_parts(spec) {
+            let predicted = predict_held_ruptures(&turned, held);
+            let cascades = predicted.chunk_by(|a, b| a.x_m.total_cmp(&b.x_m).is_eq());
+            for trigger in cascades.filter_map(|cascade| cascade.first()).filter(|trigger| !is_rupture_sound(trigger)) {
+                let is_same =
+                    |known: &Unsound| (known.boundary, known.contactor) == (trigger.boundary, trigger.contactor);
+                if !found.iter().any(is_same) {
+                    found.push(describe_unsound(spec, trigger));
+                }
             }
         }
     }
@@ -101,12 +117,7 @@ fn largest_sound_n(spec: &AxialSpec, trigger: &PredictedRupture, stated_n: f64) 
                 Contactor::Rim => layer.rim_rupture_n = threshold_n,
             }
         }
-        held_parts(spec).all(|held| {
-            predict_held_ruptures(&trial, held)
-                .iter()
-                .find(|rupture| rupture.contactor == trigger.contactor && rupture.boundary == trigger.boundary)
-                .is_none_or(is_rupture_sound)
-        })
+        turned_specs(&trial).all(|turned| held_parts(spec).all(|held| is_sound_at(&turned, held, trigger)))
     };
     let step_n = stated_n / f64::from(TRIES);
     let Some(low) = (0..TRIES).rev().map(|n| f64::from(n) * step_n).find(|&n| sound_at(n)) else { return 0.0 };
@@ -120,4 +131,12 @@ fn largest_sound_n(spec: &AxialSpec, trigger: &PredictedRupture, stated_n: f64) 
         }
     }
     sound_n
+}
+
+/// Whether the same rupture is sound in a tissue with so much of the branches' force.
+fn is_sound_at(spec: &AxialSpec, held: f64, trigger: &PredictedRupture) -> bool {
+    let predicted = predict_held_ruptures(spec, held);
+    let same =
+        |rupture: &&PredictedRupture| rupture.contactor == trigger.contactor && rupture.boundary == trigger.boundary;
+    predicted.iter().find(same).is_none_or(is_rupture_sound)
 }

@@ -1,8 +1,8 @@
 """References for the options of version 3 of the force law, made by other means than the law's own.
 
-Writes relaxing.*, stiffening.* and breakaway.* beside this file. The branches are integrated by SciPy's DOP853 at a relative tolerance of
+Writes relaxing.*, stiffening.*, breakaway.* and toughness.csv beside this file. The branches are integrated by SciPy's DOP853 at a relative tolerance of
 1e-12, tick by tick, from their differential equation q' = g k w' - q/tau; what they lose is the integral of q^2/(g k tau) on the way. Tents
-that stiffen and friction that breaks away are closed forms of the displacement.
+that stiffen and friction that breaks away are closed forms of the displacement; toughness is a quadrature and a search.
 
     python options.py
 """
@@ -11,7 +11,8 @@ import json
 from pathlib import Path
 
 import numpy as np
-from scipy.integrate import solve_ivp
+from scipy.integrate import quad, solve_ivp
+from scipy.optimize import minimize_scalar
 
 HERE = Path(__file__).parent
 HEADER = "t_s,x_m,v_m_per_s,F_n,F_tip_n,F_rim_n,F_viscous_n,F_friction_n,F_cutting_n,depth_m,events"
@@ -205,6 +206,35 @@ def breakaway():
     write(scene, rows)
 
 
+def toughness():
+    """A sharp tip's least force: the energy of a round hole opened from A to R by quadrature, and its minimum over A by a search."""
+    lines = ["radius_m,shear_modulus_pa,fracture_energy_j_per_m2,threshold_n"]
+
+    def stretch_j_per_m(hole, radius, mu):
+        grown = radius**2 - hole**2
+
+        # Over ln(rho), from the hole's rim to where nothing is stretched any more.
+        def density(log_rho):
+            rho2 = np.exp(2 * log_rho)
+            return 0.5 * mu * (rho2 / (rho2 + grown) + (rho2 + grown) / rho2 - 2.0) * 2 * np.pi * rho2
+
+        low, high = np.log(hole), np.log(radius) + 24.0
+        cuts = np.linspace(low, high, 25)
+        return sum(quad(density, a, b, epsabs=0.0, epsrel=1e-12)[0] for a, b in zip(cuts, cuts[1:]))
+
+    for radius in (0.25e-3, 0.635e-3, 1e-3, 2e-3):
+        for mu in (3e3, 44e3, 110e3):
+            for fracture in (164.0, 2500.0):
+
+                def force(share):
+                    return np.pi * share * radius * fracture + stretch_j_per_m(share * radius, radius, mu)
+
+                found = minimize_scalar(force, bounds=(1e-6, 1.0), method="bounded", options={"xatol": 1e-10})
+                lines.append(",".join(repr(float(n)) for n in (radius, mu, fracture, found.fun)))
+    (HERE / "toughness.csv").write_text("\n".join(lines) + "\n")
+
+
 relaxing()
 stiffening()
 breakaway()
+toughness()

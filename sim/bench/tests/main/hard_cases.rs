@@ -122,6 +122,8 @@ const CASES: [(&str, &[&str]); 27] = [
     ("layered column (confined)", &["axisymmetric"]),
     ("patch test", &["axisymmetric"]),
     ("two loads' work on each other (Betti)", &["axisymmetric"]),
+    ("reversal within a branch's time", &["force law"]),
+    ("every option at 250 Hz and 4 kHz", &["force law"]),
     ("explicit step 4 × too large (refused with the stable step named, never NaN)", &["mass-spring"]),
 ];
 

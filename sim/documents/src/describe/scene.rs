@@ -55,8 +55,12 @@ static LAYER: DescribedTable = DescribedTable {
         DescribedField::number("stiffness_n_per_m", "N/m", 0.1..=1e7, "Stiffness k of the layer's upper boundary")
             .required(),
         DescribedField::number("damping_n_s_per_m2", "N·s/m²", 0.0..=1e5, "Damping b per inserted length").or(0.0),
-        DescribedField::number("tip_rupture_n", "N", 0.0..=100.0, "Force at which the tip opens the boundary")
-            .required(),
+        DescribedField::number(
+            "tip_rupture_n",
+            "N",
+            0.0..=100.0,
+            "Force at which the tip opens the boundary; needed where no fracture_energy_j_per_m2 gives it",
+        ),
         DescribedField::number(
             "rim_rupture_n",
             "N",
@@ -99,6 +103,18 @@ static LAYER: DescribedTable = DescribedTable {
             0.0..=1e5,
             "Friction per inserted length until the shaft has slid by the needle's breakaway_mm; friction_n_per_m if left out. With law = 3",
         ),
+        DescribedField::number(
+            "fracture_energy_j_per_m2",
+            "J/m²",
+            1.0..=1e6,
+            "Toughness that the tip's threshold follows from, with youngs_modulus_pa and the needle's diameter, instead of \
+             tip_rupture_n. With law = 3",
+        ),
+        DescribedField::new(
+            "fibres",
+            FieldKind::Table(&FIBRES),
+            "A sheet of connective tissue, whose other numbers are those under a bevel's edge across the fibres. With law = 3",
+        ),
     ],
 };
 
@@ -107,6 +123,36 @@ static RELAXATION: DescribedTable = DescribedTable {
     fields: &[
         DescribedField::number("share", "", 0.001..=100.0, "Stiffness as a share of the boundary's own").required(),
         DescribedField::number("time_s", "s", 0.001..=1e4, "Time in which its force falls to 1/e, 37 %").required(),
+    ],
+};
+
+static FIBRES: DescribedTable = DescribedTable {
+    doc: "Fibres of a sheet of connective tissue: an edge along them parts them, one across has to cut them",
+    fields: &[
+        DescribedField::number(
+            "angle_deg",
+            "°",
+            0.0..=180.0,
+            "Direction of the fibres in the plane of the skin, from the patient's x towards y",
+        )
+        .required(),
+        DescribedField::number(
+            "along_stiffness",
+            "",
+            0.01..=1.0,
+            "Stiffness under an edge along the fibres, as a share of that across",
+        )
+        .or(1.0),
+        DescribedField::number(
+            "along_threshold",
+            "",
+            0.01..=1.0,
+            "Thresholds under an edge along the fibres, likewise",
+        )
+        .or(1.0),
+        DescribedField::number("pretension_n_per_m", "N/m", 0.0..=1e4, "Tension of the sheet, alike all round").or(0.0),
+        DescribedField::number("held_radius_mm", "mm", 10.0..=500.0, "Distance at which the tense sheet is held")
+            .or(20.0),
     ],
 };
 

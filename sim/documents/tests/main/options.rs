@@ -8,7 +8,8 @@ use law::axial::{Breakaway, ForceLaw, LayerOptions, MaxwellBranch};
 use crate::support::{SCENE, folder, read_text, scene, write};
 
 const FAT: &str = "tip_rupture_n = 0.5\nrim_rupture_n = 0.6\n";
-const RELAXATION: &str = "[[layer.relaxation]]\nshare = 0.5\ntime_s = 2\n[[layer.relaxation]]\nshare = 0.25\ntime_s = 30\n";
+const RELAXATION: &str =
+    "[[layer.relaxation]]\nshare = 0.5\ntime_s = 2\n[[layer.relaxation]]\nshare = 0.25\ntime_s = 30\n";
 
 /// The small scene under version 3, with keys in its fat and in its needle.
 fn optioned(fat: &str, needle: &str) -> String {
@@ -58,20 +59,28 @@ fn every_option_reaches_the_law_scaled_for_the_needle() {
 
 #[test]
 fn an_option_under_an_earlier_law_is_refused_where_it_stands() {
-    for key in ["stiffening_n_per_m2 = 0", "static_friction_n_per_m = 40", "[[layer.relaxation]]\nshare = 1\ntime_s = 1"] {
+    for key in
+        ["stiffening_n_per_m2 = 0", "static_friction_n_per_m = 40", "[[layer.relaxation]]\nshare = 1\ntime_s = 1"]
+    {
         let name = key.trim_start_matches("[[layer.").split([' ', ']']).next().unwrap();
         let text = optioned(&format!("{key}\n"), "").replace("law = 3", "law = 2");
         let field = format!("layer[1].{name}: an option of version 3");
         assert_says(&text, &["document.toml:", &field, "nothing under version 2 of the force law; law = 3 has it"]);
         assert_says(&text.replace("law = 2\n", ""), &["nothing under version 1 of the force law"]);
     }
-    assert_says(&optioned("", "friction_rest_s = 2").replace("law = 3", "law = 2"), &["needle.friction_rest_s: an option"]);
+    assert_says(
+        &optioned("", "friction_rest_s = 2").replace("law = 3", "law = 2"),
+        &["needle.friction_rest_s: an option"],
+    );
 }
 
 #[test]
 fn relaxation_and_rate_exclude_each_other() {
     let text = optioned(RELAXATION, "") + "[rate]\np_infinity_n = 0.2\nv0_mm_per_s = 5\n";
-    assert_says(&text, &["rate: beside layer[1].relaxation", "allowed: one of both", "leave out rate or every relaxation"]);
+    assert_says(
+        &text,
+        &["rate: beside layer[1].relaxation", "allowed: one of both", "leave out rate or every relaxation"],
+    );
 }
 
 #[test]
@@ -94,7 +103,10 @@ fn static_friction_is_no_less_than_kinetic_and_needs_to_be_told_its_end() {
         &optioned(&friction.replace("= 10", "= 30"), ""),
         &["needle.breakaway_mm: missing", "needed with layer[1].static_friction_n_per_m"],
     );
-    assert_says(&optioned("", "breakaway_mm = 1"), &["needle.breakaway_mm: 1 mm", "no layer has static_friction_n_per_m"]);
+    assert_says(
+        &optioned("", "breakaway_mm = 1"),
+        &["needle.breakaway_mm: 1 mm", "no layer has static_friction_n_per_m"],
+    );
 }
 
 #[test]
@@ -110,6 +122,7 @@ fn a_scene_that_is_unsound_only_when_it_is_hurried_is_refused() {
     let folder = folder();
     let check = |text: &str| documents::check_documents(&write(&folder, "scene.toml", text)).map(|_| ());
     assert!(check(&text("")).is_ok(), "slowly the fat gives way in the cascade of the skin: {:?}", check(&text("")));
-    let hurried = check(&text("[[layer.relaxation]]\nshare = 0.2\ntime_s = 1\n")).expect_err("unsound when hurried").to_string();
+    let hurried =
+        check(&text("[[layer.relaxation]]\nshare = 0.2\ntime_s = 1\n")).expect_err("unsound when hurried").to_string();
     assert!(hurried.contains("layer[0].tip_rupture_n: 1 N is unsound"), "{hurried}");
 }

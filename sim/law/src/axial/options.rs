@@ -27,7 +27,24 @@ pub struct LayerOptions {
     pub branches: Vec<MaxwellBranch>,
     /// Cap of friction per inserted length until the shaft has broken away, in N/m; none where it is the kinetic one.
     pub static_friction_n_per_m: Option<f64>,
+    /// Fibres that part under an edge along them; none in tissue alike all round.
+    pub sheet: Option<FibrousSheet>,
 }
+
+/// A sheet of connective tissue. The layer's stiffness and thresholds are those under an edge across its fibres.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FibrousSheet {
+    /// Direction of the fibres in the plane of the skin, of unit length, in the patient's x and y.
+    pub fibres: [f64; 2],
+    /// Stiffness under an edge along the fibres, as a share of that across.
+    pub along_stiffness: f64,
+    /// Thresholds under an edge along the fibres, as a share of those across.
+    pub along_threshold: f64,
+}
+
+/// Direction of a needle's cutting edge in the plane of the skin where nobody says another: the patient's x.
+pub const PLAIN_EDGE: [f64; 2] = [1.0, 0.0];
 
 /// When static friction gives way to kinetic friction, and when it is back. The presliding spring is the needle's, so these are.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -76,7 +93,8 @@ impl Layer {
     /// Greatest stiffness that a hand feels at this boundary, in N/m: fast, and just before it gives way.
     #[must_use]
     pub fn greatest_stiffness_n_per_m(&self, has_rim: bool) -> f64 {
-        let k = self.stiffness_n_per_m * (1.0 + self.options.branch_share());
+        let turned = self.options.sheet.map_or(1.0, |sheet| sheet.along_stiffness.max(1.0));
+        let k = self.stiffness_n_per_m * turned * (1.0 + self.options.branch_share());
         let threshold_n = if has_rim { self.tip_rupture_n.max(self.rim_rupture_n) } else { self.tip_rupture_n };
         k + 2.0 * self.options.stiffening_n_per_m2 * self.dent_m(threshold_n, 0.0)
     }
@@ -87,6 +105,48 @@ impl AxialSpec {
     #[must_use]
     pub fn relaxes(&self) -> bool {
         self.layers.iter().any(|layer| !layer.options.branches.is_empty())
+    }
+}
+
+impl FibrousSheet {
+    /// cos² of the angle between an edge and the fibres.
+    fn along(&self, edge: [f64; 2]) -> f64 {
+        let cos = edge[0] * self.fibres[0] + edge[1] * self.fibres[1];
+        cos * cos
+    }
+
+    /// Factor on the stiffness under an edge: 1 across the fibres, cos² of the way to that along them.
+    #[must_use]
+    pub fn stiffness_share(&self, edge: [f64; 2]) -> f64 {
+        1.0 + (self.along_stiffness - 1.0) * self.along(edge)
+    }
+
+    /// Factor on the thresholds, likewise.
+    #[must_use]
+    pub fn threshold_share(&self, edge: [f64; 2]) -> f64 {
+        1.0 + (self.along_threshold - 1.0) * self.along(edge)
+    }
+}
+
+impl AxialSpec {
+    /// Whether some boundary depends on how the needle's edge is turned.
+    #[must_use]
+    pub fn has_sheets(&self) -> bool {
+        self.layers.iter().any(|layer| layer.options.sheet.is_some())
+    }
+
+    /// The same tissue as it is under an edge of unit length, without fibres: each sheet's numbers are those of that edge.
+    #[must_use]
+    pub fn under_edge(&self, edge: [f64; 2]) -> Self {
+        let mut spec = self.clone();
+        for layer in &mut spec.layers {
+            if let Some(sheet) = layer.options.sheet.take() {
+                layer.stiffness_n_per_m *= sheet.stiffness_share(edge);
+                layer.tip_rupture_n *= sheet.threshold_share(edge);
+                layer.rim_rupture_n *= sheet.threshold_share(edge);
+            }
+        }
+        spec
     }
 }
 
@@ -141,6 +201,15 @@ fn check_layer_options(index: usize, layer: &Layer) -> Result<(), ParamError> {
     for (at, branch) in options.branches.iter().enumerate() {
         Domain::Positive.check(field(&format!("branches[{at}].share")), branch.share, "")?;
         Domain::Positive.check(field(&format!("branches[{at}].time_s")), branch.time_s, "s")?;
+    }
+    if let Some(sheet) = &options.sheet {
+        Domain::Positive.check(field("sheet.along_stiffness"), sheet.along_stiffness, "")?;
+        Domain::Positive.check(field("sheet.along_threshold"), sheet.along_threshold, "")?;
+        let length = libm::hypot(sheet.fibres[0], sheet.fibres[1]);
+        if !((length - 1.0).abs() <= 1e-9) {
+            let allowed = "must be of length 1";
+            return Err(ParamError { field: field("sheet.fibres"), value: length, unit: "long", allowed });
+        }
     }
     if let Some(value) = options.static_friction_n_per_m {
         Domain::NotNegative.check(field("static_friction_n_per_m"), value, "N/m")?;

@@ -1,5 +1,6 @@
 //! The layers along a needle's path: where boundaries lie and what they do when tented. Shared by the step and the closed form.
 
+use super::options::PLAIN_EDGE;
 use super::params::{AxialSpec, Layer};
 
 /// How many boundaries each contactor has opened; they open in order.
@@ -23,6 +24,8 @@ pub(crate) struct Path<'a> {
     pub boundaries_m: &'a [f64],
     pub tip_to_rim_m: f64,
     pub factor: f64,
+    /// Direction of the needle's edge in the plane of the skin, of unit length.
+    pub edge: [f64; 2],
 }
 
 /// Fills `boundaries_m` with the running sum of the path thicknesses d_j · factor.
@@ -39,7 +42,23 @@ pub(crate) fn lay_boundaries(layers: &[Layer], factor: f64, boundaries_m: &mut V
 impl<'a> Path<'a> {
     /// The path of a specification over boundaries laid with the same `factor`.
     pub fn new(spec: &'a AxialSpec, boundaries_m: &'a [f64], factor: f64) -> Self {
-        Self { layers: &spec.layers, boundaries_m, tip_to_rim_m: spec.tip_to_rim_m, factor }
+        Self { layers: &spec.layers, boundaries_m, tip_to_rim_m: spec.tip_to_rim_m, factor, edge: PLAIN_EDGE }
+    }
+
+    /// The same path under a needle whose edge is turned so.
+    pub fn under_edge(self, edge: [f64; 2]) -> Self {
+        Self { edge, ..self }
+    }
+
+    /// Stiffness k of a layer's boundary under this needle, in N/m.
+    pub fn stiffness_n_per_m(&self, layer: &Layer) -> f64 {
+        let k = layer.stiffness_n_per_m;
+        layer.options.sheet.map_or(k, |sheet| k * sheet.stiffness_share(self.edge))
+    }
+
+    /// What a threshold of a layer is under this needle, in N.
+    pub fn threshold_n(&self, layer: &Layer, across_n: f64) -> f64 {
+        layer.options.sheet.map_or(across_n, |sheet| across_n * sheet.threshold_share(self.edge))
     }
 
     fn tent(&self, boundary: usize, reach_m: f64) -> TentedBoundary {
@@ -47,7 +66,7 @@ impl<'a> Path<'a> {
             return TentedBoundary::default();
         };
         let w = (reach_m - depth).max(0.0);
-        let (k, kappa) = (layer.stiffness_n_per_m, layer.options.stiffening_n_per_m2);
+        let (k, kappa) = (self.stiffness_n_per_m(layer), layer.options.stiffening_n_per_m2);
         // Without κ both gain a zero, which changes no bit.
         let force_n = k * w + kappa * w * w;
         let energy_j = 0.5 * k * w * w + kappa * w * w * w / 3.0;

@@ -17,7 +17,6 @@
 use serde::{Deserialize, Serialize};
 
 use super::options::{MAX_BRANCHES, MaxwellBranch};
-use super::params::Layer;
 use super::state::Contactor;
 
 /// The branches beside one tent.
@@ -32,6 +31,13 @@ pub(crate) struct Branches {
 pub(crate) struct HeldBranches {
     pub tip: Branches,
     pub rim: Branches,
+}
+
+/// A boundary that has branches, and its stiffness under the needle, in N/m.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BranchedBoundary<'a> {
+    pub branches: &'a [MaxwellBranch],
+    pub stiffness_n_per_m: f64,
 }
 
 /// How a tent moved in a tick: its deflections in m and its spring's force in N at the end.
@@ -51,15 +57,15 @@ impl Branches {
         self.forces_n.iter().sum()
     }
 
-    /// Energy that all hold beside a layer's boundary, Σ q²/(2 g k), in J.
-    pub fn stored_j(&self, layer: &Layer) -> f64 {
-        let stored_j = |(branch, q): (&MaxwellBranch, &f64)| q * q / (2.0 * branch.share * layer.stiffness_n_per_m);
-        layer.options.branches.iter().zip(&self.forces_n).map(stored_j).sum()
+    /// Energy that all hold beside a boundary of stiffness k, Σ q²/(2 g k), in J.
+    pub fn stored_j(&self, beside: &BranchedBoundary<'_>) -> f64 {
+        let stored_j = |(branch, q): (&MaxwellBranch, &f64)| q * q / (2.0 * branch.share * beside.stiffness_n_per_m);
+        beside.branches.iter().zip(&self.forces_n).map(stored_j).sum()
     }
 
     /// Lets a tick pass; what the dashpots lost in it, in J, never negative.
-    pub fn relax(&mut self, layer: &Layer, motion: &TentMotion) -> f64 {
-        if layer.options.branches.is_empty() || (motion.from_m <= 0.0 && motion.to_m <= 0.0) {
+    pub fn relax(&mut self, beside: &BranchedBoundary<'_>, motion: &TentMotion) -> f64 {
+        if beside.branches.is_empty() || (motion.from_m <= 0.0 && motion.to_m <= 0.0) {
             *self = Self::default();
             return 0.0;
         }
@@ -67,16 +73,16 @@ impl Branches {
         let touches = motion.from_m <= 0.0 || motion.to_m <= 0.0;
         let part = if touches && motion.dx_m != 0.0 { (dent_m / motion.dx_m).abs().min(1.0) } else { 1.0 };
         let mut lost_j = 0.0;
-        for (branch, q) in layer.options.branches.iter().zip(&mut self.forces_n) {
-            let stiffness = branch.share * layer.stiffness_n_per_m;
+        for (branch, q) in beside.branches.iter().zip(&mut self.forces_n) {
+            let stiffness = branch.share * beside.stiffness_n_per_m;
             lost_j += relax_branch(q, stiffness, &Passage { dent_m, delta: motion.dt_s * part / branch.time_s });
         }
-        lost_j + self.let_go(layer, motion)
+        lost_j + self.let_go(beside, motion)
     }
 
     /// Takes off what would pull the contactor; what was stored for it, in J.
-    fn let_go(&mut self, layer: &Layer, motion: &TentMotion) -> f64 {
-        let before_j = self.stored_j(layer);
+    fn let_go(&mut self, beside: &BranchedBoundary<'_>, motion: &TentMotion) -> f64 {
+        let before_j = self.stored_j(beside);
         if motion.to_m <= 0.0 {
             *self = Self::default();
             return before_j;
@@ -91,7 +97,7 @@ impl Branches {
         for q in self.forces_n.iter_mut().filter(|q| **q < 0.0) {
             *q *= kept;
         }
-        (before_j - self.stored_j(layer)).max(0.0)
+        (before_j - self.stored_j(beside)).max(0.0)
     }
 }
 

@@ -4,6 +4,7 @@ use phrase::{Phrase, phrase};
 use serde::{Deserialize, Serialize};
 
 use super::adhesion::Adhesion;
+use super::options::PLAIN_EDGE;
 use super::params::AxialParams;
 use super::path::Open;
 use super::relaxation::HeldBranches;
@@ -141,6 +142,13 @@ pub struct AxialState {
     /// Where the shaft is between static and kinetic friction. Version 3.
     #[serde(default)]
     pub(super) adhesion: Adhesion,
+    /// Direction of the needle's edge in the plane of the skin, of unit length: latched with its axis. Version 3.
+    #[serde(default = "plain_edge")]
+    pub edge: [f64; 2],
+}
+
+fn plain_edge() -> [f64; 2] {
+    PLAIN_EDGE
 }
 
 /// Where the law stands: what is open, and the forces.
@@ -180,6 +188,7 @@ impl AxialState {
             window: SpeedWindow::new(params.spec().speed_window_s),
             held: HeldBranches::default(),
             adhesion: Adhesion::default(),
+            edge: PLAIN_EDGE,
         }
     }
 

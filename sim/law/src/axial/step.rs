@@ -4,7 +4,7 @@ use super::adhesion::{Adhesion, FrictionCaps, FrictionTick, Slid};
 use super::book::{BookedTick, book_tick};
 use super::params::{AxialParams, AxialSpec, ForceLaw, RateDependence};
 use super::path::{Open, Path, TentedBoundary, lay_boundaries};
-use super::relaxation::{Branches, HeldBranches, RelaxedTent, RelaxedTents, TentMotion};
+use super::relaxation::{BranchedBoundary, Branches, HeldBranches, RelaxedTent, RelaxedTents, TentMotion};
 use super::speed_window::TimedDisplacement;
 use super::springs::{Cut, SpringTick, SpringWork, cut};
 use super::state::{AxialInput, AxialOutput, AxialScratch, AxialStanding, AxialState, Contactor, LastSample, Rupture};
@@ -47,7 +47,7 @@ pub fn step(
     let AxialInput { t_s, x_m, path_factor } = *input;
     let spec = params.spec();
     lay_boundaries(&spec.layers, path_factor, boundaries_m);
-    let path = Path::new(spec, boundaries_m, path_factor);
+    let path = Path::new(spec, boundaries_m, path_factor).under_edge(state.edge);
 
     let mut relaxed = relax_tents(&path, state, x_m, &motion);
     let dented_j = path.energy_j(state.open(), x_m) + relaxed.stored_j();
@@ -110,7 +110,7 @@ pub fn forecast_standing(
     let v_m_per_s = now.output.v_m_per_s;
     let (Some(last), true) = (&state.last, dt_s > 0.0 && dt_s.is_finite()) else { return now };
     let AxialScratch { ruptures, boundaries_m, path_factor } = scratch;
-    let path = Path::new(params.spec(), boundaries_m, *path_factor);
+    let path = Path::new(params.spec(), boundaries_m, *path_factor).under_edge(state.edge);
     let motion = AxialMotion { dx_m: v_m_per_s * dt_s, dt_s, v_m_per_s };
     let x_m = last.x_m + motion.dx_m;
     let thresholds = Thresholds { rate: params.spec().rate, speed_m_per_s: v_m_per_s.abs() };
@@ -161,8 +161,10 @@ fn relax_tents(path: &Path<'_>, state: &AxialState, x_m: f64, motion: &AxialMoti
             dt_s: motion.dt_s,
             spring_n: to.force_n,
         };
-        let lost_j = branches.relax(layer, &tent);
-        RelaxedTent { boundary, stored_j: branches.stored_j(layer), lost_j }
+        let stiffness_n_per_m = path.stiffness_n_per_m(layer);
+        let beside = BranchedBoundary { branches: &layer.options.branches, stiffness_n_per_m };
+        let lost_j = branches.relax(&beside, &tent);
+        RelaxedTent { boundary, stored_j: branches.stored_j(&beside), lost_j }
     };
     relaxed.tip = relax(&mut relaxed.held.tip, open.tip, [path.tip(open, last.x_m), path.tip(open, x_m)]);
     relaxed.rim = relax(&mut relaxed.held.rim, open.rim, [path.rim(open, last.x_m), path.rim(open, x_m)]);
@@ -223,7 +225,7 @@ impl Tenting<'_> {
             Contactor::Rim => (layer.rim_rupture_n, Open { rim: boundary + 1, ..open }),
         };
         let force_n = tent.force_n + relaxed.held.of(contactor).force_n();
-        (tent.deflection_m > 0.0 && force_n >= at.speed_threshold_n(slow_n)).then(|| {
+        (tent.deflection_m > 0.0 && force_n >= at.speed_threshold_n(path.threshold_n(layer, slow_n))).then(|| {
             let dissipated_j = path.energy_j(open, x_m) - path.energy_j(next, x_m) + stored_j;
             (Rupture { contactor, boundary, force_n, x_m, dissipated_j }, next)
         })

@@ -3,6 +3,8 @@
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
+use crate::axial::PLAIN_EDGE;
+
 use super::state::{LastPose, PunctureEvent, PunctureInput, PunctureState};
 
 /// Entries no farther apart than this, in m, share a track (physics section 2).
@@ -74,6 +76,7 @@ pub(super) fn enter(state: &mut PunctureState, pose: &LastPose) -> PunctureEvent
         state.axial.deepest_m = known.deepest_m * path_factor;
         state.axial.front_m = known.front_m.map(|front_m| front_m * path_factor);
     }
+    state.axial.edge = edge_in_skin(&pose.edge);
     if !reused {
         state.open_walls.fill(false);
     }
@@ -81,6 +84,12 @@ pub(super) fn enter(state: &mut PunctureState, pose: &LastPose) -> PunctureEvent
     latch.offset_m = latch.resolve(&pose.tip_m).1;
     state.latch = Some(latch);
     PunctureEvent::Contact { entry_m, track, reused }
+}
+
+/// Direction of an edge in the plane of the skin, of unit length; the plain one for an edge that points straight in.
+fn edge_in_skin(edge: &Vector3<f64>) -> [f64; 2] {
+    let length = libm::hypot(edge.x, edge.y);
+    if length > 1e-9 { [edge.x / length, edge.y / length] } else { PLAIN_EDGE }
 }
 
 /// Stores what is open along the track that the needle has just left.
@@ -132,5 +141,6 @@ pub(super) fn believe(state: &PunctureState, input: &PunctureInput) -> Option<La
     let believable = state.axial.is_later(input.t_s)
         && tip_m.iter().all(|coordinate| coordinate.abs() <= MAX_COORDINATE_M)
         && (pose.rotation.norm_squared() - 1.0).abs() <= UNIT_TOLERANCE;
-    believable.then_some(LastPose { tip_m, axis })
+    let edge = pose.rotation * Vector3::x();
+    believable.then_some(LastPose { tip_m, axis, edge })
 }

@@ -23,6 +23,9 @@ pub struct PunctureInput {
 pub(super) struct LastPose {
     pub tip_m: Point3<f64>,
     pub axis: Vector3<f64>,
+    /// The needle's +x, along which a bevel's edge lies.
+    #[serde(default = "Vector3::x")]
+    pub edge: Vector3<f64>,
 }
 
 /// All that must be saved to continue. Floats survive JSON exactly, so a continued run gives the same bits.

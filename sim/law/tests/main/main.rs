@@ -11,6 +11,8 @@ mod energy;
 #[cfg(test)]
 mod operators;
 #[cfg(test)]
+mod options;
+#[cfg(test)]
 mod properties;
 #[cfg(test)]
 mod puncture;
