@@ -92,7 +92,7 @@ fn every_trial_has_a_test_of_its_own() {
 }
 
 /// Every hard case in the words of physics section 8, and the models that it concerns.
-const CASES: [(&str, &[&str]); 27] = [
+const CASES: [(&str, &[&str]); 29] = [
     ("1 m/s stab", &["force law", "axisymmetric", "mass-spring", "volumetric"]),
     ("50 mm teleport in one tick", &["force law", "axisymmetric", "mass-spring", "volumetric"]),
     (
