@@ -11,6 +11,7 @@ use crate::trajectory::AxialSample;
 pub struct LoneNeedle {
     params: AxialParams,
     path_factor: f64,
+    edge: [f64; 2],
 }
 
 impl LoneNeedle {
@@ -19,7 +20,8 @@ impl LoneNeedle {
     /// # Errors
     /// The first number that the law does not allow.
     pub fn new(case: ForceCase) -> Result<Self, ParamError> {
-        Ok(Self { params: AxialParams::new(case.spec)?, path_factor: 1.0 / libm::cos(case.angle_rad) })
+        let edge = [libm::cos(case.edge_rad), libm::sin(case.edge_rad)];
+        Ok(Self { params: AxialParams::new(case.spec)?, path_factor: 1.0 / libm::cos(case.angle_rad), edge })
     }
 
     /// Ruptures that would create energy.
@@ -38,6 +40,7 @@ impl LoneNeedle {
         mut tell: impl FnMut(&AxialSample, &AxialOutput, &[Rupture]) -> Result<(), E>,
     ) -> Result<(), E> {
         let (mut state, mut scratch) = (AxialState::new(&self.params), AxialScratch::new(&self.params));
+        state.edge = self.edge;
         for sample in trajectory {
             let input = AxialInput { t_s: sample.t_s, x_m: sample.x_m, path_factor: self.path_factor };
             let output = axial::step(&self.params, &mut state, &mut scratch, &input);

@@ -63,24 +63,60 @@ pub fn training_axial_spec() -> AxialSpec {
     ])
 }
 
+/// An option of version 3 of the law, at the size at which it is tried.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TriedOption {
+    /// Tents that stiffen.
+    Stiffening,
+    /// Branches that relax.
+    Relaxation,
+    /// Static over kinetic friction.
+    StaticFriction,
+    /// Sheets of fibres.
+    Fibres,
+}
+
+/// Every option alone, and all at once.
+pub const OPTION_SETS: [&[TriedOption]; 5] = [
+    &[TriedOption::Stiffening],
+    &[TriedOption::Relaxation],
+    &[TriedOption::StaticFriction],
+    &[TriedOption::Fibres],
+    ALL_OPTIONS,
+];
+/// All at once.
+pub const ALL_OPTIONS: &[TriedOption] =
+    &[TriedOption::Stiffening, TriedOption::Relaxation, TriedOption::StaticFriction, TriedOption::Fibres];
+
+/// A scene with options of version 3 in each of its layers.
+#[must_use]
+pub fn with_options(spec: AxialSpec, options: &[TriedOption]) -> AxialSpec {
+    let branch = |share, time_s| MaxwellBranch { share, time_s };
+    let has = |option| options.contains(&option);
+    let breakaway = has(TriedOption::StaticFriction).then_some(Breakaway { slid_m: 0.8e-3, rest_s: 1.0 });
+    let mut spec = AxialSpec { law: ForceLaw::Version3, breakaway, ..spec };
+    for layer in &mut spec.layers {
+        if has(TriedOption::Stiffening) {
+            layer.options.stiffening_n_per_m2 = 40.0 * layer.stiffness_n_per_m;
+        }
+        if has(TriedOption::Relaxation) {
+            layer.options.branches = vec![branch(0.5, 0.08), branch(0.4, 1.5), branch(0.3, 30.0)];
+        }
+        if has(TriedOption::StaticFriction) {
+            layer.options.static_friction_n_per_m = Some(1.6 * layer.friction_n_per_m);
+        }
+        if has(TriedOption::Fibres) {
+            let sheet = FibrousSheet { fibres: [0.6, 0.8], along_stiffness: 0.9, along_threshold: 0.9 };
+            layer.options.sheet = Some(sheet);
+        }
+    }
+    spec
+}
+
 /// The training lower back with every option of version 3.
 #[must_use]
 pub fn optioned_axial_spec() -> AxialSpec {
-    let branch = |share, time_s| MaxwellBranch { share, time_s };
-    let mut spec = AxialSpec {
-        law: ForceLaw::Version3,
-        breakaway: Some(Breakaway { slid_m: 0.8e-3, rest_s: 1.0 }),
-        ..training_axial_spec()
-    };
-    for layer in &mut spec.layers {
-        layer.options = LayerOptions {
-            stiffening_n_per_m2: 40.0 * layer.stiffness_n_per_m,
-            branches: vec![branch(0.5, 0.08), branch(0.4, 1.5), branch(0.3, 30.0)],
-            static_friction_n_per_m: Some(1.6 * layer.friction_n_per_m),
-            sheet: Some(FibrousSheet { fibres: [0.6, 0.8], along_stiffness: 0.9, along_threshold: 0.9 }),
-        };
-    }
-    spec
+    with_options(training_axial_spec(), ALL_OPTIONS)
 }
 
 /// The force law running on one trajectory.

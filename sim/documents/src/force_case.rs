@@ -17,6 +17,8 @@ pub struct ForceCase {
     pub spec: AxialSpec,
     /// Angle to the surface normal, in rad.
     pub angle_rad: f64,
+    /// Direction of the needle's edge in the plane of the skin, in rad from the patient's x towards y.
+    pub edge_rad: f64,
 }
 
 /// The file as it stands. `name`, `note` and `units` are for people.
@@ -33,6 +35,8 @@ struct RawCase {
     presliding_stiffness_n_per_m: f64,
     #[serde(default)]
     angle_rad: f64,
+    #[serde(default)]
+    edge_rad: f64,
     #[serde(default)]
     law: ForceLaw,
     #[serde(default)]
@@ -71,13 +75,17 @@ struct RawLayer {
 pub fn parse(file: &str, json: &str) -> Result<ForceCase, DocumentError> {
     let json = Json { file, text: json };
     let raw: RawCase = json.read("reference/force/*.json")?;
-    let (angle_rad, spec) = (raw.angle_rad, raw.spec());
+    let (angle_rad, edge_rad, spec) = (raw.angle_rad, raw.edge_rad, raw.spec());
     if !(0.0..=STEEPEST_RAD).contains(&angle_rad) {
         let allowed = "allowed: 0 to 1.0472 rad (60°)";
         return Err(json.refused(ParamError { field: "angle_rad".to_owned(), value: angle_rad, unit: "rad", allowed }));
     }
+    if !edge_rad.is_finite() {
+        let allowed = "allowed: a finite number";
+        return Err(json.refused(ParamError { field: "edge_rad".to_owned(), value: edge_rad, unit: "rad", allowed }));
+    }
     AxialParams::new(spec.clone()).map_err(|error| json.refused(error))?;
-    Ok(ForceCase { spec, angle_rad })
+    Ok(ForceCase { spec, angle_rad, edge_rad })
 }
 
 impl RawCase {

@@ -46,7 +46,7 @@ impl Factors {
         let threshold = self.diameter_power * self.tip * layer.toughness_factor;
         let friction = self.diameter * self.lubrication * layer.toughness_factor;
         let stiffness_n_per_m = layer.stiffness_n_per_m * self.diameter;
-        let tense_n_per_m = layer.options.fibres.as_ref().map_or(0.0, |fibres| self.pretension_n_per_m(fibres));
+        let tense_n_per_m = self.pretension_n_per_m(layer);
         Layer {
             name: layer.name.clone(),
             thickness_m: thickness_mm / 1e3,
@@ -75,9 +75,10 @@ impl Factors {
     }
 
     /// What a sheet under a tension T adds to the stiffness of its boundary, in N/m: 2πT/ln(R/a) for a punch of radius a in a sheet that is
-    /// held at R.
-    fn pretension_n_per_m(&self, fibres: &SceneFibres) -> f64 {
-        core::f64::consts::TAU * fibres.pretension_n_per_m / libm::log(fibres.held_radius_mm / 1e3 / self.radius_m)
+    /// held at R; 0 for a layer that is no sheet.
+    fn pretension_n_per_m(&self, layer: &SceneLayer) -> f64 {
+        let Some(SceneFibres { pretension_n_per_m, held_radius_mm, .. }) = layer.options.fibres else { return 0.0 };
+        core::f64::consts::TAU * pretension_n_per_m / libm::log(held_radius_mm / 1e3 / self.radius_m)
     }
 
     /// The threshold of a sharp tip that follows from the fracture energy, in N, where the layer names one. The diameter enters by
@@ -94,7 +95,7 @@ impl Factors {
         let threshold = self.diameter_power * self.tip * written.toughness_factor;
         SceneLayer {
             thickness_mm: met.thickness_m * 1e3,
-            stiffness_n_per_m: met.stiffness_n_per_m / self.diameter,
+            stiffness_n_per_m: (met.stiffness_n_per_m - self.pretension_n_per_m(written)) / self.diameter,
             damping_n_s_per_m2: met.damping_n_s_per_m2 / self.diameter,
             tip_rupture_n: met.tip_rupture_n / threshold,
             rim_rupture_n: met.rim_rupture_n / threshold,

@@ -1,7 +1,8 @@
 //! What a scene gives beside each figure.
 
 use documents::Scene;
-use law::puncture::PunctureParams;
+use law::puncture::{PunctureParams, PunctureSpec};
+use phrase::sentence;
 
 use crate::figures::{FIGURES, MeasuredQuantity, PublishedFigure, PublishedRange};
 use crate::insertion::{ProbeInsertion, ProbeMoment, greatest_n, hold_at, insert_at, layers_alone};
@@ -127,6 +128,7 @@ impl ProbedScene<'_> {
                 let opened = self.opening(insertion, layer)?;
                 Ok(hold_at(&self.params, SPEED_M_PER_S, HELD_PART * insertion.moments[opened].x_m, HELD_S))
             }
+            MeasuredQuantity::EdgeRatio { layer } => self.edge_ratio(layer),
             MeasuredQuantity::OfNoScene { why, .. } => Err(Incomparable::Stated(why)),
         }
     }
@@ -142,6 +144,20 @@ impl ProbedScene<'_> {
     fn opening_force_n(&self, insertion: &ProbeInsertion, layer: &'static str) -> Result<f64, Incomparable> {
         let stretch = insertion.stretch(self.boundary(layer)?).ok_or(Incomparable::NotReached(layer))?;
         Ok(greatest_n(stretch))
+    }
+
+    fn edge_ratio(&self, layer: &'static str) -> Result<f64, Incomparable> {
+        let spec = self.params.spec();
+        let Some(sheet) = spec.axial.layers[self.boundary(layer)?].options.sheet else {
+            return Err(Incomparable::Stated(sentence!("the scene gives this layer no fibres")));
+        };
+        let [along_x, along_y] = sheet.fibres;
+        let [along_n, across_n] = [[along_x, along_y], [-along_y, along_x]].map(|edge| {
+            let turned = PunctureSpec { axial: spec.axial.under_edge(edge), ..spec.clone() };
+            let params = PunctureParams::new(turned).expect("a sheet under an edge is a layer");
+            self.opening_force_n(&insert_at(&params, SPEED_M_PER_S), layer)
+        });
+        Ok(across_n? / along_n?)
     }
 
     fn shares(&self) -> WorkShares {

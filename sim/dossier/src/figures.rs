@@ -3,8 +3,8 @@
 use phrase::sentence;
 
 use crate::sources::{
-    EPIDURAL_PROFILE, FEEDBACK_OVERSHOOT, FLAVUM_SPEED, FRACTURE_SHARES, LIVER_HOLD, LIVER_KIDNEY, LIVER_TOUGHNESS,
-    MeasurementSource, RENAL_ACCESS, RESPONSE_TIMES, TUOHY_PORCINE, VERESS,
+    DURA_EDGE, DURA_STRENGTH, EPIDURAL_PROFILE, FEEDBACK_OVERSHOOT, FLAVUM_SPEED, FRACTURE_SHARES, LIVER_HOLD,
+    LIVER_KIDNEY, LIVER_TOUGHNESS, MeasurementSource, RENAL_ACCESS, RESPONSE_TIMES, TUOHY_PORCINE, VERESS,
 };
 
 /// What was measured, and how it is read off a scene. The needle goes in perpendicularly at 5 mm/s unless it says otherwise.
@@ -50,6 +50,11 @@ pub enum MeasuredQuantity {
     /// Fall of a held force as a share of it, in 8 s.
     HeldFall {
         /// The layer that is pressed.
+        layer: &'static str,
+    },
+    /// Opening force under a bevel's edge across the layer's fibres over that under one along them.
+    EdgeRatio {
+        /// The layer.
         layer: &'static str,
     },
     /// No scene gives it; why.
@@ -289,6 +294,27 @@ pub const FIGURES: &[PublishedFigure] = &[
         source: RESPONSE_TIMES,
         fitted: &[],
     },
+    PublishedFigure {
+        id: "dura_edge",
+        title: sentence!("Force at the dura with the bevel across its fibres over that along them"),
+        conditions: sentence!("cadaver dura, 40 samples, 17G Tuohy needle; p < 0.05, without forces in the abstract"),
+        quantity: MeasuredQuantity::EdgeRatio { layer: "dura" },
+        range: PublishedRange::Above(1.0),
+        source: DURA_EDGE,
+        fitted: &[],
+    },
+    PublishedFigure {
+        id: "dura_strength",
+        title: sentence!("Force that tears lumbar dura lengthwise over that crosswise"),
+        conditions: sentence!("3 human cadavers; least to greatest"),
+        quantity: MeasuredQuantity::OfNoScene {
+            unit: "",
+            why: sentence!("strips were pulled until they tore: no needle went through"),
+        },
+        range: PublishedRange::Between { low: 3.5, high: 6.7 },
+        source: DURA_STRENGTH,
+        fitted: &[],
+    },
 ];
 
 impl MeasuredQuantity {
@@ -303,7 +329,8 @@ impl MeasuredQuantity {
             | Self::TearingShare
             | Self::SpreadingShare
             | Self::FrictionShare
-            | Self::HeldFall { .. } => "",
+            | Self::HeldFall { .. }
+            | Self::EdgeRatio { .. } => "",
             Self::OfNoScene { unit, .. } => unit,
         }
     }

@@ -98,3 +98,15 @@ pub(crate) const RESPONSE_TIMES: MeasurementSource = MeasurementSource {
     doi: "",
     known: HowKnown::Abstract,
 };
+
+pub(crate) const DURA_EDGE: MeasurementSource = MeasurementSource {
+    citation: "M. C. Lewis, J. P. Lafferty, M. S. Sacks, V. S. Pallares, M. TerRiet: How much work is required to puncture dura with Tuohy needles? British Journal of Anaesthesia 85 (2000) 238–241",
+    doi: "10.1093/bja/85.2.238",
+    known: HowKnown::Abstract,
+};
+
+pub(crate) const DURA_STRENGTH: MeasurementSource = MeasurementSource {
+    citation: "E. Zarzur: Mechanical properties of the human lumbar dura mater. Arquivos de Neuro-Psiquiatria 54 (1996) 455–460",
+    doi: "",
+    known: HowKnown::Abstract,
+};

@@ -4,8 +4,9 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use documents::Scene;
+use documents::{Scene, SceneFibres};
 use dossier::{Agreement, DossierLine, FIGURES, Incomparable, PublishedRange, compare_scene};
+use law::axial::ForceLaw;
 
 fn scene(name: &str) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/scenes").join(name).with_extension("toml");
@@ -63,6 +64,28 @@ fn a_hold_in_a_law_without_relaxation_falls_by_nothing() {
     let held = compare_scene(&liver);
     let held = find(&held, "liver_held_fall").value.expect("a layer has the name");
     assert!(held.abs() < 0.05, "viscosity alone lets go of a little: {held}");
+}
+
+#[test]
+fn an_edge_across_the_fibres_of_a_dura_needs_the_greater_force() {
+    let mut epidural = scene("epidural-71kg");
+    let without = compare_scene(&epidural);
+    let without = find(&without, "dura_edge").agreement;
+    assert_eq!(without, Agreement::Incomparable(Incomparable::Stated("the scene gives this layer no fibres")));
+    epidural.law = ForceLaw::Version3;
+    let dura = epidural.layers.iter_mut().find(|layer| layer.name == "dura").expect("the scene has a dura");
+    dura.options.fibres = Some(SceneFibres {
+        angle_deg: 90.0,
+        along_stiffness: 1.0,
+        along_threshold: 0.4,
+        pretension_n_per_m: 0.0,
+        held_radius_mm: 20.0,
+    });
+    let with = compare_scene(&epidural);
+    let line = find(&with, "dura_edge");
+    assert_eq!(line.agreement, Agreement::Inside);
+    // The dura is not all that is felt there.
+    assert!((1.2..2.5).contains(&line.value.expect("the dura opens")), "{line:?}");
 }
 
 #[test]

@@ -4,6 +4,7 @@ use std::fmt;
 
 use law::axial::{AxialSpec, Layer};
 use law::closed_form;
+use law::soundness::turned_specs;
 use phrase::{Phrase, phrase};
 
 use crate::device::DeviceInfo;
@@ -115,10 +116,13 @@ fn met(spec: &AxialSpec, reach_m: f64) -> &[Layer] {
 /// Largest elastic force at which one of the first boundaries gives way, with the friction that the shaft then has, in N.
 ///
 /// What comes at a tent's peak: nothing cuts, and viscosity is small at the speeds of a puncture. Tents that relax give way at other
-/// places to a slow needle than to a fast one, so the larger of both counts.
+/// places to a slow needle than to a fast one, and sheets of fibres to one that is turned: the largest counts.
 fn peak_n(spec: &AxialSpec, boundaries: usize) -> f64 {
     let speeds: &[f64] = if spec.relaxes() { &[0.0, 1.0] } else { &[0.0] };
-    let ruptures = speeds.iter().flat_map(|&held| closed_form::predict_held_ruptures(spec, held));
+    let at_speeds = |turned: AxialSpec| -> Vec<_> {
+        speeds.iter().flat_map(|&held| closed_form::predict_held_ruptures(&turned, held)).collect()
+    };
+    let ruptures = turned_specs(spec).flat_map(at_speeds);
     let met = ruptures.filter(|rupture| rupture.boundary < boundaries);
     met.map(|rupture| rupture.force_before_n + friction_n(&spec.layers, rupture.boundary)).fold(0.0, f64::max)
 }

@@ -44,8 +44,8 @@ fn held_parts(spec: &AxialSpec) -> impl Iterator<Item = f64> + use<> {
 /// How many ways the edge is turned for a scene with sheets of fibres, over half a turn.
 const EDGES: u32 = 12;
 
-/// The tissue under the edges that a scene is judged with: one that has no sheets is alike under all.
-fn turned_specs(spec: &AxialSpec) -> impl Iterator<Item = AxialSpec> + '_ {
+/// The tissue under the edges that a scene is judged with, all round: one that has no sheets is alike under all.
+pub fn turned_specs(spec: &AxialSpec) -> impl Iterator<Item = AxialSpec> + '_ {
     let edges = if spec.has_sheets() { EDGES } else { 1 };
     (0..edges).map(|turn| {
         let angle_rad = f64::from(turn) * core::f64::consts::PI / f64::from(EDGES);

@@ -5,7 +5,8 @@ use std::f64::consts::{PI, TAU};
 
 use attempt::simulate::{Clock, MotionSource, Simulated, rehearse, simulate};
 use attempt::verify::{Verification, verify_recording};
-use bench::scenes::training_axial_spec;
+use bench::scenes::{OPTION_SETS, training_axial_spec, with_options};
+use law::axial::{AxialSpec, ForceLaw};
 use law::closed_form::predict_ruptures;
 use law::operator::{Motion, Operator, Plan, Skill};
 use law::puncture::PunctureSpec;
@@ -16,17 +17,17 @@ use recording::sample::flags;
 use recording::{EventKind, Recording, Session};
 use tissue::{Specimen, SpecimenSpec};
 
-use crate::support::{file, read, writer};
+use crate::support::{file, read, writer, writer_under};
 
 const CLOCK: Clock = Clock { tick_hz: 1000.0, time_limit_s: 60.0 };
 
 /// The training lower back under a trocar, with a vessel 30 mm deep.
 pub fn specimen() -> Specimen {
-    bending(None)
+    make_specimen(training_axial_spec(), None)
 }
 
-/// The same under a needle of a bending stiffness, in N·m², or a rigid one.
-fn bending(needle_bending_n_m2: Option<f64>) -> Specimen {
+/// The same with other layers, under a needle of a bending stiffness, in N·m², or a rigid one.
+fn make_specimen(axial: AxialSpec, needle_bending_n_m2: Option<f64>) -> Specimen {
     let vessel = StructureSpec {
         name: "artery".to_owned(),
         kind: StructureKind::Vessel,
@@ -35,7 +36,7 @@ fn bending(needle_bending_n_m2: Option<f64>) -> Specimen {
         wall: None,
     };
     let puncture = PunctureSpec {
-        axial: training_axial_spec(),
+        axial,
         lateral_stiffness_n_per_m2: 10_000.0,
         needle_length_m: 0.1,
         needle_bending_n_m2,
@@ -238,7 +239,7 @@ fn a_simulated_recording_re_simulates_to_the_bit() {
 
 #[test]
 fn a_needle_that_bends_re_simulates_to_the_bit_and_is_not_taken_for_a_rigid_one() {
-    let bent = bending(Some(2e-3));
+    let bent = make_specimen(training_axial_spec(), Some(2e-3));
     let mut writer = writer();
     simulate(&bent, &mut Script::default(), &mut writer, &CLOCK).unwrap();
     let recording = read(&writer.finish().unwrap());
@@ -249,6 +250,22 @@ fn a_needle_that_bends_re_simulates_to_the_bit_and_is_not_taken_for_a_rigid_one(
     let mut moved = recording.clone();
     moved.samples[1300].bend_m[1] += 1e-4;
     assert!(verify_recording(&moved, &bent).largest_depth_deviation_m > 0.9e-4);
+}
+
+/// Trembling, held, drawn out and pushed in again through the same track, under each option of version 3 and under all.
+#[test]
+fn an_attempt_with_options_of_the_law_re_simulates_to_the_bit_and_is_not_taken_for_one_without() {
+    for options in OPTION_SETS {
+        let optioned = make_specimen(with_options(training_axial_spec(), options), None);
+        let mut writer = writer_under(ForceLaw::Version3);
+        simulate(&optioned, &mut Script { bad: 200..220, ..Script::default() }, &mut writer, &CLOCK).unwrap();
+        let recording = read(&writer.finish().unwrap());
+        assert_eq!(recording.session.law, ForceLaw::Version3);
+        let verification = verify_recording(&recording, &optioned);
+        assert!(verification.exact(), "{options:?}: {verification:?}");
+        assert_eq!((verification.ticks, verification.largest_deviation_n), (7001, 0.0));
+        assert!(verified(&recording).largest_deviation_n > 0.03, "{options:?}: {:?}", verified(&recording));
+    }
 }
 
 #[test]

@@ -46,7 +46,13 @@ fn attachments() -> Vec<Attachment> {
 }
 
 pub fn writer() -> Writer<Vec<u8>> {
-    Writer::create(Vec::new(), &session(), &attachments(), &SceneDrawing::default()).unwrap()
+    writer_under(ForceLaw::Version2)
+}
+
+/// A file of an attempt under a version of the force law.
+pub fn writer_under(law: ForceLaw) -> Writer<Vec<u8>> {
+    let session = Session { law, ..session() };
+    Writer::create(Vec::new(), &session, &attachments(), &SceneDrawing::default()).unwrap()
 }
 
 /// A file of `count` ticks at 1 kHz of a force that no law made.

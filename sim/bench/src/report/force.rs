@@ -6,11 +6,13 @@ use law::axial::{self, AxialInput, AxialParams, AxialScratch, AxialSpec, AxialSt
 use law::closed_form::{self, PredictedRupture};
 
 use super::chart::{Chart, ChartCurve};
-use super::pace::{self, TickPace};
+use super::fibres::{self, FibresReport};
+use super::pace;
 use super::sheet::{self, ReportSheet};
 use super::{Subject, curve, encoder, measured_on, specimen};
 use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
+use crate::scenes::{ALL_OPTIONS, with_options};
 
 const RATES_HZ: [f64; 6] = [100.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0];
 const SPEEDS_MM_PER_S: [f64; 7] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
@@ -43,15 +45,18 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     let [paper, training] = specimen::read_both_exercises()?;
     let specs = [specimen::nominal_axial_spec(&paper.scene), specimen::nominal_axial_spec(&training.scene)];
     let cases = grid(&specs, quick)?;
-    let pace = pace::measure(&specs[1], quick)?;
+    let paces = [pace::measure(&specs[1], quick)?, pace::measure(&with_options(specs[1].clone(), ALL_OPTIONS), quick)?];
     let mut written = curve::draw(out, &[&paper.scene, &training.scene])?;
     let encoder::EncoderReport { written: of_encoder, markdown: on_an_encoder } = encoder::measure(out, &specs[1])?;
     written.extend(of_encoder);
+    let FibresReport { written: of_fibres, markdown: of_edges } = fibres::measure(out, &training.scene)?;
+    written.extend(of_fibres);
     let table = out.join("force-error.csv");
     sheet(&cases).write_csv(&table)?;
     let plot = out.join("force-error.svg");
     chart(&cases).draw(&plot)?;
-    let report = markdown(&measured_on(Subject::Force, quick), &cases, &pace) + &on_an_encoder;
+    let pace = pace::markdown(specs[1].layers.len(), &paces[0], &paces[1]);
+    let report = markdown(&measured_on(Subject::Force, quick), &cases, &pace) + &on_an_encoder + &of_edges;
     written.extend([table, plot, sheet::write_text(out.join("force.md"), &report)?]);
     Ok(written)
 }
@@ -139,7 +144,7 @@ fn chart(cases: &[Case]) -> Chart {
     }
 }
 
-fn markdown(measured_on: &str, cases: &[Case], pace: &TickPace) -> String {
+fn markdown(measured_on: &str, cases: &[Case], pace: &str) -> String {
     let header = RATES_HZ.iter().map(|rate| format!("{rate} Hz"));
     let mut late = ReportSheet::new(std::iter::once("speed".to_owned()).chain(header));
     for of_speed in cases.chunks(RATES_HZ.len()) {
@@ -158,6 +163,6 @@ fn markdown(measured_on: &str, cases: &[Case], pace: &TickPace) -> String {
          scene](force-depth-lower-back-training.svg)\n",
         measured_on,
         late.markdown(),
-        pace.markdown()
+        pace
     )
 }

@@ -7,6 +7,7 @@ mod curve;
 mod dossier;
 mod encoder;
 mod estimates;
+mod fibres;
 mod field;
 mod force;
 mod hard_cases;

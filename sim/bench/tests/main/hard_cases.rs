@@ -49,6 +49,7 @@ hard_cases! {
         hours_drift hours_ledger
         rates_instants rates_friction
         optioned_stab_force relaxed_hold_force optioned_hold_rise relaxed_reversal_force relaxed_pull static_tremor
+        optioned_reversal_work
         optioned_hours_drift optioned_hours_ledger optioned_rates_energy optioned_rates_rupture
         optioned_rates_force;
     axisymmetric "axisymmetric":

@@ -23,8 +23,31 @@ fn the_reference_cases_read() {
 fn an_angle_and_a_rate_are_optional() {
     let text = TROCAR.replace("\"angle_rad\": 0.0,", "\"rate\": {\"p_infinity_n\": 2.0, \"v0_m_per_s\": 0.05},");
     let case = parse("t", &text).unwrap();
-    assert_eq!(case.angle_rad, 0.0);
+    assert_eq!((case.angle_rad, case.edge_rad), (0.0, 0.0));
     assert_eq!(case.spec.rate.map(|r| (r.p_infinity_n, r.v0_m_per_s)), Some((2.0, 0.05)));
+}
+
+/// Would fail if an option of version 3 were lost on its way from the file.
+#[test]
+fn every_option_of_version_3_is_read() {
+    let options = r#""options": {"stiffening_n_per_m2": 4e4, "branches": [{"share": 0.5, "time_s": 2}], "static_friction_n_per_m": 70,
+        "sheet": {"fibres": [0.6, 0.8], "along_stiffness": 0.9, "along_threshold": 0.3}}, "name": "fat""#;
+    let text = TROCAR
+        .replace(
+            "\"angle_rad\": 0.0,",
+            "\"edge_rad\": 0.5, \"law\": 3, \"breakaway\": {\"slid_m\": 1e-3, \"rest_s\": 1},",
+        )
+        .replace("\"name\": \"fat\"", options);
+    let case = parse("t", &text).unwrap();
+    assert_eq!((case.edge_rad, case.spec.law), (0.5, law::axial::ForceLaw::Version3));
+    assert_eq!(case.spec.breakaway.map(|b| (b.slid_m, b.rest_s)), Some((1e-3, 1.0)));
+    let read = &case.spec.layers[1].options;
+    assert_eq!((read.stiffening_n_per_m2, read.static_friction_n_per_m), (4e4, Some(70.0)));
+    assert_eq!(read.branches.iter().map(|b| (b.share, b.time_s)).collect::<Vec<_>>(), [(0.5, 2.0)]);
+    let sheet = read.sheet.unwrap();
+    assert_eq!((sheet.fibres, sheet.along_stiffness, sheet.along_threshold), ([0.6, 0.8], 0.9, 0.3));
+    let four = mistake(parse, &text, ("\"law\": 3", "\"law\": 2"));
+    assert!(four.contains("must be absent before version 3 of the law"), "{four}");
 }
 
 #[test]

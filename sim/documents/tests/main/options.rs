@@ -3,7 +3,8 @@
 //! Would fail if an option were taken under a law that does not know it, or lost on its way to the law.
 
 use documents::Patient;
-use law::axial::{Breakaway, ForceLaw, LayerOptions, MaxwellBranch};
+use law::axial::{AxialSpec, Breakaway, ForceLaw, LayerOptions, MaxwellBranch};
+use law::fracture::SharpPunch;
 
 use crate::support::{SCENE, folder, read_text, scene, write};
 
@@ -125,4 +126,72 @@ fn a_scene_that_is_unsound_only_when_it_is_hurried_is_refused() {
     let hurried =
         check(&text("[[layer.relaxation]]\nshare = 0.2\ntime_s = 1\n")).expect_err("unsound when hurried").to_string();
     assert!(hurried.contains("layer[0].tip_rupture_n: 1 N is unsound"), "{hurried}");
+}
+
+/// Fibres along the patient's y, in a sheet under 20 N/m held 20 mm away.
+const FIBRES: &str =
+    "[layer.fibres]\nangle_deg = 90\nalong_stiffness = 0.8\nalong_threshold = 0.3\npretension_n_per_m = 20\n";
+
+/// What a scene becomes for its nominal patient.
+fn spec(text: &str) -> AxialSpec {
+    let scene = scene(text);
+    scene.axial_spec(&Patient::nominal(&scene))
+}
+
+#[test]
+fn fibres_turn_with_the_edge_and_tension_stiffens_alike_all_round() {
+    let tense_n_per_m = core::f64::consts::TAU * 20.0 / libm::log(20.0);
+    let sheet = spec(&optioned(FIBRES, "tip = \"bevel\""));
+    let [across, along] = [[1.0, 0.0], [0.0, 1.0]].map(|edge| sheet.under_edge(edge).layers[1].clone());
+    let near = |found: f64, wanted: f64| assert!((found / wanted - 1.0).abs() < 1e-12, "{found} is not {wanted}");
+    near(across.stiffness_n_per_m, 83.0 + tense_n_per_m);
+    near(along.stiffness_n_per_m, 0.8 * 83.0 + tense_n_per_m);
+    near(across.tip_rupture_n, 0.85 * 0.5);
+    near(along.tip_rupture_n, 0.3 * across.tip_rupture_n);
+    near(along.rim_rupture_n, 0.3 * across.rim_rupture_n);
+    // A thicker needle dents a wider part of the sheet.
+    let thick = spec(&optioned(FIBRES, "tip = \"bevel\"").replace("diameter_mm = 2.0", "diameter_mm = 4.0"));
+    near(thick.layers[1].stiffness_n_per_m, 2.0 * 83.0 + core::f64::consts::TAU * 20.0 / libm::log(10.0));
+}
+
+#[test]
+fn fibres_ask_for_an_edge_and_tension_for_a_stiffness_of_the_scene() {
+    assert_says(&optioned(FIBRES, ""), &["layer[1].fibres: tip = \"diamond\"", "only tip = \"bevel\" has one edge"]);
+    let coupled = optioned(FIBRES, "tip = \"bevel\"") + "[tissue]\ncoupling = \"field\"\n";
+    assert_says(&coupled, &["layer[1].fibres.pretension_n_per_m: 20 N/m", "the field knows no tension"]);
+}
+
+#[test]
+fn a_threshold_follows_from_toughness_by_mechanics_and_not_by_a_power_of_the_diameter() {
+    let tough = |diameter_mm: f64, tip: &str| {
+        let keys = "fracture_energy_j_per_m2 = 400\nyoungs_modulus_pa = 30000\n";
+        let text = optioned(keys, &format!("tip = \"{tip}\"\ndiameter_exponent = 2"));
+        let text = text.replace("tip_rupture_n = 0.5\n", "").replace("= 2.0\n", &format!("= {diameter_mm}\n"));
+        spec(&text).layers[1].tip_rupture_n
+    };
+    for diameter_mm in [0.7, 2.0, 4.0] {
+        let shear_modulus_pa = 30_000.0 / (2.0 * 1.45);
+        let punch = SharpPunch { radius_m: diameter_mm * 0.5e-3, shear_modulus_pa, fracture_energy_j_per_m2: 400.0 };
+        for tip in ["diamond", "bevel", "conical"] {
+            assert_eq!(tough(diameter_mm, tip), punch.threshold_n(), "{tip} of {diameter_mm} mm");
+        }
+    }
+    // Tough against its radius: between a line and a square.
+    let power = (tough(4.0, "bevel") / tough(0.7, "bevel")).ln() / (4.0_f64 / 0.7).ln();
+    assert!((1.0..2.0).contains(&power), "{power}");
+}
+
+#[test]
+fn toughness_is_one_of_both_and_needs_a_modulus_and_a_sharp_tip() {
+    let energy = "fracture_energy_j_per_m2 = 400\n";
+    let modulus = "youngs_modulus_pa = 30000\n";
+    let tough = |keys: &str, needle: &str| optioned(keys, needle).replace("tip_rupture_n = 0.5\n", "");
+    assert_says(
+        &optioned(&format!("{energy}{modulus}"), ""),
+        &["layer[1].fracture_energy_j_per_m2: beside layer[1].tip_rupture_n", "allowed: one of both"],
+    );
+    assert_says(&tough(energy, ""), &["layer[1].youngs_modulus_pa: missing", "needed with layer[1].fracture_energy"]);
+    assert_says(&tough("", ""), &["layer[1].tip_rupture_n: missing", "or fracture_energy_j_per_m2"]);
+    let blunt = tough(&format!("{energy}{modulus}"), "tip = \"blunt\"");
+    assert_says(&blunt, &["layer[1].fracture_energy_j_per_m2: 400 J/m²", "a blunt tip, which tears"]);
 }

@@ -8,7 +8,7 @@
 //! it gives back there is taken off its layers' loss and counted apart, in [`Ledger::lagged_j`].
 //!
 //! Choices. Elastic and rupture energy belong to the layer whose boundary is tented or opened. Viscous and friction
-//! losses are shared by b_j l_j and c_j l_j; what relaxation loses is viscous, and of the layer whose boundary is tented. Cutting belongs to the layer that the tip is in, or was in the tick before.
+//! losses are shared by b_j l_j and by what friction holds at most, c_j l_j or its static value; what relaxation loses is viscous, and of the layer whose boundary is tented. Cutting belongs to the layer that the tip is in, or was in the tick before.
 
 use super::params::{AxialParams, Layer};
 use super::path::{Open, Path};
@@ -129,7 +129,7 @@ struct Part {
 }
 
 const VISCOUS: Part = Part { coefficient: |layer| layer.damping_n_s_per_m2, entry: |energy| &mut energy.viscous_j };
-const FRICTION: Part = Part { coefficient: |layer| layer.friction_n_per_m, entry: |energy| &mut energy.friction_j };
+const FRICTION: Part = Part { coefficient: Layer::static_friction_n_per_m, entry: |energy| &mut energy.friction_j };
 
 const LATERAL: Part = Part { coefficient: |_| 1.0, entry: |energy| &mut energy.lateral_j };
 
