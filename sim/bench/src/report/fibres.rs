@@ -167,10 +167,10 @@ fn picture(path: &Path, insertions: &[TurnedInsertion]) -> Drawn {
         let points = turned.ticks.iter().map(|&(x_m, force_n)| (x_m * 1e3, force_n));
         canvas
             .draw_series(LineSeries::new(points, colour(index).stroke_width(2)))?
-            .label(format!("{}°", turned.angle_deg))
+            .label(format!("edge at {}° to the fibres", turned.angle_deg))
             .legend(key(index));
     }
-    let legend = SeriesLabelPosition::UpperRight;
+    let legend = SeriesLabelPosition::UpperLeft;
     canvas.configure_series_labels().position(legend).background_style(WHITE.mix(0.9)).label_font((FONT, 14)).draw()?;
     root.present()?;
     Ok(())

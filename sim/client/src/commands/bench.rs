@@ -22,7 +22,7 @@ use crate::{new_file, output, picture};
 /// Measure speed and error, and write CSV, Markdown and plots
 ///
 /// force: error of the force law against tick rate and speed, time per tick, force against depth, what an encoder's steps make of
-/// it. field: error of the tissue's displacement against unknowns, set-up and time per solve, for every model, with the planner's
+/// it, a fascia by the angle of a bevel. field: error of the tissue's displacement against unknowns, set-up and time per solve, for every model, with the planner's
 /// choice marked, and other solvers in the same plots and tables with --peers. estimates: the error that a field claims against the error that it has, on a thousand
 /// random tissues; exit 1 when a bound is exceeded. coupling: error of the force that the field carries against its rate. recording:
 /// size, time to write a tick, speed of simulating, time and memory to read and score. servo: a minute at 1 kHz on the clock, how

@@ -21,6 +21,9 @@ pub struct ScenePlan {
     pub layers: Vec<LayerPlan>,
     /// Ruptures of a slow insertion into the nominal patient.
     pub ruptures: Vec<RupturePlan>,
+    /// Which needle they hold for, where they depend on its speed or on how its edge is turned.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub ruptures_hold_for: Vec<&'static str>,
     /// The deforming tissue.
     #[serde(flatten)]
     pub tissue: TissuePlan,
@@ -81,6 +84,7 @@ impl ScenePlan {
         let nominal = spec_along_path(scene.coupled_spec(&Patient::nominal(scene), angle_deg)?, angle_deg);
         Ok(Self {
             exercise,
+            ruptures_hold_for: needle_told(&nominal),
             scene: scene.id.clone(),
             angle_deg,
             layers: scene
@@ -121,4 +125,11 @@ fn ruptures(spec: &AxialSpec) -> Vec<RupturePlan> {
             force_after_n: rupture.force_after_n,
         })
         .collect()
+}
+
+/// The needle of the closed form, in so far as options of the law make a difference between needles.
+fn needle_told(spec: &AxialSpec) -> Vec<&'static str> {
+    let slow = spec.relaxes().then_some("so slow that every boundary relaxes; a faster one opens it sooner");
+    let plain = spec.has_sheets().then_some("its edge along the patient's x");
+    slow.into_iter().chain(plain).collect()
 }

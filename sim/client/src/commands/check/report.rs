@@ -72,5 +72,8 @@ fn write_plan(plan: &ScenePlan, out: &mut dyn Write) -> io::Result<()> {
         let (x, before, after) = (rupture.x_mm, rupture.force_before_n, rupture.force_after_n);
         writeln!(out, "  {name:36} {x:>16.3} {before:>10.3} {after:>12.3}")?;
     }
+    for needle in &plan.ruptures_hold_for {
+        writeln!(out, "  ruptures of a needle: {needle}")?;
+    }
     plan.tissue.write(out)
 }
