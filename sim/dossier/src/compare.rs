@@ -146,6 +146,7 @@ impl ProbedScene<'_> {
         Ok(greatest_n(stretch))
     }
 
+    #[expect(clippy::expect_used, reason = "a sheet under an edge is a layer whose numbers were checked")]
     fn edge_ratio(&self, layer: &'static str) -> Result<f64, Incomparable> {
         let spec = self.params.spec();
         let Some(sheet) = spec.axial.layers[self.boundary(layer)?].options.sheet else {

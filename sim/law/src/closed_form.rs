@@ -51,8 +51,11 @@ pub fn predict_held_ruptures(spec: &AxialSpec, held: f64) -> Vec<PredictedRuptur
                 Contactor::Rim => open.rim += 1,
             }
         }
-        predicted
-            .extend(cascade.iter().map(|event| predict_rupture(&HeldPath { path: &path, held, before }, event, open)));
+        predicted.extend(
+            cascade
+                .iter()
+                .map(|event| predict_rupture(&HeldPath { path: &path, held, before, events: &events }, event, open)),
+        );
     }
     predicted
 }
@@ -62,6 +65,8 @@ pub(crate) struct Opening {
     pub x_m: f64,
     pub contactor: Contactor,
     boundary: usize,
+    /// Dent that the contactor found when it took the boundary over, in m: so much of it has relaxed.
+    found_m: f64,
 }
 
 /// Every rupture with its position, sorted by position; at one position tips come before rims, each in boundary order.
@@ -70,11 +75,18 @@ pub(crate) fn predict_positions(spec: &AxialSpec, boundaries_m: &[f64], held: f6
     let (mut tip_m, mut rim_m) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
     let (mut tips, mut rims) = (Vec::new(), Vec::new());
     for (boundary, (layer, depth_m)) in spec.layers.iter().zip(boundaries_m).enumerate() {
-        tip_m = tip_m.max(depth_m + layer.dent_m(layer.tip_rupture_n, held));
-        tips.push(Opening { x_m: tip_m, contactor: Contactor::Tip, boundary });
+        // The branches beside what was found work from there on, as if the threshold were higher by what they would have held.
+        let dent_m = |threshold_n: f64, found_m: f64| {
+            let relaxed_n = held * layer.options.branch_share() * layer.stiffness_n_per_m * found_m;
+            layer.dent_m(threshold_n + relaxed_n, held)
+        };
+        let found_m = (tip_m - depth_m).max(0.0);
+        tip_m = tip_m.max(depth_m + dent_m(layer.tip_rupture_n, found_m));
+        tips.push(Opening { x_m: tip_m, contactor: Contactor::Tip, boundary, found_m });
         if lag_m > 0.0 {
-            rim_m = rim_m.max(tip_m).max(depth_m + lag_m + layer.dent_m(layer.rim_rupture_n, held));
-            rims.push(Opening { x_m: rim_m, contactor: Contactor::Rim, boundary });
+            let found_m = (rim_m.max(tip_m) - lag_m - depth_m).max(0.0);
+            rim_m = rim_m.max(tip_m).max(depth_m + lag_m + dent_m(layer.rim_rupture_n, found_m));
+            rims.push(Opening { x_m: rim_m, contactor: Contactor::Rim, boundary, found_m });
         }
     }
     tips.append(&mut rims);
@@ -87,6 +99,7 @@ struct HeldPath<'a> {
     path: &'a Path<'a>,
     held: f64,
     before: Open,
+    events: &'a [Opening],
 }
 
 /// Force in N and energy in J.
@@ -101,19 +114,24 @@ impl HeldPath<'_> {
     fn load(&self, open: Open, x_m: f64) -> Load {
         let Self { path, before, .. } = *self;
         let had_rim = before.rim < before.tip;
-        let tip = self.branches(open.tip, open.tip == before.tip, path.tip(open, x_m).deflection_m);
-        let rim = self.branches(open.rim, had_rim && open.rim == before.rim, path.rim(open, x_m).deflection_m);
+        let tip =
+            (open.tip == before.tip).then(|| self.branches(Contactor::Tip, open.tip, path.tip(open, x_m).deflection_m));
+        let rim = (had_rim && open.rim == before.rim)
+            .then(|| self.branches(Contactor::Rim, open.rim, path.rim(open, x_m).deflection_m));
+        let [tip, rim] = [tip, rim].map(Option::unwrap_or_default);
         Load {
             force_n: path.tip(open, x_m).force_n + path.rim(open, x_m).force_n + tip.force_n + rim.force_n,
             energy_j: path.energy_j(open, x_m) + tip.energy_j + rim.energy_j,
         }
     }
 
-    /// What the branches beside one tent come to: q = held g k w, q²/(2 g k).
-    fn branches(&self, boundary: usize, was_tented: bool, dent_m: f64) -> Load {
-        let Some(layer) = self.path.layers.get(boundary).filter(|_| was_tented) else { return Load::default() };
-        let force_n = self.held * layer.options.branch_share() * layer.stiffness_n_per_m * dent_m;
-        Load { force_n, energy_j: 0.5 * self.held * force_n * dent_m }
+    /// What the branches beside a tent that was there before come to: q = held g k (w − w₀), q²/(2 g k), w₀ the dent that was found.
+    fn branches(&self, contactor: Contactor, boundary: usize, dent_m: f64) -> Load {
+        let Some(layer) = self.path.layers.get(boundary) else { return Load::default() };
+        let opening = self.events.iter().find(|event| (event.contactor, event.boundary) == (contactor, boundary));
+        let stretched_m = (dent_m - opening.map_or(0.0, |opening| opening.found_m)).max(0.0);
+        let force_n = self.held * layer.options.branch_share() * layer.stiffness_n_per_m * stretched_m;
+        Load { force_n, energy_j: 0.5 * self.held * force_n * stretched_m }
     }
 }
 

@@ -113,6 +113,23 @@ fn static_friction_alone_is_booked() {
     assert!(ledger.closure_error_j().abs() <= 1e-9 * ledger.input_j, "{ledger:?}");
 }
 
+/// A random insertion found it: what takes over has relaxed, so it holds on where its branches would have torn it in the same breath.
+#[test]
+fn what_takes_over_has_relaxed_and_a_scene_that_counts_on_its_branches_is_unsound() {
+    let mut skin = make_layer("skin", [0.0, 70.0, 0.0, 0.97, 0.97, 0.0, 0.0]);
+    let mut below = make_layer("below", [40.0, 320.0, 0.0, 3.7, 3.7, 0.0, 0.0]);
+    assert_eq!(
+        find_unsound_ruptures(&needle_through(vec![skin.clone(), below.clone()])).len(),
+        0,
+        "slowly both give way"
+    );
+    skin.options.branches = vec![MaxwellBranch { share: 1.05, time_s: 5.0 }];
+    below.options.branches = vec![MaxwellBranch { share: 2.5, time_s: 1.0 }];
+    let spec = AxialSpec { law: ForceLaw::Version3, ..needle_through(vec![skin, below]) };
+    let unsound = find_unsound_ruptures(&spec);
+    assert_eq!(unsound.iter().map(|found| found.boundary).collect::<Vec<_>>(), [0]);
+}
+
 #[test]
 fn options_are_refused_before_version_3_and_where_they_contradict() {
     let branch = MaxwellBranch { share: 0.5, time_s: 1.0 };
