@@ -206,7 +206,8 @@ fn check_layer_options(index: usize, layer: &Layer) -> Result<(), ParamError> {
         Domain::Positive.check(field("sheet.along_stiffness"), sheet.along_stiffness, "")?;
         Domain::Positive.check(field("sheet.along_threshold"), sheet.along_threshold, "")?;
         let length = libm::hypot(sheet.fibres[0], sheet.fibres[1]);
-        if !((length - 1.0).abs() <= 1e-9) {
+        let is_unit = (length - 1.0).abs() <= 1e-9;
+        if !is_unit {
             let allowed = "must be of length 1";
             return Err(ParamError { field: field("sheet.fibres"), value: length, unit: "long", allowed });
         }

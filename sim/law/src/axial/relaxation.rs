@@ -93,7 +93,7 @@ impl Branches {
         }
         let pulling_n: f64 = self.forces_n.iter().map(|q| q.min(0.0)).sum();
         // The rest of what pulls is the pull less what is too much of it: total_n is negative, and no more so than pulling_n.
-        let kept = ((pulling_n - total_n) / pulling_n).max(0.0).min(1.0);
+        let kept = ((pulling_n - total_n) / pulling_n).clamp(0.0, 1.0);
         for q in self.forces_n.iter_mut().filter(|q| **q < 0.0) {
             *q *= kept;
         }
