@@ -63,6 +63,7 @@ pub struct DossierLine {
 /// # Panics
 /// Never for a scene that was read: reading checks what the law asks.
 #[must_use]
+#[expect(clippy::expect_used, reason = "reading a scene checks what the law asks")]
 pub fn compare_scene(scene: &Scene) -> Vec<DossierLine> {
     let params = layers_alone(scene).expect("a scene that was read makes a law");
     let probed = ProbedScene { scene, insertion: insert_at(&params, SPEED_M_PER_S), params };
@@ -186,7 +187,7 @@ fn slope_n_per_m(moments: &[ProbeMoment]) -> f64 {
     let (mean_m, mean_n) = (mean(|moment| moment.x_m), mean(|moment| moment.force_n));
     let (across, along) = moments.iter().fold((0.0, 0.0), |(across, along), moment| {
         let from_m = moment.x_m - mean_m;
-        (from_m.mul_add(moment.force_n - mean_n, across), from_m.mul_add(from_m, along))
+        (across + from_m * (moment.force_n - mean_n), along + from_m * from_m)
     });
     across / along
 }

@@ -109,6 +109,7 @@ pub fn format_short_date(day: impl Borrow<Date>) -> String {
 
 /// Mar 2026, from 12 × year + month − 1.
 #[must_use]
+#[expect(clippy::expect_used, reason = "what is left of a division by 12 is 0 to 11")]
 pub fn format_month(months: i64) -> String {
     let month = u8::try_from(months.rem_euclid(12) + 1).expect("1 to 12");
     words::dates::month(months.div_euclid(12), month)
