@@ -64,7 +64,8 @@ pub fn rewrite_document(
 fn rewrite_numbers(layer: &SceneLayer, has_rim: bool) -> Vec<(&'static str, String)> {
     let rim = has_rim.then_some(("rim_rupture_n", layer.rim_rupture_n));
     let options = &layer.options;
-    let stiffening = (options.stiffening_n_per_m2 > 0.0).then_some(("stiffening_n_per_m2", options.stiffening_n_per_m2));
+    let stiffening =
+        (options.stiffening_n_per_m2 > 0.0).then_some(("stiffening_n_per_m2", options.stiffening_n_per_m2));
     let sticking = options.static_friction_n_per_m.map(|value| ("static_friction_n_per_m", value));
     let branch = |branch: &MaxwellBranch| {
         format!("{{ share = {:?}, time_s = {:?} }}", rounded_number(branch.share), rounded_number(branch.time_s))

@@ -11,11 +11,9 @@ use super::guess::{Fresh, guess_afresh, laid_over};
 use super::model::{CurveModel, Guess, OWN, Places, QUANTITIES, Quantity, residual_rms_n};
 use super::orders::in_every_order;
 use super::peaks::{Peak, find_lone_drops, find_peaks, find_unexplained, find_unseen, is_another_reading};
-use super::starts::other_starts;
 use super::profile::FINEST_PART;
-use super::uncertainty::{
-    ParameterEstimate, ParameterStanding, Profile, Rival, estimate_parameters, find_standings,
-};
+use super::starts::other_starts;
+use super::uncertainty::{ParameterEstimate, ParameterStanding, Profile, Rival, estimate_parameters, find_standings};
 use super::verdict::{Misfit, find_misfit};
 use super::words::in_words;
 

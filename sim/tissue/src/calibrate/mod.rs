@@ -107,7 +107,9 @@ pub enum CalibrateError {
         tip_to_rim_mm: f64,
     },
     /// One insertion shows one turn of the edge.
-    #[error("the starting scene has fibres, which one turn of the edge does not tell; layers without are allowed with times")]
+    #[error(
+        "the starting scene has fibres, which one turn of the edge does not tell; layers without are allowed with times"
+    )]
     TimedFibres,
     /// A boundary of the start gives way with another.
     #[error(

@@ -247,7 +247,8 @@ impl<P: Profiled> Likelihood<P> {
             column *= *size;
         }
         let normal = scaled.tr_mul(&scaled) + DMatrix::identity(at.len(), at.len()) * variance;
-        let inverse = normal.cholesky().map_or_else(|| DMatrix::identity(at.len(), at.len()), |factor| factor.inverse());
+        let inverse =
+            normal.cholesky().map_or_else(|| DMatrix::identity(at.len(), at.len()), |factor| factor.inverse());
         let diagonal = DMatrix::from_diagonal(&sizes);
         &diagonal * inverse * &diagonal * variance
     }

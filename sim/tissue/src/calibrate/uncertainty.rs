@@ -196,7 +196,6 @@ impl<'m> Profile<'m> {
         };
         (factor.l() * normal).iter().enumerate().map(moved).collect()
     }
-
 }
 
 /// A number of a guess.

@@ -63,8 +63,7 @@ pub(super) fn timed_in_words(
             quantities.push(estimate.quantity);
         }
     }
-    let mut words: Vec<String> =
-        quantities.iter().filter_map(|&quantity| kept(spec, estimates, quantity)).collect();
+    let mut words: Vec<String> = quantities.iter().filter_map(|&quantity| kept(spec, estimates, quantity)).collect();
     let open: Vec<&ParameterEstimate> = estimates.iter().filter(is_open).collect();
     if !unseen.is_empty() {
         words.push(unseen_in_words(spec, unseen));

@@ -10,7 +10,6 @@ mod axisymmetric;
 mod axisymmetric_laws;
 #[cfg(test)]
 mod calibrate;
-mod calibrate_timed;
 #[cfg(test)]
 mod estimates;
 #[cfg(test)]

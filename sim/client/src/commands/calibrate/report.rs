@@ -105,7 +105,8 @@ struct RiseRow {
 impl CalibrationReport {
     /// Gathers what is said.
     pub fn new(args: &CalibrateArgs, count: SampleCount, fit: &Fit, written: &WrittenScene) -> Self {
-        let name = |layer: usize| written.scene.layers.get(layer).map_or_else(|| "needle".to_owned(), |l| l.name.clone());
+        let name =
+            |layer: usize| written.scene.layers.get(layer).map_or_else(|| "needle".to_owned(), |l| l.name.clone());
         Self {
             data: args.data.display().to_string(),
             scene: args.out.display().to_string(),

@@ -77,6 +77,7 @@ pub fn fit_timed(curve: &TimedCurve, start: &AxialSpec, watch: &mut dyn FnMut(u3
     let mut search = TimedSearch { model, iterations: 0, watch };
     let lowest = search.lowest(&first);
     let lowest = search.refine(lowest);
+    let lowest = search.restore(lowest, &first);
     Ok(search.report(lowest))
 }
 
@@ -123,6 +124,17 @@ impl TimedSearch<'_, '_> {
             }
         }
         best
+    }
+
+    /// Gives back its starting value to every variable that the curve does not depend on: a drawn start may have moved it.
+    fn restore(&self, mut lowest: Lowest, first: &[f64]) -> Lowest {
+        let jacobian = self.model.sensitivity(&lowest.at);
+        for (which, column) in jacobian.column_iter().enumerate() {
+            if column.amax() == 0.0 && !self.model.is_place(which) {
+                lowest.at[which] = first[which];
+            }
+        }
+        lowest
     }
 
     fn moved(&self, boundary: usize, stride: isize) -> Option<Vec<Option<usize>>> {
@@ -188,8 +200,9 @@ impl TimedSearch<'_, '_> {
         let quantity = self.model.quantity(which);
         let (lower, upper) = quantity.bounds();
         match effect {
-            0.0 => ParameterStanding::Kept,
+            // Where in its gap a boundary gives way need not be seen: the gap is, and so is what it held there.
             _ if self.model.is_place(which) => ParameterStanding::Free,
+            0.0 => ParameterStanding::Kept,
             _ if value <= lower => ParameterStanding::AtLower,
             _ if value >= upper => ParameterStanding::AtUpper,
             _ => ParameterStanding::Free,

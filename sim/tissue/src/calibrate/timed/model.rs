@@ -107,8 +107,11 @@ impl TimedModel<'_> {
         let (spec, opens_m) = self.shut(variables);
         let layers = spec.layers.len();
         let mut walk = LawWalk::new(spec);
-        let mut walked =
-            Walked { forces_n: Vec::with_capacity(self.curve.len()), held_n: vec![0.0; layers], before_n: vec![0.0; layers] };
+        let mut walked = Walked {
+            forces_n: Vec::with_capacity(self.curve.len()),
+            held_n: vec![0.0; layers],
+            before_n: vec![0.0; layers],
+        };
         for &sample in &self.curve.samples {
             while let Some(open_m) = opens_m.get(walk.open()).copied().flatten().filter(|m| *m < sample.depth_m) {
                 let (boundary, before) = (walk.open(), walk.go_part(sample, open_m));

@@ -110,7 +110,8 @@ fn intervals_of_options_hold_the_truth() {
         }
         settled += 1;
         for estimate in fit.estimates.iter().filter(|estimate| estimate.standing != ParameterStanding::Kept) {
-            match estimate.interval.map(|interval| interval.holds(truth_of(&truth, estimate.quantity, estimate.layer))) {
+            match estimate.interval.map(|interval| interval.holds(truth_of(&truth, estimate.quantity, estimate.layer)))
+            {
                 Some(true) => held += 1,
                 Some(false) => missed += 1,
                 None => open += 1,
