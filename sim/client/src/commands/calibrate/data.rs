@@ -67,8 +67,8 @@ impl Measured {
     }
 }
 
-/// Reads the columns `depth_m` and `force_n`, and `t_s` where there is one.
-pub fn read(path: &Path) -> Result<Measured, Failure> {
+/// Reads the columns `depth_m` and `force_n`, and `t_s` where there is one and options are to be fitted.
+pub fn read(path: &Path, is_optioned: bool) -> Result<Measured, Failure> {
     let table = TrajectoryTable::read(path)?;
     let columns = table.columns(["depth_m", "force_n"])?;
     let rows = table.rows(columns)?;
@@ -87,7 +87,7 @@ pub fn read(path: &Path) -> Result<Measured, Failure> {
     }
     let samples: Vec<(f64, f64)> = rows.into_iter().map(|[depth_m, force_n]| (depth_m, force_n)).collect();
     check_size(&samples).map_err(|why| Failure::refused(path, why))?;
-    if table.column("t_s")?.is_none() {
+    if !is_optioned || table.column("t_s")?.is_none() {
         let curve = Curve::new(&samples).map_err(|error| Failure::refused(path, error))?;
         return Ok(Measured::Slow(curve));
     }

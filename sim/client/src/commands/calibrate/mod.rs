@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::RangedU64ValueParser;
 use documents::{DocumentError, Patient, Scene};
-use law::axial::AxialSpec;
+use law::axial::{AxialSpec, ForceLaw};
 use report::{CalibrationReport, SampleCount};
 use tissue::calibrate::{self, CalibrateError, Fit, Fresh, Start};
 
@@ -33,8 +33,8 @@ const WEIGHT_EXPONENT: f64 = 1.5;
 /// friction and cutting of every layer; the result is always sound. Says the residual, the error of each peak, the 95 % interval of each
 /// parameter that the curve determines and which it does not, and warns where the residual is more than the curve's own noise.
 ///
-/// With a third column t_s (time in s, which must increase) the curve may hold, withdraw and enter the same track again, and the options of
-/// law 3 are fitted, too: those that the scene of --start names in a layer (stiffening_n_per_m2, relaxation, static_friction_n_per_m),
+/// With a third column t_s (time in s, which must increase) and a --start of law 3 the curve may hold, withdraw and enter the same track again,
+/// and options are fitted, too: those that the start names in a layer (stiffening_n_per_m2, relaxation, static_friction_n_per_m),
 /// and the needle's presliding stiffness. A hold shows relaxation, a withdrawal friction, a second insertion friction without cutting.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  \
@@ -71,9 +71,9 @@ pub struct CalibrateArgs {
 /// Runs the command.
 pub fn run(args: &CalibrateArgs) -> Outcome {
     let mut file = NewFile::create(&args.out, args.force)?;
-    let curve = data::read(&args.data)?;
-    check_timed(args, &curve)?;
     let start = args.start.as_deref().map(|path| read_start(path, args.weight_kg.is_some())).transpose()?;
+    let curve = data::read(&args.data, is_optioned(start.as_ref())?)?;
+    check_weight(args, &curve)?;
     let fitted = fit(args, &curve, start.as_ref())?;
     let (samples, left_out) = (curve.len(), curve.left_out());
     let scale = scale_of(args);
@@ -94,21 +94,20 @@ fn scale_of(args: &CalibrateArgs) -> f64 {
     args.weight_kg.map_or(1.0, |kg| libm::pow(kg / REFERENCE_KG, WEIGHT_EXPONENT))
 }
 
-/// What a curve with times needs, and what it cannot have.
-fn check_timed(args: &CalibrateArgs, curve: &Measured) -> Result<(), Failure> {
+/// Whether options are to be fitted: to a curve with times, from a scene that may have them.
+fn is_optioned(start: Option<&Base>) -> Result<bool, DocumentError> {
+    Ok(start.map(Base::scene).transpose()?.is_some_and(|scene| scene.law == ForceLaw::Version3))
+}
+
+/// Depths of a curve with times are not scaled.
+fn check_weight(args: &CalibrateArgs, curve: &Measured) -> Result<(), Failure> {
     match (curve, args.weight_kg) {
-        (Measured::Timed(_), _) if args.start.is_none() => Err(refuse_without_start(args)),
         (Measured::Timed(_), Some(kg)) => {
             let why = format!("--weight-kg {kg}: depths of a curve with times are not scaled; without it is allowed");
             Err(Failure::refused(&args.data, why))
         }
         _ => Ok(()),
     }
-}
-
-fn refuse_without_start(args: &CalibrateArgs) -> Failure {
-    let why = "t_s: a curve with times is laid over a scene of law 3 that names what is to be fitted; --start is needed, or no column t_s";
-    Failure::refused(&args.data, why)
 }
 
 /// The text that the fitted numbers are put into.
@@ -151,15 +150,13 @@ fn read_start(path: &Path, is_scaled: bool) -> Result<Base, Failure> {
 fn fit(args: &CalibrateArgs, curve: &Measured, start: Option<&Base>) -> Result<Fit, Failure> {
     let progress = Progress::busy("fitting");
     let mut watch = |done: u32| progress.set(u64::from(done));
+    let fresh = Fresh { layers: args.layers, tip_to_rim_m: args.tip_to_rim_mm / 1e3 };
     let spec = start.map(|base| read_law(args, base, curve)).transpose()?;
-    let fitted = match (curve, &spec) {
-        (Measured::Timed(curve), Some(spec)) => calibrate::fit_timed(curve, spec, &mut watch),
-        (Measured::Slow(curve), Some(spec)) => calibrate::fit(curve, Start::Scene(spec), &mut watch),
-        (Measured::Timed(_), None) => return Err(refuse_without_start(args)),
-        (Measured::Slow(curve), None) => {
-            let fresh = Fresh { layers: args.layers, tip_to_rim_m: args.tip_to_rim_mm / 1e3 };
-            calibrate::fit(curve, Start::Fresh(fresh), &mut watch)
-        }
+    let from = spec.as_ref().map_or(Start::Fresh(fresh), Start::Scene);
+    let fitted = match (curve, from) {
+        (Measured::Timed(curve), Start::Scene(spec)) => calibrate::fit_timed(curve, spec, &mut watch),
+        (Measured::Timed(_), Start::Fresh(_)) => return Err(Failure::work("times are read with a start alone")),
+        (Measured::Slow(curve), from) => calibrate::fit(curve, from, &mut watch),
     };
     fitted.map_err(|error| match error {
         CalibrateError::TooFewDrops { .. } => Failure::refused(&args.data, format_args!("{error} (--layers, --start)")),
