@@ -40,19 +40,20 @@ fn depth_m(t_s: f64, deepest_m: f64, hold_s: f64) -> f64 {
     if t_s < way_s { SPEED_M_PER_S * t_s } else { deepest_m - SPEED_M_PER_S * (t_s - way_s - hold_s).max(0.0) }
 }
 
+/// White noise of a deviation, in N.
+struct Noise<'d> {
+    draw: &'d mut Draw,
+    deviation_n: f64,
+}
+
 /// The law's forces along such a track, in ticks of 1 ms, with white noise of a deviation.
-fn measured(truth: &AxialSpec, hold_s: f64, noise: (&mut Draw, f64)) -> Vec<TimedSample> {
+fn measured(truth: &AxialSpec, hold_s: f64, noise: Noise<'_>) -> Vec<TimedSample> {
     let deepest_m = 10e-3;
     along(truth, 2.0 * deepest_m / SPEED_M_PER_S + hold_s, &|t_s| depth_m(t_s, deepest_m, hold_s), noise)
 }
 
 /// The same along any track of a length in s.
-fn along(
-    truth: &AxialSpec,
-    length_s: f64,
-    depth_m: &dyn Fn(f64) -> f64,
-    (draw, noise_n): (&mut Draw, f64),
-) -> Vec<TimedSample> {
+fn along(truth: &AxialSpec, length_s: f64, depth_m: &dyn Fn(f64) -> f64, noise: Noise<'_>) -> Vec<TimedSample> {
     let samples = (length_s / SAMPLE_S) as u32;
     let mut run = AxialRun::new(truth.clone()).expect("a law");
     let mut taken = Vec::new();
@@ -61,7 +62,7 @@ fn along(
         let depth_m = depth_m(t_s);
         let force_n = run.step(t_s, depth_m).total_n();
         if tick % TICKS == 0 {
-            taken.push(TimedSample { t_s, depth_m, force_n: force_n + draw.normal(noise_n) });
+            taken.push(TimedSample { t_s, depth_m, force_n: force_n + noise.draw.normal(noise.deviation_n) });
         }
     }
     taken
@@ -94,7 +95,7 @@ fn truth_of(spec: &AxialSpec, quantity: Quantity, layer: usize) -> f64 {
 fn a_clean_curve_gives_back_the_options_it_was_made_with() {
     let mut draw = Draw::new(3);
     let truth = liver(&mut draw);
-    let samples = measured(&truth, 4.0, (&mut draw, 0.0));
+    let samples = measured(&truth, 4.0, Noise { draw: &mut draw, deviation_n: 0.0 });
     let fit = fitted(&samples, &changed(&truth, &mut draw));
     assert!(fit.rms_n < 2e-3, "{} N", fit.rms_n);
     let near = |found: f64, truth: f64| (found / truth - 1.0).abs() < 0.05;
@@ -115,7 +116,10 @@ fn intervals_of_options_hold_the_truth() {
         let mut draw = Draw::new(9000 + seed);
         let truth = liver(&mut draw);
         let noise_n = [0.005, 0.01, 0.02][(seed % 3) as usize];
-        let fit = fitted(&measured(&truth, 4.0, (&mut draw, noise_n)), &changed(&truth, &mut draw));
+        let fit = fitted(
+            &measured(&truth, 4.0, Noise { draw: &mut draw, deviation_n: noise_n }),
+            &changed(&truth, &mut draw),
+        );
         if !fit.converged {
             continue;
         }
@@ -145,7 +149,10 @@ fn a_second_insertion_into_the_same_track_tells_cutting_from_friction() {
     let again = |t_s: f64| SPEED_M_PER_S * (way_s - (t_s.rem_euclid(2.0 * way_s) - way_s).abs());
     let (mut draw, mut width) = (Draw::new(11), Vec::new());
     for length_s in [way_s, 3.0 * way_s] {
-        let fit = fitted(&along(&truth, length_s, &again, (&mut draw, 0.01)), &changed(&truth, &mut draw));
+        let fit = fitted(
+            &along(&truth, length_s, &again, Noise { draw: &mut draw, deviation_n: 0.01 }),
+            &changed(&truth, &mut draw),
+        );
         let cutting = fit.estimates.iter().find(|e| e.quantity == Quantity::Cutting).expect("it is fitted");
         assert!(cutting.interval.is_none_or(|interval| interval.holds(0.2)), "{cutting:?}, {:?}", fit.misfit);
         width.push(cutting.interval.map_or(f64::INFINITY, |interval| interval.high - interval.low));
@@ -157,7 +164,7 @@ fn a_second_insertion_into_the_same_track_tells_cutting_from_friction() {
 fn a_curve_without_a_hold_says_that_it_has_none() {
     let mut draw = Draw::new(5);
     let truth = liver(&mut draw);
-    let fit = fitted(&measured(&truth, 0.0, (&mut draw, 0.01)), &truth);
+    let fit = fitted(&measured(&truth, 0.0, Noise { draw: &mut draw, deviation_n: 0.01 }), &truth);
     assert!(fit.undetermined.iter().any(|line| line.contains("no hold")), "{:?}", fit.undetermined);
 }
 
@@ -165,7 +172,7 @@ fn a_curve_without_a_hold_says_that_it_has_none() {
 fn what_cannot_be_fitted_with_times_is_refused_with_the_reason() {
     let mut draw = Draw::new(7);
     let truth = liver(&mut draw);
-    let samples = measured(&truth, 1.0, (&mut draw, 0.0));
+    let samples = measured(&truth, 1.0, Noise { draw: &mut draw, deviation_n: 0.0 });
     let curve = TimedCurve::new(&samples).expect("a curve");
     let refused = |start: &AxialSpec| fit_timed(&curve, start, &mut |_| ()).expect_err("no start");
     let mut old = truth.clone();
