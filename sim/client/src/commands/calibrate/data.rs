@@ -18,14 +18,14 @@ const HARDEST_N: f64 = 200.0;
 const FAINTEST_N: f64 = 0.02;
 
 /// What was measured: depth and force, or both with times.
-pub enum Measured {
+pub enum MeasuredCurve {
     /// Without times: an insertion so slow that nothing depends on speed.
     Slow(Curve),
     /// With times.
     Timed(TimedCurve),
 }
 
-impl Measured {
+impl MeasuredCurve {
     /// How many samples the fit runs on.
     pub fn len(&self) -> usize {
         match self {
@@ -68,7 +68,7 @@ impl Measured {
 }
 
 /// Reads the columns `depth_m` and `force_n`, and `t_s` where there is one and options are to be fitted.
-pub fn read(path: &Path, is_optioned: bool) -> Result<Measured, Failure> {
+pub fn read(path: &Path, is_optioned: bool) -> Result<MeasuredCurve, Failure> {
     let table = TrajectoryTable::read(path)?;
     let columns = table.columns(["depth_m", "force_n"])?;
     let rows = table.rows(columns)?;
@@ -89,7 +89,7 @@ pub fn read(path: &Path, is_optioned: bool) -> Result<Measured, Failure> {
     check_size(&samples).map_err(|why| Failure::refused(path, why))?;
     if !is_optioned || table.column("t_s")?.is_none() {
         let curve = Curve::new(&samples).map_err(|error| Failure::refused(path, error))?;
-        return Ok(Measured::Slow(curve));
+        return Ok(MeasuredCurve::Slow(curve));
     }
     let timed: Vec<TimedSample> = table
         .numbers(columns)?
@@ -97,7 +97,7 @@ pub fn read(path: &Path, is_optioned: bool) -> Result<Measured, Failure> {
         .map(|(t_s, [depth_m, force_n])| TimedSample { t_s, depth_m, force_n })
         .collect();
     let curve = TimedCurve::new(&timed).map_err(|error| Failure::refused(path, error))?;
-    Ok(Measured::Timed(curve))
+    Ok(MeasuredCurve::Timed(curve))
 }
 
 /// Depths and forces too small to be metres and newtons, and forces of the other sign.

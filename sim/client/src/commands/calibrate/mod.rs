@@ -13,7 +13,7 @@ use law::axial::{AxialSpec, ForceLaw};
 use report::{CalibrationReport, SampleCount};
 use tissue::calibrate::{self, CalibrateError, Fit, Fresh, Start};
 
-use self::data::Measured;
+use self::data::MeasuredCurve;
 
 use crate::exit::{Failure, Outcome};
 use crate::new_file::NewFile;
@@ -100,9 +100,9 @@ fn is_optioned(start: Option<&Base>) -> Result<bool, DocumentError> {
 }
 
 /// Depths of a curve with times are not scaled.
-fn check_weight(args: &CalibrateArgs, curve: &Measured) -> Result<(), Failure> {
+fn check_weight(args: &CalibrateArgs, curve: &MeasuredCurve) -> Result<(), Failure> {
     match (curve, args.weight_kg) {
-        (Measured::Timed(_), Some(kg)) => {
+        (MeasuredCurve::Timed(_), Some(kg)) => {
             let why = format!("--weight-kg {kg}: depths of a curve with times are not scaled; without it is allowed");
             Err(Failure::refused(&args.data, why))
         }
@@ -147,16 +147,16 @@ fn read_start(path: &Path, is_scaled: bool) -> Result<Base, Failure> {
     Ok(base)
 }
 
-fn fit(args: &CalibrateArgs, curve: &Measured, start: Option<&Base>) -> Result<Fit, Failure> {
+fn fit(args: &CalibrateArgs, curve: &MeasuredCurve, start: Option<&Base>) -> Result<Fit, Failure> {
     let progress = Progress::busy("fitting");
     let mut watch = |done: u32| progress.set(u64::from(done));
     let fresh = Fresh { layers: args.layers, tip_to_rim_m: args.tip_to_rim_mm / 1e3 };
     let spec = start.map(|base| read_law(args, base, curve)).transpose()?;
     let from = spec.as_ref().map_or(Start::Fresh(fresh), Start::Scene);
     let fitted = match (curve, from) {
-        (Measured::Timed(curve), Start::Scene(spec)) => calibrate::fit_timed(curve, spec, &mut watch),
-        (Measured::Timed(_), Start::Fresh(_)) => return Err(Failure::work("times are read with a start alone")),
-        (Measured::Slow(curve), from) => calibrate::fit(curve, from, &mut watch),
+        (MeasuredCurve::Timed(curve), Start::Scene(spec)) => calibrate::fit_timed(curve, spec, &mut watch),
+        (MeasuredCurve::Timed(_), Start::Fresh(_)) => return Err(Failure::work("times are read with a start alone")),
+        (MeasuredCurve::Slow(curve), from) => calibrate::fit(curve, from, &mut watch),
     };
     fitted.map_err(|error| match error {
         CalibrateError::TooFewDrops { .. } => Failure::refused(&args.data, format_args!("{error} (--layers, --start)")),
@@ -165,10 +165,10 @@ fn fit(args: &CalibrateArgs, curve: &Measured, start: Option<&Base>) -> Result<F
 }
 
 /// The law of a starting scene. A threshold that follows from a fracture energy has no number that a fit could change.
-fn read_law(args: &CalibrateArgs, base: &Base, curve: &Measured) -> Result<AxialSpec, Failure> {
+fn read_law(args: &CalibrateArgs, base: &Base, curve: &MeasuredCurve) -> Result<AxialSpec, Failure> {
     let scene = base.scene()?;
     let is_fractured = |layer: &documents::SceneLayer| layer.options.fracture_energy_j_per_m2.is_some();
-    if let (Measured::Timed(_), Some(at)) = (curve, scene.layers.iter().position(is_fractured)) {
+    if let (MeasuredCurve::Timed(_), Some(at)) = (curve, scene.layers.iter().position(is_fractured)) {
         let energy = scene.layers[at].options.fracture_energy_j_per_m2.unwrap_or_default();
         let why = format!(
             "{}: layer[{at}].fracture_energy_j_per_m2 = {energy} J/m²; tip_rupture_n is allowed in a scene to start from",
@@ -192,7 +192,12 @@ fn stretched(spec: &AxialSpec, factor: f64) -> AxialSpec {
 }
 
 /// Puts the numbers into the text and reads it back: what is stated is what the file says, rounding included.
-fn write(args: &CalibrateArgs, base: &Base, target: &AxialSpec, curve: &Measured) -> Result<WrittenScene, Failure> {
+fn write(
+    args: &CalibrateArgs,
+    base: &Base,
+    target: &AxialSpec,
+    curve: &MeasuredCurve,
+) -> Result<WrittenScene, Failure> {
     let id = sheet::id_of(&args.out);
     let old = base.scene()?;
     let put = |source: &str| -> Result<(String, Scene, f64), Failure> {

@@ -6,7 +6,7 @@ use std::path::Path;
 use law::axial::AxialSpec;
 
 use super::CalibrateArgs;
-use super::data::Measured;
+use super::data::MeasuredCurve;
 use crate::output;
 
 /// A scene's id from its file's name; what an id may not hold becomes a dash.
@@ -18,8 +18,8 @@ pub fn id_of(out: &Path) -> String {
 }
 
 /// Where a fitted layer's numbers come from.
-pub fn source(args: &CalibrateArgs, rms_n: f64, curve: &Measured) -> String {
-    let (peak_n, is_timed) = (curve.peak_n(), matches!(curve, Measured::Timed(_)));
+pub fn source(args: &CalibrateArgs, rms_n: f64, curve: &MeasuredCurve) -> String {
+    let (peak_n, is_timed) = (curve.peak_n(), matches!(curve, MeasuredCurve::Timed(_)));
     let percent = 100.0 * rms_n / peak_n;
     let options = if is_timed { ", and the options of law 3" } else { "" };
     let mut source = format!(

@@ -43,7 +43,7 @@ pub(super) struct TimedModel<'c> {
 }
 
 /// What the law made of a curve.
-pub(super) struct Walked {
+pub(super) struct CurveForces {
     /// Force at every sample, in N.
     pub forces_n: Vec<f64>,
     /// What each boundary held when it gave way; of one that stayed shut, the most it held. In N.
@@ -103,11 +103,11 @@ impl TimedModel<'_> {
     }
 
     /// Runs the law along the curve.
-    pub fn walk(&self, variables: &[f64]) -> Walked {
+    pub fn walk(&self, variables: &[f64]) -> CurveForces {
         let (spec, opens_m) = self.shut(variables);
         let layers = spec.layers.len();
         let mut walk = LawWalk::new(spec);
-        let mut walked = Walked {
+        let mut walked = CurveForces {
             forces_n: Vec::with_capacity(self.curve.len()),
             held_n: vec![0.0; layers],
             before_n: vec![0.0; layers],
