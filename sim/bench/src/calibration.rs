@@ -179,14 +179,10 @@ pub fn try_fit(sampled: &SampledCurve) -> Result<Trialled, CalibrateError> {
 }
 
 fn true_value(truth: &AxialSpec, estimate: &ParameterEstimate) -> Option<f64> {
-    truth.layers.get(estimate.layer).map(|layer| match estimate.quantity {
-        Quantity::Thickness => layer.thickness_m,
-        Quantity::Stiffness => layer.stiffness_n_per_m,
-        Quantity::Friction => layer.friction_n_per_m,
-        Quantity::Cutting => layer.cutting_n,
-        Quantity::TipThreshold => layer.tip_rupture_n,
-        Quantity::RimThreshold => layer.rim_rupture_n,
-    })
+    match estimate.quantity {
+        Quantity::Presliding => Some(truth.presliding_stiffness_n_per_m),
+        quantity => truth.layers.get(estimate.layer).map(|layer| quantity.get(layer)),
+    }
 }
 
 fn between(draw: &mut Draw, low: f64, high: f64) -> f64 {

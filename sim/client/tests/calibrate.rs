@@ -276,6 +276,26 @@ fn a_curve_that_is_no_slow_insertion_is_refused_with_the_reason() {
 }
 
 #[test]
+fn times_are_read_with_a_start_of_law_3_and_refused_with_their_place() {
+    let start = repository("curricula/scenes/liver-18g.toml");
+    let started =
+        |curve: &str, more: &[&str]| Place::new(curve).calibrate(&[&["--start", text(&start)], more].concat());
+    started("t_s,depth_m,force_n\n0,0,0\n0.1,0.001,0.1\n0.1,0.002,0.2\n", &[]).refused(&[
+        "curve.csv:4:",
+        "t_s = 0.1 s",
+        "0.1",
+    ]);
+    let timed: String = law(3.0, 3.0)
+        .iter()
+        .enumerate()
+        .map(|(at, (depth_m, force_n))| format!("{},{depth_m:?},{force_n:?}\n", at as f64 * 0.02))
+        .collect();
+    let timed = format!("t_s,depth_m,force_n\n{timed}");
+    started(&timed, &["--weight-kg", "80"]).refused(&["curve.csv: --weight-kg 80", "not scaled"]);
+    started(&csv(&law(3.0, 3.0)), &[]).refused(&["law 3", "t_s"]);
+}
+
+#[test]
 fn a_call_that_cannot_be_followed_is_refused() {
     let place = Place::new(&csv(&law(32.0, 32.0)));
     place.calibrate(&["--layers", "9"]).refused(&["curve.csv: ", "9 are needed for layers: 9", "--start"]);

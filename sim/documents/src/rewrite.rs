@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::ops::Range;
 
-use law::axial::AxialSpec;
+use law::axial::{AxialSpec, MaxwellBranch};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -37,6 +37,12 @@ pub fn rewrite_document(
     let document = walk::parse_document(&parsed)?;
     let has_rim = scene.needle.tip_to_rim_mm > 0.0;
     let mut edits: Vec<Edit> = edit_document(&document, "id", &quoted_string(id)).into_iter().collect();
+    if spec.presliding_stiffness_n_per_m.to_bits() != scene.needle.presliding_stiffness_n_per_m.to_bits()
+        && let Some(DeValue::Table(needle)) = rewrite_value(&document, "needle").map(Spanned::get_ref)
+    {
+        let presliding = format!("{:?}", rounded_number(spec.presliding_stiffness_n_per_m));
+        edits.extend(edit_document(needle, "presliding_stiffness_n_per_m", &presliding));
+    }
     let layers = scene.layers.iter().zip(scene.layers_of(spec));
     for (table, (old, new)) in rewrite_tables(&document).zip(layers) {
         let numbers = rewrite_numbers(&new, has_rim);
@@ -44,7 +50,7 @@ pub fn rewrite_document(
             continue;
         }
         for (key, value) in numbers {
-            edits.extend(edit_document(table, key, &format!("{value:?}")));
+            edits.extend(edit_document(table, key, &value));
         }
         edits.extend(edit_document(table, "source", &quoted_string(source)));
     }
@@ -54,9 +60,18 @@ pub fn rewrite_document(
     Ok(rewritten)
 }
 
-/// What a fit changes of a layer, as it is written.
-fn rewrite_numbers(layer: &SceneLayer, has_rim: bool) -> Vec<(&'static str, f64)> {
+/// What a fit changes of a layer, as it is written. Options are where the layer has them.
+fn rewrite_numbers(layer: &SceneLayer, has_rim: bool) -> Vec<(&'static str, String)> {
     let rim = has_rim.then_some(("rim_rupture_n", layer.rim_rupture_n));
+    let options = &layer.options;
+    let stiffening =
+        (options.stiffening_n_per_m2 > 0.0).then_some(("stiffening_n_per_m2", options.stiffening_n_per_m2));
+    let sticking = options.static_friction_n_per_m.map(|value| ("static_friction_n_per_m", value));
+    let branch = |branch: &MaxwellBranch| {
+        format!("{{ share = {:?}, time_s = {:?} }}", rounded_number(branch.share), rounded_number(branch.time_s))
+    };
+    let branches: Vec<String> = options.relaxation.iter().map(branch).collect();
+    let relaxation = (!branches.is_empty()).then(|| ("relaxation", format!("[{}]", branches.join(", "))));
     let numbers = [
         ("thickness_mm", layer.thickness_mm),
         ("stiffness_n_per_m", layer.stiffness_n_per_m),
@@ -64,7 +79,8 @@ fn rewrite_numbers(layer: &SceneLayer, has_rim: bool) -> Vec<(&'static str, f64)
         ("friction_n_per_m", layer.friction_n_per_m),
         ("cutting_n", layer.cutting_n),
     ];
-    numbers.into_iter().chain(rim).map(|(key, value)| (key, rounded_number(value))).collect()
+    let numbers = numbers.into_iter().chain(rim).chain(stiffening).chain(sticking);
+    numbers.map(|(key, value)| (key, format!("{:?}", rounded_number(value)))).chain(relaxation).collect()
 }
 
 fn rewrite_tables<'d, 'i>(document: &'d DeTable<'i>) -> impl Iterator<Item = &'d DeTable<'i>> {
@@ -82,12 +98,12 @@ fn rewrite_value<'d, 'i>(table: &'d DeTable<'i>, key: &str) -> Option<&'d Spanne
     table.iter().find(|(name, _)| name.get_ref() == key).map(|(_, value)| value)
 }
 
-/// A value in the place of another, or a new key below the layer's name.
+/// A value in the place of another, or a new key below the layer's name or the needle's kind.
 fn edit_document(table: &DeTable<'_>, key: &str, with: &str) -> Option<Edit> {
     if let Some(old) = rewrite_value(table, key) {
         return Some(Edit { at: old.span(), with: with.to_owned() });
     }
-    let below = rewrite_value(table, "name")?.span().end;
+    let below = rewrite_value(table, "name").or_else(|| rewrite_value(table, "kind"))?.span().end;
     Some(Edit { at: below..below, with: format!("\n{key} = {with}") })
 }
 

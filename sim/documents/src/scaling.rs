@@ -10,7 +10,7 @@ use law::fracture::SharpPunch;
 use law::puncture::PunctureSpec;
 use tissue::SpecimenSpec;
 
-use crate::model::{Needle, Scene, SceneFibres, SceneLayer};
+use crate::model::{Needle, Scene, SceneFibres, SceneLayer, SceneLayerOptions};
 use crate::patient::Patient;
 
 /// Diameter at which the scenes' numbers hold, in mm.
@@ -101,6 +101,15 @@ impl Factors {
             rim_rupture_n: met.rim_rupture_n / threshold,
             friction_n_per_m: met.friction_n_per_m / (self.diameter * self.lubrication * written.toughness_factor),
             cutting_n: met.cutting_n / (self.diameter_power * written.toughness_factor),
+            options: SceneLayerOptions {
+                stiffening_n_per_m2: met.options.stiffening_n_per_m2 / self.diameter,
+                relaxation: met.options.branches.clone(),
+                static_friction_n_per_m: met
+                    .options
+                    .static_friction_n_per_m
+                    .map(|c| c / (self.diameter * self.lubrication * written.toughness_factor)),
+                ..written.options.clone()
+            },
             ..written.clone()
         }
     }

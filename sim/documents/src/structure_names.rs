@@ -6,7 +6,7 @@
 use phrase::{Phrase, sentence};
 
 /// Names in the scenes that come along.
-pub const SHIPPED_STRUCTURE_NAMES: [&str; 12] = [
+pub const SHIPPED_STRUCTURE_NAMES: [&str; 18] = [
     sentence!("skin"),
     sentence!("fat"),
     sentence!("fascia"),
@@ -16,6 +16,12 @@ pub const SHIPPED_STRUCTURE_NAMES: [&str; 12] = [
     sentence!("ligamentum flavum"),
     sentence!("epidural space"),
     sentence!("dura"),
+    sentence!("liver capsule"),
+    sentence!("liver"),
+    sentence!("outer sheet"),
+    sentence!("second sheet"),
+    sentence!("third sheet"),
+    sentence!("inner sheet"),
     sentence!("transverse process"),
     sentence!("lumbar vessel"),
     sentence!("target"),

@@ -248,7 +248,7 @@ pub const FIGURES: &[PublishedFigure] = &[
         quantity: MeasuredQuantity::HeldFall { layer: "liver" },
         range: PublishedRange::Single(0.48),
         source: LIVER_HOLD,
-        fitted: &[],
+        fitted: &["liver-18g"],
     },
     PublishedFigure {
         id: "liver_toughness",
@@ -263,7 +263,7 @@ pub const FIGURES: &[PublishedFigure] = &[
         id: "liver_kidney_speed_angle",
         title: sentence!("Force in liver and kidney rises with speed and angle"),
         conditions: sentence!("porcine, 15 to 45°, 0.5 to 2.5 mm/s; p < 0.05, without forces in the abstract"),
-        quantity: MeasuredQuantity::OfNoScene { unit: "", why: sentence!("no scene is of liver or kidney") },
+        quantity: MeasuredQuantity::OfNoScene { unit: "", why: sentence!("its abstract has no forces") },
         range: PublishedRange::Unstated,
         source: LIVER_KIDNEY,
         fitted: &[],

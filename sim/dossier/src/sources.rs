@@ -7,6 +7,8 @@ use phrase::sentence;
 pub enum HowKnown {
     /// Its abstract was read, and holds the figure.
     Abstract,
+    /// A record of the measurement was read, and gives the figure.
+    Record,
     /// The figure was handed down without the text: it may be wrong.
     Recalled,
 }
@@ -17,6 +19,7 @@ impl HowKnown {
     pub const fn words(self) -> &'static str {
         match self {
             Self::Abstract => sentence!("abstract read"),
+            Self::Record => sentence!("record read"),
             Self::Recalled => sentence!("recalled, not read"),
         }
     }
@@ -82,9 +85,9 @@ pub(crate) const LIVER_KIDNEY: MeasurementSource = MeasurementSource {
 };
 
 pub(crate) const LIVER_HOLD: MeasurementSource = MeasurementSource {
-    citation: "Public recordings of an 18G needle in liver: insertion, hold and withdrawal",
-    doi: "",
-    known: HowKnown::Recalled,
+    citation: "A. M. Okamura, C. Simone, M. D. O'Leary: Force modeling for needle insertion into soft tissue. IEEE Transactions on Biomedical Engineering 51, 2004, as the public data set amartsop/dataset_lib has it",
+    doi: "10.1109/TBME.2004.831542",
+    known: HowKnown::Record,
 };
 
 pub(crate) const FEEDBACK_OVERSHOOT: MeasurementSource = MeasurementSource {

@@ -4,7 +4,7 @@ use std::num::NonZero;
 use std::path::{Path, PathBuf};
 
 use documents::Patient;
-use law::axial::AxialSpec;
+use law::axial::{AxialSpec, ForceLaw};
 use tissue::calibrate::{ParameterEstimate, ParameterStanding, QUANTITIES, Quantity};
 
 use super::chart::{self, Chart};
@@ -139,6 +139,9 @@ fn groups() -> Result<Vec<Group>, BenchError> {
     let (mut trocars, mut needles) = (Vec::new(), Vec::new());
     for scene in specimen::read_shipped_scenes()? {
         let spec = scene.axial_spec(&Patient::nominal(&scene));
+        if spec.law != ForceLaw::Version2 {
+            continue;
+        }
         if spec.tip_to_rim_m > 0.0 { &mut trocars } else { &mut needles }.push(spec);
     }
     let random = |name, tip_to_rim_m, disturbance| {

@@ -16,7 +16,7 @@ const PAPER: &str = include_str!("../../../../curricula/scenes/lower-back-paper.
 const TRAINING: &str = include_str!("../../../../curricula/scenes/lower-back-training.toml");
 const VESSEL: &str = include_str!("../../../../curricula/scenes/lower-back-vessel.toml");
 /// Every shipped scene.
-const SHIPPED: [&str; 7] = [
+const SHIPPED: [&str; 10] = [
     PAPER,
     TRAINING,
     include_str!("../../../../curricula/scenes/epidural-71kg.toml"),
@@ -24,6 +24,9 @@ const SHIPPED: [&str; 7] = [
     include_str!("../../../../curricula/scenes/lower-back-obese.toml"),
     include_str!("../../../../curricula/scenes/lower-back-thick-needle.toml"),
     VESSEL,
+    include_str!("../../../../curricula/scenes/lower-back-measured-skin.toml"),
+    include_str!("../../../../curricula/scenes/liver-18g.toml"),
+    include_str!("../../../../curricula/scenes/heart-18g.toml"),
 ];
 
 /// Every shipped exercise, each with its scene by the place it has in [`SHIPPED`].

@@ -20,13 +20,16 @@ use crate::inverse3::{opened, until};
 use crate::support::{PERIOD_S, RATE_HZ, Rig, reading, shipped};
 
 /// Every shipped scene but the paper's, in which nothing cuts and speed is taken between two samples, as the paper has it.
-const SCENES: [&str; 6] = [
+const SCENES: [&str; 9] = [
     "lower-back-training",
     "epidural-71kg",
     "lower-back-lean",
     "lower-back-obese",
     "lower-back-thick-needle",
     "lower-back-vessel",
+    "lower-back-measured-skin",
+    "liver-18g",
+    "heart-18g",
 ];
 /// How far the handle is pushed, in m: 20 mm above the skin, where force is let in, and 30 mm below.
 const WAY_M: f64 = 0.050;

@@ -82,16 +82,10 @@ impl Curve {
         self.depth_m.windows(2).any(|pair| pair[1] < pair[0])
     }
 
-    /// Standard deviation of the force's noise, in N: the median of |second differences|, which straight pieces do not
-    /// add to and a few drops do not move. A second difference of white noise has √6 of its deviation.
+    /// Standard deviation of the force's noise, in N.
     #[must_use]
     pub fn noise_n(&self) -> f64 {
-        const MEDIAN_TO_DEVIATION: f64 = 1.4826;
-        let bend = |w: &[f64]| (w[0] - 2.0 * w[1] + w[2]).abs();
-        let mut bends: Vec<f64> = self.force_n.windows(3).map(bend).collect();
-        bends.sort_by(f64::total_cmp);
-        let median = bends.get(bends.len() / 2).copied().unwrap_or(0.0);
-        MEDIAN_TO_DEVIATION * median / 6.0_f64.sqrt()
+        noise_n(&self.force_n)
     }
 
     /// The same curve with every depth multiplied.
@@ -110,6 +104,17 @@ impl Curve {
         };
         (0..self.len()).filter(deeper).collect()
     }
+}
+
+/// Standard deviation of the noise of forces in the order measured, in N: the median of |second differences|, which straight pieces do
+/// not add to and a few drops do not move. A second difference of white noise has √6 of its deviation.
+pub(super) fn noise_n(force_n: &[f64]) -> f64 {
+    const MEDIAN_TO_DEVIATION: f64 = 1.4826;
+    let bend = |w: &[f64]| (w[0] - 2.0 * w[1] + w[2]).abs();
+    let mut bends: Vec<f64> = force_n.windows(3).map(bend).collect();
+    bends.sort_by(f64::total_cmp);
+    let median = bends.get(bends.len() / 2).copied().unwrap_or(0.0);
+    MEDIAN_TO_DEVIATION * median / 6.0_f64.sqrt()
 }
 
 /// Every so manyth sample, and those where the motion turns: friction comes from how far the needle really went.

@@ -11,10 +11,9 @@ use super::guess::{Fresh, guess_afresh, laid_over};
 use super::model::{CurveModel, Guess, OWN, Places, QUANTITIES, Quantity, residual_rms_n};
 use super::orders::in_every_order;
 use super::peaks::{Peak, find_lone_drops, find_peaks, find_unexplained, find_unseen, is_another_reading};
+use super::profile::FINEST_PART;
 use super::starts::other_starts;
-use super::uncertainty::{
-    FINEST_PART, ParameterEstimate, ParameterStanding, Profile, Rival, estimate_parameters, find_standings,
-};
+use super::uncertainty::{ParameterEstimate, ParameterStanding, Profile, Rival, estimate_parameters, find_standings};
 use super::verdict::{Misfit, find_misfit};
 use super::words::in_words;
 
@@ -469,7 +468,7 @@ fn without_cutting(variables: &[f64]) -> Vec<f64> {
 }
 
 /// Lowers what thresholds are still unsound to the largest sound ones; after a fit under the constraint, by next to nothing.
-fn sound(mut spec: AxialSpec) -> AxialSpec {
+pub(super) fn sound(mut spec: AxialSpec) -> AxialSpec {
     const BELOW: f64 = 1.0 - 1e-4;
     for _ in 0..LOWERINGS {
         let Some(first) = soundness::find_unsound_ruptures(&spec).into_iter().next() else { break };

@@ -17,7 +17,9 @@ mod guess;
 mod model;
 mod orders;
 mod peaks;
+mod profile;
 mod starts;
+mod timed;
 mod uncertainty;
 mod verdict;
 mod words;
@@ -27,6 +29,7 @@ pub use fit::{AskedFit, Fit, Start, fit};
 pub use guess::Fresh;
 pub use model::{QUANTITIES, Quantity, residual_rms_n};
 pub use peaks::Peak;
+pub use timed::{TimedCurve, TimedSample, fit_timed, timed_residual_rms_n};
 pub use uncertainty::{Interval, ParameterEstimate, ParameterStanding};
 pub use verdict::Misfit;
 
@@ -83,9 +86,39 @@ pub enum CalibrateError {
     OldLaw,
     /// The starting scene may have options, and a curve of one speed does not tell them apart from what is fitted.
     #[error(
-        "the starting scene is of law 3, whose options one curve cannot tell from stiffness and thresholds; scenes of law 2 are allowed"
+        "the starting scene is of law 3, whose options a curve without times cannot tell from stiffness and thresholds; scenes of law 2, or a column t_s, are allowed"
     )]
     LawOfOptions,
+    /// A time that does not increase.
+    #[error("sample {row}: t_s = {t_s} s does not increase; times that do are allowed")]
+    TimeStandsStill {
+        /// The sample, from 0.
+        row: usize,
+        /// Its time, in s.
+        t_s: f64,
+    },
+    /// A curve with times is fitted with options.
+    #[error("the starting scene is not of law 3, which a curve with times is fitted with; law = 3 is allowed")]
+    TimedLaw,
+    /// A curve with times is that of a single contactor.
+    #[error("the starting scene's tip_to_rim_mm is {tip_to_rim_mm} mm; 0 mm, a needle, is allowed with times")]
+    TimedRim {
+        /// The distance, in mm.
+        tip_to_rim_mm: f64,
+    },
+    /// One insertion shows one turn of the edge.
+    #[error(
+        "the starting scene has fibres, which one turn of the edge does not tell; layers without are allowed with times"
+    )]
+    TimedFibres,
+    /// A boundary of the start gives way with another.
+    #[error(
+        "{layer}: its boundary in the starting scene gives way together with another; boundaries that give way by themselves are allowed with times"
+    )]
+    TimedCascade {
+        /// The layer.
+        layer: String,
+    },
     /// The starting scene is not one that the law takes.
     #[error(transparent)]
     Params(#[from] law::axial::ParamError),

@@ -29,6 +29,16 @@ pub enum Quantity {
     TipThreshold,
     /// Force at which the rim opens it, in N. It follows likewise.
     RimThreshold,
+    /// κ of a tent that stiffens, in N/m². This and what follows is fitted to curves with times alone.
+    Stiffening,
+    /// Friction cap per inserted length until the shaft has broken away, in N/m.
+    StaticFriction,
+    /// Stiffness of a branch, from 0, as a share of the boundary's.
+    BranchShare(usize),
+    /// Time of a branch, from 0, in s.
+    BranchTime(usize),
+    /// The needle's presliding stiffness, in N/m: of no layer.
+    Presliding,
 }
 
 /// A layer's quantities in the order of its variables. The thresholds' variables are where the boundary gives way, in m.
@@ -43,7 +53,7 @@ pub const QUANTITIES: [Quantity; 6] = [
 /// How many of them are variables themselves.
 pub(super) const OWN: usize = 4;
 /// How close to a sample, in gaps, a rupture may come: which side of the sample it is on is its place's to say.
-const EDGE: f64 = 0.05;
+pub(super) const EDGE: f64 = 0.05;
 
 impl Quantity {
     /// Lowest and highest value, and the step of the finite differences. The steps are small beside anything measured
@@ -55,7 +65,17 @@ impl Quantity {
             Self::Friction => (0.0, 2e3, 1e-4),
             Self::Cutting => (0.0, 50.0, 1e-6),
             Self::TipThreshold | Self::RimThreshold => (0.0, 50.0, 1e-8),
+            Self::Stiffening => (0.0, 1e8, 1e-2),
+            Self::StaticFriction => (0.0, 4e3, 1e-4),
+            Self::BranchShare(_) => (1e-3, 1e2, 1e-7),
+            Self::BranchTime(_) => (1e-3, 1e3, 1e-7),
+            Self::Presliding => (1.0, 1e6, 1e-4),
         }
+    }
+
+    /// Step of the finite differences.
+    pub(super) fn step(self) -> f64 {
+        self.range().2
     }
 
     pub(super) fn bounds(self) -> (f64, f64) {
@@ -63,12 +83,14 @@ impl Quantity {
         (lower, upper)
     }
 
-    /// A size below which it is as good as 0 (choice): 1 mm, 10 N/m, 1 N/m, 0.05 N.
+    /// A size below which it is as good as 0 (choice): 1 mm, 10 N/m, 1 N/m, 0.05 N; 100 N/m², a twentieth, 50 ms.
     pub(super) fn least_size(self) -> f64 {
         match self {
             Self::Thickness => 1e-3,
-            Self::Stiffness => 10.0,
-            Self::Friction => 1.0,
+            Self::Stiffness | Self::Presliding => 10.0,
+            Self::Friction | Self::StaticFriction => 1.0,
+            Self::Stiffening => 100.0,
+            Self::BranchShare(_) | Self::BranchTime(_) => 0.05,
             Self::Cutting | Self::TipThreshold | Self::RimThreshold => 0.05,
         }
     }
@@ -80,7 +102,9 @@ impl Quantity {
         if value - lower <= NEXT_TO * self.least_size() { lower } else { value }
     }
 
-    pub(super) fn get(self, layer: &Layer) -> f64 {
+    /// Its value in a layer, in SI; 0 where the layer has none.
+    #[must_use]
+    pub fn get(self, layer: &Layer) -> f64 {
         match self {
             Self::Thickness => layer.thickness_m,
             Self::Stiffness => layer.stiffness_n_per_m,
@@ -88,6 +112,11 @@ impl Quantity {
             Self::Cutting => layer.cutting_n,
             Self::TipThreshold => layer.tip_rupture_n,
             Self::RimThreshold => layer.rim_rupture_n,
+            Self::Stiffening => layer.options.stiffening_n_per_m2,
+            Self::StaticFriction => layer.static_friction_n_per_m(),
+            Self::BranchShare(at) => layer.options.branches.get(at).map_or(0.0, |branch| branch.share),
+            Self::BranchTime(at) => layer.options.branches.get(at).map_or(0.0, |branch| branch.time_s),
+            Self::Presliding => 0.0,
         }
     }
 
@@ -99,6 +128,19 @@ impl Quantity {
             Self::Cutting => layer.cutting_n = value,
             Self::TipThreshold => layer.tip_rupture_n = value,
             Self::RimThreshold => layer.rim_rupture_n = value,
+            Self::Stiffening => layer.options.stiffening_n_per_m2 = value,
+            Self::StaticFriction => layer.options.static_friction_n_per_m = Some(value),
+            Self::BranchShare(at) => {
+                if let Some(branch) = layer.options.branches.get_mut(at) {
+                    branch.share = value;
+                }
+            }
+            Self::BranchTime(at) => {
+                if let Some(branch) = layer.options.branches.get_mut(at) {
+                    branch.time_s = value;
+                }
+            }
+            Self::Presliding => {}
         }
     }
 
@@ -145,7 +187,7 @@ pub(super) struct CurveModel<'c> {
 }
 
 /// How strongly an unsound rupture counts: a newton too much counts like ten newtons at every sample.
-const UNSOUND_WEIGHT: f64 = 10.0;
+pub(super) const UNSOUND_WEIGHT: f64 = 10.0;
 /// A rupture must leave this part of force and energy less than it found, so that rounding the result leaves it sound.
 const SOUND_MARGIN: f64 = 2e-3;
 
@@ -287,7 +329,7 @@ pub(super) fn step_sizes(guess: &Guess) -> Vec<f64> {
 }
 
 /// By how much a rupture leaves too much force or energy, in N; energy as the force that would hold it.
-fn excess_n(rupture: &PredictedRupture) -> f64 {
+pub(super) fn excess_n(rupture: &PredictedRupture) -> f64 {
     let allowed = 1.0 - SOUND_MARGIN;
     let force_n = rupture.force_after_n - allowed * rupture.force_before_n;
     let energy_n = match rupture.energy_before_j > 0.0 {

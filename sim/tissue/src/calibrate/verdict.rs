@@ -33,22 +33,40 @@ pub struct Misfit {
     pub lone_m: Vec<f64>,
 }
 
+/// What a fit leaves of a curve, in the order measured.
+pub(super) struct FitResidual<'r> {
+    /// Law less data, in N.
+    pub residuals: &'r [f64],
+    /// Depth of each sample, in m.
+    pub depth_m: &'r [f64],
+    /// The curve's largest force, in N.
+    pub peak_n: f64,
+    /// Its noise, in N.
+    pub noise_n: f64,
+}
+
 /// What a residual has besides noise; none where it is noise. A drop that may be a lone sample is as bad: its layer leaves nothing.
 pub(super) fn find_misfit(model: &CurveModel<'_>, guess: &Guess, lone_m: Vec<f64>) -> Option<Misfit> {
     let residuals = model.misfit(guess, &model.variables(guess));
+    let (peak_n, noise_n) = (model.curve.peak_n(), model.curve.noise_n());
+    judge_residual(&FitResidual { residuals: &residuals, depth_m: &model.curve.depth_m, peak_n, noise_n }, lone_m)
+}
+
+/// The same of any fit's residual.
+pub(super) fn judge_residual(left: &FitResidual<'_>, lone_m: Vec<f64>) -> Option<Misfit> {
+    let FitResidual { residuals, depth_m, peak_n, noise_n } = *left;
     let samples = residuals.len() as f64;
-    let finest_n = SEEN_PART * model.curve.peak_n();
+    let finest_n = SEEN_PART * peak_n;
     let rms_n = (residuals.iter().map(|r| r * r).sum::<f64>() / samples).sqrt();
-    let noise_n = model.curve.noise_n();
-    let (worst, most) = worst_stretch(&residuals, rms_n.max(finest_n));
-    let correlation = correlation(&residuals);
+    let (worst, most) = worst_stretch(residuals, rms_n.max(finest_n));
+    let correlation = correlation(residuals);
     let is_large = rms_n > noise_n.max(finest_n) * (1.0 + LARGER / samples.sqrt());
     let is_seen = rms_n > finest_n;
     let is_misfit = !lone_m.is_empty()
         || is_large
         || most > STRETCH
-        || is_seen && (correlation > LIKE / samples.sqrt() || stretches(&residuals, rms_n) > STRETCHES);
-    is_misfit.then(|| Misfit { rms_n, noise_n, worst_m: model.curve.depth_m[worst], correlation, lone_m })
+        || is_seen && (correlation > LIKE / samples.sqrt() || stretches(residuals, rms_n) > STRETCHES);
+    is_misfit.then(|| Misfit { rms_n, noise_n, worst_m: depth_m[worst], correlation, lone_m })
 }
 
 impl Misfit {

@@ -3,6 +3,7 @@
 use law::axial::AxialSpec;
 
 use super::model::{CurveModel, Guess, QUANTITIES, Quantity};
+use super::timed::TimedCurve;
 use super::uncertainty::{ParameterEstimate, ParameterStanding};
 
 /// A line for each reason, naming the parameters that it holds for.
@@ -15,19 +16,12 @@ pub(super) fn in_words(
 ) -> Vec<String> {
     let mut words: Vec<String> =
         QUANTITIES.into_iter().filter_map(|quantity| kept(&guess.spec, estimates, quantity)).collect();
-    let is_open = |e: &&ParameterEstimate| e.interval.is_none() && e.standing != ParameterStanding::Kept;
     let open: Vec<&ParameterEstimate> = estimates.iter().filter(is_open).collect();
     if !unseen.is_empty() {
-        let names: Vec<&str> = unseen.iter().map(|&boundary| layer(&guess.spec, boundary)).collect();
-        words.push(format!(
-            "no drop shows where {} gave way: which boundary opened with which drop the curve does not tell, and no number has an interval",
-            names.join(", ")
-        ));
+        words.push(unseen_in_words(&guess.spec, unseen));
     } else if !open.is_empty() {
-        let names: Vec<String> =
-            open.iter().map(|e| format!("{} of {}", e.quantity.words(), layer(&guess.spec, e.layer))).collect();
         let why = no_withdrawal(model, &open);
-        words.push(format!("{}: not held to within their own size, alone or together{why}", names.join(", ")));
+        words.push(format!("{}: not held to within their own size, alone or together{why}", names(&guess.spec, &open)));
     }
     if readings > 0 {
         words.push(format!(
@@ -35,6 +29,55 @@ pub(super) fn in_words(
         ));
     }
     words.push("damping of every layer: a curve without times shows no rate".to_owned());
+    words
+}
+
+/// Whether the curve depends on a parameter without determining it.
+fn is_open(estimate: &&ParameterEstimate) -> bool {
+    estimate.interval.is_none() && estimate.standing != ParameterStanding::Kept
+}
+
+fn unseen_in_words(spec: &AxialSpec, unseen: &[usize]) -> String {
+    let names: Vec<&str> = unseen.iter().map(|&boundary| layer(spec, boundary)).collect();
+    format!(
+        "no drop shows where {} gave way: which boundary opened with which drop the curve does not tell, and no number has an interval",
+        names.join(", ")
+    )
+}
+
+fn names(spec: &AxialSpec, open: &[&ParameterEstimate]) -> String {
+    let name = |e: &&ParameterEstimate| format!("{} of {}", e.quantity.words(), layer(spec, e.layer));
+    open.iter().map(name).collect::<Vec<_>>().join(", ")
+}
+
+/// The same of a curve with times.
+pub(super) fn timed_in_words(
+    curve: &TimedCurve,
+    spec: &AxialSpec,
+    estimates: &[ParameterEstimate],
+    unseen: &[usize],
+) -> Vec<String> {
+    let mut quantities: Vec<Quantity> = Vec::new();
+    for estimate in estimates {
+        if !quantities.contains(&estimate.quantity) {
+            quantities.push(estimate.quantity);
+        }
+    }
+    let mut words: Vec<String> = quantities.iter().filter_map(|&quantity| kept(spec, estimates, quantity)).collect();
+    let open: Vec<&ParameterEstimate> = estimates.iter().filter(is_open).collect();
+    if !unseen.is_empty() {
+        words.push(unseen_in_words(spec, unseen));
+    } else if !open.is_empty() {
+        words.push(format!("{}: not held to within their own size, alone or together", names(spec, &open)));
+    }
+    let is_branch = |e: &&ParameterEstimate| matches!(e.quantity, Quantity::BranchShare(_) | Quantity::BranchTime(_));
+    if estimates.iter().any(|e| is_branch(&e)) && !curve.holds() {
+        words.push("the curve has no hold, which would show relaxation alone".to_owned());
+    }
+    if !curve.withdraws() {
+        words.push("the curve has no withdrawal, which would show friction alone".to_owned());
+    }
+    words.push("damping of every layer and where static friction ends: as the starting scene has them".to_owned());
     words
 }
 
@@ -46,7 +89,7 @@ fn kept(spec: &AxialSpec, estimates: &[ParameterEstimate], quantity: Quantity) -
 }
 
 fn layer(spec: &AxialSpec, layer: usize) -> &str {
-    spec.layers.get(layer).map_or("", |layer| layer.name.as_str())
+    spec.layers.get(layer).map_or("the needle", |layer| layer.name.as_str())
 }
 
 /// Friction and cutting both resist on the way in: said where friction is among what is open.
@@ -68,6 +111,11 @@ impl Quantity {
             Self::Cutting => "cutting",
             Self::TipThreshold => "tip threshold",
             Self::RimThreshold => "rim threshold",
+            Self::Stiffening => "stiffening",
+            Self::StaticFriction => "static friction",
+            Self::BranchShare(at) => ["share of branch 1", "share of branch 2", "share of branch 3"][at.min(2)],
+            Self::BranchTime(at) => ["time of branch 1", "time of branch 2", "time of branch 3"][at.min(2)],
+            Self::Presliding => "presliding stiffness",
         }
     }
 }
@@ -82,5 +130,10 @@ fn unseen(quantity: Quantity) -> &'static str {
         Quantity::TipThreshold | Quantity::RimThreshold => {
             "the boundary opens together with the one above, or beyond the curve"
         }
+        Quantity::Stiffening | Quantity::BranchShare(_) | Quantity::BranchTime(_) => {
+            "the curve never dents the boundary, or at one speed without a hold"
+        }
+        Quantity::StaticFriction => "the shaft never breaks away within the curve",
+        Quantity::Presliding => "nothing rubs within the curve",
     }
 }

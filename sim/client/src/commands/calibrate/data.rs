@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use attempt::trajectory::TrajectoryTable;
-use tissue::calibrate::Curve;
+use law::axial::{AxialSpec, ParamError};
+use tissue::calibrate::{Curve, TimedCurve, TimedSample, residual_rms_n, timed_residual_rms_n};
 
 use crate::exit::Failure;
 
@@ -16,8 +17,58 @@ const HARDEST_N: f64 = 200.0;
 /// A curve whose largest force is less than this, in N, shows nothing that is felt.
 const FAINTEST_N: f64 = 0.02;
 
-/// Reads the columns `depth_m` and `force_n`.
-pub fn read(path: &Path) -> Result<Curve, Failure> {
+/// What was measured: depth and force, or both with times.
+pub enum MeasuredCurve {
+    /// Without times: an insertion so slow that nothing depends on speed.
+    Slow(Curve),
+    /// With times.
+    Timed(TimedCurve),
+}
+
+impl MeasuredCurve {
+    /// How many samples the fit runs on.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Slow(curve) => curve.len(),
+            Self::Timed(curve) => curve.len(),
+        }
+    }
+
+    /// How many samples were left out.
+    pub fn left_out(&self) -> usize {
+        match self {
+            Self::Slow(curve) => curve.left_out(),
+            Self::Timed(curve) => curve.left_out(),
+        }
+    }
+
+    /// The largest force, in N.
+    pub fn peak_n(&self) -> f64 {
+        match self {
+            Self::Slow(curve) => curve.peak_n(),
+            Self::Timed(curve) => curve.peak_n(),
+        }
+    }
+
+    /// Root mean square of the law's force less the measured, in N.
+    pub fn residual_rms_n(&self, spec: &AxialSpec) -> Result<f64, ParamError> {
+        match self {
+            Self::Slow(curve) => Ok(residual_rms_n(spec, curve)),
+            Self::Timed(curve) => timed_residual_rms_n(spec, curve),
+        }
+    }
+
+    /// The same with every depth multiplied. One with times is never scaled.
+    pub fn stretched(self, factor: f64) -> Self {
+        match self {
+            Self::Slow(curve) => Self::Slow(curve.stretched(factor)),
+            timed => timed,
+        }
+    }
+}
+
+/// Reads the columns `depth_m` and `force_n`, and `t_s` where there is one and options are to be fitted.
+pub fn read(path: &Path, is_optioned: bool) -> Result<MeasuredCurve, Failure> {
     let table = TrajectoryTable::read(path)?;
     let columns = table.columns(["depth_m", "force_n"])?;
     let rows = table.rows(columns)?;
@@ -36,7 +87,17 @@ pub fn read(path: &Path) -> Result<Curve, Failure> {
     }
     let samples: Vec<(f64, f64)> = rows.into_iter().map(|[depth_m, force_n]| (depth_m, force_n)).collect();
     check_size(&samples).map_err(|why| Failure::refused(path, why))?;
-    Curve::new(&samples).map_err(|error| Failure::refused(path, error))
+    if !is_optioned || table.column("t_s")?.is_none() {
+        let curve = Curve::new(&samples).map_err(|error| Failure::refused(path, error))?;
+        return Ok(MeasuredCurve::Slow(curve));
+    }
+    let timed: Vec<TimedSample> = table
+        .numbers(columns)?
+        .into_iter()
+        .map(|(t_s, [depth_m, force_n])| TimedSample { t_s, depth_m, force_n })
+        .collect();
+    let curve = TimedCurve::new(&timed).map_err(|error| Failure::refused(path, error))?;
+    Ok(MeasuredCurve::Timed(curve))
 }
 
 /// Depths and forces too small to be metres and newtons, and forces of the other sign.

@@ -9,9 +9,11 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::RangedU64ValueParser;
 use documents::{DocumentError, Patient, Scene};
-use law::axial::AxialSpec;
-use report::CalibrationReport;
-use tissue::calibrate::{self, CalibrateError, Curve, Fit, Fresh, Start};
+use law::axial::{AxialSpec, ForceLaw};
+use report::{CalibrationReport, SampleCount};
+use tissue::calibrate::{self, CalibrateError, Fit, Fresh, Start};
+
+use self::data::MeasuredCurve;
 
 use crate::exit::{Failure, Outcome};
 use crate::new_file::NewFile;
@@ -30,12 +32,17 @@ const WEIGHT_EXPONENT: f64 = 1.5;
 /// comments. Each drop of the force is a boundary that gave way. Fitted within bounds are thickness, stiffness, thresholds,
 /// friction and cutting of every layer; the result is always sound. Says the residual, the error of each peak, the 95 % interval of each
 /// parameter that the curve determines and which it does not, and warns where the residual is more than the curve's own noise.
+///
+/// With a third column t_s (time in s, which must increase) and a --start of law 3 the curve may hold, withdraw and enter the same track again,
+/// and options are fitted, too: those that the start names in a layer (stiffening_n_per_m2, relaxation, static_friction_n_per_m),
+/// and the needle's presliding stiffness. A hold shows relaxation, a withdrawal friction, a second insertion friction without cutting.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  \
     stylet calibrate specimen.csv --out specimen.toml\n  \
-    stylet calibrate epidural.csv --start curricula/scenes/epidural-71kg.toml --weight-kg 90 --out epidural-90kg.toml")]
+    stylet calibrate epidural.csv --start curricula/scenes/epidural-71kg.toml --weight-kg 90 --out epidural-90kg.toml\n  \
+    stylet calibrate held.csv --start curricula/scenes/liver-18g.toml --out mine.toml")]
 pub struct CalibrateArgs {
-    /// The measured curve: a header with depth_m (m) and force_n (N); other columns are ignored
+    /// The measured curve: a header with depth_m (m), force_n (N) and, for options of law 3, t_s (s); other columns are ignored
     #[arg(value_name = "DATA.csv")]
     data: PathBuf,
     /// The scene to write; its name becomes the scene's id
@@ -64,10 +71,12 @@ pub struct CalibrateArgs {
 /// Runs the command.
 pub fn run(args: &CalibrateArgs) -> Outcome {
     let mut file = NewFile::create(&args.out, args.force)?;
-    let curve = data::read(&args.data)?;
     let start = args.start.as_deref().map(|path| read_start(path, args.weight_kg.is_some())).transpose()?;
+    let curve = data::read(&args.data, is_optioned(start.as_ref())?)?;
+    check_weight(args, &curve)?;
     let fitted = fit(args, &curve, start.as_ref())?;
-    let scale = args.weight_kg.map_or(1.0, |kg| libm::pow(kg / REFERENCE_KG, WEIGHT_EXPONENT));
+    let (samples, left_out) = (curve.len(), curve.left_out());
+    let scale = scale_of(args);
     let target = stretched(&fitted.spec, scale);
     let base = start.unwrap_or_else(|| Base::fresh(&args.out, &args.data, &target));
     let written = write(args, &base, &target, &curve.stretched(scale))?;
@@ -75,9 +84,30 @@ pub fn run(args: &CalibrateArgs) -> Outcome {
         .write_all(written.text.as_bytes())
         .map_err(|error| Failure::work(format_args!("{}: {error}", args.out.display())))?;
     file.keep()?;
-    let report = CalibrationReport::new(args, scale, &curve, &fitted, &written);
+    let report = CalibrationReport::new(args, SampleCount { samples, left_out }, &fitted, &written);
     report.warn();
     if args.json { output::print_json(&report) } else { output::print_buffered(|out| report.write(out)) }
+}
+
+/// Depths to be written over those of the curve.
+fn scale_of(args: &CalibrateArgs) -> f64 {
+    args.weight_kg.map_or(1.0, |kg| libm::pow(kg / REFERENCE_KG, WEIGHT_EXPONENT))
+}
+
+/// Whether options are to be fitted: to a curve with times, from a scene that may have them.
+fn is_optioned(start: Option<&Base>) -> Result<bool, DocumentError> {
+    Ok(start.map(Base::scene).transpose()?.is_some_and(|scene| scene.law == ForceLaw::Version3))
+}
+
+/// Depths of a curve with times are not scaled.
+fn check_weight(args: &CalibrateArgs, curve: &MeasuredCurve) -> Result<(), Failure> {
+    match (curve, args.weight_kg) {
+        (MeasuredCurve::Timed(_), Some(kg)) => {
+            let why = format!("--weight-kg {kg}: depths of a curve with times are not scaled; without it is allowed");
+            Err(Failure::refused(&args.data, why))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// The text that the fitted numbers are put into.
@@ -92,6 +122,8 @@ struct WrittenScene {
     scene: Scene,
     /// Of the written scene on the curve, in N.
     rms_n: f64,
+    /// Its depths over those of the curve.
+    depth_scale: f64,
 }
 
 impl Base {
@@ -115,24 +147,36 @@ fn read_start(path: &Path, is_scaled: bool) -> Result<Base, Failure> {
     Ok(base)
 }
 
-fn fit(args: &CalibrateArgs, curve: &Curve, start: Option<&Base>) -> Result<Fit, Failure> {
+fn fit(args: &CalibrateArgs, curve: &MeasuredCurve, start: Option<&Base>) -> Result<Fit, Failure> {
     let progress = Progress::busy("fitting");
     let mut watch = |done: u32| progress.set(u64::from(done));
-    let fitted = match start {
-        Some(base) => {
-            let scene = base.scene()?;
-            let spec = scene.axial_spec(&Patient::nominal(&scene));
-            calibrate::fit(curve, Start::Scene(&spec), &mut watch)
-        }
-        None => {
-            let fresh = Fresh { layers: args.layers, tip_to_rim_m: args.tip_to_rim_mm / 1e3 };
-            calibrate::fit(curve, Start::Fresh(fresh), &mut watch)
-        }
+    let fresh = Fresh { layers: args.layers, tip_to_rim_m: args.tip_to_rim_mm / 1e3 };
+    let spec = start.map(|base| read_law(args, base, curve)).transpose()?;
+    let from = spec.as_ref().map_or(Start::Fresh(fresh), Start::Scene);
+    let fitted = match (curve, from) {
+        (MeasuredCurve::Timed(curve), Start::Scene(spec)) => calibrate::fit_timed(curve, spec, &mut watch),
+        (MeasuredCurve::Timed(_), Start::Fresh(_)) => return Err(Failure::work("times are read with a start alone")),
+        (MeasuredCurve::Slow(curve), from) => calibrate::fit(curve, from, &mut watch),
     };
     fitted.map_err(|error| match error {
         CalibrateError::TooFewDrops { .. } => Failure::refused(&args.data, format_args!("{error} (--layers, --start)")),
         _ => Failure::refused(&args.data, error),
     })
+}
+
+/// The law of a starting scene. A threshold that follows from a fracture energy has no number that a fit could change.
+fn read_law(args: &CalibrateArgs, base: &Base, curve: &MeasuredCurve) -> Result<AxialSpec, Failure> {
+    let scene = base.scene()?;
+    let is_fractured = |layer: &documents::SceneLayer| layer.options.fracture_energy_j_per_m2.is_some();
+    if let (MeasuredCurve::Timed(_), Some(at)) = (curve, scene.layers.iter().position(is_fractured)) {
+        let energy = scene.layers[at].options.fracture_energy_j_per_m2.unwrap_or_default();
+        let why = format!(
+            "{}: layer[{at}].fracture_energy_j_per_m2 = {energy} J/m²; tip_rupture_n is allowed in a scene to start from",
+            base.path.display()
+        );
+        return Err(Failure::refused(&args.data, why));
+    }
+    Ok(scene.axial_spec(&Patient::nominal(&scene)))
 }
 
 /// The law with every depth multiplied and every force kept: k w and c l stay when w and l grow and k and c shrink.
@@ -148,21 +192,26 @@ fn stretched(spec: &AxialSpec, factor: f64) -> AxialSpec {
 }
 
 /// Puts the numbers into the text and reads it back: what is stated is what the file says, rounding included.
-fn write(args: &CalibrateArgs, base: &Base, target: &AxialSpec, curve: &Curve) -> Result<WrittenScene, Failure> {
+fn write(
+    args: &CalibrateArgs,
+    base: &Base,
+    target: &AxialSpec,
+    curve: &MeasuredCurve,
+) -> Result<WrittenScene, Failure> {
     let id = sheet::id_of(&args.out);
     let old = base.scene()?;
     let put = |source: &str| -> Result<(String, Scene, f64), Failure> {
         let text = documents::rewrite::rewrite_document(&base.text, &old, target, &id, source)?;
         let scene = documents::load::read_scene_text(&args.out, &text)?;
         let spec = scene.axial_spec(&Patient::nominal(&scene));
-        let rms_n = calibrate::residual_rms_n(&spec, curve);
+        let rms_n = curve.residual_rms_n(&spec).map_err(|why| Failure::refused(&args.out, why))?;
         Ok((text, scene, rms_n))
     };
     let (_, _, rms_n) = put("")?;
-    let (text, scene, rms_n) = put(&sheet::source(args, rms_n, curve.peak_n()))?;
+    let (text, scene, rms_n) = put(&sheet::source(args, rms_n, curve))?;
     let findings = scene.soundness(0.0).map_err(|why| Failure::refused(&args.out, why))?;
     match findings.first() {
-        None => Ok(WrittenScene { text, scene, rms_n }),
+        None => Ok(WrittenScene { text, scene, rms_n, depth_scale: scale_of(args) }),
         Some(finding) => {
             let patient = &finding.patient;
             Err(Failure::work(format_args!(

@@ -6,10 +6,16 @@ use documents::Scene;
 use law::axial::Contactor;
 use law::soundness::Unsound;
 use serde::Serialize;
-use tissue::calibrate::{Curve, Fit, Misfit, ParameterEstimate, ParameterStanding, Quantity};
+use tissue::calibrate::{Fit, Misfit, ParameterEstimate, ParameterStanding, Quantity};
 
 use super::{CalibrateArgs, WrittenScene};
 use crate::output;
+
+/// How many samples a fit ran on, and how many it left out.
+pub struct SampleCount {
+    pub samples: usize,
+    pub left_out: usize,
+}
 
 /// The result of a fit.
 #[derive(Serialize)]
@@ -98,13 +104,14 @@ struct RiseRow {
 
 impl CalibrationReport {
     /// Gathers what is said.
-    pub fn new(args: &CalibrateArgs, depth_scale: f64, curve: &Curve, fit: &Fit, written: &WrittenScene) -> Self {
-        let name = |layer: usize| written.scene.layers.get(layer).map_or_else(String::new, |l| l.name.clone());
+    pub fn new(args: &CalibrateArgs, count: SampleCount, fit: &Fit, written: &WrittenScene) -> Self {
+        let name =
+            |layer: usize| written.scene.layers.get(layer).map_or_else(|| "needle".to_owned(), |l| l.name.clone());
         Self {
             data: args.data.display().to_string(),
             scene: args.out.display().to_string(),
-            samples: curve.len(),
-            samples_left_out: curve.left_out(),
+            samples: count.samples,
+            samples_left_out: count.left_out,
             noise_n: fit.noise_n,
             steps: fit.iterations,
             converged: fit.converged,
@@ -112,7 +119,7 @@ impl CalibrationReport {
             residual_rms_n: written.rms_n,
             residual_relative_to_peak: written.rms_n / fit.peak_n,
             peak_n: fit.peak_n,
-            depth_scale,
+            depth_scale: written.depth_scale,
             peaks: peaks(fit, &written.scene),
             unexplained_drops: fit
                 .unexplained
@@ -198,14 +205,14 @@ impl CalibrationReport {
     fn write_parameters(&self, out: &mut dyn Write) -> io::Result<()> {
         writeln!(
             out,
-            "\n  {:24} {:14} {:>10} {:>10} {:>10} {:4} state",
+            "\n  {:24} {:19} {:>10} {:>10} {:>10} {:4} state",
             "layer", "parameter", "value", "95 % from", "to", "unit"
         )?;
         for row in &self.parameters {
             let ParameterRow { layer, parameter, value, unit, state, .. } = row;
             let end = |at: usize| row.interval_95.map_or_else(|| "–".to_owned(), |ends| format!("{:.3}", ends[at]));
             let (low, high) = (end(0), end(1));
-            writeln!(out, "  {layer:24} {parameter:14} {value:>10.3} {low:>10} {high:>10} {unit:4} {state}")?;
+            writeln!(out, "  {layer:24} {parameter:19} {value:>10.3} {low:>10} {high:>10} {unit:4} {state}")?;
         }
         writeln!(
             out,
@@ -266,7 +273,10 @@ fn peaks(fit: &Fit, scene: &Scene) -> Vec<PeakRow> {
 fn parameter(estimate: &ParameterEstimate, layer: String) -> ParameterRow {
     let (unit, scale) = match estimate.quantity {
         Quantity::Thickness => ("mm", 1e3),
-        Quantity::Stiffness | Quantity::Friction => ("N/m", 1.0),
+        Quantity::Stiffness | Quantity::Friction | Quantity::StaticFriction | Quantity::Presliding => ("N/m", 1.0),
+        Quantity::Stiffening => ("N/m²", 1.0),
+        Quantity::BranchShare(_) => ("", 1.0),
+        Quantity::BranchTime(_) => ("s", 1.0),
         Quantity::Cutting | Quantity::TipThreshold | Quantity::RimThreshold => ("N", 1.0),
     };
     let state = match estimate.standing {

@@ -6,6 +6,7 @@ use std::path::Path;
 use law::axial::AxialSpec;
 
 use super::CalibrateArgs;
+use super::data::MeasuredCurve;
 use crate::output;
 
 /// A scene's id from its file's name; what an id may not hold becomes a dash.
@@ -17,10 +18,12 @@ pub fn id_of(out: &Path) -> String {
 }
 
 /// Where a fitted layer's numbers come from.
-pub fn source(args: &CalibrateArgs, rms_n: f64, peak_n: f64) -> String {
+pub fn source(args: &CalibrateArgs, rms_n: f64, curve: &MeasuredCurve) -> String {
+    let (peak_n, is_timed) = (curve.peak_n(), matches!(curve, MeasuredCurve::Timed(_)));
     let percent = 100.0 * rms_n / peak_n;
+    let options = if is_timed { ", and the options of law 3" } else { "" };
     let mut source = format!(
-        "Thickness, stiffness, thresholds, friction and cutting: fitted by stylet calibrate to {}, rms residual \
+        "Thickness, stiffness, thresholds, friction and cutting{options}: fitted by stylet calibrate to {}, rms residual \
          {rms_n:.3} N, {percent:.1} % of the peak.",
         name_of(&args.data)
     );

@@ -1,0 +1,255 @@
+//! A number's interval by profile likelihood, of whatever is fitted by least squares: the number is held, everything else fitted again.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::descent::{LeastSquares, Lowest, square};
+use super::model::Quantity;
+use super::uncertainty::Interval;
+
+/// A residual never speaks for more than this part of the peak (choice): a noise-free curve would make everything exact.
+pub(super) const FINEST_PART: f64 = 1e-4;
+/// Two-sided 95 % quantile of the normal distribution, and what Student's adds to it for n degrees of freedom, times n.
+const NORMAL_95: f64 = 1.96;
+const STUDENT: f64 = 2.4;
+/// Iterations of a descent with a number held.
+const HELD_DESCENT: u32 = 16;
+/// How often an edge is tried before the farther side counts.
+const EDGE_TRIES: u32 = 7;
+/// How close to the quantile an edge is, as a part of it.
+const EDGE_PART: f64 = 0.06;
+/// A fall of the sum of squares by this many variances with a number held is a better minimum.
+const BETTER: f64 = 0.5;
+/// How stiffly a number is held: this many deviations of the residual for one of its own.
+const HOLD: f64 = 100.0;
+/// A variable that the curve does not see spreads this many of its sizes, as far as the first step of a search knows.
+const UNSEEN_SIZES: f64 = 10.0;
+
+/// A fit whose numbers can be held.
+pub(super) trait Profiled {
+    /// Law less data at every sample, in N, and what is unsound.
+    fn residuals(&self, variables: &[f64]) -> Vec<f64>;
+    /// Lowest and highest value of every variable.
+    fn bounds(&self) -> (Vec<f64>, Vec<f64>);
+    /// Steps of the finite differences.
+    fn steps(&self) -> Vec<f64>;
+    /// The number that variables stand for: thresholds are no variables.
+    fn number(&self, variables: &[f64], which: usize) -> f64;
+    /// What the number is.
+    fn quantity(&self, which: usize) -> Quantity;
+    /// Whether the variable is a place, which is known to within its bounds before anything is fitted.
+    fn is_place(&self, which: usize) -> bool;
+}
+
+/// What a fit's curve says of how well it can be known.
+pub(super) struct FitStatistics<'j> {
+    /// ∂(law)/∂(variables) at the fit.
+    pub jacobian: &'j DMatrix<f64>,
+    /// How many samples it runs on.
+    pub samples: usize,
+    /// The curve's largest force, in N.
+    pub peak_n: f64,
+}
+
+/// A fit around which numbers are held.
+pub(super) struct Likelihood<P> {
+    pub problem: P,
+    pub at: Vec<f64>,
+    pub cost: f64,
+    /// Of the residual, in N².
+    pub variance: f64,
+    /// Of the variables, as far as they are linear.
+    pub covariance: DMatrix<f64>,
+    pub quantile: f64,
+}
+
+/// A distance that was tried, and how far the cost has risen there, as a deviation.
+#[derive(Clone, Copy)]
+struct Tried {
+    way: f64,
+    risen: f64,
+}
+
+/// What holding a number elsewhere led to.
+enum Held {
+    /// By how many deviations the sum of squares rose.
+    Risen(f64, Vec<f64>),
+    /// It fell: these variables are better than the fit.
+    Better(Vec<f64>),
+}
+
+impl<P: Profiled> Likelihood<P> {
+    pub fn new(problem: P, at: Vec<f64>, statistics: &FitStatistics<'_>) -> Self {
+        let FitStatistics { jacobian, samples, peak_n } = *statistics;
+        let cost = square(&problem.residuals(&at));
+        let seen = jacobian.column_iter().filter(|column| column.amax() > 0.0).count();
+        let freedom = samples.saturating_sub(seen).max(1) as f64;
+        let finest_n = FINEST_PART * peak_n;
+        let variance = (cost / freedom).max(finest_n * finest_n);
+        let covariance = DMatrix::identity(at.len(), at.len());
+        let blank = Self { problem, at, cost, variance, covariance, quantile: NORMAL_95 + STUDENT / freedom };
+        Self { covariance: blank.spread(jacobian), ..blank }
+    }
+
+    /// The interval of a number, none where the curve does not hold it to within its size. A threshold's is over its whole gap.
+    ///
+    /// # Errors
+    /// Variables that are better than the fit, if the search comes upon them.
+    pub fn interval(&self, which: usize) -> Result<Option<Interval>, Vec<f64>> {
+        let high = self.edge(which, 1.0)?;
+        let low = if high.is_some() { self.edge(which, -1.0)? } else { None };
+        Ok(low.zip(high).map(|(low, high)| self.over_gap(which, Interval { low, high })))
+    }
+
+    /// The size that a number is judged by.
+    pub fn size(&self, which: usize, value: f64) -> f64 {
+        value.abs().max(self.problem.quantity(which).least_size())
+    }
+
+    /// Whether an interval is no wider than the number.
+    pub fn is_determined(&self, which: usize, interval: Interval) -> bool {
+        interval.high - interval.low <= 2.0 * self.size(which, self.number(&self.at, which))
+    }
+
+    /// A threshold's interval over the whole gap that its boundary gives way in. What little tells where in it, the way in which friction
+    /// and cutting set in behind, has more than one reading.
+    fn over_gap(&self, which: usize, interval: Interval) -> Interval {
+        if !self.problem.is_place(which) {
+            return interval;
+        }
+        let (lower, upper) = self.problem.bounds();
+        let at_end = |end_m: f64| {
+            let mut point = self.at.clone();
+            point[which] = end_m;
+            self.number(&point, which)
+        };
+        Interval { low: interval.low.min(at_end(lower[which])), high: interval.high.max(at_end(upper[which])) }
+    }
+
+    /// How far up or down a number may go.
+    fn edge(&self, which: usize, sign: f64) -> Result<Option<f64>, Vec<f64>> {
+        let here = self.number(&self.at, which);
+        let (lower, upper) = self.problem.quantity(which).bounds();
+        let room = if sign > 0.0 { upper - here } else { here - lower };
+        let reach = room.min(self.size(which, here));
+        let slope = self.slope(which);
+        let deviation = self.deviation(&slope);
+        let (mut near, mut far) = (Tried { way: 0.0, risen: 0.0 }, None);
+        let mut way = (self.quantile * deviation).max(1e-9 * self.size(which, here));
+        let mut from = self.at.clone();
+        for _ in 0..EDGE_TRIES {
+            way = way.min(reach);
+            let risen = match self.hold(which, here + sign * way, &slope, &from) {
+                Held::Risen(risen, point) => {
+                    from = point;
+                    risen
+                }
+                Held::Better(variables) => return Err(variables),
+            };
+            if risen < self.quantile {
+                if way >= reach {
+                    return Ok((reach >= room).then_some(here + sign * room));
+                }
+                near = Tried { way, risen };
+            } else {
+                far = Some(Tried { way, risen });
+            }
+            if (risen - self.quantile).abs() <= EDGE_PART * self.quantile {
+                break;
+            }
+            way = self.next_way(near, far);
+        }
+        // Not found in so many tries: the farther side counts.
+        let settled = far.map_or(near.way, |far| {
+            if far.risen <= self.quantile * (1.0 + EDGE_PART) { self.next_way(near, Some(far)) } else { far.way }
+        });
+        Ok(Some(here + sign * settled))
+    }
+
+    /// Standard deviation of a number with this slope.
+    fn deviation(&self, slope: &DVector<f64>) -> f64 {
+        (&self.covariance * slope).dot(slope).max(0.0).sqrt()
+    }
+
+    /// Between a point that is not refused and one that is; farther out while there is none.
+    fn next_way(&self, near: Tried, far: Option<Tried>) -> f64 {
+        match far {
+            None => near.way * (1.05 * self.quantile / near.risen.max(1e-9)).clamp(1.3, 4.0),
+            Some(far) => {
+                let part = (self.quantile - near.risen) / (far.risen - near.risen).max(1e-9);
+                near.way + (far.way - near.way) * part.clamp(0.1, 0.9)
+            }
+        }
+    }
+
+    /// Fits everything again with a number held at a target, starting where the covariance says from a point of before.
+    fn hold(&self, which: usize, target: f64, slope: &DVector<f64>, from: &[f64]) -> Held {
+        let deviation = self.deviation(slope);
+        let along = &self.covariance * slope / deviation.powi(2).max(f64::MIN_POSITIVE);
+        let by = target - self.number(from, which);
+        let start: Vec<f64> = from.iter().zip(along.iter()).map(|(value, along)| value + by * along).collect();
+        let weight = HOLD * self.variance.sqrt() / deviation.max(1e-12);
+        let residuals = |variables: &[f64]| {
+            let mut residuals = self.problem.residuals(variables);
+            residuals.push(weight * (self.number(variables, which) - target));
+            residuals
+        };
+        let ((lower, upper), step) = (self.problem.bounds(), self.problem.steps());
+        let problem = LeastSquares { residuals: &residuals, lower: &lower, upper: &upper, step: &step, enough: 0.0 };
+        let held = |start: &[f64]| {
+            // With what holds the number: where the rest cannot follow it is not held, and that must cost.
+            let Lowest { at, cost, .. } = problem.descend(start, HELD_DESCENT);
+            ((cost - self.cost) / self.variance, at)
+        };
+        let (mut rise, mut at) = held(&start);
+        if rise > self.quantile.powi(2) {
+            // A bend behind a rupture may hold it back: from the middle of the gaps it may get by.
+            let (again, there) = held(&self.in_the_middle(&start));
+            (rise, at) = if again < rise { (again, there) } else { (rise, at) };
+        }
+        if rise < -BETTER { Held::Better(at) } else { Held::Risen(rise.max(0.0).sqrt(), at) }
+    }
+
+    /// The same variables with every rupture in the middle of its gap.
+    fn in_the_middle(&self, variables: &[f64]) -> Vec<f64> {
+        let (lower, upper) = self.problem.bounds();
+        let middle = |(which, &value): (usize, &f64)| match self.problem.is_place(which) {
+            true => 0.5 * (lower[which] + upper[which]),
+            false => value,
+        };
+        variables.iter().enumerate().map(middle).collect()
+    }
+
+    pub fn number(&self, variables: &[f64], which: usize) -> f64 {
+        self.problem.number(variables, which)
+    }
+
+    /// ∂(number)/∂(variables).
+    fn slope(&self, which: usize) -> DVector<f64> {
+        let here = self.number(&self.at, which);
+        let of = |(variable, step): (usize, &f64)| {
+            let mut point = self.at.clone();
+            point[variable] += step;
+            (self.number(&point, which) - here) / (point[variable] - self.at[variable])
+        };
+        DVector::from_iterator(self.at.len(), self.problem.steps().iter().enumerate().map(of))
+    }
+
+    /// s² (JᵀJ)⁻¹ of the variables with an effect; each is also known to within some of its sizes, a place to within its gap.
+    fn spread(&self, jacobian: &DMatrix<f64>) -> DMatrix<f64> {
+        let ((lower, upper), at, variance) = (self.problem.bounds(), &self.at, self.variance);
+        let known = |which: usize| match self.problem.is_place(which) {
+            true => ((upper[which] - lower[which]) / 12.0_f64.sqrt()).max(1e-12),
+            false => UNSEEN_SIZES * self.size(which, at[which]),
+        };
+        let sizes = DVector::from_iterator(at.len(), (0..at.len()).map(known));
+        let mut scaled = jacobian.clone();
+        for (mut column, size) in scaled.column_iter_mut().zip(sizes.iter()) {
+            column *= *size;
+        }
+        let normal = scaled.tr_mul(&scaled) + DMatrix::identity(at.len(), at.len()) * variance;
+        let inverse =
+            normal.cholesky().map_or_else(|| DMatrix::identity(at.len(), at.len()), |factor| factor.inverse());
+        let diagonal = DMatrix::from_diagonal(&sizes);
+        &diagonal * inverse * &diagonal * variance
+    }
+}

@@ -1,0 +1,95 @@
+//! A curve with times: insertion, holds, withdrawal, and a second insertion into the same track if there is one.
+
+use crate::calibrate::CalibrateError;
+use crate::calibrate::curve::{Curve, noise_n};
+
+/// Most samples that a fit runs on; a longer curve is thinned to this, which bounds the time.
+const MOST_SAMPLES: usize = 500;
+/// A needle that goes less far than this, in m, for at least this long, in s, is held (choice).
+const HELD_M: f64 = 0.1e-3;
+const HELD_S: f64 = 0.5;
+
+/// A moment of a measured needle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TimedSample {
+    /// Time, in s.
+    pub t_s: f64,
+    /// Displacement of the tip from the skin, in m.
+    pub depth_m: f64,
+    /// Axial force, in N; positive pushes the needle out.
+    pub force_n: f64,
+}
+
+/// Depth and force over time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TimedCurve {
+    pub(super) samples: Vec<TimedSample>,
+    /// The same without times, which shows the drops.
+    pub(super) insertion: Curve,
+    left_out: usize,
+}
+
+impl TimedCurve {
+    /// A curve in the order measured. Nothing of it is left out but by thinning: a hold shows what relaxes.
+    ///
+    /// # Errors
+    /// A number that is not finite, a time that does not increase, and whatever [`Curve::new`] refuses.
+    pub fn new(samples: &[TimedSample]) -> Result<Self, CalibrateError> {
+        if let Some(row) = samples.iter().position(|sample| !sample.t_s.is_finite()) {
+            return Err(CalibrateError::NotFinite { row });
+        }
+        if let Some(before) = samples.windows(2).position(|pair| pair[1].t_s <= pair[0].t_s) {
+            return Err(CalibrateError::TimeStandsStill { row: before + 1, t_s: samples[before + 1].t_s });
+        }
+        let pairs: Vec<(f64, f64)> = samples.iter().map(|sample| (sample.depth_m, sample.force_n)).collect();
+        let insertion = Curve::new(&pairs)?;
+        let kept: Vec<TimedSample> = samples.iter().step_by(samples.len().div_ceil(MOST_SAMPLES)).copied().collect();
+        Ok(Self { left_out: samples.len() - kept.len(), samples: kept, insertion })
+    }
+
+    /// How many samples the fit runs on.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.samples.len()
+    }
+
+    /// Never: a curve has samples.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.samples.is_empty()
+    }
+
+    /// How many samples were left out by thinning.
+    #[must_use]
+    pub fn left_out(&self) -> usize {
+        self.left_out
+    }
+
+    /// The largest force, in N.
+    #[must_use]
+    pub fn peak_n(&self) -> f64 {
+        self.insertion.peak_n()
+    }
+
+    /// Standard deviation of the force's noise, in N, from its second differences.
+    #[must_use]
+    pub fn noise_n(&self) -> f64 {
+        let forces: Vec<f64> = self.samples.iter().map(|sample| sample.force_n).collect();
+        noise_n(&forces)
+    }
+
+    /// Whether the needle rests somewhere, which is what shows relaxation.
+    #[must_use]
+    pub fn holds(&self) -> bool {
+        self.samples.iter().enumerate().any(|(from, first)| {
+            let rest = self.samples[from..].iter().take_while(|later| (later.depth_m - first.depth_m).abs() < HELD_M);
+            rest.last().is_some_and(|last| last.t_s - first.t_s >= HELD_S)
+        })
+    }
+
+    /// Whether any part of it withdraws, which is what shows friction.
+    #[must_use]
+    pub fn withdraws(&self) -> bool {
+        self.insertion.withdraws()
+    }
+}

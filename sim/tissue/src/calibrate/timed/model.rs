@@ -1,0 +1,292 @@
+//! What is fitted to a curve with times, and what the force law makes of it: the law itself, step by step.
+//!
+//! As without times a threshold is no variable; where its boundary gives way is. The law is run with the boundary shut until the needle
+//! is there: the threshold is then what the tent and its branches hold.
+
+use law::axial::{AxialInput, AxialOutput, AxialParams, AxialScratch, AxialSpec, AxialState, ForceLaw, step};
+use law::closed_form::predict_held_ruptures;
+use nalgebra::DMatrix;
+
+use super::curve::{TimedCurve, TimedSample};
+use crate::calibrate::descent::{LeastSquares, Lowest};
+use crate::calibrate::drops::Front;
+use crate::calibrate::model::{EDGE, Quantity, UNSOUND_WEIGHT, excess_n};
+use crate::calibrate::profile::Profiled;
+
+/// A threshold that nothing reaches, in N.
+const SHUT_N: f64 = 1e9;
+/// How far behind a place its boundary has given way, in m: the law opens it in a step of its own.
+const BEHIND_M: f64 = 1e-9;
+/// A shut boundary is written with a threshold by so much above what the curve loads it with, if the start's is lower.
+const ABOVE: f64 = 1.05;
+/// How much of the branches' force is there at the speeds that soundness is asked for at while fitting.
+const HELD_PARTS: [f64; 3] = [0.0, 0.5, 1.0];
+/// Longest step of the needle when a specification is run as it stands, in m.
+const STRIDE_M: f64 = 2e-5;
+
+/// A variable: a quantity of a layer, or of the needle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct TimedSlot {
+    /// From 0; the number of layers for the needle.
+    pub layer: usize,
+    pub quantity: Quantity,
+}
+
+/// A curve, a start and in which gap of the front each boundary gives way; none for one that stays shut.
+#[derive(Clone)]
+pub(super) struct TimedModel<'c> {
+    pub curve: &'c TimedCurve,
+    pub front: &'c Front,
+    pub start: &'c AxialSpec,
+    pub slots: &'c [TimedSlot],
+    pub places: Vec<Option<usize>>,
+}
+
+/// What the law made of a curve.
+pub(super) struct CurveForces {
+    /// Force at every sample, in N.
+    pub forces_n: Vec<f64>,
+    /// What each boundary held when it gave way; of one that stayed shut, the most it held. In N.
+    pub held_n: Vec<f64>,
+    /// The whole force just before, in N.
+    pub before_n: Vec<f64>,
+}
+
+/// Everything that a start lets be fitted: options only where the start names them.
+pub(super) fn find_slots(start: &AxialSpec, places: &[Option<usize>]) -> Vec<TimedSlot> {
+    let mut slots = Vec::new();
+    for (at, layer) in start.layers.iter().enumerate() {
+        let mut quantities = vec![Quantity::Thickness, Quantity::Stiffness, Quantity::Friction];
+        // Right behind friction, on which it stands.
+        quantities.extend(layer.options.static_friction_n_per_m.map(|_| Quantity::StaticFriction));
+        quantities.push(Quantity::Cutting);
+        quantities.extend(places[at].map(|_| Quantity::TipThreshold));
+        quantities.extend((layer.options.stiffening_n_per_m2 > 0.0).then_some(Quantity::Stiffening));
+        for branch in 0..layer.options.branches.len() {
+            quantities.extend([Quantity::BranchShare(branch), Quantity::BranchTime(branch)]);
+        }
+        slots.extend(quantities.into_iter().map(|quantity| TimedSlot { layer: at, quantity }));
+    }
+    slots.push(TimedSlot { layer: start.layers.len(), quantity: Quantity::Presliding });
+    slots
+}
+
+impl TimedModel<'_> {
+    /// The variables that a specification stands for. Places are in the middle of their gaps.
+    pub fn variables(&self, spec: &AxialSpec) -> Vec<f64> {
+        let of = |slot: &TimedSlot| match (slot.quantity, spec.layers.get(slot.layer)) {
+            (_, None) => spec.presliding_stiffness_n_per_m,
+            (Quantity::TipThreshold, _) => self.front.middle_m(self.places[slot.layer].unwrap_or(0)),
+            (Quantity::StaticFriction, Some(layer)) => layer.static_friction_n_per_m() - layer.friction_n_per_m,
+            (quantity, Some(layer)) => quantity.get(layer),
+        };
+        self.slots.iter().map(of).collect()
+    }
+
+    /// The specification that variables stand for, every boundary shut, and where those with a place give way, in m.
+    fn shut(&self, variables: &[f64]) -> (AxialSpec, Vec<Option<f64>>) {
+        let mut spec = AxialSpec { speed_window_s: 0.0, rate: None, ..self.start.clone() };
+        let mut opens_m = vec![None; spec.layers.len()];
+        for (slot, &value) in self.slots.iter().zip(variables) {
+            let Some(layer) = spec.layers.get_mut(slot.layer) else {
+                spec.presliding_stiffness_n_per_m = value;
+                continue;
+            };
+            match slot.quantity {
+                Quantity::TipThreshold => opens_m[slot.layer] = Some(value),
+                Quantity::StaticFriction => slot.quantity.set(layer, layer.friction_n_per_m + value),
+                quantity => quantity.set(layer, value),
+            }
+        }
+        spec.layers.iter_mut().for_each(|layer| layer.tip_rupture_n = SHUT_N);
+        (spec, opens_m)
+    }
+
+    /// Runs the law along the curve.
+    pub fn walk(&self, variables: &[f64]) -> CurveForces {
+        let (spec, opens_m) = self.shut(variables);
+        let layers = spec.layers.len();
+        let mut walk = LawWalk::new(spec);
+        let mut walked = CurveForces {
+            forces_n: Vec::with_capacity(self.curve.len()),
+            held_n: vec![0.0; layers],
+            before_n: vec![0.0; layers],
+        };
+        for &sample in &self.curve.samples {
+            while let Some(open_m) = opens_m.get(walk.open()).copied().flatten().filter(|m| *m < sample.depth_m) {
+                let (boundary, before) = (walk.open(), walk.go_part(sample, open_m));
+                walked.held_n[boundary] = before.tip_n;
+                walked.before_n[boundary] = before.total_n();
+                walk.give_way(boundary, before.tip_n);
+                walk.go_part(sample, (open_m + BEHIND_M).min(sample.depth_m));
+                if walk.open() == boundary {
+                    // It is not yet dented: it gives way as soon as it is met.
+                    break;
+                }
+            }
+            let output = walk.go(sample);
+            if let Some(held_n) = walked.held_n.get_mut(walk.open()) {
+                *held_n = held_n.max(output.tip_n);
+            }
+            walked.forces_n.push(output.total_n());
+        }
+        walked
+    }
+
+    /// The specification that variables stand for, with its thresholds and with what is the start's.
+    pub fn spec(&self, variables: &[f64]) -> AxialSpec {
+        let walked = self.walk(variables);
+        let (mut spec, opens_m) = self.shut(variables);
+        for (at, layer) in spec.layers.iter_mut().enumerate() {
+            layer.tip_rupture_n = match opens_m[at] {
+                Some(_) => walked.held_n[at],
+                None => self.start.layers[at].tip_rupture_n.max(ABOVE * walked.held_n[at]),
+            };
+        }
+        AxialSpec { speed_window_s: self.start.speed_window_s, rate: self.start.rate, ..spec }
+    }
+
+    /// Law less data at every sample, in N.
+    pub fn misfit(&self, variables: &[f64]) -> Vec<f64> {
+        let forces_n = self.walk(variables).forces_n;
+        forces_n.iter().zip(&self.curve.samples).map(|(law_n, sample)| law_n - sample.force_n).collect()
+    }
+
+    /// By how much ruptures within the curve leave too much force or energy, weighted.
+    fn unsound(&self, variables: &[f64]) -> Vec<f64> {
+        let weight = UNSOUND_WEIGHT * (self.curve.len() as f64).sqrt();
+        let spec = self.spec(variables);
+        let parts = if spec.relaxes() { &HELD_PARTS[..] } else { &HELD_PARTS[..1] };
+        let of = |&held: &f64| {
+            let mut excess = vec![0.0; spec.layers.len()];
+            let within = predict_held_ruptures(&spec, held).into_iter().filter(|r| self.places[r.boundary].is_some());
+            within.for_each(|rupture| excess[rupture.boundary] = weight * excess_n(&rupture));
+            excess
+        };
+        parts.iter().flat_map(of).collect()
+    }
+
+    /// Goes down from variables with the places held.
+    pub fn descend(&self, from: &[f64], most: u32) -> Lowest {
+        let residuals = |variables: &[f64]| self.residuals(variables);
+        let ((lower, upper), step) = (self.bounds(), self.steps());
+        let enough = (1e-6 * self.curve.peak_n()).powi(2) * self.curve.len() as f64;
+        let problem = LeastSquares { residuals: &residuals, lower: &lower, upper: &upper, step: &step, enough };
+        problem.descend(from, most)
+    }
+
+    /// ∂(law)/∂(variables), in N per unit of each.
+    pub fn sensitivity(&self, at: &[f64]) -> DMatrix<f64> {
+        let residuals = |variables: &[f64]| self.misfit(variables);
+        let ((lower, upper), step) = (self.bounds(), self.steps());
+        let problem = LeastSquares { residuals: &residuals, lower: &lower, upper: &upper, step: &step, enough: 0.0 };
+        problem.jacobian(at, &residuals(at))
+    }
+}
+
+impl Profiled for TimedModel<'_> {
+    fn residuals(&self, variables: &[f64]) -> Vec<f64> {
+        let mut residuals = self.misfit(variables);
+        residuals.extend(self.unsound(variables));
+        residuals
+    }
+
+    fn bounds(&self) -> (Vec<f64>, Vec<f64>) {
+        let of = |slot: &TimedSlot| match (slot.quantity, self.places.get(slot.layer).copied().flatten()) {
+            (Quantity::TipThreshold, Some(gap)) => {
+                let edge_m = EDGE * self.front.width_m(gap);
+                (self.front.depth_m[gap] + edge_m, self.front.depth_m[gap + 1] - edge_m)
+            }
+            (quantity, _) => quantity.bounds(),
+        };
+        self.slots.iter().map(of).unzip()
+    }
+
+    fn steps(&self) -> Vec<f64> {
+        self.slots.iter().map(|slot| slot.quantity.step()).collect()
+    }
+
+    fn number(&self, variables: &[f64], which: usize) -> f64 {
+        match self.slots[which].quantity {
+            Quantity::TipThreshold => self.walk(variables).held_n[self.slots[which].layer],
+            Quantity::StaticFriction => variables[which - 1] + variables[which],
+            _ => variables[which],
+        }
+    }
+
+    fn quantity(&self, which: usize) -> Quantity {
+        self.slots[which].quantity
+    }
+
+    fn is_place(&self, which: usize) -> bool {
+        self.slots[which].quantity == Quantity::TipThreshold
+    }
+}
+
+/// The law on its way along a curve.
+struct LawWalk {
+    params: AxialParams,
+    state: AxialState,
+    scratch: AxialScratch,
+    last: Option<TimedSample>,
+}
+
+impl LawWalk {
+    fn new(spec: AxialSpec) -> Self {
+        let params = AxialParams::new(spec).expect("the start was checked, and bounds keep to what the law takes");
+        let (state, scratch) = (AxialState::new(&params), AxialScratch::new(&params));
+        Self { params, state, scratch, last: None }
+    }
+
+    fn open(&self) -> usize {
+        self.state.tip_open
+    }
+
+    fn go(&mut self, to: TimedSample) -> AxialOutput {
+        self.last = Some(to);
+        let input = AxialInput { t_s: to.t_s, x_m: to.depth_m, path_factor: 1.0 };
+        if !self.state.is_later(to.t_s) {
+            return self.state.last_output();
+        }
+        step(&self.params, &mut self.state, &mut self.scratch, &input)
+    }
+
+    /// Goes as far towards a sample as a depth, in m.
+    fn go_part(&mut self, to: TimedSample, depth_m: f64) -> AxialOutput {
+        let Some(last) = self.last.filter(|last| last.depth_m < depth_m && depth_m < to.depth_m) else {
+            return if self.last.is_some() { self.state.last_output() } else { self.go(to) };
+        };
+        let part = (depth_m - last.depth_m) / (to.depth_m - last.depth_m);
+        self.go(TimedSample { t_s: last.t_s + part * (to.t_s - last.t_s), depth_m, ..to })
+    }
+
+    /// Lowers a threshold to what the boundary holds.
+    fn give_way(&mut self, boundary: usize, held_n: f64) {
+        let mut spec = self.params.spec().clone();
+        spec.layers[boundary].tip_rupture_n = held_n.max(0.0);
+        self.params = AxialParams::new(spec).expect("a threshold that a tent holds is one");
+    }
+}
+
+/// Root mean square of law less data over a curve with times, in N: the law as it stands, in steps of at most 20 µm.
+///
+/// # Errors
+/// A specification that the law refuses.
+pub fn timed_residual_rms_n(spec: &AxialSpec, curve: &TimedCurve) -> Result<f64, law::axial::ParamError> {
+    AxialParams::new(spec.clone())?;
+    let mut walk = LawWalk::new(AxialSpec { law: ForceLaw::Version3, ..spec.clone() });
+    let mut squares = 0.0;
+    for &sample in &curve.samples {
+        if let Some(last) = walk.last {
+            let steps = ((sample.depth_m - last.depth_m).abs() / STRIDE_M).ceil().max(1.0) as u32;
+            for at in 1..steps {
+                let part = f64::from(at) / f64::from(steps);
+                let (t_s, depth_m) =
+                    (last.t_s + part * (sample.t_s - last.t_s), last.depth_m + part * (sample.depth_m - last.depth_m));
+                walk.go(TimedSample { t_s, depth_m, ..sample });
+            }
+        }
+        squares += (walk.go(sample).total_n() - sample.force_n).powi(2);
+    }
+    Ok((squares / curve.len() as f64).sqrt())
+}
