@@ -122,6 +122,8 @@ struct Piece {
     pose: Pose,
     squeeze: Place,
     rounding: f64,
+    /// Radius of a ball about the pose's middle that holds it.
+    reach: f64,
 }
 
 impl Piece {
@@ -129,6 +131,9 @@ impl Piece {
         self.form.distance(&self.pose.to_own(p).component_div(&self.squeeze)) * self.squeeze.min()
     }
 }
+
+/// A form that is farther off than this, in mm, and than the others, is left out.
+const FAR: f64 = 6.0;
 
 /// Forms joined one after the other, and what is cut away from them.
 #[derive(Clone, Debug, Default)]
@@ -145,29 +150,34 @@ impl Solid {
 
     /// Joins a form that is stretched along its own axes.
     pub(super) fn add_squeezed(&mut self, form: Form, pose: &Pose, rounding: f64, squeeze: Place) {
-        self.pieces.push(Piece { form, pose: pose.clone(), squeeze, rounding });
+        let reach = form.reach() * squeeze.max();
+        self.pieces.push(Piece { form, pose: pose.clone(), squeeze, rounding, reach });
     }
 
     /// Cuts a form away.
     pub(super) fn cut(&mut self, form: Form, pose: &Pose, rounding: f64) {
-        self.cuts.push(Piece { form, pose: pose.clone(), squeeze: Place::repeat(1.0), rounding });
+        let reach = form.reach();
+        self.cuts.push(Piece { form, pose: pose.clone(), squeeze: Place::repeat(1.0), rounding, reach });
     }
 
     /// Signed distance, in mm.
     pub(super) fn distance(&self, p: &Place) -> f64 {
         let joined = self.pieces.iter().fold(f64::INFINITY, |all, piece| {
-            let own = piece.distance(p);
-            if all.is_finite() { join(all, own, piece.rounding) } else { own }
+            let least = (p - piece.pose.middle).norm() - piece.reach;
+            if !all.is_finite() {
+                piece.distance(p)
+            } else if least > (all + piece.rounding).max(FAR) {
+                all
+            } else {
+                join(all, piece.distance(p), piece.rounding)
+            }
         });
         self.cuts.iter().fold(joined, |all, cut| join_inside(all, -cut.distance(p), cut.rounding))
     }
 
     /// A box that holds it.
     pub(super) fn bounds(&self) -> Bounds {
-        self.pieces.iter().fold(Bounds::NOTHING, |all, piece| {
-            let reach = piece.form.reach() * piece.squeeze.max() + piece.rounding;
-            all.grown_by_ball(&piece.pose.middle, reach)
-        })
+        self.pieces.iter().fold(Bounds::NOTHING, |all, piece| all.grown_by_ball(&piece.pose.middle, piece.reach + 1.0))
     }
 }
 

@@ -66,7 +66,7 @@ impl Body {
     pub fn measure(&self, level: Level) -> BodyMeasure {
         let bone = &self.column[level as usize + 1];
         let values = &bone.values;
-        let bone_at = |own: Place| bone.bone.distance(&bone.pose.to_outer(own)) < 0.0;
+        let bone_at = |own: Place| bone.distance(&bone.pose.to_outer(own)) < 0.0;
         // From outside inwards, so that what is between does not matter.
         let reach = |from: f64, height: [f64; 2]| {
             let hit = (0..1200)
@@ -103,7 +103,7 @@ impl Body {
                 .collect::<Vec<_>>()
         };
         // From each place in the lower process, how far the upper one is.
-        edge(below).iter().map(|p| bone.bone.distance(p)).fold(f64::INFINITY, f64::min)
+        edge(below).iter().map(|p| bone.distance(p)).fold(f64::INFINITY, f64::min)
     }
 }
 

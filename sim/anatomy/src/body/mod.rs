@@ -38,12 +38,15 @@ pub use surface::BodyMesh;
 /// Between two bones, in mm: cartilage at least.
 const BONE_GAP: f64 = 1.6;
 
+/// Farther outside of a shape than this, in mm, nothing needs to be cut from it.
+const CLEAR: f64 = 5.0;
+
 /// How fine the surfaces are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum BodyQuality {
-    /// A tenth of the triangles of the best, for software pictures and browsers.
+    /// About a sixth of the triangles of the best, for software pictures and browsers.
     Low,
-    /// A third of them.
+    /// About two fifths of them.
     Medium,
     /// At most 200 000 triangles in all.
     #[default]
@@ -176,17 +179,15 @@ impl Body {
             AnatomyPart::EleventhRib(side) => self.apart(self.ribs[0][side as usize].distance(p), &[0, 1], p),
             AnatomyPart::TwelfthRib(side) => self.apart(self.ribs[1][side as usize].distance(p), &[0, 1], p),
             AnatomyPart::Disc(level) => self.beside_bones(self.discs[level as usize].distance(p), level, p),
-            AnatomyPart::Supraspinous => (0..COLUMN)
-                .fold(self.supraspinous.distance(p), |all, at| all.max(0.2 - self.column[at].bone.distance(p))),
+            AnatomyPart::Supraspinous => {
+                (0..COLUMN).fold(self.supraspinous.distance(p), |all, at| all.max(0.2 - self.column[at].distance(p)))
+            }
             AnatomyPart::Interspinous(level) => {
                 let own = self.interspinous[level as usize].distance(p);
                 self.beside_bones(own.max(self.flavum_thickness(level) + 0.2 - self.canal.side(p)), level, p)
             }
             AnatomyPart::Flavum(level) => self.beside_bones(self.flavum_distance(level, p), level, p),
-            AnatomyPart::EpiduralSpace => {
-                let own = self.canal.distance(p).max(-self.sac.distance(p));
-                (0..COLUMN).fold(own, |all, at| all.max(0.2 - self.column[at].bone.distance(p)))
-            }
+            AnatomyPart::EpiduralSpace => self.off_column(self.canal.distance(p).max(-self.sac.distance(p)), p),
             AnatomyPart::DuralSac => self.sac.distance(p),
             AnatomyPart::ErectorSpinae(side) => self.muscle_distance(&self.erectors[side as usize], p),
             AnatomyPart::Quadratus(side) => {
@@ -202,7 +203,7 @@ impl Body {
 
     /// A bone of the column, kept off the one above.
     fn bone_distance(&self, at: usize, p: &Place) -> f64 {
-        let own = self.column[at].bone.distance(p);
+        let own = self.column[at].distance(p);
         match at {
             0 => own,
             _ => self.apart(own, &[at - 1], p),
@@ -211,13 +212,27 @@ impl Body {
 
     /// A bone, kept off others of the column.
     fn apart(&self, own: f64, others: &[usize], p: &Place) -> f64 {
-        others.iter().fold(own, |own, other| own.max(BONE_GAP - self.column[*other].bone.distance(p)))
+        if own > CLEAR {
+            return own;
+        }
+        others.iter().fold(own, |own, other| own.max(BONE_GAP - self.column[*other].distance(p)))
+    }
+
+    /// Soft tissue, where there is no bone of the column.
+    fn off_column(&self, own: f64, p: &Place) -> f64 {
+        if own > CLEAR {
+            return own;
+        }
+        self.column.iter().fold(own, |own, bone| own.max(0.2 - bone.distance(p)))
     }
 
     /// Soft tissue of an interspace, where there is no bone.
     fn beside_bones(&self, own: f64, level: Level, p: &Place) -> f64 {
+        if own > CLEAR {
+            return own;
+        }
         let above = level as usize + 1;
-        [above, above + 1].into_iter().fold(own, |own, at| own.max(0.2 - self.column[at].bone.distance(p)))
+        [above, above + 1].into_iter().fold(own, |own, at| own.max(0.2 - self.column[at].distance(p)))
     }
 
     fn flavum_thickness(&self, level: Level) -> f64 {
@@ -239,10 +254,10 @@ impl Body {
 
     fn muscle_distance(&self, muscle: &Loft, p: &Place) -> f64 {
         let own = muscle.distance(p);
-        if own > 3.0 {
+        if own > CLEAR {
             return own;
         }
-        let bones = (0..COLUMN).map(|at| self.column[at].bone.distance(p));
+        let bones = (0..COLUMN).map(|at| self.column[at].distance(p));
         let others = self.ilia.iter().chain(self.ribs.iter().flatten()).map(|bone| bone.distance(p));
         let midline = self.supraspinous.distance(p).min(p.x.abs() - 3.5);
         bones.chain(others).chain([midline]).fold(own, |own, other| own.max(0.4 - other))
@@ -251,9 +266,9 @@ impl Body {
     fn part_bounds(&self, part: AnatomyPart) -> Bounds {
         match part {
             AnatomyPart::Skin => loft_bounds(self.skin.trunk()),
-            AnatomyPart::LastThoracic => self.column[0].bone.bounds(),
-            AnatomyPart::Vertebra(level) => self.column[level as usize + 1].bone.bounds(),
-            AnatomyPart::Sacrum => self.column[SACRUM].bone.bounds(),
+            AnatomyPart::LastThoracic => self.column[0].bounds(),
+            AnatomyPart::Vertebra(level) => self.column[level as usize + 1].bounds(),
+            AnatomyPart::Sacrum => self.column[SACRUM].bounds(),
             AnatomyPart::Ilium(side) => self.ilia[side as usize].bounds(),
             AnatomyPart::EleventhRib(side) => self.ribs[0][side as usize].bounds(),
             AnatomyPart::TwelfthRib(side) => self.ribs[1][side as usize].bounds(),
@@ -289,16 +304,16 @@ fn loft_bounds(loft: &Loft) -> Bounds {
 /// Edge of a grid's cell at the best quality, in mm.
 fn cell_mm(part: AnatomyPart) -> f64 {
     match part {
-        AnatomyPart::Skin => 7.0,
-        AnatomyPart::ErectorSpinae(_) | AnatomyPart::Kidney(_) => 4.0,
+        AnatomyPart::Skin => 8.5,
+        AnatomyPart::ErectorSpinae(_) | AnatomyPart::Kidney(_) => 4.6,
         AnatomyPart::Quadratus(_) | AnatomyPart::Aorta | AnatomyPart::VenaCava => 3.0,
-        AnatomyPart::Ilium(_) => 3.2,
-        AnatomyPart::EleventhRib(_) | AnatomyPart::TwelfthRib(_) | AnatomyPart::Sacrum => 2.2,
-        AnatomyPart::Disc(_) | AnatomyPart::EpiduralSpace | AnatomyPart::DuralSac => 1.8,
-        AnatomyPart::Vertebra(_) | AnatomyPart::LastThoracic => 1.6,
+        AnatomyPart::Ilium(_) => 3.6,
+        AnatomyPart::EleventhRib(_) | AnatomyPart::TwelfthRib(_) | AnatomyPart::Sacrum => 2.6,
+        AnatomyPart::Disc(_) | AnatomyPart::EpiduralSpace | AnatomyPart::DuralSac => 2.4,
+        AnatomyPart::Vertebra(_) | AnatomyPart::LastThoracic => 2.1,
         AnatomyPart::Supraspinous => 1.5,
         AnatomyPart::Flavum(_) | AnatomyPart::Interspinous(_) => 1.1,
-        AnatomyPart::LumbarVessels => 1.0,
+        AnatomyPart::LumbarVessels => 1.1,
     }
 }
 

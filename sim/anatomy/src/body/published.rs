@@ -119,9 +119,9 @@ impl Dimension {
                 Row::recalled([15.4, 15.0, 14.4, 14.5, 12.9], [1.5, 1.5, 1.5, 1.5, 1.9], PANJABI).read(4, AUCKLAND)
             }
             Self::SpinousReach => Row::recalled([67.7, 70.0, 71.9, 69.0, 62.0], [4.5; 5], PANJABI),
-            Self::SpinousHeight => Row::recalled([20.0, 21.5, 21.0, 17.5, 13.5], [3.0; 5], SHAW),
+            Self::SpinousHeight => Row::recalled([17.5, 17.5, 16.5, 13.5, 12.5], [2.4; 5], SHAW),
             Self::TransverseSpan => Row::recalled([71.2, 76.1, 85.7, 79.4, 92.5], [6.5; 5], PANJABI),
-            Self::DiscHeight => Row::recalled([7.6, 9.0, 9.8, 10.8, 10.0], [1.5; 5], LI),
+            Self::DiscHeight => Row::recalled([7.6, 9.0, 9.8, 10.8, 9.4], [1.5; 5], LI),
             Self::DiscAngle => Row::recalled([6.0, 8.0, 10.0, 13.0, 14.0], [2.5; 5], LI),
             Self::FlavumThickness => Row::recalled([3.0, 3.19, 3.38, 3.70, 3.65], [0.9, 0.9, 0.94, 1.16, 1.16], SAFAK)
                 .read(2, SAFAK)

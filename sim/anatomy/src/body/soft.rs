@@ -76,11 +76,13 @@ impl SkinShape {
             let (back, front) = (tips.depth(y) + values.midline_fat + 16.0, spine - belly);
             Section { middle: Place::new(0.0, y, 0.5 * (back + front)), half_x, half_z: 0.5 * (back - front) }
         };
-        let (waist, belly) = (values.half_waist, values.belly);
+        // A thin patient's belly sinks in between the ribs and the pelvis, not over them.
+        let (waist, belly, pelvis) =
+            (values.half_waist, values.belly.max(112.0), values.belly.max(142.0 * values.size));
         let hips = (waist + 22.0).max(values.size * 128.0 + 34.0 + values.lateral_fat);
         let sections = vec![
-            section(low.y - 95.0, hips + 4.0, 0.95 * belly),
-            section(low.y - 20.0, hips, belly),
+            section(low.y - 95.0, hips + 4.0, pelvis),
+            section(low.y - 20.0, hips, pelvis),
             section(0.5 * (low.y + top.y) - 20.0, (waist).max(132.0 + values.lateral_fat), 1.04 * belly),
             section(top.y, waist.max(138.0 + values.lateral_fat), belly),
             section(top.y + 60.0, waist.max(140.0 + values.lateral_fat) + 2.0, belly),

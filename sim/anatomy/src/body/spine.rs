@@ -1,6 +1,6 @@
 //! The bones and where they stand: L3 upright, the others one after the other by discs and their angles.
 
-use super::form::{Form, Place, Pose, Solid};
+use super::form::{Bounds, Form, Place, Pose, Solid};
 use super::part::{BodySide, Level};
 use super::patient::BodyValues;
 use super::published::Dimension;
@@ -16,10 +16,25 @@ pub(super) const SACRUM: usize = 6;
 pub(super) struct ColumnBone {
     pub(super) pose: Pose,
     pub(super) values: VertebraValues,
-    pub(super) bone: Solid,
+    bone: Solid,
+    bounds: Bounds,
 }
 
+/// A bone is not asked for its distance by whoever is farther than this from its bounds, in mm.
+const ASIDE: f64 = 5.0;
+
 impl ColumnBone {
+    /// Signed distance from the bone alone, in mm.
+    pub(super) fn distance(&self, p: &Place) -> f64 {
+        let aside = self.bounds.distance(p);
+        if aside > ASIDE { aside } else { self.bone.distance(p) }
+    }
+
+    /// A box that holds the bone.
+    pub(super) fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+
     /// Tip of the spinous process, or of the crest of the sacrum.
     pub(super) fn tip(&self) -> Place {
         self.pose.to_outer(self.values.spinous_tip() + Place::new(0.0, 0.0, 3.0))
@@ -44,7 +59,7 @@ pub(super) fn build_column(values: &BodyValues) -> [ColumnBone; COLUMN] {
         let pose = Pose::leaning(middles[at], leans[at]);
         let bone =
             if at == SACRUM { build_sacrum(&vertebrae[at], &pose) } else { build_vertebra(&vertebrae[at], &pose) };
-        ColumnBone { pose, values: vertebrae[at], bone }
+        ColumnBone { pose, values: vertebrae[at], bounds: bone.bounds(), bone }
     })
 }
 
@@ -218,20 +233,21 @@ fn add_sacral_side(bone: &mut Solid, values: &VertebraValues, poses: &[Pose; 5],
 fn add_sacral_back(bone: &mut Solid, values: &VertebraValues, poses: &[Pose; 5]) {
     let back = values.canal_back();
     for (at, [height, width, depth, _]) in SACRAL.into_iter().enumerate().take(4) {
-        let roof = if at == 0 { back + 1.5 } else { depth + 13.0 - 2.0 * at as f64 };
-        let half = Place::new(0.85 * width, 0.40 * height, 3.2);
-        let lower = if at == 0 { -4.0 } else { 0.0 };
+        let roof = if at == 0 { back + 1.5 } else { depth + 9.0 - 2.0 * at as f64 };
+        let lower = if at == 0 { -5.0 } else { 0.0 };
+        let half = Place::new(0.85 * width, 0.5 * height + if at == 0 { -4.0 } else { 3.0 }, 4.5);
         let plate = Pose::leaning(poses[at].to_outer(Place::new(0.0, lower, roof)), lean_of(&poses[at]));
-        bone.add(Form::Slab { half, rounding: 3.0 }, &plate, 6.0);
-        let tip = Place::new(0.0, lower - 3.0, roof + if at == 0 { 9.0 } else { 7.0 });
-        bone.add(
-            Form::Cone { from: Place::new(0.0, lower, roof), to: tip, from_radius: 4.5, to_radius: 4.0 },
-            &poses[at],
-            4.0,
-        );
+        bone.add(Form::Slab { half, rounding: 4.0 }, &plate, 7.0);
+        let crest = Place::new(0.0, lower, roof);
+        let tip = crest + Place::new(0.0, -3.0, if at == 0 { 10.0 } else { 7.5 });
+        bone.add(Form::Cone { from: crest, to: tip, from_radius: 5.0, to_radius: 4.0 }, &poses[at], 5.0);
+    }
+    for side in [-1.0, 1.0] {
+        let (from, to) = (Place::new(side * 30.0, -6.0, 12.0), Place::new(side * 15.0, -9.0, back + 1.0));
+        bone.add(Form::Cone { from, to, from_radius: 9.0, to_radius: 6.0 }, &poses[0], 7.0);
     }
     let canal = Pose::leaning(poses[0].to_outer(Place::new(0.0, 0.0, values.canal_middle())), lean_of(&poses[0]));
-    let entry = Form::Egg { half: Place::new(0.5 * values.canal_width, 46.0, 0.5 * values.canal_depth) };
+    let entry = Form::Egg { half: Place::new(0.5 * values.canal_width, 52.0, 0.5 * values.canal_depth) };
     bone.cut(entry, &canal, 2.0);
 }
 
@@ -254,12 +270,12 @@ pub(super) fn build_ilium(sacrum: &ColumnBone, side: BodySide, size: f64) -> Sol
     let place = |[x, y, z]: [f64; 3]| Place::new(side.sign() * x * size, y * size, z * size);
     let mut bone = Solid::default();
     for [one, next] in ILIUM.windows(2).map(|pair| [pair[0], pair[1]]) {
-        let crest = Form::Cone { from: place(one[0]), to: place(next[0]), from_radius: 6.0, to_radius: 6.0 };
-        bone.add(crest, &frame, 5.0);
-        for share in [0.0, 0.5] {
+        let crest = Form::Cone { from: place(one[0]), to: place(next[0]), from_radius: 5.6, to_radius: 5.6 };
+        bone.add(crest, &frame, 7.0);
+        for share in [0.0, 0.33, 0.67] {
             let from = place(one[0]).lerp(&place(next[0]), share);
             let to = place(one[1]).lerp(&place(next[1]), share);
-            bone.add(Form::Cone { from, to, from_radius: 4.5, to_radius: 6.0 }, &frame, 9.0);
+            bone.add(Form::Cone { from, to, from_radius: 4.5, to_radius: 5.5 }, &frame, 11.0);
         }
     }
     bone

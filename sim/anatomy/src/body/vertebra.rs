@@ -88,7 +88,7 @@ fn add_pillar(bone: &mut Solid, values: &VertebraValues, pose: &Pose, side: f64)
     let back = 0.5 * values.depth;
     let superior = Place::new(side * values.superior_x, 0.5 * values.height + 5.0, back + 9.0);
     let neck = Place::new(side * 0.5 * (values.superior_x + values.inferior_x + 4.0), 0.0, back + 12.5);
-    let inferior = Place::new(side * values.inferior_x, -0.5 * values.height - 8.0, back + 18.0);
+    let inferior = Place::new(side * values.inferior_x, -0.5 * values.height - 6.0, back + 17.5);
     bone.add(Form::Cone { from: superior, to: neck, from_radius: 5.4, to_radius: 4.6 }, pose, 3.0);
     bone.add(Form::Cone { from: neck, to: inferior, from_radius: 4.6, to_radius: 5.2 }, pose, 3.0);
     // The mammillary process, on the back of the superior one.
@@ -104,8 +104,8 @@ fn add_lamina(bone: &mut Solid, values: &VertebraValues, pose: &Pose, side: f64)
     // The lower edge lies farther back than the upper one.
     let up = pose.up() - pose.dorsal() * 0.3;
     let plate = Pose::along(middle, along, up);
-    let half = Place::new(0.5 * along.norm() + 2.0, 0.36 * values.height, 3.1);
-    bone.add(Form::Slab { half, rounding: 3.0 }, &plate, 3.0);
+    let half = Place::new(0.5 * along.norm() + 2.0, 0.38 * values.height, 3.1);
+    bone.add(Form::Slab { half, rounding: 3.0 }, &plate, 4.5);
 }
 
 fn add_transverse(bone: &mut Solid, values: &VertebraValues, pose: &Pose, side: f64) {
