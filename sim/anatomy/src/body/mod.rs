@@ -259,6 +259,8 @@ impl Body {
         }
         let bones = (0..COLUMN).map(|at| self.column[at].distance(p));
         let others = self.ilia.iter().chain(self.ribs.iter().flatten()).map(|bone| bone.distance(p));
+        // Fat and skin lie over it everywhere.
+        let own = own.max(self.skin.distance(p) + 4.0);
         let midline = self.supraspinous.distance(p).min(p.x.abs() - 3.5);
         bones.chain(others).chain([midline]).fold(own, |own, other| own.max(0.4 - other))
     }
@@ -304,12 +306,12 @@ fn loft_bounds(loft: &Loft) -> Bounds {
 /// Edge of a grid's cell at the best quality, in mm.
 fn cell_mm(part: AnatomyPart) -> f64 {
     match part {
-        AnatomyPart::Skin => 8.5,
-        AnatomyPart::ErectorSpinae(_) | AnatomyPart::Kidney(_) => 4.6,
+        AnatomyPart::Skin => 9.0,
+        AnatomyPart::ErectorSpinae(_) | AnatomyPart::Kidney(_) => 5.0,
         AnatomyPart::Quadratus(_) | AnatomyPart::Aorta | AnatomyPart::VenaCava => 3.0,
         AnatomyPart::Ilium(_) => 3.6,
         AnatomyPart::EleventhRib(_) | AnatomyPart::TwelfthRib(_) | AnatomyPart::Sacrum => 2.6,
-        AnatomyPart::Disc(_) | AnatomyPart::EpiduralSpace | AnatomyPart::DuralSac => 2.4,
+        AnatomyPart::Disc(_) | AnatomyPart::EpiduralSpace | AnatomyPart::DuralSac => 2.7,
         AnatomyPart::Vertebra(_) | AnatomyPart::LastThoracic => 2.1,
         AnatomyPart::Supraspinous => 1.5,
         AnatomyPart::Flavum(_) | AnatomyPart::Interspinous(_) => 1.1,
