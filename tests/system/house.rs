@@ -13,7 +13,8 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("phrase", &[]),
     ("law", &["phrase"]),
     ("tissue", &["law", "phrase"]),
-    ("documents", &["law", "phrase", "tissue"]),
+    ("anatomy", &["law", "phrase"]),
+    ("documents", &["anatomy", "law", "phrase", "tissue"]),
     ("recording", &["law"]),
     ("columnar", &["recording"]),
     ("attempt", &["documents", "law", "recording", "tissue"]),
@@ -28,6 +29,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     (
         "stylet",
         &[
+            "anatomy",
             "assessment",
             "attempt",
             "bench",
@@ -82,6 +84,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
 const NEVER: &[(&str, &[&str])] = &[
     ("law", &["tokio", "axum", "sqlx", "wgpu", "winit", "mcap", "tracing", "time"]),
     ("tissue", &["tokio", "axum", "sqlx", "wgpu", "winit", "mcap", "tracing", "time"]),
+    ("anatomy", &["tokio", "axum", "sqlx", "wgpu", "winit", "mcap", "tracing", "time"]),
     ("bench", &["tokio", "axum", "sqlx", "winit", "egui"]),
     ("documents", &["tokio", "axum", "sqlx", "wgpu", "winit", "mcap"]),
     ("recording", &["axum", "sqlx", "wgpu", "winit"]),

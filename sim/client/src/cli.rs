@@ -6,8 +6,8 @@ use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
 use crate::commands::{
-    bench, calibrate, check, doctor, export, field, force, outbox, pair, play, recover, render, replay, schema, score,
-    simulate, upload, validate, verify,
+    anatomy, bench, calibrate, check, doctor, export, field, force, outbox, pair, play, recover, render, replay,
+    schema, score, simulate, upload, validate, verify,
 };
 use crate::exit::{Failure, Outcome};
 use crate::output;
@@ -49,6 +49,7 @@ pub enum Command {
     Pair(pair::PairArgs),
     Doctor(doctor::DoctorArgs),
     Bench(bench::BenchArgs),
+    Anatomy(anatomy::AnatomyArgs),
 }
 
 impl Command {
@@ -74,6 +75,7 @@ impl Command {
             Self::Pair(args) => pair::run(args),
             Self::Doctor(args) => doctor::run(args),
             Self::Bench(args) => bench::run(args),
+            Self::Anatomy(args) => anatomy::run(args),
         }
     }
 }

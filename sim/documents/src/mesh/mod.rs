@@ -3,11 +3,11 @@
 mod axes;
 mod file;
 mod skin;
-mod topology;
 
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
+use anatomy::{check_manifold, volume_m3};
 pub(crate) use axes::Axes;
 use law::structures::{Shape, Surface};
 use nalgebra::{Point3, Vector3};
@@ -63,7 +63,7 @@ struct Raw {
 /// What is wrong with it, in words.
 pub(crate) fn read_solid(file: MeshFile<'_>, coordinates: Coordinates) -> Result<Shape, Phrase> {
     let (vertices_m, triangles) = surface(file, coordinates, &SOLID_SIZE_M)?;
-    let open = topology::check_manifold(&triangles)?;
+    let open = check_manifold(&triangles)?;
     if open > 0 {
         return Err(phrase!("a mesh that is not closed ({open} open edges)", open = open));
     }
@@ -83,7 +83,7 @@ pub(crate) fn read_skin_mesh(
     position_m: &Vector3<f64>,
 ) -> Result<Surface, Phrase> {
     let (mut vertices_m, triangles) = surface(file, coordinates, &SKIN_SIZE_M)?;
-    topology::check_manifold(&triangles)?;
+    check_manifold(&triangles)?;
     for vertex in &mut vertices_m {
         *vertex += position_m;
     }
@@ -141,10 +141,4 @@ fn merge(corners: &[Point3<f64>]) -> (Vec<Point3<f64>>, Vec<u32>) {
         })
         .collect();
     (unique, index)
-}
-
-/// Volume by the divergence theorem, in m³; positive when triangles run counter-clockwise seen from outside.
-fn volume_m3(vertices: &[Point3<f64>], triangles: &[[u32; 3]]) -> f64 {
-    let corner = |v: u32| vertices[v as usize].coords;
-    triangles.iter().map(|&[a, b, c]| corner(a).dot(&corner(b).cross(&corner(c))) / 6.0).sum()
 }

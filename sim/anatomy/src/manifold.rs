@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use nalgebra::Point3;
 use phrase::{Phrase, phrase};
 
 /// A manifold of one orientation: at most two triangles at an edge, which walk it in opposite directions, and one fan of
@@ -9,7 +10,7 @@ use phrase::{Phrase, phrase};
 ///
 /// # Errors
 /// What is not so, and how often.
-pub(super) fn check_manifold(triangles: &[[u32; 3]]) -> Result<usize, Phrase> {
+pub fn check_manifold(triangles: &[[u32; 3]]) -> Result<usize, Phrase> {
     let without_area = triangles.iter().filter(|[a, b, c]| a == b || b == c || c == a).count();
     if without_area > 0 {
         return Err(phrase!(
@@ -71,4 +72,11 @@ fn chain(fan: &[(u32, u32, u32)]) -> usize {
         fan.get(next).filter(|link| *link != first).copied()
     };
     std::iter::successors(Some(*first), follow).count()
+}
+
+/// Volume by the divergence theorem, in m³; positive when triangles run counter-clockwise seen from outside.
+#[must_use]
+pub fn volume_m3(vertices: &[Point3<f64>], triangles: &[[u32; 3]]) -> f64 {
+    let corner = |v: u32| vertices[v as usize].coords;
+    triangles.iter().map(|&[a, b, c]| corner(a).dot(&corner(b).cross(&corner(c))) / 6.0).sum()
 }

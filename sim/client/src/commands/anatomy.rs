@@ -1,0 +1,190 @@
+//! `stylet anatomy`: bodies.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use ::anatomy::{
+    AnatomyPart, Body, BodyMesh, BodyOrder, BodyQuality, Dimension, Level, Posture, Standing, list_published,
+};
+use clap::{Subcommand, ValueEnum};
+use serde::Serialize;
+
+use crate::exit::{Failure, Outcome};
+use crate::new_file::{self, NewFile};
+use crate::output;
+use crate::progress::Progress;
+
+/// Make a body from numbers
+///
+/// A lower back with its bones, discs, ligaments, canal, muscles, kidneys, vessels and skin, of a patient of a weight and an age; patients
+/// differ by seed within the published spread.
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  stylet anatomy body --posture sitting --seed 3 --weight-kg 95 --out body")]
+pub struct AnatomyArgs {
+    #[command(subcommand)]
+    command: AnatomyCommand,
+}
+
+#[derive(Subcommand)]
+enum AnatomyCommand {
+    Body(BodyArgs),
+}
+
+/// Write each part of a body as a closed STL mesh, and its dimensions beside the published ones
+///
+/// Lengths in the meshes are mm; x is the patient's right, y the head, z out of the back, and the origin is on the skin between the spinous
+/// processes of L3 and L4. body.csv has each dimension of this body with the published mean, standard deviation and source, and whether
+/// the source was read or is only recalled; body.json has the call and the size of each mesh.
+#[derive(clap::Args)]
+struct BodyArgs {
+    /// How the patient is placed
+    #[arg(long)]
+    posture: PostureArg,
+    /// Which patient of those of this weight and age
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Body weight, 40 to 160 kg
+    #[arg(long, value_name = "KG", default_value_t = 70.0)]
+    weight_kg: f64,
+    /// Age, 18 to 95 years
+    #[arg(long, value_name = "YEARS", default_value_t = 40.0)]
+    age_years: f64,
+    /// How fine the surfaces are
+    #[arg(long, default_value = "best")]
+    quality: QualityArg,
+    /// Folder for the files; created if need be, older ones in it are replaced
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+/// How a patient is placed.
+#[derive(Clone, Copy, ValueEnum)]
+enum PostureArg {
+    /// Face down
+    Prone,
+    /// Sitting, the back bent
+    Sitting,
+    /// On the side, knees to the chest
+    Side,
+}
+
+/// How fine surfaces are.
+#[derive(Clone, Copy, ValueEnum)]
+enum QualityArg {
+    /// About a sixth of the triangles
+    Low,
+    /// About two fifths of the triangles
+    Medium,
+    /// At most 200 000 triangles in all
+    Best,
+}
+
+/// What body.json says.
+#[derive(Serialize)]
+struct BodyReport {
+    posture: &'static str,
+    seed: u64,
+    weight_kg: f64,
+    age_years: f64,
+    triangles: usize,
+    parts: Vec<PartReport>,
+}
+
+/// A part in body.json.
+#[derive(Serialize)]
+struct PartReport {
+    name: String,
+    triangles: usize,
+    volume_ml: f64,
+}
+
+/// Runs the command.
+pub fn run(args: &AnatomyArgs) -> Outcome {
+    let AnatomyCommand::Body(args) = &args.command;
+    let body = Body::new(&args.order()).map_err(Failure::input)?;
+    new_file::create_folder(&args.out)?;
+    let parts = AnatomyPart::list();
+    let progress = Progress::new(parts.len() as u64, "meshing");
+    let mut reports = Vec::new();
+    for (done, part) in parts.into_iter().enumerate() {
+        progress.set(done as u64);
+        let mesh = body.mesh(part, args.quality());
+        write_file(&args.out.join(format!("{}.stl", part.name())), &stl(&mesh))?;
+        let volume_ml = ::anatomy::volume_m3(&mesh.vertices_m, &mesh.triangles) * 1e6;
+        reports.push(PartReport { name: part.name(), triangles: mesh.triangles.len(), volume_ml });
+    }
+    drop(progress);
+    write_file(&args.out.join("body.csv"), &dimensions(&body)?)?;
+    let triangles = reports.iter().map(|part| part.triangles).sum();
+    let BodyOrder { posture, seed, weight_kg, age_years } = args.order();
+    let report = BodyReport { posture: posture.name(), seed, weight_kg, age_years, triangles, parts: reports };
+    let json = serde_json::to_vec_pretty(&report).map_err(Failure::work)?;
+    write_file(&args.out.join("body.json"), &json)?;
+    let (parts, folder) = (report.parts.len(), args.out.display());
+    output::print_line(format_args!("{folder}: {parts} parts, {triangles} triangles"))
+}
+
+impl BodyArgs {
+    fn order(&self) -> BodyOrder {
+        let posture = match self.posture {
+            PostureArg::Prone => Posture::Prone,
+            PostureArg::Sitting => Posture::Sitting,
+            PostureArg::Side => Posture::Side,
+        };
+        BodyOrder { posture, seed: self.seed, weight_kg: self.weight_kg, age_years: self.age_years }
+    }
+
+    fn quality(&self) -> BodyQuality {
+        match self.quality {
+            QualityArg::Low => BodyQuality::Low,
+            QualityArg::Medium => BodyQuality::Medium,
+            QualityArg::Best => BodyQuality::Best,
+        }
+    }
+}
+
+fn write_file(path: &Path, bytes: &[u8]) -> Outcome {
+    let mut file = NewFile::create(path, true)?;
+    file.file().write_all(bytes).map_err(|error| Failure::work(format_args!("{}: {error}", path.display())))?;
+    file.keep()
+}
+
+/// A mesh as binary STL, in mm. Normals are left to the reader, as the format allows.
+fn stl(mesh: &BodyMesh) -> Vec<u8> {
+    let mut bytes = vec![0; 80];
+    bytes.extend((mesh.triangles.len() as u32).to_le_bytes());
+    for triangle in &mesh.triangles {
+        bytes.extend([0; 12]);
+        for corner in triangle {
+            let place = mesh.vertices_m[*corner as usize];
+            bytes.extend(place.iter().flat_map(|metres| ((metres * 1e3) as f32).to_le_bytes()));
+        }
+        bytes.extend([0; 2]);
+    }
+    bytes
+}
+
+/// Each dimension of a body beside what is published.
+fn dimensions(body: &Body) -> Result<Vec<u8>, Failure> {
+    let mut table = csv::Writer::from_writer(Vec::new());
+    table
+        .write_record(["dimension", "level", "body", "published_mean", "published_sd", "standing", "source"])
+        .map_err(Failure::work)?;
+    for published in Dimension::ALL.into_iter().flat_map(list_published) {
+        let value = body.values().get(published.dimension, published.level);
+        let standing = match published.standing {
+            Standing::Read => "read",
+            Standing::Recalled => "recalled",
+        };
+        let numbers = [value, published.mean, published.sd].map(|number| format!("{number:.2}"));
+        let row = [published.dimension.name(), published.level.name()].map(str::to_owned);
+        let last = [standing, published.source].map(str::to_owned);
+        table.write_record(row.into_iter().chain(numbers).chain(last)).map_err(Failure::work)?;
+    }
+    for level in Level::ALL {
+        let path = body.midline_path(level, 0.0).to_flavum_m.map_or("bone".to_owned(), |m| format!("{:.2}", m * 1e3));
+        let row = ["skin_to_flavum_mm", level.interspace(), &path, "", "", "measured", "straight midline path"];
+        table.write_record(row).map_err(Failure::work)?;
+    }
+    table.into_inner().map_err(Failure::work)
+}
