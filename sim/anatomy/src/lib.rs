@@ -4,5 +4,6 @@
 //! SI units and in the patient frame: the origin is on the skin where a needle enters, +z points out of the body.
 
 mod manifold;
+pub mod segmentation;
 
 pub use manifold::{check_manifold, volume_m3};
