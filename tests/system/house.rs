@@ -29,6 +29,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     (
         "stylet",
         &[
+            "anatomy",
             "assessment",
             "attempt",
             "bench",

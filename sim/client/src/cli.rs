@@ -6,8 +6,8 @@ use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
 use crate::commands::{
-    bench, calibrate, check, doctor, export, field, force, outbox, pair, play, recover, render, replay, schema, score,
-    simulate, upload, validate, verify,
+    anatomy, bench, calibrate, check, doctor, export, field, force, outbox, pair, play, recover, render, replay,
+    schema, score, simulate, upload, validate, verify,
 };
 use crate::exit::{Failure, Outcome};
 use crate::output;
@@ -43,6 +43,7 @@ pub enum Command {
     Force(force::ForceArgs),
     Field(field::FieldArgs),
     Calibrate(calibrate::CalibrateArgs),
+    Anatomy(anatomy::AnatomyArgs),
     Validate(validate::ValidateArgs),
     Upload(upload::UploadArgs),
     Outbox(outbox::OutboxArgs),
@@ -68,6 +69,7 @@ impl Command {
             Self::Force(args) => force::run(args),
             Self::Field(args) => field::run(args),
             Self::Calibrate(args) => calibrate::run(args),
+            Self::Anatomy(args) => anatomy::run(args),
             Self::Validate(args) => validate::run(args),
             Self::Upload(args) => upload::run(args),
             Self::Outbox(args) => outbox::run(args),

@@ -5,7 +5,9 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-use crate::describe::{CURRICULUM, DescribedField, DescribedTable, EXERCISE, FieldKind, INSTRUMENT, Presence, SCENE, SEGMENTATION};
+use crate::describe::{
+    CURRICULUM, DescribedField, DescribedTable, EXERCISE, FieldKind, INSTRUMENT, Presence, SCENE, SEGMENTATION,
+};
 
 /// What stands before and behind the tables that are made.
 const BEGIN: &str = "<!-- made from what the reader of documents knows -->\n";

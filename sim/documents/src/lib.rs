@@ -24,6 +24,7 @@ mod describe;
 mod handbook;
 mod json;
 mod mesh;
+mod placing;
 mod read_anatomy;
 mod read_curriculum;
 mod read_exercise;

@@ -127,7 +127,11 @@ fn check_kinds(doc: &mut Walked) {
         let [stiffness, rupture] = keys.map(|key| label[key].as_f64());
         let lacks = [(rupture, stiffness, keys[1]), (stiffness, rupture, keys[0])];
         for (_, _, key) in lacks.into_iter().filter(|(this, other, _)| this.is_none() && other.is_some()) {
-            doc.refuse(&field(key), phrase!("missing"), phrase!("a wall needs its stiffness and the force at which it gives way"));
+            doc.refuse(
+                &field(key),
+                phrase!("missing"),
+                phrase!("a wall needs its stiffness and the force at which it gives way"),
+            );
         }
         if let (Some(stiffness), false) = (stiffness, ["vessel", "nerve", "organ"].contains(&kind)) {
             let allowed = phrase!("allowed: nothing; vessel, nerve and organ may have a wall");

@@ -140,7 +140,8 @@ impl March<'_> {
                 self.contour.triangles.extend(round);
                 continue;
             };
-            let fan = (1..count - 1).map(|c| [corners[apex], corners[(apex + c) % count], corners[(apex + c + 1) % count]]);
+            let fan =
+                (1..count - 1).map(|c| [corners[apex], corners[(apex + c) % count], corners[(apex + c + 1) % count]]);
             self.contour.triangles.extend(fan);
         }
     }

@@ -43,7 +43,11 @@ impl EntryFrame {
     ///
     /// # Errors
     /// An entry far from the skin, or a direction that does not lead out.
-    pub fn new((vertices_m, triangles): &Surface, at_m: Point3<f64>, up: Option<Vector3<f64>>) -> Result<Self, SegmentationError> {
+    pub fn new(
+        (vertices_m, triangles): &Surface,
+        at_m: Point3<f64>,
+        up: Option<Vector3<f64>>,
+    ) -> Result<Self, SegmentationError> {
         let skin = Skin { vertices_m, triangles };
         let near_m = skin.nearest(&at_m);
         let away_m = (near_m - at_m).norm();
@@ -190,7 +194,13 @@ fn rays_about(frame: &EntryFrame, voxel_m: f64) -> Vec<Point3<f64>> {
 }
 
 /// Where a ray enters the body: coming from outside, near its place.
-fn find_skin(map: &LabelMap, to_index: &Matrix3<f64>, frame: &EntryFrame, at_m: &Point3<f64>, step_m: f64) -> Option<Point3<f64>> {
+fn find_skin(
+    map: &LabelMap,
+    to_index: &Matrix3<f64>,
+    frame: &EntryFrame,
+    at_m: &Point3<f64>,
+    step_m: f64,
+) -> Option<Point3<f64>> {
     let place = |step: usize| at_m + frame.normal * (NEAR_M - step as f64 * step_m);
     let steps = (2.0 * NEAR_M / step_m) as usize;
     // From the last voxel of air near the entry, so that a fold or a drape further out does not count.

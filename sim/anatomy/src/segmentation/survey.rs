@@ -17,8 +17,7 @@ pub struct LabelExtent {
     pub(super) high: [usize; 3],
 }
 
-const NOWHERE: LabelExtent =
-    LabelExtent { voxels: 0, faces: 0, is_cut: false, low: [usize::MAX; 3], high: [0; 3] };
+const NOWHERE: LabelExtent = LabelExtent { voxels: 0, faces: 0, is_cut: false, low: [usize::MAX; 3], high: [0; 3] };
 
 impl LabelMap {
     /// What it holds of each label.
@@ -51,7 +50,8 @@ impl LabelMap {
             extent.is_cut |= ends > 0;
         }
         for (axis, (voxel, stride)) in steps.into_iter().enumerate() {
-            let Some(before) = (at[axis] > 0).then(|| self.labels[voxel - stride]).filter(|other| *other != label) else {
+            let Some(before) = (at[axis] > 0).then(|| self.labels[voxel - stride]).filter(|other| *other != label)
+            else {
                 continue;
             };
             extents[usize::from(label)].faces += 1;

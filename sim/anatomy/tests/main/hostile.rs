@@ -62,7 +62,10 @@ fn what_is_no_map_of_labels_is_refused_in_words() {
         (refusal(|bytes| bytes[123] = 4), "xyzt_units = 4"),
         (refusal(|bytes| bytes[280..284].copy_from_slice(&nan)), "voxels = NaN mm"),
         (refusal(|bytes| bytes[296..328].fill(0)), "voxels = "),
-        (refusal(|bytes| bytes[108..112].copy_from_slice(&1e30_f32.to_le_bytes())), "vox_offset = 1000000015047466200000000000000"),
+        (
+            refusal(|bytes| bytes[108..112].copy_from_slice(&1e30_f32.to_le_bytes())),
+            "vox_offset = 1000000015047466200000000000000",
+        ),
         (refusal(|bytes| bytes[112..116].copy_from_slice(&0.3003_f32.to_le_bytes())), "voxel [1, 0, 0] holds 300.3"),
     ];
     for (found, wanted) in refused {
@@ -86,4 +89,14 @@ fn a_header_alone_can_ask_for_nothing_and_what_is_packed_ends_with_the_last_voxe
     let whole = read(&bomb).unwrap();
     bomb.resize(bomb.len() + 200_000_000, 0);
     assert_eq!(LabelMap::read(pack(&bomb).as_slice()).unwrap(), whole);
+}
+
+#[test]
+fn every_label_map_that_is_a_bomb_is_refused() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/fuzz/bombs/segmentation");
+    let files: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    assert!(files.len() >= 4, "{} bombs", files.len());
+    for file in files {
+        assert!(LabelMap::read(std::fs::File::open(&file).unwrap()).is_err(), "{}", file.display());
+    }
 }

@@ -4,7 +4,9 @@
 //! Would fail if a mesh were shifted by half a voxel, mirrored, shrunk by smoothing or left with a hole; or if thicknesses were taken along an
 //! axis of the image.
 
-use anatomy::segmentation::{BODY, EntryFrame, LabelMap, LabelMesh, MeshRequest, SegmentationError, measure_layers, mesh_label};
+use anatomy::segmentation::{
+    BODY, EntryFrame, LabelMap, LabelMesh, MeshRequest, SegmentationError, measure_layers, mesh_label,
+};
 use anatomy::{check_manifold, volume_m3};
 use nalgebra::{Matrix3, Point3, Vector3};
 
@@ -74,7 +76,9 @@ fn label_of(place: &Vector3<f64>) -> u16 {
     if place.z > SKIN_MM || place.xy().norm() > 30.0 || place.z < -24.0 {
         return 0;
     }
-    for (label, distance) in [(ELLIPSOID, from_ellipsoid_mm as fn(&Vector3<f64>) -> f64), (TUBE, from_tube_mm), (BONE, from_bone_mm)] {
+    for (label, distance) in
+        [(ELLIPSOID, from_ellipsoid_mm as fn(&Vector3<f64>) -> f64), (TUBE, from_tube_mm), (BONE, from_bone_mm)]
+    {
         if distance(place) < 0.0 {
             return label;
         }

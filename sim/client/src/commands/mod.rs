@@ -1,5 +1,6 @@
 //! One file per command, and what several of them share.
 
+pub mod anatomy;
 pub mod bench;
 pub mod calibrate;
 pub mod check;

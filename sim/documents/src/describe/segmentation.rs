@@ -20,8 +20,12 @@ pub(crate) static SEGMENTATION: DescribedTable = DescribedTable {
 static ENTRY: DescribedTable = DescribedTable {
     doc: "Where the needle enters, in the image's own world (right, anterior, superior)",
     fields: &[
-        DescribedField::place("point_mm", 10_000.0, "A place within 20 mm of the skin; the nearest of the skin is taken")
-            .required(),
+        DescribedField::place(
+            "point_mm",
+            10_000.0,
+            "A place within 20 mm of the skin; the nearest of the skin is taken",
+        )
+        .required(),
         DescribedField::new(
             "up",
             FieldKind::Vector { unit: "", len: 3, min: -1.0, max: 1.0 },

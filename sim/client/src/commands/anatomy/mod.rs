@@ -1,0 +1,27 @@
+//! `stylet anatomy`: bodies for scenes.
+
+mod import;
+
+use clap::Subcommand;
+
+use crate::exit::Outcome;
+
+/// Bodies for scenes: somebody else's, from a segmentation
+#[derive(clap::Args)]
+pub struct AnatomyArgs {
+    #[command(subcommand)]
+    command: AnatomyCommand,
+}
+
+/// What is done with a body.
+#[derive(Subcommand)]
+enum AnatomyCommand {
+    Import(import::ImportArgs),
+}
+
+/// Runs the command.
+pub fn run(args: &AnatomyArgs) -> Outcome {
+    match &args.command {
+        AnatomyCommand::Import(args) => import::run(args),
+    }
+}
