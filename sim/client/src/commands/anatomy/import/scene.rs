@@ -266,7 +266,7 @@ fn exercise_text(args: &ImportArgs, imported: &Imported, way: &Way) -> String {
     let mut text = format!(
         "# Made by stylet anatomy import, as a first exercise to change. Its limits are our choice; they judge simulated performance and say \
          nothing about competence with patients.\n\nid = {}\ntitle = {}\nscene = \"{SCENE_FILE}\"\ndifficulty = 3\npass_mark = 70\ntime_limit_s = \
-         300\n\n[briefing]\nen = {}\n\n[entry]\npoint_mm = [0, 0]\nangle_deg = {angle_deg:.1}\nazimuth_deg = {azimuth_deg:.1}\n\n[target]\ndepth_mm = \
+         300\nbriefing = {}\n\n[entry]\npoint_mm = [0, 0]\nangle_deg = {angle_deg:.1}\nazimuth_deg = {azimuth_deg:.1}\n\n[target]\ndepth_mm = \
          {depth_mm:.1}\n\n[required]\nreached = {}\nwithin_mm = 4\nconfirmed = true\nwithdrawn = true\n",
         quoted(&format!("{}-reach", id(args))),
         quoted(&format!("{}: reach {to}", imported.title)),
