@@ -5,6 +5,7 @@
 
 mod body;
 mod manifold;
+pub mod segmentation;
 
 pub use body::{
     AGES_YEARS, AnatomyPart, Body, BodyMeasure, BodyMesh, BodyOrder, BodyQuality, BodySide, BodyValues, Dimension,

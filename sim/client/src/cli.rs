@@ -43,13 +43,13 @@ pub enum Command {
     Force(force::ForceArgs),
     Field(field::FieldArgs),
     Calibrate(calibrate::CalibrateArgs),
+    Anatomy(anatomy::AnatomyArgs),
     Validate(validate::ValidateArgs),
     Upload(upload::UploadArgs),
     Outbox(outbox::OutboxArgs),
     Pair(pair::PairArgs),
     Doctor(doctor::DoctorArgs),
     Bench(bench::BenchArgs),
-    Anatomy(anatomy::AnatomyArgs),
 }
 
 impl Command {
@@ -69,13 +69,13 @@ impl Command {
             Self::Force(args) => force::run(args),
             Self::Field(args) => field::run(args),
             Self::Calibrate(args) => calibrate::run(args),
+            Self::Anatomy(args) => anatomy::run(args),
             Self::Validate(args) => validate::run(args),
             Self::Upload(args) => upload::run(args),
             Self::Outbox(args) => outbox::run(args),
             Self::Pair(args) => pair::run(args),
             Self::Doctor(args) => doctor::run(args),
             Self::Bench(args) => bench::run(args),
-            Self::Anatomy(args) => anatomy::run(args),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What `stylet check` asks beyond reading: whether the scenes are sound.
+//! What `stylet check` asks beyond reading: whether the scenes are sound, and whether their structures lie in the body.
 
 use std::path::{Path, PathBuf};
 
@@ -12,6 +12,7 @@ use crate::error::{DocumentError, Issue, Remark};
 use crate::load::{Document, ExerciseBundle, path_beside, read_document, read_file};
 use crate::model::Scene;
 use crate::patient::Patient;
+use crate::placing::list_misplaced;
 use crate::source::Source;
 use crate::walk::Walked;
 
@@ -66,7 +67,7 @@ pub fn spec_along_path(mut spec: AxialSpec, angle_deg: f64) -> AxialSpec {
     spec
 }
 
-/// Reads a document and all it names, and refuses unsound scenes.
+/// Reads a document and all it names, and refuses unsound scenes and those whose structures lie outside the body.
 ///
 /// # Errors
 /// Every issue found.
@@ -123,7 +124,7 @@ impl ExerciseBundle {
         Ok(issues)
     }
 
-    /// Every unsound rupture in its scene, placed in the scene's document.
+    /// Every unsound rupture in its scene and every structure outside the body, placed in the scene's document.
     ///
     /// # Errors
     /// When the document, read once already, is refused.
@@ -139,18 +140,21 @@ fn unsound_issues(
     source: impl FnOnce() -> Result<Source, DocumentError>,
 ) -> Result<Vec<Issue>, DocumentError> {
     let findings = scene.soundness(angle_deg);
-    if findings.as_ref().is_ok_and(Vec::is_empty) {
+    let misplaced = list_misplaced(scene);
+    if misplaced.is_empty() && findings.as_ref().is_ok_and(Vec::is_empty) {
         return Ok(Vec::new());
     }
     // The scene keeps no places: they are found again, only when there is something to place.
     let doc = Walked::new(source()?, &SCENE)?;
-    Ok(match findings {
+    let mut issues = match findings {
         Ok(findings) => findings.iter().map(|finding| document_issue(&doc, scene, finding)).collect(),
         Err(why) => {
             let allowed = phrase!("allowed: a tissue that a model can be made of");
             vec![doc.issue("tissue.coupling", why.in_words(), allowed)]
         }
-    })
+    };
+    issues.extend(misplaced.into_iter().map(|Remark { field, found, allowed }| doc.issue(&field, found, allowed)));
+    Ok(issues)
 }
 
 fn document_issue(doc: &Walked, scene: &Scene, finding: &Finding) -> Issue {

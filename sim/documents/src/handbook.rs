@@ -5,15 +5,22 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-use crate::describe::{CURRICULUM, DescribedField, DescribedTable, EXERCISE, FieldKind, INSTRUMENT, Presence, SCENE};
+use crate::describe::{
+    CURRICULUM, DescribedField, DescribedTable, EXERCISE, FieldKind, INSTRUMENT, Presence, SCENE, SEGMENTATION,
+};
 
 /// What stands before and behind the tables that are made.
 const BEGIN: &str = "<!-- made from what the reader of documents knows -->\n";
 const END: &str = "<!-- until here -->\n";
 
-/// Every kind of document: its name for `stylet schema`, and its top table.
-const KINDS: [(&str, &DescribedTable); 4] =
-    [("scene", &SCENE), ("exercise", &EXERCISE), ("curriculum", &CURRICULUM), ("instrument", &INSTRUMENT)];
+/// Every kind of document, and its top table.
+const KINDS: [(&str, &DescribedTable); 5] = [
+    ("scene", &SCENE),
+    ("exercise", &EXERCISE),
+    ("curriculum", &CURRICULUM),
+    ("instrument", &INSTRUMENT),
+    ("labels of a segmentation", &SEGMENTATION),
+];
 
 /// The headings and tables of all documents.
 fn handbook_tables() -> String {

@@ -17,12 +17,14 @@ pub mod patient;
 pub mod picture;
 pub mod rewrite;
 pub mod schema;
+pub mod segmentation;
 
 mod describe;
 #[cfg(test)]
 mod handbook;
 mod json;
 mod mesh;
+mod placing;
 mod read_anatomy;
 mod read_curriculum;
 mod read_exercise;
@@ -49,5 +51,6 @@ pub use load::{Document, DocumentKind, ExerciseBundle};
 pub use model::{Needle, Scene, SceneFibres, SceneLayer, SceneLayerOptions, SceneSkin, SceneStructure, TissueOptions};
 pub use patient::Patient;
 pub use schema::document_schema;
+pub use segmentation::{SegmentationEntry, SegmentationLabel, SegmentationLabels};
 pub use structure_names::{SHIPPED_STRUCTURE_NAMES, name_structure};
 pub use wording::Wording;

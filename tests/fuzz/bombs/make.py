@@ -5,6 +5,8 @@
 tests/fuzz/run puts them into the corpora, and the tests of each parser read them within their budget.
 """
 
+import gzip
+import struct
 import sys
 from pathlib import Path
 
@@ -51,7 +53,7 @@ def documents():
 
 def main():
     whole = 0
-    for target, name, data in [*documents(), *recordings()]:
+    for target, name, data in [*documents(), *recordings(), *label_maps()]:
         data = data.encode() if isinstance(data, str) else data
         place = HERE / target / name
         place.parent.mkdir(exist_ok=True)
@@ -60,6 +62,23 @@ def main():
         assert len(data) <= 200_000, f"{place}: {len(data)} bytes"
     assert whole <= MOST_BYTES, f"{whole} bytes in all"
     print(f"{whole} bytes")
+
+
+def label_maps():
+    """A NIfTI header that promises 134 million voxels, alone, packed, with nothing behind it but zeros; and one that promises more."""
+    header = bytearray(352)
+    struct.pack_into("<i8h", header, 0, 348, *[0] * 8)
+    struct.pack_into("<8h", header, 40, 3, 512, 512, 512, 1, 1, 1, 1)
+    struct.pack_into("<2h", header, 70, 512, 16)
+    struct.pack_into("<4f", header, 76, 1, 1, 1, 1)
+    struct.pack_into("<f", header, 108, 352)
+    header[344:348] = b"n+1\0"
+    yield "segmentation", "promise", bytes(header)
+    yield "segmentation", "promise-packed", gzip.compress(bytes(header), mtime=0)
+    # 50 MB of air, packed to a thousandth, of the 256 MB that are promised.
+    yield "segmentation", "zeros-packed", gzip.compress(bytes(header) + bytes(50_000_000), mtime=0)
+    struct.pack_into("<8h", header, 40, 3, 32767, 32767, 32767, 1, 1, 1, 1)
+    yield "segmentation", "too-many", bytes(header)
 
 
 def recordings():

@@ -13,6 +13,7 @@ mod curriculum;
 mod exercise;
 mod instrument;
 mod scene;
+mod segmentation;
 mod text;
 
 pub(crate) use curriculum::CURRICULUM;
@@ -20,6 +21,7 @@ pub(crate) use exercise::EXERCISE;
 pub(crate) use instrument::INSTRUMENT;
 pub use instrument::list_document_languages;
 pub(crate) use scene::SCENE;
+pub(crate) use segmentation::SEGMENTATION;
 pub(crate) use text::Text;
 
 /// A TOML table: the fields it may hold, in the order people write them.

@@ -37,4 +37,14 @@ impl Axes {
             Self::Lps => Point3::new(-a, c, b),
         }
     }
+
+    /// A point of the patient frame in the mesh's own coordinates.
+    pub(crate) fn to_file(self, point: &Point3<f64>) -> [f64; 3] {
+        let [x, y, z] = [point.x, point.y, point.z];
+        match self {
+            Self::Patient => [x, y, z],
+            Self::Ras => [x, -z, y],
+            Self::Lps => [-x, z, y],
+        }
+    }
 }

@@ -2,6 +2,7 @@
 
 mod axes;
 mod file;
+mod mend;
 mod skin;
 
 use std::collections::BTreeMap;
@@ -62,11 +63,8 @@ struct Raw {
 /// # Errors
 /// What is wrong with it, in words.
 pub(crate) fn read_solid(file: MeshFile<'_>, coordinates: Coordinates) -> Result<Shape, Phrase> {
-    let (vertices_m, triangles) = surface(file, coordinates, &SOLID_SIZE_M)?;
-    let open = check_manifold(&triangles)?;
-    if open > 0 {
-        return Err(phrase!("a mesh that is not closed ({open} open edges)", open = open));
-    }
+    let found = surface(file, coordinates, &SOLID_SIZE_M)?;
+    let (vertices_m, triangles) = mend_unless(found, coordinates, check_closed)?;
     if volume_m3(&vertices_m, &triangles) <= 0.0 {
         return Err(phrase!("a mesh that is inside out: its triangles run clockwise seen from outside"));
     }
@@ -82,13 +80,43 @@ pub(crate) fn read_skin_mesh(
     coordinates: Coordinates,
     position_m: &Vector3<f64>,
 ) -> Result<Surface, Phrase> {
-    let (mut vertices_m, triangles) = surface(file, coordinates, &SKIN_SIZE_M)?;
-    check_manifold(&triangles)?;
+    let found = surface(file, coordinates, &SKIN_SIZE_M)?;
+    let (mut vertices_m, triangles) =
+        mend_unless(found, coordinates, |triangles| check_manifold(triangles).map(|_| ()))?;
     for vertex in &mut vertices_m {
         *vertex += position_m;
     }
     skin::check_over_origin(&vertices_m, &triangles)?;
     Ok((vertices_m, triangles))
+}
+
+fn check_closed(triangles: &[[u32; 3]]) -> Result<(), Phrase> {
+    match check_manifold(triangles)? {
+        0 => Ok(()),
+        open => Err(phrase!("a mesh that is not closed ({open} open edges)", open = open)),
+    }
+}
+
+/// A surface that passes a check, or its mended form that does.
+///
+/// # Errors
+/// What is wrong with the mended form, and where.
+fn mend_unless(
+    found: Surface,
+    coordinates: Coordinates,
+    check: impl Fn(&[[u32; 3]]) -> Result<(), Phrase>,
+) -> Result<Surface, Phrase> {
+    if check(&found.1).is_ok() {
+        return Ok(found);
+    }
+    let mended = mend::mend(&found);
+    if mended.1.is_empty() {
+        return Err(phrase!("a mesh whose triangles have no size"));
+    }
+    match check(&mended.1) {
+        Ok(()) => Ok(mended),
+        Err(why) => Err(mend::place_flaw(why, &mended, coordinates.axes)),
+    }
 }
 
 /// Vertices in m along the patient's axes, each once, and triangles.

@@ -17,6 +17,7 @@ mod force_case;
 #[cfg(test)]
 mod hands;
 mod instrument;
+mod mend;
 #[cfg(test)]
 mod mesh;
 #[cfg(test)]
@@ -25,6 +26,7 @@ mod options;
 mod patient;
 #[cfg(test)]
 mod picture;
+mod placing;
 #[cfg(test)]
 mod refusals;
 #[cfg(test)]

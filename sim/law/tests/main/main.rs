@@ -24,3 +24,4 @@ mod ruptures;
 mod soak;
 #[cfg(test)]
 mod structures;
+mod structures_hard;

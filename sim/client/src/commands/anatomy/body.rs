@@ -1,42 +1,29 @@
-//! `stylet anatomy`: bodies.
+//! `stylet anatomy body`: a body from numbers.
 
-use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use ::anatomy::{
-    AnatomyPart, Body, BodyMesh, BodyOrder, BodyQuality, Dimension, Level, Posture, Standing, list_published,
+    AnatomyPart, Body, BodyOrder, BodyQuality, Dimension, Level, Posture, Standing, list_published,
 };
-use clap::{Subcommand, ValueEnum};
+use clap::ValueEnum;
 use serde::Serialize;
 
+use super::files::{self, Folder};
 use crate::exit::{Failure, Outcome};
-use crate::new_file::{self, NewFile};
 use crate::output;
 use crate::progress::Progress;
 
-/// Make a body from numbers
+/// Make a body from numbers: each part as a closed STL mesh, and its dimensions beside the published ones
 ///
 /// A lower back with its bones, discs, ligaments, canal, muscles, kidneys, vessels and skin, of a patient of a weight and an age; patients
 /// differ by seed within the published spread.
-#[derive(clap::Args)]
-#[command(after_help = "Example:\n  stylet anatomy body --posture sitting --seed 3 --weight-kg 95 --out body")]
-pub struct AnatomyArgs {
-    #[command(subcommand)]
-    command: AnatomyCommand,
-}
-
-#[derive(Subcommand)]
-enum AnatomyCommand {
-    Body(BodyArgs),
-}
-
-/// Write each part of a body as a closed STL mesh, and its dimensions beside the published ones
 ///
 /// Lengths in the meshes are mm; x is the patient's right, y the head, z out of the back, and the origin is on the skin between the spinous
 /// processes of L3 and L4. body.csv has each dimension of this body with the published mean, standard deviation and source, and whether
 /// the source was read or is only recalled; body.json has the call and the size of each mesh.
 #[derive(clap::Args)]
-struct BodyArgs {
+#[command(after_help = "Example:\n  stylet anatomy body --posture sitting --seed 3 --weight-kg 95 --out body")]
+pub struct BodyArgs {
     /// How the patient is placed
     #[arg(long)]
     posture: PostureArg,
@@ -99,29 +86,29 @@ struct PartReport {
 }
 
 /// Runs the command.
-pub fn run(args: &AnatomyArgs) -> Outcome {
-    let AnatomyCommand::Body(args) = &args.command;
+pub fn run(args: &BodyArgs) -> Outcome {
     let body = Body::new(&args.order()).map_err(Failure::input)?;
-    new_file::create_folder(&args.out)?;
+    let mut folder = Folder::create(&args.out, true)?;
     let parts = AnatomyPart::list();
     let progress = Progress::new(parts.len() as u64, "meshing");
     let mut reports = Vec::new();
     for (done, part) in parts.into_iter().enumerate() {
         progress.set(done as u64);
         let mesh = body.mesh(part, args.quality());
-        write_file(&args.out.join(format!("{}.stl", part.name())), &stl(&mesh))?;
         let volume_ml = ::anatomy::volume_m3(&mesh.vertices_m, &mesh.triangles) * 1e6;
         reports.push(PartReport { name: part.name(), triangles: mesh.triangles.len(), volume_ml });
+        folder.write(&format!("{}.stl", part.name()), &files::stl(&(mesh.vertices_m, mesh.triangles)))?;
     }
     drop(progress);
-    write_file(&args.out.join("body.csv"), &dimensions(&body)?)?;
+    folder.write("body.csv", &dimensions(&body)?)?;
     let triangles = reports.iter().map(|part| part.triangles).sum();
     let BodyOrder { posture, seed, weight_kg, age_years } = args.order();
     let report = BodyReport { posture: posture.name(), seed, weight_kg, age_years, triangles, parts: reports };
     let json = serde_json::to_vec_pretty(&report).map_err(Failure::work)?;
-    write_file(&args.out.join("body.json"), &json)?;
-    let (parts, folder) = (report.parts.len(), args.out.display());
-    output::print_line(format_args!("{folder}: {parts} parts, {triangles} triangles"))
+    folder.write("body.json", &json)?;
+    folder.keep()?;
+    let (parts, out) = (report.parts.len(), args.out.display());
+    output::print_line(format_args!("{out}: {parts} parts, {triangles} triangles"))
 }
 
 impl BodyArgs {
@@ -141,27 +128,6 @@ impl BodyArgs {
             QualityArg::Best => BodyQuality::Best,
         }
     }
-}
-
-fn write_file(path: &Path, bytes: &[u8]) -> Outcome {
-    let mut file = NewFile::create(path, true)?;
-    file.file().write_all(bytes).map_err(|error| Failure::work(format_args!("{}: {error}", path.display())))?;
-    file.keep()
-}
-
-/// A mesh as binary STL, in mm. Normals are left to the reader, as the format allows.
-fn stl(mesh: &BodyMesh) -> Vec<u8> {
-    let mut bytes = vec![0; 80];
-    bytes.extend((mesh.triangles.len() as u32).to_le_bytes());
-    for triangle in &mesh.triangles {
-        bytes.extend([0; 12]);
-        for corner in triangle {
-            let place = mesh.vertices_m[*corner as usize];
-            bytes.extend(place.iter().flat_map(|metres| ((metres * 1e3) as f32).to_le_bytes()));
-        }
-        bytes.extend([0; 2]);
-    }
-    bytes
 }
 
 /// Each dimension of a body beside what is published.

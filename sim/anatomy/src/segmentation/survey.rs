@@ -1,0 +1,61 @@
+//! What a map holds of each label, in one pass.
+
+use std::collections::BTreeMap;
+
+use super::map::LabelMap;
+
+/// Where the voxels of a label are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LabelExtent {
+    /// How many voxels have it.
+    pub voxels: u64,
+    /// Faces of them towards voxels of other labels, or towards the image's end.
+    pub faces: u64,
+    /// Some of them lie at the end of the image, where the structure is cut.
+    pub is_cut: bool,
+    pub(super) low: [usize; 3],
+    pub(super) high: [usize; 3],
+}
+
+const NOWHERE: LabelExtent = LabelExtent { voxels: 0, faces: 0, is_cut: false, low: [usize::MAX; 3], high: [0; 3] };
+
+impl LabelMap {
+    /// What it holds of each label.
+    #[must_use]
+    pub fn survey(&self) -> BTreeMap<u16, LabelExtent> {
+        let mut extents = vec![NOWHERE; 1 << 16];
+        let [along, across, deep] = self.size;
+        let strides = [1, along, along * across];
+        let mut voxel = 0;
+        for k in 0..deep {
+            for j in 0..across {
+                for i in 0..along {
+                    self.take_voxel(&mut extents, [i, j, k], strides.map(|stride| (voxel, stride)));
+                    voxel += 1;
+                }
+            }
+        }
+        (0..=u16::MAX).zip(extents).filter(|(_, extent)| extent.voxels > 0).collect()
+    }
+
+    fn take_voxel(&self, extents: &mut [LabelExtent], at: [usize; 3], steps: [(usize, usize); 3]) {
+        let label = self.labels[steps[0].0];
+        let extent = &mut extents[usize::from(label)];
+        extent.voxels += 1;
+        for axis in 0..3 {
+            extent.low[axis] = extent.low[axis].min(at[axis]);
+            extent.high[axis] = extent.high[axis].max(at[axis]);
+            let ends = u64::from(at[axis] == 0) + u64::from(at[axis] + 1 == self.size[axis]);
+            extent.faces += ends;
+            extent.is_cut |= ends > 0;
+        }
+        for (axis, (voxel, stride)) in steps.into_iter().enumerate() {
+            let Some(before) = (at[axis] > 0).then(|| self.labels[voxel - stride]).filter(|other| *other != label)
+            else {
+                continue;
+            };
+            extents[usize::from(label)].faces += 1;
+            extents[usize::from(before)].faces += 1;
+        }
+    }
+}

@@ -1,0 +1,5 @@
+//! Tests of bodies, in one program.
+
+mod hostile;
+mod nifti;
+mod segmentation;

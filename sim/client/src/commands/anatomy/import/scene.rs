@@ -1,0 +1,294 @@
+//! The texts of an imported scene and of an exercise in it.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use documents::{Scene, StructureKind};
+use law::axial::Contactor;
+use nalgebra::Vector3;
+
+use super::super::files::{self, Folder};
+use super::{ImportArgs, Imported, ImportedLayer};
+use crate::exit::Failure;
+
+/// Name of the scene's file.
+pub const SCENE_FILE: &str = "scene.toml";
+/// Name of the exercise's file.
+pub const EXERCISE_FILE: &str = "exercise.toml";
+/// Name of the skin's file.
+pub const SKIN_FILE: &str = "skin.stl";
+
+/// What a tissue feels like under law 2, for training.
+struct Feel {
+    tissue: &'static str,
+    stiffness_n_per_m: f64,
+    damping_n_s_per_m2: f64,
+    tip_n: f64,
+    rim_n: f64,
+    friction_n_per_m: f64,
+    cutting_n: f64,
+    density_kg_per_m3: f64,
+}
+
+/// Skin, fat, fascia and muscle as the shipped training scene has them; ligament is our choice, between its fascia and its muscle in stiffness.
+const FEELS: [Feel; 5] = [
+    feel("skin", [331.0, 300.0, 1.0, 1.3, 100.0, 0.3, 1090.0]),
+    feel("fat", [83.0, 100.0, 0.5, 0.6, 15.0, 0.1, 950.0]),
+    feel("fascia", [800.0, 300.0, 1.2, 1.5, 100.0, 0.3, 1130.0]),
+    feel("muscle", [497.0, 300.0, 1.5, 1.9, 40.0, 0.3, 1050.0]),
+    feel("ligament", [650.0, 300.0, 1.8, 2.3, 60.0, 0.4, 1120.0]),
+];
+
+const fn feel(tissue: &'static str, numbers: [f64; 7]) -> Feel {
+    let [stiffness_n_per_m, damping_n_s_per_m2, tip_n, rim_n, friction_n_per_m, cutting_n, density_kg_per_m3] = numbers;
+    Feel { tissue, stiffness_n_per_m, damping_n_s_per_m2, tip_n, rim_n, friction_n_per_m, cutting_n, density_kg_per_m3 }
+}
+
+/// Thresholds are lowered so often before a scene is given up.
+const MOST_ROUNDS: usize = 128;
+/// The steepest path that a scene may have, in degrees to the skin's normal.
+const MOST_ANGLE_DEG: f64 = 60.0;
+/// How deep the exercise goes where there is no target, in mm, if the layers go so far.
+const DEPTH_MM: f64 = 25.0;
+
+/// A threshold that the layers' order and thickness ask to be lower than the table's.
+pub struct LoweredThreshold {
+    /// The layer's name.
+    pub layer: String,
+    /// `tip` or `rim`.
+    pub contactor: &'static str,
+    /// In the table, in N.
+    pub from_n: f64,
+    /// In the scene, in N.
+    pub to_n: f64,
+}
+
+/// What was written.
+pub struct WrittenImport {
+    /// Thresholds below the table's.
+    pub lowered: Vec<LoweredThreshold>,
+    /// The exercise's way.
+    pub way: Way,
+}
+
+/// The straight way that the exercise asks for.
+pub struct Way {
+    /// To the skin's plane, in degrees from its normal.
+    pub angle_deg: f64,
+    /// From +x to +y, in degrees.
+    pub azimuth_deg: f64,
+    /// Along the needle, in mm.
+    pub depth_mm: f64,
+    /// What is there.
+    pub to: String,
+}
+
+/// Thresholds of a layer, in N.
+#[derive(Clone, Copy, PartialEq)]
+struct Thresholds {
+    tip_n: f64,
+    rim_n: f64,
+}
+
+/// Writes the scene, with thresholds that are sound on the exercise's way, and the exercise.
+pub fn write(args: &ImportArgs, imported: &Imported) -> Result<WrittenImport, Failure> {
+    let way = Way::new(imported);
+    let named: Vec<Thresholds> = imported.layers.iter().map(thresholds).collect();
+    let sound = find_sound(args, imported, &named, way.angle_deg)?;
+    let mut folder = Folder::create(&args.out, args.force)?;
+    folder.write(SCENE_FILE, scene_text(args, imported, &sound).as_bytes())?;
+    folder.write(EXERCISE_FILE, exercise_text(args, imported, &way).as_bytes())?;
+    folder.keep()?;
+    let lowered = imported.layers.iter().zip(named.iter().zip(&sound)).flat_map(|(layer, (old, new))| {
+        let pairs = [("tip", old.tip_n, new.tip_n), ("rim", old.rim_n, new.rim_n)];
+        let lower = pairs.into_iter().filter(|(_, from_n, to_n)| to_n < from_n);
+        lower.map(|(contactor, from_n, to_n)| LoweredThreshold { layer: layer.name.clone(), contactor, from_n, to_n })
+    });
+    Ok(WrittenImport { lowered: lowered.collect(), way })
+}
+
+fn feel_of(layer: &ImportedLayer) -> &'static Feel {
+    let tissue = layer.label.tissue().unwrap_or_default();
+    FEELS.iter().find(|feel| feel.tissue == tissue).unwrap_or(&FEELS[3])
+}
+
+fn thresholds(layer: &ImportedLayer) -> Thresholds {
+    let feel = feel_of(layer);
+    Thresholds { tip_n: feel.tip_n, rim_n: feel.rim_n }
+}
+
+/// Lowers each threshold whose rupture would give more than it takes to the largest that does not.
+fn find_sound(
+    args: &ImportArgs,
+    imported: &Imported,
+    named: &[Thresholds],
+    angle_deg: f64,
+) -> Result<Vec<Thresholds>, Failure> {
+    let mut thresholds = named.to_vec();
+    let path = args.out.join(SCENE_FILE);
+    for _ in 0..MOST_ROUNDS {
+        let scene: Scene = documents::load::read_scene_text(&path, &scene_text(args, imported, &thresholds))?;
+        let findings = scene.soundness(angle_deg).map_err(|why| Failure::refused(&path, why))?;
+        let Some(finding) = findings.first() else { return Ok(thresholds) };
+        let lower_n = (finding.unsound.largest_sound_n * 1e3).floor() / 1e3;
+        let layer = &mut thresholds[finding.unsound.boundary];
+        match finding.unsound.contactor {
+            Contactor::Tip => layer.tip_n = lower_n.min(layer.tip_n - 1e-3).max(1e-3),
+            Contactor::Rim => layer.rim_n = lower_n.min(layer.rim_n - 1e-3).max(1e-3),
+        }
+    }
+    Err(Failure::work(format_args!("{}: no sound thresholds were found for these layers", path.display())))
+}
+
+/// A text in quotes, as TOML and JSON both have them.
+fn quoted(text: &str) -> String {
+    serde_json::Value::from(text).to_string()
+}
+
+fn id(args: &ImportArgs) -> String {
+    let folder = args.out.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let id: String = files::plain(&folder).chars().take(50).collect();
+    if id.is_empty() { "imported".to_owned() } else { id }
+}
+
+fn source_name(args: &ImportArgs) -> String {
+    args.segmentation.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
+fn scene_text(args: &ImportArgs, imported: &Imported, thresholds: &[Thresholds]) -> String {
+    let description = format!(
+        "Imported from {} by stylet anatomy import. Shapes and thicknesses are measured; what the layers feel like is a choice for training and \
+         was not measured on anybody. Simulated tissue for practice, not a patient.",
+        source_name(args)
+    );
+    let mut text = format!(
+        "# Made by stylet anatomy import. Patient frame: the origin is on the skin at the entry, +z points out of the body.\n\nid = {}\nlaw = \
+         2\ntitle = {}\ndescription = {}\n",
+        quoted(&id(args)),
+        quoted(imported.title),
+        quoted(&description)
+    );
+    for (layer, thresholds) in imported.layers.iter().zip(thresholds) {
+        write_layer(&mut text, layer, *thresholds);
+    }
+    text += "\n# Our choice: the reference trocar.\n[needle]\nkind = \"trocar\"\ndiameter_mm = 2.0\ntip = \"diamond\"\ntip_to_rim_mm = \
+             2.0\nlength_mm = 150\nspeed_window_ms = 12\n";
+    // Writing to a string has no way to fail.
+    let _ = write!(text, "\n[skin]\nfile = \"{SKIN_FILE}\"\nunit = \"mm\"\n");
+    for structure in &imported.structures {
+        let label = structure.label;
+        let _ = write!(
+            text,
+            "\n[[structure]]\nname = {}\nkind = \"{}\"\nshape = \"mesh\"\nfile = \"{}\"\nunit = \"mm\"\nposition_mm = [0, 0, 0]\n",
+            quoted(&label.name),
+            label.kind(),
+            structure.file
+        );
+        if let (Some(stiffness), Some(rupture_n)) = (label.wall_stiffness_n_per_m, label.wall_rupture_n) {
+            let _ = write!(text, "wall_stiffness_n_per_m = {stiffness:?}\nwall_rupture_n = {rupture_n:?}\n");
+        }
+    }
+    text
+}
+
+fn write_layer(text: &mut String, layer: &ImportedLayer, thresholds: Thresholds) {
+    let feel = feel_of(layer);
+    let lowered = if thresholds == self::thresholds(layer) {
+        ""
+    } else {
+        " Thresholds lowered until no rupture raises the force in these layers."
+    };
+    let source = format!(
+        "Thickness: measured along the skin's normal at the entry. All else: our choice for training, the numbers of {} in law 2.{lowered}",
+        feel.tissue
+    );
+    // Writing to a string has no way to fail.
+    let _ = write!(
+        text,
+        "\n[[layer]]\nname = {}\nthickness_mm = {:.2}\nstiffness_n_per_m = {:?}\ndamping_n_s_per_m2 = {:?}\ntip_rupture_n = {:.3}\nrim_rupture_n = \
+         {:.3}\nfriction_n_per_m = {:?}\ncutting_n = {:?}\ndensity_kg_per_m3 = {:?}\npoisson_ratio = 0.45\ntexture = \"{}\"\nsource = {}\n",
+        quoted(&layer.name),
+        layer.measured.thickness_m * 1e3,
+        feel.stiffness_n_per_m,
+        feel.damping_n_s_per_m2,
+        thresholds.tip_n,
+        thresholds.rim_n,
+        feel.friction_n_per_m,
+        feel.cutting_n,
+        feel.density_kg_per_m3,
+        if feel.tissue == "ligament" { "fascia" } else { feel.tissue },
+        quoted(&source)
+    );
+}
+
+impl Way {
+    /// Straight to the middle of the first target that can be reached; or else straight in.
+    fn new(imported: &Imported) -> Self {
+        let targets = imported.structures.iter().filter(|s| s.label.structure() == Some(StructureKind::Target));
+        for target in targets {
+            let (vertices_m, _) = &target.placed;
+            let sum: Vector3<f64> = vertices_m.iter().map(|v| v.coords).sum();
+            let middle_mm = sum * (1e3 / vertices_m.len() as f64);
+            let depth_mm = middle_mm.norm();
+            let angle_deg = libm::acos((-middle_mm.z / depth_mm).clamp(-1.0, 1.0)).to_degrees();
+            if angle_deg <= MOST_ANGLE_DEG {
+                let azimuth_deg = libm::atan2(middle_mm.y, middle_mm.x).to_degrees();
+                return Self { angle_deg, azimuth_deg, depth_mm, to: target.label.name.clone() };
+            }
+        }
+        let whole_mm: f64 = imported.layers.iter().map(|layer| layer.measured.thickness_m * 1e3).sum();
+        let depth_mm = DEPTH_MM.min(0.6 * whole_mm);
+        Self { angle_deg: 0.0, azimuth_deg: 0.0, depth_mm, to: reached(imported, depth_mm, 0.0).to_owned() }
+    }
+}
+
+/// The layer at a depth along a way.
+fn reached<'i>(imported: &'i Imported, depth_mm: f64, angle_deg: f64) -> &'i str {
+    let deep_mm = depth_mm * libm::cos(angle_deg.to_radians());
+    let mut bottom_mm = 0.0;
+    let below = imported.layers.iter().find(|layer| {
+        bottom_mm += layer.measured.thickness_m * 1e3;
+        bottom_mm > deep_mm
+    });
+    below.or(imported.layers.last()).map_or("", |layer| &layer.name)
+}
+
+fn exercise_text(args: &ImportArgs, imported: &Imported, way: &Way) -> String {
+    let Way { angle_deg, azimuth_deg, depth_mm, to } = way;
+    let reached = reached(imported, *depth_mm, *angle_deg);
+    let lean = match *angle_deg {
+        angle if angle < 1.0 => "straight in".to_owned(),
+        angle => format!("at {angle:.0}° to the skin's normal"),
+    };
+    let briefing = format!(
+        "Advance {lean}, {depth_mm:.0} mm along the needle, to: {to}. Confirm there, then withdraw. Without both nothing is earned."
+    );
+    let mut text = format!(
+        "# Made by stylet anatomy import, as a first exercise to change. Its limits are our choice; they judge simulated performance and say \
+         nothing about competence with patients.\n\nid = {}\ntitle = {}\nscene = \"{SCENE_FILE}\"\ndifficulty = 3\npass_mark = 70\ntime_limit_s = \
+         300\nbriefing = {}\n\n[entry]\npoint_mm = [0, 0]\nangle_deg = {angle_deg:.1}\nazimuth_deg = {azimuth_deg:.1}\n\n[target]\ndepth_mm = \
+         {depth_mm:.1}\n\n[required]\nreached = {}\nwithin_mm = 4\nconfirmed = true\nwithdrawn = true\n",
+        quoted(&format!("{}-reach", id(args))),
+        quoted(&format!("{}: reach {to}", imported.title)),
+        quoted(&briefing),
+        quoted(reached)
+    );
+    let structures = imported.structures.iter().filter_map(|s| s.label.structure());
+    let is_avoided = |kind: StructureKind| kind != StructureKind::Target;
+    let mut lines =
+        vec![("depth_error_mm", 0.5, 4.0, 4), ("overshoot_mm", 0.5, 5.0, 2), ("lateral_work_mj", 1.0, 5.0, 1)];
+    if structures.into_iter().any(is_avoided) {
+        lines.push(("structure_hits", 0.0, 2.0, 2));
+    }
+    for (metric, full, zero, weight) in lines {
+        // Writing to a string has no way to fail.
+        let _ =
+            write!(text, "\n[[rubric]]\nmetric = \"{metric}\"\nfull = {full:?}\nzero = {zero:?}\nweight = {weight}\n");
+    }
+    text
+}
+
+/// The path of the scene in a folder.
+pub fn scene_path(folder: &Path) -> String {
+    folder.join(SCENE_FILE).display().to_string()
+}

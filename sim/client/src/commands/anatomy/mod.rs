@@ -1,0 +1,31 @@
+//! `stylet anatomy`: bodies for scenes.
+
+mod body;
+mod files;
+mod import;
+
+use clap::Subcommand;
+
+use crate::exit::Outcome;
+
+/// Bodies for scenes: from numbers, or somebody else's from a segmentation
+#[derive(clap::Args)]
+pub struct AnatomyArgs {
+    #[command(subcommand)]
+    command: AnatomyCommand,
+}
+
+/// What is done with a body.
+#[derive(Subcommand)]
+enum AnatomyCommand {
+    Body(body::BodyArgs),
+    Import(import::ImportArgs),
+}
+
+/// Runs the command.
+pub fn run(args: &AnatomyArgs) -> Outcome {
+    match &args.command {
+        AnatomyCommand::Body(args) => body::run(args),
+        AnatomyCommand::Import(args) => import::run(args),
+    }
+}

@@ -1,0 +1,73 @@
+//! The fields of what a map of labels means.
+
+use super::{DescribedField, DescribedTable, FieldKind, Text};
+
+/// What the labels of a segmentation mean.
+pub(crate) static SEGMENTATION: DescribedTable = DescribedTable {
+    doc: "What the labels of a segmentation mean, and where the needle enters, for `stylet anatomy import`",
+    fields: &[
+        DescribedField::text("title", &Text::LINE, "Title of the scene that is made").or_text("Imported anatomy"),
+        DescribedField::new("entry", FieldKind::Table(&ENTRY), "Where the needle enters").required(),
+        DescribedField::new(
+            "label",
+            FieldKind::Tables { table: &LABEL, min: 1, max: 96 },
+            "A label of the map; 0 is outside the body, and labels that are not named are tissue that is not told apart",
+        )
+        .required(),
+    ],
+};
+
+static ENTRY: DescribedTable = DescribedTable {
+    doc: "Where the needle enters, in the image's own world (right, anterior, superior)",
+    fields: &[
+        DescribedField::place(
+            "point_mm",
+            10_000.0,
+            "A place within 20 mm of the skin; the nearest of the skin is taken",
+        )
+        .required(),
+        DescribedField::new(
+            "up",
+            FieldKind::Vector { unit: "", len: 3, min: -1.0, max: 1.0 },
+            "Direction out of the body, which becomes +z: [0, -1, 0] is posterior; the skin's own if left out",
+        ),
+    ],
+};
+
+static LABEL: DescribedTable = DescribedTable {
+    doc: "A label of the map",
+    fields: &[
+        DescribedField::new(
+            "number",
+            FieldKind::Integer { min: 1, max: 65_535 },
+            "The number that its voxels have; no two labels share one",
+        )
+        .required(),
+        DescribedField::text("name", &Text::NAME, "Name of the structure or layer, unique").required(),
+        DescribedField::new(
+            "kind",
+            FieldKind::Choice(&["target", "vessel", "nerve", "bone", "organ", "skin", "layer"]),
+            "A structure by what it is to the exercise, or a layer: skin is the layer of that tissue",
+        )
+        .required(),
+        DescribedField::new(
+            "tissue",
+            FieldKind::Choice(&["skin", "fat", "fascia", "muscle", "ligament"]),
+            "Tissue of a layer, which says what it feels like; a layer needs it",
+        ),
+        DescribedField::number(
+            "smoothing_voxels",
+            "",
+            0.0..=2.0,
+            "Smoothing moves no corner of the mesh by more than so many voxels",
+        )
+        .or(0.5),
+        DescribedField::number(
+            "wall_stiffness_n_per_m",
+            "N/m",
+            1.0..=1e5,
+            "Stiffness of its wall against the tip; none is felt if left out",
+        ),
+        DescribedField::number("wall_rupture_n", "N", 0.01..=100.0, "Force at which its wall gives way"),
+    ],
+};

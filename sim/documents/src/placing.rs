@@ -1,0 +1,112 @@
+//! Whether structures lie in the body, and whether the skin lies as the force law takes it.
+
+use law::structures::StructureSpec;
+use nalgebra::{Point3, Vector3};
+use phrase::{Phrase, phrase};
+
+use crate::error::Remark;
+use crate::model::{Scene, SceneSkin};
+
+/// A structure may stand out of the body by so much, in m: where the image ends, mesh and skin are closed and smoothed by themselves.
+const OUT_M: f64 = 2e-3;
+/// So many corners of a structure are looked at.
+const CORNERS: usize = 400;
+/// Around the entry the picture has the skin flat, as the force law has, so far, in m.
+const FLAT_M: f64 = 16e-3;
+/// Cosine of the most that the skin may lean there: 12°, which makes a layer 2 % thicker along z. Our choice.
+const LEAST_COSINE: f64 = 0.978_147_600_733_805_6;
+
+/// What is wrong with the places of a scene's structures and skin.
+pub(crate) fn list_misplaced(scene: &Scene) -> Vec<Remark> {
+    let skin = scene.skin.as_ref();
+    let outside = scene.structures.iter().enumerate().filter_map(|(at, structure)| {
+        let (out_m, corner) = farthest_out(&structure.spec, skin)?;
+        let [x, y, z] = [corner.x, corner.y, corner.z].map(|m| Phrase::number(m * 1e3, 1));
+        Some(Remark {
+            field: format!("structure[{at}].position_mm"),
+            found: phrase!(
+                "\"{name}\" stands {out} mm out of the body at ({x}, {y}, {z}) mm",
+                name = structure.spec.name.as_str(),
+                out = Phrase::number(out_m * 1e3, 1),
+                x = x,
+                y = y,
+                z = z
+            ),
+            allowed: phrase!("allowed: within the skin, to 2 mm; +z points out of the body, so z is negative inside"),
+        })
+    });
+    outside.chain(skin.and_then(remark_steep)).collect()
+}
+
+/// How far a structure stands out of the body, in m, and where; nothing where that is too little to tell.
+fn farthest_out(structure: &StructureSpec, skin: Option<&SceneSkin>) -> Option<(f64, Point3<f64>)> {
+    let (corners, _) = structure.surface();
+    let step = corners.len().div_ceil(CORNERS).max(1);
+    let highest = corners.iter().max_by(|one, other| one.z.total_cmp(&other.z));
+    let some = corners.iter().step_by(step).chain(highest);
+    let outs = some.map(|corner| (out_m(corner, skin), *corner)).filter(|(out_m, _)| *out_m > OUT_M);
+    outs.max_by(|one, other| one.0.total_cmp(&other.0))
+}
+
+/// How far a place is out of the body, in m; 0 inside. Where there is no skin above or below, the body ends at the plane z = 0.
+fn out_m(place: &Point3<f64>, skin: Option<&SceneSkin>) -> f64 {
+    let Some(skin) = skin else { return place.z.max(0.0) };
+    // A little aside, lest the line through the place runs along an edge, which is in two triangles.
+    let aside = place + Vector3::new(1.3e-9, 0.7e-9, 0.0);
+    let heights: Vec<f64> = triangles(skin).filter_map(|corners| height_over(corners, &aside)).collect();
+    let above = heights.iter().filter(|height| **height > place.z).count();
+    match (heights.is_empty(), above % 2) {
+        (true, _) => place.z.max(0.0),
+        (_, 1) => 0.0,
+        _ => nearest_m(skin, place),
+    }
+}
+
+fn triangles(skin: &SceneSkin) -> impl Iterator<Item = [&Point3<f64>; 3]> {
+    skin.triangles.iter().map(|triangle| triangle.map(|v| &skin.vertices_m[v as usize]))
+}
+
+/// Height of a triangle over or under a place.
+fn height_over([a, b, c]: [&Point3<f64>; 3], place: &Point3<f64>) -> Option<f64> {
+    let twice =
+        |p: &Point3<f64>, q: &Point3<f64>| (p.x - place.x) * (q.y - place.y) - (p.y - place.y) * (q.x - place.x);
+    let weights = [twice(b, c), twice(c, a), twice(a, b)];
+    let whole: f64 = weights.iter().sum();
+    let is_inside = weights.iter().all(|w| *w >= 0.0) || weights.iter().all(|w| *w <= 0.0);
+    (whole != 0.0 && is_inside).then(|| (weights[0] * a.z + weights[1] * b.z + weights[2] * c.z) / whole)
+}
+
+/// Distance to the nearest middle or corner of the skin's triangles, in m.
+fn nearest_m(skin: &SceneSkin, place: &Point3<f64>) -> f64 {
+    let of = |[a, b, c]: [&Point3<f64>; 3]| {
+        let middle = Point3::from((a.coords + b.coords + c.coords) / 3.0);
+        [*a, *b, *c, middle].iter().map(|point| (point - place).norm_squared()).fold(f64::INFINITY, f64::min)
+    };
+    libm::sqrt(triangles(skin).map(of).fold(f64::INFINITY, f64::min))
+}
+
+/// The skin's mean direction about the entry is not that of z.
+fn remark_steep(skin: &SceneSkin) -> Option<Remark> {
+    let mut sum = Vector3::zeros();
+    let mut over = Vector3::zeros();
+    for [a, b, c] in triangles(skin) {
+        let middle = (a.coords + b.coords + c.coords) / 3.0;
+        let area = (b - a).cross(&(c - a));
+        if middle.norm() <= FLAT_M {
+            sum += area;
+        }
+        // A skin of large triangles has none whose middle is near: then the one over the entry counts.
+        if height_over([a, b, c], &Point3::origin()).is_some_and(|height| height.abs() <= FLAT_M) {
+            over = area;
+        }
+    }
+    let normal = sum.try_normalize(0.0).or_else(|| over.try_normalize(0.0))?;
+    (normal.z < LEAST_COSINE).then(|| Remark {
+        field: "skin.file".to_owned(),
+        found: phrase!(
+            "a skin that leans by {angle}° at the entry",
+            angle = Phrase::number(libm::acos(normal.z.clamp(-1.0, 1.0)).to_degrees(), 0)
+        ),
+        allowed: phrase!("allowed: at most 12°, for the force law takes the skin as the plane z = 0; turn the meshes, or enter elsewhere"),
+    })
+}

@@ -1,0 +1,148 @@
+//! What the labels of a segmentation mean: `labels.toml` of `stylet anatomy import`.
+
+use law::structures::StructureKind;
+use nalgebra::{Point3, Vector3};
+use phrase::{Phrase, phrase};
+use serde::Deserialize;
+
+use crate::describe::{SEGMENTATION, measure};
+use crate::error::DocumentError;
+use crate::source::Source;
+use crate::walk::Walked;
+
+/// What the labels of a map mean, and where the needle enters.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct SegmentationLabels {
+    /// Title of the scene that is made.
+    pub title: String,
+    /// Where the needle enters.
+    pub entry: SegmentationEntry,
+    /// The labels.
+    #[serde(rename = "label")]
+    pub labels: Vec<SegmentationLabel>,
+}
+
+/// Where the needle enters, in the image's own world.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct SegmentationEntry {
+    point_mm: [f64; 3],
+    up: Option<[f64; 3]>,
+}
+
+/// A label.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct SegmentationLabel {
+    /// The number that its voxels have.
+    pub number: u16,
+    /// Name of the structure or layer.
+    pub name: String,
+    /// What it is, as the document says it: a structure's kind, `skin` or `layer`.
+    kind: String,
+    tissue: Option<String>,
+    /// How far smoothing may move the mesh, in voxels.
+    pub smoothing_voxels: f64,
+    /// Stiffness of its wall, in N/m, where it has one.
+    pub wall_stiffness_n_per_m: Option<f64>,
+    /// Force at which its wall gives way, in N.
+    pub wall_rupture_n: Option<f64>,
+}
+
+impl SegmentationEntry {
+    /// The place that the document states, in m.
+    #[must_use]
+    pub fn point_m(&self) -> Point3<f64> {
+        Point3::from(self.point_mm.map(|mm| mm / 1e3))
+    }
+
+    /// The direction out of the body that the document states.
+    #[must_use]
+    pub fn up(&self) -> Option<Vector3<f64>> {
+        self.up.map(Vector3::from)
+    }
+}
+
+impl SegmentationLabel {
+    /// What it is to the exercise; nothing for a layer.
+    #[must_use]
+    pub fn structure(&self) -> Option<StructureKind> {
+        serde_json::from_value(self.kind.as_str().into()).ok()
+    }
+
+    /// The tissue of a layer; nothing for a structure.
+    #[must_use]
+    pub fn tissue(&self) -> Option<&str> {
+        match self.kind.as_str() {
+            "skin" => Some("skin"),
+            "layer" => self.tissue.as_deref(),
+            _ => None,
+        }
+    }
+
+    /// Its kind in the document's word.
+    #[must_use]
+    pub fn kind(&self) -> &str {
+        &self.kind
+    }
+}
+
+impl SegmentationLabels {
+    /// Reads it from the bytes of a document; `name` is what errors call it.
+    ///
+    /// # Errors
+    /// Every issue found.
+    pub fn from_bytes(name: &str, bytes: &[u8]) -> Result<Self, DocumentError> {
+        let mut doc = Walked::new(Source::new(name, bytes)?, &SEGMENTATION)?;
+        doc.refuse_duplicates("label", "name");
+        check_numbers(&mut doc);
+        check_kinds(&mut doc);
+        check_up(&mut doc);
+        doc.finish()
+    }
+}
+
+fn check_numbers(doc: &mut Walked) {
+    let numbers: Vec<_> = doc.tables("label").iter().map(|label| label["number"].as_u64()).collect();
+    for (at, number) in numbers.iter().enumerate() {
+        let first = numbers[..at].iter().position(|earlier| earlier == number);
+        if let (Some(first), Some(number)) = (first, number) {
+            let allowed = phrase!("{first} has it already; each must be unique", first = format!("label[{first}]"));
+            doc.refuse(&format!("label[{at}].number"), Phrase::data(number), allowed);
+        }
+    }
+}
+
+/// A layer has a tissue and no wall, bone and targets have no wall, and a wall has both its numbers.
+fn check_kinds(doc: &mut Walked) {
+    for (at, label) in doc.tables("label").iter().enumerate() {
+        let kind = label["kind"].as_str().unwrap_or_default();
+        let field = |key: &str| format!("label[{at}].{key}");
+        if kind == "layer" && label["tissue"].is_null() && !doc.is_written(&field("tissue")) {
+            doc.refuse(&field("tissue"), phrase!("missing"), phrase!("a layer needs it: what does it feel like?"));
+        }
+        if let (Some(tissue), true) = (label["tissue"].as_str(), kind != "layer") {
+            let allowed = phrase!("allowed: nothing, for only kind = \"layer\" has one");
+            doc.refuse(&field("tissue"), Phrase::quoted(tissue), allowed);
+        }
+        let keys = ["wall_stiffness_n_per_m", "wall_rupture_n"];
+        let [stiffness, rupture] = keys.map(|key| label[key].as_f64());
+        let lacks = [(rupture, stiffness, keys[1]), (stiffness, rupture, keys[0])];
+        for (_, _, key) in lacks.into_iter().filter(|(this, other, _)| this.is_none() && other.is_some()) {
+            doc.refuse(
+                &field(key),
+                phrase!("missing"),
+                phrase!("a wall needs its stiffness and the force at which it gives way"),
+            );
+        }
+        if let (Some(stiffness), false) = (stiffness, ["vessel", "nerve", "organ"].contains(&kind)) {
+            let allowed = phrase!("allowed: nothing; vessel, nerve and organ may have a wall");
+            doc.refuse(&field(keys[0]), Phrase::Data(measure(stiffness, "N/m")), allowed);
+        }
+    }
+}
+
+fn check_up(doc: &mut Walked) {
+    let up: Vec<f64> = doc.value["entry"]["up"].as_array().into_iter().flatten().filter_map(|c| c.as_f64()).collect();
+    if !up.is_empty() && up.iter().all(|c| c.abs() < 1e-6) {
+        doc.refuse("entry.up", phrase!("a direction of no length"), phrase!("allowed: a direction, as [0, -1, 0]"));
+    }
+}
