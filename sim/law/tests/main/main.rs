@@ -24,4 +24,3 @@ mod ruptures;
 mod soak;
 #[cfg(test)]
 mod structures;
-mod structures_hard;
