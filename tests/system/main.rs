@@ -25,6 +25,7 @@ mod python_package;
 mod readme;
 mod replay_drawing;
 mod research_tables;
+mod roster_journey;
 mod screenshots;
 mod second_factor;
 mod station;

@@ -300,6 +300,6 @@ pub(crate) mod tests {
             html.contains("/sessions/00000000-0000-0000-0000-000000000001/supervision") && html.contains("I was there"),
             "{html}"
         );
-        assert!(html.contains("<strong>1</strong> of 5 have done it") && html.contains("Give longer"), "{html}");
+        assert!(html.contains("<strong>1</strong> of 5 have done it") && html.contains("Extend"), "{html}");
     }
 }

@@ -107,7 +107,7 @@ fn say_departures(beside: &LayerBeside) -> Vec<SaidDeparture> {
         let words = match (value.what, departure) {
             (Compared::Speed, Departure::Above) => {
                 tr!(
-                    "In {layer}: faster than the experts, {own} (they {theirs}).",
+                    "In {layer}: faster than the experts, {own} (experts: {theirs}).",
                     layer = layer,
                     own = own,
                     theirs = theirs
@@ -115,27 +115,27 @@ fn say_departures(beside: &LayerBeside) -> Vec<SaidDeparture> {
             }
             (Compared::Speed, Departure::Below) => {
                 tr!(
-                    "In {layer}: slower than the experts, {own} (they {theirs}).",
+                    "In {layer}: slower than the experts, {own} (experts: {theirs}).",
                     layer = layer,
                     own = own,
                     theirs = theirs
                 )
             }
             (Compared::AfterPop, Departure::Above) => tr!(
-                "After the pop into {layer}: farther on than the experts, {own} (they {theirs}).",
+                "After the pop into {layer}: farther on than the experts, {own} (experts: {theirs}).",
                 layer = layer,
                 own = own,
                 theirs = theirs
             ),
             (Compared::AfterPop, Departure::Below) => tr!(
-                "After the pop into {layer}: less far on than the experts, {own} (they {theirs}).",
+                "After the pop into {layer}: less far on than the experts, {own} (experts: {theirs}).",
                 layer = layer,
                 own = own,
                 theirs = theirs
             ),
             (Compared::Peak, Departure::Above) => {
                 tr!(
-                    "In {layer}: pushed harder than the experts, {own} (they {theirs}).",
+                    "In {layer}: pushed harder than the experts, {own} (experts: {theirs}).",
                     layer = layer,
                     own = own,
                     theirs = theirs
@@ -143,7 +143,7 @@ fn say_departures(beside: &LayerBeside) -> Vec<SaidDeparture> {
             }
             (Compared::Peak, Departure::Below) => {
                 tr!(
-                    "In {layer}: pushed less than the experts, {own} (they {theirs}).",
+                    "In {layer}: pushed less than the experts, {own} (experts: {theirs}).",
                     layer = layer,
                     own = own,
                     theirs = theirs

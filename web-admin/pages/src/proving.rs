@@ -49,7 +49,7 @@ impl FactorRefused {
     #[must_use]
     pub fn said(&self) -> String {
         let fixed = match self {
-            Self::Password => tr!("This is not your password of now."),
+            Self::Password => tr!("This is not your current password."),
             Self::Code => {
                 tr!("This code is wrong, was used before, or is too old. Is the clock of your device right?")
             }

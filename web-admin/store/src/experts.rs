@@ -152,19 +152,21 @@ pub async fn list_expert_attempts(
     exercise: &str,
     most: u32,
 ) -> Result<Vec<SessionId>> {
-    let newest: Vec<Option<SessionId>> = sqlx::query_scalar(
-        "SELECT (SELECT s.id FROM sessions s JOIN grades g ON g.school_id = s.school_id AND g.session_id = s.id
-           WHERE s.school_id = e.school_id AND s.trainee_id = e.person_id AND s.exercise_id = $2 AND g.passed = 1
-             AND s.uncounted IS NULL
-           ORDER BY s.started_at DESC LIMIT 1)
-         FROM expert_declarations e
-         WHERE e.school_id = $1 AND e.withdrawn_at IS NULL AND e.person_id <> $3 ORDER BY e.person_id LIMIT $4",
+    // The limit counts attempts, not declarations: most experts may never have tried this exercise.
+    sqlx::query_scalar(
+        "SELECT tried.newest FROM (
+           SELECT e.person_id, (SELECT s.id FROM sessions s JOIN grades g ON g.school_id = s.school_id AND g.session_id = s.id
+             WHERE s.school_id = e.school_id AND s.trainee_id = e.person_id AND s.exercise_id = $2 AND g.passed = 1
+               AND s.uncounted IS NULL
+             ORDER BY s.started_at DESC LIMIT 1) AS newest
+           FROM expert_declarations e
+           WHERE e.school_id = $1 AND e.withdrawn_at IS NULL AND e.person_id <> $3) tried
+         WHERE tried.newest IS NOT NULL ORDER BY tried.person_id LIMIT $4",
     )
     .bind(school)
     .bind(exercise)
     .bind(person)
     .bind(most)
     .fetch_all(executor)
-    .await?;
-    Ok(newest.into_iter().flatten().collect())
+    .await
 }

@@ -81,7 +81,7 @@ async fn nobody_reaches_a_trainee_by_typing_an_address() {
     world.ask("ada@example.org").await;
     assert_eq!(world.reach().await, [404; 4], "asked for is not agreed");
     let page = world.eve.get(&format!("/cohorts/{}/people", world.cohort)).await.text();
-    assert!(page.contains("Asked for") && !page.contains(&format!("/trainees/{}", world.ada.person.id)), "{page}");
+    assert!(page.contains("Requests") && !page.contains(&format!("/trainees/{}", world.ada.person.id)), "{page}");
     let yes = format!("/cohorts/{}/people/{}/answer", world.cohort, world.ada.person.id);
     assert_eq!(press(&mut world.eve, &yes, &[("answer", "yes")]).await.status, 403, "not by whoever asks");
     let mut ada = world.app.signed_in("ada@example.org").await;
@@ -120,7 +120,7 @@ async fn an_administrator_decides_and_alone_decides_who_teaches() {
     let mut head = world.app.signed_in("head@example.org").await;
     world.ask("ada@example.org").await;
     world.ask("ben@example.org").await;
-    assert!(head.get("/admin").await.text().contains("Asked for in cohorts"));
+    assert!(head.get("/admin").await.text().contains("Requests to join cohorts"));
     let mut as_ben = world.app.signed_in("ben@example.org").await;
     assert_eq!(press(&mut as_ben, &world.answer_of_ada(), &[("answer", "yes")]).await.status, 403, "not by himself");
     for asked in [world.ada.person.id, ben.person.id] {

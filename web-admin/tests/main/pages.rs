@@ -75,7 +75,10 @@ async fn a_trainee_finds_what_is_next_and_the_attempt_with_its_reasons() {
 async fn an_instructor_sees_the_cohort_they_teach() {
     let school = School::new().await;
     let cohort = school.page("teacher@example.org", &school.cohort_path().await).await;
-    assert!(cohort.contains("Who is where") && cohort.contains(&format!("/trainees/{}", school.trainee.person.id)));
+    assert!(
+        cohort.contains("Who is working on what")
+            && cohort.contains(&format!("/trainees/{}", school.trainee.person.id))
+    );
     let home = school.page("teacher@example.org", "/").await;
     assert!(home.contains("Spring") && home.contains(&format!("/sessions/{}", school.attempt)), "{home}");
     let trainee = school.page("teacher@example.org", &format!("/trainees/{}", school.trainee.person.id)).await;

@@ -9,8 +9,12 @@ use std::path::{Path, PathBuf};
 use super::support::App;
 
 /// Tables that grow with attempts, people, cohorts or acts. Unfinished uploads do not: they expire.
-const BIG: [&str; 18] = [
+const BIG: [&str; 22] = [
     "notices",
+    "assignment_extensions",
+    "segment_extensions",
+    "study_participants",
+    "survey_letters",
     "sessions",
     "scores",
     "regrading_lines",
@@ -34,7 +38,7 @@ const BIG: [&str; 18] = [
 const LISTED: [&str; 2] = ["assignments", "segment_tasks"];
 
 /// What may read everything: beginnings of statements, each with the reason.
-const WHOLE: [(&str, &str); 20] = [
+const WHOLE: [(&str, &str); 21] = [
     ("WITH RECURSIVE", "the generator of invented practice"),
     ("INSERT INTO tallies", "sums a school up anew, after the generator"),
     ("DELETE FROM tallies", "the same"),
@@ -57,6 +61,10 @@ const WHOLE: [(&str, &str); 20] = [
         "at a start: an index that is empty but after an update",
     ),
     ("SELECT coalesce(sum(iif(p.role = 'guest'", "a school is written for research: its guests and staff, by command"),
+    (
+        "SELECT u.title AS survey, l.name, l.email, l.sent_at",
+        "somebody’s own data, by an address in any case of letters",
+    ),
     ("SELECT seq, hash FROM audit_log ORDER BY seq DESC", "reads one row from the end of the primary key"),
 ];
 

@@ -53,9 +53,9 @@ impl ExerciseFormMaker<'_> {
     fn about_section(&self) -> FormSection {
         let read = &self.read;
         let levels = ["1", "2", "3", "4", "5"].map(|level| (level, tr!("{difficulty} of 5", difficulty = level)));
-        let difficulty = std::iter::once(("", tr!("Nothing said: 1").to_owned())).chain(levels);
+        let difficulty = std::iter::once(("", tr!("Not set: 1").to_owned())).chain(levels);
         let given = Feedback::ALL.map(say_feedback);
-        let given = std::iter::once(("", tr!("Nothing said: everything").to_owned())).chain(given);
+        let given = std::iter::once(("", tr!("Not set: everything").to_owned())).chain(given);
         let mut said = read.wording("title", tr!("Title"), &FieldInput::Line);
         let briefing = read.wording("briefing", tr!("Briefing"), &FieldInput::Prose);
         said.extend(

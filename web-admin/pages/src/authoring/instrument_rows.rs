@@ -196,8 +196,8 @@ impl InstrumentFormMaker<'_> {
         let number = |key: &str, label: &str| self.read.field(at(key), label, FieldInput::Number);
         let known = [
             ("points", number("points", tr!("How many points")).hinted(tr!("2 to 11."))),
-            ("min", number("min", tr!("Least answer"))),
-            ("max", number("max", tr!("Largest answer"))),
+            ("min", number("min", tr!("Lowest answer"))),
+            ("max", number("max", tr!("Highest answer"))),
             ("step", number("step", tr!("Distance between two marks"))),
             ("unit", self.read.field(at("unit"), tr!("Unit"), FieldInput::Line)),
             ("max_characters", number("max_characters", tr!("Most characters"))),
@@ -336,7 +336,7 @@ impl InstrumentFormMaker<'_> {
         let combine =
             plain_choices(combine.into_iter().chain([weighted]).map(|(word, label)| (word, label.to_owned())));
         let mut fields = self.wording(&at("title"), tr!("Title"), &FieldInput::Line);
-        fields.push(read.choice(&at("combine"), tr!("From the answers is made"), combine));
+        fields.push(read.choice(&at("combine"), tr!("The score is"), combine));
         let mut missing = read.choice(&at("missing"), tr!("Where an answer is missing"), {
             let none = ("no-score", tr!("There is no score"));
             let is_said = read.document.is_written(&at("missing"));
@@ -397,7 +397,7 @@ impl InstrumentFormMaker<'_> {
             numeric.iter().copied().filter(|item| read.document.names_id(&at("items"), &id_of(*item))).collect();
         let mut groups = vec![
             boxes("items", tr!("Questions that count"), numeric),
-            boxes("reversed", tr!("Of these the other way round: a high answer counts low"), counted),
+            boxes("reversed", tr!("Reversed among them: a high answer counts low"), counted),
         ];
         if read.document.written_at(&at("combine")) == "pair-weighted" || read.document.is_written(&at("pairs")) {
             groups.push(boxes("pairs", tr!("Pairs that weigh them"), of_kinds(&["pair"]).collect()));

@@ -166,7 +166,7 @@ impl BulkPage {
 
     fn consequence(&self) -> &'static str {
         match self.act {
-            BulkAct::Invite => tr!("Links that were mailed before are good no more."),
+            BulkAct::Invite => tr!("Links that were mailed before no longer work."),
             BulkAct::Join => {
                 tr!("What is assigned to the cohort is theirs from now on, and those who teach it see their attempts.")
             }

@@ -78,7 +78,7 @@ async fn make_token(
     let made = if accounts::is_own_password(&state, &person, &form.password).await? {
         tokens::make(&state, &person, TokenRequest { name: &form.name, days: form.days }).await
     } else {
-        Err(Error::Unprocessable(tr!("This is not your password of now.").to_owned()))
+        Err(Error::Unprocessable(tr!("This is not your current password.").to_owned()))
     };
     match split_refusal(made)? {
         Ok(made) => {

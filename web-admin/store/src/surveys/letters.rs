@@ -31,11 +31,11 @@ pub async fn queue_survey_letter(
     .map(|done| done.rows_affected() == 1)
 }
 
-/// How many letters of a school were queued since a moment. Their ids tell when.
+/// How many letters of a school were queued since a moment. Their ids tell when; the plus keeps SQLite to them, past the school’s index.
 pub async fn queued_since(executor: impl SqliteExecutor<'_>, school: SchoolId, since: Moment) -> Result<u32> {
     let milliseconds = since.duration_since(Moment::from_micros(0)).as_millis();
     let first = LetterId::from_u128(milliseconds << 80);
-    sqlx::query_scalar("SELECT count(*) FROM survey_letters WHERE school_id = $1 AND id >= $2")
+    sqlx::query_scalar("SELECT count(*) FROM survey_letters WHERE +school_id = $1 AND id >= $2")
         .bind(school)
         .bind(first)
         .fetch_one(executor)
