@@ -207,7 +207,7 @@ mod tests {
         fn of_noise(next: &mut dyn FnMut() -> u32) -> Self {
             let size = [6; 3];
             let is_rim = |at: usize| [at % 6, at / 6 % 6, at / 36].iter().any(|c| *c == 0 || *c == 5);
-            let parts = (0..216).map(|at| if is_rim(at) || next() % 2 == 0 { 0.0 } else { 1.0 }).collect();
+            let parts = (0..216).map(|at| if is_rim(at) || next().is_multiple_of(2) { 0.0 } else { 1.0 }).collect();
             Self::of_parts(size, parts)
         }
     }

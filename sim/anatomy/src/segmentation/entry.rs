@@ -51,13 +51,16 @@ impl EntryFrame {
         let skin = Skin { vertices_m, triangles };
         let near_m = skin.nearest(&at_m);
         let away_m = (near_m - at_m).norm();
-        if !(away_m <= NEAR_M) {
+        // A place that is no number is near nothing.
+        let is_near = away_m <= NEAR_M;
+        if !is_near {
             return Err(SegmentationError::EntryAway { away_mm: away_m * 1e3, most_mm: NEAR_M * 1e3 });
         }
         let normal = skin.normal_about(&near_m);
         let z = up.and_then(|up| up.try_normalize(1e-9)).unwrap_or(normal);
         let cosine = z.dot(&normal);
-        if !(cosine > LEAST_COSINE) {
+        let leads_out = cosine > LEAST_COSINE;
+        if !leads_out {
             let angle_deg = libm::acos(cosine.clamp(-1.0, 1.0)).to_degrees();
             return Err(SegmentationError::UpInwards { angle_deg });
         }
@@ -142,6 +145,7 @@ pub struct MeasuredLayer {
 ///
 /// # Errors
 /// No layer at all.
+#[expect(clippy::expect_used, reason = "the header's check refuses voxels that span no volume")]
 pub fn measure_layers(
     map: &LabelMap,
     frame: &EntryFrame,

@@ -118,9 +118,10 @@ pub(super) fn read_header(bytes: &[u8]) -> Result<Header, SegmentationError> {
 
 fn check_placement(placement: &Placement) -> Result<(), SegmentationError> {
     let edges = [0, 1, 2].map(|axis| placement.steps_m.column(axis).norm());
-    let is_far = placement.origin_m.iter().any(|c| !(c.abs() <= 10.0));
-    let is_flat = !(placement.steps_m.determinant().abs() >= LEAST_SKEW * edges.iter().product::<f64>());
-    if edges.iter().all(|edge| EDGE_M.contains(edge)) && !is_far && !is_flat {
+    // Said so that what is no number fails.
+    let is_near = placement.origin_m.iter().all(|c| c.abs() <= 10.0);
+    let is_solid = placement.steps_m.determinant().abs() >= LEAST_SKEW * edges.iter().product::<f64>();
+    if edges.iter().all(|edge| EDGE_M.contains(edge)) && is_near && is_solid {
         return Ok(());
     }
     Err(SegmentationError::Header {
@@ -282,7 +283,8 @@ impl Fields<'_> {
 fn rotation([b, c, d]: [f64; 3]) -> Result<Matrix3<f64>, SegmentationError> {
     let rest = 1.0 - (b * b + c * c + d * d);
     // Quaternions of half a turn are stored in 32 bits and may come out a little above 1.
-    if !(rest >= -1e-5) {
+    let is_unit = rest >= -1e-5;
+    if !is_unit {
         return Err(SegmentationError::Header {
             field: "quatern",
             value: format!("{b}, {c}, {d}"),

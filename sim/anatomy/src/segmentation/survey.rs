@@ -42,10 +42,10 @@ impl LabelMap {
         let label = self.labels[steps[0].0];
         let extent = &mut extents[usize::from(label)];
         extent.voxels += 1;
-        for axis in 0..3 {
-            extent.low[axis] = extent.low[axis].min(at[axis]);
-            extent.high[axis] = extent.high[axis].max(at[axis]);
-            let ends = u64::from(at[axis] == 0) + u64::from(at[axis] + 1 == self.size[axis]);
+        for (axis, &place) in at.iter().enumerate() {
+            extent.low[axis] = extent.low[axis].min(place);
+            extent.high[axis] = extent.high[axis].max(place);
+            let ends = u64::from(place == 0) + u64::from(place + 1 == self.size[axis]);
             extent.faces += ends;
             extent.is_cut |= ends > 0;
         }

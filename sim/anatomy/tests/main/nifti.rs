@@ -87,11 +87,11 @@ struct Header {
 impl Header {
     fn integer(&mut self, first: usize, second: usize, width: usize, value: i64) {
         let at = if self.form.is_second { second } else { first };
-        let bytes = value.to_le_bytes();
-        for byte in 0..width {
-            let to = if self.form.is_little { byte } else { width - 1 - byte };
-            self.bytes[at + to] = bytes[byte];
+        let mut bytes = value.to_le_bytes()[..width].to_vec();
+        if !self.form.is_little {
+            bytes.reverse();
         }
+        self.bytes[at..at + width].copy_from_slice(&bytes);
     }
 
     fn real(&mut self, first: usize, second: usize, value: f64) {

@@ -107,14 +107,17 @@ fn from_tube_mm(place: &Vector3<f64>) -> f64 {
     outside(across, along.abs() - TUBE_HALF_MM)
 }
 
+/// Distance from a body's surface, in mm.
+type Distance = fn(&Vector3<f64>) -> f64;
+
 fn from_bone_mm(place: &Vector3<f64>) -> f64 {
     let p = place - BONE_AT_MM;
-    (p.xy().norm() - BONE_RING_MM).hypot(p.z) - BONE_RADIUS_MM
+    libm::hypot(p.xy().norm() - BONE_RING_MM, p.z) - BONE_RADIUS_MM
 }
 
 /// Distance from what lies within two bounds at a right angle.
 fn outside(one: f64, other: f64) -> f64 {
-    let over = one.max(0.0).hypot(other.max(0.0));
+    let over = libm::hypot(one.max(0.0), other.max(0.0));
     over + one.max(other).min(0.0)
 }
 
@@ -143,7 +146,7 @@ fn known_bodies_come_out_within_two_per_cent_of_volume_and_half_a_voxel_of_surfa
     for (image_rad, phantom_rad) in [(0.0, 0.0), (0.5, 0.0), (0.5, 0.8)] {
         let phantom = Phantom::new(image_rad, phantom_rad);
         let map = phantom.map();
-        let bodies: [(&str, u16, f64, fn(&Vector3<f64>) -> f64); 3] = [
+        let bodies: [(&str, u16, f64, Distance); 3] = [
             ("ellipsoid", ELLIPSOID, ellipsoid_mm3, from_ellipsoid_mm),
             ("tube", TUBE, tube_mm3, from_tube_mm),
             ("bone with a hole", BONE, bone_mm3, from_bone_mm),
@@ -178,7 +181,7 @@ fn layers_are_as_thick_along_the_skins_normal_as_they_were_made() {
         let at_mm = Vector3::new(2.0, -1.0, SKIN_MM + 4.0);
         let frame = EntryFrame::new(&skin.surface, phantom.world_m(&at_mm), None).unwrap();
         let off_mm = phantom.own_mm(&frame.origin_m).z - SKIN_MM;
-        let normal_deg = frame.normal.dot(&(phantom.turn * Vector3::z())).acos().to_degrees();
+        let normal_deg = libm::acos(frame.normal.dot(&(phantom.turn * Vector3::z()))).to_degrees();
         println!("skin off by {off_mm:.3} mm, normal by {normal_deg:.2}°");
         assert!(off_mm.abs() < 0.5 * EDGES_MM[2] && normal_deg < 1.5);
         let layers = measure_layers(&map, &frame, &|label| label <= MUSCLE).unwrap();

@@ -16,7 +16,9 @@ mod field_case;
 mod force_case;
 #[cfg(test)]
 mod hands;
+#[cfg(test)]
 mod instrument;
+#[cfg(test)]
 mod mend;
 #[cfg(test)]
 mod mesh;
@@ -26,6 +28,7 @@ mod options;
 mod patient;
 #[cfg(test)]
 mod picture;
+#[cfg(test)]
 mod placing;
 #[cfg(test)]
 mod refusals;

@@ -177,7 +177,7 @@ fn a_threshold_follows_from_toughness_by_mechanics_and_not_by_a_power_of_the_dia
         }
     }
     // Tough against its radius: between a line and a square.
-    let power = (tough(4.0, "bevel") / tough(0.7, "bevel")).ln() / (4.0_f64 / 0.7).ln();
+    let power = libm::log(tough(4.0, "bevel") / tough(0.7, "bevel")) / libm::log(4.0 / 0.7);
     assert!((1.0..2.0).contains(&power), "{power}");
 }
 

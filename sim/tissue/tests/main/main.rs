@@ -11,6 +11,8 @@ mod axisymmetric_laws;
 #[cfg(test)]
 mod calibrate;
 #[cfg(test)]
+mod calibrate_timed;
+#[cfg(test)]
 mod estimates;
 #[cfg(test)]
 mod follow;

@@ -2,9 +2,7 @@
 
 use std::path::PathBuf;
 
-use ::anatomy::{
-    AnatomyPart, Body, BodyOrder, BodyQuality, Dimension, Level, Posture, Standing, list_published,
-};
+use ::anatomy::{AnatomyPart, Body, BodyOrder, BodyQuality, Dimension, Level, Posture, Standing, list_published};
 use clap::ValueEnum;
 use serde::Serialize;
 

@@ -90,6 +90,7 @@ impl TimedSearch<'_, '_> {
     }
 
     /// The lowest that the start, or one drawn around it, leads to.
+    #[expect(clippy::expect_used, reason = "the start is one of those that are followed")]
     fn lowest(&mut self, first: &[f64]) -> Lowest {
         let mut draw = Draw::new(DRAWS_SEED);
         let mut glanced = vec![self.descend(first, GLANCE)];

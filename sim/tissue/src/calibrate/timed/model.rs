@@ -232,6 +232,7 @@ struct LawWalk {
 }
 
 impl LawWalk {
+    #[expect(clippy::expect_used, reason = "the start was checked, and bounds keep to what the law takes")]
     fn new(spec: AxialSpec) -> Self {
         let params = AxialParams::new(spec).expect("the start was checked, and bounds keep to what the law takes");
         let (state, scratch) = (AxialState::new(&params), AxialScratch::new(&params));
@@ -261,6 +262,7 @@ impl LawWalk {
     }
 
     /// Lowers a threshold to what the boundary holds.
+    #[expect(clippy::expect_used, reason = "a force of the law is finite, and it is made no less than 0")]
     fn give_way(&mut self, boundary: usize, held_n: f64) {
         let mut spec = self.params.spec().clone();
         spec.layers[boundary].tip_rupture_n = held_n.max(0.0);

@@ -21,7 +21,7 @@ const CURVES: u64 = 12;
 
 /// One layer that stiffens, relaxes and rubs, over one that stays shut.
 fn liver(draw: &mut Draw) -> AxialSpec {
-    let mut number = |low: f64, high: f64| low * (high / low).powf(draw.uniform());
+    let mut number = |low: f64, high: f64| low * libm::pow(high / low, draw.uniform());
     let mut layers = vec![
         make_layer("capsule", [4.0, number(150.0, 300.0), 0.0, 1.0, 0.0, number(20.0, 60.0), number(0.05, 0.2)]),
         make_layer("liver", [60.0, number(150.0, 300.0), 0.0, 40.0, 0.0, 30.0, 0.1]),
@@ -71,7 +71,7 @@ fn along(truth: &AxialSpec, length_s: f64, depth_m: &dyn Fn(f64) -> f64, noise: 
 /// The truth with every number changed by up to a fifth: where a fit starts.
 fn changed(truth: &AxialSpec, draw: &mut Draw) -> AxialSpec {
     let mut start = truth.clone();
-    let mut by = || 0.8 * 1.5_f64.powf(draw.uniform());
+    let mut by = || 0.8 * libm::pow(1.5, draw.uniform());
     for layer in &mut start.layers {
         layer.stiffness_n_per_m *= by();
         layer.friction_n_per_m *= by();
