@@ -39,7 +39,7 @@ const KNOWN: [&str; 17] = [
 ];
 
 /// Where sentences are said.
-const SAID_IN: [&str; 15] = [
+const SAID_IN: [&str; 16] = [
     "pages/templates",
     "pages/src",
     "../sim/words/src",
@@ -49,6 +49,7 @@ const SAID_IN: [&str; 15] = [
     "../sim/phrase/src",
     "../sim/law/src",
     "../sim/tissue/src",
+    "../sim/anatomy/src",
     "../sim/documents/src",
     "../sim/dossier/src",
     "../sim/assessment/src",
