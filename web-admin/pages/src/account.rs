@@ -124,7 +124,7 @@ mod tests {
         };
         let html = samples::keep_page("account", &page);
         assert!(html.contains("/account/cohorts/") && html.contains("asked to have you in Spring"), "{html}");
-        assert!(html.contains("/account/export") && html.contains("not your password"), "{html}");
+        assert!(html.contains("/account/export") && html.contains("not your current password"), "{html}");
         let page = JoinPage {
             csrf: "c".to_owned(),
             token: "t".to_owned(),
@@ -135,7 +135,7 @@ mod tests {
             refused: Some(PasswordRefused::Different),
         };
         assert!(samples::keep_page("join", &page).contains("Welcome"));
-        assert!(samples::keep_page("dead-link", &DeadLinkPage).contains("not good"));
+        assert!(samples::keep_page("dead-link", &DeadLinkPage).contains("no longer works"));
         assert!(
             samples::keep_page("forgotten", &ForgottenPage { csrf: "c".to_owned(), asked: true })
                 .contains("on its way")

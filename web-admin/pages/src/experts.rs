@@ -173,8 +173,8 @@ mod tests {
         assert_eq!(
             said,
             [
-                "In fat: faster than the experts, 12.0\u{a0}mm/s (they 3.00 to 5.00\u{a0}mm/s).",
-                "In fat: pushed less than the experts, 1.00\u{a0}N (they 3.00 to 5.00\u{a0}N)."
+                "In fat: faster than the experts, 12.0\u{a0}mm/s (experts: 3.00 to 5.00\u{a0}mm/s).",
+                "In fat: pushed less than the experts, 1.00\u{a0}N (experts: 3.00 to 5.00\u{a0}N)."
             ]
         );
         let row = make_layer_row(&layer);

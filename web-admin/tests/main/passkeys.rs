@@ -339,7 +339,11 @@ async fn without_a_name_for_the_host_there_are_none_and_codes_do() {
     });
     let moved = moved.await;
     let (mut client, page) = half(&moved).await;
-    assert!(!page.text().contains("data-options") && page.text().contains("cannot be asked"), "{}", page.text());
+    assert!(
+        !page.text().contains("data-options") && page.text().contains("do not work at the address"),
+        "{}",
+        page.text()
+    );
     let done = send(&mut client, "/login/code", "/login/code", &[("code", &codes[0])]).await;
     assert_eq!(done.status, 303, "{}", done.text());
     assert!(client.get(PAGE).await.text().contains("There are no passkeys here"));

@@ -162,8 +162,8 @@ pub(super) async fn make_assignment(
 fn say_locks(locks: &LockedTrainees) -> String {
     let missing = locks.missing.iter().map(String::as_str).collect::<Vec<_>>().join(", ");
     trn!(
-        "it is locked for {n} trainee of {of}, who must first master: {missing}; tick “Assign it all the same”, or assign that first",
-        "it is locked for {n} trainees of {of}, who must first master: {missing}; tick “Assign it all the same”, or assign that first",
+        "it is locked for {n} trainee of {of}, who must first master: {missing}; tick “Assign it anyway”, or assign that first",
+        "it is locked for {n} trainees of {of}, who must first master: {missing}; tick “Assign it anyway”, or assign that first",
         locks.locked,
         of = locks.of,
         missing = missing
