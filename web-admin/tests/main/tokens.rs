@@ -64,7 +64,7 @@ async fn only_a_name_a_known_time_and_the_password_make_one() {
     let (app, _) = app().await;
     let mut ada = app.signed_in("ada@example.org").await;
     for (name, days, password, status, word) in [
-        ("Analysis", "30", "a guess", 422, "not your password"),
+        ("Analysis", "30", "a guess", 422, "not your current password"),
         ("", "30", PASSWORD, 422, "0 characters"),
         (&"x".repeat(61), "30", PASSWORD, 422, "61 characters"),
         ("a\u{202e}b", "30", PASSWORD, 422, "U+202E"),
