@@ -7,6 +7,7 @@ use acts::Service;
 use acts::brakes::PairingLimits;
 use acts::clock::Clock;
 use acts::config::Config;
+use acts::inspection::Inspection;
 use model::Moment;
 
 use crate::examining::examine_draft;
@@ -26,6 +27,8 @@ pub struct AppState {
     pub counters: Arc<Counters>,
     /// What `/readyz` asks.
     pub pulse: Arc<Pulse>,
+    /// How far the look through the database is that began with the service.
+    pub inspection: Arc<Inspection>,
 }
 
 impl AppState {
@@ -40,6 +43,7 @@ impl AppState {
             pairings: Arc::default(),
             counters: Arc::default(),
             pulse: Arc::default(),
+            inspection: Arc::default(),
         })
     }
 

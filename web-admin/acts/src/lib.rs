@@ -29,6 +29,7 @@ pub mod error;
 pub mod generating;
 pub mod helper;
 pub mod importing;
+pub mod inspection;
 pub mod intake;
 pub mod judging;
 pub mod keys;

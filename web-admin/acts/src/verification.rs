@@ -4,7 +4,6 @@ use std::collections::BTreeSet;
 use std::io::ErrorKind;
 use std::path::Path;
 
-use anyhow::Context;
 use model::directory::AccountState;
 use model::ids::SchoolId;
 use store::sessions::{self, RecordingFile};
@@ -92,22 +91,6 @@ pub async fn unerased(db: &Database, list: &ErasureList) -> anyhow::Result<Vec<S
     Ok(findings)
 }
 
-/// Refuses a database whose pages or audit log are damaged, before anything is written to it. One that is not there
-/// yet is fine.
-///
-/// # Errors
-/// When it is damaged, in one line that says how and what to do.
-pub async fn refuse_damage(config: &Config) -> anyhow::Result<()> {
-    const ADVICE: &str = "the database is damaged and is not served; restore a backup with web-admin restore";
-    let Some(db) = Database::open_if_there(&config.database_url).await.context(ADVICE)? else { return Ok(()) };
-    let damage = damage(&db).await.context(ADVICE);
-    db.close().await;
-    match &damage?[..] {
-        [] => Ok(()),
-        [first, rest @ ..] => anyhow::bail!("{ADVICE}: {first} ({} more findings)", rest.len()),
-    }
-}
-
 /// Refuses to make a new database beside recordings: the one that names them is lost, or a restore was stopped in its midst.
 ///
 /// # Errors
@@ -187,14 +170,6 @@ fn entries(folder: &Path) -> std::io::Result<Vec<String>> {
         .collect::<std::io::Result<Vec<_>>>()?;
     names.sort();
     Ok(names)
-}
-
-async fn damage(db: &Database) -> anyhow::Result<Vec<String>> {
-    let mut findings = db.damaged_pages().await?;
-    if findings.is_empty() && audit::is_entry_kept(db.reader()).await? {
-        findings.extend(audit::check_audit_chain(db.reader()).await?.findings);
-    }
-    Ok(findings)
 }
 
 fn check_files(folder: &Path, recordings: &[RecordingFile]) -> Vec<String> {

@@ -9,6 +9,7 @@ use std::time::Duration;
 use acts::clock::Clock;
 use acts::config::{UploadQuota, anchor_mail, mail_to, origin};
 use acts::helper::Helper;
+use acts::inspection::begin_inspection;
 use acts::locks::DataLock;
 use acts::scanning::Scanner;
 use acts::upkeep::{self, SetAside};
@@ -101,6 +102,9 @@ pub struct ServeArgs {
     /// Longest that looking what a draft of an exercise comes to may take, in s
     #[arg(long, value_name = "S", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=20))]
     preview_s: u64,
+    /// Longest that the start waits until the database is looked through, in s; what takes longer goes on while the service serves
+    #[arg(long, value_name = "S", default_value_t = 2, value_parser = clap::value_parser!(u64).range(0..=86_400))]
+    check_s: u64,
 }
 
 pub(super) async fn run_serve(args: &ServeArgs) -> Result<(), CommandFailure> {
@@ -128,10 +132,9 @@ pub(super) async fn run_serve(args: &ServeArgs) -> Result<(), CommandFailure> {
     }
     config.anchor_mail = args.anchor_mail.as_deref().map(anchor_mail).transpose()?;
     let _lock = DataLock::take(&config, "web-admin serve", Clock::system().now())?;
-    // Before the schema is brought up to date: nothing is written to a file that is damaged.
-    verification::refuse_damage(&config).await?;
     verification::refuse_lost_database(&config)?;
-    let state = AppState::open(config, Clock::system()).await?;
+    let inspection = begin_inspection(&config, Duration::from_secs(args.check_s)).await?;
+    let state = AppState { inspection, ..AppState::open(config, Clock::system()).await? };
     let cleared = recordings::clear_uploads(&state.config.uploads_dir()).context("cannot clear unfinished uploads")?;
     tracing::info!(cleared, "unfinished uploads cleared");
     let erased = erasing::catch_up(&state).await.context("who was erased cannot be erased again")?;

@@ -1,6 +1,7 @@
 //! For whoever keeps the service running: is it up, is it ready, how much is there to do.
 
 use acts::error::Error;
+use acts::inspection::InspectionState;
 use acts::secret;
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, StatusCode, header};
@@ -39,10 +40,23 @@ pub async fn count_requests(State(state): State<AppState>, request: Request, nex
 }
 
 async fn answer_readiness(State(state): State<AppState>) -> Response {
-    match state.pulse.is_beating(&state).await {
-        true => "ready\n".into_response(),
-        false => (StatusCode::SERVICE_UNAVAILABLE, "the database does not answer, or takes nothing\n").into_response(),
+    let unready = |why| (StatusCode::SERVICE_UNAVAILABLE, why).into_response();
+    let inspection = state.inspection.state();
+    if !inspection.findings.is_empty() {
+        return unready("the database is damaged: the log and /admin/service say how\n");
     }
+    match state.pulse.is_beating(&state).await {
+        true if inspection.going => format!("ready; {}\n", say_progress(&inspection)).into_response(),
+        true => "ready\n".into_response(),
+        false => unready("the database does not answer, or takes nothing\n"),
+    }
+}
+
+fn say_progress(inspection: &InspectionState) -> String {
+    let InspectionState { tables, tables_read, audit_rows, audit_rows_read, .. } = inspection;
+    format!(
+        "the database is being checked: {tables_read} of {tables} tables, {audit_rows_read} of {audit_rows} rows of the audit log"
+    )
 }
 
 /// Figures for whoever keeps the service running: by the token that was set for them; where none was, not to the world.
@@ -57,8 +71,19 @@ async fn show_metrics(State(state): State<AppState>, headers: HeaderMap) -> Resu
     let reader = state.db.reader();
     let totals = service::count_totals(reader).await?;
     let waited_us = totals.due_at.map_or(0, |due| state.clock.now().micros().saturating_sub(due.micros()).max(0));
-    let text = write_gauges(&totals, waited_us as f64 / 1e6) + &state.counters.lines();
+    let text = write_gauges(&totals, waited_us as f64 / 1e6)
+        + &write_inspection(&state.inspection.state())
+        + &state.counters.lines();
     Ok(([(header::CONTENT_TYPE, "text/plain; version=0.0.4")], text).into_response())
+}
+
+fn write_inspection(inspection: &InspectionState) -> String {
+    let (done, findings) = (f64::from(u8::from(!inspection.going)), inspection.findings.len() as f64);
+    write_gauge(
+        "stylet_database_checked",
+        "Whether the look through the database that began with the service is over.",
+        done,
+    ) + &write_gauge("stylet_database_findings", "Damaged places that it found.", findings)
 }
 
 fn write_gauges(totals: &Totals, waited_s: f64) -> String {

@@ -212,6 +212,11 @@ pub async fn holds_hash_at(executor: impl SqliteExecutor<'_>, row: i64, hash: &s
 
 /// Walks the chain from the first row.
 pub async fn check_audit_chain(executor: impl SqliteExecutor<'_>) -> Result<AuditChain> {
+    walk_audit_chain(executor, |_| {}).await
+}
+
+/// As [`check_audit_chain`], telling after each row how many were walked.
+pub async fn walk_audit_chain(executor: impl SqliteExecutor<'_>, mut walked: impl FnMut(usize)) -> Result<AuditChain> {
     let mut rows = sqlx::query_as::<_, AuditRow>(
         "SELECT seq, at, school_id, actor, action, object, details, prev_hash, hash FROM audit_log ORDER BY seq",
     )
@@ -230,6 +235,7 @@ pub async fn check_audit_chain(executor: impl SqliteExecutor<'_>) -> Result<Audi
             chain.findings.push(format!("audit log: row {} was changed after it was written", row.seq));
         }
         chain.rows += 1;
+        walked(chain.rows);
         expected += 1;
         prev = row.hash;
     }

@@ -254,15 +254,30 @@ impl Database {
         Ok(findings)
     }
 
-    /// What SQLite finds wrong with the file's pages: quicker than [`Self::integrity`], which also compares every index.
+    /// Every table, that of the schema included.
     ///
     /// # Errors
     /// When the file cannot be read at all.
-    pub async fn damaged_pages(&self) -> Result<Vec<String>> {
-        let mut findings: Vec<String> =
-            sqlx::query_scalar("SELECT quick_check FROM pragma_quick_check").fetch_all(&self.reader).await?;
+    pub async fn list_tables(&self) -> Result<Vec<String>> {
+        sqlx::query_scalar(
+            "SELECT 'sqlite_schema' UNION ALL SELECT name FROM sqlite_schema WHERE type = 'table' AND name NOT LIKE 'sqlite_%'",
+        )
+        .fetch_all(&self.reader)
+        .await
+    }
+
+    /// What SQLite finds wrong with the pages of a table: quicker than [`Self::integrity`], which also compares every index and counts
+    /// the pages that are free.
+    ///
+    /// # Errors
+    /// When the file cannot be read at all.
+    pub async fn damaged_pages(&self, table: &str) -> Result<Vec<String>> {
+        let mut findings: Vec<String> = sqlx::query_scalar("SELECT quick_check FROM pragma_quick_check($1)")
+            .bind(table)
+            .fetch_all(&self.reader)
+            .await?;
         findings.retain(|line| line != "ok");
-        Ok(findings.iter().map(|lines| lines.replace('\n', " ")).collect())
+        Ok(findings.iter().map(|lines| format!("{table}: {}", lines.replace('\n', " "))).collect())
     }
 
     /// Copies the database as it is at one moment into a file that must not exist. Others go on writing meanwhile.

@@ -5,6 +5,7 @@
 use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::process::Output;
+use std::time::Duration;
 
 use acts::clock::Clock;
 use acts::config::Config;
@@ -13,6 +14,7 @@ use store::{audit, sessions};
 use web_admin::AppState;
 
 use super::support::recordings::{Attempt, record};
+use super::support::service::Service;
 use super::support::{App, web_admin};
 
 /// Fails with a code and one line; the line.
@@ -173,16 +175,53 @@ async fn a_database_with_flipped_bytes_is_not_served() {
     assert!(!drill.backup.exists());
 }
 
-#[tokio::test]
-async fn a_database_whose_audit_log_was_changed_is_not_served() {
-    let drill = Drill::new().await;
+/// What somebody does who has the file.
+async fn change_audit_log(drill: &Drill) {
     let mut tx = drill.app.state.db.write().await.unwrap();
     let tamper = "DROP TRIGGER audit_log_never_changes; UPDATE audit_log SET object = 'x' WHERE seq = 2";
     sqlx::raw_sql(tamper).execute(&mut *tx).await.unwrap();
     tx.commit().await.unwrap();
     drill.app.state.db.close().await;
+}
+
+#[tokio::test]
+async fn a_database_whose_audit_log_was_changed_is_not_served() {
+    let drill = Drill::new().await;
+    change_audit_log(&drill).await;
     let words = String::from_utf8(web_admin(drill.app.folder.path(), &["serve"]).stderr).unwrap();
     assert!(words.contains("row 2 was changed") && words.contains("restore"), "{words}");
+}
+
+#[tokio::test]
+async fn damage_that_takes_long_to_find_is_told_by_the_service_and_refused_by_the_next_start() {
+    let drill = Drill::new().await;
+    let (folder, log) = (drill.app.folder.path(), drill.app.folder.path().join("serve.log"));
+    change_audit_log(&drill).await;
+    // Nothing is waited for.
+    let service = Service::start_logging(folder, &["--check-s", "0"], &log);
+    let ready = || service.get("/readyz");
+    let told = (0..100).any(|_| {
+        std::thread::sleep(Duration::from_millis(100));
+        ready().1.contains("the database is damaged")
+    });
+    assert!(told && ready().0 == 503, "{:?}", ready());
+    let written = std::fs::read_to_string(&log).unwrap();
+    assert!(written.contains("row 2 was changed") && written.contains("web-admin restore"), "{written}");
+    assert!(service.get("/metrics").1.contains("stylet_database_findings 1\n"));
+    drop(service);
+    let words = String::from_utf8(web_admin(folder, &["serve", "--check-s", "0"]).stderr).unwrap();
+    assert!(words.contains("row 2 was changed"), "a start after a finding waits for the whole look: {words}");
+}
+
+#[tokio::test]
+async fn a_whole_database_is_told_and_forgets_an_earlier_finding() {
+    let drill = Drill::new().await;
+    drill.app.state.db.close().await;
+    let (folder, mark) = (drill.app.folder.path(), drill.app.folder.path().join("damaged"));
+    std::fs::write(&mark, "audit log: row 2 was changed after it was written\n").unwrap();
+    let service = Service::start(folder);
+    assert_eq!(service.get("/readyz"), (200, "ready\n".to_owned()));
+    assert!(service.get("/metrics").1.contains("stylet_database_checked 1\n") && !mark.exists());
 }
 
 #[tokio::test]

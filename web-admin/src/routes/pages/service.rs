@@ -1,8 +1,9 @@
 //! `/admin/service`: health.
 
+use acts::inspection::InspectionState;
 use axum::extract::State;
 use model::count_i64;
-use pages::service::ServicePage;
+use pages::service::{DatabaseCheck, ServicePage};
 use pages::{NavPlace, Shell};
 use store::{reports, service, stations};
 
@@ -25,6 +26,7 @@ pub(super) async fn show_service_log(
         shell: Shell::new(&person, csrf.token(), NavPlace::Administration),
         version: env!("CARGO_PKG_VERSION"),
         database_bytes: service::database_bytes(reader).await?,
+        check: tell_check(state.inspection.state()),
         counts: vec![
             (counts.trainees, tr!("trainees")),
             (counts.instructors, tr!("instructors")),
@@ -37,4 +39,13 @@ pub(super) async fn show_service_log(
         ],
         failing: count_i64(failing),
     })
+}
+
+fn tell_check(inspection: InspectionState) -> DatabaseCheck {
+    let InspectionState { tables, tables_read, audit_rows, audit_rows_read, going, findings } = inspection;
+    match (going, findings.is_empty()) {
+        (_, false) => DatabaseCheck::Damaged(findings),
+        (true, true) => DatabaseCheck::Going { tables_read, tables, rows_read: audit_rows_read, rows: audit_rows },
+        (false, true) => DatabaseCheck::Whole,
+    }
 }

@@ -87,6 +87,11 @@ impl Service {
         self.begin(&head, token, &bytes[..sent])
     }
 
+    /// Status and body of a page.
+    pub fn get(&self, path: &str) -> (u16, String) {
+        answer(self.begin(&format!("GET {path} HTTP/1.1"), "", &[]))
+    }
+
     /// Ids of the listed sessions.
     pub fn listed(&self, token: &str) -> Vec<String> {
         let (status, body) = answer(self.begin("GET /api/v1/sessions HTTP/1.1", token, &[]));

@@ -1,0 +1,134 @@
+//! The database looked through when the service starts: its pages table by table, and the audit log row by row. A start waits a little
+//! for it, so that a school's database is whole before anybody is served; what takes longer goes on while the service serves.
+//!
+//! A finding is written into the data folder. The next start then waits for the whole look, and refuses what is still damaged.
+
+use std::io::ErrorKind;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use anyhow::Context;
+use store::{Database, audit};
+
+use crate::config::Config;
+
+/// What to do about a finding.
+const ADVICE: &str = "the database is damaged and is not served; restore a backup with web-admin restore";
+
+/// How far a look through the database is.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct InspectionState {
+    /// Tables there are.
+    pub tables: usize,
+    /// Tables whose pages were read.
+    pub tables_read: usize,
+    /// Rows that the audit log had at the beginning.
+    pub audit_rows: usize,
+    /// Rows of it that were walked.
+    pub audit_rows_read: usize,
+    /// Whether it goes on.
+    pub going: bool,
+    /// What is wrong, each in words that name the place.
+    pub findings: Vec<String>,
+}
+
+/// A look through the database that others may ask about.
+#[derive(Debug, Default)]
+pub struct Inspection(Mutex<InspectionState>);
+
+impl Inspection {
+    /// How far it is now.
+    #[must_use]
+    pub fn state(&self) -> InspectionState {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    fn change(&self, change: impl FnOnce(&mut InspectionState)) {
+        change(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner));
+    }
+
+    fn find(&self, findings: impl IntoIterator<Item = String>) {
+        self.change(|state| {
+            for finding in findings {
+                tracing::error!(%finding, "the database is damaged");
+                state.findings.push(finding);
+            }
+        });
+    }
+}
+
+/// Begins to look through the database and waits for that for a while. It waits to the end where a look found something before,
+/// and where the schema is to be brought up to date: nothing is written to a file that is damaged. One that is not there yet is whole.
+///
+/// # Errors
+/// When damage is found while it waits, in one line that says how and what to do.
+pub async fn begin_inspection(config: &Config, patience: Duration) -> anyhow::Result<Arc<Inspection>> {
+    let inspection = Arc::new(Inspection::default());
+    let Some(db) = Database::open_if_there(&config.database_url).await.context(ADVICE)? else {
+        return Ok(inspection);
+    };
+    inspection.change(|state| state.going = true);
+    let mark = damage_mark(config);
+    let patience = if mark.exists() || is_migration_due(&db).await { Duration::MAX } else { patience };
+    let look = tokio::spawn(look_and_mark(db, Arc::clone(&inspection), mark));
+    match tokio::time::timeout(patience, look).await {
+        Ok(looked) => looked.context("the database was not looked through")?,
+        Err(_elapsed) => tracing::info!("the database is still being looked through; serving meanwhile"),
+    }
+    match &inspection.state().findings[..] {
+        [] => Ok(inspection),
+        [first, rest @ ..] => anyhow::bail!("{ADVICE}: {first} ({} more findings)", rest.len()),
+    }
+}
+
+/// Where a finding is kept for the next start.
+fn damage_mark(config: &Config) -> PathBuf {
+    config.data_dir.join("damaged")
+}
+
+/// Whether this program will change the schema. A file that cannot say so is looked through first.
+async fn is_migration_due(db: &Database) -> bool {
+    db.count_missing_migrations().await.is_ok_and(|missing| missing > 0)
+}
+
+async fn look_and_mark(db: Database, inspection: Arc<Inspection>, mark: PathBuf) {
+    if let Err(error) = look_through(&db, &inspection).await {
+        inspection.find([format!("{error:#}")]);
+    }
+    db.close().await;
+    let findings = inspection.state().findings;
+    let marked = match &findings[..] {
+        [] => std::fs::remove_file(&mark)
+            .or_else(|error| if error.kind() == ErrorKind::NotFound { Ok(()) } else { Err(error) }),
+        findings => std::fs::write(&mark, findings.join("\n") + "\n"),
+    };
+    if let Err(error) = marked {
+        tracing::warn!(cause = %error, mark = %mark.display(), "whether the database is damaged cannot be kept for the next start");
+    }
+    inspection.change(|state| state.going = false);
+    if findings.is_empty() {
+        tracing::info!(audit_rows = inspection.state().audit_rows_read, "the database is whole");
+    } else {
+        tracing::error!("{ADVICE} from the next start on");
+    }
+}
+
+async fn look_through(db: &Database, inspection: &Inspection) -> store::Result<()> {
+    let tables = db.list_tables().await?;
+    let audit_rows =
+        if audit::is_entry_kept(db.reader()).await? { audit::find_audit_head(db.reader()).await?.0 } else { 0 };
+    inspection.change(|state| {
+        state.tables = tables.len();
+        state.audit_rows = usize::try_from(audit_rows).unwrap_or_default();
+    });
+    for table in &tables {
+        inspection.find(db.damaged_pages(table).await?);
+        inspection.change(|state| state.tables_read += 1);
+    }
+    if audit_rows > 0 && inspection.state().findings.is_empty() {
+        let walked = |rows| inspection.change(|state| state.audit_rows_read = rows);
+        inspection.find(audit::walk_audit_chain(db.reader(), walked).await?.findings);
+    }
+    Ok(())
+}
