@@ -37,11 +37,10 @@ pub fn rewrite_document(
     let document = walk::parse_document(&parsed)?;
     let has_rim = scene.needle.tip_to_rim_mm > 0.0;
     let mut edits: Vec<Edit> = edit_document(&document, "id", &quoted_string(id)).into_iter().collect();
-    if spec.presliding_stiffness_n_per_m.to_bits() != scene.needle.presliding_stiffness_n_per_m.to_bits()
-        && let Some(DeValue::Table(needle)) = rewrite_value(&document, "needle").map(Spanned::get_ref)
-    {
-        let presliding = format!("{:?}", rounded_number(spec.presliding_stiffness_n_per_m));
-        edits.extend(edit_document(needle, "presliding_stiffness_n_per_m", &presliding));
+    if let Some(DeValue::Table(needle)) = rewrite_value(&document, "needle").map(Spanned::get_ref) {
+        edits.extend(
+            needle_numbers(scene, spec).into_iter().filter_map(|(key, value)| edit_document(needle, key, &value)),
+        );
     }
     let layers = scene.layers.iter().zip(scene.layers_of(spec));
     for (table, (old, new)) in rewrite_tables(&document).zip(layers) {
@@ -60,12 +59,26 @@ pub fn rewrite_document(
     Ok(rewritten)
 }
 
+/// What a fit has changed of the needle, as it is written.
+fn needle_numbers(scene: &Scene, spec: &AxialSpec) -> Vec<(&'static str, String)> {
+    let (was, slid_mm) = (&scene.needle, spec.breakaway.map(|breakaway| breakaway.slid_m * 1e3));
+    let presliding =
+        ("presliding_stiffness_n_per_m", spec.presliding_stiffness_n_per_m, was.presliding_stiffness_n_per_m);
+    let breakaway = slid_mm.zip(was.breakaway_mm).map(|(now, before)| ("breakaway_mm", now, before));
+    let is_changed =
+        |(_, now, before): &(&str, f64, f64)| rounded_number(*now).to_bits() != rounded_number(*before).to_bits();
+    let numbers = [presliding].into_iter().chain(breakaway).filter(is_changed);
+    numbers.map(|(key, now, _)| (key, format!("{:?}", rounded_number(now)))).collect()
+}
+
 /// What a fit changes of a layer, as it is written. Options are where the layer has them.
 fn rewrite_numbers(layer: &SceneLayer, has_rim: bool) -> Vec<(&'static str, String)> {
     let rim = has_rim.then_some(("rim_rupture_n", layer.rim_rupture_n));
     let options = &layer.options;
     let stiffening =
         (options.stiffening_n_per_m2 > 0.0).then_some(("stiffening_n_per_m2", options.stiffening_n_per_m2));
+    // A scene without damping stays without: the fit has none for it.
+    let damping = (layer.damping_n_s_per_m2 > 0.0).then_some(("damping_n_s_per_m2", layer.damping_n_s_per_m2));
     let sticking = options.static_friction_n_per_m.map(|value| ("static_friction_n_per_m", value));
     let branch = |branch: &MaxwellBranch| {
         format!("{{ share = {:?}, time_s = {:?} }}", rounded_number(branch.share), rounded_number(branch.time_s))
@@ -79,7 +92,7 @@ fn rewrite_numbers(layer: &SceneLayer, has_rim: bool) -> Vec<(&'static str, Stri
         ("friction_n_per_m", layer.friction_n_per_m),
         ("cutting_n", layer.cutting_n),
     ];
-    let numbers = numbers.into_iter().chain(rim).chain(stiffening).chain(sticking);
+    let numbers = numbers.into_iter().chain(damping).chain(rim).chain(stiffening).chain(sticking);
     numbers.map(|(key, value)| (key, format!("{:?}", rounded_number(value)))).chain(relaxation).collect()
 }
 

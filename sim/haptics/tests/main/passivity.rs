@@ -147,8 +147,8 @@ fn worst(scene: &PunctureSpec, info: &DeviceInfo, delay: usize, speed_m_per_s: f
     worst
 }
 
-/// The stiffest scenes, and the one with the most viscosity along the shaft.
-const SCENES: [&str; 3] = ["lower-back-training", "lower-back-obese", "epidural-71kg"];
+/// The stiffest scenes, and those with the most viscosity along the shaft.
+const SCENES: [&str; 4] = ["lower-back-training", "lower-back-obese", "epidural-71kg", "liver-18g"];
 
 /// The devices that they are shown on.
 fn devices() -> [DeviceInfo; 3] {

@@ -37,8 +37,12 @@ pub enum Quantity {
     BranchShare(usize),
     /// Time of a branch, from 0, in s.
     BranchTime(usize),
+    /// Damping per inserted length, in N·s/m²: a needle that slows or stops shows it.
+    Damping,
     /// The needle's presliding stiffness, in N/m: of no layer.
     Presliding,
+    /// Slid length at which static friction gives way, in m: of no layer.
+    Breakaway,
 }
 
 /// A layer's quantities in the order of its variables. The thresholds' variables are where the boundary gives way, in m.
@@ -69,6 +73,8 @@ impl Quantity {
             Self::StaticFriction => (0.0, 4e3, 1e-4),
             Self::BranchShare(_) => (1e-3, 1e2, 1e-7),
             Self::BranchTime(_) => (1e-3, 1e3, 1e-7),
+            Self::Damping => (0.0, 1e6, 1e-2),
+            Self::Breakaway => (1e-5, 0.1, 1e-8),
             Self::Presliding => (1.0, 1e6, 1e-4),
         }
     }
@@ -83,13 +89,15 @@ impl Quantity {
         (lower, upper)
     }
 
-    /// A size below which it is as good as 0 (choice): 1 mm, 10 N/m, 1 N/m, 0.05 N; 100 N/m², a twentieth, 50 ms.
+    /// A size below which it is as good as 0 (choice): 1 mm, 10 N/m, 1 N/m, 0.05 N; 100 N/m², a twentieth, 50 ms;
+    /// 100 N·s/m², 0.1 mm of sliding.
     pub(super) fn least_size(self) -> f64 {
         match self {
             Self::Thickness => 1e-3,
             Self::Stiffness | Self::Presliding => 10.0,
             Self::Friction | Self::StaticFriction => 1.0,
-            Self::Stiffening => 100.0,
+            Self::Stiffening | Self::Damping => 100.0,
+            Self::Breakaway => 1e-4,
             Self::BranchShare(_) | Self::BranchTime(_) => 0.05,
             Self::Cutting | Self::TipThreshold | Self::RimThreshold => 0.05,
         }
@@ -116,7 +124,8 @@ impl Quantity {
             Self::StaticFriction => layer.static_friction_n_per_m(),
             Self::BranchShare(at) => layer.options.branches.get(at).map_or(0.0, |branch| branch.share),
             Self::BranchTime(at) => layer.options.branches.get(at).map_or(0.0, |branch| branch.time_s),
-            Self::Presliding => 0.0,
+            Self::Damping => layer.damping_n_s_per_m2,
+            Self::Presliding | Self::Breakaway => 0.0,
         }
     }
 
@@ -140,7 +149,8 @@ impl Quantity {
                     branch.time_s = value;
                 }
             }
-            Self::Presliding => {}
+            Self::Damping => layer.damping_n_s_per_m2 = value,
+            Self::Presliding | Self::Breakaway => {}
         }
     }
 

@@ -77,8 +77,15 @@ pub(super) fn timed_in_words(
     if !curve.withdraws() {
         words.push("the curve has no withdrawal, which would show friction alone".to_owned());
     }
-    words.push("damping of every layer and where static friction ends: as the starting scene has them".to_owned());
+    words.extend(undamped(spec));
     words
+}
+
+/// The layers whose damping the start leaves out.
+fn undamped(spec: &AxialSpec) -> Option<String> {
+    let names: Vec<&str> =
+        spec.layers.iter().filter(|layer| layer.damping_n_s_per_m2 <= 0.0).map(|layer| layer.name.as_str()).collect();
+    (!names.is_empty()).then(|| format!("damping of {}: the starting scene has none", names.join(", ")))
 }
 
 /// The layers of which a quantity has no effect on the curve, and why.
@@ -115,7 +122,9 @@ impl Quantity {
             Self::StaticFriction => "static friction",
             Self::BranchShare(at) => ["share of branch 1", "share of branch 2", "share of branch 3"][at.min(2)],
             Self::BranchTime(at) => ["time of branch 1", "time of branch 2", "time of branch 3"][at.min(2)],
+            Self::Damping => "damping",
             Self::Presliding => "presliding stiffness",
+            Self::Breakaway => "breakaway length",
         }
     }
 }
@@ -134,6 +143,8 @@ fn unseen(quantity: Quantity) -> &'static str {
             "the curve never dents the boundary, or at one speed without a hold"
         }
         Quantity::StaticFriction => "the shaft never breaks away within the curve",
+        Quantity::Damping => "the needle never moves in it within the curve",
         Quantity::Presliding => "nothing rubs within the curve",
+        Quantity::Breakaway => "no static friction gives way within the curve",
     }
 }

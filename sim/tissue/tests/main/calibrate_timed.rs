@@ -4,20 +4,25 @@
 //! Would fail on a law of its own beside the force law, an option that is fitted to nothing, a hold or a withdrawal that is passed over,
 //! or an interval that does not hold the truth.
 
+use std::collections::BTreeMap;
+use std::ops::Range;
+
 use bench::scenes::{AxialRun, make_layer, needle_through};
-use law::axial::{AxialSpec, ForceLaw, LayerOptions, MaxwellBranch};
+use law::axial::{AxialSpec, Breakaway, ForceLaw, LayerOptions, MaxwellBranch};
 use law::operator::Draw;
 use law::soundness;
 use tissue::calibrate::{
-    CalibrateError, Fit, ParameterStanding, Quantity, TimedCurve, TimedSample, fit_timed, timed_residual_rms_n,
+    CalibrateError, Fit, ParameterEstimate, ParameterStanding, Quantity, TimedCurve, TimedSample, fit_timed,
+    timed_residual_rms_n,
 };
 
 /// Speed of the needle, in m/s, time between samples and ticks between samples, in s.
 const SPEED_M_PER_S: f64 = 4e-3;
 const SAMPLE_S: f64 = 0.03;
 const TICKS: u32 = 30;
-/// Curves whose intervals are held against the truth: each takes seconds.
+/// Curves whose intervals are held against the truth, and those of the measurement.
 const CURVES: u64 = 12;
+const MANY_CURVES: u64 = 200;
 
 /// One layer that stiffens, relaxes and rubs, over one that stays shut.
 fn liver(draw: &mut Draw) -> AxialSpec {
@@ -32,6 +37,29 @@ fn liver(draw: &mut Draw) -> AxialSpec {
         layer.options = LayerOptions { stiffening_n_per_m2: number(1e4, 3e4), branches, ..LayerOptions::default() };
     }
     AxialSpec { law: ForceLaw::Version3, ..needle_through(layers) }
+}
+
+/// The same with a capsule that damps.
+fn damped(draw: &mut Draw) -> AxialSpec {
+    let mut truth = liver(draw);
+    truth.layers[0].damping_n_s_per_m2 = 4000.0 * libm::pow(2.5, draw.uniform());
+    truth
+}
+
+/// A sheet above tissue that sticks to a resting shaft, which breaks away after it has slid so far.
+fn sticky_at(slid_m: f64, sticking: f64) -> AxialSpec {
+    let mut layer = make_layer("liver", [60.0, 300.0, 0.0, 0.8, 0.0, 40.0, 0.2]);
+    layer.options.static_friction_n_per_m = Some(sticking);
+    let breakaway = Some(Breakaway { slid_m, rest_s: 1.0 });
+    AxialSpec { law: ForceLaw::Version3, breakaway, ..needle_through(vec![layer]) }
+}
+
+/// Any such sheet whose shaft breaks away within the curve.
+fn sticky(draw: &mut Draw) -> AxialSpec {
+    let mut truth = sticky_at(1e-3 * libm::pow(3.0, draw.uniform()), 60.0 + 30.0 * draw.uniform());
+    truth.layers[0].stiffness_n_per_m *= 0.8 + 0.4 * draw.uniform();
+    truth.layers[0].cutting_n *= 0.5 + draw.uniform();
+    truth
 }
 
 /// In at a constant speed, a hold of this long, in s, and out again.
@@ -79,7 +107,9 @@ fn changed(truth: &AxialSpec, draw: &mut Draw) -> AxialSpec {
         layer.options.stiffening_n_per_m2 *= by();
         layer.options.branches.iter_mut().for_each(|branch| branch.share *= by());
         layer.options.branches.iter_mut().for_each(|branch| branch.time_s *= by());
+        layer.damping_n_s_per_m2 *= by();
     }
+    start.breakaway.iter_mut().for_each(|breakaway| breakaway.slid_m *= by());
     start
 }
 
@@ -88,7 +118,11 @@ fn fitted(samples: &[TimedSample], start: &AxialSpec) -> Fit {
 }
 
 fn truth_of(spec: &AxialSpec, quantity: Quantity, layer: usize) -> f64 {
-    spec.layers.get(layer).map_or(spec.presliding_stiffness_n_per_m, |layer| quantity.get(layer))
+    match quantity {
+        Quantity::Presliding => spec.presliding_stiffness_n_per_m,
+        Quantity::Breakaway => spec.breakaway.expect("it is fitted where there is one").slid_m,
+        quantity => quantity.get(&spec.layers[layer]),
+    }
 }
 
 #[test]
@@ -109,34 +143,72 @@ fn a_clean_curve_gives_back_the_options_it_was_made_with() {
     assert!(timed_residual_rms_n(&fit.spec, &curve).expect("a law") < 5e-3, "the law as it stands is another");
 }
 
-#[test]
-fn intervals_of_options_hold_the_truth() {
-    let (mut held, mut missed, mut open, mut settled) = (0, 0, 0, 0);
-    for seed in 0..CURVES {
+/// Fits beside the truth: by quantity, how many intervals hold it, how many do not, how many numbers have none.
+#[derive(Default)]
+struct Coverage {
+    settled: u64,
+    by_quantity: BTreeMap<&'static str, [u32; 3]>,
+}
+
+impl Coverage {
+    fn of(seeds: Range<u64>) -> Self {
+        let mut coverage = Self::default();
+        seeds.for_each(|seed| coverage.add(seed));
+        coverage
+    }
+
+    /// Every noise, and every third curve damped, every third of a shaft that sticks.
+    fn add(&mut self, seed: u64) {
         let mut draw = Draw::new(9000 + seed);
-        let truth = liver(&mut draw);
-        let noise_n = [0.005, 0.01, 0.02][(seed % 3) as usize];
-        let fit = fitted(
-            &measured(&truth, 4.0, Noise { draw: &mut draw, deviation_n: noise_n }),
-            &changed(&truth, &mut draw),
-        );
+        let truth = match seed % 3 {
+            0 => liver(&mut draw),
+            1 => damped(&mut draw),
+            _ => sticky(&mut draw),
+        };
+        let deviation_n = [0.005, 0.01, 0.02, 0.04][(seed / 3 % 4) as usize];
+        let samples = measured(&truth, 4.0, Noise { draw: &mut draw, deviation_n });
+        let fit = fitted(&samples, &changed(&truth, &mut draw));
         if !fit.converged {
-            continue;
+            return;
         }
-        settled += 1;
+        self.settled += 1;
         for estimate in fit.estimates.iter().filter(|estimate| estimate.standing != ParameterStanding::Kept) {
+            let counts = self.by_quantity.entry(estimate.quantity.words()).or_default();
             match estimate.interval.map(|interval| interval.holds(truth_of(&truth, estimate.quantity, estimate.layer)))
             {
-                Some(true) => held += 1,
-                Some(false) => missed += 1,
-                None => open += 1,
+                Some(true) => counts[0] += 1,
+                Some(false) => counts[1] += 1,
+                None => counts[2] += 1,
             }
         }
     }
+
+    fn sum(&self, which: usize) -> u32 {
+        self.by_quantity.values().map(|counts| counts[which]).sum()
+    }
+}
+
+#[test]
+fn intervals_of_options_hold_the_truth() {
+    let coverage = Coverage::of(0..CURVES);
+    let (settled, [held, missed, open]) = (coverage.settled, [0, 1, 2].map(|which| coverage.sum(which)));
     println!("{settled} settled: {held} held, {missed} missed, {open} not determined");
     assert!(settled * 10 >= CURVES * 8, "{settled} of {CURVES} settled");
     assert!(held * 10 >= (held + missed) * 9, "{held} held, {missed} missed");
     assert!(open <= held, "{open} not determined, {held} held");
+}
+
+#[test]
+#[ignore = "measures"]
+fn intervals_of_every_quantity_hold_the_truth() {
+    let coverage = Coverage::of(0..MANY_CURVES);
+    println!("{} of {MANY_CURVES} settled", coverage.settled);
+    for (quantity, [held, missed, open]) in &coverage.by_quantity {
+        println!("{quantity}: {held} held, {missed} missed, {open} not determined");
+    }
+    for (quantity, [held, missed, _]) in coverage.by_quantity {
+        assert!(held * 10 >= (held + missed) * 9, "{quantity}: {held} held, {missed} missed");
+    }
 }
 
 /// A sheet above a deep soft layer, without relaxation: friction and cutting alone resist behind the sheet.
@@ -158,6 +230,55 @@ fn a_second_insertion_into_the_same_track_tells_cutting_from_friction() {
         width.push(cutting.interval.map_or(f64::INFINITY, |interval| interval.high - interval.low));
     }
     assert!(width[1].is_finite() && width[1] < 0.7 * width[0], "{width:?} N wide, without and with a second insertion");
+}
+
+fn estimate_of(fit: &Fit, quantity: Quantity) -> &ParameterEstimate {
+    fit.estimates.iter().find(|estimate| estimate.quantity == quantity).expect("it is fitted")
+}
+
+#[test]
+fn a_needle_that_stops_shows_damping() {
+    let mut draw = Draw::new(21);
+    let mut truth = liver(&mut draw);
+    truth.layers[0].damping_n_s_per_m2 = 8000.0;
+    let mut start = changed(&truth, &mut draw);
+    start.layers[0].damping_n_s_per_m2 = 3000.0;
+    let fit = fitted(&measured(&truth, 4.0, Noise { draw: &mut draw, deviation_n: 0.005 }), &start);
+    let damping = estimate_of(&fit, Quantity::Damping);
+    let interval = damping.interval.unwrap_or_else(|| panic!("not determined: {damping:?}, {:?}", fit.misfit));
+    assert!(interval.holds(8000.0), "{damping:?}");
+    assert_eq!(fit.spec.layers[1].damping_n_s_per_m2, 0.0, "a layer without damping is given none");
+    assert!(fit.undetermined.iter().any(|line| line.starts_with("damping of liver:")), "{:?}", fit.undetermined);
+}
+
+/// The fit to a curve of a shaft that sticks, from a length that is half as long again.
+fn fitted_sticky(slid_m: f64) -> Fit {
+    let (truth, mut draw) = (sticky_at(slid_m, 70.0), Draw::new(31));
+    let start = AxialSpec { breakaway: sticky_at(1.5 * slid_m, 70.0).breakaway, ..changed(&truth, &mut draw) };
+    fitted(&measured(&truth, 2.0, Noise { draw: &mut draw, deviation_n: 0.01 }), &start)
+}
+
+#[test]
+fn the_length_at_which_static_friction_gives_way_is_found() {
+    let fit = fitted_sticky(2e-3);
+    let slid = estimate_of(&fit, Quantity::Breakaway);
+    let interval = slid.interval.unwrap_or_else(|| panic!("not determined: {slid:?}, {:?}", fit.misfit));
+    assert!(interval.holds(2e-3) && interval.high - interval.low < 1e-3, "{slid:?}");
+    assert_eq!(fit.spec.breakaway.map(|breakaway| breakaway.slid_m), Some(slid.value), "the scene has another");
+    let sticking = estimate_of(&fit, Quantity::StaticFriction);
+    assert!(sticking.interval.is_some_and(|interval| interval.holds(70.0)), "{sticking:?}");
+}
+
+#[test]
+fn a_shaft_that_never_breaks_away_does_not_tell_where_it_would() {
+    let fit = fitted_sticky(40e-3);
+    let slid = estimate_of(&fit, Quantity::Breakaway);
+    assert_eq!(slid.interval, None, "{slid:?}");
+    assert!(
+        fit.undetermined.iter().any(|line| line.contains("breakaway length of the needle")),
+        "{:?}",
+        fit.undetermined
+    );
 }
 
 #[test]

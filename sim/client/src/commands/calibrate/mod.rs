@@ -34,8 +34,9 @@ const WEIGHT_EXPONENT: f64 = 1.5;
 /// parameter that the curve determines and which it does not, and warns where the residual is more than the curve's own noise.
 ///
 /// With a third column t_s (time in s, which must increase) and a --start of law 3 the curve may hold, withdraw and enter the same track again,
-/// and options are fitted, too: those that the start names in a layer (stiffening_n_per_m2, relaxation, static_friction_n_per_m),
-/// and the needle's presliding stiffness. A hold shows relaxation, a withdrawal friction, a second insertion friction without cutting.
+/// and options are fitted, too: those that the start names in a layer (stiffening_n_per_m2, relaxation, static_friction_n_per_m, damping above 0),
+/// and the needle's presliding stiffness and breakaway_mm. A hold shows relaxation, a needle that stops damping, a withdrawal friction, a second
+/// insertion friction without cutting.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  \
     stylet calibrate specimen.csv --out specimen.toml\n  \

@@ -272,9 +272,10 @@ fn peaks(fit: &Fit, scene: &Scene) -> Vec<PeakRow> {
 
 fn parameter(estimate: &ParameterEstimate, layer: String) -> ParameterRow {
     let (unit, scale) = match estimate.quantity {
-        Quantity::Thickness => ("mm", 1e3),
+        Quantity::Thickness | Quantity::Breakaway => ("mm", 1e3),
         Quantity::Stiffness | Quantity::Friction | Quantity::StaticFriction | Quantity::Presliding => ("N/m", 1.0),
         Quantity::Stiffening => ("N/m²", 1.0),
+        Quantity::Damping => ("Ns/m²", 1.0),
         Quantity::BranchShare(_) => ("", 1.0),
         Quantity::BranchTime(_) => ("s", 1.0),
         Quantity::Cutting | Quantity::TipThreshold | Quantity::RimThreshold => ("N", 1.0),

@@ -1,11 +1,12 @@
 //! The fit to a curve with times: options of version 3 of the law, which a curve without times does not tell.
 //!
-//! Relaxation shows in a hold, friction in a withdrawal, cutting apart from friction in a second insertion into the same track, which cuts
-//! nothing (Azar & Hayward, "Estimation of the fracture toughness of soft tissue from needle insertion", ISBMS 2008). The start says
-//! which options there are; how far each number can be trusted is found as without times.
+//! Relaxation shows in a hold, damping where the needle stops, friction in a withdrawal, cutting apart from friction in a second insertion
+//! into the same track, which cuts nothing (Azar & Hayward, "Estimation of the fracture toughness of soft tissue from needle insertion",
+//! ISBMS 2008). The start says which options there are; how far each number can be trusted is found as without times.
 
 mod curve;
 mod model;
+mod sliding;
 
 use law::axial::{AxialParams, AxialSpec, Contactor, ForceLaw};
 use law::operator::Draw;
@@ -72,11 +73,14 @@ pub fn fit_timed(curve: &TimedCurve, start: &AxialSpec, watch: &mut dyn FnMut(u3
         return Err(CalibrateError::TimedCascade { layer: start.layers[boundary].name.clone() });
     }
     let slots = find_slots(start, &places);
-    let model = TimedModel { curve, front: &front, start, slots: &slots, places };
+    let slid_m = start.breakaway.map(|breakaway| breakaway.slid_m);
+    let model = TimedModel { curve, front: &front, start, slots: &slots, places, slid_m };
     let first = model.variables(&laid.spec);
     let mut search = TimedSearch { model, iterations: 0, watch };
     let lowest = search.lowest(&first);
+    let lowest = search.slide(lowest);
     let lowest = search.refine(lowest);
+    let lowest = search.slide(lowest);
     let lowest = search.restore(lowest, &first);
     Ok(search.report(lowest))
 }
@@ -131,7 +135,7 @@ impl TimedSearch<'_, '_> {
     fn restore(&self, mut lowest: Lowest, first: &[f64]) -> Lowest {
         let jacobian = self.model.sensitivity(&lowest.at);
         for (which, column) in jacobian.column_iter().enumerate() {
-            if column.amax() == 0.0 && !self.model.is_place(which) {
+            if column.amax() == 0.0 && !self.model.is_place(which) && !self.model.is_capped(&lowest.at, which) {
                 lowest.at[which] = first[which];
             }
         }
@@ -180,12 +184,13 @@ impl TimedSearch<'_, '_> {
         let is_told = self.misfit(at).is_none() && self.unseen().is_empty();
         let mut estimates = Vec::with_capacity(at.len());
         for (which, &TimedSlot { layer, quantity }) in self.model.slots.iter().enumerate() {
-            let standing = self.standing(which, at[which], jacobian.column(which).amax());
-            let is_kept = standing == ParameterStanding::Kept;
-            let interval = if is_told && !is_kept { profile.interval(which)? } else { None };
+            let standing = self.standing(at, which, jacobian.column(which).amax());
+            let is_open = standing == ParameterStanding::Kept || self.model.is_capped(at, which);
+            let interval = if is_told && !is_open { profile.interval(which)? } else { None };
             let interval = interval.filter(|interval: &Interval| profile.is_determined(which, *interval));
             estimates.push(ParameterEstimate { layer, quantity, value: profile.number(at, which), interval, standing });
         }
+        estimates.extend(self.slid(&profile, is_told));
         let shut = self.model.places.iter().enumerate().filter(|(_, place)| place.is_none());
         estimates.extend(shut.map(|(layer, _)| ParameterEstimate {
             layer,
@@ -197,10 +202,14 @@ impl TimedSearch<'_, '_> {
         Ok(estimates)
     }
 
-    fn standing(&self, which: usize, value: f64, effect: f64) -> ParameterStanding {
-        let quantity = self.model.quantity(which);
-        let (lower, upper) = quantity.bounds();
+    fn standing(&self, at: &[f64], which: usize, effect: f64) -> ParameterStanding {
+        let ((lower, upper), value) = (self.model.quantity(which).bounds(), at[which]);
         match effect {
+            _ if self.model.is_capped(at, which) => ParameterStanding::AtUpper,
+            // The variable is a stiffness, which nothing bounds but the share.
+            _ if matches!(self.model.quantity(which), Quantity::BranchShare(_)) && effect > 0.0 => {
+                ParameterStanding::Free
+            }
             // Where in its gap a boundary gives way need not be seen: the gap is, and so is what it held there.
             _ if self.model.is_place(which) => ParameterStanding::Free,
             0.0 => ParameterStanding::Kept,

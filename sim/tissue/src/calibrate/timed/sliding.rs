@@ -1,0 +1,73 @@
+//! The length at which static friction gives way.
+//!
+//! Where the shaft breaks away the force falls between two samples; which two is all that a curve tells. So lengths are tried one after the
+//! other with everything else fitted again, and the interval reaches to the nearest that the curve refuses.
+
+use super::model::TimedModel;
+use super::{DESCENT, TRIAL, TimedSearch, WORTH};
+use crate::calibrate::descent::Lowest;
+use crate::calibrate::model::Quantity;
+use crate::calibrate::profile::Likelihood;
+use crate::calibrate::uncertainty::{Interval, ParameterEstimate, ParameterStanding};
+
+/// Each length tried is so many times the one before (choice): an interval is no narrower.
+const FINER: f64 = 1.1;
+
+impl TimedModel<'_> {
+    /// Lengths worth trying, in m, in order, the start's among them: up to the needle's whole way in. None where the start has none.
+    fn lengths_m(&self) -> Vec<f64> {
+        let (shortest_m, _) = Quantity::Breakaway.bounds();
+        let deepest_m = self.curve.samples.iter().fold(0.0_f64, |deepest, sample| deepest.max(sample.depth_m));
+        let Some(start_m) = self.start.breakaway.map(|breakaway| breakaway.slid_m) else { return Vec::new() };
+        let steps = |to_m: f64| (libm::log(to_m / start_m) / libm::log(FINER)) as i32;
+        let longest_m = deepest_m.max(start_m);
+        (steps(shortest_m.min(start_m))..=steps(longest_m)).map(|n| start_m * libm::pow(FINER, f64::from(n))).collect()
+    }
+
+    fn sliding(&self, slid_m: f64) -> Self {
+        Self { slid_m: Some(slid_m), ..self.clone() }
+    }
+}
+
+impl TimedSearch<'_, '_> {
+    /// Gives static friction the length that leaves the least.
+    pub(super) fn slide(&mut self, best: Lowest) -> Lowest {
+        let lengths_m = self.model.lengths_m();
+        let tried = lengths_m.into_iter().map(|slid_m| (slid_m, self.model.sliding(slid_m).descend(&best.at, TRIAL)));
+        let Some((slid_m, tried)) = tried.min_by(|a, b| a.1.cost.total_cmp(&b.1.cost)) else { return best };
+        if tried.cost >= best.cost * (1.0 - WORTH) {
+            return best;
+        }
+        self.model.slid_m = Some(slid_m);
+        self.descend(&tried.at, DESCENT)
+    }
+
+    /// What is known of the length; none where the start has none.
+    pub(super) fn slid(&self, profile: &Likelihood<TimedModel<'_>>, is_told: bool) -> Option<ParameterEstimate> {
+        let value = self.model.slid_m?;
+        let lengths_m = self.model.lengths_m();
+        let misfit = self.model.misfit(&profile.at);
+        let matters = lengths_m.iter().any(|&slid_m| self.model.sliding(slid_m).misfit(&profile.at) != misfit);
+        let interval = if is_told && matters { self.slid_interval(profile, &lengths_m) } else { None };
+        let least_m = 2.0 * value.max(Quantity::Breakaway.least_size());
+        Some(ParameterEstimate {
+            layer: self.model.start.layers.len(),
+            quantity: Quantity::Breakaway,
+            value,
+            interval: interval.filter(|interval| interval.high - interval.low <= least_m),
+            standing: if matters { ParameterStanding::Free } else { ParameterStanding::Kept },
+        })
+    }
+
+    /// From the last length below that is refused to the first above; none where there is no such length.
+    fn slid_interval(&self, profile: &Likelihood<TimedModel<'_>>, lengths_m: &[f64]) -> Option<Interval> {
+        let is_taken = |slid_m: &f64| {
+            let tried = self.model.sliding(*slid_m).descend(&profile.at, TRIAL);
+            tried.cost - profile.cost <= profile.quantile.powi(2) * profile.variance
+        };
+        let taken: Vec<bool> = lengths_m.iter().map(is_taken).collect();
+        let first = taken.iter().position(|&taken| taken)?;
+        let last = taken.iter().rposition(|&taken| taken)?;
+        Some(Interval { low: *lengths_m.get(first.checked_sub(1)?)?, high: *lengths_m.get(last + 1)? })
+    }
+}
