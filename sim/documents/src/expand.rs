@@ -6,7 +6,7 @@
 use std::ops::ControlFlow;
 
 use anatomy::{AnatomyPart, Body, BodyEntry, BodyOrder, BodyQuality, LayerOnPath, Level, Posture, Tissue};
-use law::structures::StructureKind;
+use law::structures::{StructureKind, Surface};
 use nalgebra::Vector3;
 use phrase::{Phrase, phrase};
 use serde::Deserialize;
@@ -215,10 +215,10 @@ impl MetLayer {
 
     fn table(&self) -> Table {
         let feel = TissueFeel::of(self.tissue);
-        let lowered = if self.rupture_n == [feel.tip_n, feel.rim_n] {
-            ""
-        } else {
+        let lowered = if self.rupture_n[0] < feel.tip_n || self.rupture_n[1] < feel.rim_n {
             " Thresholds lowered until no rupture raises the force in these layers."
+        } else {
+            ""
         };
         let source = format!("Thickness: the anatomy, along the planned needle. {}{lowered}", feel.source);
         let numbers = [
@@ -256,25 +256,34 @@ impl EnteredBody {
         let mut structures = Vec::new();
         for part in AnatomyPart::list() {
             let Some(kind) = part.kind().filter(|kind| self.parts.contains(kind)) else { continue };
-            if self.body.clearance_m(&self.entry, &self.direction, self.depth_m, part) > REACH_M {
+            let mesh = self.mesh(part, BodyQuality::Medium);
+            if !self.is_within_reach(&mesh) {
                 continue;
             }
-            files.push((format!("{}.stl", part.name()), self.stl(part, BodyQuality::Medium)));
+            files.push((format!("{}.stl", part.name()), write_stl(&mesh)));
             structures.push(Value::Table(structure_table(part, kind)));
         }
         if let Some(Value::Array(own)) = expanded.remove("structure") {
             structures.extend(own);
         }
         expanded.insert("structure".to_owned(), Value::Array(structures));
-        files.push((SKIN_FILE.to_owned(), self.stl(AnatomyPart::Skin, BodyQuality::Low)));
+        files.push((SKIN_FILE.to_owned(), write_stl(&self.mesh(AnatomyPart::Skin, BodyQuality::Low))));
         let skin = [("file", SKIN_FILE), ("unit", "mm")].map(|(key, text)| (key.to_owned(), Value::from(text)));
         expanded.insert("skin".to_owned(), Value::Table(skin.into_iter().collect()));
         (expanded, files)
     }
 
-    fn stl(&self, part: AnatomyPart, quality: BodyQuality) -> Vec<u8> {
+    fn mesh(&self, part: AnatomyPart, quality: BodyQuality) -> Surface {
         let mesh = self.body.mesh_from(&self.entry, part, quality);
-        write_stl(&(mesh.vertices_m, mesh.triangles))
+        (mesh.vertices_m, mesh.triangles)
+    }
+
+    /// Whether a corner of a mesh is near enough to the planned needle.
+    fn is_within_reach(&self, (vertices_m, _): &Surface) -> bool {
+        vertices_m.iter().any(|vertex| {
+            let along_m = vertex.coords.dot(&self.direction).clamp(0.0, self.depth_m);
+            (vertex.coords - self.direction * along_m).norm() <= REACH_M
+        })
     }
 }
 
@@ -287,8 +296,7 @@ fn structure_table(part: AnatomyPart, kind: StructureKind) -> Table {
         StructureKind::Organ => "organ",
     };
     let name = part.name();
-    let texts =
-        [("name", name.replace('-', " ")), ("kind", word.to_owned()), ("file", format!("{name}.stl"))];
+    let texts = [("name", name.replace('-', " ")), ("kind", word.to_owned()), ("file", format!("{name}.stl"))];
     let mut table: Table = texts.map(|(key, text)| (key.to_owned(), Value::from(text))).into_iter().collect();
     table.insert("shape".to_owned(), "mesh".into());
     table.insert("unit".to_owned(), "mm".into());

@@ -62,13 +62,4 @@ impl Body {
         mesh.vertices_m.iter_mut().for_each(|vertex| *vertex = entry.to_own(vertex));
         mesh
     }
-
-    /// Least distance in m of a part from a straight needle of a length in m; 0 where it goes through it.
-    #[must_use]
-    pub fn clearance_m(&self, entry: &BodyEntry, own: &Vector3<f64>, length_m: f64, part: AnatomyPart) -> f64 {
-        let along = entry.to_body(own);
-        let steps = libm::ceil(length_m / 1e-3) as u32;
-        let at = |step: u32| entry.origin_m + along * (length_m * f64::from(step) / f64::from(steps.max(1)));
-        (0..=steps).map(|step| self.distance_m(part, &at(step))).fold(f64::INFINITY, f64::min).max(0.0)
-    }
 }

@@ -99,7 +99,8 @@ fn find_sound(
     if !scene.lower_to_sound(angle_deg).map_err(|why| Failure::refused(&path, why))? {
         return Err(Failure::work(format_args!("{}: no sound thresholds were found for these layers", path.display())));
     }
-    let lowered = scene.layers.iter().map(|layer| Thresholds { tip_n: layer.tip_rupture_n, rim_n: layer.rim_rupture_n });
+    let lowered =
+        scene.layers.iter().map(|layer| Thresholds { tip_n: layer.tip_rupture_n, rim_n: layer.rim_rupture_n });
     Ok(lowered.collect())
 }
 
