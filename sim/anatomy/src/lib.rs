@@ -8,7 +8,8 @@ mod manifold;
 pub mod segmentation;
 
 pub use body::{
-    AGES_YEARS, AnatomyPart, Body, BodyMeasure, BodyMesh, BodyOrder, BodyQuality, BodySide, BodyValues, Dimension,
-    LayerOnPath, Level, MidlinePath, Posture, PublishedDimension, Standing, Tissue, WEIGHTS_KG, list_published,
+    AGES_YEARS, AnatomyPart, Body, BodyEntry, BodyMeasure, BodyMesh, BodyOrder, BodyQuality, BodySide, BodyValues,
+    Dimension, LayerOnPath, Level, MidlinePath, Posture, PublishedDimension, Standing, Tissue, WEIGHTS_KG,
+    list_published,
 };
 pub use manifold::{check_manifold, volume_m3};

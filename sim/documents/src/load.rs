@@ -10,9 +10,10 @@ use tissue::SpecimenSpec;
 use toml::de::DeTable;
 
 use crate::curriculum::Curriculum;
-use crate::describe::one_of;
+use crate::describe::{measure, one_of};
 use crate::error::{DocumentError, Issue, Remark};
 use crate::exercise::Exercise;
+use crate::expand::PlannedNeedle;
 use crate::instrument::Instrument;
 use crate::model::Scene;
 use crate::patient::Patient;
@@ -20,9 +21,13 @@ use crate::picture::{self, PictureFile};
 use crate::read_curriculum::{NamedExercise, read_curriculum};
 use crate::read_exercise::{ExerciseParts, find_and_read, read_exercise};
 use crate::read_instrument::read_instrument;
-use crate::read_scene::read_scene;
+use crate::read_scene::{ReadScene, read_scene};
 use crate::source::{Files, Find, Source};
 use crate::walk::{self, NamedError};
+
+/// An exercise enters an anatomy at the angle at which its layers were measured, to so many degrees, and at that place, to so many mm.
+const SAME_DEG: f64 = 0.5;
+const SAME_MM: f64 = 0.5;
 
 /// The kinds of document.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,6 +77,17 @@ struct SceneParts {
     scene: Scene,
     bytes: Vec<u8>,
     meshes: Files,
+    /// How a needle is planned to go in, where an anatomy was met with it.
+    planned: Option<PlannedNeedle>,
+}
+
+impl SceneParts {
+    /// What was read, with the bytes that a recording carries: those of the document, or of what its anatomy became.
+    fn new(read: ReadScene, bytes: Vec<u8>) -> Self {
+        let ReadScene { scene, files, expanded } = read;
+        let planned = expanded.as_ref().map(|expanded| expanded.planned);
+        Self { scene, bytes: expanded.map_or(bytes, |expanded| expanded.bytes), meshes: files, planned }
+    }
 }
 
 impl ExerciseBundle {
@@ -124,8 +140,8 @@ impl ExerciseBundle {
         };
         let read_scene = |_: &str| {
             let source = Source::new("attached scene", scene).map_err(NamedError::Refused)?;
-            let (parsed, meshes) = read_scene(source, &find).map_err(NamedError::Refused)?;
-            Ok(SceneParts { scene: parsed, bytes: scene.to_vec(), meshes })
+            let read = read_scene(source, &find).map_err(NamedError::Refused)?;
+            Ok(SceneParts::new(read, scene.to_vec()))
         };
         Self::assemble("attached exercise", exercise.to_vec(), read_scene, None)
     }
@@ -173,8 +189,11 @@ impl ExerciseBundle {
         let source = Source::new(file, &exercise_bytes)?;
         let ExerciseParts { exercise, scene, pictures } =
             read_exercise(source, read_scene, |parts: &SceneParts| &parts.scene, find_picture)?;
-        let SceneParts { scene, bytes: scene_bytes, meshes } = scene;
-        Ok(Self { exercise, scene, exercise_bytes, scene_bytes, meshes, pictures })
+        let SceneParts { scene, bytes: scene_bytes, meshes, planned } = scene;
+        let bundle = Self { exercise, scene, exercise_bytes, scene_bytes, meshes, pictures };
+        let strayed = planned.map(|planned| list_strayed(&bundle.exercise, &planned)).unwrap_or_default();
+        let issues = bundle.place(file, &strayed)?;
+        if issues.is_empty() { Ok(bundle) } else { Err(DocumentError { issues }) }
     }
 }
 
@@ -200,7 +219,7 @@ pub fn read_document(path: &Path) -> Result<Document, DocumentError> {
                 "document",
                 phrase!("of no kind that is known"),
                 phrase!(
-                    "a scene has [[layer]], an exercise has scene, a curriculum has [[exercise]], an instrument has [[item]]"
+                    "a scene has [[layer]] or [anatomy], an exercise has scene, a curriculum has [[exercise]], an instrument has [[item]]"
                 ),
             )
             .into()),
@@ -221,7 +240,7 @@ pub fn read_scene_text(path: &Path, text: &str) -> Result<Scene, DocumentError> 
 /// lack is reported as what it is.
 fn document_kind(document: &DeTable<'_>) -> Option<DocumentKind> {
     const TELLING: [(DocumentKind, &[&str]); 8] = [
-        (DocumentKind::Scene, &["layer"]),
+        (DocumentKind::Scene, &["layer", "anatomy"]),
         (DocumentKind::Exercise, &["scene"]),
         (DocumentKind::Curriculum, &["exercise", "exercises"]),
         (DocumentKind::Instrument, &["item", "items"]),
@@ -255,8 +274,30 @@ impl Curriculum {
 fn scene_from_disk(path: &Path, bytes: Vec<u8>) -> Result<SceneParts, DocumentError> {
     let source = Source::new(&path.display().to_string(), &bytes)?;
     let find = |file: &str| std::fs::read(path_beside(path, file)).map_err(Phrase::data);
-    let (scene, meshes) = read_scene(source, &find)?;
-    Ok(SceneParts { scene, bytes, meshes })
+    Ok(SceneParts::new(read_scene(source, &find)?, bytes))
+}
+
+/// Where an exercise goes another way than the one that its scene's anatomy was met on.
+fn list_strayed(exercise: &Exercise, planned: &PlannedNeedle) -> Vec<Remark> {
+    let mut remarks = Vec::new();
+    let mut remark = |field: &str, found: String, allowed: Phrase| {
+        remarks.push(Remark { field: field.to_owned(), found: Phrase::Data(found), allowed });
+    };
+    let PlannedNeedle { angle_deg, azimuth_deg } = *planned;
+    if (exercise.angle_deg - angle_deg).abs() > SAME_DEG {
+        let allowed = phrase!("allowed: {angle}°, as the scene's anatomy has it", angle = angle_deg);
+        remark("entry.angle_deg", measure(exercise.angle_deg, "°"), allowed);
+    }
+    if angle_deg > 0.0 && libm::remainder(exercise.azimuth_deg - azimuth_deg, 360.0).abs() > SAME_DEG {
+        let allowed = phrase!("allowed: {angle}°, as the scene's anatomy has it", angle = azimuth_deg);
+        remark("entry.azimuth_deg", measure(exercise.azimuth_deg, "°"), allowed);
+    }
+    if exercise.entry_mm.iter().any(|mm| mm.abs() > SAME_MM) {
+        let [x, y] = exercise.entry_mm;
+        let allowed = phrase!("allowed: [0, 0], for the anatomy is met there; its offset_mm moves the entry");
+        remark("entry.point_mm", format!("[{x}, {y}]"), allowed);
+    }
+    remarks
 }
 
 /// What is said of a picture that cannot be had.

@@ -5,6 +5,7 @@ use nalgebra::{Point3, Vector3};
 use phrase::{Phrase, phrase};
 
 use crate::error::Remark;
+use crate::mesh::crossing;
 use crate::model::{Scene, SceneSkin};
 
 /// A structure may stand out of the body by so much, in m: where the image ends, mesh and skin are closed and smoothed by themselves.
@@ -53,7 +54,8 @@ fn out_m(place: &Point3<f64>, skin: Option<&SceneSkin>) -> f64 {
     let Some(skin) = skin else { return place.z.max(0.0) };
     // A little aside, lest the line through the place runs along an edge, which is in two triangles.
     let aside = place + Vector3::new(1.3e-9, 0.7e-9, 0.0);
-    let heights: Vec<f64> = triangles(skin).filter_map(|corners| height_over(corners, &aside)).collect();
+    let heights: Vec<f64> =
+        triangles(skin).filter_map(|corners| crossing(corners, &aside)).map(|(height, _)| height).collect();
     let above = heights.iter().filter(|height| **height > place.z).count();
     match (heights.is_empty(), above % 2) {
         (true, _) => place.z.max(0.0),
@@ -64,16 +66,6 @@ fn out_m(place: &Point3<f64>, skin: Option<&SceneSkin>) -> f64 {
 
 fn triangles(skin: &SceneSkin) -> impl Iterator<Item = [&Point3<f64>; 3]> {
     skin.triangles.iter().map(|triangle| triangle.map(|v| &skin.vertices_m[v as usize]))
-}
-
-/// Height of a triangle over or under a place.
-fn height_over([a, b, c]: [&Point3<f64>; 3], place: &Point3<f64>) -> Option<f64> {
-    let twice =
-        |p: &Point3<f64>, q: &Point3<f64>| (p.x - place.x) * (q.y - place.y) - (p.y - place.y) * (q.x - place.x);
-    let weights = [twice(b, c), twice(c, a), twice(a, b)];
-    let whole: f64 = weights.iter().sum();
-    let is_inside = weights.iter().all(|w| *w >= 0.0) || weights.iter().all(|w| *w <= 0.0);
-    (whole != 0.0 && is_inside).then(|| (weights[0] * a.z + weights[1] * b.z + weights[2] * c.z) / whole)
 }
 
 /// Distance to the nearest middle or corner of the skin's triangles, in m.
@@ -96,7 +88,7 @@ fn remark_steep(skin: &SceneSkin) -> Option<Remark> {
             sum += area;
         }
         // A skin of large triangles has none whose middle is near: then the one over the entry counts.
-        if height_over([a, b, c], &Point3::origin()).is_some_and(|height| height.abs() <= FLAT_M) {
+        if crossing([a, b, c], &Point3::origin()).is_some_and(|(height, _)| height.abs() <= FLAT_M) {
             over = area;
         }
     }

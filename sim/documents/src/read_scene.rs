@@ -8,8 +8,9 @@ use serde::Deserialize;
 
 use crate::describe::{SCENE, measure};
 use crate::error::DocumentError;
+use crate::expand::{PlannedNeedle, SceneAnatomy, check_expandable};
 use crate::model::{Needle, Scene, SceneLayer, SceneStructure, TissueOptions};
-use crate::read_anatomy::read_anatomy;
+use crate::read_anatomy::{Anatomy, read_anatomy};
 use crate::read_options::check_options;
 use crate::source::{Files, Find, Source};
 use crate::walk::Walked;
@@ -21,6 +22,8 @@ struct RawScene {
     title: String,
     description: String,
     law: ForceLaw,
+    anatomy: Option<SceneAnatomy>,
+    #[serde(default)]
     layer: Vec<SceneLayer>,
     needle: Needle,
     rate: Option<RawRate>,
@@ -51,25 +54,83 @@ struct RawStructure {
     wall_rupture_n: Option<f64>,
 }
 
-/// Reads a scene and the meshes it names.
+/// A scene as it was read.
+pub(crate) struct ReadScene {
+    /// The scene.
+    pub scene: Scene,
+    /// The files of its meshes.
+    pub files: Files,
+    /// The document that the scene's anatomy became, where it names one.
+    pub expanded: Option<ExpandedScene>,
+}
+
+/// What an anatomy became.
+pub(crate) struct ExpandedScene {
+    /// The document with layers, structures and skin.
+    pub bytes: Vec<u8>,
+    /// How the needle is planned to go in.
+    pub planned: PlannedNeedle,
+}
+
+/// Reads a scene and the meshes it names, or makes them of its anatomy.
 ///
 /// # Errors
 /// Every issue found.
-pub(crate) fn read_scene(source: Source, find: Find<'_>) -> Result<(Scene, Files), DocumentError> {
-    let sha256 = source.sha256.clone();
-    let mut doc = Walked::new(source, &SCENE)?;
+pub(crate) fn read_scene(source: Source, find: Find<'_>) -> Result<ReadScene, DocumentError> {
+    let mut doc = Walked::new(source.clone(), &SCENE)?;
     doc.refuse_duplicates("layer", "name");
     doc.refuse_duplicates("structure", "name");
+    check_expandable(&mut doc);
     check_needle(&mut doc);
     check_speed_window(&mut doc);
     check_options(&mut doc);
     check_walls(&mut doc);
     check_tissue(&mut doc);
-    let anatomy = read_anatomy(&mut doc, find);
+    let shapes = read_anatomy(&mut doc, find);
+    // Told where the document names the anatomy, should it come to nothing.
+    let allowed = phrase!("allowed: another patient, entry or angle");
+    let unsound = doc.issue("anatomy", phrase!("layers in which no thresholds are sound"), allowed);
     let raw: RawScene = doc.finish()?;
-    let structures = raw.structure.into_iter().zip(anatomy.meshes).map(|(s, mesh)| structure(s, mesh)).collect();
+    match &raw.anatomy {
+        Some(anatomy) => expand(&source, anatomy, &raw.needle, find)?.ok_or_else(|| unsound.into()),
+        None => Ok(ReadScene { files: shapes.files.clone(), scene: scene(raw, shapes, source.sha256), expanded: None }),
+    }
+}
+
+/// The scene that an anatomy becomes; none where its layers have no sound thresholds.
+fn expand(
+    source: &Source,
+    anatomy: &SceneAnatomy,
+    needle: &Needle,
+    find: Find<'_>,
+) -> Result<Option<ReadScene>, DocumentError> {
+    let place = |why| DocumentError::from(source.issue(0, "anatomy", why, phrase!("allowed: a body's numbers")));
+    let document: toml::Table = toml::from_str(source.text()).map_err(|why| place(Phrase::data(why)))?;
+    let mut body = anatomy.enter(needle.length_mm).map_err(place)?;
+    let file = format!("{} (its anatomy)", source.file);
+    let write = |table: &toml::Table| toml::to_string(table).map_err(|why| place(Phrase::data(why)));
+    let layered = Source::new(&file, write(&body.with_layers(&document))?.as_bytes())?;
+    let mut layered = read_scene(layered, find)?.scene;
+    if !layered.lower_to_sound(anatomy.angle_deg()).map_err(|why| place(why.in_words()))? {
+        return Ok(None);
+    }
+    for (layer, sound) in body.layers.iter_mut().zip(&layered.layers) {
+        layer.rupture_n = [sound.tip_rupture_n, sound.rim_rupture_n];
+    }
+    let (table, made) = body.expand(&document);
+    let bytes = write(&table)?.into_bytes();
+    let find_made = |name: &str| {
+        let found = made.iter().find(|(file, _)| file == name);
+        found.map_or_else(|| find(name), |(_, bytes)| Ok(bytes.clone()))
+    };
+    let read = read_scene(Source::new(&file, &bytes)?, &find_made)?;
+    Ok(Some(ReadScene { expanded: Some(ExpandedScene { bytes, planned: body.planned }), ..read }))
+}
+
+fn scene(raw: RawScene, shapes: Anatomy, sha256: String) -> Scene {
+    let structures = raw.structure.into_iter().zip(shapes.meshes).map(|(s, mesh)| structure(s, mesh)).collect();
     let rate = raw.rate.map(|r| RateDependence { p_infinity_n: r.p_infinity_n, v0_m_per_s: r.v0_mm_per_s / 1e3 });
-    let scene = Scene {
+    Scene {
         id: raw.id,
         title: raw.title,
         description: raw.description,
@@ -78,11 +139,10 @@ pub(crate) fn read_scene(source: Source, find: Find<'_>) -> Result<(Scene, Files
         needle: raw.needle,
         rate,
         structures,
-        skin: anatomy.skin,
+        skin: shapes.skin,
         tissue: raw.tissue,
         sha256,
-    };
-    Ok((scene, anatomy.files))
+    }
 }
 
 /// Bore of a needle as a share of its diameter where the scene states none: an 18 gauge cannula of regular wall has

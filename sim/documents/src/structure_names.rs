@@ -6,7 +6,7 @@
 use phrase::{Phrase, sentence};
 
 /// Names in the scenes that come along.
-pub const SHIPPED_STRUCTURE_NAMES: [&str; 18] = [
+pub const SHIPPED_STRUCTURE_NAMES: [&str; 26] = [
     sentence!("skin"),
     sentence!("fat"),
     sentence!("fascia"),
@@ -25,6 +25,14 @@ pub const SHIPPED_STRUCTURE_NAMES: [&str; 18] = [
     sentence!("transverse process"),
     sentence!("lumbar vessel"),
     sentence!("target"),
+    sentence!("deep fat"),
+    sentence!("cerebrospinal fluid"),
+    sentence!("dural sac"),
+    sentence!("lumbar vessels"),
+    sentence!("vertebra L2"),
+    sentence!("vertebra L3"),
+    sentence!("vertebra L4"),
+    sentence!("vertebra L5"),
 ];
 
 /// A layer's or a structure's name, for whoever has another language.

@@ -9,6 +9,7 @@
 //! The frame is that of a patient who is punctured: x to the patient's right, y to the head, z out of the back; the origin is on the skin, in the
 //! midline between the spinous processes of L3 and L4.
 
+mod entry;
 mod form;
 mod layers;
 mod loft;
@@ -24,6 +25,7 @@ mod vertebra;
 use nalgebra::Point3;
 use phrase::Phrase;
 
+pub use entry::BodyEntry;
 use form::{Bounds, Form, Place, Pose, Solid};
 pub use layers::{LayerOnPath, Tissue};
 use loft::Loft;

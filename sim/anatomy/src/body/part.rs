@@ -27,6 +27,12 @@ impl Level {
         ["L1", "L2", "L3", "L4", "L5"][self as usize]
     }
 
+    /// The vertebra above an interspace of a name.
+    #[must_use]
+    pub fn above(interspace: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|level| level.interspace() == interspace)
+    }
+
     /// The name of the interspace below it.
     #[must_use]
     pub fn interspace(self) -> &'static str {

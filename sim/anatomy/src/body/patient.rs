@@ -21,6 +21,12 @@ impl Posture {
     /// Every posture.
     pub const ALL: [Self; 3] = [Self::Prone, Self::Sitting, Self::Side];
 
+    /// The posture of a name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|posture| posture.name() == name)
+    }
+
     /// Its name.
     #[must_use]
     pub fn name(self) -> &'static str {

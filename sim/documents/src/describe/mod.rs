@@ -20,7 +20,7 @@ pub(crate) use curriculum::CURRICULUM;
 pub(crate) use exercise::EXERCISE;
 pub(crate) use instrument::INSTRUMENT;
 pub use instrument::list_document_languages;
-pub(crate) use scene::SCENE;
+pub(crate) use scene::{LAYERS, SCENE};
 pub(crate) use segmentation::SEGMENTATION;
 pub(crate) use text::Text;
 

@@ -2,6 +2,7 @@
 
 use super::{DescribedField, DescribedTable, FieldKind, Presence, Text};
 use crate::mesh::Axes;
+use anatomy::{AGES_YEARS, WEIGHTS_KG};
 use law::axial::MAX_BRANCHES;
 
 /// A scene.
@@ -19,11 +20,11 @@ pub(crate) static SCENE: DescribedTable = DescribedTable {
         )
         .or(1.0),
         DescribedField::new(
-            "layer",
-            FieldKind::Tables { table: &LAYER, min: 1, max: 32 },
-            "Layers from the surface down",
-        )
-        .required(),
+            "anatomy",
+            FieldKind::Table(&ANATOMY),
+            "A lower back from numbers, whose layers and structures the scene then has; instead of [[layer]] and [skin]",
+        ),
+        LAYERS,
         DescribedField::new("needle", FieldKind::Table(&NEEDLE), "The needle").with(Presence::Empty),
         DescribedField::new(
             "rate",
@@ -42,6 +43,63 @@ pub(crate) static SCENE: DescribedTable = DescribedTable {
         )
         .with(Presence::Empty),
         DescribedField::new("tissue", FieldKind::Table(&TISSUE), "How the tissue deforms").with(Presence::Empty),
+    ],
+};
+
+/// The layers: needed where no anatomy gives them.
+pub(crate) const LAYERS: DescribedField = DescribedField::new(
+    "layer",
+    FieldKind::Tables { table: &LAYER, min: 1, max: 32 },
+    "Layers from the surface down; needed where no [anatomy] gives them",
+);
+
+static ANATOMY: DescribedTable = DescribedTable {
+    doc: "A lower back from numbers: as the scene is read it becomes layers, structures and a skin, and those are what a recording carries",
+    fields: &[
+        DescribedField::new(
+            "interspace",
+            FieldKind::Choice(&["L1/2", "L2/3", "L3/4", "L4/5", "L5/S1"]),
+            "Where the needle enters: the middle between two spinous processes, as it is felt",
+        )
+        .required(),
+        DescribedField::new(
+            "posture",
+            FieldKind::Choice(&["prone", "sitting", "side"]),
+            "Face down, sitting with the back bent, or on the side with the knees to the chest",
+        )
+        .required(),
+        DescribedField::new(
+            "seed",
+            FieldKind::Integer { min: 0, max: 1_000_000_000 },
+            "Which patient of those of this weight and age",
+        )
+        .or(1.0),
+        DescribedField::number("weight_kg", "kg", WEIGHTS_KG[0]..=WEIGHTS_KG[1], "Body weight").or(70.0),
+        DescribedField::number("age_years", "years", AGES_YEARS[0]..=AGES_YEARS[1], "Age").or(40.0),
+        DescribedField::new(
+            "offset_mm",
+            FieldKind::Vector { unit: "mm", len: 2, min: -60.0, max: 60.0 },
+            "From there to where the needle enters, to the patient's right and to the head; 0 is the midline approach",
+        ),
+        DescribedField::number(
+            "angle_deg",
+            "°",
+            0.0..=60.0,
+            "Planned angle to the normal of the skin, along which the layers are measured; the exercise has the same",
+        )
+        .or(0.0),
+        DescribedField::number(
+            "azimuth_deg",
+            "°",
+            -360.0..=360.0,
+            "Where the needle then leans to: 0 to the patient's right, 90 to the head",
+        )
+        .or(0.0),
+        DescribedField::new(
+            "parts",
+            FieldKind::Texts(&Text::ID),
+            "Which parts exist as structures, of those within 25 mm of the planned needle: bones, dura, vessels, kidneys; all if left out",
+        ),
     ],
 };
 

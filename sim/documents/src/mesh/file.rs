@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::io::Cursor;
 use std::path::Path;
 
+use law::structures::Surface;
 use phrase::{Phrase, phrase};
 use tobj::LoadOptions;
 
@@ -23,6 +24,20 @@ pub(super) fn parse(name: &str, bytes: &[u8]) -> Result<Raw, Phrase> {
             Err(phrase!("a file that ends in \".{ending}\"", ending = ending))
         }
     }
+}
+
+/// A binary STL file in mm of a surface in m, without normals: readers make them of the corners.
+#[must_use]
+pub fn write_stl((vertices_m, triangles): &Surface) -> Vec<u8> {
+    let mut bytes = vec![0; 80];
+    bytes.extend((triangles.len() as u32).to_le_bytes());
+    for triangle in triangles {
+        bytes.extend([0; 12]);
+        let corners = triangle.iter().flat_map(|&v| vertices_m[v as usize].iter().copied());
+        bytes.extend(corners.flat_map(|m| ((m * 1e3) as f32).to_le_bytes()));
+        bytes.extend([0; 2]);
+    }
+    bytes
 }
 
 fn stl(bytes: &[u8]) -> Result<Raw, Phrase> {

@@ -10,9 +10,11 @@ use std::ops::RangeInclusive;
 
 use anatomy::{check_manifold, volume_m3};
 pub(crate) use axes::Axes;
+pub use file::write_stl;
 use law::structures::{Shape, Surface};
 use nalgebra::{Point3, Vector3};
 use phrase::{Phrase, phrase};
+pub(crate) use skin::crossing;
 
 /// What the mesh of a structure must be, in words.
 pub(crate) fn allowed_solid() -> Phrase {

@@ -11,7 +11,7 @@ const NEAR_M: f64 = 5e-3;
 /// # Errors
 /// How far it is, or that its back is seen.
 pub(super) fn check_over_origin(vertices: &[Point3<f64>], triangles: &[[u32; 3]]) -> Result<(), Phrase> {
-    let crossings = triangles.iter().filter_map(|t| crossing(t.map(|v| &vertices[v as usize])));
+    let crossings = triangles.iter().filter_map(|t| crossing(t.map(|v| &vertices[v as usize]), &Point3::origin()));
     match crossings.max_by(|(one, _), (other, _)| one.total_cmp(other)) {
         None => {
             let nearest_m = vertices.iter().map(|v| v.coords.norm()).fold(f64::INFINITY, f64::min);
@@ -31,10 +31,11 @@ pub(super) fn check_over_origin(vertices: &[Point3<f64>], triangles: &[[u32; 3]]
     }
 }
 
-/// Height in m at which the z axis crosses a triangle, and whether its front faces up.
-fn crossing([a, b, c]: [&Point3<f64>; 3]) -> Option<(f64, bool)> {
-    // Twice the area of each corner's opposite edge with the origin, from above: barycentric coordinates.
-    let twice = |p: &Point3<f64>, q: &Point3<f64>| p.x * q.y - p.y * q.x;
+/// Height in m at which a line along z through a place crosses a triangle, and whether its front faces up.
+pub(crate) fn crossing([a, b, c]: [&Point3<f64>; 3], place: &Point3<f64>) -> Option<(f64, bool)> {
+    // Twice the area of each corner's opposite edge with the place, from above: barycentric coordinates.
+    let twice =
+        |p: &Point3<f64>, q: &Point3<f64>| (p.x - place.x) * (q.y - place.y) - (p.y - place.y) * (q.x - place.x);
     let weights = [twice(b, c), twice(c, a), twice(a, b)];
     let whole: f64 = weights.iter().sum();
     let is_inside = weights.iter().all(|w| *w >= 0.0) || weights.iter().all(|w| *w <= 0.0);

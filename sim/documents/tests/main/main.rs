@@ -4,6 +4,7 @@
 
 #[cfg(test)]
 mod anatomy;
+mod body;
 #[cfg(test)]
 mod bombs;
 #[cfg(test)]

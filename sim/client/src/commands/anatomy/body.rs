@@ -6,7 +6,7 @@ use ::anatomy::{AnatomyPart, Body, BodyOrder, BodyQuality, Dimension, Level, Pos
 use clap::ValueEnum;
 use serde::Serialize;
 
-use super::files::{self, Folder};
+use super::files::Folder;
 use crate::exit::{Failure, Outcome};
 use crate::output;
 use crate::progress::Progress;
@@ -95,7 +95,7 @@ pub fn run(args: &BodyArgs) -> Outcome {
         let mesh = body.mesh(part, args.quality());
         let volume_ml = ::anatomy::volume_m3(&mesh.vertices_m, &mesh.triangles) * 1e6;
         reports.push(PartReport { name: part.name(), triangles: mesh.triangles.len(), volume_ml });
-        folder.write(&format!("{}.stl", part.name()), &files::stl(&(mesh.vertices_m, mesh.triangles)))?;
+        folder.write(&format!("{}.stl", part.name()), &documents::write_stl(&(mesh.vertices_m, mesh.triangles)))?;
     }
     drop(progress);
     folder.write("body.csv", &dimensions(&body)?)?;

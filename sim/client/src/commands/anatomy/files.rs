@@ -3,8 +3,6 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use law::structures::Surface;
-
 use crate::exit::{Failure, Outcome};
 use crate::new_file::{self, NewFile};
 
@@ -36,19 +34,6 @@ impl Folder {
     pub fn keep(self) -> Outcome {
         self.files.into_iter().try_for_each(NewFile::keep)
     }
-}
-
-/// A binary STL file in mm, without normals: readers make them of the corners.
-pub fn stl((vertices_m, triangles): &Surface) -> Vec<u8> {
-    let mut bytes = vec![0; 80];
-    bytes.extend((triangles.len() as u32).to_le_bytes());
-    for triangle in triangles {
-        bytes.extend([0; 12]);
-        let corners = triangle.iter().flat_map(|&v| vertices_m[v as usize].iter().copied());
-        bytes.extend(corners.flat_map(|m| ((m * 1e3) as f32).to_le_bytes()));
-        bytes.extend([0; 2]);
-    }
-    bytes
 }
 
 /// A name as part of a file's name.

@@ -110,9 +110,9 @@ pub fn run(args: &ImportArgs) -> Outcome {
     let imported = import(args, &labels, &source, &mut stages)?;
     let mut folder = Folder::create(&args.out, args.force)?;
     for structure in &imported.structures {
-        folder.write(&structure.file, &files::stl(&structure.placed))?;
+        folder.write(&structure.file, &documents::write_stl(&structure.placed))?;
     }
-    folder.write(scene::SKIN_FILE, &files::stl(&imported.placed_skin))?;
+    folder.write(scene::SKIN_FILE, &documents::write_stl(&imported.placed_skin))?;
     folder.keep()?;
     let written = scene::write(args, &imported)?;
     drop(stages);

@@ -3,8 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use documents::{Scene, StructureKind};
-use law::axial::Contactor;
+use documents::{Scene, StructureKind, TissueFeel};
 use nalgebra::Vector3;
 
 use super::super::files::{self, Folder};
@@ -18,34 +17,6 @@ pub const EXERCISE_FILE: &str = "exercise.toml";
 /// Name of the skin's file.
 pub const SKIN_FILE: &str = "skin.stl";
 
-/// What a tissue feels like under law 2, for training.
-struct Feel {
-    tissue: &'static str,
-    stiffness_n_per_m: f64,
-    damping_n_s_per_m2: f64,
-    tip_n: f64,
-    rim_n: f64,
-    friction_n_per_m: f64,
-    cutting_n: f64,
-    density_kg_per_m3: f64,
-}
-
-/// Skin, fat, fascia and muscle as the shipped training scene has them; ligament is our choice, between its fascia and its muscle in stiffness.
-const FEELS: [Feel; 5] = [
-    feel("skin", [331.0, 300.0, 1.0, 1.3, 100.0, 0.3, 1090.0]),
-    feel("fat", [83.0, 100.0, 0.5, 0.6, 15.0, 0.1, 950.0]),
-    feel("fascia", [800.0, 300.0, 1.2, 1.5, 100.0, 0.3, 1130.0]),
-    feel("muscle", [497.0, 300.0, 1.5, 1.9, 40.0, 0.3, 1050.0]),
-    feel("ligament", [650.0, 300.0, 1.8, 2.3, 60.0, 0.4, 1120.0]),
-];
-
-const fn feel(tissue: &'static str, numbers: [f64; 7]) -> Feel {
-    let [stiffness_n_per_m, damping_n_s_per_m2, tip_n, rim_n, friction_n_per_m, cutting_n, density_kg_per_m3] = numbers;
-    Feel { tissue, stiffness_n_per_m, damping_n_s_per_m2, tip_n, rim_n, friction_n_per_m, cutting_n, density_kg_per_m3 }
-}
-
-/// Thresholds are lowered so often before a scene is given up.
-const MOST_ROUNDS: usize = 128;
 /// The steepest path that a scene may have, in degrees to the skin's normal.
 const MOST_ANGLE_DEG: f64 = 60.0;
 /// How deep the exercise goes where there is no target, in mm, if the layers go so far.
@@ -107,9 +78,8 @@ pub fn write(args: &ImportArgs, imported: &Imported) -> Result<WrittenImport, Fa
     Ok(WrittenImport { lowered: lowered.collect(), way })
 }
 
-fn feel_of(layer: &ImportedLayer) -> &'static Feel {
-    let tissue = layer.label.tissue().unwrap_or_default();
-    FEELS.iter().find(|feel| feel.tissue == tissue).unwrap_or(&FEELS[3])
+fn feel_of(layer: &ImportedLayer) -> &'static TissueFeel {
+    TissueFeel::of(layer.label.tissue().unwrap_or_default())
 }
 
 fn thresholds(layer: &ImportedLayer) -> Thresholds {
@@ -117,27 +87,21 @@ fn thresholds(layer: &ImportedLayer) -> Thresholds {
     Thresholds { tip_n: feel.tip_n, rim_n: feel.rim_n }
 }
 
-/// Lowers each threshold whose rupture would give more than it takes to the largest that does not.
+/// Thresholds that are sound on the exercise's way.
 fn find_sound(
     args: &ImportArgs,
     imported: &Imported,
     named: &[Thresholds],
     angle_deg: f64,
 ) -> Result<Vec<Thresholds>, Failure> {
-    let mut thresholds = named.to_vec();
     let path = args.out.join(SCENE_FILE);
-    for _ in 0..MOST_ROUNDS {
-        let scene: Scene = documents::load::read_scene_text(&path, &scene_text(args, imported, &thresholds))?;
-        let findings = scene.soundness(angle_deg).map_err(|why| Failure::refused(&path, why))?;
-        let Some(finding) = findings.first() else { return Ok(thresholds) };
-        let lower_n = (finding.unsound.largest_sound_n * 1e3).floor() / 1e3;
-        let layer = &mut thresholds[finding.unsound.boundary];
-        match finding.unsound.contactor {
-            Contactor::Tip => layer.tip_n = lower_n.min(layer.tip_n - 1e-3).max(1e-3),
-            Contactor::Rim => layer.rim_n = lower_n.min(layer.rim_n - 1e-3).max(1e-3),
-        }
+    let mut scene: Scene = documents::load::read_scene_text(&path, &scene_text(args, imported, named))?;
+    if !scene.lower_to_sound(angle_deg).map_err(|why| Failure::refused(&path, why))? {
+        return Err(Failure::work(format_args!("{}: no sound thresholds were found for these layers", path.display())));
     }
-    Err(Failure::work(format_args!("{}: no sound thresholds were found for these layers", path.display())))
+    let lowered =
+        scene.layers.iter().map(|layer| Thresholds { tip_n: layer.tip_rupture_n, rim_n: layer.rim_rupture_n });
+    Ok(lowered.collect())
 }
 
 /// A text in quotes, as TOML and JSON both have them.
@@ -216,7 +180,7 @@ fn write_layer(text: &mut String, layer: &ImportedLayer, thresholds: Thresholds)
         feel.friction_n_per_m,
         feel.cutting_n,
         feel.density_kg_per_m3,
-        if feel.tissue == "ligament" { "fascia" } else { feel.tissue },
+        feel.texture,
         quoted(&source)
     );
 }

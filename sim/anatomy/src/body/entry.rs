@@ -1,0 +1,65 @@
+//! Where a needle enters a body, as a frame: what lies below is told and drawn in it.
+
+use nalgebra::{Matrix3, Point3, Vector3};
+
+use super::form::Place;
+use super::part::{AnatomyPart, Level};
+use super::surface::BodyMesh;
+use super::{Body, BodyQuality, LayerOnPath};
+
+/// The skin leans as it does on average over so many mm about the entry: what a hand feels as its slope.
+const LEAN_OVER: f64 = 12.0;
+
+/// A place on a body's skin and the frame of a needle that enters there.
+#[derive(Clone, Copy, Debug)]
+pub struct BodyEntry {
+    /// The place on the skin, in the body's frame, in m.
+    pub origin_m: Point3<f64>,
+    /// Columns: to the patient's right, to the head, out of the skin, each of unit length.
+    pub axes: Matrix3<f64>,
+}
+
+impl BodyEntry {
+    /// A place of the body in this frame, in m.
+    #[must_use]
+    pub fn to_own(&self, body_m: &Point3<f64>) -> Point3<f64> {
+        Point3::from(self.axes.tr_mul(&(body_m - self.origin_m)))
+    }
+
+    /// A direction of this frame in the body's.
+    #[must_use]
+    pub fn to_body(&self, own: &Vector3<f64>) -> Vector3<f64> {
+        self.axes * own
+    }
+}
+
+impl Body {
+    /// The entry beside the middle of an interspace as it is felt, by so many m to the patient's right and to the head.
+    #[must_use]
+    pub fn enter(&self, level: Level, right_m: f64, head_m: f64) -> BodyEntry {
+        let felt = self.midline_path(level, 0.0).entry_m;
+        let inside = self.inner(&felt) + Place::new(right_m * 1e3, head_m * 1e3, -40.0);
+        let depth = |right: f64, head: f64| self.skin_depth(&(inside + Place::new(right, head, 0.0)));
+        let on_skin = Place::new(inside.x, inside.y, depth(0.0, 0.0));
+        let rise = |right: f64, head: f64| depth(right, head) - depth(-right, -head);
+        let (along_right, along_head) = (rise(LEAN_OVER, 0.0), rise(0.0, LEAN_OVER));
+        let out = Vector3::new(-along_right, -along_head, 2.0 * LEAN_OVER).normalize();
+        let head = (Vector3::y() - out * out.y).normalize();
+        let axes = Matrix3::from_columns(&[head.cross(&out), head, out]);
+        BodyEntry { origin_m: Point3::from((on_skin - self.origin) * 1e-3), axes }
+    }
+
+    /// The tissues along a straight needle from an entry, in a direction of the entry's frame, over a length in m.
+    #[must_use]
+    pub fn list_layers_from(&self, entry: &BodyEntry, own: &Vector3<f64>, length_m: f64) -> Vec<LayerOnPath> {
+        self.list_layers(&(entry.origin_m + entry.to_body(own) * -1e-6), &entry.to_body(own), length_m)
+    }
+
+    /// The surface of a part in the frame of an entry, closed, in m.
+    #[must_use]
+    pub fn mesh_from(&self, entry: &BodyEntry, part: AnatomyPart, quality: BodyQuality) -> BodyMesh {
+        let mut mesh = self.mesh(part, quality);
+        mesh.vertices_m.iter_mut().for_each(|vertex| *vertex = entry.to_own(vertex));
+        mesh
+    }
+}

@@ -1,0 +1,309 @@
+//! A scene that names an anatomy becomes one that has layers, structures and a skin.
+//!
+//! The document stays one truth, a few numbers of a body. What they mean is worked out when the scene is read and travels from then on as
+//! what it is: text and meshes, as if somebody had written them. So a recording re-simulates whatever later bodies look like.
+
+use std::ops::ControlFlow;
+
+use anatomy::{AnatomyPart, Body, BodyEntry, BodyOrder, BodyQuality, LayerOnPath, Level, Posture, Tissue};
+use law::structures::{StructureKind, Surface};
+use nalgebra::Vector3;
+use phrase::{Phrase, phrase};
+use serde::Deserialize;
+use toml::{Table, Value};
+
+use crate::describe::{LAYERS, one_of};
+use crate::feel::TissueFeel;
+use crate::mesh::write_stl;
+use crate::source::Files;
+use crate::walk::Walked;
+
+/// Structures farther from the planned needle than this are left out, in m.
+const REACH_M: f64 = 25e-3;
+/// Tissue thinner than this is taken for the one before it, in mm; so is fat that is thinner than the second.
+const THIN_MM: [f64; 2] = [0.5, 1.5];
+/// Thickness of the dura, in mm. Judged, within 0.3 to 0.6 mm.
+const DURA_MM: f64 = 0.5;
+/// Wall of a vessel: stiffness in N/m and force in N at which it gives way, as in lower-back-vessel.
+const VESSEL_WALL: [f64; 2] = [600.0, 0.6];
+/// Name of the skin's file.
+const SKIN_FILE: &str = "skin.stl";
+/// What `parts` may name, and which structures each word means.
+const PARTS: [(&str, StructureKind); 4] = [
+    ("bones", StructureKind::Bone),
+    ("dura", StructureKind::Nerve),
+    ("vessels", StructureKind::Vessel),
+    ("kidneys", StructureKind::Organ),
+];
+
+/// How the needle is planned to go in, in the frame of the entry.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PlannedNeedle {
+    /// Angle to the skin's normal, in degrees.
+    pub angle_deg: f64,
+    /// Where it leans to, in degrees.
+    pub azimuth_deg: f64,
+}
+
+/// `[anatomy]` of a scene.
+#[derive(Deserialize)]
+pub(crate) struct SceneAnatomy {
+    interspace: String,
+    posture: String,
+    seed: u64,
+    weight_kg: f64,
+    age_years: f64,
+    #[serde(default)]
+    offset_mm: [f64; 2],
+    angle_deg: f64,
+    azimuth_deg: f64,
+    parts: Option<Vec<String>>,
+}
+
+/// A layer as it is going to be written.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct MetLayer {
+    name: String,
+    tissue: &'static str,
+    thickness_mm: f64,
+    /// Thresholds of tip and rim, in N.
+    pub(crate) rupture_n: [f64; 2],
+}
+
+/// A body at the place where the needle enters.
+pub(crate) struct EnteredBody {
+    body: Body,
+    entry: BodyEntry,
+    direction: Vector3<f64>,
+    parts: Vec<StructureKind>,
+    /// How the needle is planned to go in.
+    pub(crate) planned: PlannedNeedle,
+    /// The layers along it.
+    pub(crate) layers: Vec<MetLayer>,
+    depth_m: f64,
+}
+
+/// Checks that layers come from one place, and that the parts are some that there are.
+pub(crate) fn check_expandable(doc: &mut Walked) {
+    if !doc.is_written("anatomy") {
+        if !doc.is_written("layer") {
+            doc.refuse("layer", phrase!("missing"), LAYERS.kind.allowed());
+        }
+        return;
+    }
+    for field in ["layer", "skin"] {
+        if doc.is_written(field) {
+            let allowed = phrase!("allowed: one of both, for the layers and the skin come from the anatomy");
+            doc.refuse(field, phrase!("beside {field}", field = "anatomy"), allowed);
+        }
+    }
+    let known = PARTS.map(|(word, _)| word);
+    let parts = doc.value["anatomy"]["parts"].as_array().cloned().unwrap_or_default();
+    for part in parts.iter().filter_map(|part| part.as_str()).filter(|part| !known.contains(part)) {
+        doc.refuse("anatomy.parts", Phrase::quoted(part), one_of(&known));
+    }
+}
+
+impl SceneAnatomy {
+    /// The planned angle to the skin's normal, in degrees.
+    pub(crate) fn angle_deg(&self) -> f64 {
+        self.angle_deg
+    }
+
+    /// The body, entered as planned, with the layers that a needle of a length in mm meets.
+    ///
+    /// # Errors
+    /// Numbers that no body has.
+    pub(crate) fn enter(&self, needle_mm: f64) -> Result<EnteredBody, Phrase> {
+        let posture = Posture::named(&self.posture).unwrap_or(Posture::Prone);
+        let level = Level::above(&self.interspace).unwrap_or(Level::L3);
+        let Self { seed, weight_kg, age_years, .. } = *self;
+        let body = Body::new(&BodyOrder { posture, seed, weight_kg, age_years })?;
+        let [right_mm, head_mm] = self.offset_mm;
+        let entry = body.enter(level, right_mm / 1e3, head_mm / 1e3);
+        let planned = PlannedNeedle { angle_deg: self.angle_deg, azimuth_deg: self.azimuth_deg };
+        let direction = planned.direction();
+        let met = to_canal(&body.list_layers_from(&entry, &direction, needle_mm / 1e3));
+        let depth_m = met.last().map_or(0.0, |layer| layer.to_m);
+        let layers = list_layers(&met, libm::cos(self.angle_deg.to_radians()));
+        let exists = |word: &str| self.parts.as_ref().is_none_or(|parts| parts.iter().any(|part| part == word));
+        let parts = PARTS.into_iter().filter(|(word, _)| exists(word)).map(|(_, kind)| kind).collect();
+        Ok(EnteredBody { body, entry, direction, parts, planned, layers, depth_m })
+    }
+}
+
+impl PlannedNeedle {
+    fn direction(&self) -> Vector3<f64> {
+        let (sin, cos) = libm::sincos(self.angle_deg.to_radians());
+        let (across, along) = libm::sincos(self.azimuth_deg.to_radians());
+        Vector3::new(sin * along, sin * across, -cos)
+    }
+}
+
+/// What is met to the end of the canal; a path that misses it ends with the needle.
+fn to_canal(met: &[LayerOnPath]) -> Vec<LayerOnPath> {
+    let is_canal = |tissue| matches!(tissue, Tissue::Part(AnatomyPart::EpiduralSpace | AnatomyPart::DuralSac));
+    let is_sac = |tissue| tissue == Tissue::Part(AnatomyPart::DuralSac);
+    let mut kept: Vec<LayerOnPath> = Vec::new();
+    let _ = met.iter().try_for_each(|layer| {
+        let last = kept.last().map(|last| last.tissue);
+        if last.is_some_and(is_canal) && !is_canal(layer.tissue) || last.is_some_and(is_sac) {
+            return ControlFlow::Break(());
+        }
+        kept.push(*layer);
+        ControlFlow::Continue(())
+    });
+    kept
+}
+
+/// The layers of a path that leans from the skin's normal by the arc of a cosine. Bone and vessels are structures and no layers: what lies
+/// before them goes on.
+fn list_layers(met: &[LayerOnPath], cosine: f64) -> Vec<MetLayer> {
+    let mut layers: Vec<MetLayer> = Vec::new();
+    for layer in met {
+        let thickness_mm = (layer.to_m - layer.from_m) * 1e3 * cosine;
+        let least_mm = if layer.tissue == Tissue::Fat { THIN_MM[1] } else { THIN_MM[0] };
+        let tissue = name_tissue(layer.tissue).filter(|_| thickness_mm >= least_mm);
+        match (tissue, layers.last_mut()) {
+            (Some("cerebrospinal fluid"), _) => {
+                layers.push(MetLayer::new("dura", DURA_MM));
+                layers.push(MetLayer::new("cerebrospinal fluid", thickness_mm - DURA_MM));
+            }
+            (None, Some(last)) => last.thickness_mm += thickness_mm,
+            (Some(tissue), Some(last)) if last.tissue == tissue => last.thickness_mm += thickness_mm,
+            (tissue, _) => layers.push(MetLayer::new(tissue.unwrap_or("skin of the back"), thickness_mm)),
+        }
+    }
+    for at in 0..layers.len() {
+        let own = layers[at].name.clone();
+        let earlier = layers[..at].iter().filter(|layer| layer.tissue == layers[at].tissue).count();
+        layers[at].name = match (own.as_str(), earlier) {
+            (_, 0) => own,
+            ("fat", 1) => "deep fat".to_owned(),
+            _ => format!("{own} {}", earlier + 1),
+        };
+    }
+    layers
+}
+
+/// The tissue of a layer; none for what is a structure alone.
+fn name_tissue(tissue: Tissue) -> Option<&'static str> {
+    let part = match tissue {
+        Tissue::Skin => return Some("skin of the back"),
+        Tissue::Fat => return Some("fat"),
+        Tissue::Part(part) => part,
+    };
+    match part {
+        AnatomyPart::ErectorSpinae(_) | AnatomyPart::Quadratus(_) => Some("muscle"),
+        AnatomyPart::Supraspinous => Some("supraspinous ligament"),
+        AnatomyPart::Interspinous(_) => Some("interspinous ligament"),
+        AnatomyPart::Flavum(_) => Some("ligamentum flavum"),
+        AnatomyPart::EpiduralSpace => Some("epidural space"),
+        AnatomyPart::DuralSac => Some("cerebrospinal fluid"),
+        AnatomyPart::Kidney(_) => Some("kidney"),
+        AnatomyPart::Disc(_) => Some("ligament"),
+        _ => None,
+    }
+}
+
+impl MetLayer {
+    fn new(tissue: &'static str, thickness_mm: f64) -> Self {
+        let feel = TissueFeel::of(tissue);
+        let name = if tissue == "skin of the back" { "skin" } else { tissue };
+        Self { name: name.to_owned(), tissue, thickness_mm, rupture_n: [feel.tip_n, feel.rim_n] }
+    }
+
+    fn table(&self) -> Table {
+        let feel = TissueFeel::of(self.tissue);
+        let lowered = if self.rupture_n[0] < feel.tip_n || self.rupture_n[1] < feel.rim_n {
+            " Thresholds lowered until no rupture raises the force in these layers."
+        } else {
+            ""
+        };
+        let source = format!("Thickness: the anatomy, along the planned needle. {}{lowered}", feel.source);
+        let numbers = [
+            ("thickness_mm", libm::round(self.thickness_mm * 1e2) / 1e2),
+            ("stiffness_n_per_m", feel.stiffness_n_per_m),
+            ("damping_n_s_per_m2", feel.damping_n_s_per_m2),
+            ("tip_rupture_n", self.rupture_n[0]),
+            ("rim_rupture_n", self.rupture_n[1]),
+            ("friction_n_per_m", feel.friction_n_per_m),
+            ("cutting_n", feel.cutting_n),
+            ("density_kg_per_m3", feel.density_kg_per_m3),
+            ("poisson_ratio", 0.45),
+        ];
+        let texts = [("name", self.name.as_str()), ("texture", feel.texture), ("source", source.as_str())];
+        let numbers = numbers.map(|(key, number)| (key.to_owned(), Value::Float(number)));
+        numbers.into_iter().chain(texts.map(|(key, text)| (key.to_owned(), Value::from(text)))).collect()
+    }
+}
+
+impl EnteredBody {
+    /// The document with its layers instead of `[anatomy]`.
+    pub(crate) fn with_layers(&self, document: &Table) -> Table {
+        let mut expanded = document.clone();
+        expanded.remove("anatomy");
+        let layers = self.layers.iter().map(|layer| Value::Table(layer.table())).collect();
+        expanded.insert("layer".to_owned(), Value::Array(layers));
+        expanded
+    }
+
+    /// The document with layers, structures and skin instead of `[anatomy]`, and the files of their meshes. What the document has of
+    /// structures stays, after those of the body.
+    pub(crate) fn expand(&self, document: &Table) -> (Table, Files) {
+        let mut expanded = self.with_layers(document);
+        let mut files = Files::new();
+        let mut structures = Vec::new();
+        for part in AnatomyPart::list() {
+            let Some(kind) = part.kind().filter(|kind| self.parts.contains(kind)) else { continue };
+            let mesh = self.mesh(part, BodyQuality::Medium);
+            if !self.is_within_reach(&mesh) {
+                continue;
+            }
+            files.push((format!("{}.stl", part.name()), write_stl(&mesh)));
+            structures.push(Value::Table(structure_table(part, kind)));
+        }
+        if let Some(Value::Array(own)) = expanded.remove("structure") {
+            structures.extend(own);
+        }
+        expanded.insert("structure".to_owned(), Value::Array(structures));
+        files.push((SKIN_FILE.to_owned(), write_stl(&self.mesh(AnatomyPart::Skin, BodyQuality::Low))));
+        let skin = [("file", SKIN_FILE), ("unit", "mm")].map(|(key, text)| (key.to_owned(), Value::from(text)));
+        expanded.insert("skin".to_owned(), Value::Table(skin.into_iter().collect()));
+        (expanded, files)
+    }
+
+    fn mesh(&self, part: AnatomyPart, quality: BodyQuality) -> Surface {
+        let mesh = self.body.mesh_from(&self.entry, part, quality);
+        (mesh.vertices_m, mesh.triangles)
+    }
+
+    /// Whether a corner of a mesh is near enough to the planned needle.
+    fn is_within_reach(&self, (vertices_m, _): &Surface) -> bool {
+        vertices_m.iter().any(|vertex| {
+            let along_m = vertex.coords.dot(&self.direction).clamp(0.0, self.depth_m);
+            (vertex.coords - self.direction * along_m).norm() <= REACH_M
+        })
+    }
+}
+
+fn structure_table(part: AnatomyPart, kind: StructureKind) -> Table {
+    let word = match kind {
+        StructureKind::Target => "target",
+        StructureKind::Vessel => "vessel",
+        StructureKind::Nerve => "nerve",
+        StructureKind::Bone => "bone",
+        StructureKind::Organ => "organ",
+    };
+    let name = part.name();
+    let texts = [("name", name.replace('-', " ")), ("kind", word.to_owned()), ("file", format!("{name}.stl"))];
+    let mut table: Table = texts.map(|(key, text)| (key.to_owned(), Value::from(text))).into_iter().collect();
+    table.insert("shape".to_owned(), "mesh".into());
+    table.insert("unit".to_owned(), "mm".into());
+    table.insert("position_mm".to_owned(), Value::Array(vec![Value::Float(0.0); 3]));
+    if kind == StructureKind::Vessel {
+        table.insert("wall_stiffness_n_per_m".to_owned(), VESSEL_WALL[0].into());
+        table.insert("wall_rupture_n".to_owned(), VESSEL_WALL[1].into());
+    }
+    table
+}

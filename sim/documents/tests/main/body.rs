@@ -1,0 +1,130 @@
+//! A scene that names an anatomy: what a needle meets on its way, and what a recording carries of it.
+//!
+//! Would fail if layers came in another order than a body has them, if bone let a needle through, if two readings differed, or if a recording
+//! needed the body again.
+
+use std::path::PathBuf;
+
+use bench::needle::DrivenNeedle;
+use documents::{ExerciseBundle, Patient, Scene};
+use nalgebra::Point3;
+
+use crate::support::{curricula, folder, read_text, write};
+
+const BODY: &str = r#"id = "body"
+law = 2
+title = "Body"
+
+[anatomy]
+interspace = "L3/4"
+posture = "sitting"
+seed = 6
+weight_kg = 70
+age_years = 35
+
+[needle]
+kind = "needle"
+diameter_mm = 1.27
+tip = "bevel"
+length_mm = 90
+"#;
+
+fn exercise(name: &str) -> ExerciseBundle {
+    let path: PathBuf = curricula().join("epidural-on-a-body").join(name);
+    ExerciseBundle::read(&path).unwrap()
+}
+
+fn layers(scene: &Scene) -> Vec<&str> {
+    scene.layers.iter().map(|layer| layer.name.as_str()).collect()
+}
+
+#[test]
+fn the_midline_leads_through_the_ligaments_in_their_order() {
+    let scene = crate::support::scene(BODY);
+    let order = [
+        "skin",
+        "fat",
+        "supraspinous ligament",
+        "interspinous ligament",
+        "ligamentum flavum",
+        "epidural space",
+        "dura",
+        "cerebrospinal fluid",
+    ];
+    assert_eq!(layers(&scene), order);
+    let names: Vec<&str> = scene.structures.iter().map(|s| s.spec.name.as_str()).collect();
+    assert!(["vertebra L3", "vertebra L4", "dural sac"].iter().all(|name| names.contains(name)), "{names:?}");
+    assert!(!names.contains(&"kidney left"), "out of the needle's reach");
+}
+
+#[test]
+fn beside_the_midline_lies_muscle_and_no_ligament_before_the_flavum() {
+    let bundle = exercise("3-paramedian.toml");
+    let met = layers(&bundle.scene);
+    assert!(met.contains(&"muscle") && met.contains(&"ligamentum flavum"), "{met:?}");
+    assert!(!met.contains(&"interspinous ligament") && !met.contains(&"supraspinous ligament"), "{met:?}");
+}
+
+#[test]
+fn a_needle_into_the_lamina_stops_on_bone_and_a_leaning_one_does_not() {
+    let bundle = exercise("2-off-the-bone.toml");
+    let spec = bundle.scene.puncture_spec(&Patient::nominal(&bundle.scene));
+    let push = |angle_deg: f64| {
+        let mut needle = DrivenNeedle::new(spec.axial.clone(), spec.structures.clone()).unwrap();
+        let (sin, cos) = libm::sincos(f64::to_radians(angle_deg));
+        let axis = nalgebra::Vector3::new(0.0, sin, -cos);
+        // 47 mm along the needle, before the flavum gives way.
+        let ticks = needle.travel(axis, Point3::origin() - axis * 2e-3, Point3::origin() + axis * 47e-3);
+        ticks.iter().map(|tick| tick.output.structures_n.norm()).fold(0.0, f64::max)
+    };
+    assert!(push(0.0) > 5.0, "straight in is bone: {} N", push(0.0));
+    assert!(push(bundle.exercise.angle_deg) == 0.0, "the planned way is free: {} N", push(bundle.exercise.angle_deg));
+}
+
+#[test]
+fn a_recording_carries_what_the_anatomy_became() {
+    let bundle = exercise("1-midline.toml");
+    assert!(!String::from_utf8_lossy(&bundle.scene_bytes).contains("[anatomy]"));
+    assert_eq!(exercise("1-midline.toml"), bundle, "two readings differ");
+    let rebuilt = ExerciseBundle::from_parts(&bundle.exercise_bytes, &bundle.scene_bytes, &bundle.meshes).unwrap();
+    assert_eq!(rebuilt, bundle);
+    let bytes: usize = bundle.meshes.iter().map(|(_, bytes)| bytes.len()).sum();
+    assert!(bytes < 1_000_000, "{bytes} bytes of meshes in every recording");
+}
+
+fn says(text: &str, parts: &[&str]) {
+    let refused = read_text(&folder(), text).expect_err("refused").to_string();
+    assert!(parts.iter().all(|part| refused.contains(part)), "{refused}");
+}
+
+#[test]
+fn what_no_body_has_is_refused_at_its_key() {
+    says(&BODY.replace("= 70", "= 20"), &["anatomy.weight_kg: 20 kg", "from 40 to 160 kg"]);
+    says(&BODY.replace("L3/4", "L6/7"), &["anatomy.interspace: \"L6/7\"", "L1/2, L2/3, L3/4, L4/5, L5/S1"]);
+    says(
+        &BODY.replace("seed = 6", "parts = [\"wings\"]"),
+        &["anatomy.parts: \"wings\"", "bones, dura, vessels, kidneys"],
+    );
+    let layered =
+        format!("{BODY}[[layer]]\nname = \"a\"\nthickness_mm = 1\nstiffness_n_per_m = 1\ntip_rupture_n = 1\n");
+    says(&layered, &["layer: beside anatomy", "come from the anatomy"]);
+    says(&BODY.replace("[anatomy]", "[tissue]\n[needle_]"), &["layer: missing"]);
+}
+
+#[test]
+fn an_exercise_enters_as_the_anatomy_was_met() {
+    let folder = folder();
+    write(&folder, "scene.toml", BODY);
+    let exercise =
+        crate::support::EXERCISE.replace("[target]", "[entry]\npoint_mm = [3, 0]\nangle_deg = 10\n\n[target]");
+    let refused = ExerciseBundle::read(&write(&folder, "e.toml", exercise)).expect_err("refused").to_string();
+    assert!(refused.contains("entry.angle_deg: 10 °; allowed: 0°"), "{refused}");
+    assert!(refused.contains("entry.point_mm: [3, 0]; allowed: [0, 0]"), "{refused}");
+}
+
+#[test]
+fn parts_that_are_not_named_do_not_exist() {
+    let scene = crate::support::scene(&BODY.replace("seed = 6", "seed = 6\nparts = [\"bones\"]"));
+    assert!(!scene.structures.is_empty());
+    assert!(scene.structures.iter().all(|s| s.kind() == documents::StructureKind::Bone));
+}
