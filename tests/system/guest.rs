@@ -11,15 +11,15 @@ use std::time::Duration;
 use serde_json::{Value, json};
 use tests::{Service, program, run_ok};
 
+use crate::browser::PASSWORD;
 use crate::visitor::{INITIAL, Visitor, choose_password};
 use crate::window::{Display, with_extension, within};
 
-const PASSWORD: &str = "a long enough password";
 const EXERCISE: &str = "curricula/lower-back-basics/1-feel-the-layers.toml";
 /// On a busy machine a key may go nowhere: so many more lead round everything on a debriefing.
 const MOST_TABS: usize = 8;
 /// What the study asks after each attempt.
-const INSTRUMENT: &str = r#"
+pub(super) const INSTRUMENT: &str = r#"
 id = "one-question"
 title = { en = "One question" }
 languages = ["en"]
@@ -47,25 +47,31 @@ struct StudySchool {
     study: String,
 }
 
+/// A school with an administrator, an instructor, the shipped exercises and an instrument.
+pub(super) fn found_service(folder: &Path, instrument: &str) -> Service {
+    let data = folder.join("data");
+    let data_dir = data.to_string_lossy().into_owned();
+    run_ok("web-admin", &["migrate", "--data-dir", &data_dir]);
+    for (role, email) in [("administrator", "head@example.org"), ("instructor", "ina@example.org")] {
+        let add = ["user", "add", "--data-dir", &data_dir, "--school", "North", "--role", role];
+        run_ok("web-admin", &[&add[..], &["--email", email, "--name", "Ina", "--password", INITIAL]].concat());
+    }
+    let instruments = folder.join("instruments");
+    fs::create_dir(&instruments).expect("a folder");
+    fs::write(instruments.join("one-question.toml"), instrument).expect("a file");
+    for documents in ["curricula", &instruments.to_string_lossy()] {
+        run_ok("web-admin", &["curricula", "import", documents, "--data-dir", &data_dir, "--school", "North"]);
+    }
+    let service = Service::start(&data);
+    for email in ["head@example.org", "ina@example.org"] {
+        choose_password(&service.url, email, PASSWORD);
+    }
+    service
+}
+
 impl StudySchool {
     fn found(folder: &Path) -> Self {
-        let data = folder.join("data");
-        let data_dir = data.to_string_lossy().into_owned();
-        run_ok("web-admin", &["migrate", "--data-dir", &data_dir]);
-        for (role, email) in [("administrator", "head@example.org"), ("instructor", "ina@example.org")] {
-            let add = ["user", "add", "--data-dir", &data_dir, "--school", "North", "--role", role];
-            run_ok("web-admin", &[&add[..], &["--email", email, "--name", "Ina", "--password", INITIAL]].concat());
-        }
-        let instruments = folder.join("instruments");
-        fs::create_dir(&instruments).expect("a folder");
-        fs::write(instruments.join("one-question.toml"), INSTRUMENT).expect("a file");
-        for documents in ["curricula", &instruments.to_string_lossy()] {
-            run_ok("web-admin", &["curricula", "import", documents, "--data-dir", &data_dir, "--school", "North"]);
-        }
-        let service = Service::start(&data);
-        for email in ["head@example.org", "ina@example.org"] {
-            choose_password(&service.url, email, PASSWORD);
-        }
+        let service = found_service(folder, INSTRUMENT);
         let [head, teacher] =
             ["head@example.org", "ina@example.org"].map(|email| Visitor::signed_in(&service.url, email, PASSWORD));
         let fields = [
@@ -121,7 +127,7 @@ fn code_on(page: &str) -> String {
 }
 
 /// `stylet` at a station whose user's home is `home`.
-fn at_home(home: &Path, arguments: &[&str]) -> Command {
+pub(super) fn at_home(home: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(program("stylet"));
     command.args(arguments).env("XDG_DATA_HOME", home.join("data")).env("XDG_CONFIG_HOME", home.join("config"));
     command.env_remove("STYLET_TOKEN").env_remove("STYLET_OUTBOX");
@@ -129,13 +135,13 @@ fn at_home(home: &Path, arguments: &[&str]) -> Command {
 }
 
 /// A guest before the window.
-struct GuestAtWindow {
-    display: Display,
-    play: Child,
+pub(super) struct GuestAtWindow {
+    pub display: Display,
+    pub play: Child,
 }
 
 impl GuestAtWindow {
-    fn sit_down(home: &Path, kept: &Path) -> Self {
+    pub(super) fn sit_down(home: &Path, kept: &Path) -> Self {
         let (display, kept) = (Display::open(), kept.to_string_lossy());
         let play = ["play", EXERCISE, "--device", "operator:constant:10", "--recordings", &kept, "--language", "de"];
         let play = display.start(&mut at_home(home, &play));
@@ -143,7 +149,7 @@ impl GuestAtWindow {
     }
 
     /// Presses keys one after the other, no faster than a person and a slow picture.
-    fn press(&self, keys: &[&str]) {
+    pub(super) fn press(&self, keys: &[&str]) {
         for key in keys {
             self.display.press(key);
             sleep(Duration::from_millis(700));
@@ -151,13 +157,24 @@ impl GuestAtWindow {
     }
 
     /// Types a code into the first field, and waits until the school has answered.
-    fn type_code(&self, code: &str) {
+    pub(super) fn type_code(&self, code: &str) {
         self.press(&["Tab"]);
         sleep(Duration::from_secs(3));
         self.display.write(code);
         sleep(Duration::from_secs(2));
         self.press(&["Return"]);
         sleep(Duration::from_secs(8));
+    }
+
+    /// Goes past the three buttons below the debriefing to what is asked, and answers the first question.
+    pub(super) fn answer_first(&self, outbox: &Path) {
+        self.press(&["Tab", "Tab", "Tab", "Tab", "Return"]);
+        self.press(&["Tab", "Tab", "Tab"]);
+        let answered = (0..MOST_TABS).any(|_| {
+            self.press(&["Tab", "Right", "Right"]);
+            with_extension(outbox, "draft").is_some()
+        });
+        assert!(answered, "no answer is on the disk");
     }
 }
 
@@ -198,15 +215,7 @@ fn a_guest_agrees_practises_and_answers_at_the_station() {
     let session = recording.file_stem().expect("a name").to_string_lossy().into_owned();
     within(90, "the attempt in the study", || Some(()).filter(|()| school.table().contains(&session)));
 
-    // The way to what is asked goes past the three buttons below the debriefing.
-    guest.press(&["Tab", "Tab", "Tab", "Tab", "Return"]);
-    let outbox = home.join("data/stylet/outbox");
-    guest.press(&["Tab", "Tab", "Tab"]);
-    let answered = (0..MOST_TABS).any(|_| {
-        guest.press(&["Tab", "Right", "Right"]);
-        with_extension(&outbox, "draft").is_some()
-    });
-    assert!(answered, "no answer is on the disk");
+    guest.answer_first(&home.join("data/stylet/outbox"));
     // Past the cross that takes the answer back.
     guest.press(&["Tab", "Tab", "Return"]);
     let row = within(60, "the answer beside its attempt", || {

@@ -12,6 +12,7 @@ mod documents;
 mod every_page;
 mod foreign_pages;
 mod guest;
+mod guest_journey;
 mod house;
 mod independent_reader;
 mod instrument_journey;

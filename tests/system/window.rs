@@ -99,7 +99,7 @@ impl Display {
     }
 
     /// Asks the window to close, as the button in its frame does: there is no window manager here to press it.
-    fn close(&self) {
+    pub fn close(&self) {
         let window = self.window().parse().expect("a window's number");
         let (server, _) = x11rb::connect(Some(&self.number)).expect("the display");
         let [protocols, delete] = [&b"WM_PROTOCOLS"[..], b"WM_DELETE_WINDOW"].map(|name| {

@@ -122,6 +122,8 @@ pub struct PairingCodePage {
     pub expires_at: OffsetDateTime,
     /// For how long, in minutes.
     pub minutes: i64,
+    /// Where a station finds the service.
+    pub address: String,
 }
 
 #[cfg(test)]
@@ -195,8 +197,14 @@ mod tests {
             code: "ABCD-EFGH".to_owned(),
             expires_at: samples::NOW,
             minutes: 10,
+            address: "https://skills.example".to_owned(),
         };
         let html = samples::keep_page("pairing-code", &page);
-        assert!(html.contains("stylet pair") && html.contains("ABCD-EFGH") && html.contains("10 minutes"), "{html}");
+        assert!(
+            html.contains("stylet pair --server https://skills.example")
+                && html.contains("ABCD-EFGH")
+                && html.contains("10 minutes"),
+            "{html}"
+        );
     }
 }

@@ -58,15 +58,18 @@ pub struct Terms {
 #[template(path = "survey/station.txt")]
 struct StationTerms<'a> {
     terms: &'a Terms,
+    /// A guest of a study has no page at the school.
+    guest: bool,
 }
 
 impl Terms {
-    /// What somebody is told at a station before the first question, paragraph by paragraph.
+    /// What somebody is told at a station before the first question, paragraph by paragraph. A guest of a study has no page at the
+    /// school, where their answers could wait.
     #[must_use]
-    pub fn at_a_station(&self) -> Vec<String> {
+    pub fn at_a_station(&self, guest: bool) -> Vec<String> {
         // Rendering into a String fails for no data we can hold.
         let language = Language::named(&self.language).unwrap_or(Language::ENGLISH);
-        let text = words::within(language, || StationTerms { terms: self }.render()).unwrap_or_default();
+        let text = words::within(language, || StationTerms { terms: self, guest }.render()).unwrap_or_default();
         text.lines().map(str::trim).filter(|line| !line.is_empty()).map(str::to_owned).collect()
     }
 }

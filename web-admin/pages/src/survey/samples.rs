@@ -60,22 +60,33 @@ fn the_form_asks_in_both_languages_and_escapes_what_was_typed() {
     }
 }
 
+fn terms_of(identity: Identity) -> Terms {
+    Terms {
+        language: "en".to_owned(),
+        title: "What do you think?".to_owned(),
+        intro: "A few questions.".to_owned(),
+        duration_min: 1.5,
+        questions: 10,
+        identity,
+        after_attempt: true,
+    }
+}
+
+#[test]
+fn a_guest_at_a_station_is_not_sent_to_a_page_that_they_do_not_have() {
+    let [own, guest] = [false, true].map(|guest| terms_of(Identity::Pseudonymous).at_a_station(guest).join("\n"));
+    assert!(own.contains("page of your school") && !own.contains("runs the study"), "{own}");
+    assert!(guest.contains("runs the study") && !guest.contains("page of your school"), "{guest}");
+    assert_eq!(own.lines().count(), guest.lines().count(), "the same is told, paragraph by paragraph");
+}
+
 #[test]
 fn before_the_first_question_it_is_said_what_leads_to_a_person() {
     for (identity, says) in
         [(Identity::Anonymous, "are anonymous"), (Identity::Pseudonymous, "pseudonym"), (Identity::Named, "your name")]
     {
-        let terms = Terms {
-            language: "en".to_owned(),
-            title: "What do you think?".to_owned(),
-            intro: "A few questions.".to_owned(),
-            duration_min: 1.5,
-            questions: 10,
-            identity,
-            after_attempt: true,
-        };
         let page = ConsentPage {
-            terms,
+            terms: terms_of(identity),
             action: "/survey/secret".to_owned(),
             hidden: vec![("csrf", "token".to_owned())],
             languages: vec![("en".to_owned(), "?lang=en".to_owned()), ("de".to_owned(), "?lang=de".to_owned())],

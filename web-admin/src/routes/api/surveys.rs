@@ -7,14 +7,14 @@ use acts::surveys as asking;
 use acts::surveys::AnsweredSheet;
 use axum::Json;
 use axum::extract::{Path, State};
-use model::PersonKey;
 use model::ids::{PersonId, SchoolId, SessionId, SurveyId};
 use model::survey::{Identity, ResponseState, Survey};
+use model::{PersonKey, Role};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use store::sessions::{self, Session};
 use store::surveys::Practised;
-use store::{studies, surveys};
+use store::{people, studies, surveys};
 use utoipa::ToSchema;
 
 use super::caller::Caller;
@@ -71,11 +71,16 @@ pub(super) struct StationSurvey {
     from_attempt: u32,
 }
 
-async fn questions_of_survey(state: &AppState, survey: Survey) -> Result<Questions, Error> {
+/// Whether somebody takes part in a study without an account.
+async fn is_guest(state: &AppState, person: PersonId) -> Result<bool, Error> {
+    Ok(people::find_person(state.db.reader(), person).await?.is_some_and(|found| found.role == Role::Guest))
+}
+
+async fn questions_of_survey(state: &AppState, survey: Survey, guest: bool) -> Result<Questions, Error> {
     let found = asking::document(state, survey.school_id, survey.revision_id).await?;
     let (instrument, document) = found.ok_or(Error::NotFound)?;
     let of = TermsOf { survey: &survey, instrument: &instrument, after_attempt: true };
-    let told = |code: &String| (code.clone(), terms_of_survey(&of, code).at_a_station());
+    let told = |code: &String| (code.clone(), terms_of_survey(&of, code).at_a_station(guest));
     Ok(Questions {
         terms: instrument.languages.iter().map(told).collect(),
         survey_id: survey.id,
@@ -107,6 +112,7 @@ pub(super) async fn surveys_at_station(
     let practised = Practised { school, trainee, exercise: None, ended_at: None };
     let open = surveys::after_attempt(reader, practised, state.clock.now()).await?;
     let after = surveys::exercises(reader, school).await?;
+    let guest = is_guest(state, trainee).await?;
     let mut asked = Vec::new();
     for survey in open {
         let own = after.iter().filter(|(id, _)| *id == survey.id);
@@ -114,7 +120,7 @@ pub(super) async fn surveys_at_station(
         let study = survey.study_id.is_some();
         let from_attempt = open_attempts(state, &survey, trainee).await?.max(1);
         asked.push(StationSurvey {
-            questions: questions_of_survey(state, survey).await?,
+            questions: questions_of_survey(state, survey, guest).await?,
             exercises,
             study,
             from_attempt,
@@ -133,12 +139,13 @@ pub(super) async fn list_surveys_after(
 ) -> Result<Json<SurveysAfter>, ApiError> {
     let session = find_own_session(&state, &caller, id).await?;
     let reader = state.db.reader();
+    let guest = is_guest(&state, session.trainee_id).await?;
     let mut asked = Vec::new();
     for survey in surveys::after_attempt(reader, Practised::by(&session), state.clock.now()).await? {
         let open = open_attempts(&state, &survey, session.trainee_id).await? == 0;
         if open && !surveys::answered(reader, &survey, session.trainee_id, Some(id)).await? {
             let path = format!("/surveys/{}?session={id}", survey.id);
-            asked.push(SurveyAfter { questions: questions_of_survey(&state, survey).await?, path });
+            asked.push(SurveyAfter { questions: questions_of_survey(&state, survey, guest).await?, path });
         }
     }
     Ok(Json(SurveysAfter { surveys: asked }))

@@ -12,10 +12,11 @@ use store::reports::SchoolCounts;
 use store::stations::{self, Station};
 use store::{cohorts as cohort_storage, reports, retention};
 
+use super::links::own_address;
 use super::{PathId, cohorts, news};
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields};
+use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields, PageHead};
 
 /// Cohorts on the home page; the others are on their own.
 const FEW: usize = 10;
@@ -67,15 +68,16 @@ pub(super) async fn show_administration(
 pub(super) async fn make_pairing_code(
     State(state): State<AppState>,
     Administrator(person): Administrator,
-    csrf: Csrf,
+    head: PageHead,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<PairingCodePage, PageError> {
     let (code, expires_at) = pairing::make_pairing_code(&state, &person).await?;
     Ok(PairingCodePage {
-        shell: Shell::new(&person, csrf.token(), NavPlace::Administration),
+        shell: Shell::new(&person, head.csrf.token(), NavPlace::Administration),
         code,
         expires_at: expires_at.to_utc(),
         minutes: pairing::PAIRING_CODE_LIFETIME_S / 60,
+        address: own_address(&state, &head.headers),
     })
 }
 

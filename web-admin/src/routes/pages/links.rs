@@ -53,7 +53,7 @@ pub(super) async fn make_link(
 }
 
 /// How this service is called from outside: as it was told, or else as the visitor calls it.
-fn own_address(state: &AppState, headers: &HeaderMap) -> String {
+pub(super) fn own_address(state: &AppState, headers: &HeaderMap) -> String {
     if let Some(told) = &state.config.public_url {
         return told.clone();
     }

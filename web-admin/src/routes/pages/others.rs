@@ -1,11 +1,13 @@
 //! What the metrics of an attempt are beside: those of the cohort's others, and the experts'.
 
+use std::collections::BTreeMap;
+
 use acts::error::Error;
 use assessment::statistics::summary;
 use model::corridor::FEWEST;
 use model::{CurrentPerson, PersonKey};
 use pages::judgement::{MetricSpread, OthersSpreads};
-use store::scores::{self, MetricOfMany};
+use store::scores::{self, ValueOfMany};
 use store::sessions::Session;
 use store::{experts, practice, schools};
 
@@ -37,20 +39,32 @@ pub(super) async fn spreads_beside(
     if asked.is_empty() {
         return Ok(OthersSpreads::default());
     }
-    let metrics = scores::metrics_of_many(reader, session.school_id, &asked).await?;
-    Ok(OthersSpreads {
-        cohort: metrics.iter().filter_map(|metric| spread_of(metric, |place| place < of_cohort)).collect(),
-        experts: metrics.iter().filter_map(|metric| spread_of(metric, |place| place >= of_cohort)).collect(),
-    })
+    let mut values: BTreeMap<(String, u32), ValuesBeside> = BTreeMap::new();
+    for ValueOfMany(place, id, version, value) in scores::list_values_of_many(reader, session.school_id, &asked).await?
+    {
+        let beside = values.entry((id, version)).or_default();
+        if place < of_cohort { beside.cohort.push(value) } else { beside.experts.push(value) }
+    }
+    let mut spreads = OthersSpreads::default();
+    for ((id, version), beside) in &values {
+        let spread = |quartiles| MetricSpread { id: id.clone(), version: *version, quartiles };
+        spreads.cohort.extend(quartiles_of(&beside.cohort).map(spread));
+        spreads.experts.extend(quartiles_of(&beside.experts).map(spread));
+    }
+    Ok(spreads)
 }
 
-fn spread_of(metric: &MetricOfMany, is_meant: impl Fn(usize) -> bool) -> Option<MetricSpread> {
-    let meant = metric.found.iter().filter(|found| is_meant(found.0));
-    let values: Vec<f64> = meant.filter_map(scores::FoundMetric::value).collect();
+/// A metric in the attempts of others, in its unit.
+#[derive(Default)]
+struct ValuesBeside {
+    cohort: Vec<f64>,
+    experts: Vec<f64>,
+}
+
+fn quartiles_of(values: &[f64]) -> Option<[f64; 3]> {
     if values.len() < FEWEST {
         return None;
     }
-    let five = summary(&values).ok()?;
-    let quartiles = [five.lower_quartile, five.median, five.upper_quartile];
-    Some(MetricSpread { id: metric.id.clone(), version: metric.version, quartiles })
+    let five = summary(values).ok()?;
+    Some([five.lower_quartile, five.median, five.upper_quartile])
 }

@@ -11,7 +11,6 @@ use acts::studies::{GuestCode, ParticipantFacts};
 use acts::study_keeping;
 use acts::surveys::SurveyLink;
 use axum::extract::{Path, Query, State};
-use axum::http::header::HOST;
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
 use model::ids::{PersonId, StudyId};
@@ -29,6 +28,7 @@ use store::retention;
 use store::studies::{self, Study, StudyExercise, StudyParticipant};
 
 use super::PathId;
+use super::links::own_address;
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
@@ -289,9 +289,8 @@ async fn make_links(
 ) -> Result<SurveyLinksPage, PageError> {
     let (study, participant) = find_place(&state, &person, &place).await?;
     let links = acting::make_answer_links(&state, &person, &study, participant).await?;
-    let host = head.headers.get(HOST).and_then(|host| host.to_str().ok()).unwrap_or("localhost");
-    let scheme = if state.config.behind_tls { "https" } else { "http" };
-    let link = |SurveyLink { label, token }: SurveyLink| (label, format!("{scheme}://{host}/survey/{token}"));
+    let address = own_address(&state, &head.headers);
+    let link = |SurveyLink { label, token }: SurveyLink| (label, format!("{address}/survey/{token}"));
     Ok(SurveyLinksPage {
         shell: Shell::new(&person, head.csrf.token(), NavPlace::Surveys),
         href: format!("/studies/{}", study.id),

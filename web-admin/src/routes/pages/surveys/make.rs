@@ -4,7 +4,6 @@ use acts::error::Error;
 use acts::surveys;
 use acts::surveys::SurveyRequest;
 use axum::extract::{Query, State};
-use axum::http::header::HOST;
 use axum::response::{IntoResponse, Redirect};
 use model::ids::{CohortId, RevisionId, SurveyId};
 use model::roster::{is_email, is_name};
@@ -26,6 +25,7 @@ use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, PageHead, Teacher, Visitor};
 use crate::routes::forms::FormAnswer;
 use crate::routes::pages::PathId;
+use crate::routes::pages::links::own_address;
 
 /// Most links made at once, and longest label, in characters.
 const MOST_LINKS: usize = 200;
@@ -284,13 +284,12 @@ async fn make_links_page(
     head: &PageHead,
 ) -> Result<SurveyLinksPage, Error> {
     let links = surveys::make_links(state, person, &survey, labels).await?;
-    let host = head.headers.get(HOST).and_then(|host| host.to_str().ok()).unwrap_or("localhost");
-    let scheme = if state.config.behind_tls { "https" } else { "http" };
+    let address = own_address(state, &head.headers);
     Ok(SurveyLinksPage {
         shell: Shell::new(person, head.csrf.token(), NavPlace::Surveys),
         href: format!("/surveys/{}", survey.id),
         title: survey.title,
-        links: links.into_iter().map(|l| (l.label, format!("{scheme}://{host}/survey/{}", l.token))).collect(),
+        links: links.into_iter().map(|l| (l.label, format!("{address}/survey/{}", l.token))).collect(),
     })
 }
 
