@@ -135,7 +135,7 @@ impl TimedSearch<'_, '_> {
     fn restore(&self, mut lowest: Lowest, first: &[f64]) -> Lowest {
         let jacobian = self.model.sensitivity(&lowest.at);
         for (which, column) in jacobian.column_iter().enumerate() {
-            if column.amax() == 0.0 && !self.model.is_place(which) && !self.model.is_capped(&lowest.at, which) {
+            if column.amax() == 0.0 && !self.model.is_place(which) {
                 lowest.at[which] = first[which];
             }
         }
@@ -184,9 +184,9 @@ impl TimedSearch<'_, '_> {
         let is_told = self.misfit(at).is_none() && self.unseen().is_empty();
         let mut estimates = Vec::with_capacity(at.len());
         for (which, &TimedSlot { layer, quantity }) in self.model.slots.iter().enumerate() {
-            let standing = self.standing(at, which, jacobian.column(which).amax());
-            let is_open = standing == ParameterStanding::Kept || self.model.is_capped(at, which);
-            let interval = if is_told && !is_open { profile.interval(which)? } else { None };
+            let standing = self.standing(which, at[which], jacobian.column(which).amax());
+            let is_kept = standing == ParameterStanding::Kept;
+            let interval = if is_told && !is_kept { profile.interval(which)? } else { None };
             let interval = interval.filter(|interval: &Interval| profile.is_determined(which, *interval));
             estimates.push(ParameterEstimate { layer, quantity, value: profile.number(at, which), interval, standing });
         }
@@ -202,14 +202,9 @@ impl TimedSearch<'_, '_> {
         Ok(estimates)
     }
 
-    fn standing(&self, at: &[f64], which: usize, effect: f64) -> ParameterStanding {
-        let ((lower, upper), value) = (self.model.quantity(which).bounds(), at[which]);
+    fn standing(&self, which: usize, value: f64, effect: f64) -> ParameterStanding {
+        let (lower, upper) = self.model.quantity(which).bounds();
         match effect {
-            _ if self.model.is_capped(at, which) => ParameterStanding::AtUpper,
-            // The variable is a stiffness, which nothing bounds but the share.
-            _ if matches!(self.model.quantity(which), Quantity::BranchShare(_)) && effect > 0.0 => {
-                ParameterStanding::Free
-            }
             // Where in its gap a boundary gives way need not be seen: the gap is, and so is what it held there.
             _ if self.model.is_place(which) => ParameterStanding::Free,
             0.0 => ParameterStanding::Kept,

@@ -2,8 +2,7 @@
 //!
 //! As without times a threshold is no variable; where its boundary gives way is. The law is run with the boundary shut until the needle
 //! is there: the threshold is then what the tent and its branches hold. The length at which static friction gives way is none either: at
-//! which sample the force falls it says, and no derivative knows of that. It is held, and other lengths are tried. Of a branch its stiffness
-//! g k is the variable: what a curve tells, where a tent that has relaxed leaves k itself open.
+//! which sample the force falls it says, and no derivative knows of that. It is held, and other lengths are tried.
 
 use law::axial::{AxialInput, AxialOutput, AxialParams, AxialScratch, AxialSpec, AxialState, ForceLaw, step};
 use law::closed_form::predict_held_ruptures;
@@ -23,8 +22,6 @@ const BEHIND_M: f64 = 1e-9;
 const ABOVE: f64 = 1.05;
 /// How much of the branches' force is there at the speeds that soundness is asked for at while fitting.
 const HELD_PARTS: [f64; 3] = [0.0, 0.5, 1.0];
-/// Least and greatest stiffness of a branch, in N/m.
-const BRANCH_N_PER_M: (f64, f64) = (1e-3, 1e5);
 /// Longest step of the needle when a specification is run as it stands, in m.
 const STRIDE_M: f64 = 2e-5;
 
@@ -84,7 +81,6 @@ impl TimedModel<'_> {
         let of = |slot: &TimedSlot| match (slot.quantity, spec.layers.get(slot.layer)) {
             (_, None) => spec.presliding_stiffness_n_per_m,
             (Quantity::TipThreshold, _) => self.front.middle_m(self.places[slot.layer].unwrap_or(0)),
-            (Quantity::BranchShare(_), Some(layer)) => slot.quantity.get(layer) * layer.stiffness_n_per_m,
             (Quantity::StaticFriction, Some(layer)) => layer.static_friction_n_per_m() - layer.friction_n_per_m,
             (quantity, Some(layer)) => quantity.get(layer),
         };
@@ -102,7 +98,6 @@ impl TimedModel<'_> {
             };
             match slot.quantity {
                 Quantity::TipThreshold => opens_m[slot.layer] = Some(value),
-                Quantity::BranchShare(_) => slot.quantity.set(layer, share_of(value, layer.stiffness_n_per_m)),
                 Quantity::StaticFriction => slot.quantity.set(layer, layer.friction_n_per_m + value),
                 quantity => quantity.set(layer, value),
             }
@@ -158,12 +153,6 @@ impl TimedModel<'_> {
         AxialSpec { speed_window_s: self.start.speed_window_s, rate: self.start.rate, ..spec }
     }
 
-    /// Whether a branch has the largest share that a scene may state: how much stiffer it would be the curve cannot say.
-    pub fn is_capped(&self, variables: &[f64], which: usize) -> bool {
-        let quantity = self.slots[which].quantity;
-        matches!(quantity, Quantity::BranchShare(_)) && self.number(variables, which) >= quantity.bounds().1
-    }
-
     /// Law less data at every sample, in N.
     pub fn misfit(&self, variables: &[f64]) -> Vec<f64> {
         let forces_n = self.walk(variables).forces_n;
@@ -215,29 +204,19 @@ impl Profiled for TimedModel<'_> {
                 let edge_m = EDGE * self.front.width_m(gap);
                 (self.front.depth_m[gap] + edge_m, self.front.depth_m[gap + 1] - edge_m)
             }
-            (Quantity::BranchShare(_), _) => BRANCH_N_PER_M,
             (quantity, _) => quantity.bounds(),
         };
         self.slots.iter().map(of).unzip()
     }
 
     fn steps(&self) -> Vec<f64> {
-        let step = |slot: &TimedSlot| match slot.quantity {
-            Quantity::BranchShare(_) => Quantity::Stiffness.step(),
-            quantity => quantity.step(),
-        };
-        self.slots.iter().map(step).collect()
+        self.slots.iter().map(|slot| slot.quantity.step()).collect()
     }
 
     fn number(&self, variables: &[f64], which: usize) -> f64 {
         match self.slots[which].quantity {
             Quantity::TipThreshold => self.walk(variables).held_n[self.slots[which].layer],
             Quantity::StaticFriction => variables[which - 1] + variables[which],
-            Quantity::BranchShare(_) => {
-                let of = TimedSlot { quantity: Quantity::Stiffness, ..self.slots[which] };
-                let stiffness = self.slots.iter().position(|slot| *slot == of);
-                stiffness.map_or(0.0, |stiffness| share_of(variables[which], variables[stiffness]))
-            }
             _ => variables[which],
         }
     }
@@ -249,12 +228,6 @@ impl Profiled for TimedModel<'_> {
     fn is_place(&self, which: usize) -> bool {
         self.slots[which].quantity == Quantity::TipThreshold
     }
-}
-
-/// A branch's stiffness as a share of its boundary's, both in N/m, within what a scene may state.
-fn share_of(branch_n_per_m: f64, boundary_n_per_m: f64) -> f64 {
-    let (lower, upper) = Quantity::BranchShare(0).bounds();
-    (branch_n_per_m / boundary_n_per_m).clamp(lower, upper)
 }
 
 /// The law on its way along a curve.
