@@ -4,6 +4,7 @@
 
 #[cfg(test)]
 mod anatomy;
+#[cfg(test)]
 mod body;
 #[cfg(test)]
 mod bombs;
