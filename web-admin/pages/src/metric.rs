@@ -164,8 +164,8 @@ mod tests {
         let said = german(|| deduction_reason(&measured("overshoot_mm", 6.0, 1.9)));
         assert!(said.contains("1,9 mm") && said.contains("0,5 mm") && !said.contains("full marks"), "{said}");
         assert!(german(|| deduction_reason(&measured("depth_error_mm", 6.0, 2.4))).starts_with("2,4 mm zu tief"));
-        let split = german(|| deduction_reason(&measured("peak_force_layer_n.deep fat", 0.0, 2.1)));
-        assert!(split.ends_with("deep fat 2,1 N") && !split.contains("force"), "{split}");
+        let split = german(|| deduction_reason(&measured("peak_force_layer_n.outer fat", 0.0, 2.1)));
+        assert!(split.ends_with("outer fat 2,1 N") && !split.contains("force"), "{split}");
         let pop = german(|| short_deduction_reason(&measured("over_insertion_mm.fat.rim", 6.0, 2.1)));
         assert!(pop.ends_with("Rand in Fett 2,1 mm"), "{pop}");
         assert_eq!(german(|| say_failure(&limit())), "The force went above 10 N (Spitzenkraft 12,3 N, Grenze 10 N)");
