@@ -24,7 +24,7 @@ pub struct InspectionState {
     /// Tables whose pages were read.
     pub tables_read: usize,
     /// Rows that the audit log had at the beginning.
-    pub audit_rows: usize,
+    pub audit_rows: i64,
     /// Rows of it that were walked.
     pub audit_rows_read: usize,
     /// Whether it goes on.
@@ -120,7 +120,7 @@ async fn look_through(db: &Database, inspection: &Inspection) -> store::Result<(
         if audit::is_entry_kept(db.reader()).await? { audit::find_audit_head(db.reader()).await?.0 } else { 0 };
     inspection.change(|state| {
         state.tables = tables.len();
-        state.audit_rows = usize::try_from(audit_rows).unwrap_or_default();
+        state.audit_rows = audit_rows;
     });
     for table in &tables {
         inspection.find(db.damaged_pages(table).await?);

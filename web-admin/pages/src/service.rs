@@ -35,7 +35,7 @@ pub enum DatabaseCheck {
         /// Rows of the audit log that were walked.
         rows_read: usize,
         /// Rows of it that there are.
-        rows: usize,
+        rows: i64,
     },
     /// Nothing is wrong.
     Whole,
