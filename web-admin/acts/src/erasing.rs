@@ -15,6 +15,7 @@ use store::{directory, retention, schools, second_factors, texts, tokens};
 use crate::config::Config;
 use crate::erasures::{Erasure, ErasureList, ErasureScope};
 use crate::error::Error;
+use crate::removing::remove_if_there;
 use crate::replay_files;
 use crate::service::Service;
 
@@ -130,17 +131,10 @@ async fn take_away(
 /// Removes recordings and what was made of them. Blocks.
 fn remove(config: &Config, gone: &[ErasedRecording]) -> std::io::Result<()> {
     for recording in gone {
-        remove_file(&config.recordings_dir.join(&recording.recording_path))?;
+        remove_if_there(&config.recordings_dir.join(&recording.recording_path))?;
         remove_folder(&replay_files::folder_of(config, &recording.recording_sha256))?;
     }
     Ok(())
-}
-
-fn remove_file(path: &Path) -> std::io::Result<()> {
-    match std::fs::remove_file(path) {
-        Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
-        _ => Ok(()),
-    }
 }
 
 fn remove_folder(path: &Path) -> std::io::Result<()> {

@@ -3,7 +3,6 @@
 //!
 //! A finding is written into the data folder. The next start then waits for the whole look, and refuses what is still damaged.
 
-use std::io::ErrorKind;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -12,6 +11,7 @@ use anyhow::Context;
 use store::{Database, audit};
 
 use crate::config::Config;
+use crate::removing::remove_if_there;
 
 /// What to do about a finding.
 const ADVICE: &str = "the database is damaged and is not served; restore a backup with web-admin restore";
@@ -87,9 +87,9 @@ fn damage_mark(config: &Config) -> PathBuf {
     config.data_dir.join("damaged")
 }
 
-/// Whether this program will change the schema. A file that cannot say so is looked through first.
+/// Whether this program may change the schema: so it may where the file cannot say which migrations it has had.
 async fn is_migration_due(db: &Database) -> bool {
-    db.count_missing_migrations().await.is_ok_and(|missing| missing > 0)
+    !matches!(db.count_missing_migrations().await, Ok(0))
 }
 
 async fn look_and_mark(db: Database, inspection: Arc<Inspection>, mark: PathBuf) {
@@ -99,8 +99,7 @@ async fn look_and_mark(db: Database, inspection: Arc<Inspection>, mark: PathBuf)
     db.close().await;
     let findings = inspection.state().findings;
     let marked = match &findings[..] {
-        [] => std::fs::remove_file(&mark)
-            .or_else(|error| if error.kind() == ErrorKind::NotFound { Ok(()) } else { Err(error) }),
+        [] => remove_if_there(&mark),
         findings => std::fs::write(&mark, findings.join("\n") + "\n"),
     };
     if let Err(error) = marked {

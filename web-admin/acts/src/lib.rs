@@ -52,6 +52,7 @@ pub mod recording_links;
 pub mod recordings;
 pub mod registry;
 pub mod regrading;
+mod removing;
 pub mod replay_files;
 pub mod replays;
 pub mod researching;

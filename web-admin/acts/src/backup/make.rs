@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
-use std::io::ErrorKind;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 
@@ -20,6 +19,7 @@ use crate::config::Config;
 use crate::erasures::{ERASURES_FILE, ErasureList};
 use crate::killpoints::KillPoint;
 use crate::recording_files::hash_file;
+use crate::removing::remove_if_there;
 use crate::verification::VerificationReport;
 
 /// Makes a backup, reads it back, and only then gives it its name. The key of certificates is in it where there is a passphrase to seal it.
@@ -120,13 +120,6 @@ fn small_files(config: &Config, passphrase: Option<&str>) -> anyhow::Result<BTre
     }
     small.retain(|_, bytes| !bytes.is_empty());
     Ok(small)
-}
-
-fn remove_if_there(file: &Path) -> std::io::Result<()> {
-    match std::fs::remove_file(file) {
-        Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
-        _ => Ok(()),
-    }
 }
 
 fn beside(to: &Path, suffix: &str) -> PathBuf {
