@@ -2,7 +2,7 @@
 
 use law::axial::{
     AxialInput, AxialOutput, AxialParams, AxialScratch, AxialSpec, AxialState, Breakaway, Contactor, FibrousSheet,
-    ForceLaw, Layer, LayerOptions, MaxwellBranch, ParamError, Rupture, step,
+    ForceLaw, Layer, LayerOptions, MaxwellBranch, ParamError, Rupture, RuptureCriterion, step,
 };
 
 /// A layer from its numbers: thickness in mm, stiffness in N/m, damping in N·s/m², tip and rim threshold in N, friction in
@@ -70,6 +70,8 @@ pub enum TriedOption {
     Stiffening,
     /// Branches that relax.
     Relaxation,
+    /// Boundaries that give way at a dent; nothing without branches.
+    DentCriterion,
     /// Static over kinetic friction.
     StaticFriction,
     /// Sheets of fibres.
@@ -77,16 +79,22 @@ pub enum TriedOption {
 }
 
 /// Every option alone, and all at once.
-pub const OPTION_SETS: [&[TriedOption]; 5] = [
+pub const OPTION_SETS: [&[TriedOption]; 6] = [
     &[TriedOption::Stiffening],
     &[TriedOption::Relaxation],
+    &[TriedOption::Relaxation, TriedOption::DentCriterion],
     &[TriedOption::StaticFriction],
     &[TriedOption::Fibres],
     ALL_OPTIONS,
 ];
 /// All at once.
-pub const ALL_OPTIONS: &[TriedOption] =
-    &[TriedOption::Stiffening, TriedOption::Relaxation, TriedOption::StaticFriction, TriedOption::Fibres];
+pub const ALL_OPTIONS: &[TriedOption] = &[
+    TriedOption::Stiffening,
+    TriedOption::Relaxation,
+    TriedOption::DentCriterion,
+    TriedOption::StaticFriction,
+    TriedOption::Fibres,
+];
 
 /// A scene with options of version 3 in each of its layers.
 #[must_use]
@@ -101,6 +109,9 @@ pub fn with_options(spec: AxialSpec, options: &[TriedOption]) -> AxialSpec {
         }
         if has(TriedOption::Relaxation) {
             layer.options.branches = vec![branch(0.5, 0.08), branch(0.4, 1.5), branch(0.3, 30.0)];
+        }
+        if has(TriedOption::DentCriterion) {
+            layer.options.gives_way_at = RuptureCriterion::Dent;
         }
         if has(TriedOption::StaticFriction) {
             layer.options.static_friction_n_per_m = Some(1.6 * layer.friction_n_per_m);

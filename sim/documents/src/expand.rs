@@ -6,6 +6,7 @@
 use std::ops::ControlFlow;
 
 use anatomy::{AnatomyPart, Body, BodyEntry, BodyOrder, BodyQuality, LayerOnPath, Level, Posture, Tissue};
+use law::axial::MaxwellBranch;
 use law::structures::{StructureKind, Surface};
 use nalgebra::Vector3;
 use phrase::{Phrase, phrase};
@@ -96,6 +97,10 @@ pub(crate) fn check_expandable(doc: &mut Walked) {
             let allowed = phrase!("allowed: one of both, for the layers and the skin come from the anatomy");
             doc.refuse(field, phrase!("beside {field}", field = "anatomy"), allowed);
         }
+    }
+    if let Some(law) = doc.value["law"].as_i64().filter(|law| *law < 3) {
+        let allowed = phrase!("allowed: 3 with [anatomy], whose ligamentum flavum relaxes");
+        doc.refuse("law", Phrase::data(law.to_string()), allowed);
     }
     let known = PARTS.map(|(word, _)| word);
     let parts = doc.value["anatomy"]["parts"].as_array().cloned().unwrap_or_default();
@@ -234,7 +239,15 @@ impl MetLayer {
         ];
         let texts = [("name", self.name.as_str()), ("texture", feel.texture), ("source", source.as_str())];
         let numbers = numbers.map(|(key, number)| (key.to_owned(), Value::Float(number)));
-        numbers.into_iter().chain(texts.map(|(key, text)| (key.to_owned(), Value::from(text)))).collect()
+        let texts = texts.map(|(key, text)| (key.to_owned(), Value::from(text)));
+        let mut table: Table = numbers.into_iter().chain(texts).collect();
+        if let Some(MaxwellBranch { share, time_s }) = feel.branch {
+            let branch =
+                [("share", share), ("time_s", time_s)].map(|(key, number)| (key.to_owned(), Value::Float(number)));
+            table.insert("relaxation".to_owned(), Value::Array(vec![Value::Table(branch.into_iter().collect())]));
+            table.insert("gives_way_at".to_owned(), "dent".into());
+        }
+        table
     }
 }
 

@@ -56,6 +56,9 @@ pub struct SceneLayerOptions {
     /// Branches that relax.
     #[serde(default)]
     pub relaxation: Vec<law::axial::MaxwellBranch>,
+    /// What opens the boundary where it relaxes.
+    #[serde(default)]
+    pub gives_way_at: law::axial::RuptureCriterion,
     /// Friction before the shaft has broken away, in N/m, where it is another than after.
     pub static_friction_n_per_m: Option<f64>,
     /// Fracture energy that the tip's threshold follows from, in J/m².

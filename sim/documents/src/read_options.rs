@@ -7,8 +7,14 @@ use crate::describe::measure;
 use crate::walk::Walked;
 
 /// Keys of a layer that only version 3 has.
-const LAYER_KEYS: [&str; 5] =
-    ["stiffening_n_per_m2", "relaxation", "static_friction_n_per_m", "fracture_energy_j_per_m2", "fibres"];
+const LAYER_KEYS: [&str; 6] = [
+    "stiffening_n_per_m2",
+    "relaxation",
+    "gives_way_at",
+    "static_friction_n_per_m",
+    "fracture_energy_j_per_m2",
+    "fibres",
+];
 /// Keys of a needle that only version 3 has.
 const NEEDLE_KEYS: [&str; 2] = ["breakaway_mm", "friction_rest_s"];
 
@@ -16,6 +22,7 @@ const NEEDLE_KEYS: [&str; 2] = ["breakaway_mm", "friction_rest_s"];
 pub(crate) fn check_options(doc: &mut Walked) {
     check_version(doc);
     check_rate(doc);
+    check_criterion(doc);
     check_static_friction(doc);
     check_fracture(doc);
     check_fibres(doc);
@@ -35,9 +42,21 @@ fn check_version(doc: &mut Walked) {
     }
 }
 
-/// The threshold of a boundary that relaxes depends on speed by itself.
+fn relaxes(layer: &Value) -> bool {
+    layer["relaxation"].as_array().is_some_and(|branches| !branches.is_empty())
+}
+
+/// What gives way at a dent differs from what gives way at a force by its branches alone.
+fn check_criterion(doc: &mut Walked) {
+    let in_vain = |layer: &Value| layer["gives_way_at"] == "dent" && !relaxes(layer);
+    let Some(at) = doc.tables("layer").iter().position(in_vain) else { return };
+    let allowed =
+        phrase!("allowed: \"force\" without relaxation, for a boundary that does not relax has one dent at one force");
+    doc.refuse(&format!("layer[{at}].gives_way_at"), Phrase::Data("\"dent\"".to_owned()), allowed);
+}
+
+/// How a boundary that relaxes depends on speed follows from its branches.
 fn check_rate(doc: &mut Walked) {
-    let relaxes = |layer: &Value| layer["relaxation"].as_array().is_some_and(|branches| !branches.is_empty());
     let Some(at) = doc.tables("layer").iter().position(relaxes) else { return };
     if doc.is_written("rate") {
         let allowed = phrase!(

@@ -59,6 +59,7 @@ impl Factors {
             options: LayerOptions {
                 stiffening_n_per_m2: layer.options.stiffening_n_per_m2 * self.diameter,
                 branches: layer.options.relaxation.clone(),
+                gives_way_at: layer.options.gives_way_at,
                 static_friction_n_per_m: layer.options.static_friction_n_per_m.map(|c| c * friction),
                 sheet: layer.options.fibres.as_ref().map(|fibres| {
                     let angle_rad = fibres.angle_deg.to_radians();

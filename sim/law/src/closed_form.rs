@@ -1,6 +1,6 @@
 //! Closed forms of physics that the tests and the documents quote: rupture positions and forces of a monotonic insertion.
 
-use crate::axial::{AxialSpec, Contactor, Open, PLAIN_EDGE, Path, lay_boundaries};
+use crate::axial::{AxialSpec, Contactor, Open, PLAIN_EDGE, Path, RuptureCriterion, lay_boundaries};
 
 /// A rupture predicted in closed form.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,6 +76,10 @@ pub(crate) fn predict_positions(spec: &AxialSpec, boundaries_m: &[f64], held: f6
     let (mut tips, mut rims) = (Vec::new(), Vec::new());
     for (boundary, (layer, depth_m)) in spec.layers.iter().zip(boundaries_m).enumerate() {
         // The branches beside what was found work from there on, as if the threshold were higher by what they would have held.
+        let held = match layer.options.gives_way_at {
+            RuptureCriterion::Force => held,
+            RuptureCriterion::Dent => 0.0,
+        };
         let dent_m = |threshold_n: f64, found_m: f64| {
             let relaxed_n = held * layer.options.branch_share() * layer.stiffness_n_per_m * found_m;
             layer.dent_m(threshold_n + relaxed_n, held)

@@ -123,6 +123,26 @@ pub(crate) struct Meeting {
     pub distance_m: f64,
     /// The tip itself is inside.
     pub tip_inside: bool,
+    /// Whether the distance was searched for, or is only known to be so large.
+    pub searched: bool,
+}
+
+/// Where a distance was last searched for, and what it was.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sighting {
+    pub shaft: Shaft,
+    pub distance_m: f64,
+}
+
+/// What searching for a distance may err by, in m; far above round-off, far below what anybody feels.
+const SEARCH_ERROR_M: f64 = 1e-6;
+
+impl Sighting {
+    /// What the distance of another shaft is at least, in m: no point of a segment moves farther than one of its ends.
+    pub fn least_m(&self, now: &Shaft) -> f64 {
+        let moved_m = (now.tip_m - self.shaft.tip_m).norm().max((now.entry_m - self.shaft.entry_m).norm());
+        self.distance_m - moved_m - SEARCH_ERROR_M
+    }
 }
 
 /// A checked structure, ready for queries. Queries run in coordinates about its position.
@@ -219,13 +239,13 @@ impl Structure {
         let entry = parry_vector(&shaft.entry_m.coords) - self.position;
         let nearest = self.solid.project(tip, true);
         if nearest.is_inside {
-            return Meeting { distance_m: 0.0, tip_inside: true };
+            return Meeting { distance_m: 0.0, tip_inside: true, searched: true };
         }
         // A segment of no length has no direction for the closest-point search; the tip's own distance also
         // bounds the shaft's from above where that search gives up.
         let from_tip = (nearest.point - tip).length();
         let from_shaft = if entry == tip { from_tip } else { self.shaft_distance(Segment::new(entry, tip)) };
-        Meeting { distance_m: from_shaft.min(from_tip), tip_inside: false }
+        Meeting { distance_m: from_shaft.min(from_tip), tip_inside: false, searched: true }
     }
 
     fn shaft_distance(&self, shaft: Segment) -> f64 {
@@ -233,7 +253,7 @@ impl Structure {
             .map_or(f64::INFINITY, |found| found.distance)
     }
 
-    /// Force on the needle's tip, in N: of bone, or of a wall that is still closed; 0 for anything else.
+    /// Force on a needle's tip that is inside, in N: of bone, or of a wall that is still closed; 0 for anything else.
     pub fn tip_force_n(&self, tip_m: &Point3<f64>, wall_open: bool) -> Vector3<f64> {
         let stiffness_n_per_m = match (self.kind, self.wall) {
             (StructureKind::Bone, _) => BONE_N_PER_M,

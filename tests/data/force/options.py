@@ -1,6 +1,6 @@
 """References for the options of version 3 of the force law, made by other means than the law's own.
 
-Writes relaxing.*, stiffening.*, breakaway.* and toughness.csv beside this file. The branches are integrated by SciPy's DOP853 at a relative tolerance of
+Writes relaxing.*, yielding.*, stiffening.*, breakaway.* and toughness.csv beside this file. The branches are integrated by SciPy's DOP853 at a relative tolerance of
 1e-12, tick by tick, from their differential equation q' = g k w' - q/tau; what they lose is the integral of q^2/(g k tau) on the way. Tents
 that stiffen and friction that breaks away are closed forms of the displacement; toughness is a quadrature and a search.
 
@@ -92,6 +92,10 @@ class Tent:
     def force_n(self):
         return self.spring_n() + self.q.sum()
 
+    def judged_n(self):
+        """What is held against the threshold."""
+        return self.spring_n() if self.layer["options"].get("gives_way_at") == "dent" else self.force_n()
+
 
 def puncture(scene, samples):
     """Rows of a needle or trocar without friction, cutting and damping, and what its branches have lost by each."""
@@ -106,13 +110,13 @@ def puncture(scene, samples):
             if tent is not None and before:
                 tent.move(reach_m, dt_s)
         events = []
-        while tip is not None and tip.dent_m() > 0 and tip.force_n() >= tip.layer["tip_rupture_n"]:
+        while tip is not None and tip.dent_m() > 0 and tip.judged_n() >= tip.layer["tip_rupture_n"]:
             events.append(f"tip:{tip_open}")
             lost_j, tip_open = lost_j + tip.lost_j, tip_open + 1
             tip = Tent(scene, tip_open, x_m) if tip_open < len(layers) else None
         if rim is None and lag_m > 0 and rim_open < tip_open:
             rim = Tent(scene, rim_open, x_m - lag_m)
-        while rim is not None and rim.dent_m() > 0 and rim.force_n() >= rim.layer["rim_rupture_n"]:
+        while rim is not None and rim.dent_m() > 0 and rim.judged_n() >= rim.layer["rim_rupture_n"]:
             events.append(f"rim:{rim_open}")
             lost_j, rim_open = lost_j + rim.lost_j, rim_open + 1
             rim = Tent(scene, rim_open, x_m - lag_m) if rim_open < tip_open else None
@@ -148,6 +152,20 @@ def relaxing():
         (0.4, 0.0011897, 0.0048897), (1.0, 0.0048897, 0.0048897), (0.4, 0.0048897, 0.0099897), (3.0, 0.0099897, 0.0099897),
         (0.04, 0.0099897, 0.0098897), (0.4, 0.0098897, 0.0168897), (1.0, 0.0168897, 0.0168897),
     ]
+    write(scene, puncture(scene, path(legs, 0.004)), with_loss=True)
+
+
+def yielding():
+    """The relaxing trocar whose skin and muscle give way at a dent: paces of 7, 1 and 18 mm/s and rests change no place of an opening."""
+    skin = [{"share": 0.6, "time_s": 0.4}, {"share": 0.3, "time_s": 6.0}]
+    muscle = [{"share": 0.5, "time_s": 0.05}, {"share": 0.4, "time_s": 1.5}]
+    layers = [
+        layer("skin", 0.0008, 331.0, 1.0, 1.3, branches=skin, gives_way_at="dent"),
+        layer("fat", 0.0084, 83.0, 0.5, 0.6),
+        layer("muscle", 0.039, 497.0, 1.5, 1.9, branches=muscle, gives_way_at="dent", stiffening_n_per_m2=9000.0),
+    ]
+    scene = case("yielding", "boundaries that give way at a dent, met at three paces; 250 Hz", layers, 0.002)
+    legs = [(0.4, -0.0005103, 0.0022897), (1.0, 0.0022897, 0.0022897), (3.6, 0.0022897, 0.0058897), (0.6, 0.0058897, 0.0166897), (1.0, 0.0166897, 0.0166897)]
     write(scene, puncture(scene, path(legs, 0.004)), with_loss=True)
 
 
@@ -235,6 +253,7 @@ def toughness():
 
 
 relaxing()
+yielding()
 stiffening()
 breakaway()
 toughness()

@@ -155,6 +155,13 @@ static LAYER: DescribedTable = DescribedTable {
             "How the force of a held needle falls: branches beside the boundary's spring. With law = 3",
         )
         .with(Presence::Empty),
+        DescribedField::new(
+            "gives_way_at",
+            FieldKind::Choice(&["force", "dent"]),
+            "What opens a boundary that relaxes: spring and branches together at its threshold, or its spring alone, so that it is \
+             dented alike at any speed and holds the more the faster the needle. With law = 3",
+        )
+        .or_text("force"),
         DescribedField::number(
             "static_friction_n_per_m",
             "N/m",

@@ -12,7 +12,7 @@ use nalgebra::Point3;
 use crate::support::{folder, read_text, write};
 
 const BODY: &str = r#"id = "body"
-law = 2
+law = 3
 title = "Body"
 
 [anatomy]

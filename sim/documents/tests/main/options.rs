@@ -3,7 +3,7 @@
 //! Would fail if an option were taken under a law that does not know it, or lost on its way to the law.
 
 use documents::Patient;
-use law::axial::{AxialSpec, Breakaway, ForceLaw, LayerOptions, MaxwellBranch};
+use law::axial::{AxialSpec, Breakaway, ForceLaw, LayerOptions, MaxwellBranch, RuptureCriterion};
 use law::fracture::SharpPunch;
 
 use crate::support::{SCENE, folder, read_text, scene, write};
@@ -60,9 +60,12 @@ fn every_option_reaches_the_law_scaled_for_the_needle() {
 
 #[test]
 fn an_option_under_an_earlier_law_is_refused_where_it_stands() {
-    for key in
-        ["stiffening_n_per_m2 = 0", "static_friction_n_per_m = 40", "[[layer.relaxation]]\nshare = 1\ntime_s = 1"]
-    {
+    for key in [
+        "stiffening_n_per_m2 = 0",
+        "gives_way_at = \"force\"",
+        "static_friction_n_per_m = 40",
+        "[[layer.relaxation]]\nshare = 1\ntime_s = 1",
+    ] {
         let name = key.trim_start_matches("[[layer.").split([' ', ']']).next().unwrap();
         let text = optioned(&format!("{key}\n"), "").replace("law = 3", "law = 2");
         let field = format!("layer[1].{name}: an option of version 3");
@@ -82,6 +85,17 @@ fn relaxation_and_rate_exclude_each_other() {
         &text,
         &["rate: beside layer[1].relaxation", "allowed: one of both", "leave out rate or every relaxation"],
     );
+}
+
+#[test]
+fn a_dent_opens_what_relaxes_and_nothing_else() {
+    let text = optioned(&format!("gives_way_at = \"dent\"\n{RELAXATION}"), "");
+    assert_eq!(spec(&text).layers[1].options.gives_way_at, RuptureCriterion::Dent);
+    assert_says(
+        &optioned("gives_way_at = \"dent\"\n", ""),
+        &["layer[1].gives_way_at: \"dent\"", "\"force\" without relaxation"],
+    );
+    assert_says(&text.replace("dent", "strain"), &["layer[1].gives_way_at", "force", "dent"]);
 }
 
 #[test]

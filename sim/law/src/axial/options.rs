@@ -17,6 +17,18 @@ pub struct MaxwellBranch {
     pub time_s: f64,
 }
 
+/// What opens a boundary that relaxes. One that does not knows no difference.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum RuptureCriterion {
+    /// Its spring and branches together hold the threshold: the peak is the same at any speed, the dent smaller the faster the needle.
+    #[default]
+    Force,
+    /// Its spring alone holds the threshold, so that it is dented by so much: the dent is the same at any speed, the peak higher by what the
+    /// branches still hold.
+    Dent,
+}
+
 /// What a layer may have beside the numbers that every layer has.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -25,6 +37,8 @@ pub struct LayerOptions {
     pub stiffening_n_per_m2: f64,
     /// Branches that relax, beside the tent of tip and of rim; at most [`MAX_BRANCHES`].
     pub branches: Vec<MaxwellBranch>,
+    /// What opens the boundary where it relaxes.
+    pub gives_way_at: RuptureCriterion,
     /// Cap of friction per inserted length until the shaft has broken away, in N/m; none where it is the kinetic one.
     pub static_friction_n_per_m: Option<f64>,
     /// Fibres that part under an edge along them; none in tissue alike all round.

@@ -2,6 +2,7 @@
 
 use super::adhesion::{Adhesion, FrictionCaps, FrictionTick, Slid};
 use super::book::{BookedTick, book_tick};
+use super::options::RuptureCriterion;
 use super::params::{AxialParams, AxialSpec, ForceLaw, RateDependence};
 use super::path::{Open, Path, TentedBoundary, lay_boundaries};
 use super::relaxation::{BranchedBoundary, Branches, HeldBranches, RelaxedTent, RelaxedTents, TentMotion};
@@ -225,7 +226,11 @@ impl Tenting<'_> {
             Contactor::Rim => (layer.rim_rupture_n, Open { rim: boundary + 1, ..open }),
         };
         let force_n = tent.force_n + relaxed.held.of(contactor).force_n();
-        (tent.deflection_m > 0.0 && force_n >= at.speed_threshold_n(path.threshold_n(layer, slow_n))).then(|| {
+        let judged_n = match layer.options.gives_way_at {
+            RuptureCriterion::Force => force_n,
+            RuptureCriterion::Dent => tent.force_n,
+        };
+        (tent.deflection_m > 0.0 && judged_n >= at.speed_threshold_n(path.threshold_n(layer, slow_n))).then(|| {
             let dissipated_j = path.energy_j(open, x_m) - path.energy_j(next, x_m) + stored_j;
             (Rupture { contactor, boundary, force_n, x_m, dissipated_j }, next)
         })

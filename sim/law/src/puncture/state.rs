@@ -7,7 +7,7 @@ use super::contact::{Latch, MAX_TRACKS, Track};
 use super::params::PunctureParams;
 use crate::axial::{AxialOutput, AxialScratch, AxialState, PiercingStage, Rupture};
 use crate::ledger::Ledger;
-use crate::structures::Meeting;
+use crate::structures::{Meeting, Sighting};
 
 /// One sample of the device.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,6 +51,8 @@ pub struct PunctureScratch {
     pub(super) axial: AxialScratch,
     /// How the needle stands to each structure.
     pub(super) meetings: Vec<Meeting>,
+    /// Where the distance of each was last searched for.
+    pub(super) sightings: Vec<Option<Sighting>>,
 }
 
 /// Something that happened in a step.
@@ -141,7 +143,8 @@ impl PunctureScratch {
         let structures = params.structures.len();
         // Contact and exit or fault, every rupture, every structure.
         let events = 2 + axial.ruptures.capacity() + structures;
-        Self { events: Vec::with_capacity(events), axial, meetings: Vec::with_capacity(structures) }
+        let (meetings, sightings) = (Vec::with_capacity(structures), vec![None; structures]);
+        Self { events: Vec::with_capacity(events), axial, meetings, sightings }
     }
 
     /// Where each boundary rests along the needle's path, and the far side, in m. Empty before the first step.

@@ -8,7 +8,7 @@ use super::state::{LastPose, PunctureEvent, PunctureInput, PunctureOutput, Punct
 use crate::axial::{self, AxialInput, AxialOutput, PiercingStage};
 use crate::beam::Bend;
 use crate::stance::Intrusion;
-use crate::structures::{Shaft, StructureKind};
+use crate::structures::{Meeting, Shaft, Sighting, StructureKind};
 
 /// One step. Never fails: a bad input is held, flagged and reported as an event.
 pub fn step(
@@ -37,7 +37,7 @@ pub fn step(
     let side = SidewaysNeedle::new(state, bend);
     survey_structures(params, state, scratch, &side);
     report_hits(state, scratch);
-    open_walls(params, state, &side);
+    open_walls(params, state, scratch, &side);
     assemble_output(params, state, scratch, axial, &side)
 }
 
@@ -123,18 +123,46 @@ fn displacement_m(state: &PunctureState) -> f64 {
 }
 
 /// Finds how the needle of the last good sample stands to every structure.
+///
+/// What is told is the distance of the nearest, and which are touched. A structure seen far away is not searched again before the
+/// needle can have come nearer to it than to the nearest: this changes no bit of the answer.
 fn survey_structures(
     params: &PunctureParams,
     state: &PunctureState,
     scratch: &mut PunctureScratch,
     side: &SidewaysNeedle,
 ) {
-    scratch.meetings.clear();
-    if let Some(pose) = &state.last {
-        let tip_m = pose.tip_m + side.bend_m;
-        let shaft = Shaft { entry_m: state.latch.as_ref().map_or(tip_m, |latch| latch.entry_m), tip_m };
-        scratch.meetings.extend(params.structures.iter().map(|structure| structure.meet(&shaft)));
+    let PunctureScratch { meetings, sightings, .. } = scratch;
+    meetings.clear();
+    let Some(pose) = &state.last else { return };
+    let tip_m = pose.tip_m + side.bend_m;
+    let shaft = Shaft { entry_m: state.latch.as_ref().map_or(tip_m, |latch| latch.entry_m), tip_m };
+    meetings.extend(sightings.iter().map(|seen| {
+        let least_m = seen.map_or(f64::NEG_INFINITY, |seen| seen.least_m(&shaft));
+        Meeting { distance_m: least_m, tip_inside: false, searched: false }
+    }));
+    let mut nearest_m = f64::INFINITY;
+    while let Some(at) = next_to_search(params, meetings, nearest_m) {
+        let structure = &params.structures[at];
+        let meeting = structure.meet(&shaft);
+        if structure.kind() != StructureKind::Target {
+            nearest_m = nearest_m.min(meeting.distance_m);
+        }
+        sightings[at] = Some(Sighting { shaft, distance_m: meeting.distance_m });
+        meetings[at] = meeting;
     }
+}
+
+/// Of the structures that may be touched, or may be nearer than the nearest found, the one that may be nearest. How near a target is
+/// nobody asks.
+fn next_to_search(params: &PunctureParams, meetings: &[Meeting], nearest_m: f64) -> Option<usize> {
+    let is_open = |&at: &usize| {
+        let (meeting, kind) = (&meetings[at], params.structures[at].kind());
+        let may_be_nearest = kind != StructureKind::Target && meeting.distance_m < nearest_m;
+        !meeting.searched && (meeting.distance_m <= 0.0 || may_be_nearest)
+    };
+    let nearer = |one: &usize, other: &usize| meetings[*one].distance_m.total_cmp(&meetings[*other].distance_m);
+    (0..meetings.len()).filter(is_open).min_by(nearer)
 }
 
 /// Reports each structure that the needle is in now and was not in before.
@@ -149,12 +177,11 @@ fn report_hits(state: &mut PunctureState, scratch: &mut PunctureScratch) {
 }
 
 /// Opens the walls that the tip presses on with what they hold.
-fn open_walls(params: &PunctureParams, state: &mut PunctureState, side: &SidewaysNeedle) {
-    if let Some(pose) = &state.last {
-        let tip_m = pose.tip_m + side.bend_m;
-        for (structure, open) in params.structures.iter().zip(&mut state.open_walls) {
-            *open = *open || structure.opens_wall(&tip_m);
-        }
+fn open_walls(params: &PunctureParams, state: &mut PunctureState, scratch: &PunctureScratch, side: &SidewaysNeedle) {
+    let Some(pose) = &state.last else { return };
+    let tip_m = pose.tip_m + side.bend_m;
+    for ((structure, meeting), open) in params.structures.iter().zip(&scratch.meetings).zip(&mut state.open_walls) {
+        *open = *open || meeting.tip_inside && structure.opens_wall(&tip_m);
     }
 }
 
@@ -169,8 +196,9 @@ fn assemble_output(
     let (stage, boundary) = piercing_stage(params, state);
     let structures_n = state.last.as_ref().map_or_else(Vector3::zeros, |pose| {
         let tip_m = pose.tip_m + side.bend_m;
-        let walls = params.structures.iter().zip(&state.open_walls);
-        walls.map(|(structure, &open)| structure.tip_force_n(&tip_m, open)).sum()
+        let met = params.structures.iter().zip(&state.open_walls).zip(&scratch.meetings);
+        let inside = met.filter(|(_, meeting)| meeting.tip_inside);
+        inside.map(|((structure, &open), _)| structure.tip_force_n(&tip_m, open)).sum()
     });
     let axis = state.latch.as_ref().map_or_else(Vector3::zeros, |latch| latch.axis);
     PunctureOutput {

@@ -4,7 +4,9 @@
 
 use bench::needle::DrivenNeedle;
 use bench::scenes::{AxialRun, make_layer, needle_through, optioned_axial_spec, training_axial_spec};
-use law::axial::{AxialParams, AxialSpec, Breakaway, FibrousSheet, ForceLaw, MaxwellBranch, RateDependence};
+use law::axial::{
+    AxialParams, AxialSpec, Breakaway, FibrousSheet, ForceLaw, MaxwellBranch, RateDependence, RuptureCriterion,
+};
 use law::fracture::SharpPunch;
 use law::inertia::MovedTissue;
 use law::operator::{Operator, Plan, Skill};
@@ -181,30 +183,50 @@ fn the_threshold_of_a_sharp_tip_is_the_least_of_slit_and_opening() {
     assert!(rows >= 20, "{rows} rows");
 }
 
+/// A wall that relaxes, opened at a constant speed in ticks of 1 µm: force in N and place in m.
+fn open_wall(gives_way_at: RuptureCriterion, speed_m_per_s: f64) -> [f64; 2] {
+    let mut wall = make_layer("wall", [40.0, 1000.0, 0.0, 4.0, 4.0, 0.0, 0.0]);
+    wall.options.branches = vec![MaxwellBranch { share: 1.0, time_s: 2.0 }];
+    wall.options.gives_way_at = gives_way_at;
+    let spec = AxialSpec { law: ForceLaw::Version3, ..needle_through(vec![wall]) };
+    let mut run = AxialRun::new(spec).expect("a valid scene");
+    for tick in 0..20_000_u32 {
+        run.step(f64::from(tick) * 1e-6 / speed_m_per_s, f64::from(tick) * 1e-6);
+        if let Some(rupture) = run.ruptures().first() {
+            return [rupture.force_n, rupture.x_m];
+        }
+    }
+    panic!("the wall never opened");
+}
+
+/// k w + g k τ v (1 − e^(−w/(v τ))) of that wall, in N.
+fn wall_force_n(speed_m_per_s: f64, w_m: f64) -> f64 {
+    1000.0 * w_m + 2000.0 * speed_m_per_s * (1.0 - libm::exp(-w_m / (2.0 * speed_m_per_s)))
+}
+
 /// What docs/physics.md says of speed: a boundary that relaxes opens at its threshold whatever the speed, and the sooner the faster.
 #[test]
 fn speed_changes_where_a_relaxing_boundary_opens_and_not_its_force() {
-    let mut wall = make_layer("wall", [40.0, 1000.0, 0.0, 4.0, 4.0, 0.0, 0.0]);
-    wall.options.branches = vec![MaxwellBranch { share: 1.0, time_s: 2.0 }];
-    let spec = AxialSpec { law: ForceLaw::Version3, ..needle_through(vec![wall]) };
-    let opening = |speed_m_per_s: f64| {
-        let mut run = AxialRun::new(spec.clone()).expect("a valid scene");
-        for tick in 0..20_000_u32 {
-            run.step(f64::from(tick) * 1e-6 / speed_m_per_s, f64::from(tick) * 1e-6);
-            if let Some(rupture) = run.ruptures().first() {
-                return [rupture.force_n, rupture.x_m];
-            }
-        }
-        panic!("the wall never opened");
-    };
-    let [[slow_n, slow_m], [fast_n, fast_m]] = [0.4e-3, 2e-3].map(opening);
+    let [slow, fast] = [0.4e-3, 2e-3];
+    let [[slow_n, slow_m], [fast_n, fast_m]] = [slow, fast].map(|speed| open_wall(RuptureCriterion::Force, speed));
     assert!((fast_n / slow_n - 1.0).abs() < 1e-3, "{slow_n} N and {fast_n} N");
-    // k w + g k τ v (1 − e^(−w/(v τ))) = P.
-    for (speed, w) in [(0.4e-3, slow_m), (2e-3, fast_m)] {
-        let force_n = 1000.0 * w + 2000.0 * speed * (1.0 - libm::exp(-w / (2.0 * speed)));
+    for (speed, w) in [(slow, slow_m), (fast, fast_m)] {
+        let force_n = wall_force_n(speed, w);
         assert!((force_n - 4.0).abs() < 2.1e-3, "{force_n} N at {w} m");
     }
     assert!(fast_m < 0.8 * slow_m, "{slow_m} m and {fast_m} m");
+}
+
+/// And the other way round where it gives way at a dent.
+#[test]
+fn speed_changes_the_force_of_a_boundary_that_gives_way_at_a_dent_and_not_where_it_opens() {
+    for speed in [0.4e-3, 2e-3, 50e-3] {
+        let [force_n, x_m] = open_wall(RuptureCriterion::Dent, speed);
+        assert!((x_m - 4e-3).abs() < 1.1e-6, "{x_m} m at {speed} m/s");
+        assert!((force_n / wall_force_n(speed, x_m) - 1.0).abs() < 1e-9, "{force_n} N at {speed} m/s");
+    }
+    let [slow, fast] = [0.4e-3, 2e-3].map(|speed| open_wall(RuptureCriterion::Dent, speed)[0]);
+    assert!(fast > 1.3 * slow, "{slow} N and {fast} N");
 }
 
 /// What docs/physics.md says: under 1 mN up to 19 mm/s in the stiffest layer of the lower back, 5.3 mN at 100 mm/s.

@@ -7,7 +7,7 @@
 use bench::scenes::{AxialRun, make_layer, paper_axial_spec};
 use law::axial::{
     AxialParams, AxialSpec, Breakaway, Contactor, FibrousSheet, ForceLaw, Layer, LayerOptions, MaxwellBranch,
-    ParamError, RateDependence,
+    ParamError, RateDependence, RuptureCriterion,
 };
 use law::soundness::Unsound;
 use proptest::prelude::*;
@@ -30,10 +30,12 @@ fn any_options() -> impl Strategy<Value = LayerOptions> {
             FibrousSheet { fibres, along_stiffness, along_threshold }
         });
     let branches = prop::collection::vec(branch, 0..4);
-    (stiffening, branches, prop::option::of(0.0..100.0_f64), prop::option::of(sheet)).prop_map(
-        |(stiffening_n_per_m2, branches, static_friction_n_per_m, sheet)| LayerOptions {
+    let criterion = prop_oneof![Just(RuptureCriterion::Force), Just(RuptureCriterion::Dent)];
+    (stiffening, branches, criterion, prop::option::of(0.0..100.0_f64), prop::option::of(sheet)).prop_map(
+        |(stiffening_n_per_m2, branches, gives_way_at, static_friction_n_per_m, sheet)| LayerOptions {
             stiffening_n_per_m2,
             branches,
+            gives_way_at,
             static_friction_n_per_m,
             sheet,
         },

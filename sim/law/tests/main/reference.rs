@@ -99,6 +99,16 @@ fn tents_that_relax() {
     assert_eq!((samples, events), (2886, 6));
 }
 
+/// Boundaries that give way where their spring alone holds the threshold, whatever the branches beside it add.
+#[test]
+fn tents_that_give_way_at_a_dent() {
+    let (samples, events) = replay(
+        include_str!("../../../../tests/data/force/yielding.json"),
+        include_str!("../../../../tests/data/force/yielding.csv"),
+    );
+    assert_eq!((samples, events), (1651, 6));
+}
+
 #[test]
 fn tents_that_stiffen() {
     let (samples, events) = replay(

@@ -5,7 +5,7 @@
 
 use bench::needle::DrivenNeedle;
 use bench::scenes::paper_axial_spec;
-use law::puncture::{PunctureEvent, PunctureParams, PunctureSpec};
+use law::puncture::{PunctureEvent, PunctureParams, PunctureScratch, PunctureSpec};
 use law::structures::{Shape, StructureKind, StructureSpec, Wall};
 use nalgebra::{Point3, Vector3};
 
@@ -234,4 +234,27 @@ fn a_new_track_meets_the_wall_again_and_an_old_one_does_not() {
     };
     let felt = [puncture(0.0), puncture(1.0), puncture(6.0)];
     assert!(felt[0] > 0.2 && felt[1] <= 0.0 && felt[2] > 0.2, "first, the same track, 6 mm beside: {felt:?} N");
+}
+
+/// A structure far away is not searched for at every tick. The answer is the same as from a scratch that has seen nothing before.
+#[test]
+fn what_was_seen_before_changes_no_bit_of_an_answer() {
+    let mut structures = one_of_each();
+    structures.push(structure(StructureKind::Vessel, ball(2.0), (3.0, -4.0, -40.0)));
+    let needle = || DrivenNeedle::new(paper_axial_spec(), structures.clone()).expect("a valid scene");
+    let (mut seen, mut fresh, mut hits) = (needle(), needle(), 0);
+    // In and out, wandering by 3 mm, with leaps; a golden angle keeps the places apart.
+    for tick in 0..4000_u32 {
+        let turn = f64::from(tick) * 2.399_963_229_728_653;
+        let aside_mm = if tick % 97 == 0 { 9.0 } else { 3.0 };
+        let depth_mm = 25.0 * (1.0 - libm::cos(f64::from(tick) * 0.006));
+        let [x_m, y_m] = [libm::cos(turn), libm::sin(turn)].map(|part| aside_mm * part * MM);
+        fresh.scratch = PunctureScratch::new(&fresh.params);
+        let z_m = (2.0 - depth_mm) * MM;
+        assert_eq!(seen.down(x_m, y_m, z_m), fresh.down(x_m, y_m, z_m), "tick {tick}");
+        assert_eq!(seen.scratch.events, fresh.scratch.events, "tick {tick}");
+        let is_hit = |event: &&PunctureEvent| matches!(event, PunctureEvent::StructureHit { .. });
+        hits += seen.scratch.events.iter().filter(is_hit).count();
+    }
+    assert!(hits > 10, "{hits} hits");
 }

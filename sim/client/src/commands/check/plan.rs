@@ -1,7 +1,7 @@
 //! What simulating a scene comes to: layers as the needle meets them, ruptures in closed form, the model.
 
 use documents::{ExerciseBundle, Patient, Scene, SceneLayer, spec_along_path};
-use law::axial::{AxialSpec, Contactor};
+use law::axial::{AxialSpec, Contactor, Layer, RuptureCriterion};
 use law::closed_form;
 use serde::Serialize;
 use tissue::follow::FollowError;
@@ -100,7 +100,7 @@ impl ScenePlan {
 }
 
 impl LayerPlan {
-    fn new(written: &SceneLayer, met: &law::axial::Layer) -> Self {
+    fn new(written: &SceneLayer, met: &Layer) -> Self {
         Self {
             name: written.name.clone(),
             thickness_mm: written.thickness_mm,
@@ -129,7 +129,16 @@ fn ruptures(spec: &AxialSpec) -> Vec<RupturePlan> {
 
 /// The needle of the closed form, in so far as options of the law make a difference between needles.
 fn needle_told(spec: &AxialSpec) -> Vec<&'static str> {
-    let slow = spec.relaxes().then_some("so slow that every boundary relaxes; a faster one opens it sooner");
+    let relaxing = |criterion| {
+        let is_such = |layer: &Layer| !layer.options.branches.is_empty() && layer.options.gives_way_at == criterion;
+        spec.layers.iter().any(is_such)
+    };
+    let slow = match [RuptureCriterion::Force, RuptureCriterion::Dent].map(relaxing) {
+        [false, false] => None,
+        [true, false] => Some("so slow that every boundary relaxes; a faster one opens it sooner"),
+        [false, true] => Some("so slow that every boundary relaxes; a faster one opens it with more force"),
+        [true, true] => Some("so slow that every boundary relaxes; a faster one opens it sooner or with more force"),
+    };
     let plain = spec.has_sheets().then_some("its edge along the patient's x");
     slow.into_iter().chain(plain).collect()
 }
