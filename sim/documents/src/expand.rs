@@ -301,15 +301,8 @@ impl EnteredBody {
 }
 
 fn structure_table(part: AnatomyPart, kind: StructureKind) -> Table {
-    let word = match kind {
-        StructureKind::Target => "target",
-        StructureKind::Vessel => "vessel",
-        StructureKind::Nerve => "nerve",
-        StructureKind::Bone => "bone",
-        StructureKind::Organ => "organ",
-    };
     let name = part.name();
-    let texts = [("name", name.replace('-', " ")), ("kind", word.to_owned()), ("file", format!("{name}.stl"))];
+    let texts = [("name", name.replace('-', " ")), ("kind", kind.word().to_owned()), ("file", format!("{name}.stl"))];
     let mut table: Table = texts.map(|(key, text)| (key.to_owned(), Value::from(text))).into_iter().collect();
     table.insert("shape".to_owned(), "mesh".into());
     table.insert("unit".to_owned(), "mm".into());

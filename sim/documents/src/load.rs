@@ -132,7 +132,7 @@ impl ExerciseBundle {
     /// Rebuilds it from a recording's attachments, without the pictures of its briefing, which are not among them.
     ///
     /// # Errors
-    /// Every issue found; a mesh that the scene names and `meshes` lacks is one.
+    /// Every issue found; a mesh that the scene names and `meshes` lacks is one, and a scene that names a body another.
     pub fn from_parts(exercise: &[u8], scene: &[u8], meshes: &[(String, Vec<u8>)]) -> Result<Self, DocumentError> {
         let find = |file: &str| {
             let found = meshes.iter().find(|(name, _)| name == file);
@@ -140,6 +140,7 @@ impl ExerciseBundle {
         };
         let read_scene = |_: &str| {
             let source = Source::new("attached scene", scene).map_err(NamedError::Refused)?;
+            refuse_body(&source).map_err(NamedError::Refused)?;
             let read = read_scene(source, &find).map_err(NamedError::Refused)?;
             Ok(SceneParts::new(read, scene.to_vec()))
         };
@@ -232,6 +233,25 @@ pub fn read_document(path: &Path) -> Result<Document, DocumentError> {
 /// Every issue found.
 pub fn read_scene_text(path: &Path, text: &str) -> Result<Scene, DocumentError> {
     scene_from_disk(path, text.as_bytes().to_vec()).map(|parts| parts.scene)
+}
+
+/// The same of a scene that has its layers written, and names no body.
+///
+/// # Errors
+/// Every issue found.
+pub fn read_layered_scene_text(path: &Path, text: &str) -> Result<Scene, DocumentError> {
+    refuse_body(&Source::new(&path.display().to_string(), text.as_bytes())?)?;
+    read_scene_text(path, text)
+}
+
+/// Refuses a scene that names a body where layers are needed: a recording carries what came of one, and does not cost its reader a body.
+fn refuse_body(source: &Source) -> Result<(), DocumentError> {
+    let document = walk::parse_document(source)?;
+    let body = document.keys().find(|key| key.get_ref() == "anatomy");
+    body.map_or(Ok(()), |key| {
+        let allowed = phrase!("allowed here: [[layer]], as came of a body");
+        Err(source.issue(key.span().start, "anatomy", phrase!("a body"), allowed).into())
+    })
 }
 
 /// The kind of a document: the first that has one of its telling keys.

@@ -1,5 +1,6 @@
 //! The metric ids that rubrics and hard fails may name: a typo is refused, not silently never scored.
 
+use law::structures::StructureKind;
 use phrase::{Phrase, phrase};
 
 use crate::model::Scene;
@@ -135,8 +136,6 @@ impl KnownMetric {
     }
 }
 
-const KINDS: [&str; 5] = ["target", "vessel", "nerve", "bone", "organ"];
-
 /// The newest version of a metric, plain or split; 1 for what is none.
 pub(crate) fn newest_version(metric: &str) -> u32 {
     let id = metric.split_once('.').map_or(metric, |(id, _)| id);
@@ -172,7 +171,7 @@ fn endings(suffix: Suffix, scene: &SceneNames) -> Vec<String> {
             let contactors: &[&str] = if scene.has_rim { &["tip", "rim"] } else { &["tip"] };
             layers.flat_map(|l| contactors.iter().map(move |c| format!("{l}.{c}"))).collect()
         }
-        Suffix::TotalOrKind => KINDS.map(String::from).to_vec(),
+        Suffix::TotalOrKind => StructureKind::WORDS.map(String::from).to_vec(),
         Suffix::Structure => scene.structures.clone(),
     }
 }

@@ -26,6 +26,19 @@ pub enum StructureKind {
     Organ,
 }
 
+impl StructureKind {
+    /// Every kind.
+    pub const ALL: [Self; 5] = [Self::Target, Self::Vessel, Self::Nerve, Self::Bone, Self::Organ];
+    /// How documents call them, in the same order.
+    pub const WORDS: [&str; 5] = ["target", "vessel", "nerve", "bone", "organ"];
+
+    /// How documents call it.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        Self::WORDS[self as usize]
+    }
+}
+
 /// A shape in the patient frame, in m.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {

@@ -13,6 +13,7 @@ use sqlx::SqliteConnection;
 use sqlx::types::Json;
 use store::audit::{Actor, AuditEntry};
 use store::cohorts::{self, Deed, Membership};
+use store::directory::{self, Details};
 use store::generated::GeneratedCrowd;
 use store::people::{self, NewPerson, Person};
 use store::surveys::{NewResponse, NewSurvey, Submission, SurveyResponse};
@@ -33,6 +34,8 @@ pub struct GeneratedPerson {
     pub role: Role,
     /// The name of their cohort.
     pub cohort: Option<&'static str>,
+    /// What the registrar knows them by.
+    pub registrar_id: Option<String>,
 }
 
 /// Founds a school with its people, all of them or none; who they are, in order. Their password is no first one: it stays theirs.
@@ -65,6 +68,10 @@ async fn add_generated(
 ) -> anyhow::Result<Person> {
     let new = NewPerson { school_id, role: who.role, email: &who.email, display_name: who.name, password_hash };
     let person = people::add_person(tx, &new, now).await?;
+    if who.registrar_id.is_some() {
+        let details = Details { name: who.name, email: &who.email, registrar_id: who.registrar_id.as_deref() };
+        directory::change_details(tx, school_id, person.id, details).await?;
+    }
     let entry = AuditEntry::new(school_id, Actor::CommandLine, "person.added", person.id);
     entry.with(json!({ "role": who.role })).append(tx, now).await?;
     if let Some(cohort) = who.cohort {

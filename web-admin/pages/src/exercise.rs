@@ -3,7 +3,7 @@
 use askama::Template;
 use askama_web::WebTemplate;
 use documents::{Exercise, ExerciseBundle, SceneStructure};
-use law::structures::{Shape, StructureKind};
+use law::structures::Shape;
 
 use super::charts::{CrossSection, SectionPoint, SectionStructure, StructureOutline};
 use super::measured::MeasuredLine;
@@ -123,7 +123,7 @@ impl ExerciseFacts {
                 .scene
                 .structures
                 .iter()
-                .map(|s| (anatomy::say_structure(&s.spec.name), class_of_structure(s.kind())))
+                .map(|s| (anatomy::say_structure(&s.spec.name), s.kind().word()))
                 .collect(),
             facts: list_exercise_facts(bundle),
             rubric: exercise.rubric.iter().map(|l| rubric_line(l, weights)).collect(),
@@ -214,7 +214,7 @@ fn structure_in_section(structure: &SceneStructure, exercise: &Exercise) -> Sect
     let at = [spec.position_m.x, spec.position_m.y, spec.position_m.z];
     SectionStructure {
         name: anatomy::say_structure(&spec.name),
-        kind: class_of_structure(spec.kind),
+        kind: spec.kind.word(),
         outline: outline_of_shape(&spec.shape, at, exercise),
     }
 }
@@ -251,16 +251,6 @@ fn outline_of_bounds(points: impl Iterator<Item = SectionPoint>) -> StructureOut
         to = SectionPoint::new(to.across_mm.max(across_mm), to.depth_mm.max(depth_mm));
     }
     StructureOutline::Rect { from, to }
-}
-
-fn class_of_structure(kind: StructureKind) -> &'static str {
-    match kind {
-        StructureKind::Target => "target",
-        StructureKind::Vessel => "vessel",
-        StructureKind::Nerve => "nerve",
-        StructureKind::Bone => "bone",
-        StructureKind::Organ => "organ",
-    }
 }
 
 #[cfg(test)]

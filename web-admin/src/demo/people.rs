@@ -9,6 +9,9 @@ use store::people;
 use super::school::{self, ADMINISTRATOR, COHORTS, EXPERTS, LEARNERS};
 use crate::AppState;
 
+/// The registrar's number of the first trainee; the others' follow.
+const FIRST_NUMBER: u32 = 2_025_001;
+
 /// A trainee of the demonstration.
 #[derive(Clone, Debug)]
 pub struct Trainee {
@@ -57,11 +60,15 @@ pub async fn found_school(
 
 /// Everybody, in the order in which they are added.
 fn list_everybody() -> Vec<GeneratedPerson> {
-    let person = |name, role, cohort| GeneratedPerson { name, email: school::email_of(name), role, cohort };
+    let person =
+        |name, role, cohort| GeneratedPerson { name, email: school::email_of(name), role, cohort, registrar_id: None };
     let mut people = vec![person(ADMINISTRATOR, Role::Administrator, None)];
     people.extend(COHORTS.iter().map(|cohort| person(cohort.instructor, Role::Instructor, Some(cohort.name))));
     people.extend(EXPERTS.map(|expert| person(expert, Role::Instructor, None)));
-    let learner = |learner: &school::Learner| person(learner.name, Role::Trainee, Some(COHORTS[learner.cohort].name));
-    people.extend(LEARNERS.iter().map(learner));
+    let learner = |(learner, number): (&school::Learner, u32)| GeneratedPerson {
+        registrar_id: Some(number.to_string()),
+        ..person(learner.name, Role::Trainee, Some(COHORTS[learner.cohort].name))
+    };
+    people.extend(LEARNERS.iter().zip(FIRST_NUMBER..).map(learner));
     people
 }

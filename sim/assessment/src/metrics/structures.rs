@@ -10,18 +10,10 @@ use crate::attempt::{Attempt, Outcome};
 use crate::catalogue::Direction;
 use crate::distance::{Segment, resolution_m, to_structure_m};
 
-const KINDS: [(StructureKind, &str); 5] = [
-    (StructureKind::Vessel, "vessel"),
-    (StructureKind::Nerve, "nerve"),
-    (StructureKind::Bone, "bone"),
-    (StructureKind::Organ, "organ"),
-    (StructureKind::Target, "target"),
-];
-
 pub(super) fn measure_structures(attempt: &Attempt, sheet: &mut MetricSheet) {
     sheet.put("structure_hits", count_structure_hits(attempt, |kind| kind != Some(StructureKind::Target)));
-    for (kind, name) in KINDS {
-        sheet.put_for("structure_hits", name, count_structure_hits(attempt, |hit| hit == Some(kind)));
+    for kind in StructureKind::ALL {
+        sheet.put_for("structure_hits", kind.word(), count_structure_hits(attempt, |hit| hit == Some(kind)));
     }
     for structure in &attempt.bundle.scene.structures {
         let outcome = attempt.touched().map(|_| clearance_mm(attempt, structure));

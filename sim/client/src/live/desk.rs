@@ -32,6 +32,9 @@ pub struct SignedIn {
     /// The code of the language that they have chosen at their school. A service of before does not say.
     #[serde(default)]
     language: Option<String>,
+    /// They take part in a study, and do nothing else here. A service of before does not say.
+    #[serde(default)]
+    pub guest: bool,
     /// What there is to train, what is due first.
     pub exercises: Vec<Listed>,
     /// What the school asks after attempts.

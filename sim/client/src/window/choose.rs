@@ -35,20 +35,40 @@ pub struct ExerciseChoice<'a> {
     pub shelf: &'a Shelf,
     /// What was practised here before.
     pub history: &'a History,
-    /// The school's list, where somebody has signed in.
-    pub school: Option<&'a [Listed]>,
+    /// Who says what is to be practised.
+    pub listing: Listing<'a>,
+}
+
+/// Who says what is to be practised.
+#[derive(Clone, Copy)]
+pub enum Listing<'a> {
+    /// Nobody: what lies here.
+    Here,
+    /// The school of whoever has signed in.
+    School(&'a [Listed]),
+    /// The study of a guest, who sees nothing else.
+    Study(&'a [Listed]),
+}
+
+impl<'a> Listing<'a> {
+    fn listed(self) -> Option<&'a [Listed]> {
+        match self {
+            Self::Here => None,
+            Self::School(listed) | Self::Study(listed) => Some(listed),
+        }
+    }
 }
 
 impl ExerciseChoice<'_> {
     /// What the school lists of an exercise.
     fn listed(&self, exercise: &Exercise) -> Option<&Listed> {
-        self.school?.iter().find(|listed| listed.exercise_id == exercise.id)
+        self.listing.listed()?.iter().find(|listed| listed.exercise_id == exercise.id)
     }
 
     /// Whether an exercise opens those that ask for it: mastered for the school, or by the course's own rule on this machine without one.
     /// What a learning curve has declared once stays open.
     fn opens(&self, exercise_id: &str, mastery: &Mastery) -> bool {
-        match self.school {
+        match self.listing.listed() {
             Some(listed) => listed.iter().any(|listed| listed.exercise_id == exercise_id && listed.mastered),
             None => {
                 let (reached, _) = mastery.judge(&self.history.tally(exercise_id).passed);
@@ -67,10 +87,11 @@ impl ExerciseChoice<'_> {
         });
         let listed = self.listed(exercise);
         let progress = match listed {
+            Some(_) if matches!(self.listing, Listing::Study(_)) => tr!("the study asks for it").to_owned(),
             Some(listed) if listed.mastered => tr!("mastered").to_owned(),
             Some(listed) if listed.due => tr!("not mastered yet").to_owned(),
             Some(_) => tr!("not open yet").to_owned(),
-            None if self.school.is_some() => tr!("not among your school's exercises").to_owned(),
+            None if self.listing.listed().is_some() => tr!("not among your school's exercises").to_owned(),
             None => say_standing(&self.history.tally(&exercise.id), course.map(|course| course.mastery)),
         };
         // What the school has opened is open, whatever came before it.
@@ -80,6 +101,11 @@ impl ExerciseChoice<'_> {
             asked.filter(|(id, mastery)| !self.opens(id, mastery)).map(|(id, _)| self.title(id)).collect();
         let first = (!missing.is_empty()).then(|| tr!("first: {exercises}", exercises = missing.join(", ")));
         place.into_iter().chain([progress]).chain(first).collect::<Vec<_>>().join(" · ")
+    }
+
+    /// Whether whoever sits here may practise it.
+    fn is_offered(&self, exercise: &Exercise) -> bool {
+        !matches!(self.listing, Listing::Study(_)) || self.listed(exercise).is_some()
     }
 
     fn title<'a>(&'a self, exercise_id: &'a str) -> &'a str {
@@ -139,9 +165,10 @@ pub fn choose_exercise(ui: &mut Ui, choice: &ExerciseChoice<'_>, language: &mut 
         show_heading(ui, tr!("Exercises"), language);
         ui.add_space(8.0);
         let exercises = &choice.shelf.exercises;
-        let mut order: Vec<usize> = (0..exercises.len()).collect();
+        let mut order: Vec<usize> =
+            (0..exercises.len()).filter(|&at| choice.is_offered(&exercises[at].bundle.exercise)).collect();
         // Assigned ones first, in the order in which they are due; the others as they were given.
-        let due = || choice.school.unwrap_or_default().iter().filter(|listed| listed.due);
+        let due = || choice.listing.listed().unwrap_or_default().iter().filter(|listed| listed.due);
         let place = |at: &usize| {
             let id = exercises.get(*at).map(|offer| offer.bundle.exercise.id.as_str());
             due().position(|due| Some(due.exercise_id.as_str()) == id).unwrap_or(usize::MAX)
@@ -358,7 +385,7 @@ mod tests {
         let (shelf, second) = offer(1);
         let (history, offers) = (History::default(), &shelf.exercises);
         let first = &offers[0].bundle.exercise;
-        let here = ExerciseChoice { shelf: &shelf, history: &history, school: None };
+        let here = ExerciseChoice { shelf: &shelf, history: &history, listing: Listing::Here };
         let told = here.facts(&offers[second]);
         let parts = [", 2 of 7 · not tried here yet · first: ", first.title.own()];
         assert!(parts.iter().all(|part| told.contains(part)), "{told}");
@@ -367,9 +394,13 @@ mod tests {
             { "exercise_id": offers[second].bundle.exercise.id, "due": true },
         ]))
         .unwrap();
-        let school = ExerciseChoice { shelf: &shelf, history: &history, school: Some(&listed) };
+        let school = ExerciseChoice { shelf: &shelf, history: &history, listing: Listing::School(&listed) };
         assert!(school.facts(&offers[0]).ends_with("mastered"), "{}", school.facts(&offers[0]));
         assert!(school.facts(&offers[second]).ends_with("not mastered yet"), "{}", school.facts(&offers[second]));
+        let study = ExerciseChoice { listing: Listing::Study(&listed), ..school };
+        let offered = offers.iter().filter(|offer| study.is_offered(&offer.bundle.exercise)).count();
+        assert_eq!((offered, offers.len()), (2, 7), "a guest sees what the study asks for");
+        assert!(study.facts(&offers[second]).ends_with("the study asks for it"), "{}", study.facts(&offers[second]));
     }
 
     #[test]
@@ -390,7 +421,7 @@ mod tests {
             shelf.exercises.iter_mut().for_each(|offer| offer.course.as_mut().unwrap().mastery = mastery.unwrap());
             let first = shelf.exercises[0].bundle.exercise.id.clone();
             let history = history::tests::of(&first, case["attempts"].as_str().unwrap());
-            let here = ExerciseChoice { shelf: &shelf, history: &history, school: None };
+            let here = ExerciseChoice { shelf: &shelf, history: &history, listing: Listing::Here };
             let [told, next] = [0, 1].map(|at| here.facts(&shelf.exercises[at]));
             assert_eq!(told.contains(" · mastered"), case["mastered"] == true, "{case}: {told}");
             assert_eq!(!next.contains(" · first: "), case["opens"] == true, "{case}: {next}");

@@ -260,9 +260,12 @@ impl Window {
             self.desk.show_consent(ui, pairing);
             return Screen::Choose;
         }
-        let listed = self.desk.signed_in().map(|who| who.exercises);
-        let choice =
-            choose::ExerciseChoice { shelf: &station.shelf, history: &station.history, school: listed.as_deref() };
+        let who = self.desk.signed_in();
+        let listing = who.as_ref().map_or(choose::Listing::Here, |who| match who.guest {
+            true => choose::Listing::Study(&who.exercises),
+            false => choose::Listing::School(&who.exercises),
+        });
+        let choice = choose::ExerciseChoice { shelf: &station.shelf, history: &station.history, listing };
         match choose::choose_exercise(ui, &choice, &mut self.language) {
             Some(at) => Screen::Briefing { at, error: None },
             None => Screen::Choose,

@@ -11,7 +11,7 @@ use phrase::phrase;
 use serde_json::json;
 use words::Language;
 
-use super::choose::ExerciseChoice;
+use super::choose::{ExerciseChoice, Listing};
 use super::overlay::Instruments;
 use super::sound::Sound;
 use super::*;
@@ -98,11 +98,12 @@ fn draw_choices(language: Language, size: [f32; 2], look: &mut dyn FnMut(&str, V
     let (shelf, mut window) = (shelf(), WindowLanguage::default());
     let listed = school_list(&shelf);
     let first = shelf.exercises[0].bundle.exercise.id.clone();
-    for (name, history, school) in [
-        ("a choice", history::tests::of(&first, "PF"), None),
-        ("a choice of the school's", History::default(), Some(&*listed)),
+    for (name, history, listing) in [
+        ("a choice", history::tests::of(&first, "PF"), Listing::Here),
+        ("a choice of the school's", History::default(), Listing::School(&listed)),
+        ("a guest's choice", History::default(), Listing::Study(&listed)),
     ] {
-        let choice = ExerciseChoice { shelf: &shelf, history: &history, school };
+        let choice = ExerciseChoice { shelf: &shelf, history: &history, listing };
         look(
             name,
             draw(language, size, |ui| {
@@ -326,7 +327,7 @@ fn the_languages_differ_on_every_screen_and_a_choice_is_seen_at_once() {
         let language = window.spoken();
         let mut output = context.run_ui(input, |ui| {
             words::within(language, || {
-                let choice = ExerciseChoice { shelf: &shelf, history: &history, school: None };
+                let choice = ExerciseChoice { shelf: &shelf, history: &history, listing: Listing::Here };
                 choose::choose_exercise(ui, &choice, window);
             });
         });

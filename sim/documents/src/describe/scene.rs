@@ -4,6 +4,7 @@ use super::{DescribedField, DescribedTable, FieldKind, Presence, Text};
 use crate::mesh::Axes;
 use anatomy::{AGES_YEARS, WEIGHTS_KG};
 use law::axial::MAX_BRANCHES;
+use law::structures::StructureKind;
 
 /// A scene.
 pub(crate) static SCENE: DescribedTable = DescribedTable {
@@ -312,12 +313,7 @@ static STRUCTURE: DescribedTable = DescribedTable {
     doc: "A structure in the patient frame: origin on the planned skin, +z out of the body, so z is negative inside",
     fields: &[
         DescribedField::text("name", &Text::NAME, "Name, unique in the scene; metric ids end with it").required(),
-        DescribedField::new(
-            "kind",
-            FieldKind::Choice(&["target", "vessel", "nerve", "bone", "organ"]),
-            "What it is to the exercise",
-        )
-        .required(),
+        DescribedField::new("kind", FieldKind::Choice(&StructureKind::WORDS), "What it is to the exercise").required(),
         DescribedField::new("shape", FieldKind::Choice(&["sphere", "capsule", "box", "mesh"]), "Its shape").required(),
         DescribedField::place("position_mm", FARTHEST_MM, "Its centre; for a mesh, where the mesh's origin goes")
             .required(),

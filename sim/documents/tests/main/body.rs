@@ -38,6 +38,16 @@ fn layers(scene: &Scene) -> Vec<&str> {
     scene.layers.iter().map(|layer| layer.name.as_str()).collect()
 }
 
+/// A reader of recordings would pay seconds for each.
+#[test]
+fn a_recording_carries_what_came_of_a_body_and_no_body() {
+    let bundle = exercise("1-midline.toml");
+    assert!(ExerciseBundle::from_parts(&bundle.exercise_bytes, &bundle.scene_bytes, &bundle.meshes).is_ok());
+    let refused =
+        ExerciseBundle::from_parts(&bundle.exercise_bytes, BODY.as_bytes(), &[]).expect_err("a body").to_string();
+    assert!(refused.contains("attached scene:4:") && refused.contains("anatomy: a body"), "{refused}");
+}
+
 #[test]
 fn the_midline_leads_through_the_ligaments_in_their_order() {
     let scene = crate::support::scene(BODY);

@@ -29,7 +29,8 @@
 //! exercises it is 1.00 to 1.01 times. The target lies behind the hardest boundary there, elastic peaks are set by thresholds, whoever
 //! pushes, and a quicker hand adds only its drag: for a fifth it would have to cross the muscle's boundary at 0.3 m/s, where novices' tips cross
 //! it at some 6 to 40 mm/s and experts' at 2 to 3. What else could raise it was left out. A threshold that grows with the
-//! speed would do it with P ∝ v^0.12, but studies disagree even on the sign, and `[rate]` has one P∞ for all layers; forty times
+//! speed would do it with P ∝ v^0.12, but studies disagree even on the sign for skin and organs. It was found at the ligamentum flavum, which has
+//! it in scenes that are made of a body ([`crate::axial::RuptureCriterion::Dent`]); the shipped profile of the epidural space was fitted without times. Forty times
 //! the damping is none that was measured; and a target moved before a harder boundary is another task.
 //! `stylet bench operators` measures all of this at the shipped exercises.
 //!

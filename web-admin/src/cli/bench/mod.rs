@@ -30,6 +30,8 @@ const PASSWORD: &str = "a password for measurements";
 
 /// The file of all attempts of a school: no page, and as long as there are attempts.
 const ALL_ATTEMPTS: &str = "/progress/attempts.csv";
+/// The file of the audit log, likewise: a school makes few of such files at a time.
+const AUDIT_LOG: &str = "/admin/audit.csv";
 
 /// How often the results of a large survey are asked for, one after the other.
 const REPEATS: usize = 41;
@@ -82,13 +84,14 @@ async fn measure_school(args: &BenchArgs, attempts: u32, pace: RequestPace) -> a
     let service = BenchService::start(&folder)?;
     say_line(format_args!("{attempts} attempts: looking for pages, after a start of {:.1} s", service.started_in_s));
     let visitors = visitor::sign_in(&service.url, trainees, school.doors).await?;
-    let tour = Tour::take(&visitors, school.routes, &[&school.survey, ALL_ATTEMPTS]).await?;
+    let tour = Tour::take(&visitors, school.routes, &[&school.survey, ALL_ATTEMPTS, AUDIT_LOG]).await?;
     say_line(format_args!("{attempts} attempts: asking for {} pages", tour.pages.len()));
     let timings = load::ask_steadily(&visitors, &tour.pages, pace).await?;
     let results = format!("{}/results", school.survey);
     let administrator = visitors.iter().find(|visitor| visitor.role == "administrator").context("an administrator")?;
     let results = load::ask_repeatedly(administrator, &results, REPEATS).await?;
     let all_attempts = load::ask_repeatedly(administrator, ALL_ATTEMPTS, 1).await?;
+    let audit_log = load::ask_repeatedly(administrator, AUDIT_LOG, 1).await?;
     Ok(MeasuredSchool {
         attempts,
         trainees,
@@ -100,5 +103,6 @@ async fn measure_school(args: &BenchArgs, attempts: u32, pace: RequestPace) -> a
         timings,
         results,
         all_attempts,
+        audit_log,
     })
 }

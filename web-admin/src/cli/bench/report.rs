@@ -27,6 +27,8 @@ pub(super) struct MeasuredSchool {
     pub results: Vec<Timing>,
     /// The file of all attempts, asked for by itself.
     pub all_attempts: Vec<Timing>,
+    /// The file of the audit log, likewise.
+    pub audit_log: Vec<Timing>,
 }
 
 /// A figure of a school, in words.
@@ -84,6 +86,11 @@ pub(super) fn write_report(measured: &[MeasuredSchool], pace: RequestPace) -> Re
             |school| Some(format!("{:.1}", RequestTimes::of(school.all_attempts.iter().copied())?.p50 / 1e3)),
             "",
         ),
+        (
+            "the audit log as a file, s",
+            |school| Some(format!("{:.1}", RequestTimes::of(school.audit_log.iter().copied())?.p50 / 1e3)),
+            "",
+        ),
         ("database, MB", |school| Some(format!("{:.0}", school.database_bytes as f64 / 1e6)), ""),
         ("start of the service, s", |school| Some(format!("{:.1}", school.started_in_s)), ""),
     ];
@@ -116,7 +123,7 @@ fn head_of_report(pace: RequestPace) -> String {
          years, each with score and sums, beside assignments, questions, reviews, and a demonstration school of really \
          simulated attempts. All generated attempts share one recording; a trainee's latest at each exercise and one in ten of \
          the others have metrics, and one in fifty has a curve. The results of a survey with {RESPONSES} answers are asked for by \
-         themselves, one after the other, and so is the file of all attempts.\n\n"
+         themselves, one after the other, and so are the files of all attempts and of the audit log.\n\n"
     )
 }
 

@@ -105,6 +105,8 @@ pub(super) struct SignedInView {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     language: Option<String>,
+    /// They take part in a study: `exercises` are its own, and nothing else is theirs to practise.
+    guest: bool,
     /// What there is to train, what is due first.
     exercises: Vec<ListedExercise>,
     /// What they may be asked after an attempt.
@@ -161,11 +163,13 @@ pub(super) async fn sign_in_at_station(
             return Ok((StatusCode::ACCEPTED, Json(ConsentAskedView::from(&*study))).into_response());
         }
     };
-    let exercises = match person.role {
-        Role::Guest => documents::studied_exercises(&state, person.school_id, person.id).await?,
-        _ => documents::listed_exercises(&state, person.school_id, Some(person.id)).await?,
+    let guest = person.role == Role::Guest;
+    let exercises = if guest {
+        documents::studied_exercises(&state, person.school_id, person.id).await?
+    } else {
+        documents::listed_exercises(&state, person.school_id, Some(person.id)).await?
     };
     let surveys = surveys::surveys_at_station(&state, person.school_id, person.id).await?;
     let Person { pseudonym: trainee, display_name, language, .. } = person;
-    Ok(Json(SignedInView { trainee, display_name, language, exercises, surveys }).into_response())
+    Ok(Json(SignedInView { trainee, display_name, language, guest, exercises, surveys }).into_response())
 }

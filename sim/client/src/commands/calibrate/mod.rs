@@ -133,7 +133,7 @@ impl Base {
     }
 
     fn scene(&self) -> Result<Scene, DocumentError> {
-        documents::load::read_scene_text(&self.path, &self.text)
+        documents::load::read_layered_scene_text(&self.path, &self.text)
     }
 }
 
