@@ -74,7 +74,7 @@ pub(super) fn write_report(measured: &[MeasuredSchool], pace: RequestPace) -> Re
     let lines: String = measured.iter().map(|_| "---|").collect();
     write!(text, "| |{titles} bar |\n|---|{lines}---|\n")?;
     let results = format!("results of {RESPONSES} responses to {ITEMS} items, p50, ms");
-    let figures: [(&str, SchoolFigure, &str); 9] = [
+    let figures: [(&str, SchoolFigure, &str); 10] = [
         ("trainees", |school| Some(group_thousands(school.trainees)), ""),
         ("requests", |school| Some(school.timings.len().to_string()), ""),
         ("all pages, p50, ms", |school| Some(format!("{:.1}", school.all()?.p50)), "≤ 25"),
