@@ -27,9 +27,7 @@ pub enum StructureKind {
 }
 
 impl StructureKind {
-    /// Every kind.
-    pub const ALL: [Self; 5] = [Self::Target, Self::Vessel, Self::Nerve, Self::Bone, Self::Organ];
-    /// How documents call them, in the same order.
+    /// How documents call them, in their order.
     pub const WORDS: [&str; 5] = ["target", "vessel", "nerve", "bone", "organ"];
 
     /// How documents call it.

@@ -10,9 +10,13 @@ use crate::attempt::{Attempt, Outcome};
 use crate::catalogue::Direction;
 use crate::distance::{Segment, resolution_m, to_structure_m};
 
+/// What is to be avoided, and then what is to be met.
+const KINDS: [StructureKind; 5] =
+    [StructureKind::Vessel, StructureKind::Nerve, StructureKind::Bone, StructureKind::Organ, StructureKind::Target];
+
 pub(super) fn measure_structures(attempt: &Attempt, sheet: &mut MetricSheet) {
     sheet.put("structure_hits", count_structure_hits(attempt, |kind| kind != Some(StructureKind::Target)));
-    for kind in StructureKind::ALL {
+    for kind in KINDS {
         sheet.put_for("structure_hits", kind.word(), count_structure_hits(attempt, |hit| hit == Some(kind)));
     }
     for structure in &attempt.bundle.scene.structures {

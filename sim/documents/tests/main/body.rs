@@ -45,7 +45,7 @@ fn a_recording_carries_what_came_of_a_body_and_no_body() {
     assert!(ExerciseBundle::from_parts(&bundle.exercise_bytes, &bundle.scene_bytes, &bundle.meshes).is_ok());
     let refused =
         ExerciseBundle::from_parts(&bundle.exercise_bytes, BODY.as_bytes(), &[]).expect_err("a body").to_string();
-    assert!(refused.contains("attached scene:4:") && refused.contains("anatomy: a body"), "{refused}");
+    assert!(refused.contains("attached scene:5:2") && refused.contains("anatomy: a body"), "{refused}");
 }
 
 #[test]
