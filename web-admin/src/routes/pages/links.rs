@@ -18,7 +18,6 @@ use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{CsrfForm, NoFields, PageHead, Visitor};
 
-/// How long an address works, in s.
 /// Viewers: name, origin, and the address that a recording's own is appended to.
 const VIEWERS: [(&str, &str, &str); 3] = [
     ("Foxglove", "https://app.foxglove.dev", "https://app.foxglove.dev/~/view?ds=remote-file&ds.url="),
