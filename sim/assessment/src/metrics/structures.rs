@@ -8,7 +8,7 @@ use recording::EventKind;
 use super::MetricSheet;
 use crate::attempt::{Attempt, Outcome};
 use crate::catalogue::Direction;
-use crate::distance::{Segment, resolution_m, to_structure_m};
+use crate::distance::{MeasuredStructure, Segment, resolution_m};
 
 /// What is to be avoided, and then what is to be met.
 const KINDS: [StructureKind; 5] =
@@ -42,8 +42,8 @@ fn count_structure_hits(attempt: &Attempt, counts: impl Fn(Option<StructureKind>
 /// The least distance over all samples, from the entry to the tip, as hits are told in the simulation. A segment cannot come closer to anything by more than its ends have moved, so
 /// most samples need no look at the structure at all.
 fn clearance_mm(attempt: &Attempt, structure: &SceneStructure) -> f64 {
-    let spec = &structure.spec;
-    let resolution_m = resolution_m(&spec.shape);
+    let measured = MeasuredStructure::new(&structure.spec);
+    let resolution_m = resolution_m(&structure.spec.shape);
     let mut least_m = f64::INFINITY;
     let mut looked: Option<(Segment, f64)> = None;
     for (sample, insertion) in attempt.ticks() {
@@ -52,7 +52,7 @@ fn clearance_mm(attempt: &Attempt, structure: &SceneStructure) -> f64 {
         let segment = Segment { from, to };
         let at_least_m = looked.as_ref().map_or(0.0, |(seen, distance_m)| distance_m - seen.moved_m(&segment));
         if at_least_m < least_m - resolution_m || looked.is_none() {
-            let distance_m = to_structure_m(spec, &segment);
+            let distance_m = measured.distance_m(&segment);
             least_m = least_m.min(distance_m);
             looked = Some((segment, distance_m));
         }
