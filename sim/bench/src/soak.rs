@@ -123,15 +123,15 @@ impl Soaked {
 }
 
 /// The most that elasticity, friction and cutting may come to, in N: the largest pair of thresholds, as no boundary is left
-/// tented above its own; Σ c d along the steepest path; the largest cutting force.
+/// tented above its own, with what branches hold beside it at any speed; Σ c d along the steepest path; the largest cutting force.
 fn force_bound_n(spec: &PunctureSpec) -> f64 {
     let largest = |of: fn(&law::axial::Layer) -> f64| spec.axial.layers.iter().map(of).fold(0.0, f64::max);
     // A rate-dependent threshold may rise to its limit at high speed.
     let rate = spec.axial.rate.as_ref().map_or(0.0, |rate| rate.p_infinity_n);
     let steepest = 1.0 / libm::cos(STEEPEST_DEG.to_radians());
     let friction_n: f64 = spec.axial.layers.iter().map(|layer| layer.friction_n_per_m * layer.thickness_m).sum();
-    largest(|l| l.tip_rupture_n).max(rate)
-        + largest(|l| l.rim_rupture_n).max(rate)
+    largest(|l| l.tip_rupture_n * l.options.greatest_hold()).max(rate)
+        + largest(|l| l.rim_rupture_n * l.options.greatest_hold()).max(rate)
         + friction_n * steepest
         + largest(|l| l.cutting_n)
 }

@@ -77,6 +77,21 @@ impl LayerOptions {
         *self == Self::default()
     }
 
+    /// Whether the boundary relaxes.
+    #[must_use]
+    pub fn relaxes(&self) -> bool {
+        !self.branches.is_empty()
+    }
+
+    /// The most that the boundary holds, as a multiple of its threshold: that of a needle infinitely fast.
+    #[must_use]
+    pub fn greatest_hold(&self) -> f64 {
+        match self.gives_way_at {
+            RuptureCriterion::Force => 1.0,
+            RuptureCriterion::Dent => 1.0 + self.branch_share(),
+        }
+    }
+
     /// Σ g of the branches: how much stiffer than slowly a boundary is when it is dented at once.
     #[must_use]
     pub fn branch_share(&self) -> f64 {
@@ -118,7 +133,7 @@ impl AxialSpec {
     /// Whether some boundary relaxes, so that where it gives way depends on speed.
     #[must_use]
     pub fn relaxes(&self) -> bool {
-        self.layers.iter().any(|layer| !layer.options.branches.is_empty())
+        self.layers.iter().any(|layer| layer.options.relaxes())
     }
 }
 

@@ -151,7 +151,7 @@ fn relax_tents(path: &Path<'_>, state: &AxialState, x_m: f64, motion: &AxialMoti
     let mut relaxed = RelaxedTents { held: state.held, ..RelaxedTents::default() };
     let Some(last) = &state.last else { return relaxed };
     let relax = |branches: &mut Branches, boundary: usize, [from, to]: [TentedBoundary; 2]| {
-        let Some(layer) = path.layers.get(boundary).filter(|layer| !layer.options.branches.is_empty()) else {
+        let Some(layer) = path.layers.get(boundary).filter(|layer| layer.options.relaxes()) else {
             *branches = Branches::default();
             return RelaxedTent::default();
         };

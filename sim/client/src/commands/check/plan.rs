@@ -130,7 +130,7 @@ fn ruptures(spec: &AxialSpec) -> Vec<RupturePlan> {
 /// The needle of the closed form, in so far as options of the law make a difference between needles.
 fn needle_told(spec: &AxialSpec) -> Vec<&'static str> {
     let relaxing = |criterion| {
-        let is_such = |layer: &Layer| !layer.options.branches.is_empty() && layer.options.gives_way_at == criterion;
+        let is_such = |layer: &Layer| layer.options.relaxes() && layer.options.gives_way_at == criterion;
         spec.layers.iter().any(is_such)
     };
     let slow = match [RuptureCriterion::Force, RuptureCriterion::Dent].map(relaxing) {
