@@ -34,9 +34,9 @@ pub(super) fn json(text: &str) -> Value {
     serde_json::from_str(text).unwrap_or_else(|error| panic!("{error} in {text}"))
 }
 
-/// The score of a session, once the worker has made it.
+/// The score of a session, once the worker has made it: under an oblique needle a program that is not optimised first solves its field for seconds.
 pub(super) fn scored(url: &str, token: &str, session: &str) -> Value {
-    for _ in 0..200 {
+    for _ in 0..900 {
         let answer = ureq::get(format!("{url}/api/v1/sessions/{session}/score"))
             .header("Authorization", format!("Bearer {token}"))
             .call();
@@ -47,7 +47,7 @@ pub(super) fn scored(url: &str, token: &str, session: &str) -> Value {
         }
         std::thread::sleep(Duration::from_millis(100));
     }
-    panic!("session {session} was not scored within twenty seconds");
+    panic!("session {session} was not scored within ninety seconds");
 }
 
 #[test]

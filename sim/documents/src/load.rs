@@ -147,6 +147,16 @@ impl ExerciseBundle {
         Self::assemble("attached exercise", exercise.to_vec(), read_scene, None)
     }
 
+    /// Reads an exercise and its scene, which may name a body, from texts; neither has a file beside it.
+    ///
+    /// # Errors
+    /// Every issue found; a file that either names is one.
+    pub fn from_texts(exercise: &str, scene: &str) -> Result<Self, DocumentError> {
+        let read_scene =
+            |_: &str| scene_from_disk(Path::new("scene"), scene.as_bytes().to_vec()).map_err(NamedError::Refused);
+        Self::assemble("exercise", exercise.as_bytes().to_vec(), read_scene, None)
+    }
+
     /// The same with the pictures of its briefing, by their names.
     ///
     /// # Errors

@@ -13,8 +13,9 @@ use crate::support::{bundle, down, judge, limit, line, mark, record, structure};
 
 fn shipped() -> Vec<(PathBuf, ExerciseBundle)> {
     let curricula = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula");
-    let courses = ["lower-back-basics", "lumbar-epidural"].map(|course| curricula.join(course));
-    let files = courses.iter().flat_map(|course| std::fs::read_dir(course).expect("shipped"));
+    let folders = std::fs::read_dir(curricula).expect("shipped").map(|folder| folder.expect("shipped").path());
+    let courses = folders.filter(|folder| folder.join("course.toml").is_file());
+    let files = courses.flat_map(|course| std::fs::read_dir(course).expect("shipped"));
     let is_exercise = |path: &PathBuf| path.extension().is_some_and(|e| e == "toml") && !path.ends_with("course.toml");
     let paths = files.map(|file| file.expect("shipped").path()).filter(is_exercise);
     paths.map(|path| (path.clone(), ExerciseBundle::read(&path).expect("sound"))).collect()
@@ -59,7 +60,7 @@ fn check_pricks((path, bundle): &(PathBuf, ExerciseBundle)) {
 #[test]
 fn no_shipped_exercise_gives_a_prick_of_any_depth_more_than_25_points_unless_it_did_the_task() {
     let shipped = shipped();
-    assert_eq!(shipped.len(), 8);
+    assert!(shipped.len() >= 13, "{} exercises", shipped.len());
     std::thread::scope(|scope| {
         let checks: Vec<_> = shipped.iter().map(|exercise| scope.spawn(|| check_pricks(exercise))).collect();
         checks.into_iter().for_each(|check| check.join().expect("a prick earns little"));

@@ -167,7 +167,8 @@ fn markdown(rows: &[OperatorRow], seeds: u64, quick: bool) -> String {
          5 mm, braced ones by 0.8 to 1.5 mm (with the reference needle).\n\n\
          The peaks say less than people's do. A boundary gives way at its threshold, whoever pushes: where the hardest boundary lies \
          before the target, everybody meets the same peak, and only drag is left to tell hands apart. A novice's peak is higher where \
-         overshooting meets a harder boundary behind the target, as at stop-in-the-fat.\n\n{}",
+         overshooting meets a harder boundary behind the target, as at stop-in-the-fat, and where the hardest boundary gives way at a dent, \
+         so that it holds the more the faster it is met: the ligamentum flavum of the scenes made of a body.\n\n{}",
         measured_on(Subject::Operators, quick),
         sheet.markdown()
     )

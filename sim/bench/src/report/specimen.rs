@@ -15,8 +15,10 @@ const EXERCISE: &str = include_str!("../../../../curricula/lower-back-basics/3-r
 const PAPER: &str = include_str!("../../../../curricula/scenes/lower-back-paper.toml");
 const TRAINING: &str = include_str!("../../../../curricula/scenes/lower-back-training.toml");
 const VESSEL: &str = include_str!("../../../../curricula/scenes/lower-back-vessel.toml");
+const BODY: &str = include_str!("../../../../curricula/scenes/epidural-midline.toml");
+const MIDLINE: &str = include_str!("../../../../curricula/lumbar-epidural-on-a-body/1-midline.toml");
 /// Every shipped scene.
-const SHIPPED: [&str; 10] = [
+const SHIPPED: [&str; 15] = [
     PAPER,
     TRAINING,
     include_str!("../../../../curricula/scenes/epidural-71kg.toml"),
@@ -27,10 +29,15 @@ const SHIPPED: [&str; 10] = [
     include_str!("../../../../curricula/scenes/lower-back-measured-skin.toml"),
     include_str!("../../../../curricula/scenes/liver-18g.toml"),
     include_str!("../../../../curricula/scenes/heart-18g.toml"),
+    BODY,
+    include_str!("../../../../curricula/scenes/epidural-off-bone.toml"),
+    include_str!("../../../../curricula/scenes/epidural-paramedian.toml"),
+    include_str!("../../../../curricula/scenes/lumbar-puncture.toml"),
+    include_str!("../../../../curricula/scenes/kidney-lower-pole.toml"),
 ];
 
 /// Every shipped exercise, each with its scene by the place it has in [`SHIPPED`].
-const EXERCISES: [(&str, usize); 9] = [
+const EXERCISES: [(&str, usize); 14] = [
     (include_str!("../../../../curricula/experiments/paper-insertion.toml"), 0),
     (include_str!("../../../../curricula/lower-back-basics/1-feel-the-layers.toml"), 1),
     (include_str!("../../../../curricula/lower-back-basics/2-stop-in-the-fat.toml"), 1),
@@ -40,6 +47,11 @@ const EXERCISES: [(&str, usize); 9] = [
     (include_str!("../../../../curricula/lower-back-basics/6-avoid-the-vessel.toml"), 6),
     (include_str!("../../../../curricula/lower-back-basics/7-thick-fat.toml"), 4),
     (include_str!("../../../../curricula/lumbar-epidural/1-stop-in-the-epidural-space.toml"), 2),
+    (MIDLINE, 10),
+    (include_str!("../../../../curricula/lumbar-epidural-on-a-body/2-off-the-bone.toml"), 11),
+    (include_str!("../../../../curricula/lumbar-epidural-on-a-body/3-paramedian.toml"), 12),
+    (include_str!("../../../../curricula/lumbar-puncture/1-reach-the-fluid.toml"), 13),
+    (include_str!("../../../../curricula/percutaneous-kidney-access/1-lower-pole.toml"), 14),
 ];
 
 /// The paper's scene and the training scene, each with the exercise that is measured.
@@ -66,6 +78,14 @@ pub fn read_anatomy_exercise() -> Result<ExerciseBundle, BenchError> {
     bundle(VESSEL)
 }
 
+/// A scene that is made of a body, with its exercise.
+///
+/// # Errors
+/// When the documents built in are refused.
+pub fn read_body_exercise() -> Result<ExerciseBundle, BenchError> {
+    Ok(ExerciseBundle::from_texts(MIDLINE, BODY)?)
+}
+
 /// Every shipped scene.
 ///
 /// # Errors
@@ -80,7 +100,7 @@ pub fn read_shipped_scenes() -> Result<Vec<Scene>, BenchError> {
 /// When a document built in is refused.
 pub fn read_shipped_exercises() -> Result<Vec<ExerciseBundle>, BenchError> {
     let bundle = |(text, scene): &(&str, usize)| -> Result<ExerciseBundle, BenchError> {
-        Ok(ExerciseBundle::from_parts(text.as_bytes(), SHIPPED[*scene].as_bytes(), &[])?)
+        Ok(ExerciseBundle::from_texts(text, SHIPPED[*scene])?)
     };
     EXERCISES.iter().map(bundle).collect()
 }

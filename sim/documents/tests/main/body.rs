@@ -3,13 +3,11 @@
 //! Would fail if layers came in another order than a body has them, if bone let a needle through, if two readings differed, or if a recording
 //! needed the body again.
 
-use std::path::Path;
-
 use bench::needle::DrivenNeedle;
 use documents::{ExerciseBundle, Patient, Scene};
 use nalgebra::Point3;
 
-use crate::support::{folder, read_text, write};
+use crate::support::{curricula, folder, read_text, write};
 
 const BODY: &str = r#"id = "body"
 law = 3
@@ -30,8 +28,7 @@ length_mm = 90
 "#;
 
 fn exercise(name: &str) -> ExerciseBundle {
-    let exercises = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/anatomy/epidural-on-a-body");
-    ExerciseBundle::read(&exercises.join(name)).unwrap()
+    ExerciseBundle::read(&curricula().join("lumbar-epidural-on-a-body").join(name)).unwrap()
 }
 
 fn layers(scene: &Scene) -> Vec<&str> {

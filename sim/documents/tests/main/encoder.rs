@@ -98,7 +98,9 @@ fn cutting_is_as_steady_through_an_encoder_as_without_one() {
     for (name, spec) in scenes() {
         // As deep as an exercise on it goes, and a little more.
         let to_m = match name.as_str() {
-            "epidural-71kg" => 0.053,
+            "epidural-71kg" | "epidural-midline" | "epidural-off-bone" | "epidural-paramedian" => 0.053,
+            "lumbar-puncture" => 0.058,
+            "kidney-lower-pole" => 0.082,
             "lower-back-obese" => 0.05,
             "lower-back-thick-needle" => 0.027,
             _ => 0.035,

@@ -2,8 +2,9 @@
 //!
 //! Fails when an overshoot leaves its band, when a loss of resistance throws a hand as far as it once threw the novice
 //! (38 mm), when a hand goes on where the hub lies on the skin, when a novice pushes no harder than an expert where a harder
-//! boundary is within reach, or when the same seed is not the same attempt. Bands are of medians; messages say the spread.
+//! boundary is within reach or one gives way at a dent, or when the same seed is not the same attempt. Bands are of medians; messages say the spread.
 
+use std::ops::RangeInclusive;
 use std::{fmt, thread};
 
 use bench::{Performance, perform};
@@ -17,6 +18,8 @@ use crate::support::{curricula, shipped};
 /// Seeds of a novice and of the steadier hands, whose figures spread less.
 const NOVICES: u64 = 40;
 const OTHERS: u64 = 12;
+/// The same at a body, whose bones take most of the time.
+const AT_A_BODY: [u64; 2] = [8, 4];
 
 fn exercises() -> Vec<ExerciseBundle> {
     let found: Vec<_> = shipped().iter().filter_map(|path| ExerciseBundle::read(path).ok()).collect();
@@ -29,7 +32,10 @@ fn exercise(file: &str) -> ExerciseBundle {
 }
 
 fn attempt(bundle: &ExerciseBundle, skill: &Skill, seed: u64) -> Performance {
-    let specimen = Specimen::new(bundle.specimen_spec(&Patient::draw(&bundle.scene, seed))).expect("sound");
+    let mut spec = bundle.specimen_spec(&Patient::draw(&bundle.scene, seed));
+    // A field that only a picture shows: no force depends on it, and under an oblique needle it takes seconds.
+    spec.tissue = spec.tissue.filter(|_| bundle.scene.is_coupled());
+    let specimen = Specimen::new(spec).expect("sound");
     let mut operator = Operator::skilled(skill, &bundle.plan(), seed);
     perform(specimen.law(), &mut operator, bundle.exercise.time_limit_s)
 }
@@ -70,16 +76,34 @@ fn skin_mm(bundle: &ExerciseBundle, attempts: &[Performance]) -> Spread {
     Spread::of(attempts.iter().filter_map(|attempt| attempt.overshoot_m(0, last(bundle))).map(|over_m| over_m * 1e3))
 }
 
-/// Physics section 6: relaxed 5–14 mm, normal 2–5 mm, braced 0.8–1.5 mm; and nobody goes in beyond the hub.
+/// In which bands medians of the skin's overshoot lie, in mm: relaxed, normal, braced.
+struct OvershootBands([RangeInclusive<f64>; 3]);
+
+impl OvershootBands {
+    /// Physics section 6: relaxed 5–14 mm, normal 2–5 mm, braced 0.8–1.5 mm. What pushes back harder throws a hand farther: a thicker or blunter
+    /// needle a little, and the skin of a body's back, which holds several times as much, further; of a thin spinal needle a relaxed hand then
+    /// goes through the ligaments, too.
+    fn of(bundle: &ExerciseBundle) -> Self {
+        let needle = &bundle.scene.needle;
+        let is_of_a_body = bundle.scene.skin.is_some();
+        let is_thick = needle.diameter_mm > 2.0 || last(bundle) == Contactor::Tip;
+        Self(match (is_of_a_body, is_thick) {
+            (true, _) => [5.0..=26.0, 2.0..=6.0, 0.8..=3.3],
+            (false, true) => [5.0..=14.0, 2.0..=5.0, 0.8..=2.0],
+            (false, false) => [5.0..=14.0, 2.0..=5.0, 0.8..=1.5],
+        })
+    }
+}
+
+/// Overshoots lie in their bands, and nobody goes in beyond the hub.
 fn check(bundle: &ExerciseBundle) {
     let (id, needle) = (&bundle.exercise.id, &bundle.scene.needle);
-    // Thicker and blunter needles push back harder in proportion, and throw the hand as much farther.
-    let thick = needle.diameter_mm > 2.0 || last(bundle) == Contactor::Tip;
-    let braced_mm = if thick { 0.8..=2.0 } else { 0.8..=1.5 };
+    let OvershootBands([relaxed, normal, braced]) = OvershootBands::of(bundle);
+    let [novices, others] = if bundle.scene.skin.is_some() { AT_A_BODY } else { [NOVICES, OTHERS] };
     let groups = [
-        ("novice", Skill::novice(), NOVICES, 5.0..=14.0),
-        ("intermediate", Skill::intermediate(), OTHERS, 2.0..=5.0),
-        ("expert", Skill::expert(), OTHERS, braced_mm),
+        ("novice", Skill::novice(), novices, relaxed),
+        ("intermediate", Skill::intermediate(), others, normal),
+        ("expert", Skill::expert(), others, braced),
     ];
     for (who, skill, seeds, band_mm) in groups {
         let attempts = attempts(bundle, &skill, seeds);
@@ -123,7 +147,7 @@ fn a_loss_of_resistance_throws_nobody_farther_than_hands_go() {
 }
 
 #[test]
-fn a_novice_pushes_a_fifth_harder_where_a_harder_boundary_is_within_reach() {
+fn a_novice_pushes_a_fifth_harder_where_a_harder_boundary_is_within_reach_or_one_gives_way_at_a_dent() {
     let peak_n = |bundle: &ExerciseBundle, skill: &Skill, seeds| {
         Spread::of(attempts(bundle, skill, seeds).iter().map(|attempt| attempt.peak_n))
     };
@@ -134,6 +158,9 @@ fn a_novice_pushes_a_fifth_harder_where_a_harder_boundary_is_within_reach() {
     };
     let (fat, said) = ratio("lower-back-basics/2-stop-in-the-fat.toml", 60);
     assert!((1.1..=1.35).contains(&fat), "{said}");
+    // The flavum of a body is the harder the faster it is dented.
+    let (flavum, said) = ratio("lumbar-epidural-on-a-body/1-midline.toml", OTHERS);
+    assert!((1.1..=1.35).contains(&flavum), "{said}");
     // Behind the last boundary thresholds set the peak, whoever pushes, but for the drag of a quicker hand.
     let (muscle, said) = ratio("lower-back-basics/3-reach-the-muscle.toml", OTHERS);
     assert!((0.98..1.1).contains(&muscle), "{said}");

@@ -20,9 +20,10 @@ use crate::inverse3::{opened, until};
 use crate::support::{PERIOD_S, RATE_HZ, Rig, reading, shipped};
 
 /// Every shipped scene but the paper's, in which nothing cuts and speed is taken between two samples, as the paper has it.
-const SCENES: [&str; 9] = [
+const SCENES: [&str; 10] = [
     "lower-back-training",
     "epidural-71kg",
+    "epidural-midline",
     "lower-back-lean",
     "lower-back-obese",
     "lower-back-thick-needle",

@@ -7,8 +7,10 @@ use super::*;
 
 fn shipped() -> Vec<(PathBuf, String)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula");
-    let courses = ["lower-back-basics", "lumbar-epidural"];
-    let files = courses.iter().flat_map(|course| std::fs::read_dir(root.join(course)).expect("a course"));
+    let folders =
+        std::fs::read_dir(root).expect("the shipped documents").map(|folder| folder.expect("a folder").path());
+    let courses = folders.filter(|folder| folder.join("course.toml").is_file());
+    let files = courses.flat_map(|course| std::fs::read_dir(course).expect("a course"));
     files
         .map(|file| file.expect("a file").path())
         .filter(|path| path.extension().is_some_and(|ending| ending == "toml"))
