@@ -98,7 +98,7 @@ fn a_wrong_call_names_what_is_allowed_and_leaves_nothing() {
     let (recording, out) = (recorded(folder.path()), folder.path().join("p.png"));
     render(&recording, &out, &["--at", "1000"]).refused(&["--at 1000 s", "the attempt lasts"]);
     render(&recording, &out, &["--at", "-1"]).refused(&["--at"]);
-    render(&recording, &out, &["--view", "above"]).refused(&["above", "whole, tip or section"]);
+    render(&recording, &out, &["--view", "above"]).refused(&["above", "whole, patient, tip or section"]);
     stylet(&["render", text(&recording), "--size", "0x10", "--out", text(&out)]).refused(&["0x10", "1 to 8192"]);
     stylet(&["render", text(&recording)]).refused(&["--out"]);
     stylet(&["render", "nothing.mcap", "--out", text(&out)]).refused(&["nothing.mcap"]);

@@ -10,6 +10,8 @@ use crate::placement::Placement;
 const ANGLE_RAD: f32 = 0.49;
 /// What the whole view shows above the skin, in m: room for the needle and what holds it.
 const ABOVE_M: f32 = 0.092;
+/// Half the height that the view of the patient shows, in m: a back from the shoulder blades to the hips, and the needle.
+const PATIENT_M: f32 = 0.165;
 /// What the section shows above the skin, in m.
 const SECTION_ABOVE_M: f32 = 0.024;
 /// Half the height that the close-up shows, in m, for a needle of 2 mm.
@@ -59,6 +61,12 @@ impl Camera {
                 half_m: if frame.closed { 0.62 } else { 0.53 } * (depth_m + ABOVE_M) * (1.6 / aspect).max(1.0),
                 turn_rad: [-0.36, 0.40],
                 extent_m: 0.17,
+            },
+            View::Patient => CameraAim {
+                target: place.point(0.0, -0.01, -0.01),
+                half_m: PATIENT_M * (1.6 / aspect).max(1.0),
+                turn_rad: [-0.50, 0.78],
+                extent_m: 0.42,
             },
             View::Tip => {
                 let half_m = CLOSE_M * (stage.needle.diameter_m / 0.002).clamp(0.6, 2.0);

@@ -15,11 +15,16 @@ const MARGIN_M: f32 = 0.02;
 /// Rows of a grid over the picture, of so many from its lower edge up, in which shadows can fall on the drape.
 #[must_use]
 pub fn shaded_rows(stage: &Stage, frame: &Frame, place: &Placement, camera: &Camera, rows: u32) -> Range<u32> {
+    // A whole patient's shadow falls anywhere.
+    if stage.patient(frame.view).is_some() {
+        return 0..rows;
+    }
     let mut corners = needle(stage, place).to_vec();
     if casts(frame.fade) {
         corners.extend(block(stage, frame, place));
     }
-    let fallen = corners.into_iter().flat_map(|corner| around(fallen(corner, stage, place)));
+    let level_m = drape_m(stage, frame.view);
+    let fallen = corners.into_iter().flat_map(|corner| around(fallen(corner, level_m, place)));
     let heights = fallen.map(|at| height(camera, at));
     // What is behind the camera comes to lie anywhere.
     let Some(heights) = heights.collect::<Option<Vec<f32>>>() else { return 0..rows };
@@ -45,10 +50,10 @@ fn block(stage: &Stage, frame: &Frame, place: &Placement) -> [Vec3; 8] {
     })
 }
 
-/// Where the shadow of a point falls on the drape.
-fn fallen(point: Vec3, stage: &Stage, place: &Placement) -> Vec3 {
+/// Where the shadow of a point falls on the drape at a level in m.
+fn fallen(point: Vec3, level_m: f32, place: &Placement) -> Vec3 {
     let lamp = lamp(place);
-    let up_m = (point.z - drape_m(stage)).max(0.0);
+    let up_m = (point.z - level_m).max(0.0);
     point - lamp * (up_m / lamp.z)
 }
 

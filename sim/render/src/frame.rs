@@ -19,7 +19,7 @@ pub struct Stage {
     pub axis: [f32; 3],
     /// Where the tip should come to rest, in m; none where that is not to be seen.
     pub target_m: Option<[f32; 3]>,
-    /// The skin's own shape, where the scene brings one; flat without.
+    /// The skin's own shape, where the scene brings one; flat without. One that is closed is a whole patient.
     pub skin: Option<Mesh>,
 }
 
@@ -28,6 +28,12 @@ impl Stage {
     #[must_use]
     pub fn depth_m(&self) -> f32 {
         self.layers.iter().map(|layer| layer.top_m + layer.thickness_m).fold(0.0, f32::max)
+    }
+
+    /// The skin of the whole patient, where this is to be seen.
+    #[must_use]
+    pub fn patient(&self, view: View) -> Option<&Mesh> {
+        self.skin.as_ref().filter(|_| view == View::Patient)
     }
 }
 
@@ -202,6 +208,8 @@ pub enum View {
     /// Body, needle and hand's room: a block of the lower back, cut open in front.
     #[default]
     Whole,
+    /// The whole patient, where the scene brings its skin: not cut open, and fading to what is inside.
+    Patient,
     /// The tip, close.
     Tip,
     /// A flat section through the needle, layer by layer, with bands and names' places.

@@ -6,7 +6,7 @@ use glam::{Mat4, Quat, Vec3, Vec4};
 
 use crate::camera::Camera;
 use crate::field::{self, DrawnResponses, MOST_LOADS, SAMPLES};
-use crate::frame::{DrawnPuncture, Frame, MOST_LAYERS, Stage, View};
+use crate::frame::{DrawnPuncture, Frame, MOST_LAYERS, Mesh, Stage, View};
 use crate::placement::{BEHIND_M, HALF_WIDTH_M, Placement, smooth, unit};
 use crate::quality::Quality;
 use crate::skin;
@@ -125,7 +125,7 @@ impl SceneBlock {
                 responses.reach_m,
                 skin::HALF_M,
             ),
-            place: Vec4::new(stage.entry_m[0], stage.entry_m[1], touched, drape_m(stage)),
+            place: Vec4::new(stage.entry_m[0], stage.entry_m[1], touched, drape_m(stage, frame.view)),
             count: [stage.layers.len() as u32, punctures.len() as u32, SAMPLES as u32, responses.loads as u32],
             layers: layers(stage, frame),
             punctures: holes(stage, punctures),
@@ -143,8 +143,9 @@ pub fn lamp(place: &Placement) -> Vec3 {
 
 /// Level of the drape that the body lies on, in m.
 #[must_use]
-pub fn drape_m(stage: &Stage) -> f32 {
-    -stage.depth_m() - 0.001
+pub fn drape_m(stage: &Stage, view: View) -> f32 {
+    let lowest = |skin: &Mesh| skin.positions_m.iter().map(|at| at[2]).fold(-stage.depth_m(), f32::min);
+    stage.patient(view).map_or(-stage.depth_m(), lowest) - 0.001
 }
 
 /// The lamp's view of what the camera looks at.

@@ -34,7 +34,7 @@ pub struct RenderArgs {
     /// Size of the picture, in pixels
     #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "1280x720")]
     size: PictureSize,
-    /// whole, tip or section
+    /// whole, patient, tip or section
     #[arg(long, value_name = "VIEW", default_value = "whole", value_parser = view)]
     view: View,
     /// Hide the planned line, entry and target
@@ -68,9 +68,10 @@ impl FromStr for PictureSize {
 fn view(text: &str) -> Result<View, String> {
     match text {
         "whole" => Ok(View::Whole),
+        "patient" => Ok(View::Patient),
         "tip" => Ok(View::Tip),
         "section" => Ok(View::Section),
-        _ => Err("whole, tip or section is allowed".to_owned()),
+        _ => Err("whole, patient, tip or section is allowed".to_owned()),
     }
 }
 

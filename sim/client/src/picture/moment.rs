@@ -19,8 +19,9 @@ const BLEEDING_S: f64 = 4.0;
 /// Depth, in m, and dissipated energy, in J, that each make two thirds of the blood there can be.
 const BLEEDING_DEPTH_M: f64 = 0.020;
 const BLEEDING_J: f64 = 0.015;
-/// A body with something inside is faded this much when the tip is at the target.
+/// A body with something inside is faded this much when the tip is at the target: one that is cut open, and a whole patient.
 const FADED: f64 = 0.5;
+const FADED_PATIENT: f64 = 0.8;
 
 /// What has happened so far.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -70,10 +71,20 @@ pub struct Look {
 }
 
 impl Look {
-    /// At a scene, whole and cut open, with or without the plan.
+    /// At a scene, with or without the plan: the whole patient where the scene brings one, otherwise a block cut open.
     #[must_use]
     pub fn at(scene: &Scene, guide: bool) -> Self {
-        Self { guide, anatomy: !scene.structures.is_empty(), ..Self::default() }
+        let view = if scene.skin.is_some() { View::Patient } else { View::Whole };
+        Self { guide, view, anatomy: !scene.structures.is_empty(), ..Self::default() }
+    }
+
+    /// How far the body is faded with the tip at the target.
+    fn most_faded(&self) -> f64 {
+        match (self.anatomy && !self.closed, self.view) {
+            (false, _) => 0.0,
+            (true, View::Patient) => FADED_PATIENT,
+            (true, View::Whole | View::Tip | View::Section) => FADED,
+        }
     }
 }
 
@@ -182,10 +193,10 @@ impl Moment {
             dents_m: self.dents.at(&self.sample),
             entry_m: inside.map(|track| track.entry_m.map(|c| c as f32)),
             punctures: self.tracks.iter().map(|track| track.puncture(t_s)).collect(),
-            fade: if look.anatomy && !look.closed { (FADED * deep) as f32 } else { 0.0 },
+            fade: (look.most_faded() * deep) as f32,
             guide: look.guide,
             touched: self.hit.filter(|hit| !look.closed && t_s - hit.at_s < LIT_S).map(|hit| hit.structure),
-            closed: look.closed,
+            closed: look.closed || look.view == View::Patient,
             ghost: None,
             view: look.view,
             orbit: look.orbit,
@@ -418,5 +429,7 @@ mod tests {
         let fade = |closed, anatomy| moment.frame(&Look { closed, anatomy, ..Look::default() }, 0.02).fade;
         assert!((f64::from(fade(false, true)) - FADED).abs() < 1e-6);
         assert!(fade(true, true).abs() < 1e-9 && fade(false, false).abs() < 1e-9, "closed, or nothing to be seen");
+        let patient = moment.frame(&Look { view: View::Patient, anatomy: true, ..Look::default() }, 0.02);
+        assert!(patient.closed && (f64::from(patient.fade) - FADED_PATIENT).abs() < 1e-6, "{patient:?}");
     }
 }

@@ -11,7 +11,7 @@ const MOVES: [(&str, &str); 4] = [
 ];
 /// What every device leaves to the keyboard.
 const LOOKS: [(&str, &str); 4] = [
-    (sentence!("1 2 3, right drag, 0"), sentence!("view, turn it, back")),
+    (sentence!("1 2 3 4, right drag, 0"), sentence!("view, turn it, back")),
     (sentence!("G"), sentence!("planned line")),
     (sentence!("F11"), sentence!("full screen")),
     (sentence!("ctrl +, ctrl −"), sentence!("larger and smaller text")),

@@ -296,7 +296,7 @@ pub fn draw_heading(ui: &Ui, rect: Rect, Instruments { live, latest, by_hand, ..
         18.0,
     );
     let views = if exercise.feedback.gives(Channel::Inside) {
-        tr!("view: 1 whole, 2 tip, 3 section")
+        tr!("view: 1 block, 2 tip, 3 section, 4 patient")
     } else {
         words::say(exercise.feedback.in_words())
     };

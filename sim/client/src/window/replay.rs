@@ -123,7 +123,7 @@ impl Replay {
                             }
                         }
                     });
-                    ui.label(RichText::new(tr!("1 2 3: views, ← →: step")).weak());
+                    ui.label(RichText::new(tr!("1 2 3 4: views, ← →: step")).weak());
                     ui.button(tr!("Close (Esc)")).clicked()
                 });
                 ui.spacing_mut().slider_width = (ui.available_width() - 90.0).max(80.0);

@@ -158,7 +158,8 @@ impl Wheel {
 /// Views by number, guide, and the person's own turn of the picture with the right button.
 pub fn change_look(ui: &Ui, picture: &Response, look: &mut Look) {
     ui.input(|input| {
-        let views = [(Key::Num1, View::Whole), (Key::Num2, View::Tip), (Key::Num3, View::Section)];
+        let views =
+            [(Key::Num1, View::Whole), (Key::Num2, View::Tip), (Key::Num3, View::Section), (Key::Num4, View::Patient)];
         for (key, view) in views.into_iter().filter(|_| !look.closed) {
             if input.key_pressed(key) {
                 look.view = view;

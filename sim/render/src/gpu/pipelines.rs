@@ -66,6 +66,8 @@ pub struct Fixed {
     pub tissue_shadow: RenderPipeline,
     /// The needle into the shadow map.
     pub needle_shadow: RenderPipeline,
+    /// A whole patient into the shadow map.
+    pub patient_shadow: RenderPipeline,
     /// A picture onto a larger one.
     pub enlarge: RenderPipeline,
 }
@@ -92,6 +94,12 @@ pub struct Drawn {
     pub solid: RenderPipeline,
     /// Structures behind the cut face of a section.
     pub solid_behind: RenderPipeline,
+    /// The skin of a whole patient, opaque.
+    pub patient: RenderPipeline,
+    /// The same, seen through.
+    pub faded_patient: RenderPipeline,
+    /// The far side of a patient who is seen through.
+    pub patient_inside: RenderPipeline,
     /// What lies beside the body.
     pub tray: RenderPipeline,
     /// What is behind everything.
@@ -135,6 +143,7 @@ impl Fixed {
             superpose: make(Recipe { formats: &[FIELD], ..field }),
             tissue_shadow: make(cast(&shaders.tissue, "tissue_shadow")),
             needle_shadow: make(cast(&shaders.needle, "needle_shadow")),
+            patient_shadow: make(cast(&shaders.solid, "patient_shadow")),
             enlarge: make(enlarge),
         }
     }
@@ -192,6 +201,16 @@ impl Drawn {
             }),
             solid_inside: make(Recipe { writes: ColorWrites::empty(), ..solid("solid_inside", odd) }),
             solid: make(solid("solid_fragment", depth(DEPTH, true, less))),
+            patient: make(closed(&shaders.solid, ["patient_vertex", "patient_fragment"])),
+            faded_patient: make(Recipe {
+                blend: through,
+                cull: Some(Face::Back),
+                ..recipe(&shaders.solid, ["patient_vertex", "patient_faded"], depth(DEPTH, false, less))
+            }),
+            patient_inside: make(Recipe {
+                cull: Some(Face::Front),
+                ..closed(&shaders.solid, ["patient_vertex", "patient_inside"])
+            }),
             tray: make(closed(&shaders.solid, ["tray_vertex", "tray_fragment"])),
             solid_behind: make(Recipe { blend: through, ..solid("solid_behind", above()) }),
             backdrop: behind("backdrop_vertex", "backdrop_fragment", false),

@@ -5,19 +5,26 @@ use glam::Vec3;
 use super::{Corner, MeshShape};
 use crate::frame::{DrawnStructure, DrawnStructureKind, Mesh};
 
-/// Cosine of the angle between faces that still make one smooth surface.
+/// Cosine of the angle between faces that still make one smooth surface: of a structure, and of skin, which has no edges.
 const CREASE: f32 = 0.7;
+const NO_CREASE: f32 = -1.0;
 
 /// All structures in one shape: the part is the kind, the other number which structure it is.
 #[must_use]
 pub fn build_solids(structures: &[DrawnStructure]) -> MeshShape {
     let mut shape = MeshShape::default();
     for (which, structure) in structures.iter().enumerate() {
-        let mut solid = smoothed(&structure.mesh, part(structure.kind));
+        let mut solid = smoothed(&structure.mesh, part(structure.kind), CREASE);
         solid.corners.iter_mut().for_each(|corner| corner.normal[3] = which as f32);
         shape.add(&solid);
     }
     shape
+}
+
+/// The skin of a whole patient.
+#[must_use]
+pub fn build_patient(skin: Option<&Mesh>) -> MeshShape {
+    skin.map_or_else(MeshShape::default, |mesh| smoothed(mesh, 0.0, NO_CREASE))
 }
 
 fn part(kind: DrawnStructureKind) -> f32 {
@@ -30,7 +37,7 @@ fn part(kind: DrawnStructureKind) -> f32 {
     }
 }
 
-fn smoothed(mesh: &Mesh, part: f32) -> MeshShape {
+fn smoothed(mesh: &Mesh, part: f32, crease: f32) -> MeshShape {
     let place = |index: u32| mesh.positions_m.get(index as usize).map(|at| Vec3::from(*at));
     let faces: Vec<([u32; 3], [Vec3; 3], Vec3)> = mesh
         .triangles
@@ -50,7 +57,7 @@ fn smoothed(mesh: &Mesh, part: f32) -> MeshShape {
         let flat = area.normalize_or_zero();
         let placed = [0, 1, 2].map(|k| {
             let smooth: Vec3 =
-                around[indices[k] as usize].iter().filter(|a| a.normalize_or_zero().dot(flat) > CREASE).sum();
+                around[indices[k] as usize].iter().filter(|a| a.normalize_or_zero().dot(flat) >= crease).sum();
             shape.corner(Corner::new(corners[k], part, smooth.normalize_or(flat)))
         });
         shape.triangle(placed);

@@ -79,6 +79,7 @@ pub(crate) struct Set {
     table: TextureView,
     pub(crate) needle: Loaded,
     pub(crate) solids: Loaded,
+    pub(crate) patient: Loaded,
     pub(crate) guide: Loaded,
 }
 
@@ -187,6 +188,7 @@ impl Renderer {
         self.body.0.triangles() * layers
             + set.needle.triangles()
             + set.solids.triangles()
+            + set.patient.triangles()
             + set.guide.triangles()
             + self.tray.triangles()
     }
@@ -224,6 +226,11 @@ impl Renderer {
         let camera = Camera::for_frame(stage, frame, &place, self.aspect());
         let moment = ShaderMoment { stage, frame, place: &place, camera: &camera, responses, quality: self.quality };
         self.queue.write_buffer(&self.block, 0, bytemuck::bytes_of(&SceneBlock::at_moment(&moment)));
+    }
+
+    /// Whether a frame shows the whole patient.
+    pub(crate) fn shows_patient(&self, frame: &Frame) -> bool {
+        self.set.stage.patient(frame.view).is_some()
     }
 
     fn aspect(&self) -> f32 {
@@ -310,6 +317,7 @@ impl Set {
             table: numbers(device, queue, [columns, rows as u32], &samples),
             needle: load(&meshes::needle::build_needle(&stage.needle)),
             solids: load(&meshes::solids::build_solids(&stage.structures)),
+            patient: load(&meshes::solids::build_patient(stage.skin.as_ref())),
             guide: load(&meshes::guide::build_guide(stage)),
             stage: stage.clone(),
             responses,

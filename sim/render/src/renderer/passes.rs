@@ -61,6 +61,10 @@ pub fn draw_shadows(renderer: &Renderer, frame: &Frame, encoder: &mut CommandEnc
             renderer.body.0.draw_part(&mut pass, renderer.body.1.grid.clone(), half);
         }
     }
+    if casts(frame.fade) && renderer.shows_patient(frame) {
+        pass.set_pipeline(&renderer.fixed.patient_shadow);
+        renderer.set.patient.draw(&mut pass);
+    }
     pass.set_pipeline(&renderer.fixed.needle_shadow);
     renderer.set.needle.draw(&mut pass);
 }
@@ -86,7 +90,7 @@ pub fn draw_picture(renderer: &Renderer, frame: &Frame, onto: &TextureView, enco
     pass.set_stencil_reference(0);
     match frame.view {
         View::Section => draw_section_face(renderer, frame, &mut pass),
-        View::Whole | View::Tip => body_and_needle(renderer, frame, &mut pass),
+        View::Whole | View::Patient | View::Tip => body_and_needle(renderer, frame, &mut pass),
     }
     if frame.ghost.is_some() {
         draw_with_pipeline(&mut pass, &renderer.drawn.ghost, &renderer.set.needle);
@@ -121,7 +125,10 @@ fn body_and_needle(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>
         draw_with_pipeline(pass, &drawn.tray, &renderer.tray);
     }
     if !opaque {
-        draw_with_pipeline(pass, &drawn.floor, &renderer.behind[1]);
+        match renderer.shows_patient(frame) {
+            true => draw_with_pipeline(pass, &drawn.patient_inside, &renderer.set.patient),
+            false => draw_with_pipeline(pass, &drawn.floor, &renderer.behind[1]),
+        }
     }
     draw_backdrop(renderer, frame, pass);
     if !opaque {
@@ -156,6 +163,7 @@ fn draw_body(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
     pass.set_pipeline(&faces.face);
     draw_walls(renderer, frame, pass);
     draw_skin(renderer, frame, faces, pass);
+    draw_patient(renderer, frame, &renderer.drawn.patient, pass);
 }
 
 /// The skin, looked through for punctures only where there can be any.
@@ -189,8 +197,18 @@ fn draw_section(
     }
 }
 
-/// The outer walls.
+/// What of a whole patient goes on around the block.
+fn draw_patient(renderer: &Renderer, frame: &Frame, pipeline: &RenderPipeline, pass: &mut RenderPass<'_>) {
+    if renderer.shows_patient(frame) {
+        draw_with_pipeline(pass, pipeline, &renderer.set.patient);
+    }
+}
+
+/// The outer walls, where the body ends at them.
 fn draw_walls(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
+    if renderer.shows_patient(frame) {
+        return;
+    }
     let (buffers, body) = &renderer.body;
     for half in draw_body_halves(frame, 0..renderer.layers()) {
         buffers.draw_part(pass, body.outer.clone(), half);
@@ -207,6 +225,8 @@ fn draw_faded_body(renderer: &Renderer, frame: &Frame, front: bool, pass: &mut R
     }
     pass.set_pipeline(&faces.face);
     draw_walls(renderer, frame, pass);
+    // Of a whole patient only the skin is in the way of what lies inside.
+    let layers = if renderer.shows_patient(frame) { layers.min(1) } else { layers };
     for step in 0..layers {
         let layer = if above { layers - 1 - step } else { step };
         if layer == 0 {
@@ -218,6 +238,7 @@ fn draw_faded_body(renderer: &Renderer, frame: &Frame, front: bool, pass: &mut R
             buffers.draw_part(pass, body.grid.clone(), half);
         }
     }
+    draw_patient(renderer, frame, &renderer.drawn.faded_patient, pass);
     if front {
         draw_section(renderer, frame, Some([&faces.tracked, &faces.face]), pass);
     }

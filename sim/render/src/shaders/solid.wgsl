@@ -89,6 +89,93 @@ fn tray_fragment(in: Varying) -> @location(0) vec4f {
     return vec4f(shown(lit(s, view, clear)), 1.0);
 }
 
+struct Skin {
+    @builtin(position) clip: vec4f,
+    @location(0) world: vec3f,
+    @location(1) normal: vec3f,
+}
+
+// The skin of a whole patient and the drape on it, which lies over the block's rim.
+@vertex
+fn patient_vertex(@location(0) at: vec4f, @location(1) normal: vec4f) -> Skin {
+    let world = at.xyz + 0.0015 * normal.xyz;
+    return Skin(scene.clip_from_world * vec4f(world, 1.0), world, normal.xyz);
+}
+
+@vertex
+fn patient_shadow(@location(0) at: vec4f) -> @builtin(position) vec4f {
+    return scene.light_clip_from_world * vec4f(at.xyz, 1.0);
+}
+
+// How far a place on the back lies beside the block in plan, in m; below zero where the block's own skin, which gives way under the
+// needle, stands for the patient's.
+fn beside_block(in: Skin) -> f32 {
+    let off = in.world - scene.focus.xyz;
+    let away = dot(off, scene.away.xyz);
+    let aside = vec2f(abs(dot(off, scene.across.xyz)) - scene.across.w, max(away - scene.away.w, -away - 0.7 * scene.away.w));
+    return select(max(aside.x, aside.y), 1.0, in.normal.z < 0.0);
+}
+
+// A drape with a window, which the block is, lies on the back so far around it, in m.
+const DRAPED: f32 = 0.062;
+
+// As skin from above in `tissue.wgsl`, with its picture laid on from above or from a side; or the drape.
+fn patient_surface(in: Skin, beside: f32) -> Surface {
+    let normal = normalize(in.normal);
+    let size = abs(normal);
+    var at = in.world.xy;
+    if size.x > max(size.y, size.z) {
+        at = in.world.yz;
+    } else if size.y > size.z {
+        at = in.world.xz;
+    }
+    let colour = textureSample(albedos, tiles, at / 0.036, 0);
+    let k = in.world * 60.0;
+    let broad = 0.98 + 0.06 * sin(k.x + 1.7 * sin(0.7 * k.y)) + 0.05 * sin(1.3 * k.y - k.z + 1.9 * sin(0.8 * k.x));
+    let skin = Surface(colour.rgb * colour.rgb * broad, normal, 0.5, 0.0, 0.42, mix(0.55, 1.0, colour.w));
+    if beside > DRAPED {
+        // Darker where the drape's edge keeps the light off.
+        return Surface(skin.base, skin.normal, skin.rough, 0.0, skin.soft, skin.open * smoothstep(-0.006, 0.008, beside - DRAPED));
+    }
+    let folds = vec3f(0.10 * sin(41.0 * in.world.x + 13.0 * in.world.y), 0.10 * sin(37.0 * in.world.y - 17.0 * in.world.x), 0.0);
+    let hem = 0.72 + 0.28 * smoothstep(0.0025, 0.0040, min(beside, DRAPED - beside));
+    let thread = 0.94 + 0.06 * grain(in.world.xy * 1900.0);
+    return Surface(vec3f(0.055, 0.19, 0.235) * hem * thread, normalize(normal + folds), 0.9, 0.0, 0.25, 1.0);
+}
+
+@fragment
+fn patient_fragment(in: Skin) -> @location(0) vec4f {
+    let beside = beside_block(in);
+    let s = patient_surface(in, beside);
+    if beside < -0.002 {
+        discard;
+    }
+    return vec4f(shown(lit(s, towards_eye(in.world), shadow(lamp_at(in.world, s.normal)))), 1.0);
+}
+
+// As `seen_through` in `tissue.wgsl`.
+@fragment
+fn patient_faded(in: Skin) -> @location(0) vec4f {
+    let beside = beside_block(in);
+    let s = patient_surface(in, beside);
+    if beside < 0.0 {
+        discard;
+    }
+    let view = towards_eye(in.world);
+    let light = lit(s, view, shadow(lamp_at(in.world, s.normal)));
+    let rim = 1.0 - abs(dot(s.normal, view));
+    let clear = smoothstep(0.0, 0.9, scene.look.x);
+    let alpha = mix(1.0, mix(0.10, 0.45, rim * rim), clear);
+    return vec4f(shown(mix(light, s.base * 0.9 + 0.22, 0.65 * clear)), alpha);
+}
+
+// The far side of a patient who is seen through: flesh, darker the deeper it is.
+@fragment
+fn patient_inside(in: Skin) -> @location(0) vec4f {
+    let s = Surface(vec3f(0.50, 0.19, 0.155), -normalize(in.normal), 0.9, 0.0, 0.4, 1.0);
+    return vec4f(shown(matte(s, 0.5)), 1.0);
+}
+
 // Odd where the cut goes through a solid: its inside is counted into the stencil.
 @fragment
 fn solid_inside(in: Varying) {
@@ -113,6 +200,9 @@ fn solid_fragment(in: Varying, @builtin(front_facing) front: bool) -> @location(
         s.base *= 0.72;
         s.rough = 0.4;
     }
+    if world.z < scene.place.w {
+        discard;
+    }
     var light = lit(s, view, shadow(lamp_at(world, s.normal)));
     if scene.place.z == f32(in.which) {
         let rim = pow(1.0 - abs(dot(s.normal, view)), 2.0);
@@ -124,7 +214,7 @@ fn solid_fragment(in: Varying, @builtin(front_facing) front: bool) -> @location(
 // In a section: what lies behind the cut face, as a shadow of itself.
 @fragment
 fn solid_behind(in: Varying) -> @location(0) vec4f {
-    if before_cut(in.world) > 0.0 {
+    if before_cut(in.world) > 0.0 || in.world.z < scene.place.w {
         discard;
     }
     let s = kind_of(in.kind, in.world);

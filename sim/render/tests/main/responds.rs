@@ -4,10 +4,10 @@
 //! depends on what was drawn before.
 
 use render::Quality;
-use render::frame::{Frame, Ghost, Orbit, Stage, View};
+use render::frame::{DrawnStructure, DrawnStructureKind, Frame, Ghost, Orbit, Stage, View};
 
 use crate::painter::{changed, painter, picture, pixel_of};
-use crate::specimen::{at_depth, inside, stage, tenting};
+use crate::specimen::{at_depth, cuboid, inside, stage, tenting};
 
 const SIZE: [u32; 2] = [640, 360];
 /// A difference that is seen, in levels of a channel.
@@ -40,6 +40,63 @@ fn a_section_does_not_fade() {
     let [clear, faded] = [0.0, 0.7].map(|fade| picture(&stage(), &frame(fade), SIZE));
     let differing = changed(&clear, &faded, SEEN).len();
     assert_eq!(differing, 0, "its layers are what it is for");
+}
+
+/// A patient: the specimen's back goes on as a large slab.
+fn patient() -> Stage {
+    Stage { skin: Some(cuboid([0.0, 0.0, -0.11], [0.16, 0.24, 0.11])), ..stage() }
+}
+
+#[test]
+fn a_patient_is_closed_under_a_drape_and_fades_to_the_bones() {
+    let stage = patient();
+    let frame = |fade| Frame { view: View::Patient, closed: true, fade, ..inside(at_depth(0.026), 4, 0.0) };
+    let [closed, faded] = [0.0, 0.8].map(|fade| picture(&stage, &frame(fade), SIZE));
+    let at = |drawn: &image::RgbaImage, place_m: [f32; 3]| {
+        let [x, y] = pixel_of(&stage, &frame(0.0), (place_m, SIZE));
+        drawn.get_pixel(x as u32, y as u32).0
+    };
+    let [r, _, b, _] = at(&closed, [-0.03, -0.03, 0.0]);
+    assert!(r > b.saturating_add(20), "skin in the window: {r} {b}");
+    let [r, _, b, _] = at(&closed, [-0.115, 0.0, 0.0015]);
+    assert!(b > r.saturating_add(20), "a drape beside it: {r} {b}");
+    let bone_m = [-0.026, 0.004, -0.026];
+    let without = Stage { structures: Vec::new(), ..stage.clone() };
+    let seen = |fade| {
+        let [x, y] = pixel_of(&stage, &frame(fade), (bone_m, SIZE));
+        let [with, without] =
+            [&stage, &without].map(|stage| picture(stage, &frame(fade), SIZE).get_pixel(x as u32, y as u32).0);
+        with[1].abs_diff(without[1])
+    };
+    assert_eq!(seen(0.0), 0, "nothing shows through a closed body");
+    assert!(seen(0.8) > SEEN, "the bone shows through one that fades: {}", seen(0.8));
+    assert!(!changed(&closed, &faded, SEEN).is_empty());
+}
+
+#[test]
+fn without_its_own_skin_the_patient_is_the_closed_block() {
+    let frame = |view| Frame { view, closed: true, ..at_depth(-0.01) };
+    let drawn = picture(&stage(), &frame(View::Patient), SIZE);
+    let [x, y] = pixel_of(&stage(), &frame(View::Patient), ([-0.115, 0.0, 0.0], SIZE));
+    let [r, _, b, _] = drawn.get_pixel(x as u32, y as u32).0;
+    assert!(r < b, "beside the block lies the cloth under it: {r} {b}");
+}
+
+/// Where a cut goes through a bone that reaches out of the block below, nothing hangs in the air.
+#[test]
+fn a_bone_ends_with_the_block() {
+    let mut stage = stage();
+    stage.structures = vec![DrawnStructure {
+        name: "vertebra".to_owned(),
+        kind: DrawnStructureKind::Bone,
+        mesh: cuboid([0.0, 0.004, -0.06], [0.02, 0.02, 0.04]),
+    }];
+    let bare = Stage { structures: Vec::new(), ..stage.clone() };
+    let frame = at_depth(-0.02);
+    let pixels = changed(&picture(&stage, &frame, SIZE), &picture(&bare, &frame, SIZE), SEEN);
+    let lowest = pixels.iter().map(|[_, y]| *y).max().expect("a bone");
+    let bottom = pixel_of(&stage, &frame, ([0.0, -0.016, -stage.depth_m()], SIZE))[1];
+    assert!((lowest as f32) < bottom + 3.0, "it is seen down to row {lowest}, the block's bottom is at {bottom}");
 }
 
 #[test]

@@ -125,7 +125,8 @@ fn round(middle: [f32; 3], radius_m: f32, half_m: f32) -> Mesh {
     mesh
 }
 
-fn cuboid(middle: [f32; 3], half_m: [f32; 3]) -> Mesh {
+/// A box.
+pub fn cuboid(middle: [f32; 3], half_m: [f32; 3]) -> Mesh {
     let corner =
         |i: usize| [0, 1, 2].map(|axis| middle[axis] + if i >> axis & 1 == 1 { half_m[axis] } else { -half_m[axis] });
     let faces = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
