@@ -99,7 +99,7 @@ fn the_picture_is_timed() {
     let table = fs::read_to_string(folder.path().join("render.csv")).expect("a table");
     let mut rows = csv::Reader::from_reader(table.as_bytes());
     let rows: Vec<_> = rows.records().map(|row| row.expect("a row")).collect();
-    assert_eq!(rows.len(), 20, "four views at five qualities: {table}");
+    assert_eq!(rows.len(), 40, "eight views at five qualities: {table}");
     for row in rows {
         let number = |column: usize| row[column].parse::<f64>().expect("a number");
         assert!(number(2) > 0.0 && number(3) >= number(2), "{row:?}");
@@ -211,7 +211,7 @@ fn the_operators_report_tells_hands_apart_at_every_shipped_exercise() {
     let column = |name: &str| head.iter().position(|cell| cell == name).expect("a column");
     let rows: Vec<_> = reader.records().map(|row| row.expect("a row")).collect();
     let number = |row: &csv::StringRecord, name: &str| row[column(name)].parse::<f64>().expect("a number");
-    assert_eq!(rows.len(), 27, "{table}");
+    assert_eq!(rows.len(), 42, "{table}");
     for presets in rows.chunks(3) {
         let over_mm: Vec<f64> = presets.iter().map(|row| number(row, "overshoot_of_the_skin_mm_median")).collect();
         assert!(over_mm[0] > over_mm[1] && over_mm[1] > over_mm[2], "novice, intermediate, expert: {presets:?}");
@@ -226,6 +226,31 @@ fn the_operators_report_tells_hands_apart_at_every_shipped_exercise() {
     }
     let report = fs::read_to_string(folder.path().join("operators.md")).expect("a report");
     assert!(report.contains("| stop-in-the-epidural-space | novice |"), "{report}");
+}
+
+#[test]
+fn bodies_have_the_published_dimensions_and_free_paths_between_their_processes() {
+    let folder = TempDir::new().expect("a folder");
+    stylet(&["bench", "anatomy", "--quick", "--out", text(folder.path())]).ends(0);
+    let mut table = csv::Reader::from_path(folder.path().join("anatomy.csv")).expect("a table");
+    let rows: Vec<csv::StringRecord> = table.records().map(|row| row.expect("a row")).collect();
+    let number = |row: &csv::StringRecord, column: usize| row[column].parse::<f64>().expect("a number");
+    let of = |what: &str| rows.iter().filter(|row| &row[1] == what).collect::<Vec<_>>();
+    assert_eq!(of("drawn").len(), 65, "{rows:?}");
+    for row in of("drawn") {
+        let [mean, sd, found, spread] = [3, 4, 7, 8].map(|column| number(row, column));
+        assert!((found - mean).abs() < 0.2 * sd && (0.8..1.25).contains(&(spread / sd)), "{row:?}");
+    }
+    for row in of("surface") {
+        let [mean, sd, found] = [3, 4, 7].map(|column| number(row, column));
+        assert!((found - mean).abs() < 2.5 * sd, "two bodies lie within the spread: {row:?}");
+    }
+    for posture in ["prone", "sitting", "side"] {
+        let paths: Vec<f64> = of(posture).iter().step_by(2).map(|row| number(row, 7)).collect();
+        assert!(paths.len() == 5 && paths.iter().all(|share| (0.0..=1.0).contains(share)), "{posture}: {paths:?}");
+    }
+    let report = fs::read_to_string(folder.path().join("anatomy.md")).expect("a report");
+    assert!(report.contains("| canal depth mm | 19.0 ± 2.0; "), "{report}");
 }
 
 /// What a row of the tissue's table tells whatever the machine: case, depth, model, tolerance, unknowns, error and estimate.

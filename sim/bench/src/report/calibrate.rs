@@ -1,6 +1,5 @@
 //! Fits of curves whose truth is known: how often a 95 % interval holds it, how often there is none, and wrong minima.
 
-use std::num::NonZero;
 use std::path::{Path, PathBuf};
 
 use documents::Patient;
@@ -9,6 +8,7 @@ use tissue::calibrate::{ParameterEstimate, ParameterStanding, QUANTITIES, Quanti
 
 use super::chart::{self, Chart};
 use super::sheet::{self, ReportSheet};
+use super::threads::each_seed;
 use super::{Subject, measured_on, quantile, specimen};
 use crate::calibration::{Disturbance, Judged, Measurement, Origin, Trialled, sample, try_fit};
 use crate::clock;
@@ -114,25 +114,14 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     if failed.is_empty() { Ok(vec![table, text, picture]) } else { Err(BenchError::Work(failed)) }
 }
 
-/// The curves of a group, in the order of their seeds; each thread takes every so manieth.
+/// The curves of a group, in the order of their seeds.
 fn at_once(group: &Group, curves: u64, progress: &MeasurementProgress) -> Result<Vec<CalibrationRow>, BenchError> {
-    let threads = std::thread::available_parallelism().map_or(1, NonZero::get);
-    let some = &|first: usize| -> Vec<CalibrationRow> {
-        let seeds = (FIRST_SEED..FIRST_SEED + curves).skip(first).step_by(threads);
-        let fit = |seed| {
-            let row = row(group, seed);
-            progress.advance(1);
-            row
-        };
-        seeds.filter_map(fit).collect()
+    let fit = |seed| {
+        let row = row(group, seed);
+        progress.advance(1);
+        row
     };
-    let mut rows = std::thread::scope(|scope| {
-        let running: Vec<_> = (0..threads).map(|first| scope.spawn(move || some(first))).collect();
-        let rows = running.into_iter().map(|thread| thread.join().map_err(|_| BenchError::work("a thread stopped")));
-        Ok::<_, BenchError>(rows.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect::<Vec<CalibrationRow>>())
-    })?;
-    rows.sort_by_key(|row| row.seed);
-    Ok(rows)
+    Ok(each_seed(FIRST_SEED..FIRST_SEED + curves, fit)?.into_iter().flatten().collect())
 }
 
 fn groups() -> Result<Vec<Group>, BenchError> {

@@ -30,7 +30,7 @@ impl Versioned {
 /// What a report measures that has versions of its own.
 fn measured(what: Subject) -> &'static [Versioned] {
     match what {
-        Subject::Render => &[],
+        Subject::Render | Subject::Anatomy => &[],
         Subject::Field | Subject::Estimates => &[Versioned::Estimates],
         Subject::HardCases => &[Versioned::Law, Versioned::Estimates],
         Subject::Metrics => &[Versioned::Law, Versioned::Metrics],

@@ -1,5 +1,6 @@
 //! Reports: speed against error, as CSV, Markdown and SVG plots. What the command `stylet bench` makes.
 
+mod anatomy;
 mod calibrate;
 mod chart;
 mod coupling;
@@ -23,6 +24,7 @@ mod servo;
 mod sheet;
 mod soak;
 mod specimen;
+mod threads;
 
 use std::path::{Path, PathBuf};
 
@@ -68,11 +70,13 @@ pub enum Subject {
     Calibrate,
     /// The metrics of scores, by virtual novices and experts.
     Metrics,
+    /// Bodies from numbers beside published ones.
+    Anatomy,
 }
 
 impl Subject {
     /// Every subject.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Force,
         Self::Field,
         Self::Estimates,
@@ -86,6 +90,7 @@ impl Subject {
         Self::Operators,
         Self::Calibrate,
         Self::Metrics,
+        Self::Anatomy,
     ];
 
     /// Its name on the command line and of its report.
@@ -105,6 +110,7 @@ impl Subject {
             Self::Operators => "operators",
             Self::Calibrate => "calibrate",
             Self::Metrics => "metrics",
+            Self::Anatomy => "anatomy",
         }
     }
 
@@ -128,6 +134,7 @@ impl Subject {
             Self::Operators => operators::measure(folder, quick),
             Self::Calibrate => calibrate::measure(folder, quick),
             Self::Metrics => metrics::measure(folder, quick),
+            Self::Anatomy => anatomy::measure(folder, quick),
         }
     }
 }

@@ -35,12 +35,12 @@ struct FrameRow {
 pub fn measure(out: &Path, quick: bool, program: &dyn Program) -> Result<Vec<PathBuf>, BenchError> {
     let begun = clock::instant();
     let mut headless = Headless::new(Quality::Full).map_err(BenchError::work)?;
-    let stage = stage(program)?;
-    headless.set_stage(&stage).map_err(BenchError::work)?;
-    let frames = frames(stage.field.loads);
-    headless.draw(&frames[0].1, SIZE).map_err(BenchError::work)?;
+    let block = DrawnScene::block(program)?;
+    headless.set_stage(&block.stage).map_err(BenchError::work)?;
+    headless.draw(&block.frames[0].1, SIZE).map_err(BenchError::work)?;
     let start_s = begun.elapsed().as_secs_f64();
-    let rows = rows(&mut headless, &frames, if quick { QUICK_FRAMES } else { FRAMES })?;
+    let scenes = [block, DrawnScene::body(program)?];
+    let rows = rows(&mut headless, &scenes, if quick { QUICK_FRAMES } else { FRAMES })?;
     let (table, plot) = (out.join("render.csv"), out.join("render.svg"));
     csv(&rows).write_csv(&table)?;
     chart(&rows).draw(&plot)?;
@@ -48,20 +48,24 @@ pub fn measure(out: &Path, quick: bool, program: &dyn Program) -> Result<Vec<Pat
     Ok(vec![table, plot, text])
 }
 
-fn rows(headless: &mut Headless, frames: &[(&'static str, Frame)], count: usize) -> Result<Vec<FrameRow>, BenchError> {
-    let progress = MeasurementProgress::new((Quality::ALL.len() * frames.len()) as u64, "render");
+fn rows(headless: &mut Headless, scenes: &[DrawnScene], count: usize) -> Result<Vec<FrameRow>, BenchError> {
+    let frames: usize = scenes.iter().map(|scene| scene.frames.len()).sum();
+    let progress = MeasurementProgress::new((Quality::ALL.len() * frames) as u64, "render");
     let mut rows = Vec::new();
     for quality in Quality::ALL {
         headless.set_quality(quality);
-        for (what, frame) in frames {
-            let times_ms = times(headless, frame, count)?;
-            rows.push(FrameRow {
-                what,
-                quality,
-                median_ms: quantile(&times_ms, 0.5),
-                p99_ms: quantile(&times_ms, 0.99),
-            });
-            progress.set(rows.len() as u64);
+        for DrawnScene { stage, frames } in scenes {
+            headless.set_stage(stage).map_err(BenchError::work)?;
+            for (what, frame) in frames {
+                let times_ms = times(headless, frame, count)?;
+                rows.push(FrameRow {
+                    what,
+                    quality,
+                    median_ms: quantile(&times_ms, 0.5),
+                    p99_ms: quantile(&times_ms, 0.99),
+                });
+                progress.set(rows.len() as u64);
+            }
         }
     }
     Ok(rows)
@@ -79,33 +83,68 @@ fn times(headless: &mut Headless, frame: &Frame, count: usize) -> Result<Vec<f64
     Ok(times_ms)
 }
 
-/// A shipped scene with structures and a field, on its nominal patient.
-fn stage(program: &dyn Program) -> Result<Stage, BenchError> {
-    let bundle = specimen::read_anatomy_exercise()?;
-    program.stage(&bundle, &specimen::make_nominal_specimen(&bundle)?)
+/// A shipped scene with structures and a field, on its nominal patient, and pictures of it with everything on: needle in the tissue, tents,
+/// blood, guide.
+struct DrawnScene {
+    stage: Stage,
+    frames: Vec<(&'static str, Frame)>,
 }
 
-/// Every view with everything on: needle in the tissue, tents under a field with so many loads, blood, guide.
-fn frames(loads: usize) -> [(&'static str, Frame); 4] {
-    let puncture =
-        DrawnPuncture { axis: [0.0, 0.0, -1.0], depth_m: 0.0125, opened: 3, blood: 0.7, ..DrawnPuncture::default() };
-    // A contactor of the lowest of the four layers, as it gives way.
-    let loads_n = (0..loads).map(|load| if load == 3 { 1.3 } else { 0.0 }).collect();
-    let whole = Frame {
-        tip_m: [0.0, 0.0, -0.0125],
+impl DrawnScene {
+    /// A block of layers, in every view.
+    fn block(program: &dyn Program) -> Result<Self, BenchError> {
+        let bundle = specimen::read_anatomy_exercise()?;
+        let stage = program.stage(&bundle, &specimen::make_nominal_specimen(&bundle)?)?;
+        // A contactor of the lowest of the four layers, as it gives way.
+        let whole = needle_in(&stage, &DrawnPush { depth_m: 0.0125, boundary: 3, force_n: 1.3 });
+        let frames = vec![
+            ("whole", whole.clone()),
+            ("whole, body faded", Frame { fade: 0.7, ..whole.clone() }),
+            ("tip", Frame { view: View::Tip, ..whole.clone() }),
+            ("section", Frame { view: View::Section, ..whole }),
+        ];
+        Ok(Self { stage, frames })
+    }
+
+    /// A patient with bones, whole and as a block.
+    fn body(program: &dyn Program) -> Result<Self, BenchError> {
+        let bundle = specimen::read_body_exercise()?;
+        let stage = program.stage(&bundle, &specimen::make_nominal_specimen(&bundle)?)?;
+        // A contactor of the ligamentum flavum, as it gives way.
+        let whole = needle_in(&stage, &DrawnPush { depth_m: 0.0475, boundary: 4, force_n: 7.6 });
+        let patient = Frame { view: View::Patient, closed: true, ..whole.clone() };
+        let frames = vec![
+            ("patient", patient.clone()),
+            ("patient, body faded", Frame { fade: 0.7, ..patient }),
+            ("whole, with bones", whole.clone()),
+            ("whole, with bones, body faded", Frame { fade: 0.7, ..whole }),
+        ];
+        Ok(Self { stage, frames })
+    }
+}
+
+/// A needle that pushes on a boundary.
+struct DrawnPush {
+    depth_m: f32,
+    boundary: usize,
+    force_n: f32,
+}
+
+/// The needle straight in.
+fn needle_in(stage: &Stage, push: &DrawnPush) -> Frame {
+    let DrawnPush { depth_m, boundary, force_n } = *push;
+    let opened = boundary as u32;
+    let puncture = DrawnPuncture { axis: [0.0, 0.0, -1.0], depth_m, opened, blood: 0.7, ..DrawnPuncture::default() };
+    let loads_n = (0..stage.field.loads).map(|load| if load == boundary { force_n } else { 0.0 }).collect();
+    Frame {
+        tip_m: [0.0, 0.0, -depth_m],
         orientation: [1.0, 0.0, 0.0, 0.0],
         entry_m: Some([0.0; 3]),
         punctures: vec![puncture],
         guide: true,
         loads_n,
         ..Frame::default()
-    };
-    [
-        ("whole", whole.clone()),
-        ("whole, body faded", Frame { fade: 0.7, ..whole.clone() }),
-        ("tip", Frame { view: View::Tip, ..whole.clone() }),
-        ("section", Frame { view: View::Section, ..whole }),
-    ]
+    }
 }
 
 fn csv(rows: &[FrameRow]) -> ReportSheet {
@@ -149,7 +188,8 @@ fn markdown(rows: &[FrameRow], headless: &Headless, start_s: f64, quick: bool) -
     let adapter = headless.adapter();
     let bar_ms = if adapter.software { BARS_MS[0] } else { BARS_MS[1] };
     format!(
-        "# Picture\n\n{}\n\nDrawn by {adapter}: {} × {} pixels, {} triangles with the body faded, every frame waited for. From \
+        "# Picture\n\n{}\n\nDrawn by {adapter}: {} × {} pixels, at most {} triangles, every frame waited for. The first four views are of a block of layers with a \
+         vessel and bone, the others of a patient from numbers. From \
          nothing to the first frame: {start_s:.1} s. The bar on this kind of adapter is {bar_ms} ms at the median; the window \
          starts at the best quality that its adapter holds, and goes down a step rather than stutter.\n\n{}\n![time of a \
          frame](render.svg)\n",

@@ -31,7 +31,8 @@ use crate::{new_file, output, picture};
 /// minutes of random needle motion on every shipped scene. operators: forces and overshoots of the virtual hands at every shipped
 /// exercise. calibrate: how often the 95 % intervals of fitted curves hold what the curves were made from, and whether wrong minima
 /// are said. metrics: whether the metrics of scores tell virtual experts from novices and agree with themselves, and what tremor
-/// and rate do to them. Use a release build for figures to report.
+/// and rate do to them. anatomy: dimensions of a thousand seeded bodies beside published ones, and in how many a straight path between
+/// the spinous processes reaches the flavum. Use a release build for figures to report.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet bench --out bench")]
 pub struct BenchArgs {
@@ -80,6 +81,8 @@ enum What {
     Calibrate,
     /// The metrics of scores, by virtual novices and experts
     Metrics,
+    /// Bodies from numbers beside published dimensions
+    Anatomy,
 }
 
 impl What {
