@@ -144,6 +144,16 @@ fn encoded(light: vec3f) -> vec3f {
     return 0.585122381 * a + 0.783140355 * b - 0.368262736 * sqrt(b);
 }
 
+// What is behind a body that fades shows through it, most where it is looked at straight: `clearest` is what is left there.
+fn seen_through(s: Surface, view: vec3f, light: vec3f, clearest: f32) -> vec4f {
+    let rim = 1.0 - abs(dot(s.normal, view));
+    let clear = smoothstep(0.0, 0.9, scene.look.x);
+    let alpha = mix(1.0, mix(clearest, 0.45, rim * rim), clear);
+    // What light goes through glows in its own colour instead of darkening what is behind it.
+    let glow = s.base * 0.9 + 0.22;
+    return vec4f(shown(mix(light, glow, 0.65 * clear)), alpha);
+}
+
 fn towards_eye(world: vec3f) -> vec3f {
     return select(-scene.forward.xyz, normalize(scene.eye.xyz - world), scene.eye.w > 0.5);
 }

@@ -153,7 +153,6 @@ fn patient_fragment(in: Skin) -> @location(0) vec4f {
     return vec4f(shown(lit(s, towards_eye(in.world), shadow(lamp_at(in.world, s.normal)))), 1.0);
 }
 
-// As `seen_through` in `tissue.wgsl`.
 @fragment
 fn patient_faded(in: Skin) -> @location(0) vec4f {
     let beside = beside_block(in);
@@ -163,10 +162,7 @@ fn patient_faded(in: Skin) -> @location(0) vec4f {
     }
     let view = towards_eye(in.world);
     let light = lit(s, view, shadow(lamp_at(in.world, s.normal)));
-    let rim = 1.0 - abs(dot(s.normal, view));
-    let clear = smoothstep(0.0, 0.9, scene.look.x);
-    let alpha = mix(1.0, mix(0.10, 0.45, rim * rim), clear);
-    return vec4f(shown(mix(light, s.base * 0.9 + 0.22, 0.65 * clear)), alpha);
+    return seen_through(s, view, light, 0.10);
 }
 
 // The far side of a patient who is seen through: flesh, darker the deeper it is.

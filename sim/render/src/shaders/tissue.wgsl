@@ -203,18 +203,9 @@ fn bit_of(in: Varying, rough: f32) -> Bit {
 fn seen(in: Varying, bit: Bit, clearest: f32) -> vec4f {
     let light = lit(bit.surface, bit.view, shadow(in.lamp));
     if faded {
-        return seen_through(bit, light, clearest);
+        return seen_through(bit.surface, bit.view, light, clearest);
     }
     return vec4f(shown(light), 1.0);
-}
-
-fn seen_through(bit: Bit, light: vec3f, clearest: f32) -> vec4f {
-    let rim = 1.0 - abs(dot(bit.surface.normal, bit.view));
-    let clear = smoothstep(0.0, 0.9, scene.look.x);
-    let alpha = mix(1.0, mix(clearest, 0.45, rim * rim), clear);
-    // What light goes through glows in its own colour instead of darkening what is behind it.
-    let glow = bit.surface.base * 0.9 + 0.22;
-    return vec4f(shown(mix(light, glow, 0.65 * clear)), alpha);
 }
 
 // With a dark line where a layer begins, and the epidermis.
@@ -248,7 +239,7 @@ fn tracked_fragment(in: Varying) -> @location(0) vec4f {
 fn sheet_fragment(in: Varying) -> @location(0) vec4f {
     var bit = bit_of(in, 0.0);
     bit.surface.normal = bit.flat_normal;
-    return seen_through(bit, matte(bit.surface, shadow(in.lamp)), 0.10);
+    return seen_through(bit.surface, bit.view, matte(bit.surface, shadow(in.lamp)), 0.10);
 }
 
 // The skin from above, paler under tension.
