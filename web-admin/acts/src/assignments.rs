@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use model::assignment::{
-    Assigned, AssignmentStanding, AssignmentTask, AttemptHistory, TaughtCourse, missing_before, sort,
+    Assigned, AssignmentStanding, AssignmentTask, AttemptHistory, SupervisedSessions, TaughtCourse, sort,
 };
 use model::ids::{AssignmentId, CohortId, PersonId, SchoolId};
 use model::{CurrentPerson, Role};
@@ -84,9 +84,9 @@ pub async fn standings(state: &Service, school: SchoolId, person: PersonId) -> R
         false => Vec::new(),
     };
     let supervised = supervised.into_iter().collect();
-    let (now, tried) = (state.clock.now(), AttemptHistory { attempts: &attempts, supervised: &supervised });
+    let tried = AttemptHistory::new(&taught, &attempts, state.clock.now());
     let mut standings: Vec<AssignmentStanding> =
-        assigned.into_iter().map(|assigned| AssignmentStanding::of(assigned, &taught, &tried, now)).collect();
+        assigned.into_iter().map(|assigned| AssignmentStanding::of(assigned, &tried, &supervised)).collect();
     sort(&mut standings);
     Ok(standings)
 }
@@ -111,23 +111,21 @@ pub struct TraineeStandings {
     pub alone: Vec<AssignmentStanding>,
 }
 
-/// What a cohort's trainees are judged by.
-#[derive(Clone, Copy, Debug)]
-pub struct CohortPractice<'a> {
-    /// Its trainees.
-    pub trainees: &'a [NamedItem<PersonId>],
-    /// What they have practised.
-    pub practised: &'a ByTrainee,
-    /// The school's courses.
-    pub taught: &'a [TaughtCourse],
+/// A trainee and what they have practised.
+#[derive(Debug)]
+pub struct PractisedTrainee<'a> {
+    /// Who.
+    pub trainee: &'a NamedItem<PersonId>,
+    /// Their attempts, and their progress by them.
+    pub history: AttemptHistory<'a>,
 }
 
-/// How far a cohort has come with everything that is assigned in it.
+/// How far the trainees of a cohort have come with everything that is assigned in it.
 pub async fn cohort_standings(
     state: &Service,
     school: SchoolId,
     cohort: CohortId,
-    of: CohortPractice<'_>,
+    trainees: &[PractisedTrainee<'_>],
 ) -> Result<CohortStandings, Error> {
     let reader = state.db.reader();
     let (alone, assigned): (Vec<Assigned>, Vec<Assigned>) =
@@ -136,31 +134,29 @@ pub async fn cohort_standings(
             .into_iter()
             .partition(|assigned| assigned.person_id.is_some());
     let (longer, supervised) = if assigned.is_empty() && alone.is_empty() {
-        (Vec::new(), BTreeSet::new())
+        (Vec::new(), SupervisedSessions::new())
     } else {
         let longer = deadlines::list_cohort_extensions(reader, school, cohort).await?;
         (longer, supervisions::list_cohort_supervisions(reader, school, cohort).await?.into_iter().collect())
     };
-    let now = state.clock.now();
-    let standing = |assigned: &Assigned, person: PersonId| {
+    let standing = |assigned: &Assigned, of: &PractisedTrainee<'_>| {
         let mut own = assigned.clone();
-        let is_theirs = |x: &&CohortExtension| x.assignment_id == own.id && x.extension.person_id == person;
+        let is_theirs = |x: &&CohortExtension| x.assignment_id == own.id && x.extension.person_id == of.trainee.id;
         if let Some(CohortExtension { extension, .. }) = longer.iter().find(is_theirs) {
             (own.due_at, own.extended_days) = (Some(extension.due_at), extension.days);
         }
-        let attempts = of.practised.get(&person).map_or(&[][..], Vec::as_slice);
-        AssignmentStanding::of(own, of.taught, &AttemptHistory { attempts, supervised: &supervised }, now)
+        AssignmentStanding::of(own, &of.history, &supervised)
     };
-    let of_trainee = |trainee: &NamedItem<PersonId>| TraineeStandings {
-        with_cohort: assigned.iter().map(|assigned| standing(assigned, trainee.id)).collect(),
+    let of_trainee = |of: &PractisedTrainee<'_>| TraineeStandings {
+        with_cohort: assigned.iter().map(|assigned| standing(assigned, of)).collect(),
         alone: alone
             .iter()
-            .filter(|assigned| assigned.person_id == Some(trainee.id))
-            .map(|assigned| standing(assigned, trainee.id))
+            .filter(|assigned| assigned.person_id == Some(of.trainee.id))
+            .map(|assigned| standing(assigned, of))
             .collect(),
-        trainee: trainee.clone(),
+        trainee: of.trainee.clone(),
     };
-    let trainees = of.trainees.iter().map(of_trainee).collect();
+    let trainees = trainees.iter().map(of_trainee).collect();
     Ok(CohortStandings { assigned, trainees })
 }
 
@@ -200,7 +196,7 @@ pub async fn find_locked_trainees(
             Some(_) => practised.remove(&trainee).unwrap_or_default(),
             None => practice::list_trainee_practice(reader, school, trainee).await?,
         };
-        let missing = missing_before(exercise, &taught, &attempts, state.clock.now());
+        let missing = AttemptHistory::new(&taught, &attempts, state.clock.now()).missing_before(exercise);
         found.locked += usize::from(!missing.is_empty());
         found.missing.extend(missing);
     }
@@ -228,16 +224,15 @@ pub async fn standings_at(
     .await?;
     let supervised = match assigned.supervised {
         true => supervisions::of_assignment(reader, school, id).await?.into_iter().collect(),
-        false => BTreeSet::new(),
+        false => SupervisedSessions::new(),
     };
-    let now = state.clock.now();
     let of = |person: &PersonId| {
         let mut own = assigned.clone();
         if let Some(longer) = longer.iter().find(|extension| extension.person_id == *person) {
             (own.due_at, own.extended_days) = (Some(longer.due_at), longer.days);
         }
         let attempts = practised.get(person).map_or(&[][..], Vec::as_slice);
-        AssignmentStanding::of(own, &taught, &AttemptHistory { attempts, supervised: &supervised }, now)
+        AssignmentStanding::of(own, &AttemptHistory::new(&taught, attempts, state.clock.now()), &supervised)
     };
     Ok(people.iter().map(of).collect())
 }

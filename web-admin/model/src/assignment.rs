@@ -3,7 +3,9 @@
 //! Pure: attempts and the moment go in. Only scored attempts count.
 
 use std::borrow::Cow;
+use std::cmp::Reverse;
 use std::collections::BTreeSet;
+use std::sync::OnceLock;
 
 use time::OffsetDateTime;
 
@@ -95,35 +97,79 @@ pub struct MasteredShare {
     pub of: usize,
 }
 
-/// The attempts of one trainee, in any order.
-#[derive(Clone, Copy, Debug)]
+/// Attempts at which somebody who teaches was there, as they have confirmed.
+pub type SupervisedSessions = BTreeSet<SessionId>;
+
+/// The attempts of one trainee, and by them their progress in each course of the school, judged when it is first asked for.
+#[derive(Debug)]
 pub struct AttemptHistory<'a> {
-    /// All of them.
-    pub attempts: &'a [ScoredAttempt],
-    /// Those at which somebody who teaches was there, as they have confirmed.
-    pub supervised: &'a BTreeSet<SessionId>,
+    taught: &'a [TaughtCourse],
+    attempts: &'a [ScoredAttempt],
+    now: Moment,
+    judged: Vec<OnceLock<Progress>>,
 }
 
-impl AttemptHistory<'_> {
+impl<'a> AttemptHistory<'a> {
+    /// The attempts of a trainee, in any order.
+    #[must_use]
+    pub fn new(taught: &'a [TaughtCourse], attempts: &'a [ScoredAttempt], now: Moment) -> Self {
+        Self { taught, attempts, now, judged: taught.iter().map(|_| OnceLock::new()).collect() }
+    }
+
+    /// Progress in a course, by its index among those taught.
+    #[must_use]
+    pub fn in_course(&self, course: usize) -> &Progress {
+        self.judged[course].get_or_init(|| Progress::of(&self.taught[course].course, self.attempts, self.now.to_utc()))
+    }
+
+    /// The course tried last, the first of them where none was; none where none is taught.
+    #[must_use]
+    pub fn main_course(&self) -> Option<usize> {
+        (0..self.taught.len()).min_by_key(|course| Reverse(self.in_course(*course).last_at))
+    }
+
+    /// What a trainee must master before an exercise; nothing where one course that has it opens it, or none has it.
+    #[must_use]
+    pub fn missing_before(&self, exercise: &str) -> Vec<String> {
+        let mut first = Vec::new();
+        for (course, taught) in self.taught.iter().enumerate() {
+            let Some(step) = taught.course.steps.iter().position(|step| step.exercise == exercise) else { continue };
+            match &self.in_course(course).steps[step].state {
+                StepState::Locked { missing } if first.is_empty() => first.clone_from(missing),
+                StepState::Locked { .. } => {}
+                _ => return Vec::new(),
+            }
+        }
+        first
+    }
+
     /// The attempts that count towards an assignment.
-    fn counting(&self, assigned: &Assigned) -> Cow<'_, [ScoredAttempt]> {
+    fn counting(&self, assigned: &Assigned, supervised: &SupervisedSessions) -> Cow<'_, [ScoredAttempt]> {
         if !assigned.supervised && !assigned.since_only {
             return Cow::Borrowed(self.attempts);
         }
         let counts = |attempt: &&ScoredAttempt| {
-            (!assigned.supervised || self.supervised.contains(&attempt.session))
+            (!assigned.supervised || supervised.contains(&attempt.session))
                 && (!assigned.since_only || Moment::from(attempt.at) >= assigned.made_at)
         };
         Cow::Owned(self.attempts.iter().filter(counts).cloned().collect())
     }
 
+    /// Progress in a course by the attempts that count.
+    fn counting_in_course(&self, course: usize, counting: &Cow<'_, [ScoredAttempt]>) -> Cow<'_, Progress> {
+        match counting {
+            Cow::Borrowed(_) => Cow::Borrowed(self.in_course(course)),
+            Cow::Owned(some) => Cow::Owned(Progress::of(&self.taught[course].course, some, self.now.to_utc())),
+        }
+    }
+
     /// The attempts at what was assigned, since it was, that only lack a confirmation.
-    fn unconfirmed(&self, assigned: &Assigned, taught: &[TaughtCourse]) -> Vec<SessionId> {
+    fn unconfirmed(&self, assigned: &Assigned, supervised: &SupervisedSessions) -> Vec<SessionId> {
         let lacks = |attempt: &&ScoredAttempt| {
             assigned.supervised
-                && !self.supervised.contains(&attempt.session)
+                && !supervised.contains(&attempt.session)
                 && Moment::from(attempt.at) >= assigned.made_at
-                && assigned.task.asks_for(&attempt.exercise, taught)
+                && assigned.task.asks_for(&attempt.exercise, self.taught)
         };
         self.attempts.iter().filter(lacks).map(|attempt| attempt.session).collect()
     }
@@ -158,24 +204,26 @@ pub struct TaughtCourse {
 impl AssignmentStanding {
     /// Judges the attempts of one trainee.
     #[must_use]
-    pub fn of(assigned: Assigned, taught: &[TaughtCourse], tried: &AttemptHistory<'_>, now: Moment) -> Self {
-        let counting = tried.counting(&assigned);
+    pub fn of(assigned: Assigned, tried: &AttemptHistory<'_>, supervised: &SupervisedSessions) -> Self {
+        let counting = tried.counting(&assigned, supervised);
         let stage = match &assigned.task {
             AssignmentTask::Exercise(exercise) => {
-                let missing = || missing_before(exercise, taught, tried.attempts, now);
-                exercise_stage(&assigned, exercise, &counting, missing)
+                exercise_stage(&assigned, exercise, &counting, || tried.missing_before(exercise))
             }
-            AssignmentTask::Course(course) => course_stage(&assigned, course, taught, &counting, now),
+            AssignmentTask::Course(course) => match tried.taught.iter().position(|taught| taught.id == *course) {
+                Some(course) => course_stage(&assigned, &tried.counting_in_course(course, &counting)),
+                None => AssignmentStage::Open { left: None, mastered: None },
+            },
         };
-        let at_it = || counting.iter().filter(|attempt| assigned.task.asks_for(&attempt.exercise, taught));
+        let at_it = || counting.iter().filter(|attempt| assigned.task.asks_for(&attempt.exercise, tried.taught));
         let attempts = at_it().count();
         let best = match &assigned.task {
             AssignmentTask::Exercise(_) => at_it().map(|attempt| attempt.score).reduce(f64::max),
             AssignmentTask::Course(_) => None,
         };
         let done = matches!(stage, AssignmentStage::Done { .. });
-        let overdue = !done && assigned.due_at.is_some_and(|due| due < now);
-        let unconfirmed = if done { Vec::new() } else { tried.unconfirmed(&assigned, taught) };
+        let overdue = !done && assigned.due_at.is_some_and(|due| due < tried.now);
+        let unconfirmed = if done { Vec::new() } else { tried.unconfirmed(&assigned, supervised) };
         Self { assigned, stage, overdue, attempts, best, unconfirmed }
     }
 
@@ -217,32 +265,7 @@ fn exercise_stage(
     }
 }
 
-/// What a trainee must master before an exercise; nothing where one course that has it opens it, or none has it.
-#[must_use]
-pub fn missing_before(exercise: &str, taught: &[TaughtCourse], attempts: &[ScoredAttempt], now: Moment) -> Vec<String> {
-    let mut first = Vec::new();
-    for taught in taught {
-        let Some(step) = taught.course.steps.iter().position(|step| step.exercise == exercise) else { continue };
-        match &Progress::of(&taught.course, attempts, now.to_utc()).steps[step].state {
-            StepState::Locked { missing } if first.is_empty() => first.clone_from(missing),
-            StepState::Locked { .. } => {}
-            _ => return Vec::new(),
-        }
-    }
-    first
-}
-
-fn course_stage(
-    assigned: &Assigned,
-    course: &str,
-    taught: &[TaughtCourse],
-    attempts: &[ScoredAttempt],
-    now: Moment,
-) -> AssignmentStage {
-    let Some(taught) = taught.iter().find(|taught| taught.id == course) else {
-        return AssignmentStage::Open { left: None, mastered: None };
-    };
-    let progress = Progress::of(&taught.course, attempts, now.to_utc());
+fn course_stage(assigned: &Assigned, progress: &Progress) -> AssignmentStage {
     let mastered = progress.steps.iter().map(|step| match step.state {
         StepState::Mastered { on } | StepState::Regressing { on, .. } => Some(on),
         StepState::Open { .. } | StepState::Locked { .. } => None,
@@ -346,8 +369,9 @@ mod tests {
             revision: None,
         };
         let attempts: Vec<_> = tried.iter().map(attempt).collect();
-        let tried = AttemptHistory { attempts: &attempts, supervised: &BTreeSet::new() };
-        AssignmentStanding::of(assigned, &taught(), &tried, Moment::from(NOW))
+        let taught = taught();
+        let tried = AttemptHistory::new(&taught, &attempts, Moment::from(NOW));
+        AssignmentStanding::of(assigned, &tried, &BTreeSet::new())
     }
 
     fn exercise(id: &str) -> AssignmentTask {
@@ -390,12 +414,7 @@ mod tests {
         let judge = |task, confirmed: &[SessionId]| {
             let supervised = confirmed.iter().copied().collect();
             let asked = Assigned { supervised: true, ..assigned(task, Some(2)) };
-            AssignmentStanding::of(
-                asked,
-                &taught(),
-                &AttemptHistory { attempts: &attempts, supervised: &supervised },
-                Moment::from(NOW),
-            )
+            AssignmentStanding::of(asked, &AttemptHistory::new(&taught(), &attempts, Moment::from(NOW)), &supervised)
         };
         let nobody = judge(exercise("a"), &[]);
         assert_eq!(

@@ -70,16 +70,17 @@ pub(super) async fn show_cohort(
     let cohort = reports::cohort(reader, &person, id).await?.ok_or(Error::NotFound)?;
     let courses = standing::taught_courses(&state, school).await?;
     let practised = standing::practice_of_cohort(&state, school, cohort).await?;
-    let standing = practised.standing(&courses, &state);
-    let assigned = practised.assignments(&courses, &state, school).await?;
-    let cohort = practised.cohort;
+    let taught = standing::judged_courses(&courses);
+    let standing = practised.standing(&taught, state.clock.now());
+    let assigned = standing.assignments(&state, school).await?;
+    let cohort = &practised.cohort;
     let instructors = reports::members(reader, school, id, Role::Instructor).await?;
     let share = |(i, taught): (usize, &TaughtCourse)| CourseShare::new(&taught.facts(None), &standing.in_course(i));
     Ok(CohortPage {
         shell: Shell::new(&person, csrf.token(), NavPlace::Cohorts),
-        href: cohort_href(&cohort),
+        href: cohort_href(cohort),
         due_lines: gradebook::list_assignments_of_cohort(&assigned, &cohort.name),
-        name: cohort.name,
+        name: cohort.name.clone(),
         instructors: instructors.into_iter().map(|i| i.name).collect(),
         courses: courses.iter().enumerate().map(share).collect(),
         trainees: standing.rows(&courses, |_| true),

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use acts::assignments::CohortStandings;
+use acts::assignments::{self as teaching, CohortStandings};
 use acts::error::Error;
 use axum::extract::{Query, State};
 use axum::response::Response;
@@ -80,9 +80,9 @@ struct CohortGradebook {
 async fn find_gradebook(state: &AppState, person: &CurrentPerson, id: CohortId) -> Result<CohortGradebook, Error> {
     let (reader, school) = (state.db.reader(), person.school_id);
     let cohort = reports::cohort(reader, person, id).await?.ok_or(Error::NotFound)?;
-    let courses = standing::taught_courses(state, school).await?;
+    let courses = teaching::taught(state, school).await?;
     let practised = standing::practice_of_cohort(state, school, cohort).await?;
-    let found = practised.assignments(&courses, state, school).await?;
+    let found = practised.standing(&courses, state.clock.now()).assignments(state, school).await?;
     let registrar_ids = reports::registrar_ids(reader, school, id).await?;
     Ok(CohortGradebook { cohort: practised.cohort, found, registrar_ids })
 }

@@ -36,12 +36,13 @@ pub(super) async fn show_home(
 async fn make_instructor_home(state: &AppState, shell: Shell, person: &CurrentPerson) -> Result<InstructorPage, Error> {
     let reader = state.db.reader();
     let courses = standing::taught_courses(state, person.school_id).await?;
+    let taught = standing::judged_courses(&courses);
     let mut cards = Vec::new();
     let (mut help, mut due) = (Vec::new(), Vec::new());
     for cohort in reports::cohorts(reader, person).await? {
         let practised = standing::practice_of_cohort(state, person.school_id, cohort).await?;
-        let (cohort, standing) = (&practised.cohort, practised.standing(&courses, state));
-        let assigned = practised.assignments(&courses, state, person.school_id).await?;
+        let (cohort, standing) = (&practised.cohort, practised.standing(&taught, state.clock.now()));
+        let assigned = standing.assignments(state, person.school_id).await?;
         due.extend(gradebook::list_pressing_assignments(&assigned, &cohort.name, state.clock.now()));
         cards.push(CohortCard::new(cohorts::cohort_href(cohort), cohort.name.clone(), standing.main()));
         let rows = standing.rows(&courses, |progress| !progress.concerns.is_empty());

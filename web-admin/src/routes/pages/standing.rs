@@ -1,10 +1,11 @@
 //! Where trainees stand in the courses of their school.
 
-use acts::assignments::{self as teaching, CohortPractice, CohortStandings};
+use acts::assignments::{self as teaching, CohortStandings, PractisedTrainee};
 use acts::error::Error;
+use model::assignment::{AttemptHistory, TaughtCourse as JudgedCourse};
 use model::ids::{CohortId, PersonId, SchoolId};
 use model::progress::{Course, Progress, ScoredAttempt};
-use model::{Needed, Role, assignment};
+use model::{Moment, Needed, Role};
 use pages::cohort::TraineeRow;
 use pages::trainee::CourseFacts;
 use store::curricula::TaughtCurriculum;
@@ -58,6 +59,11 @@ fn taught_course(curriculum: TaughtCurriculum, course: Course, exercises: &[Exer
     TaughtCourse { id, title, description, course, pass_marks, difficulties }
 }
 
+/// Of each course, what attempts are judged by.
+pub(super) fn judged_courses(courses: &[TaughtCourse]) -> Vec<JudgedCourse> {
+    courses.iter().map(|taught| JudgedCourse { id: taught.id.clone(), course: taught.course.clone() }).collect()
+}
+
 /// A trainee's progress in every course, the one tried last first, each with the course's index.
 pub(super) fn progress_in_courses(
     courses: &[TaughtCourse],
@@ -83,35 +89,6 @@ pub(super) async fn proved_attempts(
     Ok((needed, attempts.iter().filter(|attempt| enough.contains(&attempt.session)).cloned().collect()))
 }
 
-/// A trainee with their progress in every course, the one tried last first, and the course's index.
-type TraineeStanding = (NamedItem<PersonId>, Vec<(usize, Progress)>);
-
-/// The trainees of a cohort by name.
-pub(super) struct CohortStanding(Vec<TraineeStanding>);
-
-impl CohortStanding {
-    /// Everybody's progress in the course that they are on.
-    pub fn main(&self) -> impl Iterator<Item = &Progress> {
-        self.0.iter().filter_map(|(_, progress)| progress.first()).map(|(_, main)| main)
-    }
-
-    /// Name and progress of everybody in a course.
-    pub fn in_course(&self, course: usize) -> Vec<(&str, &Progress)> {
-        let of_all = self.0.iter().flat_map(|(trainee, progress)| progress.iter().map(move |(i, p)| (*i, trainee, p)));
-        of_all.filter(|(i, ..)| *i == course).map(|(_, trainee, progress)| (trainee.name.as_str(), progress)).collect()
-    }
-
-    /// The rows of those whose progress in the course that they are on is wanted.
-    pub fn rows(&self, courses: &[TaughtCourse], wanted: impl Fn(&Progress) -> bool) -> Vec<TraineeRow> {
-        let row = |(trainee, progress): &TraineeStanding| {
-            let (course, main) = progress.first().filter(|(_, main)| wanted(main))?;
-            let href = format!("/trainees/{}", trainee.id);
-            Some(TraineeRow::new(href, trainee.name.clone(), &courses[*course].facts(None), main))
-        };
-        self.0.iter().filter_map(row).collect()
-    }
-}
-
 /// A cohort and everything that its trainees have practised.
 pub(super) struct PractisedCohort {
     /// The cohort.
@@ -134,25 +111,46 @@ pub(super) async fn practice_of_cohort(
 
 impl PractisedCohort {
     /// Where its trainees stand in the courses.
-    pub fn standing(&self, courses: &[TaughtCourse], state: &AppState) -> CohortStanding {
-        let standing = |trainee: &NamedItem<PersonId>| {
-            let own = self.practised.get(&trainee.id).map_or(&[][..], Vec::as_slice);
-            (trainee.clone(), progress_in_courses(courses, own, state))
+    pub fn standing<'a>(&'a self, taught: &'a [JudgedCourse], now: Moment) -> CohortStanding<'a> {
+        let of = |trainee: &'a NamedItem<PersonId>| {
+            let attempts = self.practised.get(&trainee.id).map_or(&[][..], Vec::as_slice);
+            PractisedTrainee { trainee, history: AttemptHistory::new(taught, attempts, now) }
         };
-        CohortStanding(self.trainees.iter().map(standing).collect())
+        CohortStanding { cohort: self.cohort.id, trainees: self.trainees.iter().map(of).collect() }
+    }
+}
+
+/// The trainees of a cohort by name, and where they stand.
+pub(super) struct CohortStanding<'a> {
+    cohort: CohortId,
+    trainees: Vec<PractisedTrainee<'a>>,
+}
+
+impl CohortStanding<'_> {
+    /// Everybody's progress in the course that they are on.
+    pub fn main(&self) -> impl Iterator<Item = &Progress> {
+        self.trainees.iter().filter_map(|of| of.history.main_course().map(|course| of.history.in_course(course)))
+    }
+
+    /// Name and progress of everybody in a course.
+    pub fn in_course(&self, course: usize) -> Vec<(&str, &Progress)> {
+        self.trainees.iter().map(|of| (of.trainee.name.as_str(), of.history.in_course(course))).collect()
+    }
+
+    /// The rows of those whose progress in the course that they are on is wanted.
+    pub fn rows(&self, courses: &[TaughtCourse], wanted: impl Fn(&Progress) -> bool) -> Vec<TraineeRow> {
+        let row = |of: &PractisedTrainee<'_>| {
+            let course = of.history.main_course()?;
+            let main = of.history.in_course(course);
+            let href = format!("/trainees/{}", of.trainee.id);
+            let row = || TraineeRow::new(href, of.trainee.name.clone(), &courses[course].facts(None), main);
+            wanted(main).then(row)
+        };
+        self.trainees.iter().filter_map(row).collect()
     }
 
     /// How far they have come with what is assigned to them.
-    pub async fn assignments(
-        &self,
-        courses: &[TaughtCourse],
-        state: &AppState,
-        school: SchoolId,
-    ) -> Result<CohortStandings, Error> {
-        let judged =
-            |taught: &TaughtCourse| assignment::TaughtCourse { id: taught.id.clone(), course: taught.course.clone() };
-        let taught: Vec<assignment::TaughtCourse> = courses.iter().map(judged).collect();
-        let of = CohortPractice { trainees: &self.trainees, practised: &self.practised, taught: &taught };
-        teaching::cohort_standings(state, school, self.cohort.id, of).await
+    pub async fn assignments(&self, state: &AppState, school: SchoolId) -> Result<CohortStandings, Error> {
+        teaching::cohort_standings(state, school, self.cohort, &self.trainees).await
     }
 }
