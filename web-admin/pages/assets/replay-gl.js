@@ -23,13 +23,15 @@ precision mediump float;
 in vec3 vNormal;
 in vec4 vColour;
 uniform vec3 light;
+uniform float opacity;
 out vec4 colour;
 void main() {
   float lit = 1.0;
   if (dot(vNormal, vNormal) > 0.01) {
     lit = 0.62 + 0.38 * abs(dot(normalize(vNormal), light));
   }
-  colour = vec4(vColour.rgb * lit * vColour.a, vColour.a);
+  float alpha = vColour.a * opacity;
+  colour = vec4(vColour.rgb * lit * alpha, alpha);
 }`;
 
 const FLOATS = 10;
@@ -109,6 +111,7 @@ export class Painter {
     gl.linkProgram(this.program);
     this.camera = gl.getUniformLocation(this.program, 'camera');
     this.light = gl.getUniformLocation(this.program, 'light');
+    this.opacity = gl.getUniformLocation(this.program, 'opacity');
   }
 
   begin(camera, ground) {
@@ -122,6 +125,20 @@ export class Painter {
     gl.useProgram(this.program);
     gl.uniformMatrix4fv(this.camera, false, camera);
     gl.uniform3f(this.light, 0.36, -0.48, 0.8);
+    gl.uniform1f(this.opacity, 1);
+  }
+
+  // The nearest of a mesh's surfaces over what is drawn already, which shows through.
+  drawSeenThrough(mesh, opacity) {
+    const gl = this.gl;
+    gl.colorMask(false, false, false, false);
+    this.draw(mesh);
+    gl.colorMask(true, true, true, true);
+    gl.depthFunc(gl.LEQUAL);
+    gl.uniform1f(this.opacity, opacity);
+    this.draw(mesh);
+    gl.uniform1f(this.opacity, 1);
+    gl.depthFunc(gl.LESS);
   }
 
   draw(mesh, mode = 'TRIANGLES', writesDepth = true) {
@@ -145,6 +162,17 @@ export const add = (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
 export const scale = (a, k) => [a[0] * k, a[1] * k, a[2] * k];
 export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+// The directions in which a surface faces at its corners: of the triangles about each, the larger the more.
+export function facing(corners, triangles) {
+  const sums = corners.map(() => [0, 0, 0]);
+  for (let i = 0; i + 2 < triangles.length; i += 3) {
+    const [a, b, c] = [0, 1, 2].map((k) => corners[triangles[i + k]]);
+    const area = cross(add(b, scale(a, -1)), add(c, scale(a, -1)));
+    [0, 1, 2].forEach((k) => { sums[triangles[i + k]] = add(sums[triangles[i + k]], area); });
+  }
+  return sums.map(unit);
+}
+
 export const unit = (a) => scale(a, 1 / (Math.sqrt(dot(a, a)) || 1));
 
 // World to clip, by columns: the eye looks at a point, +z up.

@@ -1,6 +1,6 @@
 // The body cut open along the needle: layers as bands, boundaries with their tents, structures, the needle.
 
-import { Mesh, PLAIN, Painter, add, cross, dot, lookAt, project, scale, unit } from './replay-gl.js';
+import { Mesh, PLAIN, Painter, add, cross, dot, facing, lookAt, project, scale, unit } from './replay-gl.js';
 import { FONT, fit, readTheme, rgb, textureColour } from './replay-theme.js';
 
 // Half the width of the block of tissue, and how far a tent reaches sideways, in mm. Where the boundaries stand beside the needle is told by
@@ -16,7 +16,16 @@ const VIEWS = {
   whole: { turn: 0.32, rise: 0.24, distance: 1.75 },
   side: { turn: 0, rise: 0.04, distance: 1.65 },
   tip: { turn: 0.18, rise: 0.12, distance: 0.6 },
+  patient: { turn: 0.5, rise: 0.78, distance: 1 },
 };
+// The angle of view, in radians, and half the height that the view of the patient shows, in mm, as in the simulator's own picture.
+const ANGLE = 0.62;
+const PATIENT = 165;
+// How far the patient is faded with the tip at the target, as in the simulator's own picture, and from where on names are written inside.
+const FADED = 0.8;
+const NAMED = 0.3;
+// A surface of so many triangles is round; one of fewer has edges.
+const ROUND = 100;
 
 export class Scene {
   constructor(canvas, labels, attempt) {
@@ -27,7 +36,7 @@ export class Scene {
     this.moving = { solid: new Mesh(), lines: new Mesh(), ghost: new Mesh() };
     this.other = null;
     this.experts = null;
-    this.still = { solid: new Mesh(), glass: new Mesh() };
+    this.still = { solid: new Mesh(), glass: new Mesh(), patient: new Mesh() };
     this.measure();
     this.look('whole');
     this.readTheme();
@@ -56,6 +65,21 @@ export class Scene {
     this.colours = this.attempt.stage.layers.map((layer) => rgb(textureColour(theme, layer.texture)));
     Object.values(this.still).forEach((mesh) => mesh.clear());
     this.drawStructures();
+    if (this.hasPatient) this.drawSurface(this.still.patient, this.attempt.stage.skin, rgb(theme.skin), 1);
+  }
+
+  get hasPatient() {
+    return Boolean(this.attempt.stage.skin);
+  }
+
+  // Whether the whole patient is shown and not the block cut open.
+  get isClosed() {
+    return this.hasPatient && this.view === 'patient';
+  }
+
+  // How far the patient is faded: as far as the needle has come.
+  get faded() {
+    return FADED * Math.min(Math.max(this.advance / this.attempt.stage.target_depth_mm, 0), 1);
   }
 
   look(view) {
@@ -92,6 +116,7 @@ export class Scene {
     const at = (name) => row[index[name]];
     this.tip = [at('x_mm'), at('y_mm'), at('z_mm')];
     this.axis = [at('axis_x'), at('axis_y'), at('axis_z')];
+    this.advance = at('advance_mm');
     const count = this.attempt.frames.boundaries;
     this.tents = this.attempt.stage.layers.map((_, i) => (i < count ? row[index[`tent_${i}_mm`]] : 0));
     this.cut = this.cutAlong();
@@ -136,8 +161,10 @@ export class Scene {
     fit(this.canvas);
     this.read(this.attempt.frames.at(t));
     Object.values(this.moving).forEach((mesh) => mesh.clear());
-    this.drawLayers();
-    this.drawSkin();
+    if (!this.isClosed) {
+      this.drawLayers();
+      this.drawSkin();
+    }
     this.drawPlan();
     this.drawNeedle(this.moving.solid, this, this.attempt.stage.needle, rgb(this.theme.ink).map((part) => part * 0.55 + 0.3), 1);
     this.drawGhost(t);
@@ -146,17 +173,20 @@ export class Scene {
     [this.moving.solid, this.still.solid].forEach((mesh) => this.painter.draw(mesh));
     this.painter.draw(this.moving.lines, 'LINES');
     this.painter.draw(this.still.glass, 'TRIANGLES', false);
+    if (this.isClosed) this.painter.drawSeenThrough(this.still.patient, 1 - this.faded);
     this.painter.draw(this.moving.ghost, 'TRIANGLES', false);
     this.drawLabels(camera);
   }
 
   camera() {
-    const size = HALF_WIDTH + this.bottom * 0.7;
-    const closest = this.view === 'tip' ? this.tip : this.place(0, 0, this.bottom * 0.22);
+    const aspect = this.canvas.width / this.canvas.height;
+    const patient = (PATIENT * Math.max(1.6 / aspect, 1)) / Math.tan(ANGLE / 2);
+    const size = this.isClosed ? patient : HALF_WIDTH + this.bottom * 0.7;
+    const closest = this.view === 'tip' ? this.tip : this.place(0, 0, this.isClosed ? 0 : this.bottom * 0.22);
     const flat = add(scale(this.away, -Math.cos(this.turn)), scale(this.along, Math.sin(this.turn)));
     const towards = add(scale(flat, Math.cos(this.rise)), [0, 0, Math.sin(this.rise)]);
     const eye = add(closest, scale(towards, size * this.distance));
-    return lookAt(eye, closest, { aspect: this.canvas.width / this.canvas.height, angle: 0.62 });
+    return lookAt(eye, closest, { aspect, angle: ANGLE });
   }
 
   drawLayers() {
@@ -207,14 +237,20 @@ export class Scene {
   drawStructures() {
     this.attempt.stage.structures.forEach((structure) => {
       const colour = rgb(this.theme[structure.kind === 'target' ? 'good' : structure.kind] || this.theme.muted);
-      const corner = (i) => structure.vertices_mm.slice(3 * i, 3 * i + 3);
-      const mesh = structure.kind === 'bone' ? this.still.solid : this.still.glass;
-      for (let i = 0; i + 2 < structure.triangles.length; i += 3) {
-        const [a, b, c] = structure.triangles.slice(i, i + 3).map(corner);
-        const normal = unit(cross(add(b, scale(a, -1)), add(c, scale(a, -1))));
-        mesh.triangle(a, b, c, normal, colour, structure.kind === 'bone' ? 1 : 0.42);
-      }
+      const bone = structure.kind === 'bone';
+      this.drawSurface(bone ? this.still.solid : this.still.glass, structure, colour, bone ? 1 : 0.42);
     });
+  }
+
+  drawSurface(mesh, { vertices_mm: numbers, triangles }, colour, alpha) {
+    const corners = Array.from({ length: numbers.length / 3 }, (_, i) => numbers.slice(3 * i, 3 * i + 3));
+    const round = triangles.length >= 3 * ROUND ? facing(corners, triangles) : null;
+    for (let i = 0; i + 2 < triangles.length; i += 3) {
+      const three = triangles.slice(i, i + 3);
+      const [a, b, c] = three.map((corner) => corners[corner]);
+      const flat = round ? null : unit(cross(add(b, scale(a, -1)), add(c, scale(a, -1))));
+      three.forEach((corner, k) => mesh.vertex([a, b, c][k], round ? round[corner] : flat, colour, alpha));
+    }
   }
 
   // The way that was planned, on the cut: a dashed line with a cross at its end.
@@ -282,7 +318,8 @@ export class Scene {
       pen.fillText(text, x, at[1] + 4);
     };
     let last = -Infinity;
-    this.attempt.stage.layers.forEach((layer) => {
+    const bands = this.isClosed ? [] : this.attempt.stage.layers;
+    bands.forEach((layer) => {
       const place = this.place(-HALF_WIDTH, 0, (layer.top_mm + Math.min(layer.bottom_mm, this.bottom)) / 2);
       const at = project(camera, place, width, height);
       if (layer.top_mm >= this.bottom || !at || at[1] < last + 13) return;
@@ -290,7 +327,7 @@ export class Scene {
       write(layer.name, place, 6);
     });
     this.attempt.stage.structures.forEach((structure, i) => {
-      if (this.centres[i]) write(structure.name, this.centres[i], 8);
+      if (this.centres[i] && (!this.isClosed || this.faded > NAMED)) write(structure.name, this.centres[i], 8);
     });
     write(this.attempt.names.target ?? 'target', this.attempt.stage.target_mm, 8);
   }

@@ -58,7 +58,13 @@ function wireControls({ clock, plots, jump, scene, draw }) {
   speed.addEventListener('change', () => clock.setSpeed(Number(speed.value)));
   scrub.max = clock.duration.toFixed(2);
   scrub.addEventListener('input', () => clock.seek(Number(scrub.value)));
-  part('view').addEventListener('change', (event) => { scene?.look(event.target.value); draw(); });
+  const view = part('view');
+  view.querySelector('[value=patient]').hidden = !scene?.hasPatient;
+  if (scene?.hasPatient) {
+    view.value = 'patient';
+    scene.look('patient');
+  }
+  view.addEventListener('change', () => { scene?.look(view.value); draw(); });
   clock.addEventListener('moved', () => { scrub.value = clock.t; scrub.ariaValueText = `${fixed(clock.t, 2)} s`; });
   clock.addEventListener('changed', () => {
     play.textContent = clock.playing ? root.dataset.pause : root.dataset.play;

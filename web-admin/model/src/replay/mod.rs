@@ -1,6 +1,7 @@
 //! What a replay in the browser needs of a recording, made once: the stage, constant for the attempt, the frames that
 //! move on it, and the pyramid of what is plotted.
 
+mod coarse;
 mod frames;
 mod stage;
 

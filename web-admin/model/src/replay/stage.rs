@@ -2,13 +2,17 @@
 
 use attempt::{AttemptCurve, CurveMark, LayerSpan, MarkKind, patient_thicknesses_m};
 use documents::ExerciseBundle;
-use law::structures::{StructureKind, StructureSpec};
+use law::structures::{StructureKind, StructureSpec, Surface};
 use recording::Recording;
 use serde::Serialize;
 use utoipa::ToSchema;
 
-/// Most triangles of a structure that are sent; a finer mesh is shown as the box around it.
-const MOST_TRIANGLES: usize = 4000;
+use super::coarse::coarsen_to;
+
+/// Most triangles of a structure that are sent; a finer mesh is made coarser.
+const MOST_TRIANGLES: usize = 2000;
+/// Most triangles of a patient's skin.
+const MOST_OF_SKIN: usize = 6000;
 
 /// What does not move. Lengths in mm in the patient frame, +z out of the body; along the needle where that is said.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
@@ -32,6 +36,8 @@ pub struct ReplayStage {
     pub needle: StageNeedle,
     /// Structures inside the body.
     pub structures: Vec<StageStructure>,
+    /// The skin of the whole patient, where the scene brings one.
+    pub skin: Option<StageMesh>,
     /// What happened, in order of time.
     pub events: Vec<Happening>,
 }
@@ -75,6 +81,15 @@ pub struct StageStructure {
     /// target, vessel, nerve, bone or organ.
     #[schema(value_type = String)]
     pub kind: StructureKind,
+    /// Its surface.
+    #[serde(flatten)]
+    pub mesh: StageMesh,
+}
+
+/// A surface.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[schema(as = Mesh)]
+pub struct StageMesh {
     /// Corners, three numbers each, in mm.
     pub vertices_mm: Vec<f64>,
     /// Triangles, three corners each.
@@ -117,6 +132,11 @@ impl ReplayStage {
                 tip_to_rim_mm: needle.tip_to_rim_mm,
             },
             structures: bundle.scene.structures.iter().map(|s| structure(&s.spec)).collect(),
+            skin: bundle
+                .scene
+                .skin
+                .as_ref()
+                .map(|skin| stage_mesh(coarsen_to(&skin.vertices_m, &skin.triangles, MOST_OF_SKIN))),
             events: curve.marks.into_iter().map(happening).collect(),
         }
     }
@@ -147,25 +167,13 @@ fn layers(recording: &Recording, bundle: &ExerciseBundle, bands: &[LayerSpan]) -
 
 fn structure(spec: &StructureSpec) -> StageStructure {
     let (corners, triangles) = spec.surface();
-    let vertices_mm: Vec<f64> = corners.iter().flat_map(|c| [c.x, c.y, c.z]).map(to_mm).collect();
-    let (vertices_mm, triangles) = match triangles.len() {
-        ..=MOST_TRIANGLES => (vertices_mm, triangles.into_iter().flatten().collect()),
-        _ => around(&vertices_mm),
-    };
-    StageStructure { name: spec.name.clone(), kind: spec.kind, vertices_mm, triangles }
+    let mesh = stage_mesh(coarsen_to(&corners, &triangles, MOST_TRIANGLES));
+    StageStructure { name: spec.name.clone(), kind: spec.kind, mesh }
 }
 
-/// The box around some corners: eight corners, twelve triangles.
-fn around(vertices_mm: &[f64]) -> (Vec<f64>, Vec<u32>) {
-    let along = |axis: usize| vertices_mm.iter().skip(axis).step_by(3).copied();
-    let ends = [0, 1, 2].map(|axis| {
-        let ends = along(axis).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
-        [ends.0, ends.1]
-    });
-    let corners = (0..8_usize).flat_map(|c| [ends[0][c & 1], ends[1][c >> 1 & 1], ends[2][c >> 2 & 1]]);
-    const FACES: [[u32; 4]; 6] = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    let triangles = FACES.iter().flat_map(|&[a, b, c, d]| [a, b, c, a, c, d]);
-    (corners.collect(), triangles.collect())
+fn stage_mesh((vertices_m, triangles): Surface) -> StageMesh {
+    let vertices_mm = vertices_m.iter().flat_map(|c| [c.x, c.y, c.z]).map(to_mm).collect();
+    StageMesh { vertices_mm, triangles: triangles.into_iter().flatten().collect() }
 }
 
 fn happening(mark: CurveMark) -> Happening {
@@ -175,12 +183,6 @@ fn happening(mark: CurveMark) -> Happening {
 
 #[cfg(test)]
 pub(super) mod tests {
-    //! Fails when a mesh of any size would be sent, or a box does not reach around it.
-    use law::structures::Shape;
-    use nalgebra::Point3;
-
-    use super::*;
-
     pub(in crate::replay) fn session() -> recording::Session {
         recording::Session {
             session_id: uuid::Uuid::nil(),
@@ -199,26 +201,5 @@ pub(super) mod tests {
             started_at: time::OffsetDateTime::UNIX_EPOCH,
             patient_thickness_mm: vec![],
         }
-    }
-
-    #[test]
-    fn a_fine_mesh_is_shown_as_the_box_around_it() {
-        let spec = |triangles| StructureSpec {
-            name: "lump".to_owned(),
-            kind: StructureKind::Organ,
-            shape: Shape::Mesh {
-                vertices_m: vec![Point3::new(-0.001, 0.0, -0.02), Point3::new(0.003, 0.002, -0.01), Point3::origin()],
-                triangles: vec![[0, 1, 2]; triangles],
-            },
-            position_m: Point3::origin(),
-            wall: None,
-        };
-        assert_eq!(structure(&spec(12)).triangles.len(), 36);
-        let boxed = structure(&spec(MOST_TRIANGLES + 1));
-        assert_eq!((boxed.vertices_mm.len(), boxed.triangles.len()), (24, 36));
-        let reach = |axis: usize, seed: f64, pick: fn(f64, f64) -> f64| {
-            boxed.vertices_mm.iter().skip(axis).step_by(3).copied().fold(seed, pick)
-        };
-        assert!((reach(0, 0.0, f64::max) - 3.0).abs() < 1e-9 && (reach(2, 0.0, f64::min) + 20.0).abs() < 1e-9);
     }
 }
