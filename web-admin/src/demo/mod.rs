@@ -18,7 +18,7 @@ use std::path::PathBuf;
 use acts::intake::Bearer;
 use acts::recordings::Received;
 use acts::{importing, intake, publishing, surveys};
-use anyhow::{Context, ensure};
+use anyhow::{Context, bail, ensure};
 use attempt::AttemptTask;
 pub use crowd::ATTEMPTS_EACH;
 use documents::ExerciseBundle;
@@ -43,6 +43,8 @@ const OPENING_S: i64 = 9 * 3600;
 const SLOT_S: i64 = 900;
 /// The course that everybody practises. The school teaches every shipped course; the others wait for whoever looks around.
 const COURSE: &str = "lower-back-basics";
+/// The course of whoever has mastered that one: on a whole patient.
+const NEXT_COURSE: &str = "lumbar-epidural-on-a-body";
 
 /// The shipped curricula, so that the program needs no folder beside it.
 #[derive(RustEmbed)]
@@ -182,16 +184,21 @@ async fn practise_for_day(
     Ok(made)
 }
 
-/// What the school's own rule says comes next; after the last exercise, the course from its beginning.
+/// What the school's own rule says comes next; after the last exercise of both courses, the second from its beginning.
 async fn next_exercise(state: &AppState, trainee: &Trainee, n: u32) -> anyhow::Result<ExerciseBundle> {
     let reader = state.db.reader();
     let taught = curricula::list_taught_curricula(reader, trainee.school_id).await?;
-    let practised = taught.iter().find(|taught| taught.curriculum_id == COURSE).context("the course is not taught")?;
-    let course = curricula::find_course(reader, trainee.school_id, practised).await?;
     let attempts = practice::list_trainee_practice(reader, trainee.school_id, trainee.id).await?;
-    let progress = Progress::of(&course, &attempts, state.clock.now().to_utc());
-    let step = progress.next.unwrap_or(n as usize % course.steps.len());
-    current_bundle(state, trainee.school_id, &course, step).await
+    for id in [COURSE, NEXT_COURSE] {
+        let practised = taught.iter().find(|taught| taught.curriculum_id == id).context("the course is not taught")?;
+        let course = curricula::find_course(reader, trainee.school_id, practised).await?;
+        let progress = Progress::of(&course, &attempts, state.clock.now().to_utc());
+        let around = (id == NEXT_COURSE).then_some(n as usize % course.steps.len());
+        if let Some(step) = progress.next.or(around) {
+            return current_bundle(state, trainee.school_id, &course, step).await;
+        }
+    }
+    bail!("no course has an exercise")
 }
 
 async fn current_bundle(
