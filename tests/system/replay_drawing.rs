@@ -86,6 +86,32 @@ const MEASURE: &str = "
     delete scene.drawLabels;
     return { whole, thinnest_half: Math.min(...half) };";
 
+/// What is sent of a whole patient before anything plays, and how far it fades at a moment before the needle goes in and at its deepest; null
+/// where there is none.
+const PATIENT: &str = "
+    const scene = window.drawn;
+    const { frames, stage } = scene.attempt;
+    if (!scene.hasPatient) return null;
+    const faded = Array.from({ length: frames.count }, (_, k) => { scene.read(frames.at(frames.time(k))); return scene.faded; });
+    return {
+      shown: document.querySelector('[data-part=view]').value,
+      triangles: stage.skin.triangles.length / 3,
+      bytes: JSON.stringify(stage).length,
+      faded: [faded[0], Math.max(...faded)],
+    };";
+
+/// The view of a whole patient.
+#[derive(Deserialize)]
+struct DrawnPatient {
+    /// The view that the page begins with.
+    shown: String,
+    triangles: f64,
+    /// Of the stage, before it is compressed.
+    bytes: f64,
+    /// Above the skin, and at the deepest.
+    faded: [f64; 2],
+}
+
 /// Where a drawn boundary meets the needle's line, in mm.
 #[derive(Clone, Copy, Deserialize)]
 struct Crossing {
@@ -207,6 +233,7 @@ async fn the_browser_draws_tip_and_tissue_together_as_the_simulator_does() {
     let browser = driver.browser(&folder.path().join("profile")).await;
     browser.set_window_size(1280, 900).await.expect("a window of that size");
     sign_in_with(&browser, &service.url, ("ada@example.org", PASSWORD)).await;
+    let mut patients = 0;
     for (name, path) in &recordings {
         let (file, outbox) = (at("token"), at("outbox"));
         run_ok("stylet", &["upload", path, "--server", &service.url, "--token-file", &file, "--outbox", &outbox]);
@@ -217,11 +244,24 @@ async fn the_browser_draws_tip_and_tissue_together_as_the_simulator_does() {
         let mut truth = Truth::new(path, rim.expect("a number").as_f64().expect("a number"));
         let measured = browser.execute(MEASURE, vec![]).await.expect("the frames");
         check(name, &mut truth, measured);
+        let patient = browser.execute(PATIENT, vec![]).await.expect("the patient");
+        patients += usize::from(check_patient(name, patient));
         if std::env::var_os("STYLET_UPDATE_PICTURES").is_some() && BESIDE.contains(&name.as_str()) {
             draw_beside(&browser, &truth.recording, (name, path), folder.path()).await;
         }
     }
     browser.close().await.expect("the browser closes");
+    assert_eq!(patients, 5, "exercises on a body");
+}
+
+/// A whole patient is little to send, is what the page begins with, and fades as in the simulator's own picture; whether there is one.
+fn check_patient(name: &str, patient: Value) -> bool {
+    let patient: Option<DrawnPatient> = serde_json::from_value(patient).expect("a patient or none");
+    let Some(DrawnPatient { shown, triangles, bytes, faded: [before, deepest] }) = patient else { return false };
+    assert_eq!(shown, "patient", "{name}");
+    assert!((1000.0..=6000.0).contains(&triangles) && bytes < 400e3, "{name}: {triangles} triangles, {bytes} B");
+    assert!(before <= 0.0 && (0.5..=0.8 + 1e-9).contains(&deepest), "{name}: faded {before}, then {deepest}");
+    true
 }
 
 fn check(name: &str, truth: &mut Truth, mut measured: Value) {

@@ -155,14 +155,6 @@ impl<'a> AttemptHistory<'a> {
         Cow::Owned(self.attempts.iter().filter(counts).cloned().collect())
     }
 
-    /// Progress in a course by the attempts that count.
-    fn counting_in_course(&self, course: usize, counting: &Cow<'_, [ScoredAttempt]>) -> Cow<'_, Progress> {
-        match counting {
-            Cow::Borrowed(_) => Cow::Borrowed(self.in_course(course)),
-            Cow::Owned(some) => Cow::Owned(Progress::of(&self.taught[course].course, some, self.now.to_utc())),
-        }
-    }
-
     /// The attempts at what was assigned, since it was, that only lack a confirmation.
     fn unconfirmed(&self, assigned: &Assigned, supervised: &SupervisedSessions) -> Vec<SessionId> {
         let lacks = |attempt: &&ScoredAttempt| {
@@ -211,7 +203,15 @@ impl AssignmentStanding {
                 exercise_stage(&assigned, exercise, &counting, || tried.missing_before(exercise))
             }
             AssignmentTask::Course(course) => match tried.taught.iter().position(|taught| taught.id == *course) {
-                Some(course) => course_stage(&assigned, &tried.counting_in_course(course, &counting)),
+                Some(course) => {
+                    let progress = match &counting {
+                        Cow::Borrowed(_) => Cow::Borrowed(tried.in_course(course)),
+                        Cow::Owned(some) => {
+                            Cow::Owned(Progress::of(&tried.taught[course].course, some, tried.now.to_utc()))
+                        }
+                    };
+                    course_stage(&assigned, &progress)
+                }
                 None => AssignmentStage::Open { left: None, mastered: None },
             },
         };

@@ -326,9 +326,15 @@ export class Scene {
       last = at[1];
       write(layer.name, place, 6);
     });
-    this.attempt.stage.structures.forEach((structure, i) => {
-      if (this.centres[i] && (!this.isClosed || this.faded > NAMED)) write(structure.name, this.centres[i], 8);
-    });
     write(this.attempt.names.target ?? 'target', this.attempt.stage.target_mm, 8);
+    // A name that would lie on another is left out; on a whole patient all of them lie close together.
+    const taken = [project(camera, this.attempt.stage.target_mm, width, height)];
+    const isFree = (at) => taken.every((other) => !other || Math.abs(other[0] - at[0]) > 90 || Math.abs(other[1] - at[1]) > 13);
+    this.attempt.stage.structures.forEach((structure, i) => {
+      const at = this.centres[i] && project(camera, this.centres[i], width, height);
+      if (!at || !isFree(at) || (this.isClosed && this.faded <= NAMED)) return;
+      taken.push(at);
+      write(structure.name, this.centres[i], 8);
+    });
   }
 }
