@@ -48,18 +48,18 @@ pub(super) fn along(load: &Load, spans: &Spans) -> Vec<f64> {
 
 /// A part of a load that leans, on a vertical of its own.
 pub(super) struct AxisStation {
-    /// Where the vertical is, in m.
-    pub x_m: f64,
+    /// Depth at which the needle meets the vertical, in m.
+    pub depth_m: f64,
     /// Its share of the load on every node down the depth.
     pub along: Vec<f64>,
 }
 
-/// The load of a needle that goes `tangent` along the skin for each metre down: where it meets a contactor; for a drag so many
-/// stations in each strip, at Gauss's points, each with the density that interpolation gives it.
-pub(super) fn stations(load: &Load, spans: &Spans, tangent: f64, each_strip: usize) -> Vec<AxisStation> {
+/// The load of a needle that leans, by whatever angle: where it meets a contactor; for a drag so many stations in each strip, at
+/// Gauss's points, each with the density that interpolation gives it.
+pub(super) fn stations(load: &Load, spans: &Spans, each_strip: usize) -> Vec<AxisStation> {
     let [from_m, to_m] = load.ends_m();
     if same_depth(from_m, to_m) {
-        return vec![AxisStation { x_m: from_m * tangent, along: along(load, spans) }];
+        return vec![AxisStation { depth_m: from_m, along: along(load, spans) }];
     }
     let points: Vec<f64> = gauss_rule(each_strip).into_iter().map(|(point, _)| point).collect();
     let dragged = spans.all().iter().filter(|span| (from_m..=to_m).contains(&span.middle_m()));
@@ -71,7 +71,7 @@ pub(super) fn stations(load: &Load, spans: &Spans, tangent: f64, each_strip: usi
         };
         let depth_m = span.middle_m() + span.half_m() * points[own];
         let along = weigh(spans, [span.from_m, span.to_m], |depth_m| share(depth_m) / (to_m - from_m));
-        AxisStation { x_m: depth_m * tangent, along }
+        AxisStation { depth_m, along }
     };
     dragged.flat_map(|span| (0..each_strip).map(move |own| (span, own))).map(|(span, own)| station(span, own)).collect()
 }

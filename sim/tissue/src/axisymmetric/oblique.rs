@@ -17,13 +17,26 @@ use crate::{FieldModel, Load, Model};
 /// skin, towards which the needle leans, and a depth.
 #[derive(Clone, Debug)]
 pub struct Oblique {
-    /// Sine and cosine of the angle to the normal.
-    lean: [f64; 2],
-    /// Where the vertical of each station is, in m.
+    lean: Lean,
+    /// Depth at which the needle meets the vertical of each station, in m.
     stations_m: Vec<f64>,
     into: Harmonic<2>,
     along: Harmonic<3>,
     force_n: f64,
+}
+
+/// Of the angle to the normal.
+#[derive(Clone, Copy, Debug)]
+struct Lean {
+    sine: f64,
+    cosine: f64,
+    tangent: f64,
+}
+
+impl Lean {
+    fn new(tilt_rad: f64) -> Self {
+        Self { sine: libm::sin(tilt_rad), cosine: libm::cos(tilt_rad), tangent: libm::tan(tilt_rad) }
+    }
 }
 
 /// One harmonic's answer to 1 N at each station, in m.
@@ -65,6 +78,12 @@ impl Oblique {
     pub fn new(question: &Problem3, mesh: &MeshSpec, each_strip: usize) -> Result<Self, AxisymmetricError> {
         Ok(SharedMesh::new(question, mesh, each_strip)?.under(&question.flat.load))
     }
+
+    /// Leans the needle by another angle to the normal, in rad. Nothing is solved anew: neither harmonic knows the angle, which only
+    /// says how much there is of each and where.
+    pub(super) fn lean(&mut self, tilt_rad: f64) {
+        self.lean = Lean::new(tilt_rad);
+    }
 }
 
 /// A mesh for several loads of one needle, factorised once.
@@ -96,11 +115,11 @@ impl SharedMesh {
 
     /// The answer to a load. Where it ends the mesh has a line.
     pub fn under(&self, load: &Load) -> Oblique {
-        let stations = stations(load, &self.into.axial, libm::tan(self.tilt_rad), self.each_strip);
+        let stations = stations(load, &self.into.axial, self.each_strip);
         let ([into, along], [once, twice]) = (&self.factors, &self.across);
         Oblique {
-            lean: [libm::sin(self.tilt_rad), libm::cos(self.tilt_rad)],
-            stations_m: stations.iter().map(|station| station.x_m).collect(),
+            lean: Lean::new(self.tilt_rad),
+            stations_m: stations.iter().map(|station| station.depth_m).collect(),
             into: Harmonic::new(self.into.clone(), into, 1, once, &stations),
             along: Harmonic::new(self.along.clone(), along, 0, twice, &stations),
             force_n: 1.0,
@@ -129,10 +148,11 @@ impl FieldModel for Oblique {
     }
 
     fn displacement_m(&self, x_m: f64, depth_m: f64) -> [f64; 2] {
-        let [sine, cosine] = self.lean;
+        let Lean { sine, cosine, tangent } = self.lean;
         let [mut down_m, mut along_m] = [0.0; 2];
         let solutions = self.into.solutions.iter().zip(&self.along.solutions);
-        for (&station_m, (into, along)) in self.stations_m.iter().zip(solutions) {
+        for (&depth_of_station_m, (into, along)) in self.stations_m.iter().zip(solutions) {
+            let station_m = depth_of_station_m * tangent;
             let (r_m, side) = ((x_m - station_m).abs(), if x_m < station_m { -1.0 } else { 1.0 });
             let [u_r, u_z] = self.into.grid.at(into, r_m, depth_m);
             let [s, t, q] = self.along.grid.at(along, r_m, depth_m);

@@ -61,7 +61,7 @@ pub fn fit_oblique_by(
     Domain::Positive.check("tolerance", tolerance, "")?;
     match judging {
         Judging::First => first(question, tolerance),
-        Judging::Second => second(question, tolerance),
+        Judging::Second | Judging::Third => second(question, tolerance),
     }
 }
 
@@ -91,6 +91,72 @@ pub fn along_needle(question: &Problem3, loads: &[Load], tolerance: f64) -> Resu
     Ok(Along { answers_m: judge.answer, doubts })
 }
 
+/// What the loads of an attempt come to under a needle at each of some angles.
+pub struct AlongAngles {
+    /// As of [`Along`], angle after angle.
+    pub answers_m: Vec<Vec<f64>>,
+    /// What the relative error of each is taken to be, at the angle where it is largest.
+    pub doubts: Vec<f64>,
+    /// The mesh, for people.
+    pub mesh: Phrase,
+    /// Unknowns of both harmonics.
+    pub unknowns: usize,
+    /// Bytes of the largest model.
+    pub bytes: usize,
+}
+
+/// Answers as [`along_needle`] does for a needle at each of some angles to the normal, in rad. The tissue is solved once for all of them.
+///
+/// # Errors
+/// As for [`fit_oblique`].
+pub fn along_needle_at(
+    question: &Problem3,
+    loads: &[Load],
+    tilts_rad: &[f64],
+    tolerance: f64,
+) -> Result<AlongAngles, AxisymmetricError> {
+    let leaning = |tilt_rad: &f64| Problem3 { tilt_rad: *tilt_rad, ..question.clone() };
+    let leaning: Vec<Problem3> = tilts_rad.iter().map(leaning).collect();
+    leaning.iter().try_for_each(Problem3::check)?;
+    Domain::Positive.check("tolerance", tolerance, "")?;
+    let [_, more] = STATIONS;
+    let samples = question.flat.sample_r_m.len() * question.flat.sample_depth_m.len();
+    let off = |a: &Vec<f64>, b: &Vec<f64>| {
+        let of_angle = |(a, b)| relative_distance(a, b);
+        a.chunks(samples).zip(b.chunks(samples)).map(of_angle).fold(0.0, f64::max)
+    };
+    let (mut words, mut unknowns, mut bytes) = (Phrase::Data(String::new()), 0, 0);
+    let answer = |mesh: &MeshSpec| {
+        let shared = SharedMesh::new(&under_no_samples(question, loads, mesh)?, mesh, more)?;
+        words = mesh.in_words();
+        let at_each = |load: &Load| {
+            let mut model = shared.under(load);
+            (unknowns, bytes) = (model.unknowns(), model.bytes().max(bytes));
+            let mut lean = |question: &Problem3| {
+                model.lean(question.tilt_rad);
+                question.all_along_needle_m(&model)
+            };
+            leaning.iter().flat_map(&mut lean).collect()
+        };
+        Ok(loads.iter().map(at_each).collect::<Vec<Vec<f64>>>())
+    };
+    let worst = |a: &Vec<Vec<f64>>, b: &Vec<Vec<f64>>| a.iter().zip(b).map(|(a, b)| off(a, b)).fold(0.0, f64::max);
+    let judge = Judge::new(&question.flat, tolerance, answer, worst)?;
+    let doubts = (0..loads.len()).map(|at| judge.doubt_of(|a, b| off(&a[at], &b[at]))).collect();
+    Ok(AlongAngles { answers_m: judge.answer, doubts, mesh: words, unknowns, bytes })
+}
+
+/// The question without samples, where a mesh fits every load.
+fn under_no_samples(question: &Problem3, loads: &[Load], mesh: &MeshSpec) -> Result<Problem3, AxisymmetricError> {
+    let mut asked_nowhere = question.clone();
+    asked_nowhere.flat.sample_r_m.clear();
+    asked_nowhere.flat.sample_depth_m.clear();
+    for load in loads {
+        mesh.check(&Problem { load: *load, ..asked_nowhere.flat.clone() })?;
+    }
+    Ok(asked_nowhere)
+}
+
 /// Displacement along the needle under each load, in m, on one mesh; a drag that leans with so many stations in each strip. Where a sample lies outside the tissue nothing moves.
 pub(crate) fn each_along_needle_m(
     question: &Problem3,
@@ -98,12 +164,7 @@ pub(crate) fn each_along_needle_m(
     mesh: &MeshSpec,
     each_strip: usize,
 ) -> Result<Vec<Vec<f64>>, AxisymmetricError> {
-    let mut asked_nowhere = question.clone();
-    asked_nowhere.flat.sample_r_m.clear();
-    asked_nowhere.flat.sample_depth_m.clear();
-    for load in loads {
-        mesh.check(&Problem { load: *load, ..asked_nowhere.flat.clone() })?;
-    }
+    let asked_nowhere = under_no_samples(question, loads, mesh)?;
     if question.tilt_rad == 0.0 {
         let mut model = Axisymmetric::new(&asked_nowhere.flat, mesh)?;
         let answer = |load: &Load| {
