@@ -226,13 +226,14 @@ pub async fn standings_at(
         true => supervisions::of_assignment(reader, school, id).await?.into_iter().collect(),
         false => SupervisedSessions::new(),
     };
+    let now = state.clock.now();
     let of = |person: &PersonId| {
         let mut own = assigned.clone();
         if let Some(longer) = longer.iter().find(|extension| extension.person_id == *person) {
             (own.due_at, own.extended_days) = (Some(longer.due_at), longer.days);
         }
         let attempts = practised.get(person).map_or(&[][..], Vec::as_slice);
-        AssignmentStanding::of(own, &AttemptHistory::new(&taught, attempts, state.clock.now()), &supervised)
+        AssignmentStanding::of(own, &AttemptHistory::new(&taught, attempts, now), &supervised)
     };
     Ok(people.iter().map(of).collect())
 }

@@ -142,9 +142,8 @@ impl CohortStanding<'_> {
         let row = |of: &PractisedTrainee<'_>| {
             let course = of.history.main_course()?;
             let main = of.history.in_course(course);
-            let href = format!("/trainees/{}", of.trainee.id);
-            let row = || TraineeRow::new(href, of.trainee.name.clone(), &courses[course].facts(None), main);
-            wanted(main).then(row)
+            let href = || format!("/trainees/{}", of.trainee.id);
+            wanted(main).then(|| TraineeRow::new(href(), of.trainee.name.clone(), &courses[course].facts(None), main))
         };
         self.trainees.iter().filter_map(row).collect()
     }
