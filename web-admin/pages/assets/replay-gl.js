@@ -162,13 +162,17 @@ export const add = (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
 export const scale = (a, k) => [a[0] * k, a[1] * k, a[2] * k];
 export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+
+// A triangle's normal, as long as twice its area.
+export const normalOf = (a, b, c) => cross(add(b, scale(a, -1)), add(c, scale(a, -1)));
+
 // The directions in which a surface faces at its corners: of the triangles about each, the larger the more.
 export function facing(corners, triangles) {
   const sums = corners.map(() => [0, 0, 0]);
   for (let i = 0; i + 2 < triangles.length; i += 3) {
     const [a, b, c] = [0, 1, 2].map((k) => corners[triangles[i + k]]);
-    const area = cross(add(b, scale(a, -1)), add(c, scale(a, -1)));
-    [0, 1, 2].forEach((k) => { sums[triangles[i + k]] = add(sums[triangles[i + k]], area); });
+    const normal = normalOf(a, b, c);
+    [0, 1, 2].forEach((k) => { sums[triangles[i + k]] = add(sums[triangles[i + k]], normal); });
   }
   return sums.map(unit);
 }

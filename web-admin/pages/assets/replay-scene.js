@@ -1,6 +1,6 @@
 // The body cut open along the needle: layers as bands, boundaries with their tents, structures, the needle.
 
-import { Mesh, PLAIN, Painter, add, cross, dot, facing, lookAt, project, scale, unit } from './replay-gl.js';
+import { Mesh, PLAIN, Painter, add, cross, dot, facing, lookAt, normalOf, project, scale, unit } from './replay-gl.js';
 import { FONT, fit, readTheme, rgb, textureColour } from './replay-theme.js';
 
 // Half the width of the block of tissue, and how far a tent reaches sideways, in mm. Where the boundaries stand beside the needle is told by
@@ -227,7 +227,7 @@ export class Scene {
       const right = row(across);
       for (let k = 0; k < STEPS / 4; k += 1) {
         const [a, b, c, d] = [left[k], right[k], right[k + 1], left[k + 1]];
-        const normal = unit(cross(add(b, scale(a, -1)), add(d, scale(a, -1))));
+        const normal = unit(normalOf(a, b, d));
         this.moving.solid.quad(a, b, c, d, normal, this.colours[0]);
       }
       left = right;
@@ -248,7 +248,7 @@ export class Scene {
     for (let i = 0; i + 2 < triangles.length; i += 3) {
       const three = triangles.slice(i, i + 3);
       const [a, b, c] = three.map((corner) => corners[corner]);
-      const flat = round ? null : unit(cross(add(b, scale(a, -1)), add(c, scale(a, -1))));
+      const flat = round ? null : unit(normalOf(a, b, c));
       three.forEach((corner, k) => mesh.vertex([a, b, c][k], round ? round[corner] : flat, colour, alpha));
     }
   }

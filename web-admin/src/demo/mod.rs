@@ -18,7 +18,7 @@ use std::path::PathBuf;
 use acts::intake::Bearer;
 use acts::recordings::Received;
 use acts::{importing, intake, publishing, surveys};
-use anyhow::{Context, bail, ensure};
+use anyhow::{Context, ensure};
 use attempt::AttemptTask;
 pub use crowd::ATTEMPTS_EACH;
 use documents::ExerciseBundle;
@@ -189,16 +189,18 @@ async fn next_exercise(state: &AppState, trainee: &Trainee, n: u32) -> anyhow::R
     let reader = state.db.reader();
     let taught = curricula::list_taught_curricula(reader, trainee.school_id).await?;
     let attempts = practice::list_trainee_practice(reader, trainee.school_id, trainee.id).await?;
-    for id in [COURSE, NEXT_COURSE] {
+    let course = async |id: &str| {
         let practised = taught.iter().find(|taught| taught.curriculum_id == id).context("the course is not taught")?;
-        let course = curricula::find_course(reader, trainee.school_id, practised).await?;
-        let progress = Progress::of(&course, &attempts, state.clock.now().to_utc());
-        let around = (id == NEXT_COURSE).then_some(n as usize % course.steps.len());
-        if let Some(step) = progress.next.or(around) {
-            return current_bundle(state, trainee.school_id, &course, step).await;
-        }
+        anyhow::Ok(curricula::find_course(reader, trainee.school_id, practised).await?)
+    };
+    let next = |course: &Course| Progress::of(course, &attempts, state.clock.now().to_utc()).next;
+    let first = course(COURSE).await?;
+    if let Some(step) = next(&first) {
+        return current_bundle(state, trainee.school_id, &first, step).await;
     }
-    bail!("no course has an exercise")
+    let second = course(NEXT_COURSE).await?;
+    let step = next(&second).unwrap_or(n as usize % second.steps.len());
+    current_bundle(state, trainee.school_id, &second, step).await
 }
 
 async fn current_bundle(
