@@ -39,8 +39,7 @@ async fn make_instructor_home(state: &AppState, shell: Shell, person: &CurrentPe
     let taught = standing::judged_courses(&courses);
     let mut cards = Vec::new();
     let (mut help, mut due) = (Vec::new(), Vec::new());
-    for cohort in reports::cohorts(reader, person).await? {
-        let practised = standing::practice_of_cohort(state, person.school_id, cohort).await?;
+    for practised in standing::practice_of_cohorts(state, person).await? {
         let (cohort, standing) = (&practised.cohort, practised.standing(&taught, state.clock.now()));
         let assigned = standing.assignments(state, person.school_id).await?;
         due.extend(gradebook::list_pressing_assignments(&assigned, &cohort.name, state.clock.now()));

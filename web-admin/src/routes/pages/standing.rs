@@ -5,7 +5,7 @@ use acts::error::Error;
 use model::assignment::{AttemptHistory, TaughtCourse as JudgedCourse};
 use model::ids::{CohortId, PersonId, SchoolId};
 use model::progress::{Course, Progress, ScoredAttempt};
-use model::{Moment, Needed, Role};
+use model::{CurrentPerson, Moment, Needed, Role};
 use pages::cohort::TraineeRow;
 use pages::trainee::CourseFacts;
 use store::curricula::TaughtCurriculum;
@@ -95,6 +95,25 @@ pub(super) struct PractisedCohort {
     pub cohort: NamedItem<CohortId>,
     trainees: Vec<NamedItem<PersonId>>,
     practised: ByTrainee,
+}
+
+/// What the trainees of every cohort that somebody teaches have practised. Thousands of attempts take time to read, so each cohort's are
+/// read on a task of their own.
+pub(super) async fn practice_of_cohorts(
+    state: &AppState,
+    person: &CurrentPerson,
+) -> Result<Vec<PractisedCohort>, Error> {
+    let school = person.school_id;
+    let read = |cohort| {
+        let state = state.clone();
+        tokio::spawn(async move { practice_of_cohort(&state, school, cohort).await })
+    };
+    let reading: Vec<_> = reports::cohorts(state.db.reader(), person).await?.into_iter().map(read).collect();
+    let mut practised = Vec::with_capacity(reading.len());
+    for cohort in reading {
+        practised.push(cohort.await??);
+    }
+    Ok(practised)
 }
 
 /// What a cohort's trainees have practised.
