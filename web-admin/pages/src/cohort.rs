@@ -29,8 +29,10 @@ pub struct CohortPage {
     pub trainees: Vec<TraineeRow>,
     /// What is assigned to it and to its trainees.
     pub due_lines: Vec<DueLine>,
-    /// How the cohort stands on each exercise, by course.
+    /// How the cohort stands on each exercise, by course that somebody has begun.
     pub courses: Vec<CourseShare>,
+    /// Titles of the courses that nobody has begun.
+    pub others: Vec<String>,
     /// Now, for "… days ago".
     pub now: OffsetDateTime,
 }
@@ -215,13 +217,20 @@ impl CourseShare {
         let exercises = (0..facts.course.steps.len()).map(|i| exercise_share(facts, trainees, i)).collect();
         Self { title: facts.title.to_owned(), exercises }
     }
+
+    /// Whether somebody has tried any of its exercises.
+    #[must_use]
+    pub fn is_begun(&self) -> bool {
+        self.exercises.iter().any(|exercise| exercise.attempts > 0)
+    }
 }
 
 fn exercise_share(facts: &CourseFacts<'_>, trainees: &[(&str, &Progress)], index: usize) -> ExerciseShare {
     let step = &facts.course.steps[index];
     let done = || trainees.iter().map(|(_, progress)| &progress.steps[index]);
     let mastered = done().filter(|s| matches!(s.state, StepState::Mastered { .. })).count();
-    let here = trainees.iter().filter(|(_, p)| p.next == Some(index)).map(|(name, _)| (*name).to_owned()).collect();
+    let is_here = |progress: &Progress| progress.attempts() > 0 && progress.next == Some(index);
+    let here = trainees.iter().filter(|(_, p)| is_here(p)).map(|(name, _)| (*name).to_owned()).collect();
     ExerciseShare {
         href: exercise_href(&step.exercise),
         title: step.title.clone(),

@@ -351,6 +351,10 @@ pub(super) fn trainee_page(own: bool) -> TraineePage {
         due: vec![],
         cohorts: vec!["Spring 2026".to_owned()],
         courses: vec![CourseView::new(&facts(&course), &progress, 0)],
+        others: vec![CourseView {
+            title: "Lumbar puncture".to_owned(),
+            ..CourseView::new(&facts(&course), &Progress::of(&course, &[], NOW), 1)
+        }],
         habits: HabitsView::default(),
         attempts: attempts(),
         pages: PageNumbers { page: 1, last: 2, entries: 34 },
@@ -392,6 +396,7 @@ pub(super) fn cohort_page() -> CohortPage {
         trainees: standing.iter().map(row).collect(),
         due_lines: vec![due_line()],
         courses: vec![CourseShare::new(&facts(&course), &standing.each_ref().map(|(name, p)| (name.as_str(), p)))],
+        others: vec!["Lumbar puncture".to_owned()],
         now: NOW,
     }
 }

@@ -35,8 +35,10 @@ pub struct TraineePage {
     pub requests: Vec<MembershipRequest>,
     /// Cohorts, by name.
     pub cohorts: Vec<String>,
-    /// Courses, the one in progress first.
+    /// Courses that they have begun, the one in progress first; before any attempt the school's first.
     pub courses: Vec<CourseView>,
+    /// The school's other courses.
+    pub others: Vec<CourseView>,
     /// What costs most, and what costs nothing, over the latest attempts.
     pub habits: HabitsView,
     /// Latest attempts, newest first.

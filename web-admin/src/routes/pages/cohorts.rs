@@ -76,13 +76,16 @@ pub(super) async fn show_cohort(
     let cohort = &practised.cohort;
     let instructors = reports::members(reader, school, id, Role::Instructor).await?;
     let share = |(i, taught): (usize, &TaughtCourse)| CourseShare::new(&taught.facts(None), &standing.in_course(i));
+    let (begun, others): (Vec<CourseShare>, Vec<CourseShare>) =
+        courses.iter().enumerate().map(share).partition(CourseShare::is_begun);
     Ok(CohortPage {
         shell: Shell::new(&person, csrf.token(), NavPlace::Cohorts),
         href: cohort_href(cohort),
         due_lines: gradebook::list_assignments_of_cohort(&assigned, &cohort.name),
         name: cohort.name.clone(),
         instructors: instructors.into_iter().map(|i| i.name).collect(),
-        courses: courses.iter().enumerate().map(share).collect(),
+        courses: begun,
+        others: others.into_iter().map(|course| course.title).collect(),
         trainees: standing.rows(&courses, |_| true),
         now: state.clock.now().to_utc(),
     })

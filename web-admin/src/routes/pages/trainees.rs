@@ -83,6 +83,7 @@ pub(super) async fn make_trainee_page(
     let requests =
         if own { cohorts::list_membership_requests(reader, school, None, Some(visitor.id)).await? } else { Vec::new() };
     let due = teaching::standings(state, school, trainee.id).await?;
+    let (courses, others) = set_apart(progress);
     Ok(TraineePage {
         shell,
         news: if own { news::list_news(state, visitor).await? } else { Vec::new() },
@@ -94,10 +95,19 @@ pub(super) async fn make_trainee_page(
         own,
         sign_in_code,
         cohorts: cohorts.into_iter().map(|c| c.name).collect(),
-        courses: progress.into_iter().map(view).collect(),
+        courses: courses.into_iter().map(&view).collect(),
+        others: others.into_iter().map(&view).collect(),
         attempts: rows::own_rows(reports::attempts_of(reader, school, trainee.id, stretch).await?),
         pages,
     })
+}
+
+/// The first course and those begun, and apart from them those not begun: nobody needs help with what nobody asked of them.
+fn set_apart(courses: Vec<(usize, Progress)>) -> (Vec<(usize, Progress)>, Vec<(usize, Progress)>) {
+    let (shown, others): (Vec<_>, Vec<_>) =
+        courses.into_iter().enumerate().partition(|(at, (_, progress))| *at == 0 || progress.attempts() > 0);
+    let courses = |of: Vec<(usize, (usize, Progress))>| of.into_iter().map(|(_, course)| course).collect();
+    (courses(shown), courses(others))
 }
 
 /// What costs most over attempts that count, newest first.
