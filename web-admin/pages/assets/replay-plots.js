@@ -153,17 +153,22 @@ export class Plots {
   }
 
   drawBands(pen) {
-    let last = -Infinity;
-    this.attempt.stage.layers.forEach((layer) => {
-      if (layer.along_top_mm > this.deepest) return;
-      const [top, bottom] = [this.depth(layer.along_top_mm), this.depth(Math.min(layer.along_bottom_mm, this.deepest))];
-      pen.fillStyle = textureColour(this.theme, layer.texture);
+    const layers = this.attempt.stage.layers.filter((layer) => layer.along_top_mm <= this.deepest);
+    const bands = layers.map(({ name, texture, along_top_mm: from, along_bottom_mm: to }) => (
+      { name, texture, top: this.depth(from), bottom: this.depth(Math.min(to, this.deepest)) }
+    ));
+    bands.forEach(({ texture, top, bottom }) => {
+      pen.fillStyle = textureColour(this.theme, texture);
       pen.fillRect(LEFT, top, this.width - LEFT - RIGHT, bottom - top);
+    });
+    // Over all of them, since a thin layer's name reaches into the next. One that would lie on another is left out.
+    let last = -Infinity;
+    pen.fillStyle = this.theme.ink;
+    pen.textAlign = 'right';
+    bands.forEach(({ name, top, bottom }) => {
       if (bottom - top < 4 || (top + bottom) / 2 < last + 13) return;
       last = (top + bottom) / 2;
-      pen.fillStyle = this.theme.ink;
-      pen.textAlign = 'right';
-      pen.fillText(layer.name, this.width - RIGHT - 5, last + 4);
+      pen.fillText(name, this.width - RIGHT - 5, last + 4);
     });
     const y = this.depth(this.attempt.stage.target_depth_mm);
     pen.strokeStyle = this.theme.good;
