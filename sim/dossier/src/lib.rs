@@ -8,6 +8,6 @@ mod figures;
 mod insertion;
 mod sources;
 
-pub use compare::{Agreement, DossierLine, Incomparable, compare_scene};
+pub use compare::{Agreement, DossierLine, Incomparable, TOLD_APART, compare_scene};
 pub use figures::{FIGURES, MeasuredQuantity, PublishedFigure, PublishedRange};
 pub use sources::{HowKnown, MeasurementSource};

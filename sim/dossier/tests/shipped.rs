@@ -51,6 +51,15 @@ fn a_figure_is_the_scenes_own() {
     assert_eq!(find(&lines, "veress_peak").agreement, Agreement::Outside);
 }
 
+/// Viscosity alone makes the epidural scene's flavum a thousandth stronger at the higher speed, which nobody has measured.
+#[test]
+fn a_rise_that_no_test_would_tell_apart_is_outside() {
+    let [plain, relaxing] = ["epidural-71kg", "epidural-midline"].map(|name| compare_scene(&scene(name)));
+    let [plain, relaxing] = [&plain, &relaxing].map(|lines| find(lines, "flavum_speed"));
+    assert!((1.0..1.01).contains(&plain.value.expect("the flavum opens")), "{plain:?}");
+    assert_eq!((plain.agreement, relaxing.agreement), (Agreement::Outside, Agreement::Inside));
+}
+
 #[test]
 fn thicker_needles_need_more_force_and_nothing_else_of_the_skin_changes() {
     let [thin, thick] = ["lower-back-training", "lower-back-thick-needle"].map(|name| compare_scene(&scene(name)));

@@ -61,6 +61,7 @@ fn say_range(quantity: &MeasuredQuantity, range: &PublishedRange) -> String {
     match *range {
         PublishedRange::Between { low, high } => tr!("{low} to {high}", low = say(low), high = say(high)),
         PublishedRange::Above(low) => tr!("above {low}", low = say(low)),
+        PublishedRange::ToldApart(low) => tr!("clearly above {low}", low = say(low)),
         PublishedRange::Single(value) => say(value),
         PublishedRange::Unstated => tr!("no values").to_owned(),
     }

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use documents::Scene;
 use dossier::{
-    Agreement, DossierLine, FIGURES, Incomparable, MeasuredQuantity, PublishedFigure, PublishedRange, compare_scene,
+    Agreement, DossierLine, FIGURES, Incomparable, MeasuredQuantity, PublishedFigure, PublishedRange, TOLD_APART,
+    compare_scene,
 };
 use plotters::prelude::*;
 
@@ -106,7 +107,7 @@ fn row_of_line(scene: &str, line: &DossierLine) -> Vec<String> {
     let number = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
     let (low, high) = match figure.range {
         PublishedRange::Between { low, high } => (Some(low), Some(high)),
-        PublishedRange::Above(low) => (Some(low), None),
+        PublishedRange::Above(low) | PublishedRange::ToldApart(low) => (Some(low), None),
         PublishedRange::Single(value) => (Some(value), Some(value)),
         PublishedRange::Unstated => (None, None),
     };
@@ -129,7 +130,8 @@ pub fn write_dossier_text(dossiers: &[SceneDossier]) -> String {
     let mut text = format!(
         "# Beside measurements\n\nMade by `stylet validate --out DIR` with stylet {}.\n\nWhat others have published, and what each scene gives \
          beside it: a needle goes straight into the layers alone at 5 mm/s. Nothing was tuned to agree, but where a scene was fitted to a \
-         figure, which is said and proves nothing. A value without a spread is nothing to be inside of: its ratio is given. *Read* tells \
+         figure, which is said and proves nothing. A value without a spread is nothing to be inside of: its ratio is given. *Clearly above*: a \
+         test told two means apart, and by how much was not published; a scene must be a twentieth above, which such a test would show (our choice). *Read* tells \
          whether the source's abstract was read here, or the figure was handed down without it.\n\n",
         env!("CARGO_PKG_VERSION")
     );
@@ -222,6 +224,7 @@ fn say_range(figure: &PublishedFigure) -> String {
     match figure.range {
         PublishedRange::Between { low, high } => format!("{} to {}", say(low), say(high)),
         PublishedRange::Above(low) => format!("above {}", say(low)),
+        PublishedRange::ToldApart(low) => format!("clearly above {}", say(low)),
         PublishedRange::Single(value) => say(value),
         PublishedRange::Unstated => "no values".to_owned(),
     }
@@ -250,6 +253,7 @@ fn bar_of(figure: &PublishedFigure) -> Option<(f64, f64, f64)> {
             Some((middle, low / middle, high / middle))
         }
         PublishedRange::Above(low) => Some((low, 1.0, SHOWN.1)),
+        PublishedRange::ToldApart(low) => Some((low, 1.0 + TOLD_APART, SHOWN.1)),
         PublishedRange::Single(value) => Some((value, 1.0, 1.0)),
         PublishedRange::Unstated => None,
     }
