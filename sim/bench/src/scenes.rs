@@ -2,8 +2,9 @@
 
 use law::axial::{
     AxialInput, AxialOutput, AxialParams, AxialScratch, AxialSpec, AxialState, Breakaway, Contactor, FibrousSheet,
-    ForceLaw, Layer, LayerOptions, MaxwellBranch, ParamError, Rupture, RuptureCriterion, step,
+    ForceLaw, Layer, LayerOptions, MaxwellBranch, ParamError, Rupture, RuptureCriterion, step, tense_stiffness_n_per_m,
 };
+use law::fracture::SharpPunch;
 
 /// A layer from its numbers: thickness in mm, stiffness in N/m, damping in N·s/m², tip and rim threshold in N, friction in
 /// N/m, cutting in N.
@@ -76,15 +77,21 @@ pub enum TriedOption {
     StaticFriction,
     /// Sheets of fibres.
     Fibres,
+    /// Sheets under tension.
+    Tension,
+    /// Thresholds of the tip that follow from a fracture energy.
+    Toughness,
 }
 
 /// Every option alone, and all at once.
-pub const OPTION_SETS: [&[TriedOption]; 6] = [
+pub const OPTION_SETS: [&[TriedOption]; 8] = [
     &[TriedOption::Stiffening],
     &[TriedOption::Relaxation],
     &[TriedOption::Relaxation, TriedOption::DentCriterion],
     &[TriedOption::StaticFriction],
     &[TriedOption::Fibres],
+    &[TriedOption::Tension],
+    &[TriedOption::Toughness],
     ALL_OPTIONS,
 ];
 /// All at once.
@@ -94,7 +101,26 @@ pub const ALL_OPTIONS: &[TriedOption] = &[
     TriedOption::DentCriterion,
     TriedOption::StaticFriction,
     TriedOption::Fibres,
+    TriedOption::Tension,
+    TriedOption::Toughness,
 ];
+
+/// Radius of the needle to which the scenes' numbers belong, in m.
+const NEEDLE_RADIUS_M: f64 = 1e-3;
+/// Tension of every sheet, in N/m, held at so far, in m: a fifth of the skin's own stiffness (choice).
+const TENSION_N_PER_M: f64 = 30.0;
+const HELD_RADIUS_M: f64 = 0.02;
+/// Fracture energy of every layer, in J/m²: of the order of skin's (choice).
+const FRACTURE_ENERGY_J_PER_M2: f64 = 4e3;
+
+/// Threshold of the tip in a layer of that fracture energy, whose modulus is that of a flat punch with its stiffness, in N.
+fn torn_n(layer: &Layer) -> f64 {
+    const POISSON_RATIO: f64 = 0.45;
+    let youngs_modulus_pa = layer.stiffness_n_per_m * (1.0 - POISSON_RATIO * POISSON_RATIO) / (2.0 * NEEDLE_RADIUS_M);
+    let shear_modulus_pa = youngs_modulus_pa / (2.0 * (1.0 + POISSON_RATIO));
+    let fracture_energy_j_per_m2 = FRACTURE_ENERGY_J_PER_M2;
+    SharpPunch { radius_m: NEEDLE_RADIUS_M, shear_modulus_pa, fracture_energy_j_per_m2 }.threshold_n()
+}
 
 /// A scene with options of version 3 in each of its layers.
 #[must_use]
@@ -104,6 +130,12 @@ pub fn with_options(spec: AxialSpec, options: &[TriedOption]) -> AxialSpec {
     let breakaway = has(TriedOption::StaticFriction).then_some(Breakaway { slid_m: 0.8e-3, rest_s: 1.0 });
     let mut spec = AxialSpec { law: ForceLaw::Version3, breakaway, ..spec };
     for layer in &mut spec.layers {
+        if has(TriedOption::Toughness) {
+            layer.tip_rupture_n = torn_n(layer);
+        }
+        if has(TriedOption::Tension) {
+            layer.stiffness_n_per_m += tense_stiffness_n_per_m(TENSION_N_PER_M, HELD_RADIUS_M, NEEDLE_RADIUS_M);
+        }
         if has(TriedOption::Stiffening) {
             layer.options.stiffening_n_per_m2 = 40.0 * layer.stiffness_n_per_m;
         }

@@ -4,7 +4,9 @@
 //! damping, stiffening and friction go with the diameter, thresholds and cutting with its power p; the tip is a factor on the
 //! thresholds, lubrication on friction, and toughness on thresholds, friction and cutting.
 
-use law::axial::{AxialSpec, Breakaway, FibrousSheet, Layer, LayerOptions, RateDependence};
+use law::axial::{
+    AxialSpec, Breakaway, FibrousSheet, Layer, LayerOptions, RateDependence, tense_stiffness_n_per_m,
+};
 use law::beam::tube_n_m2;
 use law::fracture::SharpPunch;
 use law::puncture::PunctureSpec;
@@ -75,11 +77,10 @@ impl Factors {
         }
     }
 
-    /// What a sheet under a tension T adds to the stiffness of its boundary, in N/m: 2πT/ln(R/a) for a punch of radius a in a sheet that is
-    /// held at R; 0 for a layer that is no sheet.
+    /// What a sheet under tension adds to the stiffness of its boundary, in N/m; 0 for a layer that is no sheet.
     fn pretension_n_per_m(&self, layer: &SceneLayer) -> f64 {
         let Some(SceneFibres { pretension_n_per_m, held_radius_mm, .. }) = layer.options.fibres else { return 0.0 };
-        core::f64::consts::TAU * pretension_n_per_m / libm::log(held_radius_mm / 1e3 / self.radius_m)
+        tense_stiffness_n_per_m(pretension_n_per_m, held_radius_mm / 1e3, self.radius_m)
     }
 
     /// The threshold of a sharp tip that follows from the fracture energy, in N, where the layer names one. The diameter enters by

@@ -7,6 +7,7 @@ mod layers;
 mod motion;
 mod options;
 mod samples;
+mod sheets;
 
 use law::axial::{AxialSpec, ParamError, Rupture};
 use law::closed_form::{self, PredictedRupture};
@@ -25,6 +26,7 @@ use options::{
     relaxed_reversal_force, static_tremor,
 };
 use samples::{bad_first_sample, bad_samples, missing_samples, no_time};
+use sheets::{tense_lateness, toughness_brittle, toughness_order, toughness_tough};
 
 use super::scenes::{AxialRun, Leg};
 use super::{case, largest};
@@ -69,6 +71,10 @@ super::trials! { "force law":
     relaxed_pull, case::BRANCH_REVERSAL, "pull on a needle that leaves a relaxed dent in 10 ms, and what is stored then", <= 0.0 "N";
     optioned_reversal_work, case::REVERSAL, "what the ledger's work misses of the force's along the way, of the input, under each option and all", <= 1e-3 "";
     static_tremor, case::REVERSAL, "energy lost to 20 s of tremor in static friction", <= 1e-6 "µJ";
+    toughness_order, case::TOUGHNESS, "neighbouring radii, moduli and fracture energies that do not raise the threshold", <= 0.0 "";
+    toughness_brittle, case::TOUGHNESS, "distance from πRJ where J is a millionth of μR, of it", <= 1e-6 "";
+    toughness_tough, case::TOUGHNESS, "distance from πμR² (1 + ln(J/(μR))) where J is a hundred million times μR, of it", <= 1e-9 "";
+    tense_lateness, case::TENSION, "latest rupture after its closed form, from slack to a drum; bound: a tick", <= 2.001 "µm";
     optioned_hours_drift, case::HOURS, "change of the force between the second and the last stroke under each option and all", <= 1e-8 "N";
     optioned_hours_ledger, case::HOURS, "what the energy ledger misses under each option and all, of the input", <= 1e-9 "";
     optioned_rates_energy, case::OPTION_RATES, "largest difference of work, viscous loss, friction and cutting", <= 0.01 "";

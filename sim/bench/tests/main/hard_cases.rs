@@ -50,6 +50,7 @@ hard_cases! {
         rates_instants rates_friction
         optioned_stab_force relaxed_hold_force optioned_hold_rise relaxed_reversal_force relaxed_pull static_tremor
         optioned_reversal_work
+        toughness_order toughness_brittle toughness_tough tense_lateness
         optioned_hours_drift optioned_hours_ledger optioned_rates_energy optioned_rates_rupture
         optioned_rates_force;
     axisymmetric "axisymmetric":
@@ -93,7 +94,7 @@ fn every_trial_has_a_test_of_its_own() {
 }
 
 /// Every hard case in the words of physics section 8, and the models that it concerns.
-const CASES: [(&str, &[&str]); 29] = [
+const CASES: [(&str, &[&str]); 31] = [
     ("1 m/s stab", &["force law", "axisymmetric", "mass-spring", "volumetric"]),
     ("50 mm teleport in one tick", &["force law", "axisymmetric", "mass-spring", "volumetric"]),
     (
@@ -125,6 +126,8 @@ const CASES: [(&str, &[&str]); 29] = [
     ("two loads' work on each other (Betti)", &["axisymmetric"]),
     ("reversal within a branch's time", &["force law"]),
     ("every option at 250 Hz and 4 kHz", &["force law"]),
+    ("thresholds from toughness, from brittle to tough", &["force law"]),
+    ("a sheet under tension", &["force law"]),
     ("explicit step 4 × too large (refused with the stable step named, never NaN)", &["mass-spring"]),
 ];
 

@@ -61,7 +61,10 @@ mod step;
 
 pub(crate) use book::book_lateral;
 pub use loads::write_loads;
-pub use options::{Breakaway, FibrousSheet, LayerOptions, MAX_BRANCHES, MaxwellBranch, PLAIN_EDGE, RuptureCriterion};
+pub use options::{
+    Breakaway, FibrousSheet, LayerOptions, MAX_BRANCHES, MaxwellBranch, PLAIN_EDGE, RuptureCriterion,
+    tense_stiffness_n_per_m,
+};
 pub use params::{
     AxialParams, AxialSpec, Domain, ForceLaw, Layer, MAX_LAYERS, ParamError, RateDependence, UnknownForceLaw,
 };

@@ -137,6 +137,13 @@ impl AxialSpec {
     }
 }
 
+/// What a tension T in N/m adds to the stiffness of a sheet's boundary, in N/m: 2πT/ln(R/a) for a disc of radius a in a sheet that is held at
+/// R, both in m; R must be larger than a. The tension pulls alike all round, so it does not depend on the edge.
+#[must_use]
+pub fn tense_stiffness_n_per_m(tension_n_per_m: f64, held_radius_m: f64, radius_m: f64) -> f64 {
+    core::f64::consts::TAU * tension_n_per_m / libm::log(held_radius_m / radius_m)
+}
+
 impl FibrousSheet {
     /// cos² of the angle between an edge and the fibres.
     fn along(&self, edge: [f64; 2]) -> f64 {
