@@ -129,7 +129,8 @@ fn force_bound_n(spec: &PunctureSpec) -> f64 {
     // A rate-dependent threshold may rise to its limit at high speed.
     let rate = spec.axial.rate.as_ref().map_or(0.0, |rate| rate.p_infinity_n);
     let steepest = 1.0 / libm::cos(STEEPEST_DEG.to_radians());
-    let friction_n: f64 = spec.axial.layers.iter().map(|layer| layer.friction_n_per_m * layer.thickness_m).sum();
+    let friction_n: f64 =
+        spec.axial.layers.iter().map(|layer| layer.static_friction_n_per_m() * layer.thickness_m).sum();
     largest(|l| l.tip_rupture_n * l.options.greatest_hold()).max(rate)
         + largest(|l| l.rim_rupture_n * l.options.greatest_hold()).max(rate)
         + friction_n * steepest
