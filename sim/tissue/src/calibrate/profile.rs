@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::descent::{LeastSquares, Lowest, square};
+use super::descent::{LeastSquares, square};
 use super::model::Quantity;
 use super::uncertainty::Interval;
 
@@ -38,6 +38,21 @@ pub(super) trait Profiled {
     fn quantity(&self, which: usize) -> Quantity;
     /// Whether the variable is a place, which is known to within its bounds before anything is fitted.
     fn is_place(&self, which: usize) -> bool;
+
+    /// The same fit with what is no variable close to what it is.
+    fn close_by(&self) -> Vec<Self>
+    where
+        Self: Sized,
+    {
+        Vec::new()
+    }
+}
+
+/// Better than the fit: what a search for an edge came upon.
+pub(super) struct Better<P> {
+    /// None where it is the fit's own.
+    pub problem: Option<P>,
+    pub at: Vec<f64>,
 }
 
 /// What a fit's curve says of how well it can be known.
@@ -69,12 +84,11 @@ struct Tried {
     risen: f64,
 }
 
-/// What holding a number elsewhere led to.
-enum Held {
-    /// By how many deviations the sum of squares rose.
-    Risen(f64, Vec<f64>),
-    /// It fell: these variables are better than the fit.
-    Better(Vec<f64>),
+/// Where a fit with a number held ended: its sum of squares over that of the fit, in variances.
+struct Held<P> {
+    problem: Option<P>,
+    rise: f64,
+    at: Vec<f64>,
 }
 
 impl<P: Profiled> Likelihood<P> {
@@ -93,8 +107,8 @@ impl<P: Profiled> Likelihood<P> {
     /// The interval of a number, none where the curve does not hold it to within its size. A threshold's is over its whole gap.
     ///
     /// # Errors
-    /// Variables that are better than the fit, if the search comes upon them.
-    pub fn interval(&self, which: usize) -> Result<Option<Interval>, Vec<f64>> {
+    /// What is better than the fit, if the search comes upon it.
+    pub fn interval(&self, which: usize) -> Result<Option<Interval>, Better<P>> {
         let high = self.edge(which, 1.0)?;
         let low = if high.is_some() { self.edge(which, -1.0)? } else { None };
         Ok(low.zip(high).map(|(low, high)| self.over_gap(which, Interval { low, high })))
@@ -126,7 +140,7 @@ impl<P: Profiled> Likelihood<P> {
     }
 
     /// How far up or down a number may go.
-    fn edge(&self, which: usize, sign: f64) -> Result<Option<f64>, Vec<f64>> {
+    fn edge(&self, which: usize, sign: f64) -> Result<Option<f64>, Better<P>> {
         let here = self.number(&self.at, which);
         let (lower, upper) = self.problem.quantity(which).bounds();
         let room = if sign > 0.0 { upper - here } else { here - lower };
@@ -138,13 +152,12 @@ impl<P: Profiled> Likelihood<P> {
         let mut from = self.at.clone();
         for _ in 0..EDGE_TRIES {
             way = way.min(reach);
-            let risen = match self.hold(which, here + sign * way, &slope, &from) {
-                Held::Risen(risen, point) => {
-                    from = point;
-                    risen
-                }
-                Held::Better(variables) => return Err(variables),
-            };
+            let held = self.hold(which, here + sign * way, &slope, &from);
+            if held.rise < -BETTER {
+                return Err(Better { problem: held.problem, at: held.at });
+            }
+            let risen = held.rise.max(0.0).sqrt();
+            from = held.at;
             if risen < self.quantile {
                 if way >= reach {
                     return Ok((reach >= room).then_some(here + sign * room));
@@ -182,31 +195,38 @@ impl<P: Profiled> Likelihood<P> {
     }
 
     /// Fits everything again with a number held at a target, starting where the covariance says from a point of before.
-    fn hold(&self, which: usize, target: f64, slope: &DVector<f64>, from: &[f64]) -> Held {
+    fn hold(&self, which: usize, target: f64, slope: &DVector<f64>, from: &[f64]) -> Held<P> {
         let deviation = self.deviation(slope);
         let along = &self.covariance * slope / deviation.powi(2).max(f64::MIN_POSITIVE);
         let by = target - self.number(from, which);
         let start: Vec<f64> = from.iter().zip(along.iter()).map(|(value, along)| value + by * along).collect();
         let weight = HOLD * self.variance.sqrt() / deviation.max(1e-12);
-        let residuals = |variables: &[f64]| {
-            let mut residuals = self.problem.residuals(variables);
-            residuals.push(weight * (self.number(variables, which) - target));
+        // With what holds the number: where the rest cannot follow it is not held, and that must cost.
+        let residuals = |problem: &P, variables: &[f64]| {
+            let mut residuals = problem.residuals(variables);
+            residuals.push(weight * (problem.number(variables, which) - target));
             residuals
         };
-        let ((lower, upper), step) = (self.problem.bounds(), self.problem.steps());
-        let problem = LeastSquares { residuals: &residuals, lower: &lower, upper: &upper, step: &step, enough: 0.0 };
-        let held = |start: &[f64]| {
-            // With what holds the number: where the rest cannot follow it is not held, and that must cost.
-            let Lowest { at, cost, .. } = problem.descend(start, HELD_DESCENT);
-            ((cost - self.cost) / self.variance, at)
+        let held = |problem: &P, start: &[f64]| {
+            let ((lower, upper), step) = (problem.bounds(), problem.steps());
+            let residuals = |variables: &[f64]| residuals(problem, variables);
+            let problem =
+                LeastSquares { residuals: &residuals, lower: &lower, upper: &upper, step: &step, enough: 0.0 };
+            problem.descend(start, HELD_DESCENT)
         };
-        let (mut rise, mut at) = held(&start);
-        if rise > self.quantile.powi(2) {
+        let mut lowest = held(&self.problem, &start);
+        if lowest.cost - self.cost > self.quantile.powi(2) * self.variance {
             // A bend behind a rupture may hold it back: from the middle of the gaps it may get by.
-            let (again, there) = held(&self.in_the_middle(&start));
-            (rise, at) = if again < rise { (again, there) } else { (rise, at) };
+            let again = held(&self.problem, &self.in_the_middle(&start));
+            lowest = if again.cost < lowest.cost { again } else { lowest };
         }
-        if rise < -BETTER { Held::Better(at) } else { Held::Risen(rise.max(0.0).sqrt(), at) }
+        let mut elsewhere = None;
+        let close_by = self.problem.close_by().into_iter().map(|close| (square(&residuals(&close, &lowest.at)), close));
+        if let Some((cost, close)) = close_by.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|close| close.0 < lowest.cost) {
+            let again = held(&close, &lowest.at);
+            (lowest, elsewhere) = if again.cost <= cost { (again, Some(close)) } else { (lowest, None) };
+        }
+        Held { problem: elsewhere, rise: (lowest.cost - self.cost) / self.variance, at: lowest.at }
     }
 
     /// The same variables with every rupture in the middle of its gap.

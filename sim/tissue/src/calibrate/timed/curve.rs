@@ -9,6 +9,10 @@ const MOST_SAMPLES: usize = 500;
 const HELD_M: f64 = 0.1e-3;
 const HELD_S: f64 = 0.5;
 
+/// A needle whose speed changes by more than this part of its greatest from one sample to the next has stopped, started or turned
+/// (choice).
+const TURNED: f64 = 0.1;
+
 /// A moment of a measured needle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimedSample {
@@ -26,6 +30,8 @@ pub struct TimedCurve {
     pub(super) samples: Vec<TimedSample>,
     /// The same without times, which shows the drops.
     pub(super) insertion: Curve,
+    /// Samples next to which the needle stops, starts or turns: how fast it is there is not known.
+    pub(super) turns: Vec<bool>,
     left_out: usize,
 }
 
@@ -44,7 +50,7 @@ impl TimedCurve {
         let pairs: Vec<(f64, f64)> = samples.iter().map(|sample| (sample.depth_m, sample.force_n)).collect();
         let insertion = Curve::new(&pairs)?;
         let kept: Vec<TimedSample> = samples.iter().step_by(samples.len().div_ceil(MOST_SAMPLES)).copied().collect();
-        Ok(Self { left_out: samples.len() - kept.len(), samples: kept, insertion })
+        Ok(Self { left_out: samples.len() - kept.len(), turns: find_turns(&kept), samples: kept, insertion })
     }
 
     /// How many samples the fit runs on.
@@ -78,6 +84,11 @@ impl TimedCurve {
         noise_n(&forces)
     }
 
+    /// The greatest way between two samples, in m.
+    pub(super) fn stride_m(&self) -> f64 {
+        self.samples.windows(2).map(|pair| (pair[1].depth_m - pair[0].depth_m).abs()).fold(0.0, f64::max)
+    }
+
     /// Whether the needle rests somewhere, which is what shows relaxation.
     #[must_use]
     pub fn holds(&self) -> bool {
@@ -92,4 +103,12 @@ impl TimedCurve {
     pub fn withdraws(&self) -> bool {
         self.insertion.withdraws()
     }
+}
+
+fn find_turns(samples: &[TimedSample]) -> Vec<bool> {
+    let speeds: Vec<f64> =
+        samples.windows(2).map(|pair| (pair[1].depth_m - pair[0].depth_m) / (pair[1].t_s - pair[0].t_s)).collect();
+    let greatest = speeds.iter().fold(0.0_f64, |greatest, speed| greatest.max(speed.abs()));
+    let turns = speeds.windows(2).map(|pair| (pair[1] - pair[0]).abs() > TURNED * greatest);
+    [false].into_iter().chain(turns).chain([false]).collect()
 }

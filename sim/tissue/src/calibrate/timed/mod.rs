@@ -23,7 +23,7 @@ use super::fit::{AskedFit, Fit, sound};
 use super::guess::laid_over;
 use super::model::Quantity;
 use super::peaks::{Peak, is_near};
-use super::profile::{FitStatistics, Likelihood, Profiled};
+use super::profile::{Better, FitStatistics, Likelihood, Profiled};
 use super::uncertainty::{Interval, ParameterEstimate, ParameterStanding};
 use super::verdict::{FitResidual, Misfit, judge_residual};
 use super::words::timed_in_words;
@@ -85,7 +85,7 @@ pub fn fit_timed(curve: &TimedCurve, start: &AxialSpec, watch: &mut dyn FnMut(u3
     Ok(search.report(lowest))
 }
 
-impl TimedSearch<'_, '_> {
+impl<'c> TimedSearch<'c, '_> {
     fn descend(&mut self, from: &[f64], most: u32) -> Lowest {
         let lowest = self.model.descend(from, most);
         self.iterations += lowest.iterations;
@@ -153,7 +153,12 @@ impl TimedSearch<'_, '_> {
     fn report(mut self, mut lowest: Lowest) -> Fit {
         for _ in 0..SETTLINGS {
             match self.estimates(&lowest.at) {
-                Err(better) => lowest = self.descend(&better, DESCENT),
+                Err(better) => {
+                    if let Some(model) = better.problem {
+                        self.model = model;
+                    }
+                    lowest = self.descend(&better.at, DESCENT);
+                }
                 Ok(estimates) => return self.summary(lowest, estimates),
             }
         }
@@ -176,7 +181,7 @@ impl TimedSearch<'_, '_> {
     }
 
     /// Every parameter, with an interval where the curve determines it and the fit describes the curve.
-    fn estimates(&self, at: &[f64]) -> Result<Vec<ParameterEstimate>, Vec<f64>> {
+    fn estimates(&self, at: &[f64]) -> Result<Vec<ParameterEstimate>, Better<TimedModel<'c>>> {
         let jacobian = self.model.sensitivity(at);
         let statistics =
             FitStatistics { jacobian: &jacobian, samples: self.model.curve.len(), peak_n: self.model.curve.peak_n() };

@@ -153,10 +153,17 @@ impl TimedModel<'_> {
         AxialSpec { speed_window_s: self.start.speed_window_s, rate: self.start.rate, ..spec }
     }
 
-    /// Law less data at every sample, in N.
+    /// Law less data at every sample, in N. Damping goes with a speed that is not known where the needle stops or turns between two
+    /// samples: with damping these do not count.
     pub fn misfit(&self, variables: &[f64]) -> Vec<f64> {
+        let is_damped = self.slots.iter().any(|slot| slot.quantity == Quantity::Damping);
         let forces_n = self.walk(variables).forces_n;
-        forces_n.iter().zip(&self.curve.samples).map(|(law_n, sample)| law_n - sample.force_n).collect()
+        let samples = self.curve.samples.iter().zip(&self.curve.turns);
+        let of = |(law_n, (sample, &turns)): (f64, (&TimedSample, &bool))| match is_damped && turns {
+            true => 0.0,
+            false => law_n - sample.force_n,
+        };
+        forces_n.into_iter().zip(samples).map(of).collect()
     }
 
     /// By how much ruptures within the curve leave too much force or energy, weighted.
@@ -227,6 +234,10 @@ impl Profiled for TimedModel<'_> {
 
     fn is_place(&self, which: usize) -> bool {
         self.slots[which].quantity == Quantity::TipThreshold
+    }
+
+    fn close_by(&self) -> Vec<Self> {
+        self.with_close_lengths()
     }
 }
 

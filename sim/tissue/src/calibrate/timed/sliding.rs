@@ -10,18 +10,32 @@ use crate::calibrate::model::Quantity;
 use crate::calibrate::profile::Likelihood;
 use crate::calibrate::uncertainty::{Interval, ParameterEstimate, ParameterStanding};
 
+/// A length close by is so many of these parts of the way between two samples from another.
+const CLOSE: i32 = 6;
+const CLOSE_PART: f64 = 0.25;
+/// How often the length moves to one close by.
+const MOVES: u32 = 6;
 /// Each length tried is so many times the one before (choice): an interval is no narrower.
 const FINER: f64 = 1.1;
 
 impl TimedModel<'_> {
-    /// Lengths worth trying, in m, in order, the start's among them: up to the needle's whole way in. None where the start has none.
+    /// Lengths worth trying, in m, in order, the present one among them: up to the needle's whole way in. None where the start has none.
     fn lengths_m(&self) -> Vec<f64> {
         let (shortest_m, _) = Quantity::Breakaway.bounds();
         let deepest_m = self.curve.samples.iter().fold(0.0_f64, |deepest, sample| deepest.max(sample.depth_m));
-        let Some(start_m) = self.start.breakaway.map(|breakaway| breakaway.slid_m) else { return Vec::new() };
-        let steps = |to_m: f64| (libm::log(to_m / start_m) / libm::log(FINER)) as i32;
-        let longest_m = deepest_m.max(start_m);
-        (steps(shortest_m.min(start_m))..=steps(longest_m)).map(|n| start_m * libm::pow(FINER, f64::from(n))).collect()
+        let Some(slid_m) = self.slid_m else { return Vec::new() };
+        let steps = |to_m: f64| (libm::log(to_m / slid_m) / libm::log(FINER)) as i32;
+        let longest_m = deepest_m.max(slid_m);
+        (steps(shortest_m.min(slid_m))..=steps(longest_m)).map(|n| slid_m * libm::pow(FINER, f64::from(n))).collect()
+    }
+
+    /// The same with every length close by; none where the start has none.
+    pub(super) fn with_close_lengths(&self) -> Vec<Self> {
+        let (shortest_m, longest_m) = Quantity::Breakaway.bounds();
+        let Some(slid_m) = self.slid_m else { return Vec::new() };
+        let part_m = CLOSE_PART * self.curve.stride_m();
+        let lengths_m = (-CLOSE..=CLOSE).filter(|n| *n != 0).map(|n| slid_m + f64::from(n) * part_m);
+        lengths_m.filter(|m| (shortest_m..=longest_m).contains(m)).map(|slid_m| self.sliding(slid_m)).collect()
     }
 
     fn sliding(&self, slid_m: f64) -> Self {
@@ -36,10 +50,26 @@ impl TimedSearch<'_, '_> {
         let tried = lengths_m.into_iter().map(|slid_m| (slid_m, self.model.sliding(slid_m).descend(&best.at, TRIAL)));
         let Some((slid_m, tried)) = tried.min_by(|a, b| a.1.cost.total_cmp(&b.1.cost)) else { return best };
         if tried.cost >= best.cost * (1.0 - WORTH) {
-            return best;
+            return self.slide_on(best);
         }
         self.model.slid_m = Some(slid_m);
-        self.descend(&tried.at, DESCENT)
+        let slid = self.descend(&tried.at, DESCENT);
+        self.slide_on(slid)
+    }
+
+    /// Moves the length to one close by while that lowers the sum of squares.
+    fn slide_on(&mut self, mut best: Lowest) -> Lowest {
+        for _ in 0..MOVES {
+            let close = self.model.with_close_lengths();
+            let tried = close.into_iter().map(|close| (close.descend(&best.at, TRIAL), close));
+            let Some((tried, close)) = tried.min_by(|a, b| a.0.cost.total_cmp(&b.0.cost)) else { return best };
+            if tried.cost >= best.cost * (1.0 - WORTH) {
+                return best;
+            }
+            self.model = close;
+            best = self.descend(&tried.at, DESCENT);
+        }
+        best
     }
 
     /// What is known of the length; none where the start has none.
