@@ -178,9 +178,11 @@ pub fn try_fit(sampled: &SampledCurve) -> Result<Trialled, CalibrateError> {
     Ok(Trialled { fit, parameters, is_wrong, is_silent })
 }
 
-fn true_value(truth: &AxialSpec, estimate: &ParameterEstimate) -> Option<f64> {
+/// What a parameter was when the curve was made; none of a layer or a length that there is not.
+pub(crate) fn true_value(truth: &AxialSpec, estimate: &ParameterEstimate) -> Option<f64> {
     match estimate.quantity {
         Quantity::Presliding => Some(truth.presliding_stiffness_n_per_m),
+        Quantity::Breakaway => truth.breakaway.map(|breakaway| breakaway.slid_m),
         quantity => truth.layers.get(estimate.layer).map(|layer| quantity.get(layer)),
     }
 }

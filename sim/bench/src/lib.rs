@@ -22,6 +22,7 @@ pub mod report;
 pub mod scenes;
 pub mod slabs;
 mod soak;
+pub mod timed_calibration;
 pub mod timing;
 mod volumetric;
 

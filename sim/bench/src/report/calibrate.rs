@@ -9,7 +9,7 @@ use tissue::calibrate::{ParameterEstimate, ParameterStanding, QUANTITIES, Quanti
 use super::chart::{self, Chart};
 use super::sheet::{self, ReportSheet};
 use super::threads::each_seed;
-use super::{Subject, measured_on, quantile, specimen};
+use super::{Subject, calibrate_fits, calibrate_timed, measured_on, quantile, specimen};
 use crate::calibration::{Disturbance, Judged, Measurement, Origin, Trialled, sample, try_fit};
 use crate::clock;
 use crate::error::BenchError;
@@ -20,9 +20,11 @@ use crate::progress::MeasurementProgress;
 const CURVES: u64 = 240;
 const SHIPPED_CURVES: u64 = 60;
 const DEEP_CURVES: u64 = 24;
+/// Curves with times: every tissue and noise two dozen times.
+const TIMED_CURVES: u64 = 288;
 const QUICK_PART: u64 = 120;
 /// From which seed: none on which a number of the fit was chosen.
-const FIRST_SEED: u64 = 2000;
+pub(super) const FIRST_SEED: u64 = 2000;
 /// The least share of intervals that must hold the truth, and the largest of a group's curves whose minimum may be wrong without a word.
 const COVERAGE: f64 = 0.9;
 const SILENT: f64 = 0.02;
@@ -53,7 +55,7 @@ struct CalibrationRow {
 
 /// How often a parameter's interval held the truth.
 #[derive(Default)]
-struct IntervalTally {
+pub(super) struct IntervalTally {
     held: usize,
     missed: usize,
     open: usize,
@@ -61,7 +63,7 @@ struct IntervalTally {
 }
 
 impl IntervalTally {
-    fn count(&mut self, judged: &Judged) {
+    pub fn count(&mut self, judged: &Judged) {
         match judged.is_held() {
             Some(true) => self.held += 1,
             Some(false) => self.missed += 1,
@@ -71,13 +73,23 @@ impl IntervalTally {
     }
 
     /// How many have an effect on the curve.
-    fn seen(&self) -> usize {
-        self.held + self.missed + self.open
+    pub fn seen(&self) -> usize {
+        self.given() + self.open
+    }
+
+    /// How many of these have an interval.
+    pub fn given(&self) -> usize {
+        self.held + self.missed
+    }
+
+    /// How many of them have none.
+    pub fn open(&self) -> usize {
+        self.open
     }
 
     /// The share of intervals that hold the truth; none without an interval.
-    fn coverage(&self) -> Option<f64> {
-        let given = self.held + self.missed;
+    pub fn coverage(&self) -> Option<f64> {
+        let given = self.given();
         (given > 0).then(|| self.held as f64 / given as f64)
     }
 }
@@ -92,7 +104,7 @@ impl CalibrationRow {
     }
 }
 
-/// Fits, and writes `calibrate.{csv,md,svg}`; returns the files written.
+/// Fits, and writes `calibrate.{csv,md,svg}`, `calibrate-timed.csv` and `calibrate-fits.svg`; returns the files written.
 ///
 /// # Errors
 /// When the disk refuses, and, once the report is written, when intervals of undisturbed curves hold the truth too seldom or too many of
@@ -100,18 +112,28 @@ impl CalibrationRow {
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     let curves = |group: &Group| if quick { group.curves / QUICK_PART } else { group.curves };
     let groups = groups()?;
-    let progress = MeasurementProgress::new(groups.iter().map(curves).sum(), "curves");
+    let timed_curves = if quick { TIMED_CURVES / QUICK_PART } else { TIMED_CURVES };
+    let progress = MeasurementProgress::new(groups.iter().map(curves).sum::<u64>() + timed_curves, "curves");
     let mut rows = Vec::new();
     for group in &groups {
         rows.extend(at_once(group, curves(group), &progress)?);
     }
-    let table = out.join("calibrate.csv");
+    let timed = calibrate_timed::fit_all(timed_curves, &progress)?;
+    let [table, timed_table] = ["calibrate.csv", "calibrate-timed.csv"].map(|name| out.join(name));
     csv(&rows).write_csv(&table)?;
-    let picture = out.join("calibrate.svg");
+    calibrate_timed::csv(&timed).write_csv(&timed_table)?;
+    let [picture, fits] = ["calibrate.svg", "calibrate-fits.svg"].map(|name| out.join(name));
     picture_of(&groups, &rows).draw(&picture)?;
-    let text = sheet::write_text(out.join("calibrate.md"), &markdown(&groups, &rows, quick))?;
-    let failed = failures(&groups, &rows, quick);
-    if failed.is_empty() { Ok(vec![table, text, picture]) } else { Err(BenchError::Work(failed)) }
+    calibrate_fits::draw(&fits)?;
+    let whole = format!(
+        "{}{}\n![fits over curves](calibrate-fits.svg)\n",
+        markdown(&groups, &rows, quick),
+        calibrate_timed::markdown(&timed)
+    );
+    let text = sheet::write_text(out.join("calibrate.md"), &whole)?;
+    let mut failed = failures(&groups, &rows, quick);
+    failed.extend(calibrate_timed::failures(&timed).into_iter().filter(|_| !quick));
+    if failed.is_empty() { Ok(vec![table, timed_table, text, picture, fits]) } else { Err(BenchError::Work(failed)) }
 }
 
 /// The curves of a group, in the order of their seeds.
@@ -202,22 +224,28 @@ fn csv(rows: &[CalibrationRow]) -> ReportSheet {
             trialled.is_wrong.to_string(),
             trialled.is_silent.to_string(),
         ];
-        for judged in &trialled.parameters {
-            let estimate = &judged.estimate;
-            let end = |number: Option<f64>| number.map_or_else(String::new, full);
-            let of_number = [
-                (estimate.layer + 1).to_string(),
-                estimate.quantity.words().to_owned(),
-                full(judged.truth),
-                full(estimate.value),
-                end(estimate.interval.map(|interval| interval.low)),
-                end(estimate.interval.map(|interval| interval.high)),
-                judged.is_held().map_or_else(String::new, |held| held.to_string()),
-            ];
+        for of_number in rows_of_numbers(&trialled.parameters) {
             sheet.row(of_curve.iter().cloned().chain(of_number));
         }
     }
     sheet
+}
+
+/// Layer, parameter, truth, value, interval and whether it holds, of each number.
+pub(super) fn rows_of_numbers(parameters: &[Judged]) -> impl Iterator<Item = [String; 7]> {
+    let end = |number: Option<f64>| number.map_or_else(String::new, full);
+    parameters.iter().map(move |judged| {
+        let estimate = &judged.estimate;
+        [
+            (estimate.layer + 1).to_string(),
+            estimate.quantity.words().to_owned(),
+            full(judged.truth),
+            full(estimate.value),
+            end(estimate.interval.map(|interval| interval.low)),
+            end(estimate.interval.map(|interval| interval.high)),
+            judged.is_held().map_or_else(String::new, |held| held.to_string()),
+        ]
+    })
 }
 
 fn tally(rows: &[&CalibrationRow], quantity: Quantity) -> IntervalTally {
@@ -294,7 +322,7 @@ fn parameters(groups: &[Group], rows: &[CalibrationRow]) -> ReportSheet {
             }
             let held = tally.coverage().map_or_else(|| "none given".to_owned(), percent);
             let open = percent(tally.open as f64 / tally.seen() as f64);
-            let (name, given) = (quantity.words().to_owned(), (tally.held + tally.missed).to_string());
+            let (name, given) = (quantity.words().to_owned(), tally.given().to_string());
             sheet.row([group.name.to_owned(), name, given, held, open, tally.kept.to_string()]);
         }
     }
@@ -371,11 +399,11 @@ fn picture_of(groups: &[Group], rows: &[CalibrationRow]) -> Chart {
     }
 }
 
-fn percent(part: f64) -> String {
+pub(super) fn percent(part: f64) -> String {
     format!("{:.1} %", 100.0 * part)
 }
 
 /// Every digit.
-fn full(number: f64) -> String {
+pub(super) fn full(number: f64) -> String {
     format!("{number:?}")
 }

@@ -2,6 +2,8 @@
 
 mod anatomy;
 mod calibrate;
+mod calibrate_fits;
+mod calibrate_timed;
 mod chart;
 mod coupling;
 mod curve;
