@@ -256,7 +256,6 @@ fn no_option_of_the_law_gives_a_hand_energy_whatever_the_static_friction() {
                 for speed_m_per_s in [0.0, 0.1] {
                     let Gain { at_once, later } = worst_of(&spec, &info, &Throw { delay, speed_m_per_s, held }, true);
                     let case = format!("{scene}, {options:?} on {} with {delay} ms more", info.name);
-                    println!("{case} {static_factor} {speed_m_per_s}: {at_once} {later}");
                     assert!(at_once <= 0.02, "{case} gives {at_once} of what was stored");
                     assert!(later <= 0.0, "{case} leaves {later} of what was stored");
                 }
