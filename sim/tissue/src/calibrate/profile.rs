@@ -12,9 +12,11 @@ pub(super) const FINEST_PART: f64 = 1e-4;
 const NORMAL_95: f64 = 1.96;
 const STUDENT: f64 = 2.4;
 /// Iterations of a descent with a number held.
-const HELD_DESCENT: u32 = 16;
+const HELD_DESCENT: u32 = 40;
 /// How often an edge is tried before the farther side counts.
-const EDGE_TRIES: u32 = 7;
+const EDGE_TRIES: u32 = 10;
+/// A cost that has risen by so many quantiles is no measure of how it rises before.
+const STEEP: f64 = 3.0;
 /// How close to the quantile an edge is, as a part of it.
 const EDGE_PART: f64 = 0.06;
 /// A fall of the sum of squares by this many variances with a number held is a better minimum.
@@ -157,12 +159,13 @@ impl<P: Profiled> Likelihood<P> {
                 return Err(Better { problem: held.problem, at: held.at });
             }
             let risen = held.rise.max(0.0).sqrt();
-            from = held.at;
             if risen < self.quantile {
                 if way >= reach {
                     return Ok((reach >= room).then_some(here + sign * room));
                 }
                 near = Tried { way, risen };
+                // Not from a point that is refused: it may lie in another valley, out of which nothing leads back.
+                from = held.at;
             } else {
                 far = Some(Tried { way, risen });
             }
@@ -186,12 +189,21 @@ impl<P: Profiled> Likelihood<P> {
     /// Between a point that is not refused and one that is; farther out while there is none.
     fn next_way(&self, near: Tried, far: Option<Tried>) -> f64 {
         match far {
-            None => near.way * (1.05 * self.quantile / near.risen.max(1e-9)).clamp(1.3, 4.0),
+            None => self.farther(near),
+            // What rises so steeply is another valley, and tells nothing of this one.
+            Some(far) if far.risen > STEEP * self.quantile && self.farther(near) > 0.0 => {
+                self.farther(near).min(0.5 * (near.way + far.way))
+            }
             Some(far) => {
                 let part = (self.quantile - near.risen) / (far.risen - near.risen).max(1e-9);
                 near.way + (far.way - near.way) * part.clamp(0.1, 0.9)
             }
         }
+    }
+
+    /// Where the quantile lies if the cost goes on rising as it has, or close by.
+    fn farther(&self, near: Tried) -> f64 {
+        near.way * (1.05 * self.quantile / near.risen.max(1e-9)).clamp(1.3, 4.0)
     }
 
     /// Fits everything again with a number held at a target, starting where the covariance says from a point of before.

@@ -15,18 +15,23 @@ const CLOSE: i32 = 6;
 const CLOSE_PART: f64 = 0.25;
 /// How often the length moves to one close by.
 const MOVES: u32 = 6;
+/// Iterations with a length held, of which an interval is made.
+const HELD: u32 = 16;
 /// Each length tried is so many times the one before (choice): an interval is no narrower.
 const FINER: f64 = 1.1;
 
 impl TimedModel<'_> {
-    /// Lengths worth trying, in m, in order, the present one among them: up to the needle's whole way in. None where the start has none.
+    /// Lengths worth trying, in m, in order, the present one among them: up to the first that is longer than the needle's whole way in, at
+    /// which it never breaks away. None where the start has none.
     fn lengths_m(&self) -> Vec<f64> {
         let (shortest_m, _) = Quantity::Breakaway.bounds();
         let deepest_m = self.curve.samples.iter().fold(0.0_f64, |deepest, sample| deepest.max(sample.depth_m));
         let Some(slid_m) = self.slid_m else { return Vec::new() };
         let steps = |to_m: f64| (libm::log(to_m / slid_m) / libm::log(FINER)) as i32;
         let longest_m = deepest_m.max(slid_m);
-        (steps(shortest_m.min(slid_m))..=steps(longest_m)).map(|n| slid_m * libm::pow(FINER, f64::from(n))).collect()
+        (steps(shortest_m.min(slid_m))..=steps(longest_m) + 1)
+            .map(|n| slid_m * libm::pow(FINER, f64::from(n)))
+            .collect()
     }
 
     /// The same with every length close by; none where the start has none.
@@ -89,11 +94,13 @@ impl TimedSearch<'_, '_> {
         })
     }
 
-    /// From the last length below that is refused to the first above; none where there is no such length.
+    /// From the last length below that is refused to the first above; none where there is no such length. The best of so many lengths fits noise
+    /// better than one of them would, so that much more has to be risen before a length is refused.
     fn slid_interval(&self, profile: &Likelihood<TimedModel<'_>>, lengths_m: &[f64]) -> Option<Interval> {
+        let allowed = profile.quantile.powi(2) + 2.0 * libm::log(lengths_m.len() as f64);
         let is_taken = |slid_m: &f64| {
-            let tried = self.model.sliding(*slid_m).descend(&profile.at, TRIAL);
-            tried.cost - profile.cost <= profile.quantile.powi(2) * profile.variance
+            let tried = self.model.sliding(*slid_m).descend(&profile.at, HELD);
+            tried.cost - profile.cost <= allowed * profile.variance
         };
         let taken: Vec<bool> = lengths_m.iter().map(is_taken).collect();
         let first = taken.iter().position(|&taken| taken)?;
