@@ -29,7 +29,7 @@ use super::verdict::{FitResidual, Misfit, judge_residual};
 use super::words::timed_in_words;
 
 /// Iterations of a whole descent, of a glance from a drawn start, and of one that tells whether a neighbouring place is better.
-const DESCENT: u32 = 60;
+const DESCENT: u32 = 200;
 const GLANCE: u32 = 6;
 const TRIAL: u32 = 4;
 /// Starts drawn around the first, how far on a logarithmic scale, from which seed, and how many are gone down from to the end.
