@@ -9,9 +9,7 @@ use crate::insertion::{ProbeInsertion, ProbeMoment, greatest_n, hold_at, insert_
 
 /// Speed of an insertion, in m/s.
 const SPEED_M_PER_S: f64 = 5e-3;
-/// Part of the way to its opening at which a boundary is held.
-const HELD_PART: f64 = 0.9;
-/// How long it is held, in s.
+/// How long a needle is held, in s.
 const HELD_S: f64 = 8.0;
 /// How far behind a boundary a loss is looked for, in m.
 const BEHIND_M: f64 = 5e-3;
@@ -129,9 +127,9 @@ impl ProbedScene<'_> {
             MeasuredQuantity::TearingShare => Ok(self.shares().tearing),
             MeasuredQuantity::SpreadingShare => Ok(self.shares().spreading),
             MeasuredQuantity::FrictionShare => Ok(self.shares().friction),
-            MeasuredQuantity::HeldFall { layer } => {
-                let opened = self.opening(insertion, layer)?;
-                Ok(hold_at(&self.params, SPEED_M_PER_S, HELD_PART * insertion.moments[opened].x_m, HELD_S))
+            MeasuredQuantity::HeldFall { layer, speed_m_per_s, depth_m } => {
+                self.boundary(layer)?;
+                Ok(hold_at(&self.params, speed_m_per_s, depth_m, HELD_S))
             }
             MeasuredQuantity::EdgeRatio { layer } => self.edge_ratio(layer),
             MeasuredQuantity::OfNoScene { why, .. } => Err(Incomparable::Stated(why)),

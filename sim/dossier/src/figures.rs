@@ -51,6 +51,10 @@ pub enum MeasuredQuantity {
     HeldFall {
         /// The layer that is pressed.
         layer: &'static str,
+        /// Speed of the needle on its way in, in m/s.
+        speed_m_per_s: f64,
+        /// How far in it is held, in m.
+        depth_m: f64,
     },
     /// Opening force under a bevel's edge across the layer's fibres over that under one along them.
     EdgeRatio {
@@ -246,8 +250,8 @@ pub const FIGURES: &[PublishedFigure] = &[
     PublishedFigure {
         id: "liver_held_fall",
         title: sentence!("Fall of a held force in 8 s"),
-        conditions: sentence!("liver, 18G needle"),
-        quantity: MeasuredQuantity::HeldFall { layer: "liver" },
+        conditions: sentence!("liver, 18G needle, 3.5 mm in at 3 mm/s and held"),
+        quantity: MeasuredQuantity::HeldFall { layer: "liver", speed_m_per_s: 3e-3, depth_m: 3.5e-3 },
         range: PublishedRange::Single(0.48),
         source: LIVER_HOLD,
         fitted: &["liver-18g"],
