@@ -21,7 +21,7 @@ const CURVES: u64 = 240;
 const SHIPPED_CURVES: u64 = 60;
 const DEEP_CURVES: u64 = 24;
 /// Curves with times: every tissue and noise two dozen times.
-const TIMED_CURVES: u64 = 288;
+const TIMED_CURVES: u64 = 144;
 const QUICK_PART: u64 = 120;
 /// From which seed: none on which a number of the fit was chosen.
 pub(super) const FIRST_SEED: u64 = 2000;
