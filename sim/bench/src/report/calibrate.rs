@@ -20,7 +20,7 @@ use crate::progress::MeasurementProgress;
 const CURVES: u64 = 240;
 const SHIPPED_CURVES: u64 = 60;
 const DEEP_CURVES: u64 = 24;
-/// Curves with times: every tissue and noise two dozen times.
+/// Curves with times: every tissue and noise a dozen times.
 const TIMED_CURVES: u64 = 144;
 const QUICK_PART: u64 = 120;
 /// From which seed: none on which a number of the fit was chosen.
