@@ -4,9 +4,7 @@
 //! damping, stiffening and friction go with the diameter, thresholds and cutting with its power p; the tip is a factor on the
 //! thresholds, lubrication on friction, and toughness on thresholds, friction and cutting.
 
-use law::axial::{
-    AxialSpec, Breakaway, FibrousSheet, Layer, LayerOptions, RateDependence, tense_stiffness_n_per_m,
-};
+use law::axial::{AxialSpec, Breakaway, FibrousSheet, Layer, LayerOptions, RateDependence, tense_stiffness_n_per_m};
 use law::beam::tube_n_m2;
 use law::fracture::SharpPunch;
 use law::puncture::PunctureSpec;

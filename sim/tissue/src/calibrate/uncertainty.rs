@@ -127,7 +127,11 @@ impl<'m> Profile<'m> {
     /// # Errors
     /// Variables that are better than the fit, if the search comes upon them.
     pub fn interval(&self, which: usize) -> Result<Option<Interval>, Vec<f64>> {
-        Ok(self.likelihood.interval(which).map_err(|better| better.at)?.map(|interval| self.over_cascade(which, interval)))
+        Ok(self
+            .likelihood
+            .interval(which)
+            .map_err(|better| better.at)?
+            .map(|interval| self.over_cascade(which, interval)))
     }
 
     /// A threshold's interval down to the least that the curve does not refuse while all else stays: a boundary that opens because
