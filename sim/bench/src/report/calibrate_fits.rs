@@ -12,7 +12,9 @@ use super::specimen;
 use super::{calibrate, calibrate_timed};
 use crate::calibration::{Disturbance, Measurement, Origin, sample, try_fit};
 use crate::error::BenchError;
-use crate::timed_calibration::{DEEPEST_M, HOLD_S, TimedNoise, TimedTissue, insertion, sample_timed, try_timed_fit};
+use crate::timed_calibration::{
+    DEEPEST_M, HOLD_S, SampledTimedCurve, TimedNoise, TimedTissue, insertion, sample_timed, try_timed_fit,
+};
 
 /// The literature's profile of an epidural insertion, and the shipped scene that was fitted to it.
 const PROFILE: &str = include_str!("../../../../tests/data/calibrate/epidural-71kg.csv");
@@ -20,6 +22,8 @@ const PROFILED: &str = "epidural-71kg";
 /// Panels, in rows of so many, and their size.
 const COLUMNS: usize = 3;
 const PANEL: (u32, u32) = (420, 330);
+/// Among so many curves with times one is looked for.
+const SEARCHED: usize = 96;
 /// A curve is shown by at most so many samples.
 const SHOWN: usize = 300;
 
@@ -72,12 +76,16 @@ fn along_depth(title: String, samples: Vec<(f64, f64)>, spec: &AxialSpec) -> Fit
     FitPanel { title, x: "depth, mm", measured, fitted }
 }
 
-/// The first curve of a tissue that the report fits, at its largest noise.
+/// The first curve of a tissue that the report fits, at its largest noise, to which a sound scene fits.
 fn timed(tissue: TimedTissue) -> Result<FitPanel, BenchError> {
-    let mut seeds = calibrate_timed::FIRST_SEED..;
+    let seeds = calibrate_timed::FIRST_SEED..;
     let of = |seed| sample_timed(seed).ok().filter(|sampled| sampled.tissue == tissue && sampled.noise_n > 0.03);
-    let sampled = seeds.find_map(of).ok_or_else(|| BenchError::work("no curve is of this tissue"))?;
-    let spec = try_timed_fit(&sampled).map_err(BenchError::work)?.fit.spec;
+    let fitted = |sampled: SampledTimedCurve| {
+        let fit = try_timed_fit(&sampled).ok()?.fit;
+        (fit.converged && fit.asked.is_none()).then_some((sampled, fit.spec))
+    };
+    let found = seeds.take(SEARCHED).filter_map(of).find_map(fitted);
+    let (sampled, spec) = found.ok_or_else(|| BenchError::work("no curve of this tissue is fitted"))?;
     let noise = TimedNoise { draw: &mut Draw::new(0), deviation_n: 0.0 };
     let fitted = insertion(&spec, DEEPEST_M, HOLD_S, noise).map_err(BenchError::work)?;
     let points = |samples: &[tissue::calibrate::TimedSample]| samples.iter().map(|s| (s.t_s, s.force_n)).collect();

@@ -121,9 +121,11 @@ impl<P: Profiled> Likelihood<P> {
         value.abs().max(self.problem.quantity(which).least_size())
     }
 
-    /// Whether an interval is no wider than the number.
+    /// Whether an interval is no wider than the number, and leaves out some of what the number may be at all.
     pub fn is_determined(&self, which: usize, interval: Interval) -> bool {
-        interval.high - interval.low <= 2.0 * self.size(which, self.number(&self.at, which))
+        let (lower, upper) = self.problem.quantity(which).bounds();
+        let is_everything = interval.low <= lower && interval.high >= upper;
+        !is_everything && interval.high - interval.low <= 2.0 * self.size(which, self.number(&self.at, which))
     }
 
     /// A threshold's interval over the whole gap that its boundary gives way in. What little tells where in it, the way in which friction

@@ -59,7 +59,7 @@ pub(super) async fn make_trainee_page(
     let (reader, school) = (state.db.reader(), visitor.school_id);
     let courses = standing::taught_courses(state, school).await?;
     let attempts = practice::list_trainee_practice(reader, school, trainee.id).await?;
-    let progress = standing::progress_in_courses(&courses, &attempts, state);
+    let mut progress = standing::progress_in_courses(&courses, &attempts, state);
     let href = format!("/trainees/{}", trainee.id);
     let (needed, proved) = standing::proved_attempts(state, school, trainee.id, &attempts).await?;
     let now = state.clock.now().to_utc();
@@ -83,7 +83,9 @@ pub(super) async fn make_trainee_page(
     let requests =
         if own { cohorts::list_membership_requests(reader, school, None, Some(visitor.id)).await? } else { Vec::new() };
     let due = teaching::standings(state, school, trainee.id).await?;
-    let (courses, others) = set_apart(progress);
+    // Those begun come first; before any attempt the school's first course leads.
+    let begun = progress.iter().filter(|(_, progress)| progress.attempts() > 0).count();
+    let others = progress.split_off(begun.max(1).min(progress.len()));
     Ok(TraineePage {
         shell,
         news: if own { news::list_news(state, visitor).await? } else { Vec::new() },
@@ -95,19 +97,11 @@ pub(super) async fn make_trainee_page(
         own,
         sign_in_code,
         cohorts: cohorts.into_iter().map(|c| c.name).collect(),
-        courses: courses.into_iter().map(&view).collect(),
+        courses: progress.into_iter().map(&view).collect(),
         others: others.into_iter().map(&view).collect(),
         attempts: rows::own_rows(reports::attempts_of(reader, school, trainee.id, stretch).await?),
         pages,
     })
-}
-
-/// The first course and those begun, and apart from them those not begun: nobody needs help with what nobody asked of them.
-fn set_apart(courses: Vec<(usize, Progress)>) -> (Vec<(usize, Progress)>, Vec<(usize, Progress)>) {
-    let (shown, others): (Vec<_>, Vec<_>) =
-        courses.into_iter().enumerate().partition(|(at, (_, progress))| *at == 0 || progress.attempts() > 0);
-    let courses = |of: Vec<(usize, (usize, Progress))>| of.into_iter().map(|(_, course)| course).collect();
-    (courses(shown), courses(others))
 }
 
 /// What costs most over attempts that count, newest first.

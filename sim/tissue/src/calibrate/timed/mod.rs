@@ -186,7 +186,9 @@ impl<'c> TimedSearch<'c, '_> {
         let statistics =
             FitStatistics { jacobian: &jacobian, samples: self.model.curve.len(), peak_n: self.model.curve.peak_n() };
         let profile = Likelihood::new(self.model.clone(), at.to_vec(), &statistics);
-        let is_told = self.misfit(at).is_none() && self.unseen().is_empty();
+        // Of an unsound scene the nearest sound one is given, whose numbers are not those that the curve asks for.
+        let is_sound = soundness::find_unsound_ruptures(&self.model.spec(at)).is_empty();
+        let is_told = is_sound && self.misfit(at).is_none() && self.unseen().is_empty();
         let mut estimates = Vec::with_capacity(at.len());
         for (which, &TimedSlot { layer, quantity }) in self.model.slots.iter().enumerate() {
             let standing = self.standing(which, at[which], jacobian.column(which).amax());
