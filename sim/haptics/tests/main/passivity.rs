@@ -35,6 +35,7 @@ fn loosely_held() -> Held {
     let Skill { mass_kg, damping_n_s_per_m, stiffness_n_per_m, .. } = Skill::novice();
     Held { mass_kg: mass_kg + HANDLE.mass_kg, damping_n_s_per_m, stiffness_n_per_m }
 }
+
 /// Followed for so long, in ticks.
 const FOLLOWED: u32 = 400;
 /// By then every force that was on its way is called back, in ticks.

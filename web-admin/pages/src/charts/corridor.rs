@@ -4,7 +4,7 @@ use attempt::AttemptCurve;
 use model::corridor::Corridor;
 
 use super::DrawingSize;
-use super::force_depth::{draw_bands, draw_target};
+use super::force_depth::{NAMES_HEIGHT, draw_bands, draw_target};
 use super::plot::{Plot, extent_with_zero};
 use super::scale::Extent;
 use super::svg::{Area, Caption, Svg};
@@ -18,7 +18,7 @@ pub fn draw_corridor(curve: &AttemptCurve, corridor: &Corridor, size: DrawingSiz
     let deepest = corridor.places.iter().map(|place| place.advance_mm).fold(1.0, f64::max) * 1.05;
     let forces = curve.points.iter().map(|p| p.force_n).chain(corridor.places.iter().map(|p| p.high_n));
     let force = extent_with_zero(forces).unwrap_or(Extent::new(0.0, 1.0));
-    let area = Area { x: 46.0, y: 63.0, width: size.width() - 58.0, height: 230.0 };
+    let area = Area { x: 46.0, y: NAMES_HEIGHT + 3.0, width: size.width() - 58.0, height: 230.0 };
     let plot =
         Plot::rising(area, Extent::new(0.0, deepest), Extent::new(force.from * 1.05, (force.to * 1.05).max(0.1)));
     let mut svg = Svg::new(size.width(), area.bottom() + 40.0, &caption);

@@ -12,6 +12,8 @@ const LEFT: f64 = 46.0;
 const RIGHT: f64 = 12.0;
 const LABEL_ROW: f64 = 15.0;
 const LABEL_ROWS: usize = 4;
+/// Height of the names above the layers that [`draw_bands`] draws.
+pub(super) const NAMES_HEIGHT: f64 = LABEL_ROWS as f64 * LABEL_ROW;
 const LANE: f64 = 32.0;
 
 /// Draws force against depth.
@@ -48,7 +50,7 @@ fn plot_force_over_depth(curve: &AttemptCurve, size: DrawingSize) -> Plot {
     let deepest = curve.points.iter().map(|p| p.advance_mm).fold(curve.target_depth_mm, f64::max);
     let force = extent_with_zero(curve.points.iter().map(|p| p.force_n)).unwrap_or(Extent::new(0.0, 1.0));
     let height = if size == DrawingSize::Wide { 300.0 } else { 240.0 };
-    let area = Area { x: LEFT, y: LABEL_ROWS as f64 * LABEL_ROW, width: size.width() - LEFT - RIGHT, height };
+    let area = Area { x: LEFT, y: NAMES_HEIGHT, width: size.width() - LEFT - RIGHT, height };
     // A tenth above the highest peak leaves room for its number.
     Plot::rising(
         area,
@@ -74,8 +76,7 @@ fn describe_force_over_depth(curve: &AttemptCurve) -> String {
     }
 }
 
-/// Layers as bands; a name stands above its layer's beginning, in the first row where it has room. One for which there is no room in any is left
-/// out: the table of ruptures has it.
+/// Layers as bands; a name stands above its layer's beginning, in the first row where it has room. One that has none in any row is left out.
 pub(super) fn draw_bands(svg: &mut Svg, plot: &Plot, bands: &[LayerSpan]) {
     let mut row_ends = [0.0; LABEL_ROWS];
     for band in bands.iter().filter(|b| plot.x.contains(b.top_mm)) {
@@ -83,11 +84,13 @@ pub(super) fn draw_bands(svg: &mut Svg, plot: &Plot, bands: &[LayerSpan]) {
         svg.rect(&format!("band {}", texture_class(&band.texture)), area);
         let width = text_width(&band.name);
         let x = area.x.min(plot.area.right() - width).max(0.0);
-        let Some(row) = row_ends.iter().position(|end| *end <= x) else { continue };
-        row_ends[row] = x + width + 8.0;
-        let baseline = plot.area.y - 5.0 - LABEL_ROW * row as f64;
+        let row = row_ends.iter().position(|end| *end <= x);
+        let baseline = plot.area.y - 5.0 - LABEL_ROW * row.unwrap_or(0) as f64;
         svg.line("boundary", PaperPoint::new(area.x, baseline - 8.0), PaperPoint::new(area.x, plot.area.bottom()));
-        svg.text("layer-name", PaperPoint::new(x + 3.0, baseline), &band.name);
+        if let Some(row) = row {
+            row_ends[row] = x + width + 8.0;
+            svg.text("layer-name", PaperPoint::new(x + 3.0, baseline), &band.name);
+        }
     }
 }
 
