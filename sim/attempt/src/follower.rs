@@ -1,17 +1,21 @@
 //! The field of the tissue as it follows the needle.
 
-use law::puncture::{PunctureParams, PunctureScratch, PunctureState, measure_intrusion, write_loads};
+use law::puncture::{PunctureParams, PunctureScratch, PunctureState, held_path_factor, measure_intrusion, write_loads};
 use law::stance::settle_dents;
 use recording::rate::{Ticker, nanoseconds};
 use recording::{Follows, Tent};
 use tissue::Specimen;
-use tissue::follow::{self, FIELD_HZ, Field, FollowState, press_loads};
+use tissue::follow::{self, FIELD_HZ, Field, FollowState, Responses, press_loads};
 
 /// The field behind a force law: takes its latest state, [`FIELD_HZ`] times a second.
 #[derive(Debug)]
 pub struct FieldFollower<'a> {
     law: &'a PunctureParams,
     field: &'a Field,
+    /// Responses at the angle at which the needle went in last; at that of the exercise before it has.
+    on_axis: Responses,
+    /// Cosine of that angle to the normal; none before.
+    cosine: Option<f64>,
     follows: Follows,
     state: FollowState,
     /// Loads of the law at the last step, in N.
@@ -30,7 +34,19 @@ impl<'a> FieldFollower<'a> {
         let state = FollowState::new(field.follow());
         let latest_n = vec![0.0; state.loads_n.len()];
         let dents_m = vec![0.0; state.loads_n.len() / 2];
-        Some(Self { law, field, follows, state, latest_n, dents_m, steps: Ticker::new(FIELD_HZ, 0), last_s: 0.0 })
+        let on_axis = field.planned().clone();
+        Some(Self {
+            law,
+            field,
+            on_axis,
+            cosine: None,
+            follows,
+            state,
+            latest_n,
+            dents_m,
+            steps: Ticker::new(FIELD_HZ, 0),
+            last_s: 0.0,
+        })
     }
 
     /// Follows a tick of the force law at a time in s; the tent, where a step of the field is due.
@@ -38,6 +54,7 @@ impl<'a> FieldFollower<'a> {
         if !self.steps.due(nanoseconds(t_s)) {
             return None;
         }
+        self.lean(state);
         write_loads(self.law, state, scratch, &mut self.latest_n);
         let needle = measure_intrusion(self.law, state).filter(|_| self.follows == Follows::Needle);
         let rest_m = scratch.boundaries_m();
@@ -48,15 +65,24 @@ impl<'a> FieldFollower<'a> {
         follow::step(self.field.follow(), &mut self.state, t_s - self.last_s, &self.latest_n);
         self.last_s = t_s;
         if let Some(needle) = &needle {
-            press_loads(self.field.on_axis(), &needle.pressed(rest_m), &mut self.state.loads_n);
+            press_loads(&self.on_axis, &needle.pressed(rest_m), &mut self.state.loads_n);
         }
         for (boundary, dent_m) in self.dents_m.iter_mut().enumerate() {
-            *dent_m = self.field.on_axis().axial_m(boundary, &self.state.loads_n);
+            *dent_m = self.on_axis.axial_m(boundary, &self.state.loads_n);
         }
         if self.follows == Follows::Needle {
             settle_dents(needle.as_ref(), rest_m, &mut self.dents_m);
         }
         Some(self.tent(t_s))
+    }
+
+    /// Takes the responses at the angle at which the needle is held to its line.
+    fn lean(&mut self, state: &PunctureState) {
+        let cosine = held_path_factor(state).map(|path_factor| 1.0 / path_factor);
+        if cosine.is_some() && cosine != self.cosine {
+            self.cosine = cosine;
+            self.field.on_axis().write_at(cosine.unwrap_or(1.0), &mut self.on_axis);
+        }
     }
 
     fn tent(&self, t_s: f64) -> Tent {

@@ -102,7 +102,7 @@ impl Soaked {
         let Tissue { field, state, latest_n } = tissue;
         follow::step(field.follow(), state, f64::from(FIELD_TICKS) * DT, latest_n);
         for boundary in 0..state.loads_n.len() / 2 {
-            let tent_m = field.on_axis().axial_m(boundary, &state.loads_n);
+            let tent_m = field.planned().axial_m(boundary, &state.loads_n);
             self.not_finite += usize::from(!tent_m.is_finite());
             self.tent_m = libm::fmaximum(self.tent_m, tent_m.abs());
         }

@@ -10,8 +10,10 @@ pub enum Judging {
     First,
     /// Axial and radial displacement, by a mesh that shares nothing with what it judges; an attempt by every load, on the whole
     /// body.
-    #[default]
     Second,
+    /// As the second; and an attempt's field is that of the angle at which the needle goes in, not of the exercise's.
+    #[default]
+    Third,
 }
 
 impl Judging {
@@ -21,12 +23,13 @@ impl Judging {
         match self {
             Self::First => 1,
             Self::Second => 2,
+            Self::Third => 3,
         }
     }
 
     /// The way of a number; none that is not known.
     #[must_use]
     pub fn of_number(number: u32) -> Option<Self> {
-        [Self::First, Self::Second].into_iter().find(|judging| judging.number() == number)
+        [Self::First, Self::Second, Self::Third].into_iter().find(|judging| judging.number() == number)
     }
 }

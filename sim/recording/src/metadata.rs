@@ -127,11 +127,11 @@ fn read_force_law(text: &BTreeMap<String, String>) -> Result<ForceLaw, ReadError
     law.ok_or_else(|| bad_field("law", value, "1 or 2"))
 }
 
-/// How the field was judged. Files of before there was a second way do not say.
+/// How the field was made and judged. Files of before there was a second way do not say.
 fn read_judging(text: &BTreeMap<String, String>) -> Result<Judging, ReadError> {
     let Some(value) = text.get("field") else { return Ok(Judging::First) };
     let judging = value.parse().ok().and_then(Judging::of_number);
-    judging.ok_or_else(|| bad_field("field", value, "1 or 2"))
+    judging.ok_or_else(|| bad_field("field", value, "1, 2 or 3"))
 }
 
 fn read_field<'a>(text: &'a BTreeMap<String, String>, key: &str) -> Result<&'a str, ReadError> {
@@ -177,7 +177,8 @@ mod tests {
     fn a_file_that_does_not_say_how_its_field_was_judged_is_of_the_first_way() {
         assert_eq!(from_text(&record(None)).unwrap().judging, Judging::First);
         assert_eq!(from_text(&record(Some("2"))).unwrap().judging, Judging::Second);
-        let error = from_text(&record(Some("3"))).unwrap_err().to_string();
-        assert!(error.contains("field = 3") && error.contains("1 or 2"), "{error}");
+        assert_eq!(from_text(&record(Some("3"))).unwrap().judging, Judging::Third);
+        let error = from_text(&record(Some("4"))).unwrap_err().to_string();
+        assert!(error.contains("field = 4") && error.contains("1, 2 or 3"), "{error}");
     }
 }

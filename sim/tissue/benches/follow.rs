@@ -77,7 +77,7 @@ fn follow(criterion: &mut Criterion, field: &Field, take: impl Fn(&mut [f64])) {
         bencher.iter(|| {
             take(&mut latest_n);
             tissue::follow::step(field.follow(), &mut followed, 1.0 / 120.0, black_box(&latest_n));
-            (0..3).map(|boundary| field.on_axis().axial_m(boundary, &followed.loads_n)).sum::<f64>()
+            (0..3).map(|boundary| field.planned().axial_m(boundary, &followed.loads_n)).sum::<f64>()
         });
     });
 }

@@ -90,16 +90,17 @@ fn params(axial: AxialSpec, tissue: Option<TissueSpec>) -> Specimen {
     try_params(axial, tissue).unwrap()
 }
 
-/// A needle that goes from depth to depth, in m, at a speed, in m/s, straight down.
+/// A needle that goes from depth to depth along itself, in m, at a speed, in m/s, at an angle to the normal, in rad.
 struct Strokes {
     depths_m: Vec<f64>,
     at_m: f64,
     speed_m_per_s: f64,
+    tilt_rad: f64,
 }
 
 impl Strokes {
     fn new(depths_m: &[f64], speed_m_per_s: f64) -> Self {
-        Self { depths_m: depths_m.iter().rev().copied().collect(), at_m: -1e-3, speed_m_per_s }
+        Self { depths_m: depths_m.iter().rev().copied().collect(), at_m: -1e-3, speed_m_per_s, tilt_rad: 0.0 }
     }
 }
 
@@ -113,14 +114,19 @@ impl MotionSource for Strokes {
                 self.depths_m.pop();
             }
         }
-        let pose = needle_pose(&Point3::new(0.0, 0.0, -self.at_m), &-Vector3::z());
+        let axis = Vector3::new(libm::sin(self.tilt_rad), 0.0, -libm::cos(self.tilt_rad));
+        let pose = needle_pose(&Point3::from(axis * self.at_m), &axis);
         Motion { patient_from_needle: pose, confirm: false, done: self.depths_m.is_empty() }
     }
 }
 
 fn attempt(params: &Specimen, depths_m: &[f64], speed_m_per_s: f64) -> Vec<u8> {
+    attempt_by(params, Strokes::new(depths_m, speed_m_per_s))
+}
+
+fn attempt_by(params: &Specimen, mut hand: Strokes) -> Vec<u8> {
     let mut writer = writer();
-    simulate(params, &mut Strokes::new(depths_m, speed_m_per_s), &mut writer, &CLOCK).unwrap();
+    simulate(params, &mut hand, &mut writer, &CLOCK).unwrap();
     writer.finish().unwrap()
 }
 
@@ -213,7 +219,7 @@ fn a_recoil_takes_its_time_and_that_goes_with_the_root_of_the_density() {
 fn a_scene_without_a_field_pays_nothing_for_it() {
     let (none, with) = (params(axial(), None), params(axial(), Some(lower_back())));
     assert!(none.field().is_none(), "no unknowns and no responses");
-    assert!(with.field().unwrap().on_axis().bytes() < 1000);
+    assert!(with.field().unwrap().planned().bytes() < 1000);
     let bytes = [&none, &with].map(|params| attempt(params, &IN_AND_OUT_M, 0.01));
     let [bare, followed] = [&bytes[0], &bytes[1]].map(|bytes| read(bytes));
     assert!(bytes[0].len() < bytes[1].len());
@@ -276,6 +282,25 @@ fn a_recording_from_before_the_field_was_judged_by_every_load_still_verifies_to_
     assert!(verification.tents > 0 && verification.largest_tent_deviation_m > 0.0, "{verification:?}");
 }
 
+/// A needle that goes in at 35° finds the field of an exercise that asks for 35°, whatever this one asks for; a recording whose field
+/// was that of its exercise keeps it.
+#[test]
+fn the_field_leans_as_the_hand_does_and_not_as_the_exercise_asks() {
+    let tilt_rad = 35_f64.to_radians();
+    let asking = |judging, tilt_rad| params(axial(), Some(TissueSpec { judging, tilt_rad, ..lower_back() }));
+    let bytes = |specimen: &Specimen| attempt_by(specimen, Strokes { tilt_rad, ..Strokes::new(&IN_AND_OUT_M, 0.01) });
+    let [upright, oblique] = [0.0, tilt_rad].map(|asked| asking(Judging::Third, asked));
+    let [found, expected] = [&upright, &oblique].map(|specimen| read(&bytes(specimen)));
+    let off_m = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| f64::from((a - b).abs())).fold(0.0, f64::max);
+    let most_m = found.tents.iter().zip(&expected.tents).map(|(a, b)| off_m(&a.tent_m, &b.tent_m)).fold(0.0, f64::max);
+    assert!(most_m < 1e-9, "{most_m} m");
+    assert!(verify_recording(&found, &upright).exact());
+    let before = asking(Judging::Second, 0.0);
+    let old = read(&bytes(&before));
+    assert!(verify_recording(&old, &before).exact());
+    assert!(verify_recording(&old, &upright).largest_tent_deviation_m > 1e-5);
+}
+
 #[test]
 fn a_recording_from_before_the_field_still_verifies() {
     let old = read(&attempt(&params(axial(), None), &IN_AND_OUT_M, 0.01));
@@ -286,10 +311,10 @@ fn a_recording_from_before_the_field_still_verifies() {
 #[test]
 fn a_coupled_law_has_the_fields_stiffness_and_its_ruptures_are_where_the_closed_form_puts_them() {
     let coupled = params(axial(), Some(TissueSpec { coupled: true, ..lower_back() }));
-    let stiffnesses = coupled.field().unwrap().on_axis().stiffnesses_n_per_m();
+    let stiffnesses = coupled.field().unwrap().planned().stiffnesses_n_per_m();
     let used: Vec<f64> = coupled.spec().axial.layers.iter().map(|layer| layer.stiffness_n_per_m).collect();
     assert_eq!(used, stiffnesses);
-    assert_eq!(used, Field::new(&lower_back()).unwrap().on_axis().stiffnesses_n_per_m(), "one way to the same bits");
+    assert_eq!(used, Field::new(&lower_back()).unwrap().planned().stiffnesses_n_per_m(), "one way to the same bits");
     assert!(used.iter().zip(&axial().layers).all(|(k, own)| (k - own.stiffness_n_per_m).abs() > 1.0), "{used:?}");
     let recording = read(&attempt(&coupled, &[0.03], 0.002));
     let found = recording.events.iter().filter(|e| e.kind.contactor().is_some());

@@ -8,6 +8,9 @@ use law::axial::ForceLaw;
 use super::Subject;
 use crate::machine::{self, Machine};
 
+/// How a mesh is judged. What came after it changes what an attempt's field is made of, and no estimate.
+const ESTIMATES: Judging = Judging::Second;
+
 /// What has versions of its own, beside the program.
 #[derive(Clone, Copy)]
 enum Versioned {
@@ -21,7 +24,7 @@ impl Versioned {
     fn now(self) -> String {
         match self {
             Self::Law => format!("law {}", u32::from(ForceLaw::default())),
-            Self::Estimates => format!("estimates {}", Judging::default().number()),
+            Self::Estimates => format!("estimates {}", ESTIMATES.number()),
             Self::Metrics => format!("{} metrics", DEFINITIONS.len()),
         }
     }

@@ -70,7 +70,7 @@ fn a_coupled_scene_is_judged_by_the_fields_stiffnesses() {
     };
     let field_at = |angle_deg: f64| {
         let tissue = coupled.tissue_spec(&nominal, angle_deg).unwrap();
-        Field::new(&tissue).unwrap().on_axis().stiffnesses_n_per_m()
+        Field::new(&tissue).unwrap().planned().stiffnesses_n_per_m()
     };
     let stiffnesses = |scene: &Scene| stiffnesses_at(scene, 0.0);
     assert_eq!(stiffnesses(&own), [331.0, 83.0]);

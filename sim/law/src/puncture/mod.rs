@@ -20,4 +20,4 @@ mod step;
 pub use contact::path_factor;
 pub use params::{PunctureParams, PunctureSpec};
 pub use state::{PunctureEvent, PunctureInput, PunctureOutput, PunctureScratch, PunctureState};
-pub use step::{measure_intrusion, step, write_loads};
+pub use step::{held_path_factor, measure_intrusion, step, write_loads};

@@ -57,6 +57,12 @@ pub fn measure_intrusion(params: &PunctureParams, state: &PunctureState) -> Opti
     })
 }
 
+/// How much longer than a layer is thick the path through it is of a needle that is in the tissue; none where it is not.
+#[must_use]
+pub fn held_path_factor(state: &PunctureState) -> Option<f64> {
+    state.latch.as_ref().map(|latch| latch.path_factor)
+}
+
 /// The needle sideways: a function of the state after the step, which is why a held sample repeats it.
 struct SidewaysNeedle {
     /// Lateral force on the hand, in N.

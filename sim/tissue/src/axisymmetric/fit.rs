@@ -13,7 +13,7 @@ use phrase::Phrase;
 
 use super::basis::MAX_ORDER;
 use super::grading::{LEAST_ORDER, LEVELS};
-use super::judge::Judge;
+use super::judge::{FINE, Judge};
 use super::trim::{AnswerView, Rung, Trimming};
 use super::{Axisymmetric, AxisymmetricError, MeshSpec, fit_first};
 use crate::{Judging, Problem, Sampled};
@@ -80,7 +80,7 @@ pub fn fit_by(judging: Judging, problem: &Problem, tolerance: f64) -> Result<Fit
     Domain::Positive.check("tolerance", tolerance, "")?;
     match judging {
         Judging::First => fit_first::fit(problem, tolerance),
-        Judging::Second => judged(problem, tolerance),
+        Judging::Second | Judging::Third => judged(problem, tolerance),
     }
 }
 
@@ -93,7 +93,7 @@ pub(super) fn first_level(tolerance: f64) -> usize {
 
 fn judged(problem: &Problem, tolerance: f64) -> Result<FittedAxisymmetric, AxisymmetricError> {
     let solved = |mesh: &MeshSpec| Ok(problem.sampled(&Axisymmetric::new(problem, mesh)?));
-    let judge = Judge::new(problem, tolerance, solved, Sampled::distance)?;
+    let judge = Judge::new(problem, &FINE, tolerance, solved, Sampled::distance)?;
     let fitted = |model: Axisymmetric, mesh: MeshSpec| {
         let estimated_relative_error = problem.sampled(&model).distance(&judge.answer) + judge.doubt;
         FittedAxisymmetric { model, mesh, estimated_relative_error, met: estimated_relative_error <= tolerance }

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use super::basis::{basis, fine_rule};
 use super::mesh::{Span, Spans, same_depth};
-use crate::Load;
 use crate::quadrature::gauss_rule;
+use crate::{Load, LoadKind};
 
 /// Load radii beyond which the traction is nothing: exp(−7²) = 5e-22.
 const REACH: f64 = 7.0;
@@ -48,18 +48,50 @@ pub(super) fn along(load: &Load, spans: &Spans) -> Vec<f64> {
 
 /// A part of a load that leans, on a vertical of its own.
 pub(super) struct AxisStation {
-    /// Where the vertical is, in m.
-    pub x_m: f64,
+    /// Depth at which the needle meets the vertical, in m.
+    pub depth_m: f64,
     /// Its share of the load on every node down the depth.
     pub along: Vec<f64>,
 }
 
-/// The load of a needle that goes `tangent` along the skin for each metre down: where it meets a contactor; for a drag so many
-/// stations in each strip, at Gauss's points, each with the density that interpolation gives it.
-pub(super) fn stations(load: &Load, spans: &Spans, tangent: f64, each_strip: usize) -> Vec<AxisStation> {
+/// A contactor at a depth in m.
+pub(super) fn push(depth_m: f64, spans: &Spans) -> AxisStation {
+    let load = Load { kind: LoadKind::Contactor { depth_m }, radius_m: 0.0 };
+    AxisStation { depth_m, along: along(&load, spans) }
+}
+
+/// A point of a load along the needle.
+pub(super) struct StretchPoint {
+    /// Its depth, in m.
+    pub depth_m: f64,
+    /// Its share of the load.
+    pub share: f64,
+}
+
+/// The points of a load: a rule that is as exact as the mesh.
+pub(super) fn stretch(load: &Load, spans: &Spans) -> Vec<StretchPoint> {
     let [from_m, to_m] = load.ends_m();
     if same_depth(from_m, to_m) {
-        return vec![AxisStation { x_m: from_m * tangent, along: along(load, spans) }];
+        return vec![StretchPoint { depth_m: from_m, share: 1.0 }];
+    }
+    let dragged = spans.all().iter().filter(|span| (from_m..=to_m).contains(&span.middle_m()));
+    let of_span = |span: &Span| {
+        let (middle_m, half_m) = (span.middle_m(), span.half_m());
+        let point = move |(x, weight): (f64, f64)| StretchPoint {
+            depth_m: middle_m + half_m * x,
+            share: weight * half_m / (to_m - from_m),
+        };
+        gauss_rule(span.order + 2).into_iter().map(point)
+    };
+    dragged.flat_map(of_span).collect()
+}
+
+/// The load of a needle that leans, by whatever angle: where it meets a contactor; for a drag so many stations in each strip, at
+/// Gauss's points, each with the density that interpolation gives it.
+pub(super) fn stations(load: &Load, spans: &Spans, each_strip: usize) -> Vec<AxisStation> {
+    let [from_m, to_m] = load.ends_m();
+    if same_depth(from_m, to_m) {
+        return vec![AxisStation { depth_m: from_m, along: along(load, spans) }];
     }
     let points: Vec<f64> = gauss_rule(each_strip).into_iter().map(|(point, _)| point).collect();
     let dragged = spans.all().iter().filter(|span| (from_m..=to_m).contains(&span.middle_m()));
@@ -71,7 +103,7 @@ pub(super) fn stations(load: &Load, spans: &Spans, tangent: f64, each_strip: usi
         };
         let depth_m = span.middle_m() + span.half_m() * points[own];
         let along = weigh(spans, [span.from_m, span.to_m], |depth_m| share(depth_m) / (to_m - from_m));
-        AxisStation { x_m: depth_m * tangent, along }
+        AxisStation { depth_m, along }
     };
     dragged.flat_map(|span| (0..each_strip).map(move |own| (span, own))).map(|(span, own)| station(span, own)).collect()
 }

@@ -19,6 +19,7 @@ mod mesh;
 mod model;
 mod oblique;
 mod oblique_fit;
+mod pushes;
 mod sideways;
 mod superposed;
 mod trim;
@@ -30,7 +31,7 @@ pub use mesh::{MeshSpec, Strip};
 pub use model::Axisymmetric;
 pub use oblique::Oblique;
 pub(crate) use oblique_fit::each_along_needle_m;
-pub use oblique_fit::{Along, FittedOblique, along_needle, fit_oblique, fit_oblique_by};
+pub use oblique_fit::{Along, AlongAngles, FittedOblique, along_needle, along_needle_at, fit_oblique, fit_oblique_by};
 pub use superposed::Superposed;
 
 use super::multifrontal::NotPositiveDefinite;

@@ -5,25 +5,45 @@
 //! carried by several stations, each on its own vertical with its share of the strip, as Lagrange's polynomials interpolate
 //! between them.
 
-use super::assembly::ElementGrid;
+use super::assembly::{ElementGrid, Stiffness};
 use super::load::{AxisStation, across, stations};
 use super::mesh::Spans;
 use super::{AxisymmetricError, MeshSpec, Side, element, sideways};
 use crate::multifrontal::Cholesky;
 use crate::volumetric::Problem3;
-use crate::{FieldModel, Load, Model};
+use crate::{FieldModel, Load, Model, Slab};
 
 /// An oblique load on flat layers, solved for 1 N. Displacements are those of the plane of the needle: at a place x along the
 /// skin, towards which the needle leans, and a depth.
 #[derive(Clone, Debug)]
 pub struct Oblique {
-    /// Sine and cosine of the angle to the normal.
-    lean: [f64; 2],
-    /// Where the vertical of each station is, in m.
+    lean: Lean,
+    /// Depth at which the needle meets the vertical of each station, in m.
     stations_m: Vec<f64>,
+    solved: SolvedStations,
+    force_n: f64,
+}
+
+/// Of the angle to the normal.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lean {
+    pub sine: f64,
+    pub cosine: f64,
+    pub tangent: f64,
+}
+
+impl Lean {
+    pub fn new(tilt_rad: f64) -> Self {
+        Self { sine: libm::sin(tilt_rad), cosine: libm::cos(tilt_rad), tangent: libm::tan(tilt_rad) }
+    }
+}
+
+/// What 1 N into the body and 1 N along the skin do, at each of some stations. Neither knows the angle, which only says how much there
+/// is of each and where.
+#[derive(Clone, Debug)]
+pub(super) struct SolvedStations {
     into: Harmonic<2>,
     along: Harmonic<3>,
-    force_n: f64,
 }
 
 /// One harmonic's answer to 1 N at each station, in m.
@@ -33,27 +53,59 @@ struct Harmonic<const N: usize> {
     solutions: Vec<Vec<f64>>,
 }
 
-impl<const N: usize> Harmonic<N> {
-    /// Solves a load of `newtons` on a component at each station.
-    fn new(
-        grid: ElementGrid<N>,
-        factor: &Cholesky,
-        component: usize,
-        across: &[f64],
-        stations: &[AxisStation],
-    ) -> Self {
+/// The mesh of one harmonic, and where a load on it acts.
+struct HarmonicMesh<const N: usize> {
+    grid: ElementGrid<N>,
+    stiffness: Stiffness,
+    component: usize,
+    /// Forces across the radius.
+    across: Vec<f64>,
+}
+
+impl<const N: usize> HarmonicMesh<N> {
+    fn factorise(&self, slab: &Slab) -> Result<Cholesky, AxisymmetricError> {
+        self.grid.factorise(slab, self.stiffness)
+    }
+
+    /// Solves 1 N at each station.
+    fn solve(&self, factor: &Cholesky, stations: &[AxisStation]) -> Harmonic<N> {
         let mut scratch = vec![0.0; factor.scratch_len()];
         let mut solve = |station: &AxisStation| {
-            let mut solution = grid.load(component, across, &station.along);
+            let mut solution = self.grid.load(self.component, &self.across, &station.along);
             factor.solve(&mut solution, &mut scratch);
             solution
         };
         let solutions = stations.iter().map(&mut solve).collect();
-        Self { grid, solutions }
+        Harmonic { grid: self.grid.clone(), solutions }
     }
+}
 
+impl<const N: usize> Harmonic<N> {
     fn bytes(&self) -> usize {
         self.grid.bytes() + self.solutions.len() * self.grid.unknowns * size_of::<f64>()
+    }
+}
+
+impl SolvedStations {
+    /// Displacement down and along the skin under 1 N that leans, at a station, in m/N: so far from its vertical, towards where the needle leans,
+    /// and so deep, both in m.
+    pub fn at(&self, station: usize, lean: &Lean, away_m: f64, depth_m: f64) -> [f64; 2] {
+        let (Some(into), Some(along)) = (self.into.solutions.get(station), self.along.solutions.get(station)) else {
+            return [0.0; 2];
+        };
+        let &Lean { sine, cosine, .. } = lean;
+        let (r_m, side) = (away_m.abs(), if away_m < 0.0 { -1.0 } else { 1.0 });
+        let [u_r, u_z] = self.into.grid.at(into, r_m, depth_m);
+        let [s, t, q] = self.along.grid.at(along, r_m, depth_m);
+        [cosine * u_z + sine * side * q, cosine * side * u_r + sine * (s + t)]
+    }
+
+    pub fn unknowns(&self) -> usize {
+        self.into.grid.unknowns + self.along.grid.unknowns
+    }
+
+    pub fn bytes(&self) -> usize {
+        self.into.bytes() + self.along.bytes()
     }
 }
 
@@ -67,20 +119,16 @@ impl Oblique {
     }
 }
 
-/// A mesh for several loads of one needle, factorised once.
-pub(super) struct SharedMesh {
-    tilt_rad: f64,
-    each_strip: usize,
-    into: ElementGrid<2>,
-    along: ElementGrid<3>,
-    factors: [Cholesky; 2],
-    /// Forces of 1 N across the radius, for either harmonic.
-    across: [Vec<f64>; 2],
+/// A mesh of both harmonics.
+pub(super) struct HarmonicMeshes {
+    slab: Slab,
+    into: HarmonicMesh<2>,
+    along: HarmonicMesh<3>,
 }
 
-impl SharedMesh {
-    /// Meshes and factorises a question of flat layers, whose own load only tells the radius.
-    pub fn new(question: &Problem3, mesh: &MeshSpec, each_strip: usize) -> Result<Self, AxisymmetricError> {
+impl HarmonicMeshes {
+    /// Meshes a question of flat layers, whose own load only tells the radius.
+    pub fn new(question: &Problem3, mesh: &MeshSpec) -> Result<Self, AxisymmetricError> {
         question.check()?;
         mesh.check(&question.flat)?;
         let slab = question.flat.slab.solid();
@@ -88,21 +136,56 @@ impl SharedMesh {
         let once = across(question.flat.load.radius_m, &radial);
         // The stiffness is one per π, the load one per radian: a push on s is twice as much of the former.
         let twice = once.iter().map(|force| 2.0 * force).collect();
-        let into = ElementGrid::straight(radial.clone(), axial.clone(), Side::Clamped);
-        let along = ElementGrid::sideways(radial, axial);
-        let factors = [into.factorise(&slab, element::stiffness)?, along.factorise(&slab, sideways::stiffness)?];
-        Ok(Self { tilt_rad: question.tilt_rad, each_strip, into, along, factors, across: [once, twice] })
+        let straight = ElementGrid::straight(radial.clone(), axial.clone(), Side::Clamped);
+        let into = HarmonicMesh { grid: straight, stiffness: element::stiffness, component: 1, across: once };
+        let sideways = ElementGrid::sideways(radial, axial);
+        let along = HarmonicMesh { grid: sideways, stiffness: sideways::stiffness, component: 0, across: twice };
+        Ok(Self { slab, into, along })
+    }
+
+    /// The strips down the depth.
+    pub fn axial(&self) -> &Spans {
+        &self.into.grid.axial
+    }
+
+    /// What 1 N does at each station, and the most bytes that a factor held: one harmonic after the other, so that the factors of both are
+    /// never held together.
+    pub fn solve_each(&self, stations: &[AxisStation]) -> Result<(SolvedStations, usize), AxisymmetricError> {
+        let factor = self.into.factorise(&self.slab)?;
+        let (into, bytes) = (self.into.solve(&factor, stations), factor.bytes());
+        drop(factor);
+        let factor = self.along.factorise(&self.slab)?;
+        let along = self.along.solve(&factor, stations);
+        Ok((SolvedStations { into, along }, bytes.max(factor.bytes())))
+    }
+}
+
+/// A mesh for several loads of one needle, factorised once.
+pub(super) struct SharedMesh {
+    tilt_rad: f64,
+    each_strip: usize,
+    meshes: HarmonicMeshes,
+    factors: [Cholesky; 2],
+}
+
+impl SharedMesh {
+    /// Meshes and factorises a question of flat layers, whose own load only tells the radius.
+    pub fn new(question: &Problem3, mesh: &MeshSpec, each_strip: usize) -> Result<Self, AxisymmetricError> {
+        let meshes = HarmonicMeshes::new(question, mesh)?;
+        let factors = [meshes.into.factorise(&meshes.slab)?, meshes.along.factorise(&meshes.slab)?];
+        Ok(Self { tilt_rad: question.tilt_rad, each_strip, meshes, factors })
     }
 
     /// The answer to a load. Where it ends the mesh has a line.
     pub fn under(&self, load: &Load) -> Oblique {
-        let stations = stations(load, &self.into.axial, libm::tan(self.tilt_rad), self.each_strip);
-        let ([into, along], [once, twice]) = (&self.factors, &self.across);
+        let stations = stations(load, self.meshes.axial(), self.each_strip);
+        let [into, along] = &self.factors;
+        let into = self.meshes.into.solve(into, &stations);
+        let along = self.meshes.along.solve(along, &stations);
         Oblique {
-            lean: [libm::sin(self.tilt_rad), libm::cos(self.tilt_rad)],
-            stations_m: stations.iter().map(|station| station.x_m).collect(),
-            into: Harmonic::new(self.into.clone(), into, 1, once, &stations),
-            along: Harmonic::new(self.along.clone(), along, 0, twice, &stations),
+            lean: Lean::new(self.tilt_rad),
+            stations_m: stations.iter().map(|station| station.depth_m).collect(),
+            solved: SolvedStations { into, along },
             force_n: 1.0,
         }
     }
@@ -114,11 +197,11 @@ impl FieldModel for Oblique {
     }
 
     fn unknowns(&self) -> usize {
-        self.into.grid.unknowns + self.along.grid.unknowns
+        self.solved.unknowns()
     }
 
     fn bytes(&self) -> usize {
-        self.into.bytes() + self.along.bytes() + size_of_val(&self.stations_m[..])
+        self.solved.bytes() + size_of_val(&self.stations_m[..])
     }
 
     /// What is not a number, or infinite, leaves the last answer.
@@ -129,15 +212,12 @@ impl FieldModel for Oblique {
     }
 
     fn displacement_m(&self, x_m: f64, depth_m: f64) -> [f64; 2] {
-        let [sine, cosine] = self.lean;
         let [mut down_m, mut along_m] = [0.0; 2];
-        let solutions = self.into.solutions.iter().zip(&self.along.solutions);
-        for (&station_m, (into, along)) in self.stations_m.iter().zip(solutions) {
-            let (r_m, side) = ((x_m - station_m).abs(), if x_m < station_m { -1.0 } else { 1.0 });
-            let [u_r, u_z] = self.into.grid.at(into, r_m, depth_m);
-            let [s, t, q] = self.along.grid.at(along, r_m, depth_m);
-            down_m += cosine * u_z + sine * side * q;
-            along_m += cosine * side * u_r + sine * (s + t);
+        for (station, depth_of_station_m) in self.stations_m.iter().enumerate() {
+            let away_m = x_m - depth_of_station_m * self.lean.tangent;
+            let [down, along] = self.solved.at(station, &self.lean, away_m, depth_m);
+            down_m += down;
+            along_m += along;
         }
         [0.0 - down_m * self.force_n, along_m * self.force_n]
     }

@@ -8,11 +8,12 @@ use phrase::{Phrase, phrase};
 
 use super::basis::MAX_ORDER;
 use super::fit::{BETTER, first_level};
-use super::judge::Judge;
+use super::judge::{FINE, Judge, WHOLE};
 use super::oblique::SharedMesh;
+use super::pushes::Pushes;
 use super::{Axisymmetric, AxisymmetricError, MeshSpec, Oblique};
 use crate::volumetric::Problem3;
-use crate::{FieldModel, Judging, Load, Problem, Sampled, relative_distance};
+use crate::{FieldModel, Judging, Load, LoadKind, Problem, Sampled, relative_distance};
 
 /// Stations of a drag in each strip, and of its judge.
 const STATIONS: [usize; 2] = [3, 5];
@@ -61,7 +62,7 @@ pub fn fit_oblique_by(
     Domain::Positive.check("tolerance", tolerance, "")?;
     match judging {
         Judging::First => first(question, tolerance),
-        Judging::Second => second(question, tolerance),
+        Judging::Second | Judging::Third => second(question, tolerance),
     }
 }
 
@@ -86,9 +87,97 @@ pub fn along_needle(question: &Problem3, loads: &[Load], tolerance: f64) -> Resu
     let worst = |a: &Vec<Vec<f64>>, b: &Vec<Vec<f64>>| {
         a.iter().zip(b).map(|(a, b)| relative_distance(a, b)).fold(0.0, f64::max)
     };
-    let judge = Judge::new(&question.flat, tolerance, answer, worst)?;
+    let judge = Judge::new(&question.flat, &FINE, tolerance, answer, worst)?;
     let doubts = (0..loads.len()).map(|at| judge.doubt_of(|a, b| relative_distance(&a[at], &b[at]))).collect();
     Ok(Along { answers_m: judge.answer, doubts })
+}
+
+/// What the loads of an attempt come to under a needle at each of some angles.
+pub struct AlongAngles {
+    /// As of [`Along`], angle after angle.
+    pub answers_m: Vec<Vec<f64>>,
+    /// What the relative error of each is taken to be, at the angle where it is largest.
+    pub doubts: Vec<f64>,
+    /// The mesh, for people.
+    pub mesh: Phrase,
+    /// Unknowns of both harmonics.
+    pub unknowns: usize,
+    /// Most bytes held at a time.
+    pub bytes: usize,
+}
+
+/// Answers a question on the needle for a needle at each of some angles to the normal, in rad, under several loads, by the coarsest meshes that agree well
+/// enough for a tolerance. The question's own load is a drag over all of them.
+///
+/// The tissue is solved once for all angles, under a push at each sample depth: what a load does to a point is what a push at that point does along
+/// the load (Betti), since flat layers are the same everywhere along the skin. They are but for the clamped side, about a vertical through the push;
+/// how much that matters is told by two pushes, each at the other's place.
+///
+/// # Errors
+/// As for [`fit_oblique`].
+pub fn along_needle_at(
+    question: &Problem3,
+    loads: &[Load],
+    tilts_rad: &[f64],
+    tolerance: f64,
+) -> Result<AlongAngles, AxisymmetricError> {
+    let leaning = |tilt_rad: &f64| Problem3 { tilt_rad: *tilt_rad, ..question.clone() };
+    tilts_rad.iter().map(leaning).try_for_each(|question| question.check())?;
+    Domain::Positive.check("tolerance", tolerance, "")?;
+    let depths_m = &question.flat.sample_depth_m;
+    let (mut words, mut unknowns, mut bytes) = (Phrase::Data(String::new()), 0, 0);
+    let answer = |mesh: &MeshSpec| {
+        let pushes = Pushes::new(&under_no_samples(question, loads, mesh)?, mesh, depths_m)?;
+        (words, unknowns, bytes) = (mesh.in_words(), pushes.unknowns(), pushes.bytes());
+        Ok(pushes.answer(tilts_rad, loads))
+    };
+    let off = |a: &Vec<f64>, b: &Vec<f64>| {
+        let of_angle = |(a, b)| relative_distance(a, b);
+        a.chunks(depths_m.len()).zip(b.chunks(depths_m.len())).map(of_angle).fold(0.0, f64::max)
+    };
+    let worst = |a: &Vec<Vec<f64>>, b: &Vec<Vec<f64>>| a.iter().zip(b).map(|(a, b)| off(a, b)).fold(0.0, f64::max);
+    let judge = Judge::new(&question.flat, &WHOLE, tolerance, answer, worst)?;
+    let sides = doubts_of_side(depths_m, loads, &judge.answer);
+    let doubt = |(at, side): (usize, &f64)| judge.change_of(|a, b| off(&a[at], &b[at])) + side;
+    let doubts = sides.iter().enumerate().map(doubt).collect();
+    Ok(AlongAngles { answers_m: judge.answer, doubts, mesh: words, unknowns, bytes })
+}
+
+/// How much the side matters to each load, relative to what it does: at any angle, the most that what a push at an end of it does to the other depths
+/// differs from what pushes there do at that end.
+fn doubts_of_side(depths_m: &[f64], loads: &[Load], answers_m: &[Vec<f64>]) -> Vec<f64> {
+    let pushes = depths_m.iter().enumerate().filter_map(|(sample, &depth_m)| {
+        let load = loads.iter().position(|load| load.kind == LoadKind::Contactor { depth_m })?;
+        Some((sample, load))
+    });
+    let pushes: Vec<(usize, usize)> = pushes.collect();
+    let doubt = |(load, answer_m): (&Load, &Vec<f64>)| {
+        let ends = pushes.iter().filter(|(sample, _)| load.ends_m().contains(&depths_m[*sample]));
+        let at_end = |&(own, end): &(usize, usize)| {
+            let angles = answer_m.chunks(depths_m.len()).enumerate();
+            let off = |(angle, of_angle_m): (usize, &[f64])| {
+                let first = angle * depths_m.len();
+                let there_and_here =
+                    pushes.iter().map(|&(sample, push)| answers_m[end][first + sample] - answers_m[push][first + own]);
+                there_and_here.map(|off_m| off_m * off_m).sum::<f64>().sqrt()
+                    / of_angle_m.iter().map(|m| m * m).sum::<f64>().sqrt()
+            };
+            angles.map(off).fold(0.0, f64::max)
+        };
+        ends.map(at_end).fold(0.0, f64::max)
+    };
+    loads.iter().zip(answers_m).map(doubt).collect()
+}
+
+/// The question without samples, where a mesh fits every load.
+fn under_no_samples(question: &Problem3, loads: &[Load], mesh: &MeshSpec) -> Result<Problem3, AxisymmetricError> {
+    let mut asked_nowhere = question.clone();
+    asked_nowhere.flat.sample_r_m.clear();
+    asked_nowhere.flat.sample_depth_m.clear();
+    for load in loads {
+        mesh.check(&Problem { load: *load, ..asked_nowhere.flat.clone() })?;
+    }
+    Ok(asked_nowhere)
 }
 
 /// Displacement along the needle under each load, in m, on one mesh; a drag that leans with so many stations in each strip. Where a sample lies outside the tissue nothing moves.
@@ -98,12 +187,7 @@ pub(crate) fn each_along_needle_m(
     mesh: &MeshSpec,
     each_strip: usize,
 ) -> Result<Vec<Vec<f64>>, AxisymmetricError> {
-    let mut asked_nowhere = question.clone();
-    asked_nowhere.flat.sample_r_m.clear();
-    asked_nowhere.flat.sample_depth_m.clear();
-    for load in loads {
-        mesh.check(&Problem { load: *load, ..asked_nowhere.flat.clone() })?;
-    }
+    let asked_nowhere = under_no_samples(question, loads, mesh)?;
     if question.tilt_rad == 0.0 {
         let mut model = Axisymmetric::new(&asked_nowhere.flat, mesh)?;
         let answer = |load: &Load| {
@@ -119,7 +203,7 @@ pub(crate) fn each_along_needle_m(
 fn second(question: &Problem3, tolerance: f64) -> Result<FittedOblique, AxisymmetricError> {
     let [few, more] = STATIONS;
     let answer = |mesh: &MeshSpec| Ok(sampled(question, &Oblique::new(question, mesh, more)?));
-    let judge = Judge::new(&question.flat, tolerance, answer, Sampled::distance)?;
+    let judge = Judge::new(&question.flat, &FINE, tolerance, answer, Sampled::distance)?;
     let fitted = |model: Oblique, mesh: MeshSpec| {
         let estimated_relative_error = sampled(question, &model).distance(&judge.answer) + judge.doubt;
         FittedOblique { model, mesh, estimated_relative_error, met: estimated_relative_error <= tolerance }

@@ -1,12 +1,13 @@
 //! The field of an attempt: unit responses by the planner's choice of model, and the follower.
 
 use law::axial::{AxialSpec, ParamError};
-use phrase::Phrase;
+use phrase::{Phrase, phrase};
 
+use super::angles::{AngledResponses, FLATTEST_RAD, place_cosines};
 use super::responses::{Responses, pose_question};
 use super::spec::TissueSpec;
 use super::state::FollowParams;
-use crate::axisymmetric::{Along, along_needle};
+use crate::axisymmetric::{Along, AlongAngles, along_needle, along_needle_at};
 use crate::planner::{self, PlanError, PlanRequest, Planned, Reach, cut_patch, find_reach, reach_of_all};
 use crate::volumetric::Problem3;
 use crate::{Judging, Load, LoadKind, Model, Problem, relative_distance};
@@ -43,7 +44,7 @@ pub struct FieldPlan {
     pub model: Model,
     /// Why this one, and its mesh under the load that is worst off.
     pub reason: Phrase,
-    /// How far the tissue is modelled around the needle, in m.
+    /// How far from the needle the tissue moves by more than the tolerance, in m: no more of it is pictured.
     pub radius_m: f64,
     /// Unknowns of the largest load's model.
     pub unknowns: usize,
@@ -69,7 +70,9 @@ pub enum AttemptLoad {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Field {
     follow: FollowParams,
-    on_axis: Responses,
+    on_axis: AngledResponses,
+    /// Those to a needle at the angle of the exercise.
+    planned: Responses,
     plan: FieldPlan,
 }
 
@@ -84,6 +87,7 @@ impl Field {
         match tissue.judging {
             Judging::First => Self::by_the_skin(tissue),
             Judging::Second => Self::by_the_attempt(tissue),
+            Judging::Third => Self::by_the_angle(tissue),
         }
     }
 
@@ -102,8 +106,9 @@ impl Field {
     fn by_the_attempt(tissue: &TissueSpec) -> Result<Self, FollowError> {
         let known = KnownAnswers::for_tissue(tissue)?;
         let mut share = 0.5 * tissue.tolerance;
-        let on_body_m: Vec<_> = known.loads.iter().copied().zip(&known.along.answers_m).collect();
-        let radius_m = reach_of_all(&known.question, &on_body_m, tissue.deepest_m(), share).map_err(PlanError::from)?;
+        let on_body_m: Vec<_> = known.asked.loads.iter().copied().zip(&known.along.answers_m).collect();
+        let radius_m =
+            reach_of_all(&known.asked.question, &on_body_m, tissue.deepest_m(), share).map_err(PlanError::from)?;
         let mut tries = FINER;
         loop {
             let mut field = Self::within(tissue, radius_m, share)?;
@@ -114,6 +119,27 @@ impl Field {
                 return Ok(field);
             }
             share *= 0.3;
+        }
+    }
+
+    /// Where flat layers can be solved in (r, z), every load is asked on the whole body under a needle at several angles, as many as it
+    /// takes to know the rest by them; another model answers for the angle of the exercise alone.
+    fn by_the_angle(tissue: &TissueSpec) -> Result<Self, FollowError> {
+        if !matches!(tissue.model, None | Some(Model::Axisymmetric)) {
+            return Self::by_the_attempt(tissue);
+        }
+        let asked = AskedLoads::of(tissue);
+        let flattest_rad = FLATTEST_RAD.max(tissue.tilt_rad.abs());
+        let flattest = Problem3 { tilt_rad: flattest_rad, ..asked.question.clone() };
+        let (_, why) = planner::choose(&flattest, tissue.model)?;
+        let mut count = FEWEST_ANGLES;
+        loop {
+            let angles = KnownAngles::new(&asked, tissue, flattest_rad, count)?;
+            let field = angles.into_field(&asked, tissue, &why)?;
+            count *= 2;
+            if field.plan.expected_relative_error <= tissue.tolerance || count > MOST_ANGLES {
+                return Ok(field);
+            }
         }
     }
 
@@ -137,7 +163,8 @@ impl Field {
             Ok::<_, FollowError>(planned.field)
         })?;
         plan.bytes += on_axis.bytes();
-        Ok(Self { follow: FollowParams::new(tissue)?, on_axis, plan })
+        let planned = on_axis.clone();
+        Ok(Self { follow: FollowParams::new(tissue)?, on_axis: AngledResponses::constant(on_axis), planned, plan })
     }
 
     /// What the follower needs to know.
@@ -146,10 +173,16 @@ impl Field {
         &self.follow
     }
 
-    /// Responses on the needle at every boundary.
+    /// Responses on the needle at every boundary, at any angle of it.
     #[must_use]
-    pub fn on_axis(&self) -> &Responses {
+    pub fn on_axis(&self) -> &AngledResponses {
         &self.on_axis
+    }
+
+    /// Those to a needle at the angle of the exercise.
+    #[must_use]
+    pub fn planned(&self) -> &Responses {
+        &self.planned
     }
 
     /// What it was computed with.
@@ -158,9 +191,9 @@ impl Field {
         &self.plan
     }
 
-    /// Gives every boundary of a law the field's stiffness.
+    /// Gives every boundary of a law the field's stiffness at the angle of the exercise.
     pub fn couple(&self, axial: &mut AxialSpec) {
-        for (layer, stiffness_n_per_m) in axial.layers.iter_mut().zip(self.on_axis.stiffnesses_n_per_m()) {
+        for (layer, stiffness_n_per_m) in axial.layers.iter_mut().zip(self.planned.stiffnesses_n_per_m()) {
             layer.stiffness_n_per_m = stiffness_n_per_m;
         }
     }
@@ -182,36 +215,35 @@ impl FieldPlan {
 /// Meshes are made finer at most so many times.
 const FINER: usize = 3;
 
-/// What an attempt's loads do to the whole body.
-struct KnownAnswers {
+/// At first so many angles are solved for, and at most so many: twice as many each time that they do not do.
+const FEWEST_ANGLES: usize = 8;
+const MOST_ANGLES: usize = 32;
+
+/// The loads of an attempt, as they are asked of the whole body.
+struct AskedLoads {
     /// What is asked of all of them; its own load is a drag through the whole tissue.
     question: Problem3,
     loads: Vec<Load>,
     /// Where each load is in [`TissueSpec::loads`].
     places: Vec<usize>,
-    /// What each does at the boundaries, in m/N, and how exactly that is known.
-    along: Along,
     /// Layers of the force law.
     layers: usize,
 }
 
-impl KnownAnswers {
-    fn for_tissue(tissue: &TissueSpec) -> Result<Self, FollowError> {
+impl AskedLoads {
+    fn of(tissue: &TissueSpec) -> Self {
         let every = tissue.loads().into_iter().enumerate();
         let (places, loads): (Vec<usize>, Vec<Load>) = every.filter_map(|(at, load)| Some((at, load?))).unzip();
         let through = LoadKind::Drag { from_m: 0.0, to_m: tissue.deepest_m() };
         let whole = Load { kind: through, radius_m: tissue.load_radius_m };
         let question = pose_question(tissue, whole, &tissue.points_m());
-        let along = along_needle(&question, &loads, tissue.tolerance).map_err(PlanError::from)?;
-        Ok(Self { question, loads, places, along, layers: tissue.layers() })
+        Self { question, loads, places, layers: tissue.layers() }
     }
 
-    /// Tells a field's plan what its responses are off by, and under which load it is most.
-    fn judge(&self, field: &mut Field) {
-        let plan = &mut field.plan;
+    /// Tells a plan what the responses to each load are off by, and to which it is most.
+    fn judge(&self, plan: &mut FieldPlan, errors: impl Iterator<Item = f64>) {
         plan.expected_relative_error = 0.0;
-        for ((&load, answer_m), doubt) in self.places.iter().zip(&self.along.answers_m).zip(&self.along.doubts) {
-            let error = relative_distance(&field.on_axis.under(load), answer_m) + doubt;
+        for (&load, error) in self.places.iter().zip(errors) {
             if plan.worst.is_none() || error > plan.expected_relative_error {
                 plan.expected_relative_error = error;
                 plan.worst = Some(match load.checked_sub(self.layers) {
@@ -220,6 +252,108 @@ impl KnownAnswers {
                 });
             }
         }
+    }
+}
+
+/// What an attempt's loads do to the whole body.
+struct KnownAnswers {
+    asked: AskedLoads,
+    /// What each does at the boundaries, in m/N, and how exactly that is known.
+    along: Along,
+}
+
+impl KnownAnswers {
+    fn for_tissue(tissue: &TissueSpec) -> Result<Self, FollowError> {
+        let asked = AskedLoads::of(tissue);
+        let along = along_needle(&asked.question, &asked.loads, tissue.tolerance).map_err(PlanError::from)?;
+        Ok(Self { asked, along })
+    }
+
+    /// Tells a field's plan what its responses are off by, and under which load it is most.
+    fn judge(&self, field: &mut Field) {
+        let Field { planned, plan, .. } = field;
+        let known = self.asked.places.iter().zip(&self.along.answers_m).zip(&self.along.doubts);
+        let error = |((load, answer_m), doubt): ((&usize, &Vec<f64>), &f64)| {
+            relative_distance(&planned.under(*load), answer_m) + doubt
+        };
+        self.asked.judge(plan, known.map(error));
+    }
+}
+
+/// What an attempt's loads do to the whole body under a needle at some angles: those that the responses are made of, and between them those
+/// that tell what they are off by.
+struct KnownAngles {
+    flattest_rad: f64,
+    /// Cosines of the first.
+    nodes: Vec<f64>,
+    /// Cosines of the second, the perpendicular needle first.
+    probes: Vec<f64>,
+    /// At the first, then at the second.
+    along: AlongAngles,
+}
+
+impl KnownAngles {
+    fn new(asked: &AskedLoads, tissue: &TissueSpec, flattest_rad: f64, count: usize) -> Result<Self, FollowError> {
+        let nodes = place_cosines(flattest_rad, count);
+        let between = nodes.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
+        let probes: Vec<f64> = std::iter::once(1.0).chain(between).chain([libm::cos(flattest_rad)]).collect();
+        let tilts_rad: Vec<f64> = nodes.iter().chain(&probes).map(|cosine| libm::acos(*cosine)).collect();
+        let along = along_needle_at(&asked.question, &asked.loads, &tilts_rad, tissue.tolerance);
+        Ok(Self { flattest_rad, nodes, probes, along: along.map_err(PlanError::from)? })
+    }
+
+    /// Displacement along the needle at each sample under a load, at one of the angles, in m/N.
+    fn answer_m(&self, asked: &AskedLoads, load: usize, angle: usize) -> &[f64] {
+        let samples = asked.question.flat.sample_depth_m.len();
+        &self.along.answers_m[load][angle * samples..(angle + 1) * samples]
+    }
+
+    /// The responses at one of the angles.
+    fn responses(&self, asked: &AskedLoads, tissue: &TissueSpec, angle: usize) -> Responses {
+        let depths_m = &asked.question.flat.sample_depth_m;
+        let answer_m = |point: usize, place: usize| {
+            let load = asked.places.iter().position(|known| *known == place)?;
+            let sample = depths_m.iter().position(|depth_m| depth_m.total_cmp(&tissue.boundaries_m[point]).is_eq())?;
+            Some(self.answer_m(asked, load, angle)[sample])
+        };
+        Responses::of_answers(tissue.layers(), 2 * tissue.layers(), |point, load| answer_m(point, load).unwrap_or(0.0))
+    }
+
+    fn into_field(self, asked: &AskedLoads, tissue: &TissueSpec, why: &Phrase) -> Result<Field, FollowError> {
+        let count = self.nodes.len();
+        let tables = (0..count).map(|angle| self.responses(asked, tissue, angle)).collect();
+        let on_axis = AngledResponses::new(self.flattest_rad, self.nodes.clone(), tables);
+        let upright = Problem3 { tilt_rad: 0.0, ..asked.question.clone() };
+        let upright_m: Vec<Vec<f64>> =
+            (0..asked.loads.len()).map(|load| self.answer_m(asked, load, count).to_vec()).collect();
+        let on_body_m: Vec<_> = asked.loads.iter().copied().zip(&upright_m).collect();
+        let radius_m = reach_of_all(&upright, &on_body_m, tissue.deepest_m(), 0.5 * tissue.tolerance);
+        let mut plan = FieldPlan {
+            model: Model::Axisymmetric,
+            reason: phrase!(
+                "{why}; {mesh} for each harmonic, solved once for {count} angles of the needle up to {degrees}°, between which \
+                 the rest is interpolated",
+                why = why.clone(),
+                mesh = self.along.mesh.clone(),
+                count = count,
+                degrees = Phrase::number(self.flattest_rad.to_degrees(), 0)
+            ),
+            radius_m: radius_m.map_err(PlanError::from)?,
+            unknowns: self.along.unknowns,
+            bytes: self.along.bytes + on_axis.bytes(),
+            expected_relative_error: 0.0,
+            worst: None,
+        };
+        let between: Vec<Responses> = self.probes.iter().map(|cosine| on_axis.at(*cosine)).collect();
+        let told: Vec<Responses> =
+            (0..self.probes.len()).map(|probe| self.responses(asked, tissue, count + probe)).collect();
+        let off = |place: usize| {
+            let pairs = between.iter().zip(&told);
+            pairs.map(|(found, told)| relative_distance(&found.under(place), &told.under(place))).fold(0.0, f64::max)
+        };
+        asked.judge(&mut plan, asked.places.iter().zip(&self.along.doubts).map(|(place, doubt)| off(*place) + doubt));
+        let planned = on_axis.at(libm::cos(tissue.tilt_rad));
+        Ok(Field { follow: FollowParams::new(tissue)?, on_axis, planned, plan })
     }
 }
 

@@ -14,10 +14,12 @@
 //!
 //! # An oblique needle
 //!
-//! The loads push along the needle and the responses are along it, at the angle of the exercise to the normal; a boundary is
+//! The loads push along the needle and the responses are along it, at the angle at which it went in; a boundary is
 //! where such a needle meets it. The planner's model of flat layers has a harmonic for the push into the body and one for the
-//! push along the skin, both exact. A hand that strays from the planned angle does not change the responses.
+//! push along the skin, both exact, and neither knows the angle: what it makes of them is told at a few angles and lies on a polynomial
+//! between ([`AngledResponses`]). Another model answers for the angle of the exercise.
 
+mod angles;
 mod coupling;
 mod field;
 mod press;
@@ -26,6 +28,7 @@ mod responses;
 mod spec;
 mod state;
 
+pub use angles::{AngledResponses, FLATTEST_RAD};
 pub use coupling::{HandOver, RateError, StraightInsertion, hand_over, rate_errors};
 pub use field::{AttemptLoad, FIELD_HZ, Field, FieldPlan, FollowError};
 pub use press::press_loads;

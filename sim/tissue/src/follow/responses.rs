@@ -46,6 +46,25 @@ impl Responses {
         Self::new(tissue, &tissue.points_m(), fit)
     }
 
+    /// Of answers that are had already: for each load, in m/N, the displacement along the needle at each point; zero of those that have none.
+    pub(super) fn of_answers(points: usize, loads: usize, answer_m: impl Fn(usize, usize) -> f64) -> Self {
+        let of_point = |point: usize| (0..loads).map(move |load| (point, load));
+        let axial_m_per_n = (0..points).flat_map(of_point).map(|(point, load)| answer_m(point, load)).collect();
+        Self { loads, axial_m_per_n }
+    }
+
+    /// Makes all of them zero.
+    pub(super) fn clear(&mut self) {
+        self.axial_m_per_n.fill(0.0);
+    }
+
+    /// Adds a share of others of the same tissue.
+    pub(super) fn add(&mut self, share: f64, others: &Self) {
+        for (own, other) in self.axial_m_per_n.iter_mut().zip(&others.axial_m_per_n) {
+            *own += share * other;
+        }
+    }
+
     /// Displacement along the needle at a point under loads of these sizes, in m, positive into the body; 0 where there is no such point.
     /// Never allocates.
     #[must_use]

@@ -11,7 +11,7 @@ pub struct TissueSpec {
     pub slab: Slab,
     /// Radius of the needle's footprint, in m.
     pub load_radius_m: f64,
-    /// Angle of the needle to the surface normal, in rad: that of the exercise, whatever the hand then does.
+    /// Angle of the needle to the surface normal that the exercise asks for, in rad.
     pub tilt_rad: f64,
     /// The model that is asked for by name; the planner chooses without one.
     pub model: Option<Model>,

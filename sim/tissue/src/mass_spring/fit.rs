@@ -134,7 +134,9 @@ impl<'a> LatticeJudge<'a> {
         let axial = distance(&answer.axial_m, &self.limit.axial_m, &self.truth.axial_m);
         match self.judging {
             Judging::First => axial,
-            Judging::Second => axial.max(distance(&answer.radial_m, &self.limit.radial_m, &self.truth.radial_m)),
+            Judging::Second | Judging::Third => {
+                axial.max(distance(&answer.radial_m, &self.limit.radial_m, &self.truth.radial_m))
+            }
         }
     }
 

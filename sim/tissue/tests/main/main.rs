@@ -3,6 +3,7 @@
 #[cfg(test)]
 mod allocation;
 #[cfg(test)]
+mod angles;
 mod attempt_error;
 #[cfg(test)]
 mod axisymmetric;

@@ -147,13 +147,13 @@ fn an_oblique_field_meets_its_tolerance_and_says_how() {
             "{}",
             plan.reason
         );
-        for (kind, k) in [SKIN, FAT, MUSCLE].into_iter().zip(field.on_axis().stiffnesses_n_per_m()) {
+        for (kind, k) in [SKIN, FAT, MUSCLE].into_iter().zip(field.planned().stiffnesses_n_per_m()) {
             let question = lower_back(kind, tilt_deg);
             let give_m = question.along_needle_m(&fine(&question), 0.0, question.flat.load.ends_m()[0]);
             let off = (k * give_m - 1.0).abs();
             assert!(off <= plan.expected_relative_error, "{kind:?} at {tilt_deg}°: {off} off on the whole body");
         }
-        let [own, straight] = [&field, &perpendicular].map(|field| field.on_axis().stiffnesses_n_per_m());
+        let [own, straight] = [&field, &perpendicular].map(|field| field.planned().stiffnesses_n_per_m());
         let most = own.iter().zip(&straight).map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max);
         assert!((0.005..0.2).contains(&most), "the angle is felt, and no more than that: {own:?} and {straight:?}");
     }

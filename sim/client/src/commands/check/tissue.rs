@@ -119,11 +119,11 @@ fn name(scene: &Scene, load: AttemptLoad) -> String {
 
 /// Median time of the tents of all boundaries under loads everywhere, in s.
 fn step_s(field: &Field) -> f64 {
-    let boundaries = field.on_axis().stiffnesses_n_per_m().len();
+    let boundaries = field.planned().stiffnesses_n_per_m().len();
     let loads_n = vec![1.0; 2 * boundaries];
     timing::median_s(TimingEffort::SHORT, || {
         for boundary in 0..boundaries {
-            std::hint::black_box(field.on_axis().axial_m(boundary, std::hint::black_box(&loads_n)));
+            std::hint::black_box(field.planned().axial_m(boundary, std::hint::black_box(&loads_n)));
         }
     })
 }
