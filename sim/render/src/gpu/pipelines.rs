@@ -181,11 +181,6 @@ impl Drawn {
             skin: body("skin_fragment", blend),
             punctured: body("punctured_fragment", blend),
         };
-        let odd = with_stencil(
-            depth(DEPTH, false, CompareFunction::Always),
-            CompareFunction::Always,
-            StencilOperation::Invert,
-        );
         let clear = |vertex| Recipe {
             blend: through,
             cull: Some(Face::Back),
@@ -207,7 +202,7 @@ impl Drawn {
                 blend: through,
                 ..recipe(&shaders.needle, ["ghost_vertex", "ghost_fragment"], depth(DEPTH, false, less))
             }),
-            solid_inside: make(Recipe { writes: ColorWrites::empty(), ..solid("solid_inside", odd) }),
+            solid_inside: make(Recipe { writes: ColorWrites::empty(), ..solid("solid_inside", counted()) }),
             solid: make(solid("solid_fragment", depth(DEPTH, true, less))),
             patient: make(closed(&shaders.solid, ["patient_vertex", "patient_fragment"])),
             faded_patient: make(Recipe {
@@ -329,6 +324,12 @@ fn depth(format: TextureFormat, write: bool, compare: CompareFunction) -> DepthS
         stencil: StencilState::default(),
         bias: Default::default(),
     }
+}
+
+/// Counts, odd or even, how often a solid's surface is met.
+fn counted() -> DepthStencilState {
+    let always = CompareFunction::Always;
+    with_stencil(depth(DEPTH, false, always), always, StencilOperation::Invert)
 }
 
 /// The stencil holds 0 where the cut face shows the body, and its complement where it goes through a structure.
