@@ -8,6 +8,8 @@ use law::stance::{Intrusion, settle_dents};
 use recording::sample::{Sample, flags};
 use recording::{Event, EventKind, Tent};
 
+use crate::layers::tops_of_layers_m;
+
 /// A needle flatter than this (cosine to the vertical) is taken for one at it: its line would meet a boundary anywhere.
 const FLATTEST: f64 = 0.1;
 
@@ -36,8 +38,7 @@ impl Dents {
     /// behind its tip, in m.
     #[must_use]
     pub fn new(thicknesses_m: impl IntoIterator<Item = f64>, tip_to_rim_m: f64) -> Self {
-        let top_m = |depth_m: &mut f64, thickness_m: f64| Some(std::mem::replace(depth_m, *depth_m + thickness_m));
-        Self { tops_m: thicknesses_m.into_iter().scan(0.0, top_m).collect(), tip_to_rim_m, ..Self::default() }
+        Self { tops_m: tops_of_layers_m(thicknesses_m), tip_to_rim_m, ..Self::default() }
     }
 
     /// Tells of an event.

@@ -33,6 +33,12 @@ pub fn patient_thicknesses_m(recording: &Recording, bundle: &ExerciseBundle) -> 
     }
 }
 
+/// Depth of every boundary below the skin, straight down, in m, from the thickness of each layer from the skin down.
+pub(crate) fn tops_of_layers_m(thicknesses_m: impl IntoIterator<Item = f64>) -> Vec<f64> {
+    let top_m = |depth_m: &mut f64, thickness_m: f64| Some(std::mem::replace(depth_m, *depth_m + thickness_m));
+    thicknesses_m.into_iter().scan(0.0, top_m).collect()
+}
+
 /// Where each layer lies along the needle of the deepest insertion, from the skin down, by the axis that the law latched at its contact;
 /// along the planned one where the needle never met the skin.
 #[must_use]

@@ -20,6 +20,7 @@ mod stages;
 pub mod tick;
 pub mod trajectory;
 pub mod verify;
+mod wounds;
 
 pub use curve::{AttemptCurve, CurveMark, CurvePoint, MAX_CURVE_POINTS, MarkKind};
 pub use dents::Dents;
@@ -29,3 +30,4 @@ pub use insertion::{Insertion, deepest_insertion, find_insertions, is_inserted, 
 pub use layers::{LayerSpan, patient_thicknesses_m, span_layers};
 pub use lone::LoneNeedle;
 pub use stages::{BoundaryStage, StageSpan};
+pub use wounds::{Hub, Wound, Wounds};

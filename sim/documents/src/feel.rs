@@ -60,7 +60,7 @@ const FEELS: [TissueFeel; 13] = [
     ),
     feel("epidural space", "fat", EPIDURAL, [4000.0, 100.0, 13.6, 17.0, 2.0, 0.0, 950.0]),
     feel("dura", "fascia", SAC, [4000.0, 100.0, 3.68, 4.6, 1.0, 0.05, 1130.0]),
-    feel("cerebrospinal fluid", "fat", SAC, [100.0, 20.0, 0.1, 0.12, 1.0, 0.0, 1010.0]),
+    feel("cerebrospinal fluid", "fluid", SAC, [100.0, 20.0, 0.1, 0.12, 1.0, 0.0, 1010.0]),
     feel("kidney", "muscle", KIDNEY, [497.0, 300.0, 1.5, 1.9, 40.0, 0.3, 1050.0]),
 ];
 

@@ -93,6 +93,8 @@ pub struct Needle {
     pub diameter_exponent: f64,
     /// Tip type: diamond, bevel, conical or blunt.
     pub tip: String,
+    /// What is on the hub: stylet or syringe.
+    pub hub: String,
     /// Tip-to-rim distance, in mm; 0 is a single contactor.
     #[serde(default)]
     pub tip_to_rim_mm: f64,

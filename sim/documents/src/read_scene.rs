@@ -162,6 +162,11 @@ fn check_needle(doc: &mut Walked) {
         let allowed = phrase!("allowed: 0 mm, for a needle has no rim; kind = \"trocar\" has one");
         doc.refuse("needle.tip_to_rim_mm", Phrase::Data(measure(tip_to_rim_mm, "mm")), allowed);
     }
+    if is_trocar && doc.value["needle"]["hub"] == "syringe" {
+        let allowed =
+            phrase!("allowed: stylet, for a trocar's fills its cannula; kind = \"needle\" may have a syringe");
+        doc.refuse("needle.hub", Phrase::data("syringe"), allowed);
+    }
     doc.value["needle"]["inner_diameter_mm"] = bore_mm.into();
     if is_flexible && is_trocar {
         let allowed = phrase!("allowed: false, for a trocar is rigid; kind = \"needle\" may bend");

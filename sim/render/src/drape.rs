@@ -19,7 +19,7 @@ pub fn shaded_rows(stage: &Stage, frame: &Frame, place: &Placement, camera: &Cam
     if stage.patient(frame.view).is_some() {
         return 0..rows;
     }
-    let mut corners = needle(stage, place).to_vec();
+    let mut corners = place.needle_ends(stage, frame).to_vec();
     if casts(frame.fade) {
         corners.extend(block(stage, frame, place));
     }
@@ -32,11 +32,6 @@ pub fn shaded_rows(stage: &Stage, frame: &Frame, place: &Placement, camera: &Cam
     let high = heights.iter().copied().fold(f32::NEG_INFINITY, f32::max);
     let row = |height: f32| (0.5 * (height + 1.0) * rows as f32).clamp(0.0, rows as f32);
     row(low).floor() as u32..row(high).ceil() as u32
-}
-
-/// Both ends of the needle.
-fn needle(stage: &Stage, place: &Placement) -> [Vec3; 2] {
-    [place.tip, place.tip - place.needle * Vec3::Z * stage.needle.length_m]
 }
 
 /// The upper corners of the block, and its lower ones, where its own shadow begins.

@@ -79,6 +79,18 @@ pub struct DrawnNeedle {
     pub tip_to_rim_m: f32,
     /// Shape of the tip.
     pub tip: Tip,
+    /// What is on the hub while it is not open.
+    pub hub: OnHub,
+}
+
+/// What is on a needle's hub.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OnHub {
+    /// The knob of the stylet that fills the needle.
+    #[default]
+    Stylet,
+    /// A syringe of glass, whose plunger yields when resistance is lost.
+    Syringe,
 }
 
 /// Shape of a tip.
@@ -162,6 +174,8 @@ pub struct Frame {
     pub entry_m: Option<[f32; 3]>,
     /// Every puncture so far, the open ones too.
     pub punctures: Vec<DrawnPuncture>,
+    /// What is seen at the hub.
+    pub hub: DrawnHub,
     /// How far the body is faded to show what is inside: 0 opaque, 1 as clear as it gets.
     pub fade: f32,
     /// Draw the planned line, entry and target.
@@ -200,6 +214,21 @@ pub struct DrawnPuncture {
     pub opened: u32,
     /// Blood at the skin: 0 none, 1 as much as it gets. Follows depth and damage.
     pub blood: f32,
+}
+
+/// What is seen at the hub.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DrawnHub {
+    /// Nothing is on it.
+    pub open: bool,
+    /// Blood in it: 0 none, 1 full.
+    pub blood: f32,
+    /// How far a syringe's plunger has gone in: 0 where the hand holds it, 1 as far as it goes.
+    pub plunger: f32,
+    /// Radius of the drop that forms at it, as a share of that at which it falls; 0 without one.
+    pub drop: f32,
+    /// How far below the hub a drop has fallen, in m; 0 where none is in the air.
+    pub fallen_m: f32,
 }
 
 /// From where.

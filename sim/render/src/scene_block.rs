@@ -6,7 +6,8 @@ use glam::{Mat4, Quat, Vec3, Vec4};
 
 use crate::camera::Camera;
 use crate::field::{self, DrawnResponses, MOST_LOADS, SAMPLES};
-use crate::frame::{DrawnPuncture, Frame, MOST_LAYERS, Mesh, Stage, View};
+use crate::frame::{DrawnHub, DrawnPuncture, Frame, MOST_LAYERS, Mesh, Stage, View};
+use crate::meshes::hub::{self, HubForm};
 use crate::placement::{BEHIND_M, HALF_WIDTH_M, Placement, smooth, unit};
 use crate::quality::Quality;
 use crate::skin;
@@ -54,6 +55,10 @@ pub struct SceneBlock {
     lamp: Vec4,
     look: Vec4,
     place: Vec4,
+    shade_tip: Vec4,
+    shade_end: Vec4,
+    hub: Vec4,
+    rim: Vec4,
     count: [u32; 4],
     layers: [Vec4; MOST_LAYERS],
     punctures: [Hole; MOST_PUNCTURES],
@@ -90,7 +95,9 @@ impl SceneBlock {
             .map_or((Vec3::ZERO, Quat::IDENTITY), |ghost| (Vec3::from(ghost.tip_m), unit(ghost.orientation)));
         let needle = |axis: Vec3| place.needle * axis;
         let section = f32::from(u8::from(frame.view == View::Section));
-        let shadows = if shadow_texels > 0 && section == 0.0 { shadow_strength(frame.fade) } else { 0.0 };
+        let shadows = f32::from(u8::from(shadow_texels > 0 && section == 0.0));
+        let light_clip_from_world = light(camera, lamp);
+        let [shade_tip, shade_end] = shade(&light_clip_from_world, camera, stage, (frame, place));
         let punctures = latest(&frame.punctures);
         let depth_m = stage.depth_m();
         let touched = frame.touched.map_or(-1.0, |which| which as f32);
@@ -100,7 +107,7 @@ impl SceneBlock {
         Self {
             clip_from_world: camera.clip_from_world,
             world_from_clip: camera.clip_from_world.inverse(),
-            light_clip_from_world: light(camera, lamp),
+            light_clip_from_world,
             eye: camera.eye.extend(f32::from(u8::from(camera.perspective))),
             forward: camera.forward.extend(0.0),
             focus: place.focus.extend(0.5 * stage.needle.diameter_m),
@@ -112,8 +119,8 @@ impl SceneBlock {
             needle_x: needle(Vec3::X).extend(stage.needle.length_m),
             needle_y: needle(Vec3::Y).extend(stage.needle.tip_to_rim_m),
             needle_z: needle(Vec3::Z).extend(place.tip_depth_m()),
-            tip: (place.tip - Vec3::from(frame.bend_m)).extend(0.0),
-            bend: Vec3::from(frame.bend_m).extend(shadows),
+            tip: (place.tip - Vec3::from(frame.bend_m)).extend(shadows),
+            bend: Vec3::from(frame.bend_m).extend(shadows * shadow_strength(frame.fade)),
             ghost_x: (ghost.1 * Vec3::X).extend(0.0),
             ghost_y: (ghost.1 * Vec3::Y).extend(0.0),
             ghost_z: (ghost.1 * Vec3::Z).extend(0.0),
@@ -126,6 +133,10 @@ impl SceneBlock {
                 skin::HALF_M,
             ),
             place: Vec4::new(stage.entry_m[0], stage.entry_m[1], touched, drape_m(stage, frame.view)),
+            shade_tip,
+            shade_end,
+            hub: hub(frame),
+            rim: rim(stage),
             count: [stage.layers.len() as u32, punctures.len() as u32, SAMPLES as u32, responses.loads as u32],
             layers: layers(stage, frame),
             punctures: holes(stage, punctures),
@@ -164,10 +175,33 @@ pub fn casts(fade: f32) -> bool {
     fade.is_nan() || fade < LET_THROUGH
 }
 
-/// How strong shadows are: those of the body go as it fades, then those of the needle alone come.
+/// How strong the body's shadows are: they go as it fades.
 fn shadow_strength(fade: f32) -> f32 {
-    let off = (fade / LET_THROUGH - 1.0).abs();
-    if off.is_finite() { smooth(off) } else { 1.0 }
+    if fade.is_finite() { 1.0 - smooth(fade / LET_THROUGH) } else { 1.0 }
+}
+
+/// The needle as the lamp sees it: its tip, and the end of what is on its hub, with the width of the lamp's frustum in m, and the share of its
+/// length at which the hub begins.
+fn shade(light_clip: &Mat4, camera: &Camera, stage: &Stage, (frame, place): (&Frame, &Placement)) -> [Vec4; 2] {
+    let [tip, end] = place.needle_ends(stage, frame).map(|at| light_clip.project_point3(at));
+    let form = HubForm::of(&stage.needle);
+    let hub = form.begins_m / form.ends_m(stage.needle.hub, frame.hub.open);
+    [tip.extend(camera.extent_m), end.extend(hub)]
+}
+
+/// What is seen at the hub: blood, way of the plunger, radius of the drop that hangs there, and how far another has fallen, in m.
+fn hub(frame: &Frame) -> Vec4 {
+    let DrawnHub { blood, plunger, drop, fallen_m, .. } = frame.hub;
+    let share = |number: f32| if number.is_finite() { number.clamp(0.0, 1.0) } else { 0.0 };
+    let fallen_m = if fallen_m.is_finite() { fallen_m.max(0.0) } else { 0.0 };
+    Vec4::new(share(blood), share(plunger) * hub::TRAVEL_M, share(drop) * hub::DROP_M, fallen_m)
+}
+
+/// Where the hub begins and its mouth is, along the needle, and where a drop hangs: off the axis and along it, in m.
+fn rim(stage: &Stage) -> Vec4 {
+    let form = HubForm::of(&stage.needle);
+    let [aside_m, along_m] = form.rim_m();
+    Vec4::new(form.begins_m, form.mouth_m(), aside_m, along_m)
 }
 
 /// The punctures that a picture takes.

@@ -6,9 +6,11 @@ layout(location = 0) in vec3 place;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec4 colour;
 uniform mat4 camera;
+out vec3 vPlace;
 out vec3 vNormal;
 out vec4 vColour;
 void main() {
+  vPlace = place;
   vNormal = normal;
   vColour = colour;
   gl_Position = camera * vec4(place, 1.0);
@@ -17,21 +19,35 @@ void main() {
 // The normal of cut faces and lines, which are drawn in their plain colour.
 export const PLAIN = [0, 0, 0];
 
-// A normal of length zero is not lit.
+// A normal of length zero is not lit. Where a drape is asked for, it lies around a window in it: middle of the window, and a direction along it.
 const FRAGMENT = `#version 300 es
-precision mediump float;
+precision highp float;
+in vec3 vPlace;
 in vec3 vNormal;
 in vec4 vColour;
 uniform vec3 light;
 uniform float opacity;
+uniform vec4 drape;
 out vec4 colour;
+const vec3 CLOTH = vec3(0.25, 0.51, 0.57);
+// How far a place lies beyond the window, in mm: its sides are those of the simulator's own picture.
+float beyond(vec2 off) {
+  float across = abs(dot(off, drape.zw)) - 88.0;
+  float away = dot(off, vec2(-drape.w, drape.z));
+  return max(across, max(away - 95.0, -away - 66.5));
+}
+vec3 draped(vec3 skin) {
+  float far = beyond(vPlace.xy - drape.xy);
+  if (dot(drape.zw, drape.zw) < 0.5 || vNormal.z < 0.0 || far < 0.0 || far > 62.0) return skin;
+  return CLOTH * mix(0.78, 1.0, smoothstep(2.5, 4.0, min(far, 62.0 - far)));
+}
 void main() {
   float lit = 1.0;
   if (dot(vNormal, vNormal) > 0.01) {
     lit = 0.62 + 0.38 * abs(dot(normalize(vNormal), light));
   }
   float alpha = vColour.a * opacity;
-  colour = vec4(vColour.rgb * lit * alpha, alpha);
+  colour = vec4(draped(vColour.rgb) * lit * alpha, alpha);
 }`;
 
 const FLOATS = 10;
@@ -112,6 +128,7 @@ export class Painter {
     this.camera = gl.getUniformLocation(this.program, 'camera');
     this.light = gl.getUniformLocation(this.program, 'light');
     this.opacity = gl.getUniformLocation(this.program, 'opacity');
+    this.drape = gl.getUniformLocation(this.program, 'drape');
   }
 
   begin(camera, ground) {
@@ -126,11 +143,13 @@ export class Painter {
     gl.uniformMatrix4fv(this.camera, false, camera);
     gl.uniform3f(this.light, 0.36, -0.48, 0.8);
     gl.uniform1f(this.opacity, 1);
+    gl.uniform4f(this.drape, 0, 0, 0, 0);
   }
 
-  // The nearest of a mesh's surfaces over what is drawn already, which shows through.
-  drawSeenThrough(mesh, opacity) {
+  // The nearest of a mesh's surfaces over what is drawn already, which shows through, under a drape with a window around a place.
+  drawDraped(mesh, opacity, [x, y], along) {
     const gl = this.gl;
+    gl.uniform4f(this.drape, x, y, along[0], along[1]);
     gl.colorMask(false, false, false, false);
     this.draw(mesh);
     gl.colorMask(true, true, true, true);
@@ -138,6 +157,7 @@ export class Painter {
     gl.uniform1f(this.opacity, opacity);
     this.draw(mesh);
     gl.uniform1f(this.opacity, 1);
+    gl.uniform4f(this.drape, 0, 0, 0, 0);
     gl.depthFunc(gl.LESS);
   }
 

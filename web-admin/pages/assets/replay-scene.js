@@ -1,6 +1,7 @@
 // The body cut open along the needle: layers as bands, boundaries with their tents, structures, the needle.
 
 import { Mesh, PLAIN, Painter, add, cross, dot, facing, lookAt, normalOf, project, scale, unit } from './replay-gl.js';
+import { drawBlood, drawDrops, drawHub, hubOf } from './replay-hub.js';
 import { FONT, fit, readTheme, rgb, textureColour } from './replay-theme.js';
 
 // Half the width of the block of tissue, and how far a tent reaches sideways, in mm. Where the boundaries stand beside the needle is told by
@@ -33,7 +34,7 @@ export class Scene {
     this.labels = labels;
     this.attempt = attempt;
     this.painter = new Painter(canvas);
-    this.moving = { solid: new Mesh(), lines: new Mesh(), ghost: new Mesh() };
+    this.moving = { solid: new Mesh(), lines: new Mesh(), ghost: new Mesh(), blood: new Mesh(), clear: new Mesh() };
     this.other = null;
     this.experts = null;
     this.still = { solid: new Mesh(), glass: new Mesh(), patient: new Mesh() };
@@ -119,6 +120,8 @@ export class Scene {
     this.advance = at('advance_mm');
     const count = this.attempt.frames.boundaries;
     this.tents = this.attempt.stage.layers.map((_, i) => (i < count ? row[index[`tent_${i}_mm`]] : 0));
+    this.hub = { open: at('hub_open') > 0.5, blood: at('hub_blood'), plunger: at('plunger'), drop: at('drop'), fallen: at('fallen_mm') };
+    this.blood = this.attempt.stage.entries_mm.map((_, i) => at(`blood_${i}`));
     this.cut = this.cutAlong();
     this.crossing = this.crossings();
   }
@@ -167,13 +170,17 @@ export class Scene {
     }
     this.drawPlan();
     this.drawNeedle(this.moving.solid, this, this.attempt.stage.needle, rgb(this.theme.ink).map((part) => part * 0.55 + 0.3), 1);
+    this.drawHub();
+    this.drawWounds();
     this.drawGhost(t);
     const camera = this.camera();
     this.painter.begin(camera, rgb(this.theme.sunken));
     [this.moving.solid, this.still.solid].forEach((mesh) => this.painter.draw(mesh));
     this.painter.draw(this.moving.lines, 'LINES');
     this.painter.draw(this.still.glass, 'TRIANGLES', false);
-    if (this.isClosed) this.painter.drawSeenThrough(this.still.patient, 1 - this.faded);
+    if (this.isClosed) this.painter.drawDraped(this.still.patient, 1 - this.faded, this.entry, this.along);
+    this.painter.draw(this.moving.blood);
+    this.painter.draw(this.moving.clear, 'TRIANGLES', false);
     this.painter.draw(this.moving.ghost, 'TRIANGLES', false);
     this.drawLabels(camera);
   }
@@ -279,10 +286,39 @@ export class Scene {
     this.drawNeedle(this.moving.ghost, { tip, axis }, attempt.stage.needle, rgb(this.theme['part-4']), 0.55);
   }
 
-  drawNeedle(mesh, { tip, axis }, { diameter_mm: diameter, length_mm: length, tip_to_rim_mm: rim }, steel, alpha) {
+  // Where the needle is seen: in front of the cut by its own radius, so that it is seen where it is inside.
+  get inFront() {
+    return scale(this.away, -this.attempt.stage.needle.diameter_mm / 2 - 0.2);
+  }
+
+  drawHub() {
+    const pose = { tip: add(this.tip, this.inFront), axis: this.axis };
+    const { needle } = this.attempt.stage;
+    drawHub(this.moving, pose, needle, this.hub);
+    drawDrops(this.moving.solid, pose, needle, this.hub, this.along);
+  }
+
+  // Blood on the skin: of the block, as far as there is skin behind the cut, or of the patient.
+  drawWounds() {
+    this.attempt.stage.entries_mm.forEach((entry, i) => {
+      const off = add(entry, scale(this.entry, -1));
+      const skin = (x, y) => {
+        const from = add(off, [x, y, 0]);
+        // Over a skin that is not flat.
+        if (this.isClosed) return add(add(this.entry, from), [0, 0, 0.8 + 0.06 * Math.hypot(x, y)]);
+        const behind = Math.max(dot(from, this.away) - this.cut.off, -0.05);
+        return add(this.point(0, dot(from, this.along), behind, 0), [0, 0, 0.15]);
+      };
+      drawBlood(this.moving.blood, skin, this.blood[i], this.attempt.stage.needle.diameter_mm / 2);
+    });
+  }
+
+  // As far as its hub.
+  drawNeedle(mesh, { tip, axis }, needle, steel, alpha) {
+    const { diameter_mm: diameter, tip_to_rim_mm: rim } = needle;
+    const length = hubOf(needle).begins;
     const stylet = alpha < 1 ? steel : rgb(this.theme.lead);
-    // In front of the cut by its own radius, so that it is seen where it is inside.
-    const near = scale(this.away, -diameter / 2 - 0.2);
+    const near = this.inFront;
     const at = (back, radius, angle, u, v) => add(add(add(tip, scale(axis, -back)), near),
       add(scale(u, radius * Math.cos(angle)), scale(v, radius * Math.sin(angle))));
     const u = unit(cross(axis, [0.3, 0.9, 0.2]));

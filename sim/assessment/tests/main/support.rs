@@ -89,6 +89,7 @@ fn needle() -> Needle {
         diameter_mm: 2.0,
         diameter_exponent: 1.0,
         tip: "diamond".into(),
+        hub: "stylet".into(),
         tip_to_rim_mm: 2.0,
         length_mm: 150.0,
         lubrication: 1.0,

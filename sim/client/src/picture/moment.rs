@@ -2,23 +2,17 @@
 
 use std::sync::Arc;
 
-use attempt::Dents;
+use attempt::{Dents, Hub, Wound, Wounds};
 use documents::{ExerciseBundle, Scene, SceneLayer};
 use law::operator::needle_pose;
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use recording::Recording;
 use recording::event::{Event, EventKind};
-use recording::sample::{Sample, flags};
+use recording::sample::Sample;
 use recording::tent::Tent;
-use render::frame::{DrawnPuncture, Frame, Ghost, Orbit, View};
+use render::frame::{DrawnHub, DrawnPuncture, Frame, Ghost, Orbit, View};
 
 /// A structure that was hit is lit for so long, in s.
 const LIT_S: f64 = 1.5;
-/// Blood comes over so many seconds.
-const BLEEDING_S: f64 = 4.0;
-/// Depth, in m, and dissipated energy, in J, that each make two thirds of the blood there can be.
-const BLEEDING_DEPTH_M: f64 = 0.020;
-const BLEEDING_J: f64 = 0.015;
 /// A body with something inside is faded this much when the tip is at the target: one that is cut open, and a whole patient.
 const FADED: f64 = 0.5;
 const FADED_PATIENT: f64 = 0.8;
@@ -31,22 +25,8 @@ pub struct Moment {
     /// Loads that the field carries, in N: contactors, then drags.
     pub loads_n: Vec<f32>,
     dents: Dents,
-    tracks: Vec<PunctureTrack>,
-    /// The track that the needle is in.
-    open: Option<usize>,
+    wounds: Wounds,
     hit: Option<Hit>,
-}
-
-/// A puncture, as far as it has gone.
-#[derive(Clone, Debug, Default, PartialEq)]
-struct PunctureTrack {
-    entry_m: [f64; 3],
-    axis: [f32; 3],
-    depth_m: f64,
-    opened: u32,
-    dissipated_j: f64,
-    /// When the tip went through the skin, in s.
-    since_s: Option<f64>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -103,37 +83,22 @@ impl Moment {
         let thickness_m =
             |(at, layer): (usize, &SceneLayer)| thickness_mm.get(at).unwrap_or(&layer.thickness_mm) * 1e-3;
         let thicknesses_m = scene.layers.iter().enumerate().map(thickness_m);
-        let dents = Dents::new(thicknesses_m, scene.needle.tip_to_rim_mm * 1e-3);
-        Self { sample, dents, ..Self::default() }
+        let dents = Dents::new(thicknesses_m.clone(), scene.needle.tip_to_rim_mm * 1e-3);
+        Self { sample, dents, wounds: Wounds::new(bundle, thicknesses_m), ..Self::default() }
     }
 
     /// Tells of a tick.
     pub fn sample(&mut self, sample: &Sample) {
         self.sample = *sample;
-        match self.open {
-            Some(at) if sample.flags & flags::INSIDE != 0 => {
-                if let Some(track) = self.tracks.get_mut(at) {
-                    track.depth_m = track.depth_m.max(sample.x_m);
-                }
-            }
-            _ => self.open = None,
-        }
+        self.wounds.sample(sample);
     }
 
     /// Tells of an event. The events of a tick are told after its sample.
     pub fn event(&mut self, event: &Event) {
         self.dents.event(event);
-        match event.kind {
-            EventKind::Contact => self.contact(event),
-            EventKind::TipRupture | EventKind::RimRupture => self.rupture(event),
-            EventKind::StructureHit => {
-                self.hit = event.structure.map(|structure| Hit { structure: structure as usize, at_s: event.t_s });
-            }
-            EventKind::SkinExit
-            | EventKind::Confirm
-            | EventKind::Coaching
-            | EventKind::Fault
-            | EventKind::Interrupted => {}
+        self.wounds.event(event, &self.sample);
+        if event.kind == EventKind::StructureHit {
+            self.hit = event.structure.map(|structure| Hit { structure: structure as usize, at_s: event.t_s });
         }
     }
 
@@ -144,31 +109,10 @@ impl Moment {
         self.loads_n.extend(tent.contactor_n.iter().chain(&tent.drag_n));
     }
 
-    fn contact(&mut self, event: &Event) {
-        let at = event.track.map_or(self.tracks.len(), |track| track as usize);
-        if at >= self.tracks.len() {
-            self.tracks.resize(at + 1, PunctureTrack::default());
-        }
-        if let Some(track) = self.tracks.get_mut(at) {
-            track.entry_m = event.position_m;
-            track.axis = direction(self.sample.orientation);
-        }
-        self.open = Some(at);
-    }
-
-    fn rupture(&mut self, event: &Event) {
-        let Some(track) = self.open.and_then(|at| self.tracks.get_mut(at)) else { return };
-        track.dissipated_j += event.dissipated_j;
-        if let (EventKind::TipRupture, Some(boundary)) = (event.kind, event.boundary) {
-            track.opened = track.opened.max(boundary + 1);
-            track.since_s.get_or_insert(event.t_s);
-        }
-    }
-
     /// Boundaries that the tip has gone through in the track that it is in; none outside.
     #[must_use]
     pub fn opened(&self) -> Option<u32> {
-        self.open.and_then(|at| self.tracks.get(at)).map(|track| track.opened)
+        self.wounds.open().map(|wound| wound.opened)
     }
 
     /// Where the needle is, to be drawn as a ghost.
@@ -182,7 +126,7 @@ impl Moment {
     #[must_use]
     pub fn frame(&self, look: &Look, target_depth_m: f64) -> Frame {
         let Sample { t_s, position_m, orientation, bend_m, .. } = self.sample;
-        let inside = self.open.and_then(|at| self.tracks.get(at));
+        let inside = self.wounds.open();
         let deep = inside.map_or(0.0, |_| (self.sample.x_m / target_depth_m).clamp(0.0, 1.0));
         Frame {
             t_s: t_s as f32,
@@ -191,8 +135,9 @@ impl Moment {
             bend_m,
             loads_n: self.loads_n.clone(),
             dents_m: self.dents.at(&self.sample),
-            entry_m: inside.map(|track| track.entry_m.map(|c| c as f32)),
-            punctures: self.tracks.iter().map(|track| track.puncture(t_s)).collect(),
+            entry_m: inside.map(|wound| wound.entry_m.map(|c| c as f32)),
+            punctures: self.wounds.punctures().iter().map(|wound| drawn_puncture(wound, t_s)).collect(),
+            hub: drawn_hub(self.wounds.hub(&self.sample)),
             fade: (look.most_faded() * deep) as f32,
             guide: look.guide,
             touched: self.hit.filter(|hit| !look.closed && t_s - hit.at_s < LIT_S).map(|hit| hit.structure),
@@ -204,29 +149,15 @@ impl Moment {
     }
 }
 
-impl PunctureTrack {
-    fn puncture(&self, t_s: f64) -> DrawnPuncture {
-        let Self { entry_m, axis, depth_m, opened, .. } = *self;
-        DrawnPuncture {
-            entry_m: entry_m.map(|c| c as f32),
-            axis,
-            depth_m: depth_m as f32,
-            opened,
-            blood: self.since_s.map_or(0.0, |since_s| self.blood(t_s - since_s)) as f32,
-        }
-    }
-
-    /// Blood at the skin some time after it was opened: it follows depth and damage. A picture, not a measurement.
-    fn blood(&self, after_s: f64) -> f64 {
-        let there_is = 1.0 - libm::exp(-(self.depth_m / BLEEDING_DEPTH_M + self.dissipated_j / BLEEDING_J));
-        there_is * (1.0 - libm::exp(-after_s / BLEEDING_S))
-    }
+fn drawn_puncture(wound: &Wound, t_s: f64) -> DrawnPuncture {
+    let Wound { entry_m, axis, depth_m, opened, .. } = *wound;
+    let [entry_m, axis] = [entry_m, axis].map(|place| place.map(|c| c as f32));
+    DrawnPuncture { entry_m, axis, depth_m: depth_m as f32, opened, blood: wound.blood(t_s) as f32 }
 }
 
-/// The needle's direction into the body.
-fn direction(orientation: [f64; 4]) -> [f32; 3] {
-    let rotation = UnitQuaternion::new_normalize(Quaternion::from(orientation));
-    (rotation * Vector3::z()).map(|c| c as f32).into()
+fn drawn_hub(hub: Hub) -> DrawnHub {
+    let Hub { open, blood, plunger, drop, fallen_m } = hub;
+    DrawnHub { open, blood, plunger, drop, fallen_m }
 }
 
 /// A recording told moment by moment, forwards at the cost of what lies between.
@@ -289,6 +220,7 @@ mod tests {
     use documents::Patient;
     use law::operator::Plan;
     use recording::Follows;
+    use recording::sample::flags;
     use tissue::Specimen;
 
     use super::*;
@@ -337,17 +269,20 @@ mod tests {
         assert!((frame.punctures[0].axis[2] + 1.0).abs() < 1e-6, "half a turn about x points down");
     }
 
+    /// What the browser's frames are held to as well (`web-admin/model/src/replay/frames.rs`).
     #[test]
-    fn only_an_open_skin_bleeds_and_blood_comes_with_time() {
+    fn hub_and_wounds_are_as_the_attempt_has_them() {
         let mut moment = twice();
-        let blood = |moment: &Moment| {
-            moment.frame(&Look::default(), 0.02).punctures.iter().map(|hole| hole.blood).collect::<Vec<_>>()
-        };
-        let early = blood(&moment);
-        moment.sample(&sample(30.0, 0.5));
-        let late = blood(&moment);
-        assert!(early[0] > 0.0 && late[0] > early[0] && late[0] < 1.0, "{early:?} {late:?}");
-        assert!(late[1].abs() < 1e-9, "the second hole is not through the skin");
+        let mut told = moment.wounds.clone();
+        moment.event(&event(EventKind::Confirm, 3.0, 1));
+        told.event(&event(EventKind::Confirm, 3.0, 1), &sample(3.0, 0.5));
+        moment.sample(&sample(4.0, 5.0));
+        told.sample(&sample(4.0, 5.0));
+        let (frame, hub) = (moment.frame(&Look::default(), 0.02), told.hub(&sample(4.0, 5.0)));
+        assert_eq!(frame.hub, drawn_hub(hub));
+        let blood: Vec<f32> = told.punctures().iter().map(|wound| wound.blood(4.0) as f32).collect();
+        assert_eq!(frame.punctures.iter().map(|hole| hole.blood).collect::<Vec<_>>(), blood);
+        assert!(blood[0] > 0.0 && blood[1].abs() < 1e-9, "the second hole is not through the skin: {blood:?}");
     }
 
     #[test]

@@ -7,7 +7,9 @@ use law::puncture::PunctureSpec;
 use law::structures::{StructureKind, StructureSpec};
 use nalgebra::{Point3, Vector3};
 use recording::Recording;
-use render::frame::{self, DrawnLayer, DrawnMaterial, DrawnNeedle, DrawnStructure, FieldTable, Mesh, Stage, Tip};
+use render::frame::{
+    self, DrawnLayer, DrawnMaterial, DrawnNeedle, DrawnStructure, FieldTable, Mesh, OnHub, Stage, Tip,
+};
 use tissue::Specimen;
 use tissue::follow::Profiles;
 
@@ -93,6 +95,7 @@ fn drawn_needle(scene: &Scene, spec: &PunctureSpec) -> DrawnNeedle {
         diameter_m: (scene.needle.diameter_mm * 1e-3) as f32,
         tip_to_rim_m: spec.axial.tip_to_rim_m as f32,
         tip,
+        hub: if scene.needle.hub == "syringe" { OnHub::Syringe } else { OnHub::Stylet },
     }
 }
 

@@ -140,7 +140,7 @@ static LAYER: DescribedTable = DescribedTable {
         DescribedField::number("toughness_factor", "", 0.01..=100.0, "Factor on the thresholds, friction and cutting")
             .or(1.0),
         DescribedField::number("recoil_time_s", "s", 1e-4..=10.0, "Recoil time after a rupture"),
-        DescribedField::text("texture", &Text::NAME, "Texture of the picture: skin, fat, muscle, fascia, …")
+        DescribedField::text("texture", &Text::NAME, "Texture of the picture: skin, fat, muscle, fascia, …; fluid runs out of an open hub")
             .or_text("tissue"),
         DescribedField::text("source", &Text::PROSE, "Where the numbers come from").or_text(""),
         DescribedField::number(
@@ -240,6 +240,12 @@ static NEEDLE: DescribedTable = DescribedTable {
             "Tip, a factor on the thresholds",
         )
         .or_text("diamond"),
+        DescribedField::new(
+            "hub",
+            FieldKind::Choice(&["stylet", "syringe"]),
+            "What is on the hub until the position is confirmed: a picture, without force. A syringe is that of the loss of resistance",
+        )
+        .or_text("stylet"),
         DescribedField::number(
             "tip_to_rim_mm",
             "mm",

@@ -64,8 +64,6 @@ pub struct Fixed {
     pub superpose: RenderPipeline,
     /// The body into the shadow map.
     pub tissue_shadow: RenderPipeline,
-    /// The needle into the shadow map.
-    pub needle_shadow: RenderPipeline,
     /// A whole patient into the shadow map.
     pub patient_shadow: RenderPipeline,
     /// A picture onto a larger one.
@@ -86,6 +84,10 @@ pub struct Drawn {
     pub tracked_section: RenderPipeline,
     /// The needle.
     pub needle: RenderPipeline,
+    /// A syringe's barrel.
+    pub glass: RenderPipeline,
+    /// Drops at the hub and below it.
+    pub drops: RenderPipeline,
     /// Another attempt's needle.
     pub ghost: RenderPipeline,
     /// Marks where the cut goes through a structure.
@@ -142,7 +144,6 @@ impl Fixed {
         Self {
             superpose: make(Recipe { formats: &[FIELD], ..field }),
             tissue_shadow: make(cast(&shaders.tissue, "tissue_shadow")),
-            needle_shadow: make(cast(&shaders.needle, "needle_shadow")),
             patient_shadow: make(cast(&shaders.solid, "patient_shadow")),
             enlarge: make(enlarge),
         }
@@ -180,11 +181,11 @@ impl Drawn {
             skin: body("skin_fragment", blend),
             punctured: body("punctured_fragment", blend),
         };
-        let odd = with_stencil(
-            depth(DEPTH, false, CompareFunction::Always),
-            CompareFunction::Always,
-            StencilOperation::Invert,
-        );
+        let clear = |vertex| Recipe {
+            blend: through,
+            cull: Some(Face::Back),
+            ..recipe(&shaders.needle, [vertex, "glass_fragment"], depth(DEPTH, false, less))
+        };
         let above = || depth(DEPTH, false, CompareFunction::Always);
         let behind =
             |vertex, fragment, write| make(recipe(&shaders.backdrop, [vertex, fragment], depth(DEPTH, write, less)));
@@ -195,11 +196,13 @@ impl Drawn {
             section: body("section_fragment", None),
             tracked_section: body("tracked_section", None),
             needle: make(closed(&shaders.needle, ["needle_vertex", "needle_fragment"])),
+            glass: make(clear("needle_vertex")),
+            drops: make(clear("drop_vertex")),
             ghost: make(Recipe {
                 blend: through,
                 ..recipe(&shaders.needle, ["ghost_vertex", "ghost_fragment"], depth(DEPTH, false, less))
             }),
-            solid_inside: make(Recipe { writes: ColorWrites::empty(), ..solid("solid_inside", odd) }),
+            solid_inside: make(Recipe { writes: ColorWrites::empty(), ..solid("solid_inside", counted()) }),
             solid: make(solid("solid_fragment", depth(DEPTH, true, less))),
             patient: make(closed(&shaders.solid, ["patient_vertex", "patient_fragment"])),
             faded_patient: make(Recipe {
@@ -321,6 +324,12 @@ fn depth(format: TextureFormat, write: bool, compare: CompareFunction) -> DepthS
         stencil: StencilState::default(),
         bias: Default::default(),
     }
+}
+
+/// Counts, odd or even, how often a solid's surface is met.
+fn counted() -> DepthStencilState {
+    let always = CompareFunction::Always;
+    with_stencil(depth(DEPTH, false, always), always, StencilOperation::Invert)
 }
 
 /// The stencil holds 0 where the cut face shows the body, and its complement where it goes through a structure.

@@ -2,6 +2,7 @@
 
 pub mod body;
 pub mod guide;
+pub mod hub;
 pub mod lathe;
 pub mod needle;
 pub mod sheet;

@@ -1,9 +1,11 @@
-//! The needle in its own frame: +z from hub to tip, tip at the origin. Stylet with its tip, cannula with its bore, hub and knob.
+//! The needle in its own frame: +z from hub to tip, tip at the origin. Stylet with its tip, cannula with its bore, and the hub; what is on the
+//! hub is in `hub.rs`.
 
 use std::f32::consts::{PI, TAU};
 
 use glam::Vec3;
 
+use super::hub::{HubForm, reversed};
 use super::lathe::{Point, turn, turn_smooth};
 use super::{Corner, MeshShape};
 use crate::frame::{DrawnNeedle, Tip};
@@ -12,7 +14,6 @@ const STEEL: f32 = 0.0;
 const CANNULA: f32 = 1.0;
 const BORE: f32 = 2.0;
 const HUB: f32 = 3.0;
-const KNOB: f32 = 4.0;
 /// Sides of a shaft.
 const SIDES: u32 = 24;
 /// Stretches of a shaft along its length: it can bend.
@@ -25,8 +26,8 @@ const STYLET: f32 = 0.80;
 pub fn build_needle(needle: &DrawnNeedle) -> MeshShape {
     let mut shape = MeshShape::default();
     let outer_m = 0.5 * needle.diameter_m;
-    let length_m = needle.length_m.max(20.0 * outer_m);
-    let hub_m = -length_m + 0.030_f32.min(0.3 * length_m);
+    let form = HubForm::of(needle);
+    let hub_m = form.begins_m;
     let cannulated = needle.tip_to_rim_m > 0.0;
     let inner_m = if cannulated { STYLET * outer_m } else { outer_m };
     let room_m = if cannulated { 0.95 * needle.tip_to_rim_m } else { f32::INFINITY };
@@ -35,7 +36,7 @@ pub fn build_needle(needle: &DrawnNeedle) -> MeshShape {
     if cannulated {
         add_cannula(&mut shape, outer_m, inner_m, -needle.tip_to_rim_m, hub_m);
     }
-    add_handle(&mut shape, outer_m, hub_m, -length_m);
+    add_hub(&mut shape, outer_m, &form);
     shape
 }
 
@@ -143,11 +144,9 @@ fn shaft_to(shape: &mut MeshShape, radius_m: f32, from_m: f32, end: impl Fn(f32)
     shape.join(first, SIDES + 1, rows + 1);
 }
 
-/// Hub of the cannula with its flange, and the knob of the stylet.
-fn add_handle(shape: &mut MeshShape, outer_m: f32, hub_m: f32, end_m: f32) {
-    let wide_m = 0.0046_f32.max(2.2 * outer_m);
-    let long_m = hub_m - end_m;
-    let z = |share: f32| hub_m - share * long_m;
+/// Hub of the cannula with its flange, and the bore in its mouth.
+fn add_hub(shape: &mut MeshShape, outer_m: f32, form: &HubForm) {
+    let (wide_m, z) = (form.wide_m, |share: f32| form.at_share(share));
     let profile = [
         [outer_m, z(-0.10)],
         [0.42 * wide_m, z(0.0)],
@@ -157,24 +156,8 @@ fn add_handle(shape: &mut MeshShape, outer_m: f32, hub_m: f32, end_m: f32) {
         [1.55 * wide_m, z(0.42)],
         [1.55 * wide_m, z(0.50)],
         [0.9 * wide_m, z(0.53)],
-        [0.0, z(0.53)],
+        [0.5 * wide_m, z(0.53)],
     ];
     turn(shape, &reversed(&profile), HUB, 40);
-    let knob = [
-        [0.62 * wide_m, z(0.53)],
-        [0.66 * wide_m, z(0.60)],
-        [0.98 * wide_m, z(0.66)],
-        [1.10 * wide_m, z(0.74)],
-        [1.10 * wide_m, z(0.84)],
-        [0.98 * wide_m, z(0.93)],
-        [0.70 * wide_m, z(0.985)],
-        [0.30 * wide_m, z(1.0)],
-        [0.0, z(1.0)],
-    ];
-    turn_smooth(shape, &reversed(&knob), KNOB, 40);
-}
-
-/// From the hub's end towards the tip, as a lathe wants it.
-fn reversed(profile: &[Point]) -> Vec<Point> {
-    profile.iter().rev().copied().collect()
+    turn(shape, &[[0.0, z(0.53)], [0.5 * wide_m, z(0.53)]], BORE, 40);
 }

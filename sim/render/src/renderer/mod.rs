@@ -61,6 +61,7 @@ pub struct Renderer {
     pub(crate) targets: Targets,
     pub(crate) body: (Loaded, BodyMesh),
     pub(crate) tray: Loaded,
+    pub(crate) drop: Loaded,
     /// Over all of the picture, and under the body.
     pub(crate) behind: [Loaded; 2],
     block: Buffer,
@@ -78,6 +79,8 @@ pub(crate) struct Set {
     no_field: TextureView,
     table: TextureView,
     pub(crate) needle: Loaded,
+    /// On its hub: what can be seen, and what is seen through.
+    pub(crate) on_hub: [Loaded; 2],
     pub(crate) solids: Loaded,
     pub(crate) patient: Loaded,
     pub(crate) guide: Loaded,
@@ -119,6 +122,7 @@ impl Renderer {
         let groups = bound.groups(&set);
         let body = (Loaded::new(device, &body.shape), body);
         let tray = Loaded::new(device, &meshes::tray::build_tray());
+        let drop = Loaded::new(device, &meshes::hub::build_drop());
         let behind = [BACKDROP, [16, 12]].map(|cells| Loaded::new(device, &meshes::sheet::build_sheet(cells)));
         let (device, queue) = (device.clone(), queue.clone());
         Self {
@@ -135,6 +139,7 @@ impl Renderer {
             targets,
             body,
             tray,
+            drop,
             behind,
             block,
             groups,
@@ -187,6 +192,8 @@ impl Renderer {
         let set = &self.set;
         self.body.0.triangles() * layers
             + set.needle.triangles()
+            + set.on_hub.iter().map(Loaded::triangles).sum::<u32>()
+            + 2 * self.drop.triangles()
             + set.solids.triangles()
             + set.patient.triangles()
             + set.guide.triangles()
@@ -316,6 +323,7 @@ impl Set {
             no_field: view(&TexturePlan::flat([1, 1], FIELD).empty(device, wgpu::TextureUsages::TEXTURE_BINDING)),
             table: numbers(device, queue, [columns, rows as u32], &samples),
             needle: load(&meshes::needle::build_needle(&stage.needle)),
+            on_hub: meshes::hub::build_on_hub(&stage.needle).map(|shape| load(&shape)),
             solids: load(&meshes::solids::build_solids(&stage.structures)),
             patient: load(&meshes::solids::build_patient(stage.skin.as_ref())),
             guide: load(&meshes::guide::build_guide(stage)),

@@ -41,7 +41,7 @@ pub fn draw_field(renderer: &Renderer, encoder: &mut CommandEncoder) {
     pass.draw(0..3, 0..1);
 }
 
-/// What the lamp sees: the skin, the cut and the needle.
+/// What the lamp sees: the skin and the cut. The needle is thin enough for its shadow to be worked out where it falls.
 pub fn draw_shadows(renderer: &Renderer, frame: &Frame, encoder: &mut CommandEncoder) {
     let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
         depth_stencil_attachment: Some(RenderPassDepthStencilAttachment {
@@ -65,8 +65,6 @@ pub fn draw_shadows(renderer: &Renderer, frame: &Frame, encoder: &mut CommandEnc
         pass.set_pipeline(&renderer.fixed.patient_shadow);
         renderer.set.patient.draw(&mut pass);
     }
-    pass.set_pipeline(&renderer.fixed.needle_shadow);
-    renderer.set.needle.draw(&mut pass);
 }
 
 /// The picture itself.
@@ -93,7 +91,9 @@ pub fn draw_picture(renderer: &Renderer, frame: &Frame, onto: &TextureView, enco
         View::Whole | View::Patient | View::Tip => body_and_needle(renderer, frame, &mut pass),
     }
     if frame.ghost.is_some() {
-        draw_with_pipeline(&mut pass, &renderer.drawn.ghost, &renderer.set.needle);
+        for part in [&renderer.set.needle, &renderer.set.on_hub[0]] {
+            draw_with_pipeline(&mut pass, &renderer.drawn.ghost, part);
+        }
     }
     if frame.guide {
         draw_with_pipeline(&mut pass, &renderer.drawn.guide_hidden, &renderer.set.guide);
@@ -120,7 +120,7 @@ fn body_and_needle(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>
         draw_body(renderer, frame, pass);
     }
     draw_with_pipeline(pass, &drawn.solid, &renderer.set.solids);
-    draw_with_pipeline(pass, &drawn.needle, &renderer.set.needle);
+    draw_needle(renderer, frame, pass);
     if frame.view == View::Whole {
         draw_with_pipeline(pass, &drawn.tray, &renderer.tray);
     }
@@ -133,6 +133,26 @@ fn body_and_needle(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>
     draw_backdrop(renderer, frame, pass);
     if !opaque {
         draw_faded_body(renderer, frame, front, pass);
+    }
+    draw_clear_parts(renderer, frame, pass);
+}
+
+/// The needle, and what is on its hub.
+fn draw_needle(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
+    draw_with_pipeline(pass, &renderer.drawn.needle, &renderer.set.needle);
+    if !frame.hub.open {
+        draw_with_pipeline(pass, &renderer.drawn.needle, &renderer.set.on_hub[0]);
+    }
+}
+
+/// What of the needle is seen through: a syringe's barrel, and drops.
+fn draw_clear_parts(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
+    if !frame.hub.open {
+        draw_with_pipeline(pass, &renderer.drawn.glass, &renderer.set.on_hub[1]);
+    }
+    if frame.hub.drop > 0.0 {
+        pass.set_pipeline(&renderer.drawn.drops);
+        renderer.drop.draw_part(pass, renderer.drop.indices(), 0..2);
     }
 }
 
@@ -249,7 +269,7 @@ fn draw_section_face(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'
     let drawn = &renderer.drawn;
     draw_with_pipeline(pass, &drawn.solid_inside, &renderer.set.solids);
     draw_with_pipeline(pass, &drawn.solid, &renderer.set.solids);
-    draw_with_pipeline(pass, &drawn.needle, &renderer.set.needle);
+    draw_needle(renderer, frame, pass);
     draw_section(
         renderer,
         &Frame { closed: false, ..frame.clone() },
@@ -258,7 +278,7 @@ fn draw_section_face(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'
     );
     draw_with_pipeline(pass, &drawn.paper, &renderer.behind[1]);
     draw_with_pipeline(pass, &drawn.solid_behind, &renderer.set.solids);
-    draw_with_pipeline(pass, &drawn.needle, &renderer.set.needle);
+    draw_needle(renderer, frame, pass);
 }
 
 /// A smaller picture onto the full one.

@@ -95,7 +95,8 @@ fn floor_vertex(@location(0) at: vec4f) -> Varying {
 
 @fragment
 fn backdrop_fragment(in: Varying) -> @location(0) vec4f {
-    return vec4f(mix(in.dark, in.bright, shadow(in.lamp.xyz / in.lamp.w)), 1.0);
+    let lamp = in.lamp.xyz / in.lamp.w;
+    return vec4f(mix(in.dark, in.bright, shadow(lamp) * beside_needle(lamp)), 1.0);
 }
 
 // Where no shadow falls.

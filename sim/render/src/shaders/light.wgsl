@@ -6,6 +6,8 @@
 @group(1) @binding(3) var shadow_map: texture_depth_2d;
 @group(1) @binding(4) var shadow_compare: sampler_comparison;
 
+// Half the width of a needle's handle, in m.
+const HANDLE: f32 = 0.0052;
 const PI: f32 = 3.14159265;
 const LAMP: vec3f = vec3f(2.75, 2.62, 2.42);
 const FILL: vec3f = vec3f(0.30, 0.36, 0.44);
@@ -53,7 +55,8 @@ fn lamp_at(world: vec3f, normal: vec3f) -> vec3f {
 
 fn shadow_read(at: vec3f, corner: vec2f) -> f32 {
     let uv = vec2f(0.5, -0.5) * at.xy + 0.5 + 0.85 * scene.lamp.w * corner;
-    return textureSampleCompareLevel(shadow_map, shadow_compare, uv, at.z - 8e-4);
+    // No thin thing is in the map: what is so near a surface is that surface.
+    return textureSampleCompareLevel(shadow_map, shadow_compare, uv, at.z - 2e-3);
 }
 
 // How much of the lamp reaches a place that the lamp sees there.
@@ -65,9 +68,34 @@ fn shadow(at: vec3f) -> f32 {
     } else {
         clear = shadow_read(at, vec2f(0.0));
     }
-    // Beyond the map there is light; towards its rim shadows fade. Without shadows their strength is 0.
-    let inside = smoothstep(1.0, 0.86, max(abs(at.x), abs(at.y)));
-    return mix(1.0, clear, inside * scene.bend.w);
+    // Without shadows their strength is 0.
+    return mix(1.0, clear, within_map(at) * scene.bend.w);
+}
+
+// Beyond the map there is light; towards its rim shadows fade.
+fn within_map(at: vec3f) -> f32 {
+    return smoothstep(1.0, 0.86, max(abs(at.x), abs(at.y)));
+}
+
+// How much wider a shadow's soft edge gets per metre away from what casts it: the lamp is no point.
+const LAMP_WIDTH: f32 = 0.07;
+
+// How much of the lamp the needle lets by to a place that the lamp sees there. Worked out and not looked up, so that the shadow is sharp where
+// the needle goes in and lost where it stands high above.
+fn beside_needle(at: vec3f) -> f32 {
+    let along = scene.shade_end.xyz - scene.shade_tip.xyz;
+    let share = clamp(dot(at.xy - scene.shade_tip.xy, along.xy) / max(dot(along.xy, along.xy), 1e-9), 0.0, 1.0);
+    let nearest = scene.shade_tip.xyz + along * share;
+    let aside = length(at.xy - nearest.xy) * scene.shade_tip.w;
+    // The lamp's map is a metre deep.
+    let above = at.z - nearest.z;
+    let handle = smoothstep(-0.01, 0.01, share - scene.shade_end.w);
+    let radius = mix(scene.focus.w, 1.1 * HANDLE, handle);
+    let soft = 2e-4 + LAMP_WIDTH * max(above, 0.0);
+    let dark = smoothstep(-soft, soft, radius - aside) * min(1.0, 2.0 * radius / (radius + soft));
+    // What is high above keeps less of the room's light away, too.
+    let strength = mix(0.8, 0.42, smoothstep(0.004, 0.04, above)) * smoothstep(0.0, 1e-3, above);
+    return 1.0 - strength * dark * scene.tip.w * within_map(at);
 }
 
 // The shine of facets: GGX, with shadowing and Fresnel in one cheap factor (Lazarov 2013, Karis 2013).

@@ -1,5 +1,8 @@
 // The needle: stylet, cannula and hub, in the needle's frame (+z from hub to tip, tip at the origin), bent and set into the patient frame.
 
+// Radius of a drop that falls, in m, as in `hub.rs`.
+const DROP: f32 = 0.0023;
+
 struct Varying {
     @builtin(position) clip: vec4f,
     @location(0) world: vec3f,
@@ -18,10 +21,11 @@ fn turned(own: vec3f) -> vec3f {
     return scene.needle_x.xyz * own.x + scene.needle_y.xyz * own.y + scene.needle_z.xyz * own.z;
 }
 
+// A plunger goes in.
 @vertex
 fn needle_vertex(@location(0) at: vec4f, @location(1) normal: vec4f) -> Varying {
     var out: Varying;
-    out.world = placed(at.xyz);
+    out.world = placed(at.xyz + vec3f(0.0, 0.0, select(0.0, scene.hub.y, at.w == 5.0)));
     out.normal = turned(normal.xyz);
     out.own = at.xyz;
     out.part = u32(at.w);
@@ -29,12 +33,7 @@ fn needle_vertex(@location(0) at: vec4f, @location(1) normal: vec4f) -> Varying 
     return out;
 }
 
-@vertex
-fn needle_shadow(@location(0) at: vec4f, @location(1) normal: vec4f) -> @builtin(position) vec4f {
-    return scene.light_clip_from_world * vec4f(placed(at.xyz), 1.0);
-}
-
-// Parts: 0 polished stylet, 1 brushed cannula, 2 bore, 3 hub, 4 knob.
+// Parts: 0 polished stylet, 1 brushed cannula, 2 bore, 3 hub, 4 knob, 5 plunger.
 fn part_of(in: Varying) -> Surface {
     var s = Surface(vec3f(0.84, 0.845, 0.85), normalize(in.normal), 0.20, 1.0, 0.0, 1.0);
     switch in.part {
@@ -55,12 +54,12 @@ fn part_of(in: Varying) -> Surface {
             s.open = 0.4;
         }
         case 3u: {
-            s.base = vec3f(0.10, 0.30, 0.52);
+            s.base = hub_base(s.normal, in);
             s.metal = 0.0;
             s.rough = 0.32;
             s.soft = 0.15;
         }
-        case 4u: {
+        case 4u, 5u: {
             s.base = vec3f(0.80, 0.80, 0.76);
             s.metal = 0.0;
             s.rough = 0.38;
@@ -69,6 +68,52 @@ fn part_of(in: Varying) -> Surface {
         default: {}
     }
     return s;
+}
+
+// Clear plastic, tinted: what stands in it is seen where it is looked at straight.
+fn hub_base(normal: vec3f, in: Varying) -> vec3f {
+    let facing = abs(dot(normal, towards_eye(in.world)));
+    let inside = smoothstep(0.15, 0.65, facing);
+    let plastic = mix(vec3f(0.05, 0.22, 0.42), vec3f(0.16, 0.38, 0.58), inside);
+    // It fills from the needle on.
+    let filled = mix(scene.rim.x, scene.rim.y, scene.hub.x);
+    let blood = inside * smoothstep(-3e-4, 3e-4, in.own.z - filled) * step(1e-3, scene.hub.x);
+    return mix(plastic, vec3f(0.26, 0.008, 0.008), 0.96 * blood);
+}
+
+// A drop that hangs at the rim of the hub, and one that has fallen from it.
+@vertex
+fn drop_vertex(@location(0) at: vec4f, @location(1) normal: vec4f, @builtin(instance_index) instance: u32) -> Varying {
+    let falls = instance == 1u;
+    let whole = DROP * select(0.0, 1.0, scene.hub.w > 0.0);
+    let radius = select(scene.hub.z, whole, falls);
+    let rim = placed(vec3f(0.0, 0.0, scene.rim.w)) + scene.across.xyz * scene.rim.z;
+    var out: Varying;
+    // The picture's own down: the body lies on its belly in it.
+    out.world = rim + at.xyz * radius - vec3f(0.0, 0.0, radius + select(0.0, scene.hub.w, falls));
+    out.normal = normal.xyz;
+    out.own = vec3f(0.0);
+    out.part = 7u;
+    out.clip = scene.clip_from_world * vec4f(out.world, 1.0);
+    return out;
+}
+
+// Glass and water: clear where they are looked at straight, bright at their edges and where they mirror the lamp.
+@fragment
+fn glass_fragment(in: Varying) -> @location(0) vec4f {
+    let view = towards_eye(in.world);
+    let normal = normalize(in.normal);
+    let facing = abs(dot(normal, view));
+    let rim = pow(1.0 - facing, 2.0);
+    let shine = min(glint(normal, 0.14, view, scene.lamp.xyz), 3.0);
+    let light = room(reflect(-view, normal), 0.1) + shine;
+    // Marks around the barrel, every half centimetre.
+    let half = abs(fract(in.own.z * 200.0) - 0.5);
+    let mark = select(0.0, smoothstep(0.44, 0.47, half) * smoothstep(0.45, 0.75, facing), in.part == 6u);
+    let water = select(0.0, 0.14, in.part == 7u);
+    let clear = min(0.12 + water + 0.62 * rim + 0.3 * shine, 1.0);
+    let colour = mix(light * vec3f(0.86, 0.95, 1.0), vec3f(0.03, 0.04, 0.06), 0.8 * mark);
+    return vec4f(shown(colour), max(clear, 0.7 * mark));
 }
 
 // Another attempt's needle: the same shape, straight, seen through.

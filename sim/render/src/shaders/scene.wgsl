@@ -28,7 +28,7 @@ struct Scene {
     // The needle's axis as the tissue sees it; w: how near the needle is, 1 in the tissue.
     axis: vec4f,
     // The needle: three axes in the patient frame, tip, and what the tip is bent off. w: length; tip to rim; depth of the
-    // tip; -; strength of shadows.
+    // tip; strength of the needle's shadow, and of the body's.
     needle_x: vec4f,
     needle_y: vec4f,
     needle_z: vec4f,
@@ -45,6 +45,14 @@ struct Scene {
     look: vec4f,
     // Where the skin's shape is centred (x, y); structure that is touched, or -1; level of the ground.
     place: vec4f,
+    // The needle as the lamp sees it: its tip, and the end of what is on its hub. w: half the lamp's width, in m; share of the
+    // length at which the hub begins.
+    shade_tip: vec4f,
+    shade_end: vec4f,
+    // Blood in the hub, 0 to 1; way of the plunger; radius of the drop that hangs there; how far another has fallen.
+    hub: vec4f,
+    // Along the needle: where the hub begins, its mouth; where a drop hangs, off the axis and along it.
+    rim: vec4f,
     // Layers; punctures; samples of the field along the radius; loads.
     count: vec4u,
     // Top, bottom, material, 1 where the tip has opened it.

@@ -150,7 +150,8 @@ fn patient_fragment(in: Skin) -> @location(0) vec4f {
     if beside < -0.002 {
         discard;
     }
-    return vec4f(shown(lit(s, towards_eye(in.world), shadow(lamp_at(in.world, s.normal)))), 1.0);
+    let lamp = lamp_at(in.world, s.normal);
+    return vec4f(shown(lit(s, towards_eye(in.world), shadow(lamp) * beside_needle(lamp))), 1.0);
 }
 
 @fragment
@@ -161,7 +162,8 @@ fn patient_faded(in: Skin) -> @location(0) vec4f {
         discard;
     }
     let view = towards_eye(in.world);
-    let light = lit(s, view, shadow(lamp_at(in.world, s.normal)));
+    let lamp = lamp_at(in.world, s.normal);
+    let light = lit(s, view, shadow(lamp) * beside_needle(lamp));
     return seen_through(s, view, light, 0.10);
 }
 

@@ -200,8 +200,9 @@ fn bit_of(in: Varying, rough: f32) -> Bit {
     return bit;
 }
 
-fn seen(in: Varying, bit: Bit, clearest: f32) -> vec4f {
-    let light = lit(bit.surface, bit.view, shadow(in.lamp));
+// `clear` is how much of the lamp reaches it.
+fn seen(bit: Bit, clear: f32, clearest: f32) -> vec4f {
+    let light = lit(bit.surface, bit.view, clear);
     if faded {
         return seen_through(bit.surface, bit.view, light, clearest);
     }
@@ -220,7 +221,7 @@ fn lined_bit(in: Varying) -> Bit {
 // A face where the body ends.
 @fragment
 fn face_fragment(in: Varying) -> @location(0) vec4f {
-    return seen(in, lined_bit(in), 0.16);
+    return seen(lined_bit(in), shadow(in.lamp), 0.16);
 }
 
 // The same with tracks and what bled into them.
@@ -231,7 +232,7 @@ fn tracked_fragment(in: Varying) -> @location(0) vec4f {
     let base = mix(bit.surface.base, vec3f(0.30, 0.012, 0.012), 0.9 * cut.y);
     bit.surface.base = mix(base, vec3f(0.05, 0.006, 0.006), 0.85 * cut.x);
     bit.surface.rough = mix(bit.surface.rough, 0.16, cut.y);
-    return seen(in, bit, 0.16);
+    return seen(bit, shadow(in.lamp), 0.16);
 }
 
 // A boundary inside the body, seen when the body is faded: without relief and shine, which what lies over it would hide.
@@ -252,7 +253,7 @@ fn skin_bit(in: Varying) -> Bit {
 
 @fragment
 fn skin_fragment(in: Varying) -> @location(0) vec4f {
-    return seen(in, skin_bit(in), 0.10);
+    return seen(skin_bit(in), shadow(in.lamp) * beside_needle(in.lamp), 0.10);
 }
 
 // The same with holes and blood.
@@ -271,7 +272,7 @@ fn punctured_fragment(in: Varying) -> @location(0) vec4f {
     s.soft = mix(s.soft, 0.15, covered);
     s.normal = normalize(mix(s.normal, bump, covered));
     bit.surface = s;
-    return seen(in, bit, 0.10);
+    return seen(bit, shadow(in.lamp) * beside_needle(in.lamp), 0.10);
 }
 
 // The section view: flat colour with a hint of the material, and a clear line between layers.

@@ -4,7 +4,9 @@
 //! depends on what was drawn before.
 
 use render::Quality;
-use render::frame::{DrawnStructure, DrawnStructureKind, Frame, Ghost, Orbit, Stage, View};
+use render::frame::{
+    DrawnHub, DrawnNeedle, DrawnStructure, DrawnStructureKind, Frame, Ghost, OnHub, Orbit, Stage, View,
+};
 
 use crate::painter::{changed, painter, picture, pixel_of};
 use crate::specimen::{at_depth, cuboid, inside, stage, tenting};
@@ -229,6 +231,36 @@ fn every_other_input_is_seen() {
 }
 
 #[test]
+fn what_is_at_the_hub_is_seen() {
+    let stage = |hub| {
+        let needle = DrawnNeedle { length_m: 0.07, hub, ..stage().needle };
+        Stage { needle, ..stage() }
+    };
+    let seen = |on: OnHub, hub: DrawnHub| {
+        let frame = Frame { hub, ..inside(at_depth(0.02), 4, 0.0) };
+        picture(&stage(on), &frame, SIZE)
+    };
+    let (rest, open) = (DrawnHub::default(), DrawnHub { open: true, ..DrawnHub::default() });
+    let pairs = [
+        ("a syringe instead of a knob", [seen(OnHub::Stylet, rest), seen(OnHub::Syringe, rest)]),
+        ("a stylet that is out", [seen(OnHub::Stylet, rest), seen(OnHub::Stylet, open)]),
+        ("a syringe that is off", [seen(OnHub::Stylet, open), seen(OnHub::Syringe, open)]),
+        ("blood", [seen(OnHub::Stylet, rest), seen(OnHub::Stylet, DrawnHub { blood: 1.0, ..rest })]),
+        ("a plunger", [seen(OnHub::Syringe, rest), seen(OnHub::Syringe, DrawnHub { plunger: 1.0, ..rest })]),
+        ("a drop", [seen(OnHub::Stylet, open), seen(OnHub::Stylet, DrawnHub { drop: 1.0, ..open })]),
+        (
+            "a drop that falls",
+            [DrawnHub { drop: 0.5, ..open }, DrawnHub { drop: 0.5, fallen_m: 0.02, ..open }]
+                .map(|hub| seen(OnHub::Stylet, hub)),
+        ),
+    ];
+    for (what, [one, other]) in pairs {
+        let pixels = changed(&one, &other, SEEN).len();
+        assert!((pixels > 15) == (what != "a syringe that is off"), "{what}: {pixels} pixels");
+    }
+}
+
+#[test]
 fn a_needle_beside_the_body_shades_the_drape_from_wherever_it_is_seen() {
     // The lamp stands to the left, before and above: a shadow falls to the right and away by so much per metre of height.
     let (height_m, [right, away]) = (0.02_f32, [0.50 / 0.74, 0.46 / 0.74]);
@@ -239,11 +271,33 @@ fn a_needle_beside_the_body_shades_the_drape_from_wherever_it_is_seen() {
         let orbit = Orbit { yaw_rad, pitch_rad, distance: 1.3 };
         let frame = Frame { tip_m: [-0.16, 0.0, height_m], orbit, fade, ..at_depth(0.0) };
         let gone = Frame { tip_m: [0.0, 0.0, 1.0], ..frame.clone() };
-        let darker = changed(&picture(&stage(), &frame, SIZE), &picture(&stage(), &gone, SIZE), SEEN);
+        // So far below the needle its shadow is wide and faint.
+        let darker = changed(&picture(&stage(), &frame, SIZE), &picture(&stage(), &gone, SIZE), 1);
         let [x, y] = pixel_of(&stage(), &frame, (shadow_m, SIZE));
         let close = |[a, b]: &[u32; 2]| (*a as f32 + 0.5 - x).hypot(*b as f32 + 0.5 - y) < 3.0;
         assert!(darker.iter().any(close), "yaw {yaw_rad}, pitch {pitch_rad}, fade {fade}: no shadow at {x}, {y}");
     }
+}
+
+/// How much darker, in levels of a channel, the skin gets around a place of the patient frame (m) by a needle that stands in it.
+fn darkened(place_m: [f32; 3]) -> u8 {
+    let stage = Stage { needle: DrawnNeedle { length_m: 0.07, ..stage().needle }, ..stage() };
+    let frame = Frame { closed: true, ..inside(at_depth(0.02), 4, 0.0) };
+    let gone = Frame { tip_m: [0.0, 0.0, 1.0], orientation: frame.orientation, punctures: Vec::new(), ..frame.clone() };
+    let [with, without] = [&frame, &gone].map(|frame| picture(&stage, frame, SIZE));
+    let [x, y] = pixel_of(&stage, &frame, (place_m, SIZE)).map(|at| at as u32);
+    let around = (0..25).map(|i| [x + i % 5 - 2, y + i / 5 - 2]);
+    let darker = around.map(|[x, y]| without.get_pixel(x, y).0[1].saturating_sub(with.get_pixel(x, y).0[1]));
+    darker.max().unwrap_or(0)
+}
+
+#[test]
+fn the_shadow_of_the_hub_is_fainter_than_that_of_the_needle_where_it_goes_in() {
+    // The lamp stands to the left and before: what is so high above the skin shades a place so far to the right and away.
+    let shaded = |height_m: f32| [height_m * 0.50 / 0.74, height_m * 0.46 / 0.74, 0.0];
+    let [close, hub, beside] = [shaded(0.005), shaded(0.035), [-0.03, 0.02, 0.0]].map(darkened);
+    assert!(close > 40 && hub > 8 && hub < close - 10, "{close} levels at the needle, {hub} under the hub");
+    assert!(beside < 4, "{beside} levels elsewhere");
 }
 
 #[test]

@@ -26,7 +26,13 @@ pub fn stage() -> Stage {
     Stage {
         field: field(&layers),
         layers: layers.to_vec(),
-        needle: DrawnNeedle { length_m: 0.15, diameter_m: 0.002, tip_to_rim_m: 0.002, tip: Tip::Diamond },
+        needle: DrawnNeedle {
+            length_m: 0.15,
+            diameter_m: 0.002,
+            tip_to_rim_m: 0.002,
+            tip: Tip::Diamond,
+            ..DrawnNeedle::default()
+        },
         structures: vec![
             structure("lumbar vessel", DrawnStructureKind::Vessel, tube([0.011, 0.0, -0.018], 0.002, 0.03)),
             structure(

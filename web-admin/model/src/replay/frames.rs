@@ -1,25 +1,46 @@
 //! The moving part of a replay: so many pictures a second of needle and tents, small enough to be sent before play.
 
-use attempt::{Dents, needle_axis, patient_thicknesses_m};
+use attempt::{Dents, Hub, Wounds, find_insertions, needle_axis, patient_thicknesses_m};
 use documents::ExerciseBundle;
 use recording::{Recording, Sample};
 
 use crate::series::lateral_n;
 
-/// What each frame holds before its tents. Lengths in mm, forces in N, times in s; the axis points from hub to tip.
-pub const COLUMNS: [&str; 11] =
-    ["t_s", "x_mm", "y_mm", "z_mm", "axis_x", "axis_y", "axis_z", "advance_mm", "depth_mm", "force_n", "lateral_n"];
+/// What each frame holds before its tents and the blood at its punctures. Lengths in mm, forces in N, times in s; the axis points from hub to
+/// tip. What is seen at the hub is as [`attempt::Hub`] has it.
+pub const COLUMNS: [&str; 16] = [
+    "t_s",
+    "x_mm",
+    "y_mm",
+    "z_mm",
+    "axis_x",
+    "axis_y",
+    "axis_z",
+    "advance_mm",
+    "depth_mm",
+    "force_n",
+    "lateral_n",
+    "hub_open",
+    "hub_blood",
+    "plunger",
+    "drop",
+    "fallen_mm",
+];
 
 /// Pictures a second where there is room: what a screen shows.
 const MOST_HZ: f64 = 60.0;
+/// Punctures whose blood is told.
+const MOST_PUNCTURES: usize = 16;
 /// Room for all frames, in bytes.
 const MOST_BYTES: usize = 1_200_000;
 
 /// Frames at even times, as the rows of a table of little-endian 32-bit floats.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Frames {
     /// Number of boundaries whose tents each frame holds.
     boundaries: usize,
+    /// Where the punctures are whose blood each frame holds, in m, by their tracks.
+    entries_m: Vec<[f64; 3]>,
     bytes: Vec<u8>,
 }
 
@@ -29,23 +50,29 @@ impl Frames {
     pub fn of(recording: &Recording, bundle: &ExerciseBundle) -> Self {
         let boundaries = bundle.scene.layers.len();
         let thicknesses_m = patient_thicknesses_m(recording, bundle);
+        let mut wounds = Wounds::new(bundle, thicknesses_m.iter().copied());
         let mut dents = Dents::new(thicknesses_m, bundle.scene.needle.tip_to_rim_mm * 1e-3);
-        let (mut events, mut tents) = (recording.events.iter().peekable(), recording.tents.iter().peekable());
-        let mut frames = Self { boundaries, bytes: Vec::new() };
+        let (mut samples, mut events) = (recording.samples.iter().peekable(), recording.events.iter().peekable());
+        let mut tents = recording.tents.iter().peekable();
+        let mut frames = Self { boundaries, entries_m: entries_m(recording), bytes: Vec::new() };
         let (Some(first), Some(last)) = (recording.samples.first(), recording.samples.last()) else { return frames };
         let count = frames.count(last.t_s - first.t_s, recording.samples.len());
+        let mut sample = first;
         for k in 0..count {
             let share = k as f64 / (count - 1).max(1) as f64;
             let t_s = first.t_s + share * (last.t_s - first.t_s);
-            let at = recording.samples.partition_point(|sample| sample.t_s <= t_s).saturating_sub(1);
-            let sample = &recording.samples[at];
-            while let Some(event) = events.next_if(|event| event.t_s <= sample.t_s) {
-                dents.event(event);
+            while let Some(next) = samples.next_if(|next| next.t_s <= t_s) {
+                sample = next;
+                wounds.sample(sample);
+                while let Some(event) = events.next_if(|event| event.t_s <= sample.t_s) {
+                    dents.event(event);
+                    wounds.event(event, sample);
+                }
             }
             while let Some(tent) = tents.next_if(|tent| tent.t_s <= t_s) {
                 dents.tent(tent);
             }
-            frames.push(sample, &dents.at(sample));
+            frames.push(sample, &dents.at(sample), &wounds);
         }
         frames
     }
@@ -56,26 +83,39 @@ impl Frames {
         ((duration_s * MOST_HZ).ceil() as usize + 1).min(room).min(samples)
     }
 
-    fn push(&mut self, sample: &Sample, dents_m: &[f32]) {
+    fn push(&mut self, sample: &Sample, dents_m: &[f32], wounds: &Wounds) {
         let tip_mm = sample.tip_m().map(|part| part * 1e3);
         let axis = needle_axis(sample);
         let measured = [sample.x_m * 1e3, f64::from(sample.depth_m) * 1e3, sample.axial_n(), lateral_n(sample)];
+        let Hub { open, blood, plunger, drop, fallen_m } = wounds.hub(sample);
+        let hub = [f32::from(u8::from(open)), blood, plunger, drop, fallen_m * 1e3];
         let row = [sample.t_s].into_iter().chain(tip_mm).chain(axis.iter().copied()).chain(measured);
-        let row = row.map(|value| value as f32).chain(dents_m.iter().map(|dent_m| dent_m * 1e3));
+        let row = row.map(|value| value as f32).chain(hub).chain(dents_m.iter().map(|dent_m| dent_m * 1e3));
+        // A puncture that is still to come does not bleed.
+        let bleeding =
+            wounds.punctures().iter().map(|wound| wound.blood(sample.t_s) as f32).chain(std::iter::repeat(0.0));
+        let row = row.chain(bleeding.take(self.entries_m.len()));
         // A browser draws nothing at a place that is no number, and everything else with it.
         let finite = row.map(|value| if value.is_finite() { value } else { 0.0 });
         self.bytes.extend(finite.flat_map(f32::to_le_bytes));
     }
 
     fn width(&self) -> usize {
-        COLUMNS.len() + self.boundaries
+        COLUMNS.len() + self.boundaries + self.entries_m.len()
+    }
+
+    /// Where the punctures are whose blood each frame holds, in m.
+    #[must_use]
+    pub fn entries_m(&self) -> &[[f64; 3]] {
+        &self.entries_m
     }
 
     /// What each frame holds, in order.
     #[must_use]
     pub fn columns(&self) -> Vec<String> {
         let tents = (0..self.boundaries).map(|boundary| format!("tent_{boundary}_mm"));
-        COLUMNS.map(str::to_owned).into_iter().chain(tents).collect()
+        let blood = (0..self.entries_m.len()).map(|puncture| format!("blood_{puncture}"));
+        COLUMNS.map(str::to_owned).into_iter().chain(tents).chain(blood).collect()
     }
 
     /// As a file holds them.
@@ -85,20 +125,37 @@ impl Frames {
     }
 }
 
+/// Where each track of a recording begins on the skin, in m.
+fn entries_m(recording: &Recording) -> Vec<[f64; 3]> {
+    let mut entries_m = Vec::new();
+    for insertion in find_insertions(&recording.events, recording.samples.iter()) {
+        let track = insertion.track as usize;
+        if track < MOST_PUNCTURES {
+            entries_m.resize(entries_m.len().max(track + 1), [0.0; 3]);
+            entries_m[track] = insertion.entry_m.into();
+        }
+    }
+    entries_m
+}
+
 #[cfg(test)]
 mod tests {
     //! Fails when an hour would not fit, a frame tells of the future, or the axis points the wrong way.
     use attempt::simulate::{Clock, simulate};
     use documents::Patient;
     use law::operator::{Operator, Plan};
-    use recording::{Tent, Writer};
+    use recording::{Event, EventKind, Tent, Writer};
     use tissue::Specimen;
 
     use super::*;
 
     fn bundle() -> ExerciseBundle {
-        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../curricula/lower-back-basics/1-feel-the-layers.toml");
-        ExerciseBundle::read(std::path::Path::new(file)).expect("a shipped exercise")
+        shipped("lower-back-basics/1-feel-the-layers")
+    }
+
+    fn shipped(exercise: &str) -> ExerciseBundle {
+        let file = format!("{}/../../curricula/{exercise}.toml", env!("CARGO_MANIFEST_DIR"));
+        ExerciseBundle::read(std::path::Path::new(&file)).expect("a shipped exercise")
     }
 
     fn numbers(frames: &Frames) -> Vec<Vec<f32>> {
@@ -131,9 +188,9 @@ mod tests {
     #[test]
     fn a_short_attempt_has_a_frame_for_each_picture() {
         let rows = numbers(&Frames::of(&recording(2, 1000), &bundle()));
-        assert_eq!((rows.len(), rows[0].len()), (121, 15));
+        assert_eq!((rows.len(), rows[0].len()), (121, COLUMNS.len() + 4));
         assert!((rows[60][0] - 1.0).abs() < 2e-3, "{:?}", rows[60]);
-        assert!((rows[120][7] - 2.0).abs() < 1e-6 && (rows[120][11] - 1.0).abs() < 1e-6, "{:?}", rows[120]);
+        assert!((rows[120][7] - 2.0).abs() < 1e-6 && (rows[120][COLUMNS.len()] - 1.0).abs() < 1e-6, "{:?}", rows[120]);
         assert!((rows[5][6] + 1.0).abs() < 1e-6, "a needle straight down points along -z: {:?}", rows[5]);
     }
 
@@ -173,7 +230,8 @@ mod tests {
             while let Some(event) = events.next_if(|event| event.t_s <= sample.t_s) {
                 dents.event(event);
             }
-            let shown_m: Vec<f32> = row[COLUMNS.len()..].iter().map(|mm| mm * 1e-3).collect();
+            let tents_mm = row[COLUMNS.len()..].iter().take(bundle.scene.layers.len());
+            let shown_m: Vec<f32> = tents_mm.map(|mm| mm * 1e-3).collect();
             assert_eq!(shown_m.len(), bundle.scene.layers.len());
             most_mm = most_mm.max(1e3 * dents.disagreement_m(sample, &shown_m));
         }
@@ -192,6 +250,68 @@ mod tests {
             let off_mm = disagreement_mm(&attempt(bundle), bundle);
             assert!(off_mm < 0.1, "{}: {off_mm} mm", bundle.exercise.id);
         }
+    }
+
+    fn event(kind: EventKind, t_s: f64, boundary: Option<u32>) -> Event {
+        Event {
+            t_s,
+            kind,
+            boundary,
+            x_m: 0.0,
+            position_m: [0.0; 3],
+            force_n: 1.0,
+            dissipated_j: 0.002,
+            track: Some(0),
+            structure: None,
+            text: String::new(),
+        }
+    }
+
+    /// A needle that rests in the dural sac from 1 s on, its position confirmed at 2 s, and is out at 6 s.
+    fn in_the_sac() -> Recording {
+        let depth_m = |t_s: f64| if (1.0..6.0).contains(&t_s) { 0.0565 } else { -0.001 };
+        let mut recording = recording(7, 200);
+        for sample in &mut recording.samples {
+            sample.x_m = depth_m(sample.t_s);
+            sample.position_m = [0.0, 0.0, -sample.x_m];
+            sample.flags = if sample.x_m > 0.0 { recording::sample::flags::INSIDE } else { 0 };
+        }
+        let ruptures = (0..8).map(|boundary| event(EventKind::TipRupture, 1.0, Some(boundary)));
+        recording.events.push(event(EventKind::Contact, 1.0, None));
+        recording.events.extend(ruptures);
+        recording.events.push(event(EventKind::Confirm, 2.0, None));
+        recording.tents.clear();
+        recording
+    }
+
+    #[test]
+    fn drops_fall_and_wounds_bleed_as_the_attempt_has_them() {
+        let bundle = shipped("lumbar-puncture/1-reach-the-fluid");
+        let recording = in_the_sac();
+        let frames = Frames::of(&recording, &bundle);
+        assert_eq!((frames.entries_m().len(), frames.columns().last().map(String::as_str)), (1, Some("blood_0")));
+        let (mut told, mut at) = (Wounds::new(&bundle, patient_thicknesses_m(&recording, &bundle)), 0);
+        let (mut fell, mut before_mm) = (Vec::new(), 0.0);
+        for row in numbers(&frames) {
+            while let Some(sample) = recording.samples.get(at).filter(|sample| sample.t_s as f32 <= row[0]) {
+                told.sample(sample);
+                let now = recording.events.iter().filter(|event| (event.t_s - sample.t_s).abs() < 1e-9);
+                now.for_each(|event| told.event(event, sample));
+                at += 1;
+            }
+            let sample = &recording.samples[at - 1];
+            let hub = told.hub(sample);
+            let blood = told.punctures().first().map_or(0.0, |wound| wound.blood(sample.t_s) as f32);
+            let open = f32::from(u8::from(hub.open));
+            let shown = [row[11], row[12], row[13], row[14], row[15], row[COLUMNS.len() + 8]];
+            let wanted = [open, hub.blood, hub.plunger, hub.drop, hub.fallen_m * 1e3, blood];
+            assert!(shown.iter().zip(wanted).all(|(shown, wanted)| (shown - wanted).abs() < 1e-6), "{row:?} {hub:?}");
+            if row[15] > 0.0 && before_mm <= 0.0 {
+                fell.push(row[0].round() as i32);
+            }
+            before_mm = row[15];
+        }
+        assert_eq!(fell, [3, 4, 5], "a drop a second, from the confirmation until the needle is out");
     }
 
     #[test]

@@ -31,7 +31,7 @@ impl Replay {
         let frames = Frames::of(recording, bundle);
         let curve = AttemptCurve::draw(recording, bundle);
         Self {
-            stage: ReplayStage::of(recording, bundle, curve, frames.columns()),
+            stage: ReplayStage::of(recording, bundle, curve, &frames),
             pyramid: Pyramid::of(&recording.samples),
             frames,
         }

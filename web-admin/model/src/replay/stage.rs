@@ -8,6 +8,7 @@ use serde::Serialize;
 use utoipa::ToSchema;
 
 use super::coarse::coarsen_to;
+use super::frames::Frames;
 
 /// Most triangles of a structure that are sent; a finer mesh is made coarser.
 const MOST_TRIANGLES: usize = 2000;
@@ -36,6 +37,8 @@ pub struct ReplayStage {
     pub needle: StageNeedle,
     /// Structures inside the body.
     pub structures: Vec<StageStructure>,
+    /// Where each puncture whose blood a frame holds is on the skin.
+    pub entries_mm: Vec<[f64; 3]>,
     /// The skin of the whole patient, where the scene brings one.
     pub skin: Option<StageMesh>,
     /// What happened, in order of time.
@@ -61,7 +64,7 @@ pub struct StageLayer {
 }
 
 /// The needle.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[schema(as = Needle)]
 pub struct StageNeedle {
     /// Diameter, in mm.
@@ -70,6 +73,8 @@ pub struct StageNeedle {
     pub length_mm: f64,
     /// From the tip of the stylet to the rim of the cannula, in mm; 0 where there is no rim.
     pub tip_to_rim_mm: f64,
+    /// What is on the hub until it is open: stylet or syringe.
+    pub hub: String,
 }
 
 /// A structure.
@@ -113,15 +118,15 @@ pub struct Happening {
 }
 
 impl ReplayStage {
-    /// The stage of a recording, from its curve and its frames' columns.
+    /// The stage of a recording, from its curve and its frames.
     #[must_use]
-    pub fn of(recording: &Recording, bundle: &ExerciseBundle, curve: AttemptCurve, columns: Vec<String>) -> Self {
+    pub fn of(recording: &Recording, bundle: &ExerciseBundle, curve: AttemptCurve, frames: &Frames) -> Self {
         let needle = &bundle.scene.needle;
         let (entry, target) = (bundle.exercise.entry_m(), bundle.exercise.target_m());
         Self {
             title: bundle.exercise.title.own().to_owned(),
             duration_s: curve.duration_s,
-            columns,
+            columns: frames.columns(),
             layers: layers(recording, bundle, &curve.bands),
             entry_mm: [entry.x, entry.y, entry.z].map(to_mm),
             target_mm: [target.x, target.y, target.z].map(to_mm),
@@ -130,7 +135,9 @@ impl ReplayStage {
                 diameter_mm: needle.diameter_mm,
                 length_mm: needle.length_mm,
                 tip_to_rim_mm: needle.tip_to_rim_mm,
+                hub: needle.hub.clone(),
             },
+            entries_mm: frames.entries_m().iter().map(|entry_m| entry_m.map(to_mm)).collect(),
             structures: bundle.scene.structures.iter().map(|s| structure(&s.spec)).collect(),
             skin: bundle
                 .scene
