@@ -150,4 +150,7 @@ fn every_picture_is_there_and_small() {
     let sizes: Vec<u64> = files.map(|file| file.metadata().map_or(0, |known| known.len())).collect();
     assert!(sizes.iter().all(|size| *size <= 150_000), "a picture of docs/ is larger than 150 kB: {sizes:?}");
     assert!(sizes.iter().sum::<u64>() <= 1_000_000, "the pictures of docs/ come to more than 1 MB");
+    let films = std::fs::read_dir(root().join("docs/films")).expect("docs/films").flatten();
+    let films: Vec<u64> = films.map(|file| file.metadata().map_or(0, |known| known.len())).collect();
+    assert!(films.iter().all(|size| *size <= 1_500_000), "a film of docs/ is larger than 1.5 MB: {films:?}");
 }

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use law::operator::{Motion, Plan, needle_pose};
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use law::operator::{Felt, Motion, Plan, needle_pose};
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 use crate::simulate::MotionSource;
 use crate::trajectory::{self, AxialSample, NumberColumn, TrajectoryError, TrajectoryTable, check_columns};
@@ -94,7 +94,7 @@ impl Playback {
 }
 
 impl MotionSource for Playback {
-    fn step(&mut self, dt_s: f64, _force_n: &Vector3<f64>) -> Motion {
+    fn step(&mut self, dt_s: f64, _felt: &Felt) -> Motion {
         self.elapsed_s += dt_s;
         let patient_from_needle = self.pose(self.elapsed_s);
         // Half a tick of slack: the sum of many ticks is not exactly the last row's time.

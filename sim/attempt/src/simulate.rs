@@ -2,8 +2,7 @@
 
 use std::io::Write;
 
-use law::operator::Motion;
-use nalgebra::Vector3;
+use law::operator::{Felt, Motion};
 use recording::error::WriteError;
 use recording::write::Writer;
 use recording::{Recording, Session};
@@ -15,14 +14,13 @@ use crate::tick::{TickInput, TickedAttempt};
 
 /// Anything that moves the needle.
 pub trait MotionSource {
-    /// The motion after `dt_s`, under the last force on the hand, in N, patient frame. A first call with `dt_s` = 0
-    /// asks for the pose to start from.
-    fn step(&mut self, dt_s: f64, force_n: &Vector3<f64>) -> Motion;
+    /// The motion after `dt_s`, under what the hand has felt last. A first call with `dt_s` = 0 asks for the pose to start from.
+    fn step(&mut self, dt_s: f64, felt: &Felt) -> Motion;
 }
 
 impl MotionSource for law::operator::Operator {
-    fn step(&mut self, dt_s: f64, force_n: &Vector3<f64>) -> Motion {
-        Self::step(self, dt_s, force_n)
+    fn step(&mut self, dt_s: f64, felt: &Felt) -> Motion {
+        Self::step(self, dt_s, felt)
     }
 }
 
@@ -40,17 +38,17 @@ impl Clock {
         self.tick_hz > 0.0 && self.tick_hz.is_finite()
     }
 
-    /// Asks the source for its motion, tick by tick, until it is done, the time is up or a tick answers no force.
-    fn drive(&self, source: &mut dyn MotionSource, mut tick: impl FnMut(&TickInput) -> Option<Vector3<f64>>) {
-        let mut force_n = Vector3::zeros();
+    /// Asks the source for its motion, tick by tick, until it is done, the time is up or a tick answers nothing that was felt.
+    fn drive(&self, source: &mut dyn MotionSource, mut tick: impl FnMut(&TickInput) -> Option<Felt>) {
+        let mut felt = Felt::default();
         for i in 0_u64.. {
             let t_s = i as f64 / self.tick_hz;
             if t_s > self.time_limit_s || self.time_limit_s.is_nan() {
                 break;
             }
-            let motion = source.step(if i == 0 { 0.0 } else { 1.0 / self.tick_hz }, &force_n);
+            let motion = source.step(if i == 0 { 0.0 } else { 1.0 / self.tick_hz }, &felt);
             match tick(&TickInput::new(t_s, &motion)) {
-                Some(felt_n) if !motion.done => force_n = felt_n,
+                Some(now) if !motion.done => felt = now,
                 _ => break,
             }
         }
@@ -72,8 +70,8 @@ pub fn simulate<W: Write>(
     }
     let mut run = Run::new(specimen, writer);
     clock.drive(source, |input| {
-        let force_n = run.tick(input, None).force_n;
-        run.refused().is_none().then_some(force_n)
+        let felt = run.tick(input, None).felt;
+        run.refused().is_none().then_some(felt)
     });
     run.finish()
 }
@@ -93,7 +91,7 @@ pub fn rehearse(specimen: &Specimen, source: &mut dyn MotionSource, session: Ses
             recording.samples.push(tick.sample);
             recording.events.extend(tick.events);
             recording.tents.extend(tick.tent);
-            Some(tick.force_n)
+            Some(tick.felt)
         });
     }
     let last = recording.samples.last().map(|sample| attempt.energy(sample.t_s));

@@ -4,7 +4,7 @@
 //! they can differ in nothing but their input.
 
 use law::axial::Contactor;
-use law::operator::Motion;
+use law::operator::{Felt, Motion};
 use law::puncture::{PunctureEvent, PunctureInput, PunctureOutput, PunctureScratch, PunctureState, step};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use recording::sample::{Energy, Sample, flags};
@@ -67,8 +67,8 @@ pub struct Tick {
     pub events: Vec<Event>,
     /// How the field stands, where a step of it was due.
     pub tent: Option<Tent>,
-    /// Whole force on the hand, in N, patient frame.
-    pub force_n: Vector3<f64>,
+    /// What the hand feels.
+    pub felt: Felt,
 }
 
 /// The tissue of one attempt, as it is being punctured.
@@ -114,7 +114,7 @@ impl<'a> TickedAttempt<'a> {
         self.last = Some(*input);
         self.axial_n = output.axial.total_n();
         let tent = self.follower.as_mut().and_then(|follower| follower.tick(input.t_s, &self.state, &self.scratch));
-        Tick { sample, events, tent, force_n: output.force_n }
+        Tick { sample, events, tent, felt: Felt::from(&output) }
     }
 
     /// The ledger after the last tick, at a time in s.

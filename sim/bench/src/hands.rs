@@ -1,13 +1,11 @@
 //! What a virtual hand did at an attempt, in the figures that published studies give of people.
 
+use super::needle::DT;
 use law::axial::Contactor;
-use law::operator::Operator;
+use law::operator::{Felt, Operator};
 use law::puncture::{
     PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureState, step,
 };
-use nalgebra::Vector3;
-
-use super::needle::DT;
 
 /// How long after a rupture the advance counts as its overshoot, in s: the definition of the metric `over_insertion_mm`.
 const AFTER_S: f64 = 1.0;
@@ -75,14 +73,14 @@ impl Performance {
 #[must_use]
 pub fn perform(params: &PunctureParams, operator: &mut Operator, limit_s: f64) -> Performance {
     let (mut state, mut scratch) = (PunctureState::new(params), PunctureScratch::new(params));
-    let mut force_n = Vector3::zeros();
+    let mut felt = Felt::default();
     let mut performance =
         Performance { peak_n: 0.0, lunges: Vec::new(), furthest_m: f64::MIN, confirmed_m: None, duration_s: 0.0 };
     for tick in 0..(limit_s / DT) as u32 {
-        let motion = operator.step(if tick == 0 { 0.0 } else { DT }, &force_n);
+        let motion = operator.step(if tick == 0 { 0.0 } else { DT }, &felt);
         let input = PunctureInput { t_s: f64::from(tick) * DT, patient_from_needle: motion.patient_from_needle };
         let output = step(params, &mut state, &mut scratch, &input);
-        force_n = output.force_n;
+        felt = Felt::from(&output);
         performance.see(tick, &output, &scratch.events);
         if motion.confirm {
             performance.confirmed_m = Some(output.x_m);

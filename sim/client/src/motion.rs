@@ -1,8 +1,7 @@
 //! A source of motion that shows how far it has come.
 
 use attempt::simulate::{Clock, MotionSource};
-use law::operator::Motion;
-use nalgebra::Vector3;
+use law::operator::{Felt, Motion};
 
 use crate::progress::Progress;
 
@@ -25,11 +24,11 @@ impl WatchedSource {
 }
 
 impl MotionSource for WatchedSource {
-    fn step(&mut self, dt_s: f64, force_n: &Vector3<f64>) -> Motion {
+    fn step(&mut self, dt_s: f64, felt: &Felt) -> Motion {
         self.ticks += 1;
         if self.ticks.is_multiple_of(TICKS_PER_UPDATE) {
             self.progress.set(self.ticks);
         }
-        self.source.step(dt_s, force_n)
+        self.source.step(dt_s, felt)
     }
 }

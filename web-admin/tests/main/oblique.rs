@@ -6,7 +6,7 @@ use std::path::Path;
 use attempt::simulate::{MotionSource, rehearse};
 use attempt::{AttemptCurve, LayerSpan, MarkKind, axial_force_before_n, span_layers};
 use documents::{ExerciseBundle, Patient};
-use law::operator::{Motion, needle_pose};
+use law::operator::{Felt, Motion, needle_pose};
 use model::corridor::corridor;
 use model::replay::Replay;
 use nalgebra::{Rotation3, Vector3};
@@ -26,7 +26,7 @@ struct LeaningHand {
 }
 
 impl MotionSource for LeaningHand {
-    fn step(&mut self, dt_s: f64, _force_n: &Vector3<f64>) -> Motion {
+    fn step(&mut self, dt_s: f64, _felt: &Felt) -> Motion {
         const START_M: f64 = -0.005;
         const DEEPEST_M: f64 = 0.025;
         self.t_s += dt_s;

@@ -8,7 +8,7 @@ use attempt::simulate::{Clock, MotionSource, simulate};
 use attempt::verify::{Verification, verify_recording};
 use law::axial::{AxialSpec, ForceLaw, Layer, LayerOptions};
 use law::closed_form::predict_ruptures;
-use law::operator::{Motion, needle_pose};
+use law::operator::{Felt, Motion, needle_pose};
 use law::puncture::PunctureSpec;
 use nalgebra::{Point3, Vector3};
 use recording::{EventKind, Recording, Tent};
@@ -105,7 +105,7 @@ impl Strokes {
 }
 
 impl MotionSource for Strokes {
-    fn step(&mut self, dt_s: f64, _: &Vector3<f64>) -> Motion {
+    fn step(&mut self, dt_s: f64, _: &Felt) -> Motion {
         let most_m = self.speed_m_per_s * dt_s;
         if let Some(&to_m) = self.depths_m.last() {
             let way_m = to_m - self.at_m;

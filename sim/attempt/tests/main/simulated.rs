@@ -8,7 +8,7 @@ use attempt::verify::{Verification, verify_recording};
 use bench::scenes::{OPTION_SETS, training_axial_spec, with_options};
 use law::axial::{AxialSpec, ForceLaw};
 use law::closed_form::predict_ruptures;
-use law::operator::{Motion, Operator, Plan, Skill};
+use law::operator::{Felt, Motion, Operator, Plan, Skill};
 use law::puncture::PunctureSpec;
 use law::structures::{Shape, StructureKind, StructureSpec};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
@@ -55,13 +55,13 @@ struct Script {
 }
 
 impl MotionSource for Script {
-    fn step(&mut self, dt_s: f64, force_n: &Vector3<f64>) -> Motion {
+    fn step(&mut self, dt_s: f64, felt: &Felt) -> Motion {
         self.t_s += dt_s;
         let phase = self.t_s / 4.0;
         let depth_m = 0.015 - 0.02 * libm::cos(TAU * phase);
         let sideways_m = 2e-4 * libm::sin(9.0 * TAU * self.t_s);
         let z_m = if self.bad.contains(&self.felt_n.len()) { f64::NAN } else { -depth_m };
-        self.felt_n.push(*force_n);
+        self.felt_n.push(felt.force_n);
         let tilt = UnitQuaternion::from_euler_angles(PI - 0.1, 0.05, 0.0);
         Motion {
             patient_from_needle: Isometry3::from_parts(Translation3::new(sideways_m, -0.0, z_m), tilt),

@@ -1,7 +1,7 @@
 //! A hand for measurements: the same in–hold–out over and over, with a tremor that no codec can fold away.
 
 use attempt::simulate::MotionSource;
-use law::operator::{Motion, Plan, needle_pose};
+use law::operator::{Felt, Motion, Plan, needle_pose};
 use nalgebra::Vector3;
 
 /// Length of one in–hold–out, in s.
@@ -28,7 +28,7 @@ impl Rehearsal {
 }
 
 impl MotionSource for Rehearsal {
-    fn step(&mut self, dt_s: f64, _force_n: &Vector3<f64>) -> Motion {
+    fn step(&mut self, dt_s: f64, _felt: &Felt) -> Motion {
         self.t_s += dt_s;
         let share = (self.t_s / PERIOD_S).fract();
         let stroke = (share / 0.4).min(1.0).min((1.0 - share) / 0.4);

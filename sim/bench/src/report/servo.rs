@@ -12,7 +12,7 @@ use documents::ExerciseBundle;
 use haptics::device::Reading;
 use haptics::devices::trajectory::Trajectory;
 use haptics::servo::{self, Priority, Report, Times};
-use nalgebra::Vector3;
+use law::operator::Felt;
 use tissue::Specimen;
 
 use super::chart::{Chart, ChartCurve};
@@ -156,7 +156,7 @@ fn readings(bundle: &ExerciseBundle, length_s: f64) -> Vec<Reading> {
     let mut hand = Rehearsal::new(bundle.exercise.plan(), length_s);
     let ticks = (length_s * TICK_HZ) as u32;
     let reading = |_| {
-        let pose = hand.step(1.0 / TICK_HZ, &Vector3::zeros()).patient_from_needle;
+        let pose = hand.step(1.0 / TICK_HZ, &Felt::default()).patient_from_needle;
         Reading { t_s: 0.0, position_m: pose.translation.vector, orientation: pose.rotation, buttons: 0 }
     };
     (0..ticks).map(reading).collect()

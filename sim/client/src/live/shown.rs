@@ -205,7 +205,7 @@ mod tests {
             text: "skin".to_owned(),
         };
         let events = kinds.iter().map(event).collect();
-        shown.tell(&Tick { sample, events, tent: None, force_n: Default::default() }, &[], &[]);
+        shown.tell(&Tick { sample, events, tent: None, felt: Default::default() }, &[], &[]);
         shown.phase
     }
 

@@ -1,11 +1,12 @@
-//! A virtual operator as a device: it holds the handle, and feels what the servo sends.
+//! A virtual operator as a device: it holds the handle, and feels what the servo sends. That is a force alone, so it does not redirect off
+//! bone.
 //!
 //! It speaks the patient's frame: use [`crate::mapping::Mapping::in_patient_frame`].
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use law::operator::Operator;
+use law::operator::{Felt, Operator};
 use nalgebra::Vector3;
 
 use super::hand;
@@ -45,7 +46,7 @@ impl Device for OperatorDevice {
     fn read(&mut self) -> Result<Reading, DeviceFault> {
         // Done, it is asked for no time: it repeats its last motion.
         let dt_s = if self.done.load(Ordering::Relaxed) { 0.0 } else { self.period_s };
-        let motion = self.operator.step(dt_s, &self.force_n);
+        let motion = self.operator.step(dt_s, &Felt::from(self.force_n));
         self.done.store(motion.done, Ordering::Relaxed);
         let t_s = self.readings as f64 * self.period_s;
         self.readings += 1;

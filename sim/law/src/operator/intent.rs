@@ -1,4 +1,4 @@
-//! What the operator wants, tick by tick: approach, insert, react to pops, settle at the target, hold, confirm, withdraw.
+//! What the operator wants, tick by tick: approach, insert, react to pops, redirect off bone, settle at the target, hold, confirm, withdraw.
 //!
 //! The choices below are ours: the literature gives the hand and its reaction time, not a script.
 
@@ -26,6 +26,15 @@ const CORRECTION_PER_S: f64 = 1.5;
 /// The set-point has been back at the start for this long, in s: done, wherever the needle hangs.
 const STUCK_S: f64 = 3.0;
 
+/// How often the operator redirects off bone before it gives up.
+const MAX_REDIRECTS: u32 = 3;
+/// How fast a hand lets go of what it pushes on, per second.
+const LET_GO_PER_S: f64 = 5.0;
+/// Distance above the skin at which a needle is turned, in m: inside, the tissue would hold it.
+const CLEAR_M: f64 = 0.003;
+/// How long looking again and leaning the needle takes, in s.
+const TURN_S: f64 = 1.5;
+
 /// The operator's aims, drawn once for an attempt.
 #[derive(Clone, Debug)]
 pub(super) struct IntentAim {
@@ -43,6 +52,8 @@ pub(super) struct IntentAim {
     pub lapses: u64,
     /// Halt after a felt pop, in s.
     pub pause_s: f64,
+    /// Push on bone before it is believed, in N.
+    pub bone_push_n: f64,
 }
 
 impl IntentAim {
@@ -56,6 +67,10 @@ impl IntentAim {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum IntentPhase {
     Insert,
+    /// Off bone and out of the skin.
+    Redirect,
+    /// Leans the needle anew.
+    Turn,
     Settle,
     Hold,
     Withdraw,
@@ -71,6 +86,8 @@ pub(super) struct Sensed {
     /// Displacement of the tip itself, in m, at which the force was felt.
     pub tip_x_m: f64,
     pub force_n: f64,
+    /// How hard bone pushes on the tip, in N.
+    pub bone_n: f64,
     /// Stiffness of the grip, in N/m.
     pub stiffness_n_per_m: f64,
 }
@@ -80,6 +97,8 @@ pub(super) struct Sensed {
 pub(super) struct Act {
     pub set_point_m: f64,
     pub speed_m_per_s: f64,
+    /// Share of the turn to another line that is done; 0 in the tick that chooses the line.
+    pub turned: Option<f64>,
     pub confirm: bool,
     pub done: bool,
 }
@@ -97,6 +116,9 @@ pub(super) struct Intent {
     /// When a reaction takes effect, in s: to a pop, and to having reached the goal.
     halt_at_s: f64,
     stop_at_s: f64,
+    /// When the operator reacts to bone, in s.
+    bone_at_s: f64,
+    redirects: u32,
     stalled_s: f64,
 }
 
@@ -111,6 +133,8 @@ impl Intent {
             pops: PopSense::new(),
             halt_at_s: f64::INFINITY,
             stop_at_s: f64::INFINITY,
+            bone_at_s: f64::INFINITY,
+            redirects: 0,
             stalled_s: 0.0,
         }
     }
@@ -119,7 +143,10 @@ impl Intent {
         self.t_s += sensed.dt_s;
         let phase = self.phase;
         let speed_m_per_s = match phase {
+            IntentPhase::Insert | IntentPhase::Settle if self.meets_bone(sensed) => self.leave_bone(),
             IntentPhase::Insert => self.insert(sensed),
+            IntentPhase::Redirect => self.redirect(sensed),
+            IntentPhase::Turn => self.turn(),
             IntentPhase::Settle => self.settle(sensed),
             IntentPhase::Hold => self.hold(sensed),
             IntentPhase::Withdraw => self.withdraw(sensed),
@@ -129,6 +156,7 @@ impl Intent {
         Act {
             set_point_m: self.set_point_m,
             speed_m_per_s,
+            turned: self.turned(),
             confirm: phase == IntentPhase::Hold && self.phase == IntentPhase::Withdraw,
             done: self.phase == IntentPhase::Done,
         }
@@ -177,6 +205,51 @@ impl Intent {
         self.aim.pace_m_per_s(self.t_s, sensed.x_m)
     }
 
+    /// Whether bone was felt, a reaction time ago.
+    fn meets_bone(&mut self, sensed: &Sensed) -> bool {
+        if sensed.bone_n >= self.aim.bone_push_n && self.bone_at_s.is_infinite() {
+            self.bone_at_s = self.t_s + self.aim.reaction_s;
+        }
+        self.t_s >= self.bone_at_s
+    }
+
+    /// Redirects, or gives up and confirms where the needle is.
+    fn leave_bone(&mut self) -> f64 {
+        let gives_up = self.redirects >= MAX_REDIRECTS;
+        self.stop_at_s = f64::INFINITY;
+        self.turn_to(if gives_up { IntentPhase::Hold } else { IntentPhase::Redirect });
+        0.0
+    }
+
+    /// Draws the needle out of the skin.
+    fn redirect(&mut self, sensed: &Sensed) -> f64 {
+        if sensed.x_m > -CLEAR_M {
+            return self.let_go_m_per_s(sensed) - self.travel_m_per_s();
+        }
+        self.redirects += 1;
+        self.turn_to(IntentPhase::Turn);
+        0.0
+    }
+
+    /// Speed of a set-point that gives up its push, in m/s.
+    fn let_go_m_per_s(&self, sensed: &Sensed) -> f64 {
+        (LET_GO_PER_S * (sensed.x_m - self.set_point_m)).min(0.0)
+    }
+
+    /// Waits until the needle leans as it is to, and begins anew.
+    fn turn(&mut self) -> f64 {
+        if self.t_s - self.since_s >= TURN_S {
+            self.pops = PopSense::new();
+            (self.halt_at_s, self.bone_at_s, self.stalled_s) = (f64::INFINITY, f64::INFINITY, 0.0);
+            self.turn_to(IntentPhase::Insert);
+        }
+        0.0
+    }
+
+    fn turned(&self) -> Option<f64> {
+        (self.phase == IntentPhase::Turn).then(|| ((self.t_s - self.since_s) / TURN_S).min(1.0))
+    }
+
     /// Time to react to the pop that was just felt, in s.
     fn react_s(&mut self) -> f64 {
         let absent = self.aim.lapses & 1 == 1;
@@ -208,12 +281,17 @@ impl Intent {
         (CORRECTION_PER_S * error_m).max(-limit).min(limit)
     }
 
-    /// Stays at the goal: a hand that still pushed when it arrived would creep on. One that gave up on the way stays where it is.
+    /// Stays at the goal: a hand that still pushed when it arrived would creep on. One that gave up on the way stays where it is, and
+    /// lets go of bone.
     fn hold(&mut self, sensed: &Sensed) -> f64 {
         if self.t_s - self.since_s >= self.aim.hold_s {
             self.turn_to(IntentPhase::Withdraw);
         }
-        if self.stop_at_s.is_finite() { self.correct(self.aim.goal_m - sensed.x_m) } else { 0.0 }
+        match (self.stop_at_s.is_finite(), self.bone_at_s.is_finite()) {
+            (true, _) => self.correct(self.aim.goal_m - sensed.x_m),
+            (false, true) => self.let_go_m_per_s(sensed),
+            (false, false) => 0.0,
+        }
     }
 
     fn withdraw(&mut self, sensed: &Sensed) -> f64 {

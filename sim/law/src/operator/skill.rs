@@ -36,6 +36,10 @@ pub struct Skill {
     pub angle_sd_rad: f64,
     /// Standard deviation of the judgement of depth, in m.
     pub depth_sd_m: f64,
+    /// Push on bone before it is believed to be bone, in N.
+    pub bone_push_n: f64,
+    /// Part of its angle error that a hand takes away when it redirects off bone, 0 to 1. What it adds is [`Skill::angle_sd_rad`] times the rest.
+    pub correction: f64,
 }
 
 impl Skill {
@@ -58,6 +62,8 @@ impl Skill {
             tremor_m: 150e-6,
             angle_sd_rad: 6.0_f64.to_radians(),
             depth_sd_m: 0.0015,
+            bone_push_n: 3.0,
+            correction: 0.4,
         }
     }
 
@@ -80,6 +86,8 @@ impl Skill {
             tremor_m: 100e-6,
             angle_sd_rad: 4.0_f64.to_radians(),
             depth_sd_m: 0.0010,
+            bone_push_n: 2.0,
+            correction: 0.6,
         }
     }
 
@@ -102,7 +110,14 @@ impl Skill {
             tremor_m: 60e-6,
             angle_sd_rad: 2.0_f64.to_radians(),
             depth_sd_m: 0.0006,
+            bone_push_n: 1.0,
+            correction: 0.8,
         }
+    }
+
+    /// Standard deviation of the angle error that a redirection brings in, in rad.
+    pub(super) fn redirect_sd_rad(&self) -> f64 {
+        self.angle_sd_rad * (1.0 - self.correction)
     }
 
     /// A skill between two, `s` = 0 for `self`, 1 for `other`; used to let simulated trainees improve.
@@ -125,6 +140,8 @@ impl Skill {
             tremor_m: between(|skill| skill.tremor_m),
             angle_sd_rad: between(|skill| skill.angle_sd_rad),
             depth_sd_m: between(|skill| skill.depth_sd_m),
+            bone_push_n: between(|skill| skill.bone_push_n),
+            correction: between(|skill| skill.correction),
         }
     }
 }

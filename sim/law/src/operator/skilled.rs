@@ -2,13 +2,15 @@
 
 use nalgebra::{Point3, Vector3};
 
+use super::gauss::Draw;
 use super::grip::Grip;
 use super::hand::{Hand, SetPoint};
 use super::intent::{Act, Intent, IntentAim, Sensed};
+use super::lean::Lean;
 use super::occasion::{Occasion, Traits};
 use super::pace::Pace;
 use super::tremor::Tremor;
-use super::{Motion, Plan, Skill, needle_pose};
+use super::{Felt, Motion, Plan, Skill, needle_pose};
 
 /// How far off the planned entry a hand puts the needle, per radian of its angle error: 0.1 mm per degree (choice), in m/rad, for each axis.
 const ENTRY_SD_M_PER_RAD: f64 = 0.0057;
@@ -27,7 +29,7 @@ const POPS: u32 = 64;
 #[derive(Clone, Debug)]
 pub(super) struct Skilled {
     entry_m: Point3<f64>,
-    axis: Vector3<f64>,
+    lean: Lean,
     reach_m: f64,
     hand: Hand,
     grip: Grip,
@@ -36,13 +38,16 @@ pub(super) struct Skilled {
     /// The tremor's displacement now, in m.
     shake_m: Vector3<f64>,
     t_s: f64,
+    skill: Skill,
+    /// What a redirection brings, drawn after all else.
+    chance: Draw,
 }
 
 impl Skilled {
     pub fn new(skill: &Skill, plan: &Plan, occasion: &Occasion) -> Self {
         let mut traits = Traits::new(occasion);
         let skill = skill_of_person(skill, &mut traits);
-        let axis = tilt_randomly(&plan.axis, skill.angle_sd_rad, &mut traits);
+        let lean = Lean::new(&plan.axis, skill.angle_sd_rad, &mut traits);
         let entry_sd_m = ENTRY_SD_M_PER_RAD * skill.angle_sd_rad;
         let entry_m = plan.entry_m + Vector3::new(traits.z(), traits.z(), 0.0) * entry_sd_m;
         let goal_m = plan.target_x_m + skill.depth_sd_m * traits.z();
@@ -57,18 +62,21 @@ impl Skilled {
             reaction_s: skill.reaction_s,
             lapses: (0..POPS).fold(0, |bits, pop| bits | u64::from(chance.uniform() < skill.lapse) << pop),
             pause_s: skill.pause_s,
+            bone_push_n: skill.bone_push_n,
         };
         let tremor = Tremor::new(skill.tremor_m, &mut chance);
         Self {
             entry_m,
-            axis,
             reach_m: plan.reach_m,
-            hand: Hand::new(&skill, entry_m.coords - axis * plan.approach_m),
+            hand: Hand::new(&skill, entry_m.coords - lean.axis * plan.approach_m),
+            lean,
             grip: Grip::new(skill.stiffness_n_per_m, skill.brace_n_per_m),
             intent: Intent::new(aim),
             shake_m: tremor.at(0.0),
             tremor,
             t_s: 0.0,
+            skill,
+            chance,
         }
     }
 
@@ -77,45 +85,55 @@ impl Skilled {
         self.motion(false, false)
     }
 
-    pub fn advance(&mut self, dt_s: f64, force_n: &Vector3<f64>) -> Motion {
+    pub fn advance(&mut self, dt_s: f64, felt: &Felt) -> Motion {
         let x_m = self.along(&self.hand.position_m);
         let tip_x_m = self.along(&(self.hand.position_m + self.shake_m));
-        let push_n = -force_n.dot(&self.axis);
+        let push_n = -felt.force_n.dot(&self.lean.axis);
         self.t_s += dt_s;
         let slackening = self.grip.follow(dt_s, push_n);
         self.intent.keep_push(x_m, slackening);
         let stiffness_n_per_m = self.grip.stiffness_n_per_m;
-        let act = self.intent.act(&Sensed { dt_s, x_m, tip_x_m, force_n: push_n, stiffness_n_per_m });
+        let bone_n = felt.bone_n;
+        let act = self.intent.act(&Sensed { dt_s, x_m, tip_x_m, force_n: push_n, bone_n, stiffness_n_per_m });
+        act.turned.into_iter().for_each(|share| self.turn(share));
         self.hand.grip(stiffness_n_per_m);
-        self.move_hand(dt_s, &act, force_n);
+        self.move_hand(dt_s, &act, &felt.force_n);
         self.shake_m = self.tremor.at(self.t_s);
         self.motion(act.confirm, act.done)
+    }
+
+    /// Leans the needle to another line, which is chosen as the turn begins.
+    fn turn(&mut self, share: f64) {
+        if share <= 0.0 {
+            self.lean.choose(self.skill.correction, self.skill.redirect_sd_rad(), &mut self.chance);
+        }
+        self.lean.turn(share);
     }
 
     /// Moves the hand towards the set-point, as far as the hub lets it.
     fn move_hand(&mut self, dt_s: f64, act: &Act, force_n: &Vector3<f64>) {
         let set_point = SetPoint {
-            position_m: self.entry_m.coords + self.axis * act.set_point_m,
-            velocity_m_per_s: self.axis * act.speed_m_per_s,
+            position_m: self.entry_m.coords + self.lean.axis * act.set_point_m,
+            velocity_m_per_s: self.lean.axis * act.speed_m_per_s,
         };
         self.hand.step(dt_s, &set_point, force_n);
         let beyond_m = self.along(&self.hand.position_m) - self.reach_m;
         if beyond_m > 0.0 {
-            self.hand.stop(&self.axis, beyond_m);
+            self.hand.stop(&self.lean.axis, beyond_m);
         }
     }
 
     /// Displacement of a point along the operator's own line, in m.
     fn along(&self, point_m: &Vector3<f64>) -> f64 {
-        (point_m - self.entry_m.coords).dot(&self.axis)
+        (point_m - self.entry_m.coords).dot(&self.lean.axis)
     }
 
     fn motion(&self, confirm: bool, done: bool) -> Motion {
         let shaken_m = self.hand.position_m + self.shake_m;
         // The hub lies on the skin: tremor cannot push it in either.
         let beyond_m = (self.along(&shaken_m) - self.reach_m).max(0.0);
-        let tip_m = Point3::from(shaken_m - self.axis * beyond_m);
-        Motion { patient_from_needle: needle_pose(&tip_m, &self.axis), confirm, done }
+        let tip_m = Point3::from(shaken_m - self.lean.axis * beyond_m);
+        Motion { patient_from_needle: needle_pose(&tip_m, &self.lean.axis), confirm, done }
     }
 }
 
@@ -134,13 +152,4 @@ fn skill_of_person(skill: &Skill, traits: &mut Traits) -> Skill {
         lapse: skill.lapse * libm::exp(ATTENTION_SD * traits.z()),
         ..*skill
     }
-}
-
-/// An axis off by a random angle of the given standard deviation, in a random direction.
-fn tilt_randomly(axis: &Vector3<f64>, sd_rad: f64, traits: &mut Traits) -> Vector3<f64> {
-    let aside = if axis.x.abs() < 0.5 { Vector3::x() } else { Vector3::y() };
-    let u = axis.cross(&aside).normalize();
-    let w = axis.cross(&u);
-    let part_sd = sd_rad * core::f64::consts::FRAC_1_SQRT_2;
-    (axis + u * (part_sd * traits.z()) + w * (part_sd * traits.z())).normalize()
 }

@@ -96,6 +96,8 @@ pub struct PunctureOutput {
     pub bend_m: Vector3<f64>,
     /// Force of bone and of walls that are still closed on the hand, in the patient frame, in N.
     pub structures_n: Vector3<f64>,
+    /// How hard bone alone pushes on the tip, in N.
+    pub bone_n: f64,
     /// Whole force on the hand, in the patient frame, in N.
     pub force_n: Vector3<f64>,
     /// Where the current boundary stands.

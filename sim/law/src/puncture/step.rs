@@ -200,12 +200,7 @@ fn assemble_output(
     side: &SidewaysNeedle,
 ) -> PunctureOutput {
     let (stage, boundary) = piercing_stage(params, state);
-    let structures_n = state.last.as_ref().map_or_else(Vector3::zeros, |pose| {
-        let tip_m = pose.tip_m + side.bend_m;
-        let met = params.structures.iter().zip(&state.open_walls).zip(&scratch.meetings);
-        let inside = met.filter(|(_, meeting)| meeting.tip_inside);
-        inside.map(|((structure, &open), _)| structure.tip_force_n(&tip_m, open)).sum()
-    });
+    let (structures_n, bone_n) = structure_forces(params, state, scratch, side);
     let axis = state.latch.as_ref().map_or_else(Vector3::zeros, |latch| latch.axis);
     PunctureOutput {
         x_m: displacement_m(state),
@@ -213,12 +208,34 @@ fn assemble_output(
         lateral_n: side.force_n,
         bend_m: side.bend_m,
         structures_n,
+        bone_n: bone_n.norm(),
         force_n: axis * -axial.total_n() + side.force_n + structures_n,
         stage,
         boundary,
         inside: state.latch.is_some(),
         clearance_m: target_clearance_m(params, scratch),
     }
+}
+
+/// Force of all structures on the tip, and that of bone alone, in N.
+fn structure_forces(
+    params: &PunctureParams,
+    state: &PunctureState,
+    scratch: &PunctureScratch,
+    side: &SidewaysNeedle,
+) -> (Vector3<f64>, Vector3<f64>) {
+    let (mut all_n, mut bone_n) = (Vector3::zeros(), Vector3::zeros());
+    let Some(pose) = &state.last else { return (all_n, bone_n) };
+    let tip_m = pose.tip_m + side.bend_m;
+    let met = params.structures.iter().zip(&state.open_walls).zip(&scratch.meetings);
+    for ((structure, &open), _) in met.filter(|(_, meeting)| meeting.tip_inside) {
+        let force_n = structure.tip_force_n(&tip_m, open);
+        all_n += force_n;
+        if structure.kind() == StructureKind::Bone {
+            bone_n += force_n;
+        }
+    }
+    (all_n, bone_n)
 }
 
 fn target_clearance_m(params: &PunctureParams, scratch: &PunctureScratch) -> f64 {

@@ -6,7 +6,7 @@ use allocation_counter::measure;
 use bench::needle::DrivenNeedle;
 use bench::scenes::{AxialRun, in_hold_out_in, optioned_axial_spec, training_axial_spec};
 use law::axial::AxialSpec;
-use law::operator::{Operator, Plan, Skill, needle_pose};
+use law::operator::{Felt, Operator, Plan, Skill, needle_pose};
 use law::puncture::{PunctureInput, step};
 use nalgebra::{Point3, Vector3};
 
@@ -64,7 +64,7 @@ fn an_operator_never_allocates() {
     let mut operator = Operator::skilled(&Skill::novice(), &plan, 1);
     let counted = measure(|| {
         for _ in 0..2000 {
-            operator.step(1e-3, &Vector3::new(0.0, 0.0, 0.3));
+            operator.step(1e-3, &Felt::from(Vector3::new(0.0, 0.0, 0.3)));
         }
     });
     assert_eq!(counted.count_total, 0);

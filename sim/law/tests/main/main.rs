@@ -24,3 +24,5 @@ mod ruptures;
 mod soak;
 #[cfg(test)]
 mod structures;
+#[cfg(test)]
+mod structures_hard;

@@ -1,13 +1,13 @@
-//! Virtual operators against the tissue: how far a hand overshoots a pop, how well it finds its depth, and that a seed
-//! fixes every bit.
+//! Virtual operators against the tissue: how far a hand overshoots a pop, how well it finds its depth, what it does when it meets bone, and
+//! that a seed fixes every bit.
 //!
-//! It would fail if a hand's stiffness no longer told a novice from an expert, if a hand shook itself to pieces against bone, or if
-//! anything but the seed, the steps and the forces reached the motion.
+//! It would fail if a hand's stiffness no longer told a novice from an expert, if a hand shook itself to pieces against bone, pushed on it
+//! harder than its skill says, turned the needle inside the skin or redirected for ever, or if anything but the seed, the steps and the forces reached the motion.
 
 use bench::needle::DrivenNeedle;
 use bench::scenes::{paper_axial_spec, training_axial_spec};
 use law::axial::{AxialSpec, Contactor};
-use law::operator::{Motion, Operator, Plan, Skill};
+use law::operator::{Felt, Motion, Operator, Plan, Skill};
 use law::puncture::{PunctureEvent, PunctureOutput};
 use law::structures::{Shape, StructureKind, StructureSpec};
 use nalgebra::{Point3, Vector3};
@@ -15,6 +15,8 @@ use nalgebra::{Point3, Vector3};
 const DT: f64 = 1e-3;
 const TARGET_M: f64 = 0.025;
 const SEEDS: u64 = 6;
+/// Ticks of three minutes.
+const LONGEST: usize = 180_000;
 
 fn plan() -> Plan {
     Plan {
@@ -33,14 +35,23 @@ struct Tick {
     events: Vec<PunctureEvent>,
 }
 
-/// Runs an operator until it is done, or for two minutes.
-fn perform(operator: &mut Operator, mut needle: DrivenNeedle) -> Vec<Tick> {
+/// Runs an operator until it is done, or for three minutes.
+fn perform(operator: &mut Operator, needle: DrivenNeedle) -> Vec<Tick> {
+    perform_feeling(operator, needle, |output| Felt::from(output))
+}
+
+/// The same with a hand that feels what it is told.
+fn perform_feeling(
+    operator: &mut Operator,
+    mut needle: DrivenNeedle,
+    feel: impl Fn(&PunctureOutput) -> Felt,
+) -> Vec<Tick> {
     let mut ticks: Vec<Tick> = Vec::new();
-    let mut force_n = Vector3::zeros();
-    for _ in 0..120_000 {
-        let motion = operator.step(DT, &force_n);
+    let mut felt = Felt::default();
+    for _ in 0..LONGEST {
+        let motion = operator.step(DT, &felt);
         let output = needle.pose(motion.patient_from_needle);
-        force_n = output.force_n;
+        felt = feel(&output);
         ticks.push(Tick { motion, output, events: needle.scratch.events.clone() });
         if motion.done {
             break;
@@ -115,22 +126,94 @@ fn a_seed_fixes_every_bit_and_another_seed_is_another_attempt() {
     assert_ne!(first[0], other[0]);
 }
 
-#[test]
-fn an_operator_that_meets_bone_pushes_gives_up_and_comes_back() {
-    let bone = StructureSpec {
+fn bone(half_mm: [f64; 3], middle_mm: [f64; 3]) -> StructureSpec {
+    StructureSpec {
         name: "rib".into(),
         kind: StructureKind::Bone,
-        shape: Shape::Box { half_extents_m: Vector3::new(0.02, 0.02, 0.004) },
-        position_m: Point3::new(0.0, 0.0, -0.014),
+        shape: Shape::Box { half_extents_m: Vector3::from(half_mm) * 1e-3 },
+        position_m: Point3::from(Vector3::from(middle_mm) * 1e-3),
         wall: None,
-    };
-    for skill in [Skill::novice(), Skill::expert()] {
-        let needle = DrivenNeedle::new(training_axial_spec(), vec![bone.clone()]).expect("a valid scene");
-        let ticks = perform(&mut Operator::skilled(&skill, &plan(), 1), needle);
-        assert!(ticks.last().expect("ticks").motion.done, "it must not push for ever");
-        let hardest_n = ticks.iter().map(|tick| tick.output.structures_n.norm()).fold(0.0, f64::max);
-        assert!((5.0..30.0).contains(&hardest_n), "{hardest_n} N");
     }
+}
+
+/// Two ribs, 14 to 22 mm deep, and a gap between them on the planned line.
+fn ribs(gap_mm: f64) -> Vec<StructureSpec> {
+    [-1.0, 1.0].map(|side| bone([10.0 - gap_mm / 2.0, 20.0, 4.0], [side * 10.0, 0.0, -18.0])).to_vec()
+}
+
+fn skills() -> [Skill; 3] {
+    [Skill::novice(), Skill::intermediate(), Skill::expert()]
+}
+
+#[test]
+fn an_operator_that_meets_bone_wherever_it_goes_gives_up_and_comes_back() {
+    let wall = vec![bone([40.0, 40.0, 4.0], [0.0, 0.0, -18.0])];
+    for skill in skills() {
+        for seed in 0..SEEDS {
+            let needle = DrivenNeedle::new(training_axial_spec(), wall.clone()).expect("a valid scene");
+            let ticks = perform(&mut Operator::skilled(&skill, &plan(), seed), needle);
+            let last = ticks.last().expect("ticks");
+            assert!(last.motion.done && !last.output.inside, "seed {seed}: it must not redirect for ever");
+            assert!(confirmed_x_m(&ticks) < 0.018, "seed {seed}: confirmed on the bone");
+            let entries = ticks.windows(2).filter(|pair| turns(pair)).count();
+            assert!(entries > 0, "seed {seed}: redirected");
+        }
+    }
+}
+
+/// Hardest push on bone, in N: with what a hand adds until it reacts, or brings along when it is thrown.
+fn hardest_n(skill: &Skill) -> f64 {
+    3.0 * skill.bone_push_n + 1.0
+}
+
+/// Whether the needle turns between two ticks.
+fn turns(pair: &[Tick]) -> bool {
+    let axis = |tick: &Tick| tick.motion.patient_from_needle.rotation * Vector3::z();
+    axis(&pair[0]) != axis(&pair[1])
+}
+
+#[test]
+fn nobody_pushes_on_bone_harder_than_their_skill_says_or_turns_the_needle_inside_the_skin() {
+    let wall = vec![bone([40.0, 40.0, 4.0], [0.0, 0.0, -18.0])];
+    for skill in skills() {
+        for seed in 0..SEEDS {
+            let needle = DrivenNeedle::new(training_axial_spec(), wall.clone()).expect("a valid scene");
+            let ticks = perform(&mut Operator::skilled(&skill, &plan(), seed), needle);
+            let most_n = ticks.iter().map(|tick| tick.output.bone_n).fold(0.0, f64::max);
+            assert!(most_n < hardest_n(&skill), "seed {seed}: {most_n} N");
+            assert!(ticks.windows(2).all(|pair| !turns(pair) || !pair[1].output.inside), "seed {seed}: turned inside");
+        }
+    }
+}
+
+/// Bone pushes a tip out the shortest way, so that who pushes hard enough slips off it or comes through: a target counts where that was not done.
+#[test]
+fn who_redirects_reaches_the_target_past_bone_more_often_than_who_does_not_feel_it() {
+    for skill in skills() {
+        // Led far astray, so that bone is met.
+        let skill = Skill { angle_sd_rad: 15.0_f64.to_radians(), ..skill };
+        let reached = |feel: fn(&PunctureOutput) -> Felt| {
+            let reaches = |seed: &u64| {
+                let needle = DrivenNeedle::new(training_axial_spec(), ribs(4.0)).expect("a valid scene");
+                let ticks = perform_feeling(&mut Operator::skilled(&skill, &plan(), *seed), needle, feel);
+                let most_n = ticks.iter().map(|tick| tick.output.bone_n).fold(0.0, f64::max);
+                (confirmed_x_m(&ticks) - TARGET_M).abs() < 0.005 && most_n < 2.0 * skill.bone_push_n + 2.0
+            };
+            (0..20).filter(reaches).count()
+        };
+        let (with, without) = (reached(|output| Felt::from(output)), reached(|output| Felt::from(output.force_n)));
+        assert!(with > without + 2, "{with} of 20 who redirect, {without} who do not");
+    }
+}
+
+#[test]
+fn where_there_is_no_bone_nothing_is_otherwise_for_feeling_it() {
+    let poses = |feel: fn(&PunctureOutput) -> Felt| -> Vec<_> {
+        let needle = DrivenNeedle::new(training_axial_spec(), vec![]).expect("a valid scene");
+        let ticks = perform_feeling(&mut Operator::skilled(&Skill::novice(), &plan(), 3), needle, feel);
+        ticks.iter().map(|tick| tick.motion.patient_from_needle).collect()
+    };
+    assert_eq!(poses(|output| Felt::from(output)), poses(|output| Felt::from(output.force_n)));
 }
 
 #[test]
@@ -150,16 +233,16 @@ fn a_constant_speed_is_exactly_constant_from_the_start_position_at_time_zero() {
 #[test]
 fn bad_steps_and_forces_do_no_harm() {
     let mut operator = Operator::skilled(&Skill::expert(), &plan(), 2);
-    let mut last = operator.step(DT, &Vector3::zeros());
+    let mut last = operator.step(DT, &Felt::default());
     for dt_s in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert_eq!(operator.step(dt_s, &Vector3::zeros()), last);
+        assert_eq!(operator.step(dt_s, &Felt::default()), last);
     }
     for _ in 0..1000 {
-        last = operator.step(DT, &Vector3::new(f64::NAN, 0.0, f64::INFINITY));
+        last = operator.step(DT, &Felt { force_n: Vector3::new(f64::NAN, 0.0, f64::INFINITY), bone_n: f64::NAN });
     }
     assert!(last.patient_from_needle.translation.vector.norm() < 0.02);
-    assert!(Operator::constant(0.0, &plan()).step(DT, &Vector3::zeros()).done);
-    assert!(Operator::constant(f64::NAN, &plan()).step(DT, &Vector3::zeros()).done);
+    assert!(Operator::constant(0.0, &plan()).step(DT, &Felt::default()).done);
+    assert!(Operator::constant(f64::NAN, &plan()).step(DT, &Felt::default()).done);
 }
 
 #[test]

@@ -7,7 +7,7 @@ use attempt::simulate::{Clock, MotionSource, simulate};
 use data_encoding::HEXLOWER;
 use documents::{ExerciseBundle, Patient};
 use ed25519_dalek::{Signer, SigningKey};
-use law::operator::Motion;
+use law::operator::{Felt, Motion};
 use model::ids::{SessionId, StationId};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use recording::session::{EXERCISE_ATTACHMENT, SCENE_ATTACHMENT};
@@ -80,7 +80,7 @@ struct StraightHand {
 }
 
 impl MotionSource for StraightHand {
-    fn step(&mut self, dt_s: f64, _force_n: &Vector3<f64>) -> Motion {
+    fn step(&mut self, dt_s: f64, _felt: &Felt) -> Motion {
         const START_M: f64 = -0.005;
         const SPEED_M_PER_S: f64 = 0.02;
         self.t_s += dt_s;

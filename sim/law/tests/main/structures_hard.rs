@@ -1,0 +1,142 @@
+//! Hard cases of meshes: a needle along a plate, a tip on an edge, an entry at a seam, a plate as thin as paper, two bones that touch, a
+//! canal narrower than the needle.
+//!
+//! Bone pushes the tip out the shortest way. So its force is continuous but where two ways out are equally short, in the middle of a plate
+//! or behind an edge: there it turns, by no more than twice the way out, which is felt. It also means that bone holds no more than half its
+//! thickness times its stiffness: 8.75 N for a lamina of 7 mm. Mending either would change forces, and so asks for another version of the
+//! law. These tests would fail if force jumped anywhere else, or by more, or were no number.
+
+use bench::needle::DrivenNeedle;
+use bench::scenes::paper_axial_spec;
+use law::structures::{Shape, StructureKind, StructureSpec};
+use nalgebra::{Point3, Vector3};
+
+const MM: f64 = 1e-3;
+const BONE_N_PER_MM: f64 = 2.5;
+/// Way of the tip in a tick, in mm: 5 mm/s. Bone may push by 0.0125 N more after it.
+const STEP_MM: f64 = 0.005;
+/// A jump that would be felt, in N.
+const JUMP_N: f64 = 0.05;
+
+/// A box as a mesh whose faces are cut into so many squares each way, each into two triangles: seams everywhere.
+fn bone(half_mm: [f64; 3], middle_mm: [f64; 3]) -> StructureSpec {
+    const CUTS: u32 = 4;
+    let (mut vertices_m, mut triangles) = (Vec::new(), Vec::new());
+    for axis in 0..3 {
+        for side in [-1.0, 1.0] {
+            let (one, other) = ((axis + 1) % 3, (axis + 2) % 3);
+            let first = vertices_m.len() as u32;
+            for at in 0..=CUTS {
+                for across in 0..=CUTS {
+                    let mut place = Vector3::zeros();
+                    let part = |n: u32| f64::from(n) / f64::from(CUTS) * 2.0 - 1.0;
+                    (place[axis], place[one], place[other]) = (side, part(at), part(across));
+                    vertices_m.push(Point3::from(place.component_mul(&Vector3::from(half_mm)) * MM));
+                }
+            }
+            for at in 0..CUTS {
+                for across in 0..CUTS {
+                    let corner = first + at * (CUTS + 1) + across;
+                    let [a, b, c, d] = [corner, corner + CUTS + 1, corner + CUTS + 2, corner + 1];
+                    let both = if side > 0.0 { [[a, b, c], [a, c, d]] } else { [[a, c, b], [a, d, c]] };
+                    triangles.extend(both);
+                }
+            }
+        }
+    }
+    let position_m = Point3::from(Vector3::from(middle_mm) * MM);
+    let shape = Shape::Mesh { vertices_m, triangles };
+    StructureSpec { name: "bone".to_owned(), kind: StructureKind::Bone, shape, position_m, wall: None }
+}
+
+/// What a way of the tip felt like.
+struct Felt {
+    /// Largest force of structures, in N.
+    most_n: f64,
+    /// Largest change of it in a tick without an event, in N.
+    jump_n: f64,
+}
+
+/// Moves the tip from place to place, in mm.
+fn feel(bones: Vec<StructureSpec>, way: &[[f64; 3]]) -> Felt {
+    let mut needle = DrivenNeedle::new(paper_axial_spec(), bones).expect("meshes that are sound");
+    let mut felt = Felt { most_n: 0.0, jump_n: 0.0 };
+    let mut last = Vector3::zeros();
+    needle.down(way[0][0] * MM, way[0][1] * MM, way[0][2] * MM);
+    for leg in way.windows(2) {
+        let [from, to] = [leg[0], leg[1]].map(Vector3::from);
+        let ticks = ((to - from).norm() / STEP_MM).ceil() as u32;
+        for tick in 1..=ticks {
+            let tip = from + (to - from) * (f64::from(tick) / f64::from(ticks));
+            let output = needle.down(tip.x * MM, tip.y * MM, tip.z * MM);
+            assert!(output.force_n.iter().all(|force| force.is_finite()), "at {tip:?}");
+            felt.most_n = felt.most_n.max(output.structures_n.norm());
+            if needle.scratch.events.is_empty() {
+                felt.jump_n = felt.jump_n.max((output.structures_n - last).norm());
+            }
+            last = output.structures_n;
+        }
+    }
+    felt
+}
+
+fn check(name: &str, felt: &Felt, most_n: f64, jump_n: f64) {
+    assert!(felt.most_n <= most_n + 1e-6, "{name}: {} N", felt.most_n);
+    assert!(felt.jump_n <= jump_n + 1e-6, "{name}: a jump of {} N", felt.jump_n);
+}
+
+/// A lamina: 8 mm deep, 30 mm long.
+fn lamina() -> Vec<StructureSpec> {
+    vec![bone([4.0, 15.0, 4.0], [0.0, 0.0, -20.0])]
+}
+
+#[test]
+fn a_needle_along_a_plate_feels_it_evenly_and_beside_it_nothing() {
+    let over = feel(lamina(), &[[0.0, -18.0, 1.0], [0.0, -18.0, -15.9], [0.0, 14.0, -15.9]]);
+    check("0.1 mm over the plate", &over, 0.0, 0.0);
+    let along = feel(lamina(), &[[0.1, -13.0, 1.0], [0.1, -13.0, -16.4], [0.7, 13.0, -16.4]]);
+    check("0.4 mm into the plate", &along, 0.4 * BONE_N_PER_MM, JUMP_N);
+    assert!(along.most_n > 0.9 * 0.4 * BONE_N_PER_MM);
+}
+
+#[test]
+fn at_seams_corners_and_edges_nothing_jumps() {
+    // Onto a corner of the grid, onto an edge of it, onto a diagonal: all inside a face.
+    for (name, x, y) in [("vertex", 0.0, 0.0), ("edge", 0.0, 3.1), ("diagonal", 1.0, 3.75)] {
+        let felt = feel(lamina(), &[[x, y, 1.0], [x, y, -17.5], [x + 0.02, y + 0.3, -17.5]]);
+        check(name, &felt, 1.5 * BONE_N_PER_MM, JUMP_N);
+        assert!(felt.most_n > 1.4 * BONE_N_PER_MM, "{name}");
+    }
+    // Straight down the outer edge and the outer corner: half in, half out, and never held.
+    for (name, x, y) in [("outer edge", 4.0, 0.0), ("outer corner", 4.0, 15.0), ("within rounding", 4.0 - 1e-12, 15.0)]
+    {
+        check(name, &feel(lamina(), &[[x, y, 1.0], [x, y, -26.0]]), 1e-6, JUMP_N);
+    }
+}
+
+#[test]
+fn behind_an_edge_the_force_turns_by_no_more_than_its_two_ways_out() {
+    // 1 mm below the top, sideways out of the edge: the short way turns from up to aside at 1 mm from the side.
+    let felt = feel(lamina(), &[[2.0, 0.3, 1.0], [2.0, 0.3, -17.0], [5.0, 0.3, -17.0]]);
+    check("behind an edge", &felt, BONE_N_PER_MM, 2.0_f64.sqrt() * BONE_N_PER_MM * (1.0 + STEP_MM));
+}
+
+#[test]
+fn a_plate_however_thin_holds_as_much_as_half_of_it_and_then_lets_go() {
+    for thick_mm in [0.01, 0.1, 0.5, 7.0] {
+        let plate = vec![bone([15.0, 15.0, thick_mm / 2.0], [0.0, 0.0, -15.0])];
+        let felt = feel(plate, &[[0.2, 0.3, 1.0], [0.2, 0.3, -20.0], [0.2, 0.3, -10.0]]);
+        check(&format!("{thick_mm} mm of bone"), &felt, BONE_N_PER_MM * thick_mm / 2.0, BONE_N_PER_MM * thick_mm);
+    }
+}
+
+#[test]
+fn between_two_bones_that_touch_and_in_a_canal_narrower_than_the_needle_nothing_is_thrown() {
+    let pair =
+        |gap_mm: f64| [-1.0, 1.0].map(|side| bone([5.0, 5.0, 5.0], [side * (5.0 + gap_mm / 2.0), 0.0, -15.0])).to_vec();
+    check("where two bones touch", &feel(pair(0.0), &[[0.0, 0.4, 1.0], [0.0, 0.4, -22.0]]), 1e-6, JUMP_N);
+    check("in a canal of 0.5 mm", &feel(pair(0.5), &[[0.0, 0.4, 1.0], [0.0, 0.4, -22.0]]), 0.0, 0.0);
+    // 0.3 mm beside the crack: the top holds for 0.3 mm, then the crack is the shorter way out.
+    let beside = feel(pair(0.0), &[[0.3, 0.4, 1.0], [0.3, 0.4, -22.0]]);
+    check("beside the crack", &beside, 0.3 * BONE_N_PER_MM, 2.0_f64.sqrt() * 0.3 * BONE_N_PER_MM * (1.0 + 0.02));
+}
