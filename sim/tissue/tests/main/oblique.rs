@@ -136,9 +136,16 @@ fn forces_scale_the_answer_and_a_bad_one_leaves_it() {
 
 #[test]
 fn an_oblique_field_meets_its_tolerance_and_says_how() {
-    let perpendicular = Field::new(&follow::lower_back()).expect("a field");
+    // Wide enough for a needle at 60°.
+    const BODY_M: f64 = 0.25;
+    let leaning = |tilt_deg: f64| {
+        let mut tissue = TissueSpec { tilt_rad: tilt_deg.to_radians(), ..follow::lower_back() };
+        tissue.slab.radius_m = BODY_M;
+        tissue
+    };
+    let perpendicular = Field::new(&leaning(0.0)).expect("a field");
     for tilt_deg in [15.0_f64, 25.0] {
-        let tissue = TissueSpec { tilt_rad: tilt_deg.to_radians(), ..follow::lower_back() };
+        let tissue = leaning(tilt_deg);
         let field = Field::new(&tissue).expect("a field");
         let plan = field.plan();
         assert!(plan.expected_relative_error <= tissue.tolerance, "{tilt_deg}°: {}", plan.expected_relative_error);
@@ -148,7 +155,8 @@ fn an_oblique_field_meets_its_tolerance_and_says_how() {
             plan.reason
         );
         for (kind, k) in [SKIN, FAT, MUSCLE].into_iter().zip(field.planned().stiffnesses_n_per_m()) {
-            let question = lower_back(kind, tilt_deg);
+            let mut question = lower_back(kind, tilt_deg);
+            question.flat.slab.radius_m = BODY_M;
             let give_m = question.along_needle_m(&fine(&question), 0.0, question.flat.load.ends_m()[0]);
             let off = (k * give_m - 1.0).abs();
             assert!(off <= plan.expected_relative_error, "{kind:?} at {tilt_deg}°: {off} off on the whole body");
