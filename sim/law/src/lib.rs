@@ -11,6 +11,7 @@ pub mod axial;
 pub mod beam;
 pub mod closed_form;
 pub mod fracture;
+mod hold;
 pub mod inertia;
 mod judging;
 pub mod ledger;

@@ -9,6 +9,7 @@ use parry3d_f64::shape::{self, Ball, Cuboid, Segment, TriMesh, TriMeshFlags, Tri
 use serde::{Deserialize, Serialize};
 
 use crate::axial::{Domain, ParamError};
+use crate::hold::Hold;
 
 /// What a structure is to the exercise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -125,6 +126,15 @@ const BONE_N_PER_M: f64 = 2500.0;
 pub(crate) struct Shaft {
     pub entry_m: Point3<f64>,
     pub tip_m: Point3<f64>,
+}
+
+/// A place of a structure's surface.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NearestPlace {
+    /// The place, in the patient frame, in m.
+    pub at_m: Point3<f64>,
+    /// Whether the point that it is nearest to is inside.
+    pub inside: bool,
 }
 
 /// How a needle stands to a structure.
@@ -264,6 +274,18 @@ impl Structure {
             .map_or(f64::INFINITY, |found| found.distance)
     }
 
+    /// The nearest place of the surface.
+    pub fn nearest(&self, point_m: &Point3<f64>) -> NearestPlace {
+        let found = self.solid.project(parry_vector(&point_m.coords) - self.position, false);
+        let at = found.point + self.position;
+        NearestPlace { at_m: Point3::new(at.x, at.y, at.z), inside: found.is_inside }
+    }
+
+    /// Force of a bone on a tip that it holds, in N.
+    pub fn hold_force_n(hold: &Hold) -> Vector3<f64> {
+        hold.outward_m() * BONE_N_PER_M
+    }
+
     /// Force on a needle's tip that is inside, in N: of bone, or of a wall that is still closed; 0 for anything else.
     pub fn tip_force_n(&self, tip_m: &Point3<f64>, wall_open: bool) -> Vector3<f64> {
         let stiffness_n_per_m = match (self.kind, self.wall) {
@@ -283,7 +305,7 @@ impl Structure {
     }
 
     /// The shortest way out for a tip inside, in m; 0 for one outside.
-    fn outward_m(&self, tip_m: &Point3<f64>) -> Vector3<f64> {
+    pub fn outward_m(&self, tip_m: &Point3<f64>) -> Vector3<f64> {
         let tip = parry_vector(&tip_m.coords) - self.position;
         let nearest = self.solid.project(tip, false);
         let outward = nearest.point - tip;

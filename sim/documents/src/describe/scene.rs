@@ -16,7 +16,7 @@ pub(crate) static SCENE: DescribedTable = DescribedTable {
         DescribedField::text("description", &Text::PROSE, "What it is and where it comes from").or_text(""),
         DescribedField::new(
             "law",
-            FieldKind::Integer { min: 1, max: 3 },
+            FieldKind::Integer { min: 1, max: 4 },
             "Version of the force law; 1 if left out, as scenes were before there was another",
         )
         .or(1.0),

@@ -54,11 +54,13 @@ pub enum ForceLaw {
     Version2,
     /// Version 2 with the options of [`LayerOptions`] and [`Breakaway`]. Without them it is version 2 to the bit.
     Version3,
+    /// Version 3 with bone that cannot be pushed through: the tip slides on its surface. Without bone it is version 3 to the bit.
+    Version4,
 }
 
 /// A number that no force law has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("law {0} is not known: 1, 2 and 3 are")]
+#[error("law {0} is not known: 1, 2, 3 and 4 are")]
 pub struct UnknownForceLaw(pub u32);
 
 impl TryFrom<u32> for ForceLaw {
@@ -69,6 +71,7 @@ impl TryFrom<u32> for ForceLaw {
             1 => Ok(Self::Version1),
             2 => Ok(Self::Version2),
             3 => Ok(Self::Version3),
+            4 => Ok(Self::Version4),
             other => Err(UnknownForceLaw(other)),
         }
     }
@@ -80,6 +83,7 @@ impl From<ForceLaw> for u32 {
             ForceLaw::Version1 => 1,
             ForceLaw::Version2 => 2,
             ForceLaw::Version3 => 3,
+            ForceLaw::Version4 => 4,
         }
     }
 }
@@ -195,7 +199,9 @@ impl AxialParams {
 fn check_speed_window(spec: &AxialSpec) -> Result<(), ParamError> {
     let (longest_s, allowed) = match spec.law {
         ForceLaw::Version1 => (0.0, "must be 0 under version 1 of the law"),
-        ForceLaw::Version2 | ForceLaw::Version3 => (LONGEST_SPEED_WINDOW_S, "must be a number from 0 to 0.05"),
+        ForceLaw::Version2 | ForceLaw::Version3 | ForceLaw::Version4 => {
+            (LONGEST_SPEED_WINDOW_S, "must be a number from 0 to 0.05")
+        }
     };
     let value = spec.speed_window_s;
     if (0.0..=longest_s).contains(&value) {

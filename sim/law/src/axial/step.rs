@@ -91,7 +91,9 @@ fn stored_energy_j(spec: &AxialSpec, output: &AxialOutput) -> f64 {
     let spring_j = |force_n| SpringTick::stored_j(spec.presliding_stiffness_n_per_m, force_n);
     match spec.law {
         ForceLaw::Version1 => spring_j(output.friction_n),
-        ForceLaw::Version2 | ForceLaw::Version3 => spring_j(output.friction_n) + spring_j(output.cutting_n),
+        ForceLaw::Version2 | ForceLaw::Version3 | ForceLaw::Version4 => {
+            spring_j(output.friction_n) + spring_j(output.cutting_n)
+        }
     }
 }
 
@@ -301,7 +303,7 @@ fn cut_tissue(params: &AxialParams, path: &Path<'_>, state: &AxialState, at: &Re
             let work_j = force_n * at.motion.dx_m;
             (Cut { force_n, front_m: None }, SpringWork { work_j, lost_j: work_j })
         }
-        ForceLaw::Version2 | ForceLaw::Version3 => drag_front(params, state, at, cap_n),
+        ForceLaw::Version2 | ForceLaw::Version3 | ForceLaw::Version4 => drag_front(params, state, at, cap_n),
     }
 }
 

@@ -1,6 +1,6 @@
 //! What a puncture is made of, and the check that it makes sense.
 
-use crate::axial::{AxialParams, AxialSpec, Domain, ParamError};
+use crate::axial::{AxialParams, AxialSpec, Domain, ForceLaw, ParamError};
 use crate::beam::{Beam, Bend};
 use crate::structures::{Structure, StructureSpec};
 
@@ -54,6 +54,11 @@ impl PunctureParams {
     #[must_use]
     pub fn spec(&self) -> &PunctureSpec {
         &self.spec
+    }
+
+    /// Whether bone holds the tip on its surface.
+    pub(super) fn bone_holds(&self) -> bool {
+        self.axial.spec().law >= ForceLaw::Version4
     }
 
     /// What the needle does sideways when inserted by a length, in m.

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::contact::{Latch, MAX_TRACKS, Track};
 use super::params::PunctureParams;
 use crate::axial::{AxialOutput, AxialScratch, AxialState, PiercingStage, Rupture};
+use crate::hold::Hold;
 use crate::ledger::Ledger;
 use crate::structures::{Meeting, Sighting};
 
@@ -41,6 +42,9 @@ pub struct PunctureState {
     /// For each structure, whether its wall is open on the current track.
     #[serde(default)]
     pub(super) open_walls: Vec<bool>,
+    /// For each structure, how it holds the tip: bone, from version 4 of the law.
+    #[serde(default)]
+    pub(super) holds: Vec<Option<Hold>>,
 }
 
 /// Reused between steps, never saved. Holds the events of the last step.
@@ -121,6 +125,7 @@ impl PunctureState {
             last: None,
             touching: vec![false; params.structures.len()],
             open_walls: vec![false; params.structures.len()],
+            holds: vec![None; params.structures.len()],
         }
     }
 

@@ -7,8 +7,9 @@ use super::params::PunctureParams;
 use super::state::{LastPose, PunctureEvent, PunctureInput, PunctureOutput, PunctureScratch, PunctureState};
 use crate::axial::{self, AxialInput, AxialOutput, PiercingStage};
 use crate::beam::Bend;
+use crate::hold::Hold;
 use crate::stance::Intrusion;
-use crate::structures::{Meeting, Shaft, Sighting, StructureKind};
+use crate::structures::{Meeting, Shaft, Sighting, Structure, StructureKind};
 
 /// One step. Never fails: a bad input is held, flagged and reported as an event.
 pub fn step(
@@ -38,6 +39,7 @@ pub fn step(
     survey_structures(params, state, scratch, &side);
     report_hits(state, scratch);
     open_walls(params, state, scratch, &side);
+    hold_on_bone(params, state, &side);
     assemble_output(params, state, scratch, axial, &side)
 }
 
@@ -191,6 +193,17 @@ fn open_walls(params: &PunctureParams, state: &mut PunctureState, scratch: &Punc
     }
 }
 
+/// Holds the tip on every bone that it pushes on.
+fn hold_on_bone(params: &PunctureParams, state: &mut PunctureState, side: &SidewaysNeedle) {
+    let Some(pose) = state.last.as_ref().filter(|_| params.bone_holds()) else { return };
+    let tip_m = pose.tip_m + side.bend_m;
+    for (structure, hold) in params.structures.iter().zip(&mut state.holds) {
+        if structure.kind() == StructureKind::Bone {
+            *hold = Hold::follow(hold.as_ref(), structure, &tip_m);
+        }
+    }
+}
+
 /// The output as a function of the state after the step, which is why a held sample repeats it.
 fn assemble_output(
     params: &PunctureParams,
@@ -228,7 +241,12 @@ fn structure_forces(
     let Some(pose) = &state.last else { return (all_n, bone_n) };
     let tip_m = pose.tip_m + side.bend_m;
     let met = params.structures.iter().zip(&state.open_walls).zip(&scratch.meetings);
-    for ((structure, &open), _) in met.filter(|(_, meeting)| meeting.tip_inside) {
+    let held = |structure: &Structure| params.bone_holds() && structure.kind() == StructureKind::Bone;
+    for hold in state.holds.iter().flatten() {
+        bone_n += Structure::hold_force_n(hold);
+    }
+    all_n += bone_n;
+    for ((structure, &open), _) in met.filter(|((structure, _), meeting)| meeting.tip_inside && !held(structure)) {
         let force_n = structure.tip_force_n(&tip_m, open);
         all_n += force_n;
         if structure.kind() == StructureKind::Bone {

@@ -133,7 +133,7 @@ pub fn fit(curve: &Curve, start: Start<'_>, watch: &mut dyn FnMut(u32)) -> Resul
             match spec.law {
                 ForceLaw::Version1 => return Err(CalibrateError::OldLaw),
                 ForceLaw::Version2 => {}
-                ForceLaw::Version3 => return Err(CalibrateError::LawOfOptions),
+                ForceLaw::Version3 | ForceLaw::Version4 => return Err(CalibrateError::LawOfOptions),
             }
             search.over_scene(spec)?
         }

@@ -97,7 +97,7 @@ fn scale_of(args: &CalibrateArgs) -> f64 {
 
 /// Whether options are to be fitted: to a curve with times, from a scene that may have them.
 fn is_optioned(start: Option<&Base>) -> Result<bool, DocumentError> {
-    Ok(start.map(Base::scene).transpose()?.is_some_and(|scene| scene.law == ForceLaw::Version3))
+    Ok(start.map(Base::scene).transpose()?.is_some_and(|scene| scene.law >= ForceLaw::Version3))
 }
 
 /// Depths of a curve with times are not scaled.

@@ -56,7 +56,7 @@ struct TimedSearch<'c, 'w> {
 /// A start that is not of version 3, has a rim or fibres, or does not fit the curve.
 pub fn fit_timed(curve: &TimedCurve, start: &AxialSpec, watch: &mut dyn FnMut(u32)) -> Result<Fit, CalibrateError> {
     AxialParams::new(start.clone())?;
-    if start.law != ForceLaw::Version3 {
+    if start.law < ForceLaw::Version3 {
         return Err(CalibrateError::TimedLaw);
     }
     if start.tip_to_rim_m > 0.0 {

@@ -127,7 +127,7 @@ fn scene_text(args: &ImportArgs, imported: &Imported, thresholds: &[Thresholds])
     );
     let mut text = format!(
         "# Made by stylet anatomy import. Patient frame: the origin is on the skin at the entry, +z points out of the body.\n\nid = {}\nlaw = \
-         2\ntitle = {}\ndescription = {}\n",
+         4\ntitle = {}\ndescription = {}\n",
         quoted(&id(args)),
         quoted(imported.title),
         quoted(&description)
