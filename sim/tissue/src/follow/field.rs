@@ -131,6 +131,7 @@ impl Field {
         let asked = AskedLoads::of(tissue);
         let flattest_rad = FLATTEST_RAD.max(tissue.tilt_rad.abs());
         let flattest = Problem3 { tilt_rad: flattest_rad, ..asked.question.clone() };
+        flattest.check()?;
         let (_, why) = planner::choose(&flattest, tissue.model)?;
         let mut count = FEWEST_ANGLES;
         loop {

@@ -4,6 +4,7 @@
 mod allocation;
 #[cfg(test)]
 mod angles;
+#[cfg(test)]
 mod attempt_error;
 #[cfg(test)]
 mod axisymmetric;
