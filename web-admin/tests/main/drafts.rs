@@ -264,7 +264,8 @@ async fn what_is_wrong_is_said_in_the_language_of_whoever_writes() {
     assert_eq!(writer.client.form("/account/language", &language).await.status, 303);
     let saved = writer.act("save").await.text();
     assert!(
-        saved.contains("ebene Schichten unter einer senkrechten Nadel") && saved.contains("Toleranz von"),
+        saved.contains("ebene Schichten haben auch unter einer schrägen Nadel eine Achse")
+            && saved.contains("Winkel der"),
         "{saved}"
     );
     writer.replace("title =", "titel =");
