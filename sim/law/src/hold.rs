@@ -8,7 +8,7 @@
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::structures::Structure;
+use crate::structures::{BONE_N_PER_M, Structure};
 
 /// Edges are as round as that, in m.
 const ROUND_M: f64 = 2e-5;
@@ -84,8 +84,8 @@ impl Hold {
         self.out = away_m.try_normalize(0.0).unwrap_or(self.out);
     }
 
-    /// What the bone pushes the tip back by, in m: to its place, but never inwards.
-    pub fn outward_m(&self) -> Vector3<f64> {
-        self.out * (-self.height_m()).max(0.0) - self.along_m()
+    /// Force of the bone on the tip, in N: towards its place, but never inwards.
+    pub fn force_n(&self) -> Vector3<f64> {
+        (self.out * (-self.height_m()).max(0.0) - self.along_m()) * BONE_N_PER_M
     }
 }

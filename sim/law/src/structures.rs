@@ -9,7 +9,6 @@ use parry3d_f64::shape::{self, Ball, Cuboid, Segment, TriMesh, TriMeshFlags, Tri
 use serde::{Deserialize, Serialize};
 
 use crate::axial::{Domain, ParamError};
-use crate::hold::Hold;
 
 /// What a structure is to the exercise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -119,7 +118,7 @@ impl StructureSpec {
 }
 
 /// Stiffness of bone under the tip, in N/m.
-const BONE_N_PER_M: f64 = 2500.0;
+pub(crate) const BONE_N_PER_M: f64 = 2500.0;
 
 /// The part of the needle that can meet a structure: from the entry (or the tip itself, in the air) to the tip.
 #[derive(Clone, Copy, Debug)]
@@ -279,11 +278,6 @@ impl Structure {
         let found = self.solid.project(parry_vector(&point_m.coords) - self.position, false);
         let at = found.point + self.position;
         NearestPlace { at_m: Point3::new(at.x, at.y, at.z), inside: found.is_inside }
-    }
-
-    /// Force of a bone on a tip that it holds, in N.
-    pub fn hold_force_n(hold: &Hold) -> Vector3<f64> {
-        hold.outward_m() * BONE_N_PER_M
     }
 
     /// Force on a needle's tip that is inside, in N: of bone, or of a wall that is still closed; 0 for anything else.

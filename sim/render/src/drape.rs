@@ -6,6 +6,7 @@ use glam::Vec3;
 
 use crate::camera::Camera;
 use crate::frame::{Frame, Stage};
+use crate::meshes::hub::needle_ends;
 use crate::placement::{BEHIND_M, HALF_WIDTH_M, Placement};
 use crate::scene_block::{casts, drape_m, lamp};
 
@@ -19,7 +20,7 @@ pub fn shaded_rows(stage: &Stage, frame: &Frame, place: &Placement, camera: &Cam
     if stage.patient(frame.view).is_some() {
         return 0..rows;
     }
-    let mut corners = place.needle_ends(stage, frame).to_vec();
+    let mut corners = needle_ends(stage, frame, place).to_vec();
     if casts(frame.fade) {
         corners.extend(block(stage, frame, place));
     }

@@ -3,7 +3,6 @@
 use glam::{Quat, Vec3};
 
 use crate::frame::{Frame, Stage};
-use crate::meshes::hub::HubForm;
 
 /// Half the width of the block, in m.
 pub const HALF_WIDTH_M: f32 = 0.088;
@@ -64,13 +63,6 @@ impl Placement {
     #[must_use]
     pub fn tip_depth_m(&self) -> f32 {
         (self.tip - self.focus).dot(self.axis)
-    }
-
-    /// Both ends of the needle, with what is on its hub, as if it were straight, in m.
-    #[must_use]
-    pub fn needle_ends(&self, stage: &Stage, frame: &Frame) -> [Vec3; 2] {
-        let end_m = HubForm::of(&stage.needle).ends_m(stage.needle.hub, frame.hub.open);
-        [self.tip, self.tip + self.needle * Vec3::Z * end_m]
     }
 
     /// A point of the block: to the right, away and up from the focus, in m.

@@ -97,7 +97,8 @@ impl SceneBlock {
         let section = f32::from(u8::from(frame.view == View::Section));
         let shadows = f32::from(u8::from(shadow_texels > 0 && section == 0.0));
         let light_clip_from_world = light(camera, lamp);
-        let [shade_tip, shade_end] = shade(&light_clip_from_world, camera, stage, (frame, place));
+        let [tip, shade_end] = shade(&light_clip_from_world, stage, frame, place);
+        let shade_tip = tip.truncate().extend(camera.extent_m);
         let punctures = latest(&frame.punctures);
         let depth_m = stage.depth_m();
         let touched = frame.touched.map_or(-1.0, |which| which as f32);
@@ -180,13 +181,12 @@ fn shadow_strength(fade: f32) -> f32 {
     if fade.is_finite() { 1.0 - smooth(fade / LET_THROUGH) } else { 1.0 }
 }
 
-/// The needle as the lamp sees it: its tip, and the end of what is on its hub, with the width of the lamp's frustum in m, and the share of its
-/// length at which the hub begins.
-fn shade(light_clip: &Mat4, camera: &Camera, stage: &Stage, (frame, place): (&Frame, &Placement)) -> [Vec4; 2] {
-    let [tip, end] = place.needle_ends(stage, frame).map(|at| light_clip.project_point3(at));
+/// The needle as the lamp sees it: its tip, and the end of what is on its hub, with the share of its length at which the hub begins.
+fn shade(light_clip: &Mat4, stage: &Stage, frame: &Frame, place: &Placement) -> [Vec4; 2] {
+    let [tip, end] = hub::needle_ends(stage, frame, place).map(|at| light_clip.project_point3(at));
     let form = HubForm::of(&stage.needle);
     let hub = form.begins_m / form.ends_m(stage.needle.hub, frame.hub.open);
-    [tip.extend(camera.extent_m), end.extend(hub)]
+    [tip.extend(0.0), end.extend(hub)]
 }
 
 /// What is seen at the hub: blood, way of the plunger, radius of the drop that hangs there, and how far another has fallen, in m.

@@ -243,7 +243,7 @@ fn structure_forces(
     let met = params.structures.iter().zip(&state.open_walls).zip(&scratch.meetings);
     let held = |structure: &Structure| params.bone_holds() && structure.kind() == StructureKind::Bone;
     for hold in state.holds.iter().flatten() {
-        bone_n += Structure::hold_force_n(hold);
+        bone_n += hold.force_n();
     }
     all_n += bone_n;
     for ((structure, &open), _) in met.filter(|((structure, _), meeting)| meeting.tip_inside && !held(structure)) {

@@ -1,8 +1,11 @@
 //! What is on a needle's hub, in the needle's own frame: the stylet's knob, or a syringe; and the drops that come from it.
 
+use glam::Vec3;
+
 use super::MeshShape;
 use super::lathe::{Point, turn, turn_smooth};
-use crate::frame::{DrawnNeedle, OnHub};
+use crate::frame::{DrawnNeedle, Frame, OnHub, Stage};
+use crate::placement::Placement;
 
 const KNOB: f32 = 4.0;
 /// A plunger goes in: its shader moves it.
@@ -30,6 +33,13 @@ pub struct HubForm {
     pub wide_m: f32,
     /// Room for the hub and the stylet's knob, in m.
     long_m: f32,
+}
+
+/// Both ends of the needle, with what is on its hub, as if it were straight, in m.
+#[must_use]
+pub fn needle_ends(stage: &Stage, frame: &Frame, place: &Placement) -> [Vec3; 2] {
+    let end_m = HubForm::of(&stage.needle).ends_m(stage.needle.hub, frame.hub.open);
+    [place.tip, place.tip + place.needle * Vec3::Z * end_m]
 }
 
 impl HubForm {
