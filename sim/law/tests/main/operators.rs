@@ -145,20 +145,26 @@ fn skills() -> [Skill; 3] {
     [Skill::novice(), Skill::intermediate(), Skill::expert()]
 }
 
-#[test]
-fn an_operator_that_meets_bone_wherever_it_goes_gives_up_and_comes_back() {
+/// What everybody does where bone is in the way wherever they go.
+fn against_a_wall(look: impl Fn(&Skill, u64, &[Tick])) {
     let wall = vec![bone([40.0, 40.0, 4.0], [0.0, 0.0, -18.0])];
     for skill in skills() {
         for seed in 0..SEEDS {
             let needle = DrivenNeedle::new(training_axial_spec(), wall.clone()).expect("a valid scene");
-            let ticks = perform(&mut Operator::skilled(&skill, &plan(), seed), needle);
-            let last = ticks.last().expect("ticks");
-            assert!(last.motion.done && !last.output.inside, "seed {seed}: it must not redirect for ever");
-            assert!(confirmed_x_m(&ticks) < 0.018, "seed {seed}: confirmed on the bone");
-            let entries = ticks.windows(2).filter(|pair| turns(pair)).count();
-            assert!(entries > 0, "seed {seed}: redirected");
+            look(&skill, seed, &perform(&mut Operator::skilled(&skill, &plan(), seed), needle));
         }
     }
+}
+
+#[test]
+fn an_operator_that_meets_bone_wherever_it_goes_gives_up_and_comes_back() {
+    against_a_wall(|_, seed, ticks| {
+        let last = ticks.last().expect("ticks");
+        assert!(last.motion.done && !last.output.inside, "seed {seed}: it must not redirect for ever");
+        assert!(confirmed_x_m(ticks) < 0.018, "seed {seed}: confirmed on the bone");
+        let entries = ticks.windows(2).filter(|pair| turns(pair)).count();
+        assert!(entries > 0, "seed {seed}: redirected");
+    });
 }
 
 /// Hardest push on bone, in N: with what a hand adds until it reacts, or brings along when it is thrown.
@@ -174,16 +180,11 @@ fn turns(pair: &[Tick]) -> bool {
 
 #[test]
 fn nobody_pushes_on_bone_harder_than_their_skill_says_or_turns_the_needle_inside_the_skin() {
-    let wall = vec![bone([40.0, 40.0, 4.0], [0.0, 0.0, -18.0])];
-    for skill in skills() {
-        for seed in 0..SEEDS {
-            let needle = DrivenNeedle::new(training_axial_spec(), wall.clone()).expect("a valid scene");
-            let ticks = perform(&mut Operator::skilled(&skill, &plan(), seed), needle);
-            let most_n = ticks.iter().map(|tick| tick.output.bone_n).fold(0.0, f64::max);
-            assert!(most_n < hardest_n(&skill), "seed {seed}: {most_n} N");
-            assert!(ticks.windows(2).all(|pair| !turns(pair) || !pair[1].output.inside), "seed {seed}: turned inside");
-        }
-    }
+    against_a_wall(|skill, seed, ticks| {
+        let most_n = ticks.iter().map(|tick| tick.output.bone_n).fold(0.0, f64::max);
+        assert!(most_n < hardest_n(skill), "seed {seed}: {most_n} N");
+        assert!(ticks.windows(2).all(|pair| !turns(pair) || !pair[1].output.inside), "seed {seed}: turned inside");
+    });
 }
 
 /// Bone pushes a tip out the shortest way, so that who pushes hard enough slips off it or comes through: a target counts where that was not done.
