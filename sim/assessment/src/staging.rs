@@ -93,7 +93,7 @@ impl<'a> Staging<'a> {
     pub fn new(bundle: &'a ExerciseBundle, session: &'a Session) -> Result<Self, SpecimenError> {
         let patient = Patient { thickness_mm: session.patient_thickness_mm.clone() };
         let specimen = Specimen::new(bundle.specimen_spec(&patient))?;
-        let path = documents::spec_along_path(specimen.spec().axial.clone(), bundle.exercise.angle_deg);
+        let path = documents::spec_along_path(specimen.spec().axial.clone(), &bundle.exercise.incidence());
         let unsound = soundness::find_unsound_ruptures(&path);
         match unsound.first() {
             Some(first) if bundle.scene.is_coupled() => Err(SpecimenError::Unsound(first.clone())),

@@ -68,7 +68,7 @@ fn find_worthless_act(tryout: &Tryout<'_>) -> Vec<(Phrase, f64, f64)> {
 
 /// Where the tip opens the skin of the nominal patient, in m along the needle.
 fn skin_m(tryout: &Tryout<'_>) -> f64 {
-    let axial = spec_along_path(tryout.specimen().spec().axial.clone(), tryout.bundle.exercise.angle_deg);
+    let axial = spec_along_path(tryout.specimen().spec().axial.clone(), &tryout.bundle.exercise.incidence());
     let mut ruptures = closed_form::predict_ruptures(&axial).into_iter();
     let skin = ruptures.find(|rupture| rupture.boundary == 0 && rupture.contactor == Contactor::Tip);
     skin.map_or(0.0, |rupture| rupture.x_m)

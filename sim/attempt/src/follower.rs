@@ -1,6 +1,6 @@
 //! The field of the tissue as it follows the needle.
 
-use law::puncture::{PunctureParams, PunctureScratch, PunctureState, held_path_factor, measure_intrusion, write_loads};
+use law::puncture::{PunctureParams, PunctureScratch, PunctureState, held_incidence, measure_intrusion, write_loads};
 use law::stance::settle_dents;
 use recording::rate::{Ticker, nanoseconds};
 use recording::{Follows, Tent};
@@ -78,7 +78,7 @@ impl<'a> FieldFollower<'a> {
 
     /// Takes the responses at the angle at which the needle is held to its line.
     fn lean(&mut self, state: &PunctureState) {
-        let cosine = held_path_factor(state).map(|path_factor| 1.0 / path_factor);
+        let cosine = held_incidence(state).map(|incidence| incidence.cosine());
         if cosine.is_some() && cosine != self.cosine {
             self.cosine = cosine;
             self.field.on_axis().write_at(cosine.unwrap_or(1.0), &mut self.on_axis);

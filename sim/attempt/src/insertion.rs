@@ -1,6 +1,6 @@
 //! Where the needle met the skin, and the axis that the law latched there.
 
-use law::puncture::path_factor;
+use law::{Incidence, Skin};
 use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
 use recording::sample::flags;
 use recording::{Event, EventKind, Recording, Sample};
@@ -19,10 +19,10 @@ pub struct Insertion {
 }
 
 impl Insertion {
-    /// 1/cos θ: how much longer the path through a layer is than the layer is thick, as the law has it.
+    /// How the needle met the layers under a skin, as the law has it.
     #[must_use]
-    pub fn path_factor(&self) -> f64 {
-        path_factor(&self.axis)
+    pub fn incidence(&self, skin: &Skin) -> Incidence {
+        skin.incidence(&self.entry_m, &self.axis)
     }
 }
 

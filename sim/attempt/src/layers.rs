@@ -43,14 +43,14 @@ pub(crate) fn tops_of_layers_m(thicknesses_m: impl IntoIterator<Item = f64>) -> 
 /// along the planned one where the needle never met the skin.
 #[must_use]
 pub fn span_layers(recording: &Recording, bundle: &ExerciseBundle) -> Vec<LayerSpan> {
-    let planned = || law::puncture::path_factor(&bundle.exercise.axis());
-    let factor = deepest_insertion(recording).map_or_else(planned, |(insertion, _)| insertion.path_factor());
-    let mut top_m = 0.0;
-    let spans = bundle.scene.layers.iter().zip(patient_thicknesses_m(recording, bundle)).map(|(layer, thickness_m)| {
-        let (begins_m, ends_m) = (top_m, top_m + thickness_m * factor);
-        top_m = ends_m;
+    let skin = &bundle.scene.skin_shape;
+    let planned = || bundle.exercise.incidence();
+    let incidence = deepest_insertion(recording).map_or_else(planned, |(insertion, _)| insertion.incidence(skin));
+    let mut boundaries_m = Vec::new();
+    incidence.lay_layers(patient_thicknesses_m(recording, bundle), &mut boundaries_m);
+    let spans = bundle.scene.layers.iter().zip(boundaries_m.windows(2)).map(|(layer, ends_m)| {
         let (name, texture) = (layer.name.clone(), layer.texture.clone());
-        LayerSpan { name, texture, top_mm: begins_m * 1e3, bottom_mm: ends_m * 1e3 }
+        LayerSpan { name, texture, top_mm: ends_m[0] * 1e3, bottom_mm: ends_m[1] * 1e3 }
     });
     spans.collect()
 }

@@ -1,6 +1,7 @@
 //! A needle that the force law alone holds, on a motion that is known beforehand: what `stylet force` computes.
 
 use documents::force_case::ForceCase;
+use law::Incidence;
 use law::axial::{self, AxialInput, AxialOutput, AxialParams, AxialScratch, AxialState, ParamError, Rupture};
 use law::soundness::{self, Unsound};
 
@@ -10,7 +11,7 @@ use crate::trajectory::AxialSample;
 #[derive(Debug)]
 pub struct LoneNeedle {
     params: AxialParams,
-    path_factor: f64,
+    incidence: Incidence,
     edge: [f64; 2],
 }
 
@@ -21,7 +22,11 @@ impl LoneNeedle {
     /// The first number that the law does not allow.
     pub fn new(case: ForceCase) -> Result<Self, ParamError> {
         let edge = [libm::cos(case.edge_rad), libm::sin(case.edge_rad)];
-        Ok(Self { params: AxialParams::new(case.spec)?, path_factor: 1.0 / libm::cos(case.angle_rad), edge })
+        Ok(Self {
+            params: AxialParams::new(case.spec)?,
+            incidence: Incidence::of_factor(1.0 / libm::cos(case.angle_rad)),
+            edge,
+        })
     }
 
     /// Ruptures that would create energy.
@@ -42,7 +47,7 @@ impl LoneNeedle {
         let (mut state, mut scratch) = (AxialState::new(&self.params), AxialScratch::new(&self.params));
         state.edge = self.edge;
         for sample in trajectory {
-            let input = AxialInput { t_s: sample.t_s, x_m: sample.x_m, path_factor: self.path_factor };
+            let input = AxialInput { t_s: sample.t_s, x_m: sample.x_m, incidence: self.incidence };
             let output = axial::step(&self.params, &mut state, &mut scratch, &input);
             tell(&sample, &output, &scratch.ruptures)?;
         }

@@ -14,6 +14,7 @@ pub mod error;
 pub mod estimates;
 mod force_law;
 mod hands;
+pub mod lumps;
 pub mod machine;
 mod mass_spring;
 pub mod needle;

@@ -1,5 +1,6 @@
 //! A needle in a hand: poses at 1 kHz, and what came of each.
 
+use law::Skin;
 use law::axial::{AxialSpec, ParamError};
 use law::operator::needle_pose;
 use law::puncture::{
@@ -43,13 +44,22 @@ impl DrivenNeedle {
         structures: Vec<StructureSpec>,
         needle_bending_n_m2: Option<f64>,
     ) -> Result<Self, ParamError> {
-        let params = PunctureParams::new(PunctureSpec {
+        Self::held_over(PunctureSpec {
             axial,
             lateral_stiffness_n_per_m2: 10_000.0,
             needle_length_m: 0.15,
             needle_bending_n_m2,
+            skin: Skin::Flat,
             structures,
-        })?;
+        })
+    }
+
+    /// A needle in the air over what a specification says.
+    ///
+    /// # Errors
+    /// As [`DrivenNeedle::new`].
+    pub fn held_over(spec: PunctureSpec) -> Result<Self, ParamError> {
+        let params = PunctureParams::new(spec)?;
         let (state, scratch) = (PunctureState::new(&params), PunctureScratch::new(&params));
         Ok(Self { params, state, scratch, tick: 0 })
     }

@@ -1,5 +1,6 @@
 //! The scenes of physics section 2, and the force law running on one trajectory.
 
+use law::Incidence;
 use law::axial::{
     AxialInput, AxialOutput, AxialParams, AxialScratch, AxialSpec, AxialState, Breakaway, Contactor, FibrousSheet,
     ForceLaw, Layer, LayerOptions, MaxwellBranch, ParamError, Rupture, RuptureCriterion, step, tense_stiffness_n_per_m,
@@ -170,8 +171,8 @@ pub struct AxialRun {
     pub state: AxialState,
     /// The last step's ruptures.
     pub scratch: AxialScratch,
-    /// 1/cos θ of the path.
-    pub path_factor: f64,
+    /// How the needle meets the layers.
+    pub incidence: Incidence,
 }
 
 impl AxialRun {
@@ -182,12 +183,12 @@ impl AxialRun {
     pub fn new(spec: AxialSpec) -> Result<Self, ParamError> {
         let params = AxialParams::new(spec)?;
         let (state, scratch) = (AxialState::new(&params), AxialScratch::new(&params));
-        Ok(Self { params, state, scratch, path_factor: 1.0 })
+        Ok(Self { params, state, scratch, incidence: Incidence::UPRIGHT })
     }
 
     /// One step, at a time in s and a displacement in m.
     pub fn step(&mut self, t_s: f64, x_m: f64) -> AxialOutput {
-        let input = AxialInput { t_s, x_m, path_factor: self.path_factor };
+        let input = AxialInput { t_s, x_m, incidence: self.incidence };
         step(&self.params, &mut self.state, &mut self.scratch, &input)
     }
 

@@ -229,6 +229,23 @@ fn the_operators_report_tells_hands_apart_at_every_shipped_exercise() {
 }
 
 #[test]
+fn skins_that_bend_claim_no_less_than_they_are_off() {
+    let folder = TempDir::new().expect("a folder");
+    stylet(&["bench", "lumps", "--quick", "--out", text(folder.path())]).ends(0);
+    let mut table = csv::Reader::from_path(folder.path().join("lumps.csv")).expect("a table");
+    let rows: Vec<csv::StringRecord> = table.records().map(|row| row.expect("a row")).collect();
+    let percent = |row: &csv::StringRecord, column: usize| -> f64 {
+        row[column].trim_end_matches(" %").parse().expect("a number")
+    };
+    assert_eq!(rows.len(), 2, "{rows:?}");
+    for row in &rows {
+        assert!(percent(row, 2) <= percent(row, 3), "{row:?}");
+    }
+    assert_eq!((&rows[0][1], &rows[1][1]), ("axisymmetric", "volumetric"), "{rows:?}");
+    assert!(percent(&rows[1], 4) > 2.0 * percent(&rows[1], 2), "flat layers are no better: {rows:?}");
+}
+
+#[test]
 fn bodies_have_the_published_dimensions_and_free_paths_between_their_processes() {
     let folder = TempDir::new().expect("a folder");
     stylet(&["bench", "anatomy", "--quick", "--out", text(folder.path())]).ends(0);

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use law::Incidence;
 use law::axial::{AxialSpec, Contactor};
 use law::soundness::{self, Unsound};
 use phrase::{Phrase, phrase};
@@ -13,6 +14,7 @@ use crate::load::{Document, ExerciseBundle, path_beside, read_document, read_fil
 use crate::model::Scene;
 use crate::patient::Patient;
 use crate::placing::list_misplaced;
+use crate::planned::PlannedNeedle;
 use crate::source::Source;
 use crate::walk::Walked;
 
@@ -29,28 +31,30 @@ pub struct Finding {
 
 impl Scene {
     /// Every unsound rupture, each once, in the first place that has it: the nominal patient, the thinnest and the thickest
-    /// of the spread, each met perpendicularly and at `angle_deg` to the surface normal.
+    /// of the spread, each met perpendicularly and as planned.
     ///
     /// # Errors
     /// When no model of a coupled tissue can be had.
-    pub fn soundness(&self, angle_deg: f64) -> Result<Vec<Finding>, FollowError> {
+    pub fn soundness(&self, planned: impl Into<PlannedNeedle>) -> Result<Vec<Finding>, FollowError> {
         let [thinnest, thickest] = Patient::extremes(self);
         let patients = [
             (phrase!("nominal"), Patient::nominal(self)),
             (phrase!("thinnest"), thinnest),
             (phrase!("thickest"), thickest),
         ];
-        let angles_deg = if angle_deg == 0.0 { vec![0.0] } else { vec![0.0, angle_deg] };
+        let planned = planned.into();
+        let upright = PlannedNeedle { angle_deg: 0.0, ..planned };
+        let ways = if planned.angle_deg == 0.0 { vec![upright] } else { vec![upright, planned] };
         let mut findings: Vec<Finding> = Vec::new();
         for (patient, drawn) in patients {
-            for &angle_deg in &angles_deg {
-                let axial = self.coupled_spec(&drawn, angle_deg)?;
-                for unsound in soundness::find_unsound_ruptures(&spec_along_path(axial, angle_deg)) {
+            for way in &ways {
+                let (axial, incidence) = (self.coupled_spec(&drawn, *way)?, way.incidence(&self.skin_shape));
+                for unsound in soundness::find_unsound_ruptures(&spec_along_path(axial, &incidence)) {
                     let is_same = |f: &Finding| {
                         (f.unsound.boundary, f.unsound.contactor) == (unsound.boundary, unsound.contactor)
                     };
                     if !findings.iter().any(is_same) {
-                        findings.push(Finding { patient: patient.clone(), angle_deg, unsound });
+                        findings.push(Finding { patient: patient.clone(), angle_deg: way.angle_deg, unsound });
                     }
                 }
             }
@@ -59,11 +63,14 @@ impl Scene {
     }
 }
 
-/// An axial law along a path at an angle to the surface normal, in degrees: every thickness is d/cos θ.
+/// An axial law along a needle's path: every layer is as thick as the needle finds it.
 #[must_use]
-pub fn spec_along_path(mut spec: AxialSpec, angle_deg: f64) -> AxialSpec {
-    let along = 1.0 / libm::cos(angle_deg.to_radians());
-    spec.layers.iter_mut().for_each(|layer| layer.thickness_m *= along);
+pub fn spec_along_path(mut spec: AxialSpec, incidence: &Incidence) -> AxialSpec {
+    let mut boundaries_m = Vec::new();
+    incidence.lay_layers(spec.layers.iter().map(|layer| layer.thickness_m), &mut boundaries_m);
+    for (layer, ends_m) in spec.layers.iter_mut().zip(boundaries_m.windows(2)) {
+        layer.thickness_m = ends_m[1] - ends_m[0];
+    }
     spec
 }
 
@@ -80,9 +87,9 @@ pub fn check_documents(path: &Path) -> Result<Document, DocumentError> {
 /// An issue for each unsound rupture in the scenes of a document that was read from `path`.
 fn list_unsound_layers(path: &Path, document: &Document) -> Result<Vec<Issue>, DocumentError> {
     let mut issues: Vec<Issue> = Vec::new();
-    for (path, scene, angle_deg) in list_scenes(path, document) {
+    for (path, scene, planned) in list_scenes(path, document) {
         let source = || Source::new(&path.display().to_string(), &read_file(&path)?);
-        for issue in unsound_issues(scene, angle_deg, source)? {
+        for issue in unsound_issues(scene, planned, source)? {
             let is_same = |i: &Issue| (&i.file, i.line, &i.field) == (&issue.file, issue.line, &issue.field);
             if !issues.iter().any(is_same) {
                 issues.push(issue);
@@ -92,13 +99,13 @@ fn list_unsound_layers(path: &Path, document: &Document) -> Result<Vec<Issue>, D
     Ok(issues)
 }
 
-/// Every scene of a document with its path, and the angle at which it is met.
-fn list_scenes<'d>(path: &Path, document: &'d Document) -> Vec<(PathBuf, &'d Scene, f64)> {
+/// Every scene of a document with its path, and how it is met.
+fn list_scenes<'d>(path: &Path, document: &'d Document) -> Vec<(PathBuf, &'d Scene, PlannedNeedle)> {
     let of_exercise = |path: &Path, bundle: &'d ExerciseBundle| {
-        (path_beside(path, &bundle.exercise.scene), &bundle.scene, bundle.exercise.angle_deg)
+        (path_beside(path, &bundle.exercise.scene), &bundle.scene, bundle.exercise.planned_needle())
     };
     match document {
-        Document::Scene(scene) => vec![(path.to_owned(), scene.as_ref(), 0.0)],
+        Document::Scene(scene) => vec![(path.to_owned(), scene.as_ref(), PlannedNeedle::default())],
         Document::Exercise(bundle) => vec![of_exercise(path, bundle)],
         Document::Curriculum(curriculum, bundles) => {
             let entries = curriculum.entries.iter().zip(bundles);
@@ -130,16 +137,16 @@ impl ExerciseBundle {
     /// When the document, read once already, is refused.
     pub fn unsound(&self) -> Result<Vec<Issue>, DocumentError> {
         let source = || Source::new("attached scene", &self.scene_bytes);
-        unsound_issues(&self.scene, self.exercise.angle_deg, source)
+        unsound_issues(&self.scene, self.exercise.planned_needle(), source)
     }
 }
 
 fn unsound_issues(
     scene: &Scene,
-    angle_deg: f64,
+    planned: PlannedNeedle,
     source: impl FnOnce() -> Result<Source, DocumentError>,
 ) -> Result<Vec<Issue>, DocumentError> {
-    let findings = scene.soundness(angle_deg);
+    let findings = scene.soundness(planned);
     let misplaced = list_misplaced(scene);
     if misplaced.is_empty() && findings.as_ref().is_ok_and(Vec::is_empty) {
         return Ok(Vec::new());

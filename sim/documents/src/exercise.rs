@@ -2,11 +2,13 @@
 
 use data_encoding::HEXLOWER;
 use law::operator::Plan;
+use law::{Incidence, Skin};
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::feedback::Feedback;
+use crate::planned::PlannedNeedle;
 use crate::wording::Wording;
 
 /// One line of a rubric: 100 % at `full`, 0 % at `zero`, linear between, clamped.
@@ -104,6 +106,8 @@ pub struct Exercise {
     pub scene: String,
     /// Planned entry on the skin, patient frame, in mm.
     pub entry_mm: [f64; 2],
+    /// The scene's skin as the force law has it: flat until the scene is read.
+    pub skin_shape: Skin,
     /// Planned angle to the surface normal, in degrees, 0 ≤ θ ≤ 60.
     pub angle_deg: f64,
     /// Direction the needle leans towards, from patient +x to +y, in degrees.
@@ -139,15 +143,32 @@ impl Exercise {
     /// The tip heads for the azimuth: at azimuth 0 an oblique needle goes in towards +x while its hub leans to −x.
     #[must_use]
     pub fn axis(&self) -> Vector3<f64> {
-        let (angle, azimuth) = (self.angle_deg.to_radians(), self.azimuth_deg.to_radians());
-        let sideways = libm::sin(angle);
-        Vector3::new(sideways * libm::cos(azimuth), sideways * libm::sin(azimuth), -libm::cos(angle))
+        self.planned_needle().axis(&self.skin_shape)
+    }
+
+    /// How the needle is planned to meet the layers.
+    #[must_use]
+    pub fn incidence(&self) -> Incidence {
+        self.planned_needle().incidence(&self.skin_shape)
+    }
+
+    /// How the needle is planned to go in.
+    #[must_use]
+    pub fn planned_needle(&self) -> PlannedNeedle {
+        let Self { entry_mm, angle_deg, azimuth_deg, .. } = *self;
+        PlannedNeedle { entry_mm, angle_deg, azimuth_deg }
+    }
+
+    /// A place as seen from the planned entry, in m: along the skin towards where the needle leans, along it to the left of that, and out of the body.
+    #[must_use]
+    pub fn from_entry_m(&self, place_m: &Point3<f64>) -> Point3<f64> {
+        self.planned_needle().from_entry_m(&self.skin_shape, place_m)
     }
 
     /// Planned entry, in m, patient frame.
     #[must_use]
     pub fn entry_m(&self) -> Point3<f64> {
-        Point3::new(self.entry_mm[0] * 1e-3, self.entry_mm[1] * 1e-3, 0.0)
+        self.planned_needle().entry_m(&self.skin_shape)
     }
 
     /// Planned position of the tip at the target, in m, patient frame.
@@ -161,6 +182,7 @@ impl Exercise {
     pub fn plan(&self) -> Plan {
         Plan {
             entry_m: self.entry_m(),
+            skin: self.skin_shape,
             axis: self.axis(),
             target_x_m: self.target_depth_mm * 1e-3,
             approach_m: 0.010,

@@ -6,6 +6,7 @@
 use std::ops::ControlFlow;
 
 use anatomy::{AnatomyPart, Body, BodyEntry, BodyOrder, BodyQuality, LayerOnPath, Level, Posture, Tissue};
+use law::Skin;
 use law::axial::MaxwellBranch;
 use law::structures::{StructureKind, Surface};
 use nalgebra::Vector3;
@@ -16,6 +17,7 @@ use toml::{Table, Value};
 use crate::describe::{LAYERS, one_of};
 use crate::feel::TissueFeel;
 use crate::mesh::write_stl;
+use crate::planned::PlannedNeedle;
 use crate::source::Files;
 use crate::walk::Walked;
 
@@ -36,15 +38,6 @@ const PARTS: [(&str, StructureKind); 4] = [
     ("vessels", StructureKind::Vessel),
     ("kidneys", StructureKind::Organ),
 ];
-
-/// How the needle is planned to go in, in the frame of the entry.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct PlannedNeedle {
-    /// Angle to the skin's normal, in degrees.
-    pub angle_deg: f64,
-    /// Where it leans to, in degrees.
-    pub azimuth_deg: f64,
-}
 
 /// `[anatomy]` of a scene.
 #[derive(Deserialize)]
@@ -126,22 +119,15 @@ impl SceneAnatomy {
         let body = Body::new(&BodyOrder { posture, seed, weight_kg, age_years })?;
         let [right_mm, head_mm] = self.offset_mm;
         let entry = body.enter(level, right_mm / 1e3, head_mm / 1e3);
-        let planned = PlannedNeedle { angle_deg: self.angle_deg, azimuth_deg: self.azimuth_deg };
-        let direction = planned.direction();
+        let planned =
+            PlannedNeedle { angle_deg: self.angle_deg, azimuth_deg: self.azimuth_deg, ..PlannedNeedle::default() };
+        let direction = planned.axis(&Skin::Flat);
         let met = to_canal(&body.list_layers_from(&entry, &direction, needle_mm / 1e3));
         let depth_m = met.last().map_or(0.0, |layer| layer.to_m);
         let layers = list_layers(&met, libm::cos(self.angle_deg.to_radians()));
         let exists = |word: &str| self.parts.as_ref().is_none_or(|parts| parts.iter().any(|part| part == word));
         let parts = PARTS.into_iter().filter(|(word, _)| exists(word)).map(|(_, kind)| kind).collect();
         Ok(EnteredBody { body, entry, direction, parts, planned, layers, depth_m })
-    }
-}
-
-impl PlannedNeedle {
-    fn direction(&self) -> Vector3<f64> {
-        let (sin, cos) = libm::sincos(self.angle_deg.to_radians());
-        let (across, along) = libm::sincos(self.azimuth_deg.to_radians());
-        Vector3::new(sin * along, sin * across, -cos)
     }
 }
 

@@ -4,6 +4,7 @@ use law::axial::{Contactor, MaxwellBranch};
 use tissue::follow::FollowError;
 
 use crate::model::Scene;
+use crate::planned::PlannedNeedle;
 
 /// What a tissue feels like, at the reference needle as all numbers of a layer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,14 +98,15 @@ impl TissueFeel {
 const MOST_ROUNDS: usize = 128;
 
 impl Scene {
-    /// Lowers each threshold whose rupture would give more than it takes to the largest that does not, at an angle to the surface normal
-    /// in degrees. Whether all are sound in the end.
+    /// Lowers each threshold whose rupture would give more than it takes to the largest that does not, of a needle that goes in as
+    /// planned. Whether all are sound in the end.
     ///
     /// # Errors
     /// When no model of a coupled tissue can be had.
-    pub fn lower_to_sound(&mut self, angle_deg: f64) -> Result<bool, FollowError> {
+    pub fn lower_to_sound(&mut self, planned: impl Into<PlannedNeedle>) -> Result<bool, FollowError> {
+        let planned = planned.into();
         for _ in 0..MOST_ROUNDS {
-            let findings = self.soundness(angle_deg)?;
+            let findings = self.soundness(planned)?;
             let Some(finding) = findings.first() else { return Ok(true) };
             let unsound = &finding.unsound;
             let layer = &mut self.layers[unsound.boundary];

@@ -13,11 +13,11 @@ use crate::curriculum::Curriculum;
 use crate::describe::{measure, one_of};
 use crate::error::{DocumentError, Issue, Remark};
 use crate::exercise::Exercise;
-use crate::expand::PlannedNeedle;
 use crate::instrument::Instrument;
 use crate::model::Scene;
 use crate::patient::Patient;
 use crate::picture::{self, PictureFile};
+use crate::planned::PlannedNeedle;
 use crate::read_curriculum::{NamedExercise, read_curriculum};
 use crate::read_exercise::{ExerciseParts, find_and_read, read_exercise};
 use crate::read_instrument::read_instrument;
@@ -102,7 +102,7 @@ impl ExerciseBundle {
     /// What an attempt at it is simulated with, and verified with: the scene for a patient, met at the exercise's angle.
     #[must_use]
     pub fn specimen_spec(&self, patient: &Patient) -> SpecimenSpec {
-        self.scene.specimen_spec(patient, self.exercise.angle_deg)
+        self.scene.specimen_spec(patient, self.exercise.planned_needle())
     }
 
     /// What a virtual operator intends at it, with the scene's needle in its hand.
@@ -201,6 +201,7 @@ impl ExerciseBundle {
         let ExerciseParts { exercise, scene, pictures } =
             read_exercise(source, read_scene, |parts: &SceneParts| &parts.scene, find_picture)?;
         let SceneParts { scene, bytes: scene_bytes, meshes, planned } = scene;
+        let exercise = Exercise { skin_shape: scene.skin_shape, ..exercise };
         let bundle = Self { exercise, scene, exercise_bytes, scene_bytes, meshes, pictures };
         let strayed = planned.map(|planned| list_strayed(&bundle.exercise, &planned)).unwrap_or_default();
         let issues = bundle.place(file, &strayed)?;
@@ -313,7 +314,7 @@ fn list_strayed(exercise: &Exercise, planned: &PlannedNeedle) -> Vec<Remark> {
     let mut remark = |field: &str, found: String, allowed: Phrase| {
         remarks.push(Remark { field: field.to_owned(), found: Phrase::Data(found), allowed });
     };
-    let PlannedNeedle { angle_deg, azimuth_deg } = *planned;
+    let PlannedNeedle { angle_deg, azimuth_deg, .. } = *planned;
     if (exercise.angle_deg - angle_deg).abs() > SAME_DEG {
         let allowed = phrase!("allowed: {angle}°, as the scene's anatomy has it", angle = angle_deg);
         remark("entry.angle_deg", measure(exercise.angle_deg, "°"), allowed);

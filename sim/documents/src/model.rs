@@ -1,9 +1,11 @@
 //! A scene: layers, needle, structures, tissue options.
 
+use law::Skin;
 use law::axial::ForceLaw;
 use law::structures::{StructureKind, StructureSpec};
 use nalgebra::Point3;
 use serde::Deserialize;
+use tissue::volumetric::Material;
 
 /// A layer as its author wrote it: at 2.0 mm diameter, diamond tip, lubrication 1, toughness 1.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -127,6 +129,8 @@ pub struct SceneStructure {
     pub spec: StructureSpec,
     /// File name of its mesh, for a mesh.
     pub mesh_file: Option<String>,
+    /// What it is made of, where the field knows it as something else than the layers around it.
+    pub elastic: Option<Material>,
 }
 
 impl SceneStructure {
@@ -137,7 +141,7 @@ impl SceneStructure {
     }
 }
 
-/// The skin's own shape. It is for the picture: to the force law the skin is the plane z = 0.
+/// A mesh of the skin. It is for the picture: to the force law the skin is [`Scene::skin_shape`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneSkin {
     /// Vertices, patient frame, in m.
@@ -178,8 +182,10 @@ pub struct Scene {
     pub rate: Option<law::axial::RateDependence>,
     /// Structures.
     pub structures: Vec<SceneStructure>,
-    /// The skin's own shape, where the scene brings one.
+    /// A mesh of the skin, where the scene brings one.
     pub skin: Option<SceneSkin>,
+    /// The skin as the force law and the field have it.
+    pub skin_shape: Skin,
     /// Tissue options.
     pub tissue: TissueOptions,
     /// Lower-case hexadecimal SHA-256 of the document's bytes.

@@ -1,5 +1,6 @@
 //! Whether structures lie in the body, and whether the skin lies as the force law takes it.
 
+use law::Skin;
 use law::structures::StructureSpec;
 use nalgebra::{Point3, Vector3};
 use phrase::{Phrase, phrase};
@@ -12,16 +13,16 @@ use crate::model::{Scene, SceneSkin};
 const OUT_M: f64 = 2e-3;
 /// So many corners of a structure are looked at.
 const CORNERS: usize = 400;
-/// Around the entry the picture has the skin flat, as the force law has, so far, in m.
+/// Around the entry the picture has the skin as the force law has, so far, in m.
 const FLAT_M: f64 = 16e-3;
 /// Cosine of the most that the skin may lean there: 12°, which makes a layer 2 % thicker along z. Our choice.
 const LEAST_COSINE: f64 = 0.978_147_600_733_805_6;
 
 /// What is wrong with the places of a scene's structures and skin.
 pub(crate) fn list_misplaced(scene: &Scene) -> Vec<Remark> {
-    let skin = scene.skin.as_ref();
+    let (skin, shape) = (scene.skin.as_ref(), &scene.skin_shape);
     let outside = scene.structures.iter().enumerate().filter_map(|(at, structure)| {
-        let (out_m, corner) = farthest_out(&structure.spec, skin)?;
+        let (out_m, corner) = farthest_out(&structure.spec, &|place| out_m(place, skin, shape))?;
         let [x, y, z] = [corner.x, corner.y, corner.z].map(|m| Phrase::number(m * 1e3, 1));
         Some(Remark {
             field: format!("structure[{at}].position_mm"),
@@ -40,25 +41,27 @@ pub(crate) fn list_misplaced(scene: &Scene) -> Vec<Remark> {
 }
 
 /// How far a structure stands out of the body, in m, and where; nothing where that is too little to tell.
-fn farthest_out(structure: &StructureSpec, skin: Option<&SceneSkin>) -> Option<(f64, Point3<f64>)> {
+fn farthest_out(structure: &StructureSpec, out_m: &dyn Fn(&Point3<f64>) -> f64) -> Option<(f64, Point3<f64>)> {
     let (corners, _) = structure.surface();
     let step = corners.len().div_ceil(CORNERS).max(1);
     let highest = corners.iter().max_by(|one, other| one.z.total_cmp(&other.z));
     let some = corners.iter().step_by(step).chain(highest);
-    let outs = some.map(|corner| (out_m(corner, skin), *corner)).filter(|(out_m, _)| *out_m > OUT_M);
+    let outs = some.map(|corner| (out_m(corner), *corner)).filter(|(out_m, _)| *out_m > OUT_M);
     outs.max_by(|one, other| one.0.total_cmp(&other.0))
 }
 
-/// How far a place is out of the body, in m; 0 inside. Where there is no skin above or below, the body ends at the plane z = 0.
-fn out_m(place: &Point3<f64>, skin: Option<&SceneSkin>) -> f64 {
-    let Some(skin) = skin else { return place.z.max(0.0) };
+/// How far a place is out of the body, in m; 0 inside. Where there is no skin above or below, the body ends at the skin of the
+/// force law.
+fn out_m(place: &Point3<f64>, skin: Option<&SceneSkin>, shape: &Skin) -> f64 {
+    let above_m = shape.height_m(place).max(0.0);
+    let Some(skin) = skin else { return above_m };
     // A little aside, lest the line through the place runs along an edge, which is in two triangles.
     let aside = place + Vector3::new(1.3e-9, 0.7e-9, 0.0);
     let heights: Vec<f64> =
         triangles(skin).filter_map(|corners| crossing(corners, &aside)).map(|(height, _)| height).collect();
     let above = heights.iter().filter(|height| **height > place.z).count();
     match (heights.is_empty(), above % 2) {
-        (true, _) => place.z.max(0.0),
+        (true, _) => above_m,
         (_, 1) => 0.0,
         _ => nearest_m(skin, place),
     }

@@ -1,5 +1,6 @@
 //! Reads an exercise with its scene: what relates its fields to each other and to the scene, then the typed document.
 
+use law::Skin;
 use phrase::{Phrase, phrase};
 use serde::Deserialize;
 use serde_json::Value;
@@ -189,6 +190,7 @@ fn exercise(raw: RawExercise, sha256: String) -> Exercise {
         briefing: raw.briefing.trimmed(),
         scene: raw.scene,
         entry_mm: raw.entry.point_mm,
+        skin_shape: Skin::Flat,
         angle_deg: raw.entry.angle_deg,
         azimuth_deg: raw.entry.azimuth_deg,
         target_depth_mm: raw.target.depth_mm,

@@ -1,15 +1,18 @@
 //! Reads a scene: what relates its fields and meshes to each other, then the typed document.
 
+use law::Skin;
 use law::axial::{ForceLaw, RateDependence};
 use law::structures::{Shape, StructureKind, StructureSpec, Wall};
 use nalgebra::{Point3, Vector3};
 use phrase::{Phrase, phrase};
 use serde::Deserialize;
+use tissue::volumetric::Material;
 
 use crate::describe::{SCENE, measure};
 use crate::error::DocumentError;
-use crate::expand::{PlannedNeedle, SceneAnatomy, check_expandable};
+use crate::expand::{SceneAnatomy, check_expandable};
 use crate::model::{Needle, Scene, SceneLayer, SceneStructure, TissueOptions};
+use crate::planned::PlannedNeedle;
 use crate::read_anatomy::{Anatomy, read_anatomy};
 use crate::read_options::check_options;
 use crate::source::{Files, Find, Source};
@@ -27,6 +30,7 @@ struct RawScene {
     layer: Vec<SceneLayer>,
     needle: Needle,
     rate: Option<RawRate>,
+    skin: Option<RawSkin>,
     structure: Vec<RawStructure>,
     tissue: TissueOptions,
 }
@@ -35,6 +39,15 @@ struct RawScene {
 struct RawRate {
     p_infinity_n: f64,
     v0_mm_per_s: f64,
+}
+
+#[derive(Deserialize)]
+struct RawSkin {
+    shape: String,
+    #[serde(default)]
+    radius_mm: f64,
+    #[serde(default)]
+    along_deg: f64,
 }
 
 #[derive(Deserialize)]
@@ -52,6 +65,8 @@ struct RawStructure {
     file: Option<String>,
     wall_stiffness_n_per_m: Option<f64>,
     wall_rupture_n: Option<f64>,
+    youngs_modulus_pa: Option<f64>,
+    poisson_ratio: Option<f64>,
 }
 
 /// A scene as it was read.
@@ -85,6 +100,8 @@ pub(crate) fn read_scene(source: Source, find: Find<'_>) -> Result<ReadScene, Do
     check_speed_window(&mut doc);
     check_options(&mut doc);
     check_walls(&mut doc);
+    check_elastic(&mut doc);
+    check_skin(&mut doc);
     check_tissue(&mut doc);
     let shapes = read_anatomy(&mut doc, find);
     // Told where the document names the anatomy, should it come to nothing.
@@ -140,6 +157,7 @@ fn scene(raw: RawScene, shapes: Anatomy, sha256: String) -> Scene {
         rate,
         structures,
         skin: shapes.skin,
+        skin_shape: raw.skin.as_ref().map_or(Skin::Flat, skin_shape),
         tissue: raw.tissue,
         sha256,
     }
@@ -224,6 +242,86 @@ fn check_walls(doc: &mut Walked) {
     }
 }
 
+/// What can lie in the layers and be of another stiffness is round: a field knows no other.
+fn check_elastic(doc: &mut Walked) {
+    for (at, structure) in doc.tables("structure").into_iter().enumerate() {
+        let [modulus, ratio] = ["youngs_modulus_pa", "poisson_ratio"].map(|key| structure[key].as_f64());
+        if let (None, Some(_)) = (modulus, ratio) {
+            let allowed = phrase!("needed with poisson_ratio: Young's modulus in Pa");
+            doc.refuse(&format!("structure[{at}].youngs_modulus_pa"), phrase!("missing"), allowed);
+        }
+        let shape = structure["shape"].as_str().unwrap_or_default();
+        if let Some(modulus) = modulus.filter(|_| ["box", "mesh"].contains(&shape)) {
+            let allowed = phrase!("allowed: nothing for a {shape}; a sphere and a capsule may have one", shape = shape);
+            doc.refuse(&format!("structure[{at}].youngs_modulus_pa"), Phrase::Data(measure(modulus, "Pa")), allowed);
+        }
+    }
+}
+
+/// A body is as thick as its layers, so a skin is bent around at least so much, in parts of their thickness.
+const LEAST_BEND: f64 = 1.25;
+
+/// A skin has a mesh, a radius, or both; a radius needs what it is of and goes around the layers.
+fn check_skin(doc: &mut Walked) {
+    if !doc.is_written("skin") {
+        return;
+    }
+    let skin = doc.value["skin"].clone();
+    let shape = skin["shape"].as_str().unwrap_or_default().to_owned();
+    let is_flat = shape == "flat";
+    for (field, is_needed) in [("skin.file", is_flat), ("skin.unit", is_flat || doc.is_written("skin.file"))] {
+        if is_needed && !doc.is_written(field) {
+            doc.refuse(
+                field,
+                phrase!("missing"),
+                phrase!("needed by a skin that is a mesh; shape and radius_mm bend one without"),
+            );
+        }
+    }
+    let thickest = |layer: &serde_json::Value| {
+        ["thickness_mm", "thickness_spread_mm"].iter().filter_map(|key| layer[*key].as_f64()).sum::<f64>()
+    };
+    let least_mm = LEAST_BEND * doc.tables("layer").iter().map(thickest).sum::<f64>();
+    match (is_flat, skin["radius_mm"].as_f64()) {
+        (false, None) if !doc.is_written("skin.radius_mm") => {
+            doc.refuse("skin.radius_mm", phrase!("missing"), phrase!("a {shape} needs it", shape = shape.as_str()));
+        }
+        (true, Some(radius_mm)) => {
+            let allowed = phrase!("allowed: nothing for a flat skin; shape = \"sphere\" and \"cylinder\" have one");
+            doc.refuse("skin.radius_mm", Phrase::Data(measure(radius_mm, "mm")), allowed);
+        }
+        (false, Some(radius_mm)) if radius_mm < least_mm => {
+            let allowed = phrase!(
+                "allowed: at least {least} mm, {times} times the layers of the thickest patient",
+                least = Phrase::number(least_mm, 1),
+                times = LEAST_BEND
+            );
+            doc.refuse("skin.radius_mm", Phrase::Data(measure(radius_mm, "mm")), allowed);
+        }
+        _ => {}
+    }
+    if let Some(along_deg) =
+        skin["along_deg"].as_f64().filter(|_| shape != "cylinder" && doc.is_written("skin.along_deg"))
+    {
+        let allowed = phrase!("allowed: nothing but for a cylinder, whose line it turns");
+        doc.refuse("skin.along_deg", Phrase::Data(measure(along_deg, "°")), allowed);
+    }
+}
+
+fn skin_shape(raw: &RawSkin) -> Skin {
+    let radius_m = raw.radius_mm / 1e3;
+    match raw.shape.as_str() {
+        "sphere" => Skin::Sphere { radius_m },
+        "cylinder" => Skin::Cylinder { radius_m, along_rad: raw.along_deg.to_radians() },
+        _ => Skin::Flat,
+    }
+}
+
+/// Density of what lies in the layers, in kg/m³. No field of an attempt moves by its mass.
+const DENSITY_KG_PER_M3: f64 = 1050.0;
+/// Poisson ratio of it where the scene states none.
+const POISSON_RATIO: f64 = 0.45;
+
 /// Only a field can set the boundaries' stiffness.
 fn check_tissue(doc: &mut Walked) {
     let tissue = &doc.value["tissue"];
@@ -243,9 +341,15 @@ fn structure(raw: RawStructure, mesh: Option<Shape>) -> SceneStructure {
     let position_m = Point3::from(metres(raw.position_mm));
     let wall = raw.wall_stiffness_n_per_m.zip(raw.wall_rupture_n);
     let wall = wall.map(|(stiffness_n_per_m, rupture_n)| Wall { stiffness_n_per_m, rupture_n });
+    let elastic = raw.youngs_modulus_pa.map(|youngs_modulus_pa| Material {
+        youngs_modulus_pa,
+        poisson_ratio: raw.poisson_ratio.unwrap_or(POISSON_RATIO),
+        density_kg_per_m3: DENSITY_KG_PER_M3,
+    });
     SceneStructure {
         spec: StructureSpec { name: raw.name, kind: raw.kind, shape, position_m, wall },
         mesh_file: raw.file,
+        elastic,
     }
 }
 

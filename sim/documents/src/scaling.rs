@@ -12,6 +12,7 @@ use tissue::SpecimenSpec;
 
 use crate::model::{Needle, Scene, SceneFibres, SceneLayer, SceneLayerOptions};
 use crate::patient::Patient;
+use crate::planned::PlannedNeedle;
 
 /// Diameter at which the scenes' numbers hold, in mm.
 const REFERENCE_DIAMETER_MM: f64 = 2.0;
@@ -148,12 +149,12 @@ impl Needle {
 }
 
 impl Scene {
-    /// The specification of a patient to puncture, scaled for the needle and the tissue, in SI; its field is that of a needle at an
-    /// angle to the surface normal, in degrees: the exercise's.
+    /// The specification of a patient to puncture, scaled for the needle and the tissue, in SI; its field is that of a needle that
+    /// goes in as planned.
     #[must_use]
-    pub fn specimen_spec(&self, patient: &Patient, angle_deg: f64) -> SpecimenSpec {
+    pub fn specimen_spec(&self, patient: &Patient, planned: impl Into<PlannedNeedle>) -> SpecimenSpec {
         let puncture = self.puncture_spec(patient);
-        SpecimenSpec { tissue: self.tissue_under(&puncture.axial, angle_deg), puncture }
+        SpecimenSpec { tissue: self.tissue_under(&puncture.axial, &planned.into()), puncture }
     }
 
     /// The law's part of it, with the scene's own stiffnesses.
@@ -164,6 +165,7 @@ impl Scene {
             lateral_stiffness_n_per_m2: self.needle.lateral_stiffness_n_per_m2,
             needle_length_m: self.needle.length_mm / 1e3,
             needle_bending_n_m2: self.needle.bending_n_m2(),
+            skin: self.skin_shape,
             structures: self.structures.iter().map(|s| s.spec.clone()).collect(),
         }
     }

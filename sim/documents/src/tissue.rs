@@ -1,27 +1,32 @@
 //! From a scene to the tissue that its field is made of.
 
+use law::Skin;
 use law::axial::AxialSpec;
+use law::structures::Shape;
+use nalgebra::Point3;
 use tissue::follow::{Field, FollowError, TissueSpec, recoil_time_s};
+use tissue::volumetric::{Inclusion, InclusionShape};
 use tissue::{ElasticLayer, Judging, Model, Slab};
 
-use crate::model::{Scene, SceneLayer};
+use crate::model::{Scene, SceneLayer, SceneStructure};
 use crate::patient::Patient;
+use crate::planned::PlannedNeedle;
 
 /// A patient's body is held this far from the needle, in m. The field models only what the needle moves of it.
 const BODY_RADIUS_M: f64 = 0.25;
 
 impl Scene {
-    /// The tissue of a patient under a needle at an angle to the surface normal, in degrees, in SI; none where the scene names no model, or no layer of the patient has a thickness.
+    /// The tissue of a patient under a needle that goes in as planned, in SI; none where the scene names no model, or no layer of the patient has a thickness.
     ///
     /// Young's modulus is that of a flat punch with the needle's footprint, E = k(1 − ν²)/(2a) with the needle's own k and
     /// a = D/2, unless the scene states it (physics section 4). Since k goes with D, E does not depend on the needle.
     #[must_use]
-    pub fn tissue_spec(&self, patient: &Patient, angle_deg: f64) -> Option<TissueSpec> {
-        self.tissue_under(&self.axial_spec(patient), angle_deg)
+    pub fn tissue_spec(&self, patient: &Patient, planned: impl Into<PlannedNeedle>) -> Option<TissueSpec> {
+        self.tissue_under(&self.axial_spec(patient), &planned.into())
     }
 
     /// The tissue of layers that were scaled for the needle.
-    pub(crate) fn tissue_under(&self, axial: &AxialSpec, angle_deg: f64) -> Option<TissueSpec> {
+    pub(crate) fn tissue_under(&self, axial: &AxialSpec, planned: &PlannedNeedle) -> Option<TissueSpec> {
         if self.tissue.model == "none" || axial.layers.iter().all(|layer| layer.thickness_m <= 0.0) {
             return None;
         }
@@ -45,7 +50,9 @@ impl Scene {
             boundaries_m: slab.boundaries_m(),
             slab: slab.solid(),
             load_radius_m,
-            tilt_rad: angle_deg.to_radians(),
+            tilt_rad: planned.angle_deg.to_radians(),
+            skin: self.skin_under(planned),
+            inclusions: self.list_inclusions(planned),
             model: model(&self.tissue.model),
             tolerance: self.tissue.tolerance,
             judging: Judging::default(),
@@ -55,16 +62,46 @@ impl Scene {
     }
 
     /// The axial law of a patient with the stiffnesses that it uses: the scene's, or those of the field where it is coupled,
-    /// under a needle at an angle to the surface normal, in degrees.
+    /// under a needle that goes in as planned.
     ///
     /// # Errors
     /// When no model of a coupled tissue can be had.
-    pub fn coupled_spec(&self, patient: &Patient, angle_deg: f64) -> Result<AxialSpec, FollowError> {
+    pub fn coupled_spec(&self, patient: &Patient, planned: impl Into<PlannedNeedle>) -> Result<AxialSpec, FollowError> {
         let mut axial = self.axial_spec(patient);
-        if let Some(tissue) = self.tissue_under(&axial, angle_deg).filter(|tissue| tissue.coupled) {
+        if let Some(tissue) = self.tissue_under(&axial, &planned.into()).filter(|tissue| tissue.coupled) {
             Field::new(&tissue)?.couple(&mut axial);
         }
         Ok(axial)
+    }
+
+    /// The skin in the frame of a planned entry, whose x is where the needle leans to.
+    fn skin_under(&self, planned: &PlannedNeedle) -> Skin {
+        match (self.skin_shape, self.skin_shape.line()) {
+            (Skin::Cylinder { radius_m, .. }, Some(line)) => {
+                let frame = planned.frame(&self.skin_shape);
+                Skin::Cylinder { radius_m, along_rad: libm::atan2(line.dot(&frame.side), line.dot(&frame.lean)) }
+            }
+            (skin, _) => skin,
+        }
+    }
+
+    /// What lies in the layers and is made of something else, in the frame of a planned entry.
+    fn list_inclusions(&self, planned: &PlannedNeedle) -> Vec<Inclusion> {
+        let within = |place: Point3<f64>| planned.from_entry_m(&self.skin_shape, &place);
+        let inclusion = |structure: &SceneStructure| {
+            let at_m = structure.spec.position_m;
+            let shape = match structure.spec.shape {
+                Shape::Sphere { radius_m } => InclusionShape::Sphere { centre_m: within(at_m), radius_m },
+                Shape::Capsule { half_axis_m, radius_m } => InclusionShape::Capsule {
+                    from_m: within(at_m - half_axis_m),
+                    to_m: within(at_m + half_axis_m),
+                    radius_m,
+                },
+                Shape::Box { .. } | Shape::Mesh { .. } => return None,
+            };
+            Some(Inclusion { shape, material: structure.elastic? })
+        };
+        self.structures.iter().filter_map(inclusion).collect()
     }
 
     /// Whether the field sets the stiffness of the boundaries.

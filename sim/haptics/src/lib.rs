@@ -27,7 +27,7 @@
 //! #     breakaway: None,
 //! # };
 //! # let spec = PunctureSpec { axial, lateral_stiffness_n_per_m2: 1e4, needle_length_m: 0.15, needle_bending_n_m2: None,
-//! #     structures: Vec::new() };
+//! #     skin: law::Skin::Flat, structures: Vec::new() };
 //! let params = Arc::new(PunctureParams::new(spec)?);
 //! let rate_hz = 1000.0;
 //! // A hand that the mouse moves. A real device would be opened here.

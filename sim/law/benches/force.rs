@@ -4,6 +4,7 @@ use std::hint::black_box;
 
 use bench::scenes::{optioned_axial_spec, training_axial_spec};
 use criterion::{Criterion, criterion_group, criterion_main};
+use law::Incidence;
 use law::axial::{AxialInput, AxialParams, AxialScratch, AxialSpec, AxialState, step};
 use law::operator::needle_pose;
 use law::puncture::{PunctureInput, PunctureParams, PunctureScratch, PunctureSpec, PunctureState};
@@ -31,7 +32,8 @@ fn time_steps(criterion: &mut Criterion, name: &str, spec: AxialSpec) {
             if tick % 8000 == 0 {
                 (state.tip_open, state.rim_open, state.deepest_m) = (0, 0, 0.0);
             }
-            let input = AxialInput { t_s: f64::from(tick) * 1e-3, x_m: displacement_m(tick), path_factor: 1.0 };
+            let input =
+                AxialInput { t_s: f64::from(tick) * 1e-3, x_m: displacement_m(tick), incidence: Incidence::UPRIGHT };
             tick += 1;
             step(black_box(&params), &mut state, &mut scratch, black_box(&input))
         });
@@ -45,6 +47,7 @@ fn puncture(criterion: &mut Criterion) {
         lateral_stiffness_n_per_m2: 10_000.0,
         needle_length_m: 0.15,
         needle_bending_n_m2: None,
+        skin: law::Skin::Flat,
         structures: vec![],
     };
     let cases = [

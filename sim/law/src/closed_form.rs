@@ -1,6 +1,7 @@
 //! Closed forms of physics that the tests and the documents quote: rupture positions and forces of a monotonic insertion.
 
 use crate::axial::{AxialSpec, Contactor, Open, PLAIN_EDGE, Path, RuptureCriterion, lay_boundaries};
+use crate::skin::Incidence;
 
 /// A rupture predicted in closed form.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,8 +39,8 @@ pub fn predict_held_ruptures(spec: &AxialSpec, held: f64) -> Vec<PredictedRuptur
     let plain = spec.has_sheets().then(|| spec.under_edge(PLAIN_EDGE));
     let spec = plain.as_ref().unwrap_or(spec);
     let mut boundaries_m = Vec::with_capacity(spec.layers.len() + 1);
-    lay_boundaries(&spec.layers, 1.0, &mut boundaries_m);
-    let path = Path::new(spec, &boundaries_m, 1.0);
+    lay_boundaries(&spec.layers, &Incidence::UPRIGHT, &mut boundaries_m);
+    let path = Path::new(spec, &boundaries_m, Incidence::UPRIGHT);
     let events = predict_positions(spec, &boundaries_m, held);
     let mut open = Open { tip: 0, rim: 0 };
     let mut predicted = Vec::with_capacity(events.len());

@@ -9,6 +9,7 @@
 
 use crate::axial::{AxialSpec, Contactor, Open, PLAIN_EDGE, Path, lay_boundaries};
 use crate::closed_form::{Opening, predict_positions};
+use crate::skin::Incidence;
 
 /// A needle on its way along a curve.
 struct Walk<'p> {
@@ -27,11 +28,11 @@ pub fn quasistatic_forces_n(spec: &AxialSpec, track_m: &[f64]) -> Vec<f64> {
     let plain = spec.has_sheets().then(|| spec.under_edge(PLAIN_EDGE));
     let spec = plain.as_ref().unwrap_or(spec);
     let mut boundaries_m = Vec::with_capacity(spec.layers.len() + 1);
-    lay_boundaries(&spec.layers, 1.0, &mut boundaries_m);
+    lay_boundaries(&spec.layers, &Incidence::UPRIGHT, &mut boundaries_m);
     let events = predict_positions(spec, &boundaries_m, 0.0);
     let mut ahead = events.iter().peekable();
     let mut walk = Walk {
-        path: Path::new(spec, &boundaries_m, 1.0),
+        path: Path::new(spec, &boundaries_m, Incidence::UPRIGHT),
         presliding_n_per_m: spec.presliding_stiffness_n_per_m,
         open: Open { tip: 0, rim: 0 },
         x_m: track_m.first().map_or(0.0, |first| first.min(0.0)),

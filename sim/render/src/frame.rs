@@ -1,4 +1,4 @@
-//! What a picture is of: plain data, in SI units and the patient frame (skin at z = 0, the body below, x to the right, y away).
+//! What a picture is of: plain data, in SI units and the patient frame (skin at z = 0 or touching it, the body below, x to the right, y away).
 //!
 //! A [`Stage`] is constant for an attempt and goes to the graphics card once; a [`Frame`] is one moment of it.
 
@@ -19,7 +19,9 @@ pub struct Stage {
     pub axis: [f32; 3],
     /// Where the tip should come to rest, in m; none where that is not to be seen.
     pub target_m: Option<[f32; 3]>,
-    /// The skin's own shape, where the scene brings one; flat without. One that is closed is a whole patient.
+    /// How skin and layers bend.
+    pub bend: DrawnBend,
+    /// A mesh of the skin, where the scene brings one. One that is closed is a whole patient.
     pub skin: Option<Mesh>,
 }
 
@@ -36,6 +38,51 @@ impl Stage {
         self.skin.as_ref().filter(|_| view == View::Patient)
     }
 }
+
+/// How skin and layers bend away from z = 0, which the skin touches at the origin.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum DrawnBend {
+    /// They do not.
+    #[default]
+    Flat,
+    /// Concentric with a sphere of this radius, in m.
+    Sphere(f32),
+    /// Concentric with a cylinder.
+    Cylinder {
+        /// Radius, in m.
+        radius_m: f32,
+        /// Direction of its line in the plane z = 0, of unit length.
+        line: [f32; 2],
+    },
+}
+
+impl DrawnBend {
+    /// Four numbers for the shaders: the radius in m, 0 where nothing bends; the line's direction; 1 for a cylinder.
+    #[must_use]
+    pub fn packed(&self) -> [f32; 4] {
+        match *self {
+            Self::Flat => [0.0; 4],
+            Self::Sphere(radius_m) => [radius_m, 0.0, 0.0, 0.0],
+            Self::Cylinder { radius_m, line: [x, y] } => [radius_m, x, y, 1.0],
+        }
+    }
+
+    /// Height of the skin at a place in plan, in m. `bent` in `scene.wgsl` does the same for every layer.
+    #[must_use]
+    pub fn height_m(&self, place: [f32; 2]) -> f32 {
+        let [radius_m, x, y, is_cylinder] = self.packed();
+        if radius_m <= 0.0 {
+            return 0.0;
+        }
+        let along = is_cylinder * (place[0] * x + place[1] * y);
+        let aside = place[0] * place[0] + place[1] * place[1] - along * along;
+        let least = STEEPEST * radius_m;
+        (radius_m * radius_m - aside).max(least * least).sqrt() - radius_m
+    }
+}
+
+/// Where a layer has fallen to this share of its radius it falls no farther: a picture shows the neighbourhood of an entry, not a whole ball.
+const STEEPEST: f32 = 0.5;
 
 /// A layer.
 #[derive(Clone, Debug, Default, PartialEq)]

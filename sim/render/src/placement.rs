@@ -47,15 +47,17 @@ impl Placement {
         let away = Vec3::Z.cross(across);
         let needle = unit(frame.orientation);
         let tip = finite(Vec3::from(frame.tip_m)) + finite(Vec3::from(frame.bend_m));
-        let near = if frame.entry_m.is_some() { 1.0 } else { smooth(1.0 - tip.z / NEAR_M) };
+        let above_m = tip.z - stage.bend.height_m([tip.x, tip.y]);
+        let near = if frame.entry_m.is_some() { 1.0 } else { smooth(1.0 - above_m / NEAR_M) };
         let planned_entry = Vec3::from(stage.entry_m);
         let axis = planned.lerp(down_or(needle * Vec3::Z), near).normalize();
         // Where the needle's line meets the skin, which a hand may have pulled aside since it went in.
-        let wanted = if frame.entry_m.is_some() { tip - axis * (tip.z / axis.z) } else { tip };
+        let wanted = if frame.entry_m.is_some() { meet_skin(stage, tip, axis) } else { tip };
         let off = ((wanted - planned_entry) * near * Vec3::new(1.0, 1.0, 0.0)).clamp_length_max(FOLLOWS_M);
         let down = (axis - across * axis.dot(across)) / -axis.z;
         let cut = -across.cross(down).normalize();
-        let focus = planned_entry * Vec3::new(1.0, 1.0, 0.0) + off;
+        let plan = planned_entry * Vec3::new(1.0, 1.0, 0.0) + off;
+        let focus = plan + Vec3::Z * stage.bend.height_m([plan.x, plan.y]);
         Self { focus, across, away, down, cut, axis, needle, tip, near }
     }
 
@@ -71,6 +73,16 @@ impl Placement {
         self.focus + self.across * right + self.away * away + Vec3::Z * up
     }
 }
+
+/// Where a needle's line meets the skin.
+fn meet_skin(stage: &Stage, tip: Vec3, axis: Vec3) -> Vec3 {
+    let at_level = |level_m: f32| tip + axis * ((level_m - tip.z) / axis.z);
+    let nearer = |place: Vec3, _| at_level(stage.bend.height_m([place.x, place.y]));
+    (0..MEETINGS).fold(at_level(0.0), nearer)
+}
+
+/// So often a place on the skin is corrected by the height there: a needle that may be followed is steeper than the skin.
+const MEETINGS: usize = 4;
 
 /// A rotation; none instead of numbers that are none.
 #[must_use]

@@ -1,20 +1,20 @@
-//! The skin's own shape: a lower back, or what the scene brings.
+//! The skin's own shape beside what it bends: a lower back, or what the scene brings.
 
 use glam::{Vec2, Vec3};
 
-use crate::frame::{Mesh, Stage};
+use crate::frame::{DrawnBend, Mesh, Stage};
 use crate::placement::smooth;
 
 /// Samples a side of the shape.
 pub const SAMPLES: usize = 129;
 /// Half the extent of the shape, in m.
 pub const HALF_M: f32 = 0.16;
-/// Around the entry the skin is flat up to this distance, in m: the force law's skin is a plane.
+/// Around the entry the skin is up to this distance what the force law has, in m.
 const FLAT_M: f32 = 0.016;
 /// From this distance on, in m, it has its full shape.
 const SHAPED_M: f32 = 0.075;
 
-/// Height above z = 0 around the planned entry (m) and its slope in x and y, row by row from low y to high.
+/// Height above the skin of the force law around the planned entry (m) and its slope in x and y, row by row from low y to high.
 #[must_use]
 pub fn shape(stage: &Stage) -> Vec<[f32; 4]> {
     let heights = heights(stage);
@@ -37,7 +37,9 @@ fn heights(stage: &Stage) -> Vec<f32> {
     for y in 0..SAMPLES {
         for x in 0..SAMPLES {
             let off = Vec2::new(place(x), place(y));
-            let height = own.as_ref().map_or_else(|| lower_back(off), |raster| raster.heights[y * SAMPLES + x]);
+            let bent = stage.bend.height_m([entry.x + off.x, entry.y + off.y]);
+            let made_up = || if stage.bend == DrawnBend::Flat { lower_back(off) } else { 0.0 };
+            let height = own.as_ref().map_or_else(made_up, |raster| raster.heights[y * SAMPLES + x] - bent);
             heights.push(height * smooth((off.length() - FLAT_M) / (SHAPED_M - FLAT_M)));
         }
     }

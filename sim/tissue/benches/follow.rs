@@ -34,6 +34,8 @@ fn tissue(axial: &AxialSpec) -> TissueSpec {
         slab,
         load_radius_m: 0.001,
         tilt_rad: 0.0,
+        skin: law::Skin::Flat,
+        inclusions: Vec::new(),
         model: None,
         tolerance: 0.05,
         judging: Judging::default(),
@@ -48,6 +50,7 @@ fn coupled(criterion: &mut Criterion) {
         lateral_stiffness_n_per_m2: 10_000.0,
         needle_length_m: 0.15,
         needle_bending_n_m2: None,
+        skin: law::Skin::Flat,
         structures: vec![],
     };
     let spec = SpecimenSpec { tissue: Some(tissue(&puncture.axial)), puncture };

@@ -22,7 +22,7 @@ pub const PYRAMID: &str = "pyramid.f64";
 /// Where the replay of a recording lies, by its hash.
 #[must_use]
 pub fn folder_of(config: &Config, recording_sha256: &str) -> PathBuf {
-    config.replays_dir().join(format!("{recording_sha256}-5"))
+    config.replays_dir().join(format!("{recording_sha256}-6"))
 }
 
 /// Makes the replay of a recording: all of it under another name first, so that what is there under its own name is whole. Blocks.

@@ -13,6 +13,8 @@ const STEPS = 48;
 // The cut follows the needle when its tip is this close to the skin, and no farther than this from the plan, in mm.
 const NEAR = 12;
 const FOLLOWS = 30;
+// Where a layer has fallen to this share of its radius it falls no farther, as in the simulator's own picture.
+const STEEPEST = 0.5;
 const VIEWS = {
   whole: { turn: 0.32, rise: 0.24, distance: 1.75 },
   side: { turn: 0, rise: 0.04, distance: 1.65 },
@@ -108,7 +110,17 @@ export class Scene {
   // A place by its way along the cut, behind it, and down, in mm. The cut leans with the needle, which so lies in it.
   place(across, behind, down) {
     const away = behind + this.cut.off + this.cut.slope * down;
-    return add(add(this.entry, scale(this.along, across)), add(scale(this.away, away), [0, 0, -down]));
+    const [x, y] = add(add(this.entry, scale(this.along, across)), scale(this.away, away));
+    return [x, y, this.height([x, y], down)];
+  }
+
+  // How high a place so far below the skin lies, in mm: layers are concentric with a skin that bends, as far as a picture goes.
+  height([x, y], down) {
+    const { bend } = this.attempt.stage;
+    if (!bend) return this.entry[2] - down;
+    const along = bend.line ? x * bend.line[0] + y * bend.line[1] : 0;
+    const radius = bend.radius_mm - down;
+    return Math.sqrt(Math.max(radius ** 2 - x ** 2 - y ** 2 + along ** 2, (STEEPEST * radius) ** 2)) - bend.radius_mm;
   }
 
   // What the picture shows of a frame: where the needle is, and how far each boundary is pressed in.
@@ -128,15 +140,17 @@ export class Scene {
 
   // Where the needle's line is at a depth below the skin: across, and away from the planned entry, in mm.
   line(down) {
-    const share = (this.entry[2] - down - this.tip[2]) / this.axis[2];
-    const from = add(add(this.tip, scale(this.axis, share)), scale(this.entry, -1));
+    const at = (height) => add(this.tip, scale(this.axis, (height - this.tip[2]) / this.axis[2]));
+    let met = at(this.entry[2] - down);
+    for (let k = 0; k < 4; k += 1) met = at(this.height(met, down));
+    const from = add(met, scale(this.entry, -1));
     return [dot(from, this.along), dot(from, this.away)];
   }
 
   // How far the cut is off the planned entry, and how it leans: through the needle where that is in the tissue.
   cutAlong() {
     if (Math.abs(this.axis[2]) < 0.1) return { off: 0, slope: 0 };
-    const near = Math.min(Math.max(1 - (this.tip[2] - this.entry[2]) / NEAR, 0), 1);
+    const near = Math.min(Math.max(1 - (this.tip[2] - this.height(this.tip, 0)) / NEAR, 0), 1);
     const off = Math.min(Math.max(this.line(0)[1], -FOLLOWS), FOLLOWS);
     return { off: near * off, slope: (near * dot(this.axis, this.away)) / -this.axis[2] };
   }
@@ -264,7 +278,10 @@ export class Scene {
   drawPlan() {
     const good = rgb(this.theme.good);
     const way = add(this.attempt.stage.target_mm, scale(this.entry, -1));
-    const onCut = (share) => this.place(share * dot(way, this.along), -0.3, -share * way[2]);
+    const onCut = (share) => {
+      const [x, y] = this.place(share * dot(way, this.along), -0.3, -share * way[2]);
+      return [x, y, this.entry[2] + share * way[2]];
+    };
     for (let k = 0; k < 12; k += 1) this.moving.lines.line(onCut(k / 12), onCut((k + 0.55) / 12), good);
     const target = onCut(1);
     [this.along, [0, 0, 1]].forEach((direction) => this.moving.lines.line(

@@ -238,9 +238,8 @@ fn outline_of_shape(shape: &Shape, at: [f64; 3], exercise: &Exercise) -> Structu
 
 /// A point in m of the patient frame, in the plane.
 fn point_in_plane([x, y, z]: [f64; 3], exercise: &Exercise) -> SectionPoint {
-    let azimuth = exercise.azimuth_deg.to_radians();
-    let (dx, dy) = (x * 1e3 - exercise.entry_mm[0], y * 1e3 - exercise.entry_mm[1]);
-    SectionPoint::new(dx * libm::cos(azimuth) + dy * libm::sin(azimuth), -z * 1e3)
+    let from_entry = exercise.from_entry_m(&[x, y, z].into());
+    SectionPoint::new(from_entry.x * 1e3, -from_entry.z * 1e3)
 }
 
 fn outline_of_bounds(points: impl Iterator<Item = SectionPoint>) -> StructureOutline {

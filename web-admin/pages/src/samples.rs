@@ -79,6 +79,7 @@ pub(super) fn bundle() -> ExerciseBundle {
             .into(),
         scene: "../scenes/lower-back.toml".to_owned(),
         entry_mm: [0.0, 0.0],
+        skin_shape: law::Skin::Flat,
         angle_deg: 15.0,
         azimuth_deg: 0.0,
         target_depth_mm: 20.0,

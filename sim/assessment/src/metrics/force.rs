@@ -5,6 +5,7 @@ use std::iter::Peekable;
 use std::slice::Iter;
 
 use ::attempt::{Insertion, raise_to_rupture_n};
+use law::Skin;
 use recording::{Contactor, Sample};
 
 use super::MetricSheet;
@@ -126,6 +127,7 @@ fn layer_peaks_n(attempt: &Attempt, layers: &[Option<usize>], column_n: &[f64]) 
 
 /// Follows the tip through the layers, sample by sample.
 struct TipWay<'a> {
+    skin: &'a Skin,
     thickness_m: &'a [f64],
     ruptures: Peekable<Iter<'a, RecordedRupture>>,
     /// How many boundaries the tip has opened, by track.
@@ -135,6 +137,7 @@ struct TipWay<'a> {
 impl<'a> TipWay<'a> {
     fn new(attempt: &'a Attempt) -> Self {
         Self {
+            skin: &attempt.bundle.scene.skin_shape,
             thickness_m: &attempt.thickness_m,
             ruptures: attempt.ruptures.iter().peekable(),
             opened: BTreeMap::new(),
@@ -152,7 +155,7 @@ impl<'a> TipWay<'a> {
         if sample.tip_n > 0.0 {
             return Some(*opened);
         }
-        let depth_m = f64::from(sample.depth_m) / insertion.path_factor();
+        let depth_m = insertion.incidence(self.skin).depth_m(f64::from(sample.depth_m));
         (depth_m > 0.0).then(|| self.layer_at(depth_m))
     }
 

@@ -1,5 +1,6 @@
 //! The path of the tip and the shaft.
 
+use law::Skin;
 use nalgebra::{Point3, Vector3};
 
 use super::MetricSheet;
@@ -19,13 +20,14 @@ pub(super) fn measure_path(attempt: &Attempt, sheet: &mut MetricSheet) {
     let (motion, intent) = (attempt.motion(), attempt.intent());
     sheet.put("path_length_mm", motion.map(|motion| path_length_mm(motion, |_| true)));
     sheet.put_anew("path_length_mm", intent.map(|intent| path_length_mm(intent, |_| true)));
-    let inside = |of: Result<&TipMotion, Absent>, metric: fn(&TipMotion) -> f64| attempt.inside().and(of.map(metric));
-    sheet.put("path_in_tissue_mm", inside(motion, path_in_tissue_mm));
-    sheet.put_anew("path_in_tissue_mm", inside(intent, path_in_tissue_mm));
+    let inside =
+        |of: Result<&TipMotion, Absent>, metric: &dyn Fn(&TipMotion) -> f64| attempt.inside().and(of.map(metric));
+    sheet.put("path_in_tissue_mm", inside(motion, &path_in_tissue_mm));
+    sheet.put_anew("path_in_tissue_mm", inside(intent, &path_in_tissue_mm));
     sheet.put("axis_travel_mm", motion.map(axis_travel_mm));
     sheet.put_anew("axis_travel_mm", intent.map(axis_travel_mm));
-    sheet.put("sweep_area_mm2", inside(motion, sweep_area_mm2));
-    sheet.put("redirections", inside(motion, redirections));
+    sheet.put("sweep_area_mm2", inside(motion, &|motion| sweep_area_mm2(&attempt.bundle.scene.skin_shape, motion)));
+    sheet.put("redirections", inside(motion, &redirections));
     sheet.put("path_deviation_sd_mm", path_deviation_sd_mm(attempt));
     sheet.put("smoothness_ldlj", smoothness_ldlj(attempt));
     sheet.put("smoothness_sparc", smoothness_sparc(attempt));
@@ -50,8 +52,8 @@ fn axis_travel_mm(motion: &TipMotion) -> f64 {
     (1..motion.len()).map(step).sum::<f64>() * 1e3
 }
 
-fn sweep_area_mm2(motion: &TipMotion) -> f64 {
-    let shaft_at = |k: usize| shaft_in_body(motion.position(k), &motion.axis(k));
+fn sweep_area_mm2(skin: &Skin, motion: &TipMotion) -> f64 {
+    let shaft_at = |k: usize| shaft_in_body(skin, motion.position(k), &motion.axis(k));
     let swept = |k: usize| {
         let ((entry, tip), (next_entry, next_tip)) = (shaft_at(k - 1), shaft_at(k));
         triangle_area_m2(entry, tip, next_tip) + triangle_area_m2(entry, next_tip, next_entry)
@@ -59,13 +61,17 @@ fn sweep_area_mm2(motion: &TipMotion) -> f64 {
     (1..motion.len()).filter(|k| step_inside(motion, *k)).map(swept).sum::<f64>() * 1e6
 }
 
-/// The shaft inside the body: from where it crosses the skin (the plane z = 0) to the tip.
+/// The shaft inside the body: from where it crosses the skin to the tip.
 ///
 /// It moves with the needle, while the entry that the simulation latched does not: a needle shifted sideways sweeps a
 /// rectangle. The tip alone outside the body, and for a shaft so nearly parallel to the skin that it has no crossing to speak of.
-fn shaft_in_body(tip_m: Point3<f64>, axis: &Vector3<f64>) -> (Point3<f64>, Point3<f64>) {
-    let steep = axis.z < -0.05;
-    let entry_m = if tip_m.z < 0.0 && steep { tip_m - axis * (tip_m.z / axis.z) } else { tip_m };
+fn shaft_in_body(skin: &Skin, tip_m: Point3<f64>, axis: &Vector3<f64>) -> (Point3<f64>, Point3<f64>) {
+    let steep = axis.dot(&skin.outward(&tip_m)) < -0.05;
+    let way_m = match skin {
+        Skin::Flat => tip_m.z / axis.z,
+        Skin::Sphere { .. } | Skin::Cylinder { .. } => skin.displacement_m(&tip_m, axis),
+    };
+    let entry_m = if skin.height_m(&tip_m) < 0.0 && steep { tip_m - axis * way_m } else { tip_m };
     (entry_m, tip_m)
 }
 

@@ -34,7 +34,7 @@ fn exercises() -> Vec<ExerciseBundle> {
 /// In past every rupture of the nominal patient at 5 mm/s, and out.
 fn insertion(bundle: &ExerciseBundle, specimen: &Specimen) -> Recording {
     let exercise = &bundle.exercise;
-    let path = documents::spec_along_path(specimen.spec().axial.clone(), exercise.angle_deg);
+    let path = documents::spec_along_path(specimen.spec().axial.clone(), &exercise.incidence());
     let last_m = closed_form::predict_ruptures(&path).last().expect("a rupture").x_m;
     let plan = Plan { target_x_m: last_m + 0.004, approach_m: 0.001, hold_s: 0.3, ..exercise.plan() };
     let session = session_of(bundle, empty().session);
@@ -75,7 +75,7 @@ fn every_boundary_of_every_shipped_exercise_tents_up_to_each_of_its_pops() {
             let (load_n, tent_m) = (|tent: &Tent| tent.contactor_n[boundary], |tent: &Tent| tent.tent_m[boundary]);
             let just_before = |event: &Event| (event.t_s - 1.0 / 120.0 - 1e-3, event.t_s - 1e-6);
             let (_, peak_m) = range(&recording.tents, just_before(tip), tent_m);
-            let rest_m: f64 = documents::spec_along_path(specimen.spec().axial.clone(), bundle.exercise.angle_deg)
+            let rest_m: f64 = documents::spec_along_path(specimen.spec().axial.clone(), &bundle.exercise.incidence())
                 .layers[..boundary]
                 .iter()
                 .map(|layer| layer.thickness_m)

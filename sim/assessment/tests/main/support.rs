@@ -25,6 +25,7 @@ pub fn bundle() -> ExerciseBundle {
         law: ForceLaw::Version2,
         structures: Vec::new(),
         skin: None,
+        skin_shape: law::Skin::Flat,
         tissue: TissueOptions { model: "none".into(), tolerance: 0.01, coupling: "none".into() },
         sha256: String::new(),
     };
@@ -45,6 +46,7 @@ fn exercise() -> Exercise {
         briefing: "".into(),
         scene: "scene.toml".into(),
         entry_mm: [0.0, 0.0],
+        skin_shape: law::Skin::Flat,
         angle_deg: 0.0,
         azimuth_deg: 0.0,
         target_depth_mm: 20.0,
@@ -120,7 +122,7 @@ pub fn structure(name: &str, kind: StructureKind, shape: Shape, position_mm: [f6
         position_m: Point3::from(position_mm.map(|mm| mm * 1e-3)),
         wall: None,
     };
-    SceneStructure { spec, mesh_file: None }
+    SceneStructure { spec, mesh_file: None, elastic: None }
 }
 
 /// A session that names the documents of an exercise.

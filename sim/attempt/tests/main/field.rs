@@ -64,6 +64,8 @@ fn tissue(axial: &AxialSpec, youngs_modulus_pa: &[f64], density_kg_per_m3: f64) 
         slab,
         load_radius_m: LOAD_RADIUS_M,
         tilt_rad: 0.0,
+        skin: law::Skin::Flat,
+        inclusions: Vec::new(),
         model: None,
         tolerance: 0.05,
         judging: Judging::default(),
@@ -81,6 +83,7 @@ fn try_params(axial: AxialSpec, tissue: Option<TissueSpec>) -> Result<Specimen, 
         lateral_stiffness_n_per_m2: 10_000.0,
         needle_length_m: 0.15,
         needle_bending_n_m2: None,
+        skin: law::Skin::Flat,
         structures: vec![],
     };
     Specimen::new(SpecimenSpec { puncture, tissue })

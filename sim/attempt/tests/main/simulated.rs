@@ -40,6 +40,7 @@ fn make_specimen(axial: AxialSpec, needle_bending_n_m2: Option<f64>) -> Specimen
         lateral_stiffness_n_per_m2: 10_000.0,
         needle_length_m: 0.1,
         needle_bending_n_m2,
+        skin: law::Skin::Flat,
         structures: vec![vessel],
     };
     Specimen::new(SpecimenSpec { puncture, tissue: None }).unwrap()
@@ -80,6 +81,7 @@ fn attempt(source: &mut dyn MotionSource, clock: &Clock) -> (Simulated, Vec<u8>)
 fn straight() -> Operator {
     let plan = Plan {
         entry_m: Point3::origin(),
+        skin: law::Skin::Flat,
         axis: -Vector3::z(),
         target_x_m: 0.02,
         approach_m: 0.001,
@@ -212,6 +214,7 @@ fn verified(recording: &Recording) -> Verification {
 fn a_simulated_recording_re_simulates_to_the_bit() {
     let plan = Plan {
         entry_m: Point3::new(0.001, 0.002, 0.0),
+        skin: law::Skin::Flat,
         axis: Vector3::new(0.2, 0.1, -1.0).normalize(),
         target_x_m: 0.03,
         approach_m: 0.004,

@@ -1,5 +1,6 @@
 //! What a broken device sends: none of it may leave a trace.
 
+use law::Incidence;
 use law::axial::{AxialInput, AxialOutput, step};
 
 use super::{DT, inserted};
@@ -27,8 +28,8 @@ fn believed(samples: &[AxialInput]) -> Measured {
 /// Not numbers, infinite, repeated with another position, backwards in time; and path factors that no angle has.
 pub(super) fn bad_samples() -> Measured {
     let next_s = ARRIVED_S + DT;
-    let at = |t_s, x_m| AxialInput { t_s, x_m, path_factor: 1.0 };
-    let along = |path_factor| AxialInput { t_s: next_s, x_m: 0.02, path_factor };
+    let at = |t_s, x_m| AxialInput { t_s, x_m, incidence: Incidence::UPRIGHT };
+    let along = |path_factor| AxialInput { t_s: next_s, x_m: 0.02, incidence: Incidence::of_factor(path_factor) };
     believed(&[
         at(next_s, f64::NAN),
         at(next_s, f64::INFINITY),
@@ -47,7 +48,7 @@ pub(super) fn bad_samples() -> Measured {
 
 /// The same instant again, where the needle was, deeper and higher; and an instant too close to tell apart.
 pub(super) fn no_time() -> Measured {
-    let at = |t_s, x_m| AxialInput { t_s, x_m, path_factor: 1.0 };
+    let at = |t_s, x_m| AxialInput { t_s, x_m, incidence: Incidence::UPRIGHT };
     believed(&[at(ARRIVED_S, 0.02), at(ARRIVED_S, 0.021), at(ARRIVED_S, 0.019), at(ARRIVED_S + 1e-10, 0.021)])
 }
 

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use documents::Scene;
+use law::Incidence;
 use law::axial::{self, AxialInput, AxialParams, AxialScratch, AxialSpec, AxialState};
 use law::closed_form;
 use plotters::prelude::*;
@@ -47,7 +48,8 @@ fn insertion(spec: &AxialSpec) -> Result<Vec<Point>, BenchError> {
     let point = |tick: u32| {
         let t_s = f64::from(tick) / TICK_HZ;
         let x_m = t_s * SPEED_M_PER_S - ABOVE_MM * 1e-3;
-        let output = axial::step(&params, &mut state, &mut scratch, &AxialInput { t_s, x_m, path_factor: 1.0 });
+        let output =
+            axial::step(&params, &mut state, &mut scratch, &AxialInput { t_s, x_m, incidence: Incidence::UPRIGHT });
         (x_m * 1e3, output.total_n(), output.tip_n + output.rim_n)
     };
     Ok((0..=ticks).map(point).collect())

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use law::Incidence;
 use law::axial::{self, AxialInput, AxialParams, AxialScratch, AxialSpec, AxialState, ForceLaw};
 use plotters::prelude::*;
 
@@ -47,7 +48,8 @@ impl FeltInsertion {
             let (t_s, true_m) = (f64::from(tick) * TICK_S, f64::from(tick) * TICK_S * SPEED_M_PER_S);
             let step_m = step_um * 1e-6;
             let x_m = if step_m > 0.0 { (true_m / step_m).floor() * step_m } else { true_m };
-            let output = axial::step(&params, &mut state, &mut scratch, &AxialInput { t_s, x_m, path_factor: 1.0 });
+            let output =
+                axial::step(&params, &mut state, &mut scratch, &AxialInput { t_s, x_m, incidence: Incidence::UPRIGHT });
             if true_m >= FROM_M {
                 ticks.push(FeltTick { x_m: true_m, force_n: output.total_n(), cutting_n: output.cutting_n });
             }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use law::Incidence;
 use law::axial::{self, AxialInput, AxialParams, AxialScratch, AxialSpec, AxialState, Contactor};
 use law::closed_form::{self, PredictedRupture};
 
@@ -91,7 +92,7 @@ fn insert(spec: &AxialSpec, advance_m: f64, rate_hz: f64, offset: f64, worst: &m
     let mut met = 0;
     for tick in 0..=ticks {
         let x_m = FROM_M + (f64::from(tick) + offset) * advance_m;
-        let input = AxialInput { t_s: f64::from(tick) / rate_hz, x_m, path_factor: 1.0 };
+        let input = AxialInput { t_s: f64::from(tick) / rate_hz, x_m, incidence: Incidence::UPRIGHT };
         axial::step(&params, &mut state, &mut scratch, &input);
         // Ruptures within a tick have an order of their own, so each is looked up.
         for rupture in &scratch.ruptures {

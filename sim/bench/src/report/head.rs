@@ -34,7 +34,7 @@ impl Versioned {
 fn measured(what: Subject) -> &'static [Versioned] {
     match what {
         Subject::Render | Subject::Anatomy => &[],
-        Subject::Field | Subject::Estimates => &[Versioned::Estimates],
+        Subject::Field | Subject::Estimates | Subject::Lumps => &[Versioned::Estimates],
         Subject::HardCases => &[Versioned::Law, Versioned::Estimates],
         Subject::Metrics => &[Versioned::Law, Versioned::Metrics],
         Subject::Force

@@ -16,6 +16,7 @@ mod force;
 mod hard_cases;
 mod head;
 mod hiccup;
+mod lumps;
 mod metrics;
 mod motion;
 mod operators;
@@ -74,11 +75,13 @@ pub enum Subject {
     Metrics,
     /// Bodies from numbers beside published ones.
     Anatomy,
+    /// Skins that bend and lumps in the layers.
+    Lumps,
 }
 
 impl Subject {
     /// Every subject.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::Force,
         Self::Field,
         Self::Estimates,
@@ -93,6 +96,7 @@ impl Subject {
         Self::Calibrate,
         Self::Metrics,
         Self::Anatomy,
+        Self::Lumps,
     ];
 
     /// Its name on the command line and of its report.
@@ -113,6 +117,7 @@ impl Subject {
             Self::Calibrate => "calibrate",
             Self::Metrics => "metrics",
             Self::Anatomy => "anatomy",
+            Self::Lumps => "lumps",
         }
     }
 
@@ -137,6 +142,7 @@ impl Subject {
             Self::Calibrate => calibrate::measure(folder, quick),
             Self::Metrics => metrics::measure(folder, quick),
             Self::Anatomy => anatomy::measure(folder, quick),
+            Self::Lumps => lumps::measure(folder, quick),
         }
     }
 }

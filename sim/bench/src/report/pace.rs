@@ -1,5 +1,6 @@
 //! Time per tick of the force law.
 
+use law::Incidence;
 use law::axial::{self, AxialInput, AxialParams, AxialScratch, AxialSpec, AxialState};
 
 use super::quantile;
@@ -41,7 +42,8 @@ pub fn measure(spec: &AxialSpec, quick: bool) -> Result<TickPace, BenchError> {
             }
             let start = clock::instant();
             for _ in 0..BATCH {
-                let input = AxialInput { t_s: f64::from(tick) * 1e-3, x_m: motion_m(tick), path_factor: 1.0 };
+                let input =
+                    AxialInput { t_s: f64::from(tick) * 1e-3, x_m: motion_m(tick), incidence: Incidence::UPRIGHT };
                 std::hint::black_box(axial::step(&params, &mut state, &mut scratch, &input));
                 tick += 1;
             }

@@ -83,6 +83,8 @@ enum What {
     Metrics,
     /// Bodies from numbers beside published dimensions
     Anatomy,
+    /// Skins that bend and lumps in the layers: errors, claims and the planner's choices
+    Lumps,
 }
 
 impl What {

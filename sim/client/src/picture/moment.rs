@@ -296,7 +296,7 @@ mod tests {
 
     /// In past every boundary, and out, at 5 mm/s, leaning as planned.
     fn attempt(bundle: &ExerciseBundle, specimen: &Specimen, patient: &Patient) -> Recording {
-        let path = documents::spec_along_path(specimen.spec().axial.clone(), bundle.exercise.angle_deg);
+        let path = documents::spec_along_path(specimen.spec().axial.clone(), &bundle.exercise.incidence());
         let last_m = law::closed_form::predict_ruptures(&path).last().map_or(0.03, |rupture| rupture.x_m);
         let plan = Plan { target_x_m: last_m + 0.004, approach_m: 0.001, hold_s: 0.2, ..bundle.exercise.plan() };
         let maker = crate::maker::Maker { device: "test", device_max_force_n: f64::INFINITY, seed: 0, tick_hz: 1000.0 };

@@ -3,12 +3,13 @@
 use std::path::Path;
 
 use documents::{Channel, Exercise, ExerciseBundle, Feedback, Patient, Scene};
+use law::Skin;
 use law::puncture::PunctureSpec;
 use law::structures::{StructureKind, StructureSpec};
 use nalgebra::{Point3, Vector3};
 use recording::Recording;
 use render::frame::{
-    self, DrawnLayer, DrawnMaterial, DrawnNeedle, DrawnStructure, FieldTable, Mesh, OnHub, Stage, Tip,
+    self, DrawnBend, DrawnLayer, DrawnMaterial, DrawnNeedle, DrawnStructure, FieldTable, Mesh, OnHub, Stage, Tip,
 };
 use tissue::Specimen;
 use tissue::follow::Profiles;
@@ -28,6 +29,7 @@ pub fn build_stage(file: &Path, bundle: &ExerciseBundle, specimen: &Specimen) ->
         layers: drawn_layers(scene, spec),
         needle: drawn_needle(scene, spec),
         skin: scene.skin.as_ref().map(|skin| drawn_mesh(&skin.vertices_m, &skin.triangles)),
+        bend: drawn_bend(&scene.skin_shape),
         structures: spec.structures.iter().map(drawn_structure).collect(),
         field: profiles.map(field_table).unwrap_or_default(),
         ..planned_stage(exercise)
@@ -41,6 +43,17 @@ pub fn build_stage(file: &Path, bundle: &ExerciseBundle, specimen: &Specimen) ->
 pub fn stage_of_recording(path: &Path, bundle: &ExerciseBundle, recording: &Recording) -> Result<Stage, Failure> {
     let patient = Patient { thickness_mm: recording.session.patient_thickness_mm.clone() };
     build_stage(path, bundle, &sources::prepare_specimen(path, bundle, &patient)?)
+}
+
+fn drawn_bend(skin: &Skin) -> DrawnBend {
+    let line = skin.line().map_or([0.0; 2], |line| [line.x, line.y]);
+    match *skin {
+        Skin::Flat => DrawnBend::Flat,
+        Skin::Sphere { radius_m } => DrawnBend::Sphere(radius_m as f32),
+        Skin::Cylinder { radius_m, .. } => {
+            DrawnBend::Cylinder { radius_m: radius_m as f32, line: line.map(|part| part as f32) }
+        }
+    }
 }
 
 /// What a trainee is to see of a stage during an attempt.

@@ -1,5 +1,6 @@
 //! What is shown beside and on the picture of an attempt. Whatever has a colour has a second cue: a word, a sign or a place.
 
+use attempt::needle_axis;
 use documents::{Channel, Feedback, name_structure};
 use eframe::egui::{
     self, Align, Align2, Color32, FontId, Layout, Painter, Pos2, ProgressBar, Rect, RichText, ScrollArea, Ui,
@@ -7,7 +8,8 @@ use eframe::egui::{
 use egui_plot::{Line, Plot, PlotPoints, VLine};
 use haptics::safety;
 use haptics::servo::{Priority, Snapshot, flags as servo_flags};
-use recording::EventKind;
+use law::Skin;
+use recording::{EventKind, Sample};
 use render::Quality;
 use render::camera::Camera;
 use words::fixed;
@@ -121,7 +123,7 @@ fn show_readings(ui: &mut Ui, Instruments { shown, latest, live, .. }: &Instrume
         show_big_value(ui, tr!("Hand"), &format!("{} N", fixed(given::given_n(&latest.record), 2)), &beside);
     }
     draw_force_gauge(ui, force_n.abs(), live.scaling.peak_n);
-    let lean = angle_deg(sample.orientation);
+    let lean = angle_deg(&exercise.skin_shape, sample);
     let planned = tr!("planned {angle}°", angle = fixed(exercise.angle_deg, 0));
     show_big_value(ui, tr!("Angle"), &format!("{}°", fixed(lean, 0)), &planned);
 }
@@ -151,11 +153,10 @@ fn show_big_value(ui: &mut Ui, name: &str, value: &str, beside: &str) {
     });
 }
 
-/// Angle of the needle to straight down, in degrees.
-fn angle_deg(orientation: [f64; 4]) -> f64 {
-    let [x, y, ..] = orientation;
-    // The needle's z, along the patient's z, is 1 − 2(x² + y²).
-    libm::acos((2.0 * (x * x + y * y) - 1.0).clamp(-1.0, 1.0)).to_degrees()
+/// Angle of the needle to the skin's normal at its tip, in degrees.
+fn angle_deg(skin: &Skin, sample: &Sample) -> f64 {
+    let inwards = -skin.outward(&sample.position_m.into());
+    libm::acos(needle_axis(sample).dot(&inwards).clamp(-1.0, 1.0)).to_degrees()
 }
 
 fn plot_force_trace(ui: &mut Ui, shown: &AttemptView) {
@@ -318,11 +319,13 @@ pub fn draw_layer_names(ui: &Ui, rect: Rect, camera: &Camera, trial: &LiveTrial)
     let painter = ui.painter_at(rect);
     let size = [rect.width(), rect.height()].map(|side| side as u32);
     let entry_m = trial.bundle.exercise.entry_m();
+    let outward = trial.bundle.exercise.skin_shape.outward(&entry_m);
     let mut top_m = 0.0;
     for layer in &trial.specimen.spec().axial.layers {
         let middle_m = top_m + 0.5 * layer.thickness_m;
         top_m += layer.thickness_m;
-        let place_m = [entry_m.x, entry_m.y, -middle_m].map(|c| c as f32);
+        let place_m = entry_m - outward * middle_m;
+        let place_m = [place_m.x, place_m.y, place_m.z].map(|c| c as f32);
         let [x, y] = camera.pixel(place_m.into(), size);
         draw_text_plate(
             &painter,

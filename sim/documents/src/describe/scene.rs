@@ -35,7 +35,7 @@ pub(crate) static SCENE: DescribedTable = DescribedTable {
         DescribedField::new(
             "skin",
             FieldKind::Table(&SKIN),
-            "The skin's own shape, for the picture; a made-up back if left out",
+            "The skin: how it bends, and a mesh of it for the picture; flat, with a made-up back beside the needle, if left out",
         ),
         DescribedField::new(
             "structure",
@@ -333,6 +333,14 @@ static STRUCTURE: DescribedTable = DescribedTable {
             "Stiffness of its wall against the tip; none is felt if left out",
         ),
         DescribedField::number("wall_rupture_n", "N", 0.01..=100.0, "Force at which its wall gives way"),
+        DescribedField::number(
+            "youngs_modulus_pa",
+            "Pa",
+            10.0..=1e9,
+            "Young's modulus of a sphere or capsule that is softer or harder than the layers around it: the field knows it, and where \
+             tissue.coupling is field the needle feels it",
+        ),
+        DescribedField::number("poisson_ratio", "", 0.0..=0.499, "Poisson ratio of it; 0.45 if left out"),
         DescribedField::text("file", &Text::LINE, "STL or OBJ file of a mesh, relative to the scene"),
         UNIT,
         AXES,
@@ -356,10 +364,33 @@ const AXES: DescribedField = DescribedField::new(
 );
 
 static SKIN: DescribedTable = DescribedTable {
-    doc: "The skin's own shape, for the picture: forces keep to the plane z = 0. Over the origin it is within 5 mm of it",
+    doc: "The skin. Forces know how it bends, and its layers with it; a mesh is for the picture, over the origin within 5 mm of z = 0",
     fields: &[
-        DescribedField::text("file", &Text::LINE, "STL or OBJ file, relative to the scene; it may be open").required(),
-        UNIT.required(),
+        DescribedField::new(
+            "shape",
+            FieldKind::Choice(&["flat", "sphere", "cylinder"]),
+            "How it bends away from z = 0, which it touches at the origin; the layers follow it",
+        )
+        .or_text("flat"),
+        DescribedField::number(
+            "radius_mm",
+            "mm",
+            20.0..=10_000.0,
+            "Radius of a sphere or cylinder, at least 1.25 times the layers of the thickest patient",
+        ),
+        DescribedField::number(
+            "along_deg",
+            "°",
+            -360.0..=360.0,
+            "Direction of a cylinder's line, from the patient's x towards y: 90, along the spine, if left out",
+        )
+        .or(90.0),
+        DescribedField::text(
+            "file",
+            &Text::LINE,
+            "STL or OBJ file of a mesh, relative to the scene; it may be open. Needed where no shape is given",
+        ),
+        UNIT,
         AXES,
         DescribedField::place(
             "position_mm",

@@ -5,6 +5,8 @@
 #[cfg(test)]
 mod anatomy;
 #[cfg(test)]
+mod bent;
+#[cfg(test)]
 mod body;
 #[cfg(test)]
 mod bombs;

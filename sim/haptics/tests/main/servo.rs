@@ -23,6 +23,7 @@ use crate::support::{PERIOD_S, RATE_HZ, Rig, reading, shipped, touch};
 fn plan() -> Plan {
     Plan {
         entry_m: Point3::origin(),
+        skin: law::Skin::Flat,
         axis: -Vector3::z(),
         target_x_m: 0.03,
         approach_m: 0.01,

@@ -136,7 +136,7 @@ const LATERAL: Part = Part { coefficient: |_| 1.0, entry: |energy| &mut energy.l
 /// Books lateral work, in J, on the layers in proportion to the inserted lengths of the step just made.
 pub(crate) fn book_lateral(params: &AxialParams, state: &mut AxialState, scratch: &AxialScratch, work_j: f64) {
     let depth_m = state.last_output().depth_m;
-    let path = Path::new(params.spec(), &scratch.boundaries_m, scratch.path_factor);
+    let path = Path::new(params.spec(), &scratch.boundaries_m, scratch.incidence);
     book_share(&mut state.ledger, &path, &Share { depth_m, total_j: work_j, part: LATERAL });
 }
 

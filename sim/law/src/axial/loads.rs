@@ -20,7 +20,7 @@ pub fn write_loads(params: &AxialParams, standing: &AxialStanding, scratch: &Axi
     };
     add((*tip_open).min(layers - 1), output.tip_n);
     add((*rim_open).min(layers - 1), output.rim_n);
-    let path = Path::new(params.spec(), &scratch.boundaries_m, scratch.path_factor);
+    let path = Path::new(params.spec(), &scratch.boundaries_m, scratch.incidence);
     let mut drag = |force_n: f64, coefficient: fn(&Layer) -> f64| {
         let weight = |(layer, inserted_m): (&Layer, f64)| coefficient(layer) * inserted_m;
         let total: f64 = path.inserted(output.depth_m).map(weight).sum();

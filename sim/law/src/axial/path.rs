@@ -2,6 +2,7 @@
 
 use super::options::PLAIN_EDGE;
 use super::params::{AxialSpec, Layer};
+use crate::skin::Incidence;
 
 /// How many boundaries each contactor has opened; they open in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,26 +24,20 @@ pub(crate) struct Path<'a> {
     pub layers: &'a [Layer],
     pub boundaries_m: &'a [f64],
     pub tip_to_rim_m: f64,
-    pub factor: f64,
+    pub incidence: Incidence,
     /// Direction of the needle's edge in the plane of the skin, of unit length.
     pub edge: [f64; 2],
 }
 
-/// Fills `boundaries_m` with the running sum of the path thicknesses d_j · factor.
-pub(crate) fn lay_boundaries(layers: &[Layer], factor: f64, boundaries_m: &mut Vec<f64>) {
-    boundaries_m.clear();
-    boundaries_m.push(0.0);
-    let mut depth = 0.0;
-    for layer in layers {
-        depth += layer.thickness_m * factor;
-        boundaries_m.push(depth);
-    }
+/// Fills `boundaries_m` with the way along the needle to each boundary and to the far side.
+pub(crate) fn lay_boundaries(layers: &[Layer], incidence: &Incidence, boundaries_m: &mut Vec<f64>) {
+    incidence.lay_layers(layers.iter().map(|layer| layer.thickness_m), boundaries_m);
 }
 
 impl<'a> Path<'a> {
-    /// The path of a specification over boundaries laid with the same `factor`.
-    pub fn new(spec: &'a AxialSpec, boundaries_m: &'a [f64], factor: f64) -> Self {
-        Self { layers: &spec.layers, boundaries_m, tip_to_rim_m: spec.tip_to_rim_m, factor, edge: PLAIN_EDGE }
+    /// The path of a specification over boundaries laid for the same incidence.
+    pub fn new(spec: &'a AxialSpec, boundaries_m: &'a [f64], incidence: Incidence) -> Self {
+        Self { layers: &spec.layers, boundaries_m, tip_to_rim_m: spec.tip_to_rim_m, incidence, edge: PLAIN_EDGE }
     }
 
     /// The same path under a needle whose edge is turned so.
@@ -100,11 +95,12 @@ impl<'a> Path<'a> {
 
     /// Each layer with the length l_j = clip(s − D_j, 0, d_j) of needle inside it, in m, for a material depth s.
     pub fn inserted(&self, depth_m: f64) -> impl Iterator<Item = (&'a Layer, f64)> + use<'a> {
-        let factor = self.factor;
-        self.layers
-            .iter()
-            .zip(self.boundaries_m)
-            .map(move |(layer, boundary)| (layer, (depth_m - boundary).max(0.0).min(layer.thickness_m * factor)))
+        let incidence = self.incidence;
+        self.layers.iter().zip(self.boundaries_m.windows(2)).map(move |(layer, ends_m)| {
+            let length_m =
+                if incidence.is_flat() { layer.thickness_m * incidence.path_factor } else { ends_m[1] - ends_m[0] };
+            (layer, (depth_m - ends_m[0]).max(0.0).min(length_m))
+        })
     }
 
     /// The layer j with D_j < s ≤ D_{j+1}; none above the skin and below the last layer.

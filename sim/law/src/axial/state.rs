@@ -10,6 +10,7 @@ use super::path::Open;
 use super::relaxation::HeldBranches;
 use super::speed_window::SpeedWindow;
 use crate::ledger::Ledger;
+use crate::skin::Incidence;
 
 /// Samples closer than this are the same instant, in s: recordings count nanoseconds, and a velocity over less is noise.
 const MIN_TICK_S: f64 = 1e-9;
@@ -84,8 +85,8 @@ pub struct AxialInput {
     pub t_s: f64,
     /// Axial displacement of the tip from the skin, in m.
     pub x_m: f64,
-    /// 1/cos θ, the factor on every thickness for an oblique path; 1 for a perpendicular one.
-    pub path_factor: f64,
+    /// How the needle's line meets the layers.
+    pub incidence: Incidence,
 }
 
 /// The force and its parts after one step.
@@ -169,8 +170,8 @@ pub struct AxialScratch {
     pub ruptures: Vec<Rupture>,
     /// D_i along the path of the current step, in m.
     pub(super) boundaries_m: Vec<f64>,
-    /// 1/cos θ of the current step.
-    pub(super) path_factor: f64,
+    /// How the layers were met in the current step.
+    pub(super) incidence: Incidence,
 }
 
 impl AxialState {
@@ -223,7 +224,7 @@ impl AxialScratch {
         Self {
             ruptures: Vec::with_capacity(2 * layers),
             boundaries_m: Vec::with_capacity(layers + 1),
-            path_factor: 1.0,
+            incidence: Incidence::UPRIGHT,
         }
     }
 

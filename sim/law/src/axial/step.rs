@@ -43,12 +43,12 @@ pub fn step(
     let Some(motion) = accept_motion(params, state, input) else {
         return AxialOutput { held: true, ..state.last_output() };
     };
-    scratch.path_factor = input.path_factor;
+    scratch.incidence = input.incidence;
     let AxialScratch { ruptures, boundaries_m, .. } = scratch;
-    let AxialInput { t_s, x_m, path_factor } = *input;
+    let AxialInput { t_s, x_m, incidence } = *input;
     let spec = params.spec();
-    lay_boundaries(&spec.layers, path_factor, boundaries_m);
-    let path = Path::new(spec, boundaries_m, path_factor).under_edge(state.edge);
+    lay_boundaries(&spec.layers, &incidence, boundaries_m);
+    let path = Path::new(spec, boundaries_m, incidence).under_edge(state.edge);
 
     let mut relaxed = relax_tents(&path, state, x_m, &motion);
     let dented_j = path.energy_j(state.open(), x_m) + relaxed.stored_j();
@@ -112,8 +112,8 @@ pub fn forecast_standing(
     scratch.ruptures.clear();
     let v_m_per_s = now.output.v_m_per_s;
     let (Some(last), true) = (&state.last, dt_s > 0.0 && dt_s.is_finite()) else { return now };
-    let AxialScratch { ruptures, boundaries_m, path_factor } = scratch;
-    let path = Path::new(params.spec(), boundaries_m, *path_factor).under_edge(state.edge);
+    let AxialScratch { ruptures, boundaries_m, incidence } = scratch;
+    let path = Path::new(params.spec(), boundaries_m, *incidence).under_edge(state.edge);
     let motion = AxialMotion { dx_m: v_m_per_s * dt_s, dt_s, v_m_per_s };
     let x_m = last.x_m + motion.dx_m;
     let thresholds = Thresholds { rate: params.spec().rate, speed_m_per_s: v_m_per_s.abs() };
@@ -131,8 +131,7 @@ pub fn forecast_standing(
 fn accept_motion(params: &AxialParams, state: &AxialState, input: &AxialInput) -> Option<AxialMotion> {
     let believable = state.is_later(input.t_s)
         && input.x_m.abs() <= MAX_DISPLACEMENT_M
-        && input.path_factor > 0.0
-        && input.path_factor <= MAX_PATH_FACTOR;
+        && input.incidence.is_believable(MAX_PATH_FACTOR);
     believable.then(|| {
         state.last.as_ref().map_or(AxialMotion { dx_m: 0.0, dt_s: 0.0, v_m_per_s: 0.0 }, |last| {
             let latest = TimedDisplacement { t_s: last.t_s, x_m: last.x_m };

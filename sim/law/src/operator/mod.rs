@@ -64,12 +64,15 @@ pub use skill::Skill;
 use skilled::Skilled;
 
 use crate::puncture::PunctureOutput;
+use crate::skin::Skin;
 
 /// What an operator intends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
     /// Planned entry on the skin, in the patient frame, in m.
     pub entry_m: Point3<f64>,
+    /// Shape of the skin.
+    pub skin: Skin,
     /// Planned direction into the body, unit length.
     pub axis: Vector3<f64>,
     /// Axial displacement to stop at, in m.

@@ -49,7 +49,7 @@ impl Skilled {
         let skill = skill_of_person(skill, &mut traits);
         let lean = Lean::new(&plan.axis, skill.angle_sd_rad, &mut traits);
         let entry_sd_m = ENTRY_SD_M_PER_RAD * skill.angle_sd_rad;
-        let entry_m = plan.entry_m + Vector3::new(traits.z(), traits.z(), 0.0) * entry_sd_m;
+        let entry_m = move_on_skin(plan, &(Vector3::new(traits.z(), traits.z(), 0.0) * entry_sd_m));
         let goal_m = plan.target_x_m + skill.depth_sd_m * traits.z();
         let mut chance = traits.into_chance();
         let aim = IntentAim {
@@ -138,6 +138,13 @@ impl Skilled {
 }
 
 /// A skill as a person has it in an attempt.
+/// The planned entry, moved so far in plan, in m, and no farther from the skin than it was.
+fn move_on_skin(plan: &Plan, by_m: &Vector3<f64>) -> Point3<f64> {
+    let (planned_m, moved_m) = (plan.entry_m, plan.entry_m + by_m);
+    let [before_m, after_m] = [planned_m, moved_m].map(|place| plan.skin.above(place.x, place.y).z);
+    moved_m + Vector3::z() * (after_m - before_m)
+}
+
 fn skill_of_person(skill: &Skill, traits: &mut Traits) -> Skill {
     let mean = skill.speed_m_per_s;
     let speed = mean + skill.speed_sd_m_per_s * traits.z();

@@ -4,6 +4,7 @@ use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::axial::PLAIN_EDGE;
+use crate::skin::{Incidence, Skin};
 
 use super::state::{LastPose, PunctureEvent, PunctureInput, PunctureState};
 
@@ -11,8 +12,6 @@ use super::state::{LastPose, PunctureEvent, PunctureInput, PunctureState};
 const TRACK_RADIUS_M: f64 = 0.002;
 /// Most tracks that are remembered; beyond it the nearest is taken up, so that a step stays bounded.
 pub(super) const MAX_TRACKS: usize = 64;
-/// cos 80°. A needle lying flatter on the skin is taken for one at 80°: its path would otherwise have no end.
-const MIN_COS: f64 = 0.173_648_177_666_930_33;
 
 /// A puncture channel: what is open along it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -33,7 +32,8 @@ pub(super) struct Track {
 pub(super) struct Latch {
     pub entry_m: Point3<f64>,
     pub axis: Vector3<f64>,
-    pub path_factor: f64,
+    #[serde(flatten)]
+    pub incidence: Incidence,
     pub track: usize,
     /// δ⊥ at the last good sample, in m.
     pub offset_m: Vector3<f64>,
@@ -48,39 +48,22 @@ impl Latch {
     }
 }
 
-/// 1/cos θ: how much longer the path of a needle through a layer is than the layer is thick, from 1 to that at 80°. `axis` is of unit
-/// length, from hub to tip.
-#[must_use]
-pub fn path_factor(axis: &Vector3<f64>) -> f64 {
-    1.0 / incidence_cos(axis)
-}
-
-/// cos θ between the needle's axis and the inward normal, never less than that of 80°.
-fn incidence_cos(axis: &Vector3<f64>) -> f64 {
-    (-axis.z).max(MIN_COS)
-}
-
-/// Displacement of a needle that is not in the body: the distance to the skin along its axis, in m, negative above it.
-pub(super) fn free_displacement_m(pose: &LastPose) -> f64 {
-    -pose.tip_m.z / incidence_cos(&pose.axis)
-}
-
 /// Latches the axis of a needle whose tip has just got below the skin, and takes up or begins its track.
-pub(super) fn enter(state: &mut PunctureState, pose: &LastPose) -> PunctureEvent {
-    let entry_m = entry_point(state.last.as_ref(), pose);
-    let path_factor = path_factor(&pose.axis);
+pub(super) fn enter(skin: &Skin, state: &mut PunctureState, pose: &LastPose) -> PunctureEvent {
+    let entry_m = entry_point(skin, state.last.as_ref(), pose);
+    let incidence = skin.incidence(&entry_m, &pose.axis);
     let (track, reused) = choose_track(&mut state.tracks, entry_m);
     if let Some(known) = state.tracks.get(track) {
         state.axial.tip_open = known.tip_open;
         state.axial.rim_open = known.rim_open;
-        state.axial.deepest_m = known.deepest_m * path_factor;
-        state.axial.front_m = known.front_m.map(|front_m| front_m * path_factor);
+        state.axial.deepest_m = incidence.way_m(known.deepest_m);
+        state.axial.front_m = known.front_m.map(|front_m| incidence.way_m(front_m));
     }
     state.axial.edge = edge_in_skin(&pose.edge);
     if !reused {
         state.open_walls.fill(false);
     }
-    let mut latch = Latch { entry_m, axis: pose.axis, path_factor, track, offset_m: Vector3::zeros() };
+    let mut latch = Latch { entry_m, axis: pose.axis, incidence, track, offset_m: Vector3::zeros() };
     latch.offset_m = latch.resolve(&pose.tip_m).1;
     state.latch = Some(latch);
     PunctureEvent::Contact { entry_m, track, reused }
@@ -97,20 +80,17 @@ pub(super) fn leave(state: &mut PunctureState, latch: &Latch) {
     if let Some(track) = state.tracks.get_mut(latch.track) {
         track.tip_open = state.axial.tip_open;
         track.rim_open = state.axial.rim_open;
-        track.deepest_m = state.axial.deepest_m / latch.path_factor;
-        track.front_m = state.axial.front_m.map(|front_m| front_m / latch.path_factor);
+        track.deepest_m = latch.incidence.depth_m(state.axial.deepest_m);
+        track.front_m = state.axial.front_m.map(|front_m| latch.incidence.depth_m(front_m));
     }
 }
 
 /// Where the tip's path from the last sample crosses the skin; for a first sample inside, where its axis does.
-fn entry_point(last: Option<&LastPose>, pose: &LastPose) -> Point3<f64> {
-    let tip = pose.tip_m;
-    let mut entry_m = match last {
-        Some(last) => last.tip_m + (tip - last.tip_m) * (last.tip_m.z / (last.tip_m.z - tip.z)),
-        None => tip - pose.axis * free_displacement_m(pose),
-    };
-    entry_m.z = 0.0;
-    entry_m
+fn entry_point(skin: &Skin, last: Option<&LastPose>, pose: &LastPose) -> Point3<f64> {
+    match last {
+        Some(last) => skin.crossing(&last.tip_m, &pose.tip_m),
+        None => skin.nearest(&(pose.tip_m - pose.axis * skin.displacement_m(&pose.tip_m, &pose.axis))),
+    }
 }
 
 /// The track nearest to an entry if it is near enough or no further one can be remembered, else a new one.

@@ -1,6 +1,6 @@
 //! The needle in space: contact, latched axis, tracks, lateral foundation and structures around the axial law.
 //!
-//! The skin is the plane z = 0. Contact is the tip crossing it inwards; the entry is where its path crossed. From then
+//! The skin is the plane z = 0, or bends away from it ([`crate::Skin`]). Contact is the tip crossing it inwards; the entry is where its path crossed. From then
 //! on the needle's axis is latched, x = (tip − entry)·axis, and what the tip is off that line presses sideways on a
 //! Winkler foundation: F⊥ = −k_lat s δ⊥, or what [`crate::beam`] makes of it where the needle bends: then structures
 //! and bone meet the tip that is bent. The needle leaves when its tip is above the skin again. A first sample inside the body enters along its axis.
@@ -17,7 +17,6 @@ mod params;
 mod state;
 mod step;
 
-pub use contact::path_factor;
 pub use params::{PunctureParams, PunctureSpec};
 pub use state::{PunctureEvent, PunctureInput, PunctureOutput, PunctureScratch, PunctureState};
-pub use step::{held_path_factor, measure_intrusion, step, write_loads};
+pub use step::{held_incidence, measure_intrusion, step, write_loads};

@@ -2,6 +2,7 @@
 
 use crate::axial::{AxialParams, AxialSpec, Domain, ForceLaw, ParamError};
 use crate::beam::{Beam, Bend};
+use crate::skin::Skin;
 use crate::structures::{Structure, StructureSpec};
 
 /// What [`PunctureParams`] is made of, unchecked.
@@ -15,6 +16,8 @@ pub struct PunctureSpec {
     pub needle_length_m: f64,
     /// Bending stiffness EI of a needle that bends, in N·m²; none for a rigid one.
     pub needle_bending_n_m2: Option<f64>,
+    /// Shape of the skin.
+    pub skin: Skin,
     /// Structures in the patient frame.
     pub structures: Vec<StructureSpec>,
 }
@@ -37,6 +40,9 @@ impl PunctureParams {
         let axial = AxialParams::new(spec.axial.clone())?;
         Domain::NotNegative.check("lateral_stiffness_n_per_m2", spec.lateral_stiffness_n_per_m2, "N/m²")?;
         Domain::Positive.check("needle_length_m", spec.needle_length_m, "m")?;
+        if let Some(radius_m) = spec.skin.radius_m() {
+            Domain::Positive.check("skin.radius_m", radius_m, "m")?;
+        }
         let beam = spec
             .needle_bending_n_m2
             .map(|bending| Beam::new(bending, spec.needle_length_m, spec.lateral_stiffness_n_per_m2))
@@ -54,6 +60,10 @@ impl PunctureParams {
     #[must_use]
     pub fn spec(&self) -> &PunctureSpec {
         &self.spec
+    }
+
+    pub(super) fn skin(&self) -> &Skin {
+        &self.spec.skin
     }
 
     /// Whether bone holds the tip on its surface.

@@ -2,12 +2,13 @@
 
 use nalgebra::Vector3;
 
-use super::contact::{Latch, believe, enter, free_displacement_m, leave};
+use super::contact::{Latch, believe, enter, leave};
 use super::params::PunctureParams;
 use super::state::{LastPose, PunctureEvent, PunctureInput, PunctureOutput, PunctureScratch, PunctureState};
 use crate::axial::{self, AxialInput, AxialOutput, PiercingStage};
 use crate::beam::Bend;
 use crate::hold::Hold;
+use crate::skin::{Incidence, Skin};
 use crate::stance::Intrusion;
 use crate::structures::{Meeting, Shaft, Sighting, Structure, StructureKind};
 
@@ -26,7 +27,7 @@ pub fn step(
         survey_structures(params, state, scratch, &side);
         return assemble_output(params, state, scratch, axial, &side);
     };
-    let left = cross_skin(state, scratch, &pose);
+    let left = cross_skin(params.skin(), state, scratch, &pose);
     state.last = Some(pose);
     let axial = advance_axially(params, state, scratch, input.t_s, left.as_ref());
     let bend = params.bend(axial.depth_m);
@@ -52,17 +53,17 @@ pub fn write_loads(params: &PunctureParams, state: &PunctureState, scratch: &Pun
 #[must_use]
 pub fn measure_intrusion(params: &PunctureParams, state: &PunctureState) -> Option<Intrusion> {
     state.latch.as_ref().map(|_| Intrusion {
-        tip_m: displacement_m(state),
+        tip_m: displacement_m(params, state),
         tip_to_rim_m: params.axial.spec().tip_to_rim_m,
         tip_open: state.axial.tip_open,
         rim_open: state.axial.rim_open,
     })
 }
 
-/// How much longer than a layer is thick the path through it is of a needle that is in the tissue; none where it is not.
+/// How a needle that is in the tissue met it; none where it is not.
 #[must_use]
-pub fn held_path_factor(state: &PunctureState) -> Option<f64> {
-    state.latch.as_ref().map(|latch| latch.path_factor)
+pub fn held_incidence(state: &PunctureState) -> Option<Incidence> {
+    state.latch.as_ref().map(|latch| latch.incidence)
 }
 
 /// The needle sideways: a function of the state after the step, which is why a held sample repeats it.
@@ -83,12 +84,13 @@ impl SidewaysNeedle {
 }
 
 /// Enters or leaves the body where the tip has crossed the skin. Returns the puncture that was just left, if one was.
-fn cross_skin(state: &mut PunctureState, scratch: &mut PunctureScratch, pose: &LastPose) -> Option<Latch> {
-    if state.latch.is_some() && pose.tip_m.z > 0.0 {
+fn cross_skin(skin: &Skin, state: &mut PunctureState, scratch: &mut PunctureScratch, pose: &LastPose) -> Option<Latch> {
+    let height_m = skin.height_m(&pose.tip_m);
+    if state.latch.is_some() && height_m > 0.0 {
         return state.latch.take();
     }
-    if state.latch.is_none() && pose.tip_m.z < 0.0 {
-        scratch.events.push(enter(state, pose));
+    if state.latch.is_none() && height_m < 0.0 {
+        scratch.events.push(enter(skin, state, pose));
     }
     None
 }
@@ -104,8 +106,8 @@ fn advance_axially(
     t_s: f64,
     left: Option<&Latch>,
 ) -> AxialOutput {
-    let path_factor = state.latch.as_ref().or(left).map_or(1.0, |latch| latch.path_factor);
-    let input = AxialInput { t_s, x_m: displacement_m(state), path_factor };
+    let incidence = state.latch.as_ref().or(left).map_or(Incidence::UPRIGHT, |latch| latch.incidence);
+    let input = AxialInput { t_s, x_m: displacement_m(params, state), incidence };
     let output = axial::step(&params.axial, &mut state.axial, &mut scratch.axial, &input);
     scratch.events.extend(scratch.axial.ruptures.iter().copied().map(PunctureEvent::Rupture));
     output
@@ -122,10 +124,10 @@ fn press_sideways(params: &PunctureParams, state: &mut PunctureState, scratch: &
 }
 
 /// x at the last good sample, in m; 0 before the first.
-fn displacement_m(state: &PunctureState) -> f64 {
+fn displacement_m(params: &PunctureParams, state: &PunctureState) -> f64 {
     match (&state.last, &state.latch) {
         (Some(pose), Some(latch)) => latch.resolve(&pose.tip_m).0,
-        (Some(pose), None) => free_displacement_m(pose),
+        (Some(pose), None) => params.skin().displacement_m(&pose.tip_m, &pose.axis),
         (None, _) => 0.0,
     }
 }
@@ -216,7 +218,7 @@ fn assemble_output(
     let (structures_n, bone_n) = structure_forces(params, state, scratch, side);
     let axis = state.latch.as_ref().map_or_else(Vector3::zeros, |latch| latch.axis);
     PunctureOutput {
-        x_m: displacement_m(state),
+        x_m: displacement_m(params, state),
         axial,
         lateral_n: side.force_n,
         bend_m: side.bend_m,

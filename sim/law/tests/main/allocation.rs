@@ -55,6 +55,7 @@ fn the_puncture_never_allocates_with_events_tracks_and_every_kind_of_shape() {
 fn an_operator_never_allocates() {
     let plan = Plan {
         entry_m: Point3::origin(),
+        skin: law::Skin::Flat,
         axis: -Vector3::z(),
         target_x_m: 0.02,
         approach_m: 0.01,

@@ -5,6 +5,7 @@
 //! only because it booked something else than the forces.
 
 use bench::scenes::{AxialRun, Leg, in_hold_out_in, make_layer, paper_axial_spec, training_axial_spec, trocar_through};
+use law::Incidence;
 use law::axial::{AxialOutput, AxialSpec};
 use law::ledger::{LayerEnergy, Ledger};
 
@@ -27,7 +28,7 @@ fn scenes() -> [(&'static str, AxialSpec, f64); 4] {
 /// In, hold, out, in, handing every tick to `see`.
 fn perform(spec: AxialSpec, path_factor: f64, mut see: impl FnMut(&AxialRun, f64, &AxialOutput)) -> AxialRun {
     let mut run = AxialRun::new(spec).expect("a valid scene");
-    run.path_factor = path_factor;
+    run.incidence = Incidence::of_factor(path_factor);
     for leg in in_hold_out_in() {
         run.travel(&leg, &mut see);
     }

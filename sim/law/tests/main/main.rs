@@ -21,6 +21,8 @@ mod reference;
 #[cfg(test)]
 mod ruptures;
 #[cfg(test)]
+mod skin;
+#[cfg(test)]
 mod soak;
 #[cfg(test)]
 mod structures;

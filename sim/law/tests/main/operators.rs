@@ -21,6 +21,7 @@ const LONGEST: usize = 180_000;
 fn plan() -> Plan {
     Plan {
         entry_m: Point3::origin(),
+        skin: law::Skin::Flat,
         axis: -Vector3::z(),
         target_x_m: TARGET_M,
         approach_m: 0.01,

@@ -247,6 +247,7 @@ fn tissue_set_in_motion_is_not_felt_at_the_speeds_of_a_hand() {
     // The hardest that a simulated hand starts and stops without a lunge: what rides along asks for well under 1 mN.
     let plan = Plan {
         entry_m: Point3::origin(),
+        skin: law::Skin::Flat,
         axis: -Vector3::z(),
         target_x_m: 0.02,
         approach_m: 0.01,

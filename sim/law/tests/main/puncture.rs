@@ -5,6 +5,7 @@
 
 use bench::needle::{DT, DrivenNeedle};
 use bench::scenes::{paper_axial_spec, training_axial_spec};
+use law::Incidence;
 use law::axial::{AxialInput, AxialParams, AxialScratch, AxialState, PiercingStage};
 use law::operator::needle_pose;
 use law::puncture::{PunctureEvent, PunctureInput, PunctureOutput, PunctureScratch, step};
@@ -26,7 +27,7 @@ fn a_perpendicular_path_gives_the_bits_of_the_axial_law() {
     let mut needle = DrivenNeedle::new(training_axial_spec(), vec![]).expect("a valid scene");
     for tick in 0..8000_u32 {
         let x_m = 0.035 * libm::sin(f64::from(tick) * 1e-3) - 0.004 + 3e-4 * libm::sin(f64::from(tick) * 0.06);
-        let input = AxialInput { t_s: f64::from(tick) * DT, x_m, path_factor: 1.0 };
+        let input = AxialInput { t_s: f64::from(tick) * DT, x_m, incidence: Incidence::UPRIGHT };
         let wanted = law::axial::step(&axial_params, &mut axial_state, &mut axial_scratch, &input);
         let found = needle.down(0.0123, -0.0045, -x_m);
         assert_eq!(found.axial, wanted, "tick {tick}");

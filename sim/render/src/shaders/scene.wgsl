@@ -53,6 +53,8 @@ struct Scene {
     hub: vec4f,
     // Along the needle: where the hub begins, its mouth; where a drop hangs, off the axis and along it.
     rim: vec4f,
+    // Radius that skin and layers bend with, or 0; direction of its line in plan, and 1, for a cylinder.
+    curve: vec4f,
     // Layers; punctures; samples of the field along the radius; loads.
     count: vec4u,
     // Top, bottom, material, 1 where the tip has opened it.
@@ -69,7 +71,7 @@ struct Scene {
 // The bits of a float: every adapter can draw whole numbers, not every one floats.
 @group(0) @binding(2) var field: texture_2d<u32>;
 
-// Height of the skin above z = 0 at a place of the patient frame, and its slope in x and y.
+// Height of the skin above that of the force law at a place of the patient frame, and its slope in x and y.
 fn skin_at(at: vec2f) -> vec3f {
     let size = vec2f(textureDimensions(skin_shape)) - 1.0;
     let texel = clamp((at - scene.place.xy) / (2.0 * scene.look.w) + 0.5, vec2f(0.0), vec2f(0.9999)) * size;
@@ -122,14 +124,29 @@ fn depth_of(boundary: u32) -> f32 {
     return select(scene.layers[min(boundary, 15u)].x, scene.down.w, boundary >= scene.count.x);
 }
 
+// Height of a layer at a place in plan, at a depth below the skin, and its slope in x and y. `DrawnBend::height_m` does the same for the skin.
+fn bent(at: vec2f, depth: f32) -> vec3f {
+    let radius = scene.curve.x - depth;
+    if scene.curve.x <= 0.0 {
+        return vec3f(-depth, 0.0, 0.0);
+    }
+    let aside = at - scene.curve.w * scene.curve.yz * dot(at, scene.curve.yz);
+    let least = 0.5 * radius;
+    let square = radius * radius - dot(aside, aside);
+    let up = sqrt(max(square, least * least));
+    return vec3f(up - scene.curve.x, select(vec2f(0.0), -aside / up, square > least * least));
+}
+
 // A place on a boundary, in m across and away from the middle of the cut.
 fn boundary_at(plan: vec2f, boundary: u32) -> Tissue {
     let depth = depth_of(boundary);
-    let level = scene.focus.xyz + scene.across.xyz * plan.x + scene.away.xyz * plan.y;
+    let level = vec3f(scene.focus.xy, 0.0) + scene.across.xyz * plan.x + scene.away.xyz * plan.y;
     let share = 1.0 - 0.75 * depth / max(scene.down.w, 1e-3);
     let skin = skin_at(level.xy);
     var tissue: Tissue;
-    tissue.rest = level + scene.down.xyz * depth + vec3f(0.0, 0.0, share * skin.x);
+    let below = level + scene.down.xyz * depth;
+    let lies = bent(below.xy, depth);
+    tissue.rest = vec3f(below.xy, lies.x + share * skin.x);
     let axis = scene.axis.xyz;
     let off = tissue.rest - scene.focus.xyz;
     let radial = off - axis * dot(off, axis);
@@ -137,7 +154,7 @@ fn boundary_at(plan: vec2f, boundary: u32) -> Tissue {
     let given = displacement(boundary, radius);
     tissue.world = tissue.rest + axis * given.x;
     let outward = radial / max(radius, 1e-6);
-    let hill = vec3f(share * skin.yz, 0.0);
+    let hill = vec3f(lies.yz + share * skin.yz, 0.0);
     tissue.normal = normalize(vec3f(0.0, 0.0, 1.0) - hill - outward * (axis.z * given.y));
     tissue.slope = abs(given.y);
     return tissue;

@@ -24,6 +24,7 @@ pub fn stage() -> Stage {
         layer
     });
     Stage {
+        bend: render::frame::DrawnBend::Flat,
         field: field(&layers),
         layers: layers.to_vec(),
         needle: DrawnNeedle {

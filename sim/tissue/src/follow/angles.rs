@@ -61,6 +61,11 @@ impl AngledResponses {
         }
     }
 
+    /// Adds others to those of every angle.
+    pub(super) fn add(&mut self, others: &Responses) {
+        self.tables.iter_mut().for_each(|table| table.add(1.0, others));
+    }
+
     /// Bytes that they hold.
     #[must_use]
     pub fn bytes(&self) -> usize {

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use law::Incidence;
 use law::axial::{AxialInput, AxialParams, AxialScratch, AxialState, forecast_standing, step};
 
 /// A straight insertion, from the skin.
@@ -59,7 +60,8 @@ pub fn hand_over(params: &AxialParams, insertion: &StraightInsertion, field_hz: 
     for tick in 0..=ticks {
         let t_s = f64::from(tick) / f64::from(LAW_HZ);
         let x_m = speed_m_per_s * t_s + tremor_m * libm::sin(TAU * TREMOR_HZ * t_s);
-        let force_n = step(params, &mut state, &mut scratch, &AxialInput { t_s, x_m, path_factor: 1.0 }).total_n();
+        let force_n =
+            step(params, &mut state, &mut scratch, &AxialInput { t_s, x_m, incidence: Incidence::UPRIGHT }).total_n();
         // Times are multiples of 1/1000: a billionth of a period forgives their rounding.
         let due = (t_s * field_hz + 1e-9).floor();
         if due > period {

@@ -4,9 +4,11 @@ use law::axial::{AxialSpec, ParamError};
 use phrase::{Phrase, phrase};
 
 use super::angles::{AngledResponses, FLATTEST_RAD, place_cosines};
-use super::responses::{Responses, pose_question};
+use super::asked::{AskedLoads, AttemptLoad};
+use super::responses::Responses;
 use super::spec::TissueSpec;
 use super::state::FollowParams;
+use super::unevenness::weigh_change;
 use crate::axisymmetric::{Along, AlongAngles, along_needle, along_needle_at};
 use crate::planner::{self, PlanError, PlanRequest, Planned, Reach, cut_patch, find_reach, reach_of_all};
 use crate::volumetric::Problem3;
@@ -57,15 +59,6 @@ pub struct FieldPlan {
     pub worst: Option<AttemptLoad>,
 }
 
-/// A load that an attempt puts on the tissue.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum AttemptLoad {
-    /// A contactor at the boundary of this layer, from 0 at the skin.
-    Push(usize),
-    /// The shaft's drag along this layer.
-    Drag(usize),
-}
-
 /// A tissue that follows the needle, ready for an attempt.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Field {
@@ -84,6 +77,9 @@ impl Field {
     /// When the tissue makes no sense or no model can be had.
     pub fn new(tissue: &TissueSpec) -> Result<Self, FollowError> {
         tissue.check()?;
+        if !tissue.is_even() {
+            return Self::by_the_change(tissue);
+        }
         match tissue.judging {
             Judging::First => Self::by_the_skin(tissue),
             Judging::Second => Self::by_the_attempt(tissue),
@@ -144,6 +140,29 @@ impl Field {
         }
     }
 
+    /// Flat layers first, and then what the skin and the inclusions change under a needle at the angle of the exercise: nothing to speak of, or so
+    /// much that it is added, at every angle as at that one.
+    fn by_the_change(tissue: &TissueSpec) -> Result<Self, FollowError> {
+        let asked = AskedLoads::of(tissue);
+        let (_, why) = planner::choose(&asked.question, tissue.model)?;
+        let level = TissueSpec { model: None, tolerance: LEVEL_SHARE * tissue.tolerance, ..tissue.leveled() };
+        let mut field = Self::by_the_angle(&level)?;
+        let Self { planned, plan, .. } = &mut field;
+        let left = tissue.tolerance - plan.expected_relative_error;
+        let weighed = weigh_change(&asked, tissue, planned, left)?;
+        plan.reason = weighed.in_words(&why, &plan.reason);
+        plan.expected_relative_error += weighed.error;
+        plan.worst = weighed.worst.map(|place| asked.load_at(place));
+        plan.unknowns = plan.unknowns.max(weighed.unknowns);
+        plan.bytes = plan.bytes.max(weighed.bytes);
+        if let Some(change) = &weighed.added {
+            plan.model = Model::Volumetric;
+            planned.add(1.0, change);
+            field.on_axis.add(change);
+        }
+        Ok(field)
+    }
+
     /// The responses on a patch of a radius, in m, by models that meet a tolerance on it.
     fn within(tissue: &TissueSpec, radius_m: f64, tolerance: f64) -> Result<Self, FollowError> {
         let patched =
@@ -201,6 +220,13 @@ impl Field {
 }
 
 impl FieldPlan {
+    /// Takes in what the responses to each load are off by.
+    fn judge(&mut self, asked: &AskedLoads, errors: impl Iterator<Item = f64>) {
+        let worst = asked.worst(errors);
+        self.expected_relative_error = worst.map_or(0.0, |worst| worst.error);
+        self.worst = worst.map(|worst| asked.load_at(worst.place));
+    }
+
     /// Takes the model of one more load into account.
     fn take(&mut self, planned: &Planned) {
         self.model = planned.field.model();
@@ -216,45 +242,12 @@ impl FieldPlan {
 /// Meshes are made finer at most so many times.
 const FINER: usize = 3;
 
+/// Share of a tolerance that flat layers may take where there is more than those.
+const LEVEL_SHARE: f64 = 0.4;
+
 /// At first so many angles are solved for, and at most so many: twice as many each time that they do not do.
 const FEWEST_ANGLES: usize = 8;
 const MOST_ANGLES: usize = 32;
-
-/// The loads of an attempt, as they are asked of the whole body.
-struct AskedLoads {
-    /// What is asked of all of them; its own load is a drag through the whole tissue.
-    question: Problem3,
-    loads: Vec<Load>,
-    /// Where each load is in [`TissueSpec::loads`].
-    places: Vec<usize>,
-    /// Layers of the force law.
-    layers: usize,
-}
-
-impl AskedLoads {
-    fn of(tissue: &TissueSpec) -> Self {
-        let every = tissue.loads().into_iter().enumerate();
-        let (places, loads): (Vec<usize>, Vec<Load>) = every.filter_map(|(at, load)| Some((at, load?))).unzip();
-        let through = LoadKind::Drag { from_m: 0.0, to_m: tissue.deepest_m() };
-        let whole = Load { kind: through, radius_m: tissue.load_radius_m };
-        let question = pose_question(tissue, whole, &tissue.points_m());
-        Self { question, loads, places, layers: tissue.layers() }
-    }
-
-    /// Tells a plan what the responses to each load are off by, and to which it is most.
-    fn judge(&self, plan: &mut FieldPlan, errors: impl Iterator<Item = f64>) {
-        plan.expected_relative_error = 0.0;
-        for (&load, error) in self.places.iter().zip(errors) {
-            if plan.worst.is_none() || error > plan.expected_relative_error {
-                plan.expected_relative_error = error;
-                plan.worst = Some(match load.checked_sub(self.layers) {
-                    None => AttemptLoad::Push(load),
-                    Some(layer) => AttemptLoad::Drag(layer),
-                });
-            }
-        }
-    }
-}
 
 /// What an attempt's loads do to the whole body.
 struct KnownAnswers {
@@ -277,7 +270,7 @@ impl KnownAnswers {
         let error = |((load, answer_m), doubt): ((&usize, &Vec<f64>), &f64)| {
             relative_distance(&planned.under(*load), answer_m) + doubt
         };
-        self.asked.judge(plan, known.map(error));
+        plan.judge(&self.asked, known.map(error));
     }
 }
 
@@ -310,19 +303,13 @@ impl KnownAngles {
     }
 
     /// The responses at one of the angles.
-    fn responses(&self, asked: &AskedLoads, tissue: &TissueSpec, angle: usize) -> Responses {
-        let depths_m = &asked.question.flat.sample_depth_m;
-        let answer_m = |point: usize, place: usize| {
-            let load = asked.places.iter().position(|known| *known == place)?;
-            let sample = depths_m.iter().position(|depth_m| depth_m.total_cmp(&tissue.boundaries_m[point]).is_eq())?;
-            Some(self.answer_m(asked, load, angle)[sample])
-        };
-        Responses::of_answers(tissue.layers(), 2 * tissue.layers(), |point, load| answer_m(point, load).unwrap_or(0.0))
+    fn responses(&self, asked: &AskedLoads, angle: usize) -> Responses {
+        asked.responses(|load, sample| self.answer_m(asked, load, angle)[sample])
     }
 
     fn into_field(self, asked: &AskedLoads, tissue: &TissueSpec, why: &Phrase) -> Result<Field, FollowError> {
         let count = self.nodes.len();
-        let tables = (0..count).map(|angle| self.responses(asked, tissue, angle)).collect();
+        let tables = (0..count).map(|angle| self.responses(asked, angle)).collect();
         let on_axis = AngledResponses::new(self.flattest_rad, self.nodes.clone(), tables);
         let upright = Problem3 { tilt_rad: 0.0, ..asked.question.clone() };
         let upright_m: Vec<Vec<f64>> =
@@ -346,24 +333,18 @@ impl KnownAngles {
             worst: None,
         };
         let between: Vec<Responses> = self.probes.iter().map(|cosine| on_axis.at(*cosine)).collect();
-        let told: Vec<Responses> =
-            (0..self.probes.len()).map(|probe| self.responses(asked, tissue, count + probe)).collect();
+        let told: Vec<Responses> = (0..self.probes.len()).map(|probe| self.responses(asked, count + probe)).collect();
         let off = |place: usize| {
             let pairs = between.iter().zip(&told);
             pairs.map(|(found, told)| relative_distance(&found.under(place), &told.under(place))).fold(0.0, f64::max)
         };
-        asked.judge(&mut plan, asked.places.iter().zip(&self.along.doubts).map(|(place, doubt)| off(*place) + doubt));
+        plan.judge(asked, asked.places.iter().zip(&self.along.doubts).map(|(place, doubt)| off(*place) + doubt));
         let planned = on_axis.at(libm::cos(tissue.tilt_rad));
         Ok(Field { follow: FollowParams::new(tissue)?, on_axis, planned, plan })
     }
 }
 
 impl TissueSpec {
-    /// Depth of the deepest boundary, in m.
-    fn deepest_m(&self) -> f64 {
-        self.boundaries_m.iter().copied().fold(0.0, f64::max)
-    }
-
     /// The question whose answer tells how far the needle's influence reaches: a push on the skin, seen where it pushes.
     fn at_the_skin(&self) -> Problem3 {
         let load = Load { kind: LoadKind::Contactor { depth_m: 0.0 }, radius_m: self.load_radius_m };

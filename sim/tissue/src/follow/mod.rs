@@ -20,6 +20,7 @@
 //! between ([`AngledResponses`]). Another model answers for the angle of the exercise.
 
 mod angles;
+mod asked;
 mod coupling;
 mod field;
 mod press;
@@ -27,10 +28,12 @@ mod profile;
 mod responses;
 mod spec;
 mod state;
+mod unevenness;
 
 pub use angles::{AngledResponses, FLATTEST_RAD};
+pub use asked::AttemptLoad;
 pub use coupling::{HandOver, RateError, StraightInsertion, hand_over, rate_errors};
-pub use field::{AttemptLoad, FIELD_HZ, Field, FieldPlan, FollowError};
+pub use field::{FIELD_HZ, Field, FieldPlan, FollowError};
 pub use press::press_loads;
 pub use profile::Profiles;
 pub use responses::{Fit, Responses};

@@ -25,9 +25,9 @@ impl Field {
     pub fn profiles(&self, tissue: &TissueSpec) -> Result<Profiles, FollowError> {
         let radius_m = self.plan().radius_m;
         let radii_m = radii_m(tissue.load_radius_m, radius_m);
-        let deepest_m = tissue.boundaries_m.iter().copied().fold(0.0, f64::max);
+        let deepest_m = tissue.deepest_m();
         let patched =
-            TissueSpec { slab: cut_patch(&tissue.slab.layers, deepest_m, radius_m), tilt_rad: 0.0, ..tissue.clone() };
+            TissueSpec { slab: cut_patch(&tissue.slab.layers, deepest_m, radius_m), tilt_rad: 0.0, ..tissue.leveled() };
         let boundaries_m = || patched.boundaries_m.iter().take(patched.layers());
         let points_m: Vec<_> =
             boundaries_m().flat_map(|&depth_m| radii_m.iter().map(move |&r_m| [r_m, depth_m])).collect();

@@ -115,5 +115,6 @@ pub(super) fn pose_question(tissue: &TissueSpec, load: Load, points_m: &[[f64; 2
         values
     };
     let flat = Problem { slab: tissue.slab.clone(), load, sample_r_m: sorted(0), sample_depth_m: sorted(1) };
-    Problem3 { tilt_rad: tissue.tilt_rad, ..Problem3::flat(&flat) }
+    let (skin, inclusions) = (tissue.skin, tissue.inclusions.clone());
+    Problem3 { flat, tilt_rad: tissue.tilt_rad, skin, inclusions }
 }

@@ -2,6 +2,7 @@
 
 use law::axial::{Domain, ParamError};
 
+use crate::volumetric::{Inclusion, Skin};
 use crate::{ElasticLayer, Judging, Load, LoadKind, Model, Slab};
 
 /// A slab under a needle, and where the needle loads it. Unchecked.
@@ -13,6 +14,10 @@ pub struct TissueSpec {
     pub load_radius_m: f64,
     /// Angle of the needle to the surface normal that the exercise asks for, in rad.
     pub tilt_rad: f64,
+    /// Shape of the skin, in the frame of its normal at the entry, whose x is where the needle leans to.
+    pub skin: Skin,
+    /// What lies in the layers, in the same frame.
+    pub inclusions: Vec<Inclusion>,
     /// The model that is asked for by name; the planner chooses without one.
     pub model: Option<Model>,
     /// Tolerated relative error of the displacement along the needle, at every boundary, under any load of an attempt.
@@ -45,6 +50,24 @@ impl TissueSpec {
     #[must_use]
     pub fn layers(&self) -> usize {
         self.recoil_time_s.len()
+    }
+
+    /// Whether nothing but flat layers is met.
+    #[must_use]
+    pub fn is_even(&self) -> bool {
+        self.skin == Skin::Flat && self.inclusions.is_empty()
+    }
+
+    /// The same layers laid flat, and nothing else in them.
+    #[must_use]
+    pub fn leveled(&self) -> Self {
+        Self { skin: Skin::Flat, inclusions: Vec::new(), ..self.clone() }
+    }
+
+    /// Depth of the deepest boundary, in m.
+    #[must_use]
+    pub fn deepest_m(&self) -> f64 {
+        self.boundaries_m.iter().copied().fold(0.0, f64::max)
     }
 
     /// Every load in the order of [`law::axial::loads`]: contactors, then drags. None where a layer has no length to drag.

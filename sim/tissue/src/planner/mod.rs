@@ -117,12 +117,11 @@ pub fn choose(question: &Problem3, wished: Option<Model>) -> Result<(Model, Phra
 }
 
 fn what_breaks_the_axis(question: &Problem3) -> Option<Phrase> {
-    if !question.inclusions.is_empty() {
-        Some(phrase!("there are inclusions"))
-    } else if question.skin != Skin::Flat {
-        Some(phrase!("the skin is curved"))
-    } else {
-        None
+    match (question.skin == Skin::Flat, question.inclusions.is_empty()) {
+        (true, true) => None,
+        (true, false) => Some(phrase!("there are inclusions")),
+        (false, true) => Some(phrase!("the skin is curved")),
+        (false, false) => Some(phrase!("the skin is curved and there are inclusions")),
     }
 }
 

@@ -8,7 +8,7 @@ use super::kernel::{self, zeros};
 use super::locate::Locator;
 use super::mesh::{HexMesh, ORDERS};
 use super::rotation::nearest_rotation;
-use super::{Material, VolumetricError};
+use super::{Material, Symmetry, VolumetricError};
 use crate::multifrontal::{Cholesky, Connectivity, FIXED};
 
 /// A quadrature point of an element at rest.
@@ -144,6 +144,15 @@ impl Body {
             });
         }
         moved
+    }
+
+    /// The same of a body of which only a part is meshed.
+    pub(super) fn mirrored_m(&self, symmetry: Symmetry, u_m: &[f64], point: &Point3<f64>) -> Vector3<f64> {
+        let flip_x = symmetry == Symmetry::Quarter && point.x < 0.0;
+        let flip_y = symmetry != Symmetry::Full && point.y < 0.0;
+        let signs = Vector3::new(if flip_x { -1.0 } else { 1.0 }, if flip_y { -1.0 } else { 1.0 }, 1.0);
+        let mirrored = Point3::from(point.coords.component_mul(&signs));
+        self.displacement_m(u_m, &mirrored).component_mul(&signs)
     }
 
     /// Lumped mass of each unknown, in kg: the row sums of the consistent mass.

@@ -205,13 +205,13 @@ fn answer(problem: &Problem3, model: &Volumetric) -> Sampled {
 /// radii around where the needle meets its load, on both sides in its plane and beside it.
 fn samples_m(problem: &Problem3) -> Vec<(Point3<f64>, Vector3<f64>)> {
     let [_, to_m] = problem.flat.load.ends_m();
-    let centre_m = to_m * libm::tan(problem.tilt_rad);
+    let centre_m = problem.on_flat_needle(to_m);
     let mut points = Vec::new();
     for &depth_m in &problem.flat.sample_depth_m {
         for &r_m in &problem.flat.sample_r_m {
             let around = [Vector3::x(), -Vector3::x(), Vector3::y()];
             points.extend(around.map(|away| {
-                let flat = Point3::new(centre_m, 0.0, -depth_m) + r_m * away;
+                let flat = Point3::new(centre_m.x, centre_m.y, -depth_m) + r_m * away;
                 (problem.skin.bend(&flat), away)
             }));
         }

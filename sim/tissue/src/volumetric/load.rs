@@ -1,6 +1,6 @@
 //! The load of 1 N as forces on the nodes.
 
-use nalgebra::{Matrix3, Point3, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use super::mesh::PatchMesh;
 use super::{Body, Problem3, basis};
@@ -82,8 +82,8 @@ impl Element<'_> {
         });
         let area = jacobian.column(0).cross(&jacobian.column(1)).z.abs();
         let [from, to] = self.problem.flat.load.ends_m();
-        let centre = libm::tan(self.problem.tilt_rad) * (-flat.z).clamp(from, to);
-        let distance = Point3::new(flat.x - centre, flat.y, 0.0).coords / self.problem.flat.load.radius_m;
+        let centre = self.problem.on_flat_needle((-flat.z).clamp(from, to));
+        let distance = Vector3::new(flat.x - centre.x, flat.y - centre.y, 0.0) / self.problem.flat.load.radius_m;
         let share = libm::exp(-distance.norm_squared()) * area * weight;
         let unknowns = self.body.unknowns_of(self.element);
         locator.each(&at.into(), |node, value, _| {

@@ -109,7 +109,7 @@ impl MeshSpec3 {
     }
 
     /// Unknowns of the mesh of a problem, held ones counted too.
-    pub(super) fn unknowns(&self, problem: &Problem3) -> Result<usize, ParamError> {
+    pub(crate) fn unknowns(&self, problem: &Problem3) -> Result<usize, ParamError> {
         Ok(3 * self.mesh(problem)?.mesh.nodes_m.len())
     }
 
@@ -147,10 +147,10 @@ impl MeshSpec3 {
         let radii_m = self.radii_m(radius_m);
         // What is nearer than this follows the needle as it leans: the first ring, where it is not the last, or the block.
         let centred_m = if radii_m.len() > 2 { radii_m[1] } else { radii_m[0] };
-        let tangent = libm::tan(problem.tilt_rad);
         let load = problem.flat.load.ends_m();
         let most = 0.9 * (radius_m - centred_m);
-        if (load[1] * tangent).abs() > most {
+        let deepest = problem.on_flat_needle(load[1]);
+        if libm::hypot(deepest.x, deepest.y) > most {
             let allowed = "the tilted needle must meet its load well inside the tissue's radius and the mesh's reach";
             return Err(ParamError { field: "tilt_rad".into(), value: problem.tilt_rad, unit: "rad", allowed });
         }
@@ -162,7 +162,8 @@ impl MeshSpec3 {
         // rounding puts some of its nodes beyond the radius.
         let place = |[x, y]: [f64; 2], depth_m: f64| {
             let share = ((radius_m - libm::hypot(x, y)) / (radius_m - centred_m)).clamp(0.0, 1.0);
-            Point3::new(x + share * tangent * depth_m.clamp(load[0], load[1]), y, -depth_m)
+            let needle = problem.on_flat_needle(depth_m.clamp(load[0], load[1]));
+            Point3::new(x + share * needle.x, y + share * needle.y, -depth_m)
         };
         let (flat_m, elements) = extrude(&plan, &planes_m, &parameters, place);
         let nodes_m = flat_m.iter().map(|node| problem.skin.bend(node)).collect();

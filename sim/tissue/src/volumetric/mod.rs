@@ -9,6 +9,7 @@
 //! back-substitution. [`Corotational`] follows large rotations, in equilibrium or in time, with that factor as its
 //! preconditioner.
 
+mod along;
 mod basis;
 mod body;
 mod corotational;
@@ -23,14 +24,17 @@ mod plan;
 mod problem;
 mod rotation;
 
+pub(crate) use along::push_along_needle;
 pub use body::Body;
 pub use corotational::{Corotational, Energies, RefusedLoad, TissueMotion};
 pub use fit::{FittedVolumetric, fit, fit_by, fit_rung};
+pub use law::Skin;
 use law::axial::ParamError;
+use mesh::PatchMesh;
 pub use mesh::{Grading, HexMesh, MeshSpec3, ORDERS};
 pub use minimiser::{Effort, Outcome};
 use nalgebra::{Point3, Vector3};
-pub use problem::{Inclusion, InclusionShape, Material, Problem3, Skin, Symmetry};
+pub use problem::{Inclusion, InclusionShape, Material, Problem3, Symmetry};
 
 use super::multifrontal::{Cholesky, NotPositiveDefinite};
 use super::{FieldModel, Model};
@@ -73,28 +77,9 @@ impl Patch {
     /// # Errors
     /// When a number of the problem or of the mesh is out of range.
     pub fn new(problem: &Problem3, spec: &MeshSpec3) -> Result<Self, VolumetricError> {
-        problem.check()?;
-        let patch = spec.mesh(problem)?;
-        let per_interval = patch.mesh.elements.len() / patch.mesh.nodes_each() / (patch.planes_m.len() - 1);
-        let depth_m = |element: usize| {
-            let interval = element / per_interval;
-            0.5 * (patch.planes_m[interval] + patch.planes_m[interval + 1])
-        };
-        let material = |element: usize, point: &Point3<f64>| problem.material(depth_m(element), point);
-        let base_m = patch.planes_m[patch.planes_m.len() - 1];
-        let symmetry = spec.symmetry;
-        let held = |node: usize| {
-            let flat = &patch.flat_m[node];
-            let side = libm::hypot(flat.x, flat.y) > patch.radius_m * (1.0 - 1e-9);
-            let clamped = side || flat.z < -base_m * (1.0 - 1e-9);
-            // Nothing crosses a plane of symmetry.
-            let x = symmetry == Symmetry::Quarter && flat.x.abs() < 1e-12;
-            let y = symmetry != Symmetry::Full && flat.y.abs() < 1e-12;
-            [clamped || x, clamped || y, clamped]
-        };
-        let body = Body::new(patch.mesh.clone(), material, held)?;
-        let load = load::unit_load(problem, &patch, &body, symmetry.share());
-        Ok(Self { problem: problem.clone(), symmetry, body, load })
+        let (patch, body) = mesh_body(problem, spec)?;
+        let load = load::unit_load(problem, &patch, &body, spec.symmetry.share());
+        Ok(Self { problem: problem.clone(), symmetry: spec.symmetry, body, load })
     }
 
     /// The body.
@@ -112,11 +97,7 @@ impl Patch {
     /// Displacement, in m, of the point that is at `point` at rest. Zero outside the patch.
     #[must_use]
     pub fn displacement_m(&self, u_m: &[f64], point: &Point3<f64>) -> Vector3<f64> {
-        let flip_x = self.symmetry == Symmetry::Quarter && point.x < 0.0;
-        let flip_y = self.symmetry != Symmetry::Full && point.y < 0.0;
-        let signs = Vector3::new(if flip_x { -1.0 } else { 1.0 }, if flip_y { -1.0 } else { 1.0 }, 1.0);
-        let mirrored = Point3::from(point.coords.component_mul(&signs));
-        self.body.displacement_m(u_m, &mirrored).component_mul(&signs)
+        self.body.mirrored_m(self.symmetry, u_m, point)
     }
 
     /// Axial and radial displacement, in m, towards `+x`: at a distance along the skin and a depth below it, in m.
@@ -131,6 +112,31 @@ impl Patch {
     pub fn bytes(&self) -> usize {
         self.body.bytes() + size_of_val(&self.load[..])
     }
+}
+
+/// Meshes the tissue of a problem, and makes a body of it.
+fn mesh_body(problem: &Problem3, spec: &MeshSpec3) -> Result<(PatchMesh, Body), VolumetricError> {
+    problem.check()?;
+    let patch = spec.mesh(problem)?;
+    let per_interval = patch.mesh.elements.len() / patch.mesh.nodes_each() / (patch.planes_m.len() - 1);
+    let depth_m = |element: usize| {
+        let interval = element / per_interval;
+        0.5 * (patch.planes_m[interval] + patch.planes_m[interval + 1])
+    };
+    let material = |element: usize, point: &Point3<f64>| problem.material(depth_m(element), point);
+    let base_m = patch.planes_m[patch.planes_m.len() - 1];
+    let symmetry = spec.symmetry;
+    let held = |node: usize| {
+        let flat = &patch.flat_m[node];
+        let side = libm::hypot(flat.x, flat.y) > patch.radius_m * (1.0 - 1e-9);
+        let clamped = side || flat.z < -base_m * (1.0 - 1e-9);
+        // Nothing crosses a plane of symmetry.
+        let x = symmetry == Symmetry::Quarter && flat.x.abs() < 1e-12;
+        let y = symmetry != Symmetry::Full && flat.y.abs() < 1e-12;
+        [clamped || x, clamped || y, clamped]
+    };
+    let body = Body::new(patch.mesh.clone(), material, held)?;
+    Ok((patch, body))
 }
 
 /// The answer for small strains: one back-substitution a load.

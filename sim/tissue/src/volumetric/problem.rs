@@ -1,6 +1,7 @@
 //! What only three dimensions can ask: a tilted needle, a curved skin, inclusions.
 
 use law::axial::{Domain, ParamError};
+use law::{Incidence, Skin};
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -19,24 +20,6 @@ pub struct Problem3 {
     pub skin: Skin,
     /// What lies in the layers, the last one on top.
     pub inclusions: Vec<Inclusion>,
-}
-
-/// Shape of the skin; the layers follow it. It touches z = 0 at the origin and bends away from the needle.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub enum Skin {
-    /// The plane z = 0.
-    #[default]
-    Flat,
-    /// A sphere of this radius, in m.
-    Sphere {
-        /// Radius, in m.
-        radius_m: f64,
-    },
-    /// A cylinder along y of this radius, in m.
-    Cylinder {
-        /// Radius, in m.
-        radius_m: f64,
-    },
 }
 
 /// A body of another material.
@@ -162,34 +145,6 @@ impl InclusionShape {
     }
 }
 
-impl Skin {
-    /// Where the point x, y along the skin and z above it lies once the skin is bent, in m.
-    #[must_use]
-    pub fn bend(&self, flat: &Point3<f64>) -> Point3<f64> {
-        let (radius, along) = match *self {
-            Self::Flat => return *flat,
-            Self::Sphere { radius_m } => (radius_m, libm::hypot(flat.x, flat.y)),
-            Self::Cylinder { radius_m } => (radius_m, flat.x.abs()),
-        };
-        let angle = along / radius;
-        // sin(angle)/along, and its limit on the axis.
-        let per_metre = if angle > 0.0 { libm::sin(angle) / along } else { 1.0 / radius };
-        let side = (radius + flat.z) * per_metre;
-        // R(1 − cos) as 2R sin²(angle/2): the difference would lose all digits of a nearly flat skin.
-        let half = libm::sin(0.5 * angle);
-        let z = flat.z - 2.0 * (radius + flat.z) * half * half;
-        let y = if matches!(self, Self::Sphere { .. }) { flat.y * side } else { flat.y };
-        Point3::new(flat.x * side, y, z)
-    }
-
-    fn radius_m(&self) -> Option<f64> {
-        match *self {
-            Self::Flat => None,
-            Self::Sphere { radius_m } | Self::Cylinder { radius_m } => Some(radius_m),
-        }
-    }
-}
-
 impl Problem3 {
     /// The flat problem with a perpendicular needle.
     #[must_use]
@@ -200,11 +155,38 @@ impl Problem3 {
     /// The least part that has to be meshed.
     #[must_use]
     pub fn symmetry(&self) -> Symmetry {
-        let halved = self.inclusions.iter().all(|inclusion| inclusion.shape.is_halved());
-        match (self.tilt_rad == 0.0 && self.inclusions.is_empty(), halved) {
+        let skin_is_halved = match self.skin {
+            Skin::Flat | Skin::Sphere { .. } => true,
+            // Its line lies in the plane of the needle, or across it.
+            Skin::Cylinder { along_rad, .. } => libm::sin(2.0 * along_rad).abs() < 1e-9,
+        };
+        let halved = skin_is_halved && self.inclusions.iter().all(|inclusion| inclusion.shape.is_halved());
+        match (self.tilt_rad == 0.0 && self.inclusions.is_empty() && halved, halved) {
             (true, _) => Symmetry::Quarter,
             (false, true) => Symmetry::Half,
             (false, false) => Symmetry::Full,
+        }
+    }
+
+    /// How the needle meets the layers.
+    fn incidence(&self) -> Incidence {
+        let axis = Vector3::new(libm::sin(self.tilt_rad), 0.0, -libm::cos(self.tilt_rad));
+        self.skin.incidence(&Point3::origin(), &axis)
+    }
+
+    /// Where the needle meets a depth, in m, patient frame: it is straight however the skin bends.
+    #[must_use]
+    pub fn on_needle(&self, depth_m: f64) -> Point3<f64> {
+        let out = Vector3::new(-libm::sin(self.tilt_rad), 0.0, libm::cos(self.tilt_rad));
+        Point3::from(out * -self.incidence().way_m(depth_m))
+    }
+
+    /// The same before the skin was bent.
+    #[must_use]
+    pub(super) fn on_flat_needle(&self, depth_m: f64) -> Point3<f64> {
+        match self.skin {
+            Skin::Flat => Point3::new(libm::tan(self.tilt_rad) * depth_m, 0.0, -depth_m),
+            Skin::Sphere { .. } | Skin::Cylinder { .. } => self.skin.flatten(&self.on_needle(depth_m)),
         }
     }
 

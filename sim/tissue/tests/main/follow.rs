@@ -5,6 +5,7 @@
 
 use allocation_counter::measure;
 use bench::scenes::{AxialRun, Leg, in_hold_out_in, paper_axial_spec, training_axial_spec};
+use law::Incidence;
 use law::axial::{AxialParams, AxialSpec, forecast_standing, write_loads};
 use tissue::follow::{
     FollowError, FollowParams, FollowState, HandOver, Responses, StraightInsertion, TissueSpec, hand_over, rate_errors,
@@ -30,6 +31,8 @@ pub fn lower_back() -> TissueSpec {
         slab,
         load_radius_m: 1e-3,
         tilt_rad: 0.0,
+        skin: law::Skin::Flat,
+        inclusions: Vec::new(),
         model: None,
         tolerance: 0.05,
         judging: Judging::default(),
@@ -223,8 +226,12 @@ fn what_is_ahead_is_what_the_law_says_when_it_gets_there() {
         let (state, mut scratch) = (run.state.clone(), run.scratch.clone());
         let foreseen = forecast_standing(&run.params, &state, &mut scratch, 1e-3);
         assert_eq!(state, run.state, "looking ahead changes nothing");
-        let mut next =
-            AxialRun { params: AxialParams::new(training_axial_spec()).unwrap(), state, scratch, path_factor: 1.0 };
+        let mut next = AxialRun {
+            params: AxialParams::new(training_axial_spec()).unwrap(),
+            state,
+            scratch,
+            incidence: Incidence::UPRIGHT,
+        };
         let output = next.step(f64::from(tick + 1) * 1e-3, f64::from(tick + 1) * 1e-5);
         let off_n = (foreseen.output.total_n() - output.total_n()).abs();
         // Without a velocity yet nothing lies ahead; a rupture may fall on either side of a rounding.

@@ -31,6 +31,8 @@ mod oblique;
 #[cfg(test)]
 mod planner;
 #[cfg(test)]
+mod uneven;
+#[cfg(test)]
 mod volumetric;
 #[cfg(test)]
 mod volumetric_laws;

@@ -38,7 +38,7 @@ fn with_inclusion() -> Problem3 {
 fn a_question_goes_to_the_cheapest_model_that_can_answer_it() {
     let flat = Problem3::flat(&flat());
     let oblique = Problem3 { tilt_rad: 0.4, ..flat.clone() };
-    let curved = Problem3 { skin: Skin::Cylinder { radius_m: 0.2 }, ..flat.clone() };
+    let curved = Problem3 { skin: Skin::cylinder_along_y(0.2), ..flat.clone() };
     for (question, model, because) in [
         (&flat, Model::Axisymmetric, "have an axis"),
         (&oblique, Model::Axisymmetric, "two harmonics"),

@@ -78,7 +78,7 @@ fn advice(bundle: &ExerciseBundle) -> Result<Vec<Issue>, DocumentError> {
 
 /// The plan of the nominal patient's tissue; none where the scene names no model.
 fn plan(bundle: &ExerciseBundle) -> Result<Option<FieldPlan>, DocumentError> {
-    let tissue = bundle.scene.tissue_spec(&Patient::nominal(&bundle.scene), bundle.exercise.angle_deg);
+    let tissue = bundle.scene.tissue_spec(&Patient::nominal(&bundle.scene), bundle.exercise.planned_needle());
     let allowed = || phrase!("allowed: a tissue that a model can be made of");
     let plan = tissue.map(|tissue| Field::new(&tissue).map(|field| field.plan().clone())).transpose();
     plan.map_err(|error| issue("attached scene", "tissue", error.in_words(), allowed()).into())

@@ -204,7 +204,7 @@ mod tests {
     /// In past every boundary at 5 mm/s, and out.
     fn attempt(bundle: &ExerciseBundle) -> Recording {
         let params = Specimen::new(bundle.specimen_spec(&Patient::nominal(&bundle.scene))).expect("a shipped scene");
-        let path = documents::spec_along_path(params.spec().axial.clone(), bundle.exercise.angle_deg);
+        let path = documents::spec_along_path(params.spec().axial.clone(), &bundle.exercise.incidence());
         let last_m = law::closed_form::predict_ruptures(&path).last().expect("a boundary").x_m;
         let plan = Plan { target_x_m: last_m + 0.004, approach_m: 0.001, hold_s: 0.2, ..bundle.exercise.plan() };
         let (exercise_sha256, scene_sha256) = (bundle.exercise.sha256.clone(), bundle.scene.sha256.clone());

@@ -2,6 +2,7 @@
 
 use attempt::{AttemptCurve, CurveMark, LayerSpan, MarkKind, patient_thicknesses_m};
 use documents::ExerciseBundle;
+use law::Skin;
 use law::structures::{StructureKind, StructureSpec, Surface};
 use recording::Recording;
 use serde::Serialize;
@@ -39,6 +40,8 @@ pub struct ReplayStage {
     pub structures: Vec<StageStructure>,
     /// Where each puncture whose blood a frame holds is on the skin.
     pub entries_mm: Vec<[f64; 3]>,
+    /// How skin and layers bend away from z = 0, which the skin touches at the origin; none where they are flat.
+    pub bend: Option<StageBend>,
     /// The skin of the whole patient, where the scene brings one.
     pub skin: Option<StageMesh>,
     /// What happened, in order of time.
@@ -101,6 +104,16 @@ pub struct StageMesh {
     pub triangles: Vec<u32>,
 }
 
+/// A sphere, or a cylinder, that skin and layers are concentric with.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[schema(as = Bend)]
+pub struct StageBend {
+    /// Radius of the skin, in mm.
+    pub radius_mm: f64,
+    /// Direction of a cylinder's line in plan, of unit length; none for a sphere.
+    pub line: Option<[f64; 2]>,
+}
+
 /// An event.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 pub struct Happening {
@@ -139,6 +152,7 @@ impl ReplayStage {
             },
             entries_mm: frames.entries_m().iter().map(|entry_m| entry_m.map(to_mm)).collect(),
             structures: bundle.scene.structures.iter().map(|s| structure(&s.spec)).collect(),
+            bend: bend(&bundle.scene.skin_shape),
             skin: bundle
                 .scene
                 .skin
@@ -147,6 +161,11 @@ impl ReplayStage {
             events: curve.marks.into_iter().map(happening).collect(),
         }
     }
+}
+
+fn bend(skin: &Skin) -> Option<StageBend> {
+    let line = skin.line().map(|line| [line.x, line.y]);
+    skin.radius_m().map(|radius_m| StageBend { radius_mm: to_mm(radius_m), line })
 }
 
 /// To the hundredth of a millimetre, far below what a picture shows.

@@ -13,6 +13,7 @@ pub(super) fn scene() -> Scene {
             wall: None,
         },
         mesh_file: None,
+        elastic: None,
     };
     Scene {
         id: "lower-back".to_owned(),
@@ -27,6 +28,7 @@ pub(super) fn scene() -> Scene {
             structure("transverse process", StructureKind::Bone, 0.022, -0.022),
         ],
         skin: None,
+        skin_shape: law::Skin::Flat,
         tissue: TissueOptions { model: "auto".to_owned(), tolerance: 0.01, coupling: "none".to_owned() },
         sha256: "c0ffee".to_owned(),
     }

@@ -265,7 +265,7 @@ fn swept_sheet(rows: &[FieldRow], peers: &[Peer]) -> ReportSheet {
     sheet
 }
 
-fn percent(share: f64) -> String {
+pub(super) fn percent(share: f64) -> String {
     format!("{:.3} %", share * 1e2)
 }
 
@@ -295,7 +295,7 @@ fn markdown(head: &str, rows: &[FieldRow], oblique: &ReportSheet, peers: &[Peer]
 }
 
 /// A time as people write it.
-fn human_time(time_s: f64) -> String {
+pub(super) fn human_time(time_s: f64) -> String {
     match time_s {
         t if t < 1e-6 => format!("{:.0} ns", t * 1e9),
         t if t < 1e-4 => format!("{:.2} µs", t * 1e6),

@@ -1,6 +1,6 @@
 //! What simulating a scene comes to: layers as the needle meets them, ruptures in closed form, the model.
 
-use documents::{ExerciseBundle, Patient, Scene, SceneLayer, spec_along_path};
+use documents::{ExerciseBundle, Patient, PlannedNeedle, Scene, SceneLayer, spec_along_path};
 use law::axial::{AxialSpec, Contactor, Layer, RuptureCriterion};
 use law::closed_form;
 use serde::Serialize;
@@ -69,7 +69,7 @@ impl ScenePlan {
     /// # Errors
     /// When no model of a coupled tissue can be had.
     pub fn of_scene(scene: &Scene) -> Result<Self, FollowError> {
-        Self::new(None, scene, 0.0)
+        Self::new(None, scene, PlannedNeedle::default())
     }
 
     /// The plan of an exercise at its angle.
@@ -77,16 +77,17 @@ impl ScenePlan {
     /// # Errors
     /// As [`ScenePlan::of_scene`].
     pub fn of_exercise(bundle: &ExerciseBundle) -> Result<Self, FollowError> {
-        Self::new(Some(bundle.exercise.id.clone()), &bundle.scene, bundle.exercise.angle_deg)
+        Self::new(Some(bundle.exercise.id.clone()), &bundle.scene, bundle.exercise.planned_needle())
     }
 
-    fn new(exercise: Option<String>, scene: &Scene, angle_deg: f64) -> Result<Self, FollowError> {
-        let nominal = spec_along_path(scene.coupled_spec(&Patient::nominal(scene), angle_deg)?, angle_deg);
+    fn new(exercise: Option<String>, scene: &Scene, planned: PlannedNeedle) -> Result<Self, FollowError> {
+        let spec = scene.coupled_spec(&Patient::nominal(scene), planned)?;
+        let nominal = spec_along_path(spec, &planned.incidence(&scene.skin_shape));
         Ok(Self {
             exercise,
             ruptures_hold_for: needle_told(&nominal),
             scene: scene.id.clone(),
-            angle_deg,
+            angle_deg: planned.angle_deg,
             layers: scene
                 .layers
                 .iter()
@@ -94,7 +95,7 @@ impl ScenePlan {
                 .map(|(written, met)| LayerPlan::new(written, met))
                 .collect(),
             ruptures: ruptures(&nominal),
-            tissue: TissuePlan::new(scene, angle_deg)?,
+            tissue: TissuePlan::new(scene, planned)?,
         })
     }
 }

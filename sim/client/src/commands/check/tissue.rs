@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use bench::timing::{self, TimingEffort};
-use documents::{Patient, Scene};
+use documents::{Patient, PlannedNeedle, Scene};
 use serde::Serialize;
 use tissue::Model;
 use tissue::follow::{AttemptLoad, Field, FieldPlan, FollowError};
@@ -41,8 +41,8 @@ impl TissuePlan {
     ///
     /// # Errors
     /// When no model of the tissue can be had.
-    pub fn new(scene: &Scene, angle_deg: f64) -> Result<Self, FollowError> {
-        let Some(tissue) = scene.tissue_spec(&Patient::nominal(scene), angle_deg) else { return Ok(Self::none(scene)) };
+    pub fn new(scene: &Scene, planned: PlannedNeedle) -> Result<Self, FollowError> {
+        let Some(tissue) = scene.tissue_spec(&Patient::nominal(scene), planned) else { return Ok(Self::none(scene)) };
         let (field, setup_s) = timing::once(|| Field::new(&tissue));
         let field = field?;
         let FieldPlan { model, reason, radius_m, unknowns, bytes, expected_relative_error, worst } =

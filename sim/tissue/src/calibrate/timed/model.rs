@@ -4,6 +4,7 @@
 //! is there: the threshold is then what the tent and its branches hold. The length at which static friction gives way is none either: at
 //! which sample the force falls it says, and no derivative knows of that. It is held, and other lengths are tried.
 
+use law::Incidence;
 use law::axial::{AxialInput, AxialOutput, AxialParams, AxialScratch, AxialSpec, AxialState, ForceLaw, step};
 use law::closed_form::predict_held_ruptures;
 use nalgebra::DMatrix;
@@ -263,7 +264,7 @@ impl LawWalk {
 
     fn go(&mut self, to: TimedSample) -> AxialOutput {
         self.last = Some(to);
-        let input = AxialInput { t_s: to.t_s, x_m: to.depth_m, path_factor: 1.0 };
+        let input = AxialInput { t_s: to.t_s, x_m: to.depth_m, incidence: Incidence::UPRIGHT };
         if !self.state.is_later(to.t_s) {
             return self.state.last_output();
         }

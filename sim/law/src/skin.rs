@@ -1,0 +1,311 @@
+//! The skin's shape, and how layers that follow it lie along a straight needle.
+//!
+//! Layers are concentric with the skin. In the plane across a skin of radius R let a needle enter at an angle θ to the normal and lie with a part
+//! t of its direction, squared, along the skin in the direction in which it bends (sin²θ on a sphere, less on a cylinder). After a way s it
+//! is R − d from the centre, (R − d)² = (R − s cos θ)² + s² t, so that with κ = 1/R
+//!
+//! ```text
+//! s(d) = (2d − κd²) / (cos θ + √(cos²θ − κ (cos²θ + t) (2d − κd²)))
+//! ```
+//!
+//! which is d/cos θ where nothing bends.
+
+use core::f64::consts::FRAC_PI_2;
+
+use nalgebra::{Point3, Vector3};
+use serde::{Deserialize, Serialize};
+
+/// cos 80°. A needle lying flatter on the skin, or on a layer below it, is taken for one at 80°: its path would otherwise have no end.
+pub(crate) const MIN_COS: f64 = 0.173_648_177_666_930_33;
+
+/// Shape of the skin; the layers follow it. It touches z = 0 at the origin of the patient frame and bends away from the outside.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub enum Skin {
+    /// The plane z = 0.
+    #[default]
+    Flat,
+    /// A sphere of this radius, in m.
+    Sphere {
+        /// Radius, in m.
+        radius_m: f64,
+    },
+    /// A cylinder of this radius, in m.
+    Cylinder {
+        /// Radius, in m.
+        radius_m: f64,
+        /// Direction of its line in the plane z = 0, from +x towards +y, in rad.
+        along_rad: f64,
+    },
+}
+
+/// How a straight needle meets layers that follow the skin.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Incidence {
+    /// 1/cos θ at the skin: how much longer a needle's path through a thin layer is than the layer is thick, from 1 to that at 80°.
+    pub path_factor: f64,
+    /// Curvature of the skin, in 1/m; 0 where it is flat.
+    #[serde(default)]
+    pub curvature_per_m: f64,
+    /// The square of the part of the needle's direction that lies along the skin where it bends, from 0 to sin²θ.
+    #[serde(default)]
+    pub along_bend: f64,
+}
+
+impl Skin {
+    /// A cylinder along y: a back, seen from behind.
+    #[must_use]
+    pub fn cylinder_along_y(radius_m: f64) -> Self {
+        Self::Cylinder { radius_m, along_rad: FRAC_PI_2 }
+    }
+
+    /// Its radius, in m; none where it is flat.
+    #[must_use]
+    pub fn radius_m(&self) -> Option<f64> {
+        match *self {
+            Self::Flat => None,
+            Self::Sphere { radius_m } | Self::Cylinder { radius_m, .. } => Some(radius_m),
+        }
+    }
+
+    /// The part of a place in plan that the skin bends along, and the rest: both of it on a sphere.
+    fn across_and_along(&self, place: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+        let level = Vector3::new(place.x, place.y, 0.0);
+        match *self {
+            Self::Flat => (Vector3::zeros(), level),
+            Self::Sphere { .. } => (level, Vector3::zeros()),
+            Self::Cylinder { along_rad, .. } => {
+                let line = line_of(along_rad);
+                let along = line * line.dot(&level);
+                (level - along, along)
+            }
+        }
+    }
+
+    /// Direction of a cylinder's line, of unit length; none of what is no cylinder.
+    #[must_use]
+    pub fn line(&self) -> Option<Vector3<f64>> {
+        match *self {
+            Self::Flat | Self::Sphere { .. } => None,
+            Self::Cylinder { along_rad, .. } => Some(line_of(along_rad)),
+        }
+    }
+
+    /// Where the point x, y along the skin and z above it lies once the skin is bent, in m.
+    #[must_use]
+    pub fn bend(&self, flat: &Point3<f64>) -> Point3<f64> {
+        let Some(radius_m) = self.radius_m() else { return *flat };
+        let (across, along) = self.across_and_along(&flat.coords);
+        let arc_m = across.norm();
+        let angle = arc_m / radius_m;
+        // sin(angle)/arc, and its limit on the axis.
+        let per_metre = if angle > 0.0 { libm::sin(angle) / arc_m } else { 1.0 / radius_m };
+        // R(1 − cos) as 2R sin²(angle/2): the difference would lose all digits of a nearly flat skin.
+        let half = libm::sin(0.5 * angle);
+        let z = flat.z - 2.0 * (radius_m + flat.z) * half * half;
+        Point3::from(across * ((radius_m + flat.z) * per_metre) + along + Vector3::z() * z)
+    }
+
+    /// Where a point lies once the skin is laid flat, in m: what [`Skin::bend`] undoes. Its z is the height above the skin.
+    #[must_use]
+    pub fn flatten(&self, bent: &Point3<f64>) -> Point3<f64> {
+        let Some(radius_m) = self.radius_m() else { return *bent };
+        let (across, along) = self.across_and_along(&bent.coords);
+        let aside_m = across.norm();
+        let up_m = radius_m + bent.z;
+        let angle = libm::atan2(aside_m, up_m);
+        let arc = if aside_m > 0.0 { across * (radius_m * angle / aside_m) } else { across };
+        // √(a² + u²) − R as (a² + (u − R)(u + R)) / (√(a² + u²) + R), for the same reason.
+        let from_centre_m = libm::hypot(aside_m, up_m);
+        let height_m = (aside_m * aside_m + bent.z * (up_m + radius_m)) / (from_centre_m + radius_m);
+        Point3::from(arc + along + Vector3::z() * height_m)
+    }
+
+    /// How far a point is above the skin, in m; negative in the body.
+    #[must_use]
+    pub fn height_m(&self, point: &Point3<f64>) -> f64 {
+        self.flatten(point).z
+    }
+
+    /// The way out of the body at a point, of unit length.
+    #[must_use]
+    pub fn outward(&self, point: &Point3<f64>) -> Vector3<f64> {
+        let Some(radius_m) = self.radius_m() else { return Vector3::z() };
+        let from_line = self.across_and_along(&point.coords).0 + Vector3::z() * (radius_m + point.z);
+        from_line.try_normalize(0.0).unwrap_or_else(Vector3::z)
+    }
+
+    /// The place of the skin that is nearest to a point.
+    #[must_use]
+    pub fn nearest(&self, point: &Point3<f64>) -> Point3<f64> {
+        match self {
+            Self::Flat => Point3::new(point.x, point.y, 0.0),
+            Self::Sphere { .. } | Self::Cylinder { .. } => point - self.outward(point) * self.height_m(point),
+        }
+    }
+
+    /// The place of the skin above or below a place in plan, in m; the farthest that there is where the skin does not reach so far.
+    #[must_use]
+    pub fn above(&self, x_m: f64, y_m: f64) -> Point3<f64> {
+        let place = Vector3::new(x_m, y_m, 0.0);
+        let Some(radius_m) = self.radius_m() else { return Point3::from(place) };
+        let (across, along) = self.across_and_along(&place);
+        let aside_m = across.norm();
+        let reached = across * (radius_m / aside_m.max(radius_m));
+        let up_m = libm::sqrt((radius_m * radius_m - reached.norm_squared()).max(0.0));
+        let down_m = reached.norm_squared() / (radius_m + up_m);
+        Point3::from(reached + along - Vector3::z() * down_m)
+    }
+
+    /// How a needle whose line passes a point meets the skin there. `axis` is of unit length, from hub to tip.
+    #[must_use]
+    pub fn incidence(&self, point: &Point3<f64>, axis: &Vector3<f64>) -> Incidence {
+        let cosine = self.cosine(point, axis);
+        let Some(radius_m) = self.radius_m() else { return Incidence::of_factor(1.0 / cosine) };
+        Incidence {
+            path_factor: 1.0 / cosine,
+            curvature_per_m: 1.0 / radius_m,
+            along_bend: self.along_bend(point, axis),
+        }
+    }
+
+    /// cos θ between an axis and the inward normal, never less than that of 80°.
+    fn cosine(&self, point: &Point3<f64>, axis: &Vector3<f64>) -> f64 {
+        (-axis.dot(&self.outward(point))).max(MIN_COS)
+    }
+
+    fn along_bend(&self, point: &Point3<f64>, axis: &Vector3<f64>) -> f64 {
+        let out = self.outward(point);
+        let level = Vector3::new(axis.x, axis.y, 0.0);
+        let bending = match self {
+            Self::Flat => return 0.0,
+            Self::Sphere { .. } => *axis,
+            Self::Cylinder { .. } => axis - (level - self.across_and_along(&level).0),
+        };
+        (bending - out * bending.dot(&out)).norm_squared()
+    }
+
+    /// Way along a needle from where its line meets the skin to a tip, in m; negative above it. A line that passes the skin by, or meets it
+    /// flatter than at 80°, is taken for one at 80°.
+    #[must_use]
+    pub fn displacement_m(&self, tip_m: &Point3<f64>, axis: &Vector3<f64>) -> f64 {
+        let Some(radius_m) = self.radius_m() else { return -tip_m.z / self.cosine(tip_m, axis) };
+        let height_m = self.height_m(tip_m);
+        let flattest_m = -height_m / MIN_COS;
+        let cosine = -axis.dot(&self.outward(tip_m));
+        // From the tip it is (r − s cos)² + s² t = R² for the way s still to go, r = R + height.
+        let from_centre_m = radius_m + height_m;
+        let over_m2 = height_m * (from_centre_m + radius_m);
+        let toward_m = from_centre_m * cosine;
+        let root = toward_m * toward_m - (cosine * cosine + self.along_bend(tip_m, axis)) * over_m2;
+        if cosine <= MIN_COS || root < 0.0 {
+            return flattest_m;
+        }
+        let way_m = -over_m2 / (toward_m + libm::sqrt(root));
+        if height_m > 0.0 { way_m.max(flattest_m) } else { way_m.min(flattest_m) }
+    }
+
+    /// Where a tip that went from a place above the skin to one below it passed through.
+    pub(crate) fn crossing(&self, above_m: &Point3<f64>, below_m: &Point3<f64>) -> Point3<f64> {
+        let (above, below) = (self.height_m(above_m), self.height_m(below_m));
+        self.nearest(&(above_m + (below_m - above_m) * (above / (above - below))))
+    }
+}
+
+fn line_of(along_rad: f64) -> Vector3<f64> {
+    Vector3::new(libm::cos(along_rad), libm::sin(along_rad), 0.0)
+}
+
+impl Default for Incidence {
+    fn default() -> Self {
+        Self::UPRIGHT
+    }
+}
+
+impl Incidence {
+    /// A needle at right angles to flat layers.
+    pub const UPRIGHT: Self = Self::of_factor(1.0);
+
+    /// A needle through flat layers, on whose path they are so much thicker.
+    #[must_use]
+    pub const fn of_factor(path_factor: f64) -> Self {
+        Self { path_factor, curvature_per_m: 0.0, along_bend: 0.0 }
+    }
+
+    /// cos θ at the skin.
+    #[must_use]
+    pub fn cosine(&self) -> f64 {
+        1.0 / self.path_factor
+    }
+
+    /// Whether the layers are flat.
+    pub(crate) fn is_flat(&self) -> bool {
+        self.curvature_per_m <= 0.0
+    }
+
+    pub(crate) fn is_believable(&self, most_factor: f64) -> bool {
+        self.path_factor > 0.0
+            && self.path_factor <= most_factor
+            && (0.0..=1e3).contains(&self.curvature_per_m)
+            && (0.0..=1.0).contains(&self.along_bend)
+    }
+
+    /// Way from which on the needle lies flatter than at 80° on the layers below, and is taken for one at 80°, in m.
+    fn flattest_m(&self) -> f64 {
+        let (cosine, square) = (self.cosine(), MIN_COS * MIN_COS);
+        let whole = cosine * cosine + self.along_bend;
+        // cos − κ s w = m √(1 − 2κ s cos + κ² s² w), squared: w σ² − 2 cos σ + (cos² − m²)/(w − m²) = 0 for σ = κ s, w = cos² + t.
+        let over = (cosine * cosine - square) / (whole - square);
+        let root = cosine * cosine - whole * over;
+        if over.is_finite() && over > 0.0 && root >= 0.0 {
+            (cosine - libm::sqrt(root)) / whole / self.curvature_per_m
+        } else {
+            0.0
+        }
+    }
+
+    /// Depth below the skin after a way along the needle, along the skin's normal there; both in m.
+    #[must_use]
+    pub fn depth_m(&self, way_m: f64) -> f64 {
+        if self.is_flat() {
+            return way_m / self.path_factor;
+        }
+        let last_m = self.flattest_m();
+        self.bent_depth_m(way_m.min(last_m)) + (way_m - last_m).max(0.0) * MIN_COS
+    }
+
+    fn bent_depth_m(&self, way_m: f64) -> f64 {
+        let whole = self.cosine() * self.cosine() + self.along_bend;
+        let sunk_m = 2.0 * way_m * self.cosine() - self.curvature_per_m * way_m * way_m * whole;
+        sunk_m / (1.0 + libm::sqrt((1.0 - self.curvature_per_m * sunk_m).max(0.0)))
+    }
+
+    /// Way along the needle to a depth below the skin, both in m.
+    #[must_use]
+    pub fn way_m(&self, depth_m: f64) -> f64 {
+        if self.is_flat() {
+            return depth_m * self.path_factor;
+        }
+        let last_m = self.flattest_m();
+        let deepest_m = self.bent_depth_m(last_m);
+        if depth_m > deepest_m {
+            return last_m + (depth_m - deepest_m) / MIN_COS;
+        }
+        let cosine = self.cosine();
+        let whole = cosine * cosine + self.along_bend;
+        let sunk_m = 2.0 * depth_m - self.curvature_per_m * depth_m * depth_m;
+        let root = cosine * cosine - self.curvature_per_m * whole * sunk_m;
+        sunk_m / (cosine + libm::sqrt(root.max(0.0)))
+    }
+
+    /// Writes where layers of these thicknesses begin along the needle, and the far side of the last, in m.
+    pub fn lay_layers(&self, thicknesses_m: impl IntoIterator<Item = f64>, boundaries_m: &mut Vec<f64>) {
+        boundaries_m.clear();
+        boundaries_m.push(0.0);
+        let (mut flat_m, mut depth_m) = (0.0, 0.0);
+        for thickness_m in thicknesses_m {
+            flat_m += thickness_m * self.path_factor;
+            depth_m += thickness_m;
+            boundaries_m.push(if self.is_flat() { flat_m } else { self.way_m(depth_m) });
+        }
+    }
+}

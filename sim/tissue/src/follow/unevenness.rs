@@ -1,0 +1,250 @@
+//! What a skin that bends and what lies in the layers change.
+//!
+//! Flat layers are solved in (r, z) as finely as anybody likes. Beside that the change is small and smooth: what is found with the skin bent and
+//! the inclusions in place, less what is found without, both on one coarse mesh in three dimensions, whose own error cancels for the most part.
+//! A drag's change at a boundary is what a push at that boundary changes along the drag (Betti).
+
+use phrase::{Phrase, phrase};
+
+use super::asked::AskedLoads;
+use super::responses::Responses;
+use super::spec::TissueSpec;
+use crate::planner::{PlanError, cut_patch};
+use crate::quadrature::gauss_rule;
+use crate::volumetric::{Grading, MeshSpec3, Problem3, Skin, VolumetricError, push_along_needle};
+use crate::{Load, LoadKind, Problem, relative_distance};
+
+/// What is known of a change.
+#[derive(Clone, Debug)]
+pub(super) struct WeighedChange {
+    /// What is added to the responses of flat layers; none where it is too little.
+    pub added: Option<Responses>,
+    /// The largest change under a load of an attempt, relative to what the load does.
+    largest: f64,
+    /// What adding it, or leaving it, costs, relative to what the load does.
+    pub error: f64,
+    /// Where the load for which that is most is in [`TissueSpec::loads`].
+    pub worst: Option<usize>,
+    mesh: Phrase,
+    /// Unknowns of the largest mesh.
+    pub unknowns: usize,
+    /// Most bytes held at a time.
+    pub bytes: usize,
+}
+
+impl WeighedChange {
+    /// Why the planner takes which model.
+    pub fn in_words(&self, why: &Phrase, level: &Phrase) -> Phrase {
+        let (why, level, mesh) = (why.clone(), level.clone(), self.mesh.clone());
+        let percent = Phrase::number(100.0 * self.largest, 1);
+        match self.added {
+            None => phrase!(
+                "{why}, which told that no displacement changes by more than {percent} % ({mesh}), so flat layers will do: {level}",
+                why = why,
+                percent = percent,
+                mesh = mesh,
+                level = level
+            ),
+            Some(_) => phrase!(
+                "{why}: what changes, up to {percent} %, is found on {mesh} at the angle of the exercise and added to flat layers: {level}",
+                why = why,
+                percent = percent,
+                mesh = mesh,
+                level = level
+            ),
+        }
+    }
+}
+
+/// Finds the change and whether it is to be added to flat layers, whose responses are known, for an error that may be so large.
+///
+/// # Errors
+/// The first number that no mesh can be made of.
+pub(super) fn weigh_change(
+    asked: &AskedLoads,
+    tissue: &TissueSpec,
+    level: &Responses,
+    tolerance: f64,
+) -> Result<WeighedChange, PlanError> {
+    let find = |rung: usize| {
+        let change = find_change(&asked.question, &asked.loads, &RUNGS[rung])?;
+        Ok::<_, PlanError>(FoundChange::new(change, asked, level))
+    };
+    let apart = |one: &Responses, other: &Responses| -> Vec<f64> {
+        asked.places.iter().map(|place| relative_distance(&one.under(*place), &other.under(*place))).collect()
+    };
+    let within = |errors: &[f64]| errors.iter().all(|error| *error <= tolerance);
+    let mut found = find(0)?;
+    // As long as nothing else is known, the coarsest mesh may be off by all that it finds.
+    let mut doubts = apart(level, &found.changed);
+    let mut rungs = 1;
+    let most = affordable(&asked.question)?;
+    loop {
+        let sizes = apart(level, &found.changed);
+        let left_out: Vec<f64> = sizes.iter().zip(&doubts).map(|(size, doubt)| size + doubt).collect();
+        if tissue.model.is_none() && within(&left_out) {
+            return Ok(found.weigh(asked, &sizes, left_out, false));
+        }
+        if rungs == most || rungs > 1 && within(&doubts) {
+            return Ok(found.weigh(asked, &sizes, doubts, true));
+        }
+        let finer = find(rungs)?;
+        doubts = apart(&found.changed, &finer.changed).iter().map(|apart| OFF * apart).collect();
+        (found, rungs) = (finer, rungs + 1);
+    }
+}
+
+/// How many rungs can be afforded: two at the least, lest nothing be known of an error.
+fn affordable(question: &Problem3) -> Result<usize, PlanError> {
+    let problem = around_pushes(question);
+    let mut rungs = 2;
+    while let Some(rung) = RUNGS.get(rungs) {
+        if spec(&problem, rung).unknowns(&problem).map_err(VolumetricError::from)? > MOST_UNKNOWNS {
+            break;
+        }
+        rungs += 1;
+    }
+    Ok(rungs)
+}
+
+/// A change, and what becomes of flat layers by it.
+struct FoundChange {
+    change: Change,
+    responses: Responses,
+    changed: Responses,
+}
+
+impl FoundChange {
+    fn new(change: Change, asked: &AskedLoads, level: &Responses) -> Self {
+        let responses = asked.responses(|load, sample| change.answers_m[load][sample]);
+        let mut changed = level.clone();
+        changed.add(1.0, &responses);
+        Self { change, responses, changed }
+    }
+
+    fn weigh(self, asked: &AskedLoads, sizes: &[f64], errors: Vec<f64>, is_added: bool) -> WeighedChange {
+        let worst = asked.worst(errors);
+        WeighedChange {
+            added: is_added.then_some(self.responses),
+            largest: sizes.iter().copied().fold(0.0, f64::max),
+            error: worst.map_or(0.0, |worst| worst.error),
+            worst: worst.map(|worst| worst.place),
+            mesh: self.change.mesh,
+            unknowns: self.change.unknowns,
+            bytes: self.change.bytes,
+        }
+    }
+}
+
+/// What is changed under each load of an attempt, on one mesh.
+struct Change {
+    /// Displacement along the needle at each sample under each load, in m/N.
+    answers_m: Vec<Vec<f64>>,
+    mesh: Phrase,
+    unknowns: usize,
+    bytes: usize,
+}
+
+/// A mesh to find changes on: the order of its elements, their size at the needle in m, and how much it grows with the distance, in m/m.
+#[derive(Clone, Copy, Debug)]
+struct Rung {
+    order: usize,
+    near_m: f64,
+    growth: f64,
+}
+
+/// From coarse to fine. They grow slowly: what counts is how they see the inclusions, and not the needle.
+const RUNGS: [Rung; 4] = [
+    Rung { order: 2, near_m: 4e-3, growth: 0.4 },
+    Rung { order: 2, near_m: 2.8e-3, growth: 0.3 },
+    Rung { order: 3, near_m: 4.5e-3, growth: 0.4 },
+    Rung { order: 3, near_m: 3e-3, growth: 0.35 },
+];
+
+/// The finer of two meshes may be off by so many times what they differ by: where an inclusion's face lies within elements, the error falls with
+/// little more than the first power of their size. Of 20 lumps at random under skins that bend none was off by more.
+const OFF: f64 = 1.5;
+
+/// A mesh of more unknowns takes seconds to factorise, and more than 64 MB.
+const MOST_UNKNOWNS: usize = 10_500;
+
+/// A patch reaches so far from the needle, in m, or so many radii of the skin where that is less.
+const REACH_M: f64 = 0.08;
+const REACH: f64 = 1.2;
+/// And goes no deeper than so many radii.
+const DEEPEST: f64 = 0.9;
+
+/// Points along a layer at which a drag's change is asked.
+const POINTS: usize = 16;
+
+/// What is changed under each load at each of the question's sample depths, on a mesh of the ladder. The question's own load only tells the radius; every
+/// push is at a sample depth.
+fn find_change(question: &Problem3, loads: &[Load], rung: &Rung) -> Result<Change, PlanError> {
+    let samples_m = &question.flat.sample_depth_m;
+    let uneven = around_pushes(question);
+    let level = Problem3 { skin: Skin::Flat, inclusions: Vec::new(), ..uneven.clone() };
+    let spec = spec(&uneven, rung);
+    let stretches: Vec<Stretch> = loads.iter().map(Stretch::of).collect();
+    let points_m: Vec<f64> = stretches.iter().flat_map(|stretch| stretch.points_m.iter().copied()).collect();
+    let [with, without] = [&uneven, &level].map(|problem| push_along_needle(problem, &spec, samples_m, &points_m));
+    let (with, without) = (with?, without?);
+    let changed_m = |sample: usize, point: usize| with.answers_m[sample][point] - without.answers_m[sample][point];
+    let mut first = 0;
+    let mut of_load = |stretch: &Stretch| -> Vec<f64> {
+        let from = first;
+        first += stretch.points_m.len();
+        let shares = || stretch.shares.iter().enumerate();
+        let at = |sample: usize| shares().map(|(at, share)| share * changed_m(sample, from + at)).sum();
+        (0..samples_m.len()).map(at).collect()
+    };
+    let answers_m = stretches.iter().map(&mut of_load).collect();
+    let mesh = phrase!("{elements} hexahedra of order {order}", elements = with.elements, order = spec.order);
+    Ok(Change { answers_m, mesh, unknowns: with.unknowns, bytes: with.bytes.max(without.bytes) })
+}
+
+/// Points of a needle that a load is spread over, and how much of it is at each.
+struct Stretch {
+    points_m: Vec<f64>,
+    shares: Vec<f64>,
+}
+
+impl Stretch {
+    fn of(load: &Load) -> Self {
+        match load.kind {
+            LoadKind::Contactor { depth_m } => Self { points_m: vec![depth_m], shares: vec![1.0] },
+            LoadKind::Drag { from_m, to_m } => {
+                let (points, weights): (Vec<f64>, Vec<f64>) = gauss_rule(POINTS).into_iter().unzip();
+                let place = |x: &f64| 0.5 * ((from_m + to_m) + (to_m - from_m) * x);
+                Self {
+                    points_m: points.iter().map(place).collect(),
+                    shares: weights.iter().map(|weight| 0.5 * weight).collect(),
+                }
+            }
+        }
+    }
+}
+
+/// The question about the tissue around the pushes.
+fn around_pushes(question: &Problem3) -> Problem3 {
+    let deepest_push_m = question.flat.sample_depth_m.iter().copied().fold(0.0, f64::max);
+    let bend_m = question.skin.radius_m().unwrap_or(f64::INFINITY);
+    let reach_m = REACH_M.min(REACH * bend_m);
+    let deepest_m = deepest_push_m.min(DEEPEST * bend_m);
+    let mut slab = cut_patch(&question.flat.slab.layers, deepest_m, reach_m.min(DEEPEST * bend_m - deepest_m));
+    slab.radius_m = reach_m;
+    let load = Load { kind: LoadKind::Drag { from_m: 0.0, to_m: deepest_push_m }, ..question.flat.load };
+    let flat = Problem { slab, load, sample_r_m: Vec::new(), sample_depth_m: Vec::new() };
+    Problem3 { flat, ..question.clone() }
+}
+
+fn spec(problem: &Problem3, rung: &Rung) -> MeshSpec3 {
+    let grading = Grading { near_m: rung.near_m, growth: rung.growth };
+    MeshSpec3 {
+        symmetry: problem.symmetry(),
+        order: rung.order,
+        around: 1,
+        across: grading,
+        along: grading,
+        reach_m: problem.flat.slab.radius_m,
+    }
+}

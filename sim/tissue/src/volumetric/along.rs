@@ -1,0 +1,51 @@
+//! Pushes at several depths of one needle, on one mesh.
+
+use nalgebra::{Point3, Vector3};
+
+use super::load::unit_load;
+use super::{MeshSpec3, Problem3, VolumetricError, mesh_body};
+use crate::{Load, LoadKind};
+
+/// What 1 N at each of some depths of a needle does along it.
+#[derive(Clone, Debug)]
+pub(crate) struct NeedlePushes {
+    /// Displacement along the needle at each point under a push at each depth, in m/N: push after push.
+    pub answers_m: Vec<Vec<f64>>,
+    /// Elements of the mesh.
+    pub elements: usize,
+    /// Unknowns.
+    pub unknowns: usize,
+    /// Bytes held at a time.
+    pub bytes: usize,
+}
+
+/// Pushes along the needle of a problem at each of some depths below the skin, in m, and asks at points of it, each so deep, in m. The problem's
+/// own load tells the radius, and the mesh is made for it.
+///
+/// # Errors
+/// The first number of the problem or the mesh that is out of range.
+pub(crate) fn push_along_needle(
+    problem: &Problem3,
+    spec: &MeshSpec3,
+    pushes_m: &[f64],
+    points_m: &[f64],
+) -> Result<NeedlePushes, VolumetricError> {
+    let (patch, body) = mesh_body(problem, spec)?;
+    let factor = body.factorise(0.0)?;
+    let mut scratch = vec![0.0; factor.scratch_len()];
+    let points: Vec<Point3<f64>> = points_m.iter().map(|depth_m| problem.on_needle(*depth_m)).collect();
+    let inwards = Vector3::new(libm::sin(problem.tilt_rad), 0.0, -libm::cos(problem.tilt_rad));
+    let mut answer = |depth_m: &f64| {
+        let mut pushed = problem.clone();
+        pushed.flat.load = Load { kind: LoadKind::Contactor { depth_m: *depth_m }, ..problem.flat.load };
+        let mut u_m = unit_load(&pushed, &patch, &body, spec.symmetry.share());
+        factor.solve(&mut u_m, &mut scratch);
+        points.iter().map(|point| body.mirrored_m(spec.symmetry, &u_m, point).dot(&inwards)).collect()
+    };
+    Ok(NeedlePushes {
+        answers_m: pushes_m.iter().map(&mut answer).collect(),
+        elements: body.elements(),
+        unknowns: body.unknowns(),
+        bytes: body.bytes() + factor.bytes(),
+    })
+}

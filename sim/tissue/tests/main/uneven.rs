@@ -1,0 +1,102 @@
+//! A skin that bends, and what lies in the layers. It would fail where flat layers were taken for what they are not, where they were left
+//! though they would do, where a claim were below the error, or where a boundary gave way at another place than in three dimensions.
+
+use bench::lumps::{lower_back_with, make_ball, push_in_three_dimensions_m, worst_push_error};
+use law::axial::{AxialParams, AxialSpec};
+use law::closed_form::predict_ruptures;
+use law::{Incidence, Skin};
+use nalgebra::{Point3, Vector3};
+use tissue::Model;
+use tissue::follow::{Field, FollowError, TissueSpec};
+use tissue::planner::PlanError;
+
+/// Size of a reference's elements near the load, in m.
+const NEAR_M: f64 = 1.1e-3;
+
+#[test]
+fn the_error_is_no_more_than_is_claimed_and_that_no_more_than_is_tolerated() {
+    let sphere = Skin::Sphere { radius_m: 0.07 };
+    for (tissue, needs_more) in [
+        (lower_back_with(12.0, sphere, &[]), true),
+        (lower_back_with(0.0, Skin::cylinder_along_y(0.08), &[]), true),
+        (lower_back_with(0.0, Skin::Flat, &[make_ball([0.0, 0.0, -19.0], 5.0, 1000.0)]), true),
+        (lower_back_with(15.0, Skin::Flat, &[make_ball([12.0, 0.0, -14.0], 5.0, 3.0)]), true),
+        (lower_back_with(12.0, Skin::Sphere { radius_m: 2.0 }, &[]), false),
+        (lower_back_with(0.0, Skin::Flat, &[make_ball([30.0, 0.0, -30.0], 4.0, 1000.0)]), false),
+    ] {
+        let field = Field::new(&tissue).expect("a field");
+        let (plan, name) = (field.plan(), format!("{:?} {:?}", tissue.skin, tissue.inclusions));
+        assert_eq!(plan.model == Model::Volumetric, needs_more, "{name}: {}", plan.reason);
+        let claim = plan.expected_relative_error;
+        assert!(claim <= tissue.tolerance, "{claim} of {name}");
+        assert!(plan.bytes <= 64 << 20, "{} bytes of {name}", plan.bytes);
+        let error = worst_push_error(&tissue, &field, NEAR_M).expect("a reference");
+        assert!(error <= claim, "off by {error}, claimed {claim}: {name}");
+    }
+}
+
+#[test]
+fn on_a_slope_of_12_degrees_boundaries_open_where_they_do_in_three_dimensions() {
+    let mut tissue = lower_back_with(12.0, Skin::Sphere { radius_m: 0.07 }, &[]);
+    tissue.coupled = true;
+    let field = Field::new(&tissue).expect("a field");
+    let axis = Vector3::new(libm::sin(tissue.tilt_rad), 0.0, -libm::cos(tissue.tilt_rad));
+    let incidence = tissue.skin.incidence(&Point3::origin(), &axis);
+    let mut coupled = along(&incidence);
+    field.couple(&mut coupled);
+    let mut reference = along(&incidence);
+    for (boundary, layer) in reference.layers.iter_mut().enumerate() {
+        layer.stiffness_n_per_m =
+            1.0 / push_in_three_dimensions_m(&tissue, boundary, NEAR_M).expect("a reference")[boundary];
+    }
+    let flat = field_of_flat_layers(&tissue);
+    let [found, wanted, flat] = [&coupled, &reference, &flat].map(|spec| {
+        AxialParams::new(spec.clone()).expect("a sound scene");
+        predict_ruptures(spec)
+    });
+    assert_eq!(found.len(), 6, "tip and rim open every boundary");
+    let mut worst_of_flat = 0.0_f64;
+    for ((found, wanted), flat) in found.iter().zip(&wanted).zip(&flat) {
+        let off = (found.x_m / wanted.x_m - 1.0).abs();
+        assert!(
+            off <= 0.01,
+            "boundary {} opens at {} m, {} m in three dimensions",
+            found.boundary,
+            found.x_m,
+            wanted.x_m
+        );
+        worst_of_flat = worst_of_flat.max((flat.x_m / wanted.x_m - 1.0).abs());
+    }
+    assert!(worst_of_flat > 0.01, "a flat skin would have done: {worst_of_flat}");
+}
+
+/// The training layers as a needle finds them.
+fn along(incidence: &Incidence) -> AxialSpec {
+    let mut spec = bench::scenes::training_axial_spec();
+    let mut boundaries_m = Vec::new();
+    incidence.lay_layers(spec.layers.iter().map(|layer| layer.thickness_m), &mut boundaries_m);
+    for (layer, ends_m) in spec.layers.iter_mut().zip(boundaries_m.windows(2)) {
+        layer.thickness_m = ends_m[1] - ends_m[0];
+    }
+    spec
+}
+
+/// The same of a skin that is taken for the plane z = 0 under a needle along z.
+fn field_of_flat_layers(tissue: &TissueSpec) -> AxialSpec {
+    let mut spec = along(&Incidence::UPRIGHT);
+    Field::new(&TissueSpec { tilt_rad: 0.0, ..tissue.leveled() }).expect("a field").couple(&mut spec);
+    spec
+}
+
+#[test]
+fn what_has_an_axis_only_is_refused_by_name() {
+    for model in [Model::Axisymmetric, Model::MassSpring] {
+        let tissue = TissueSpec { model: Some(model), ..lower_back_with(0.0, Skin::Sphere { radius_m: 0.1 }, &[]) };
+        let error = Field::new(&tissue).expect_err("it has no axis");
+        assert!(matches!(error, FollowError::Plan(PlanError::Unsuited { .. })), "{error}");
+    }
+    let asked =
+        TissueSpec { model: Some(Model::Volumetric), ..lower_back_with(0.0, Skin::Sphere { radius_m: 2.0 }, &[]) };
+    let field = Field::new(&asked).expect("a field");
+    assert_eq!(field.plan().model, Model::Volumetric, "it was asked for: {}", field.plan().reason);
+}
