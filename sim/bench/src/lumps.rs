@@ -74,13 +74,20 @@ pub fn push_in_three_dimensions_m(tissue: &TissueSpec, push: usize, near_m: f64)
     Ok(boundaries_m.map(|at_m| model.displacement_at(&problem.on_needle(*at_m)).dot(&inwards)).collect())
 }
 
-/// How far a field is off that under a push at any boundary, relative to what the push does.
+/// The same under a push at every boundary.
 ///
 /// # Errors
-/// When no mesh can be made of the tissue.
-pub fn worst_push_error(tissue: &TissueSpec, field: &Field, near_m: f64) -> Result<f64, VolumetricError> {
-    (0..tissue.layers()).try_fold(0.0_f64, |worst, push| {
-        let found: Vec<f64> = (0..tissue.layers()).map(|at| field.planned().of_m_per_n(at, push)).collect();
-        Ok(worst.max(relative_distance(&found, &push_in_three_dimensions_m(tissue, push, near_m)?)))
-    })
+/// As [`push_in_three_dimensions_m`].
+pub fn push_everywhere_m(tissue: &TissueSpec, near_m: f64) -> Result<Vec<Vec<f64>>, VolumetricError> {
+    (0..tissue.layers()).map(|push| push_in_three_dimensions_m(tissue, push, near_m)).collect()
+}
+
+/// How far a field is off that, under the push for which it is most, relative to what the push does.
+#[must_use]
+pub fn worst_push_error(field: &Field, wanted_m: &[Vec<f64>]) -> f64 {
+    let error = |(push, wanted_m): (usize, &Vec<f64>)| {
+        let found: Vec<f64> = (0..wanted_m.len()).map(|at| field.planned().of_m_per_n(at, push)).collect();
+        relative_distance(&found, wanted_m)
+    };
+    wanted_m.iter().enumerate().map(error).fold(0.0, f64::max)
 }

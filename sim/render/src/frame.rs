@@ -67,7 +67,7 @@ impl DrawnBend {
         }
     }
 
-    /// Height of the skin at a place in plan, in m. `bent` in `scene.wgsl` does the same for every layer.
+    /// Height of the skin at a place in plan, in m. `concentric` in `scene.wgsl` does the same for every layer.
     #[must_use]
     pub fn height_m(&self, place: [f32; 2]) -> f32 {
         let [radius_m, x, y, is_cylinder] = self.packed();
@@ -76,13 +76,15 @@ impl DrawnBend {
         }
         let along = is_cylinder * (place[0] * x + place[1] * y);
         let aside = place[0] * place[0] + place[1] * place[1] - along * along;
-        let least = STEEPEST * radius_m;
-        (radius_m * radius_m - aside).max(least * least).sqrt() - radius_m
+        let (aside_m, turned_m) = (aside.max(0.0).sqrt(), TURNED * radius_m);
+        let round_m = aside_m.min(turned_m);
+        let up_m = (radius_m * radius_m - round_m * round_m).sqrt();
+        up_m - radius_m - (aside_m - round_m) * round_m / up_m
     }
 }
 
-/// Where a layer has fallen to this share of its radius it falls no farther: a picture shows the neighbourhood of an entry, not a whole ball.
-const STEEPEST: f32 = 0.5;
+/// So far aside, in radii, a layer goes straight on, at 49°: a picture shows the neighbourhood of an entry, not a whole ball.
+const TURNED: f32 = 0.75;
 
 /// A layer.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -13,8 +13,8 @@ const STEPS = 48;
 // The cut follows the needle when its tip is this close to the skin, and no farther than this from the plan, in mm.
 const NEAR = 12;
 const FOLLOWS = 30;
-// Where a layer has fallen to this share of its radius it falls no farther, as in the simulator's own picture.
-const STEEPEST = 0.5;
+// So far aside, in radii, a layer goes straight on, as in the simulator's own picture.
+const TURNED = 0.75;
 const VIEWS = {
   whole: { turn: 0.32, rise: 0.24, distance: 1.75 },
   side: { turn: 0, rise: 0.04, distance: 1.65 },
@@ -120,7 +120,10 @@ export class Scene {
     if (!bend) return this.entry[2] - down;
     const along = bend.line ? x * bend.line[0] + y * bend.line[1] : 0;
     const radius = bend.radius_mm - down;
-    return Math.sqrt(Math.max(radius ** 2 - x ** 2 - y ** 2 + along ** 2, (STEEPEST * radius) ** 2)) - bend.radius_mm;
+    const aside = Math.sqrt(Math.max(x ** 2 + y ** 2 - along ** 2, 0));
+    const round = Math.min(aside, TURNED * radius);
+    const up = Math.sqrt(radius ** 2 - round ** 2);
+    return up - bend.radius_mm - ((aside - round) * round) / up;
   }
 
   // What the picture shows of a frame: where the needle is, and how far each boundary is pressed in.

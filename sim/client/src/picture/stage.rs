@@ -144,3 +144,22 @@ fn picture_point(point: &Point3<f64>) -> [f32; 3] {
 fn picture_vector(vector: &Vector3<f64>) -> [f32; 3] {
     vector.map(|c| c as f32).into()
 }
+
+#[cfg(test)]
+mod tests {
+    //! A skin that is drawn elsewhere than the needle meets it shows a needle that hangs in the air.
+
+    use super::*;
+
+    #[test]
+    fn a_skin_is_drawn_where_the_force_law_has_it() {
+        let cylinder = |along_rad| Skin::Cylinder { radius_m: 0.08, along_rad };
+        for skin in [Skin::Flat, Skin::Sphere { radius_m: 0.06 }, cylinder(0.4), Skin::cylinder_along_y(0.11)] {
+            let drawn = drawn_bend(&skin);
+            for [x_m, y_m] in [[0.0, 0.0], [0.02, -0.01], [-0.03, 0.025], [0.0, 0.04]] {
+                let off_m = f64::from(drawn.height_m([x_m as f32, y_m as f32])) - skin.above(x_m, y_m).z;
+                assert!(off_m.abs() < 1e-7, "{skin:?} at {x_m}, {y_m} m: {off_m} m off");
+            }
+        }
+    }
+}

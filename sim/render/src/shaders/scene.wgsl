@@ -124,17 +124,21 @@ fn depth_of(boundary: u32) -> f32 {
     return select(scene.layers[min(boundary, 15u)].x, scene.down.w, boundary >= scene.count.x);
 }
 
+// So far aside, in radii, a layer goes straight on.
+const TURNED = 0.75;
+
 // Height of a layer at a place in plan, at a depth below the skin, and its slope in x and y. `DrawnBend::height_m` does the same for the skin.
-fn bent(at: vec2f, depth: f32) -> vec3f {
+fn concentric(at: vec2f, depth: f32) -> vec3f {
     let radius = scene.curve.x - depth;
     if scene.curve.x <= 0.0 {
         return vec3f(-depth, 0.0, 0.0);
     }
     let aside = at - scene.curve.w * scene.curve.yz * dot(at, scene.curve.yz);
-    let least = 0.5 * radius;
-    let square = radius * radius - dot(aside, aside);
-    let up = sqrt(max(square, least * least));
-    return vec3f(up - scene.curve.x, select(vec2f(0.0), -aside / up, square > least * least));
+    let far = length(aside);
+    let arc = min(far, TURNED * radius);
+    let up = sqrt(radius * radius - arc * arc);
+    let slope = arc / up;
+    return vec3f(up - scene.curve.x - (far - arc) * slope, -slope * aside / max(far, 1e-6));
 }
 
 // A place on a boundary, in m across and away from the middle of the cut.
@@ -145,7 +149,7 @@ fn boundary_at(plan: vec2f, boundary: u32) -> Tissue {
     let skin = skin_at(level.xy);
     var tissue: Tissue;
     let below = level + scene.down.xyz * depth;
-    let lies = bent(below.xy, depth);
+    let lies = concentric(below.xy, depth);
     tissue.rest = vec3f(below.xy, lies.x + share * skin.x);
     let axis = scene.axis.xyz;
     let off = tissue.rest - scene.focus.xyz;
