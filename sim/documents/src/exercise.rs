@@ -161,8 +161,8 @@ impl Exercise {
 
     /// A place as seen from the planned entry, in m: along the skin towards where the needle leans, along it to the left of that, and out of the body.
     #[must_use]
-    pub fn from_entry_m(&self, place_m: &Point3<f64>) -> Point3<f64> {
-        self.planned_needle().from_entry_m(&self.skin_shape, place_m)
+    pub fn seen_from_entry_m(&self, place_m: &Point3<f64>) -> Point3<f64> {
+        self.planned_needle().seen_from_entry_m(&self.skin_shape, place_m)
     }
 
     /// Planned entry, in m, patient frame.

@@ -55,7 +55,7 @@ impl PlannedNeedle {
     }
 
     /// A place in the frame of its entry, in m.
-    pub(crate) fn from_entry_m(&self, skin: &Skin, place_m: &Point3<f64>) -> Point3<f64> {
+    pub(crate) fn seen_from_entry_m(&self, skin: &Skin, place_m: &Point3<f64>) -> Point3<f64> {
         let EntryFrame { lean, side, out } = self.frame(skin);
         let away_m = place_m - self.entry_m(skin);
         Point3::from([lean, side, out].map(|direction| away_m.dot(&direction)))

@@ -87,7 +87,7 @@ impl Scene {
 
     /// What lies in the layers and is made of something else, in the frame of a planned entry.
     fn list_inclusions(&self, planned: &PlannedNeedle) -> Vec<Inclusion> {
-        let within = |place: Point3<f64>| planned.from_entry_m(&self.skin_shape, &place);
+        let within = |place: Point3<f64>| planned.seen_from_entry_m(&self.skin_shape, &place);
         let inclusion = |structure: &SceneStructure| {
             let at_m = structure.spec.position_m;
             let shape = match structure.spec.shape {

@@ -238,7 +238,7 @@ fn outline_of_shape(shape: &Shape, at: [f64; 3], exercise: &Exercise) -> Structu
 
 /// A point in m of the patient frame, in the plane.
 fn point_in_plane([x, y, z]: [f64; 3], exercise: &Exercise) -> SectionPoint {
-    let from_entry = exercise.from_entry_m(&[x, y, z].into());
+    let from_entry = exercise.seen_from_entry_m(&[x, y, z].into());
     SectionPoint::new(from_entry.x * 1e3, -from_entry.z * 1e3)
 }
 

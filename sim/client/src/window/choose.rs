@@ -2,7 +2,7 @@
 
 use assessment::learning::{Mastery, Reached};
 use documents::{Exercise, Wording};
-use eframe::egui::{self, Align, Color32, Key, Layout, RichText, ScrollArea, Ui};
+use eframe::egui::{self, Align, Color32, Key, Layout, ProgressBar, RichText, ScrollArea, Ui};
 use time::OffsetDateTime;
 use words::fixed;
 
@@ -331,10 +331,17 @@ fn reading_column(ui: &mut Ui, show: impl FnOnce(&mut Ui)) {
     });
 }
 
-/// What is shown while an attempt is prepared.
-pub fn show_preparing(ui: &mut Ui) {
+/// What is shown while an attempt is prepared, with the share that is made once that takes long.
+pub fn show_preparing(ui: &mut Ui, share: Option<f32>) {
     egui::CentralPanel::default().show(ui, |ui| {
-        ui.centered_and_justified(|ui| ui.label(RichText::new(tr!("Preparing the patient …")).size(22.0)));
+        ui.vertical_centered(|ui| {
+            ui.add_space(0.45 * ui.available_height());
+            ui.label(RichText::new(tr!("Preparing the patient …")).size(22.0));
+            if let Some(share) = share {
+                ui.add_space(14.0);
+                ui.add(ProgressBar::new(share).animate(true).desired_width(260.0));
+            }
+        });
     });
 }
 

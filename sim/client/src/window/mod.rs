@@ -11,6 +11,7 @@ mod language;
 mod overlay;
 mod pictures;
 mod plots;
+mod preparing;
 mod replay;
 mod rescue;
 mod sound;
@@ -20,8 +21,9 @@ mod trial;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Duration;
 
-use documents::{ExerciseBundle, Patient};
+use documents::ExerciseBundle;
 use eframe::egui::{self, Ui};
 use eframe::{App, CreationContext, NativeOptions};
 use recording::{Recording, Session};
@@ -33,6 +35,7 @@ use self::debrief::Debrief;
 use self::desk::Desk;
 pub use self::language::WindowLanguage;
 use self::pictures::BriefingPictures;
+use self::preparing::{Preparation, PreparedAttempt};
 use self::replay::Replay;
 use self::steer::{Steering, SteeringWish};
 use self::trial::TrialScreen;
@@ -75,6 +78,9 @@ pub struct Station {
     pub language: WindowLanguage,
 }
 
+/// A bar of a wait is drawn anew after so long.
+const BEAT: Duration = Duration::from_millis(33);
+
 /// What is shown now.
 enum Screen {
     Choose,
@@ -82,10 +88,10 @@ enum Screen {
         at: usize,
         error: Option<String>,
     },
-    /// An attempt is being prepared, which takes a moment: the words that say so are drawn before.
+    /// An attempt is being prepared, which takes a moment.
     Preparing {
         at: usize,
-        told: bool,
+        preparation: Preparation,
     },
     Trial {
         at: usize,
@@ -234,7 +240,7 @@ impl Window {
         match screen {
             Screen::Choose => self.choose(ui),
             Screen::Briefing { at, error } => self.brief(ui, at, error),
-            Screen::Preparing { at, told } => self.prepare(ui, at, told),
+            Screen::Preparing { at, preparation } => self.prepare(ui, at, preparation),
             Screen::Trial { at, mut trial } => match trial.ui(ui, &mut self.canvas) {
                 trial::AfterTrial::Stay => Screen::Trial { at, trial },
                 trial::AfterTrial::Over => self.debrief(at, *trial),
@@ -295,33 +301,32 @@ impl Window {
         match choose::show_briefing(ui, briefing) {
             Decision::Stay => Screen::Briefing { at, error },
             Decision::Back => Screen::Choose,
-            Decision::Begin => Screen::Preparing { at, told: false },
+            Decision::Begin => {
+                let seed = station.seed;
+                station.seed = seed.wrapping_add(1);
+                let preparation = Preparation::start(bundle.clone(), seed);
+                Screen::Preparing { at, preparation }
+            }
         }
     }
 
-    fn prepare(&mut self, ui: &mut Ui, at: usize, told: bool) -> Screen {
-        choose::show_preparing(ui);
-        if !told {
-            ui.ctx().request_repaint();
-            return Screen::Preparing { at, told: true };
+    fn prepare(&mut self, ui: &mut Ui, at: usize, preparation: Preparation) -> Screen {
+        choose::show_preparing(ui, preparation.share());
+        if !preparation.is_over() {
+            ui.ctx().request_repaint_after(BEAT);
+            return Screen::Preparing { at, preparation };
         }
-        match self.begin(at) {
+        match preparation.finish().and_then(|prepared| self.begin(prepared)) {
             Ok(trial) => Screen::Trial { at, trial },
             Err(failure) => Screen::Briefing { at, error: Some(failure.to_string()) },
         }
     }
 
-    /// Begins an attempt at an exercise: patient, force law, picture, device, servo and recorder.
-    fn begin(&mut self, at: usize) -> Result<Box<TrialScreen>, Failure> {
-        let chosen =
-            self.station.as_mut().and_then(|station| Some((station.shelf.exercises.get(at)?.bundle.clone(), station)));
-        let (bundle, station) = chosen.ok_or_else(|| Failure::input(tr!("no exercise is chosen")))?;
+    /// Begins a prepared attempt: picture, device, servo and recorder.
+    fn begin(&mut self, prepared: PreparedAttempt) -> Result<Box<TrialScreen>, Failure> {
+        let station = self.station.as_mut().ok_or_else(|| Failure::input(tr!("no exercise is chosen")))?;
+        let PreparedAttempt { bundle, seed, specimen, stage } = prepared;
         let file = Path::new(&bundle.exercise.id);
-        let seed = station.seed;
-        station.seed = seed.wrapping_add(1);
-        let patient = Patient::draw(&bundle.scene, seed);
-        let specimen = Arc::new(sources::prepare_specimen(file, &bundle, &patient)?);
-        let stage = picture::build_stage(file, &bundle, &specimen)?;
         let given = picture::hide_what_is_withheld(&stage, bundle.exercise.feedback);
         self.canvas.set_stage(&given).map_err(|error| Failure::refused(file, error))?;
         self.stage = stage;

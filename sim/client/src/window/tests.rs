@@ -136,7 +136,7 @@ fn draw_choices(language: Language, size: [f32; 2], look: &mut dyn FnMut(&str, V
             }),
         );
     }
-    look("a moment of waiting", draw(language, size, choose::show_preparing));
+    look("a moment of waiting", draw(language, size, |ui| choose::show_preparing(ui, Some(0.5))));
     let refused = DeskAnswer::Refused(phrase!("this is nobody's sign-in code; the page of one's account makes one"));
     for answer in
         [None, Some(DeskAnswer::Waiting), Some(refused), Some(DeskAnswer::Came(DeskReply::SignedIn(signed_in())))]
