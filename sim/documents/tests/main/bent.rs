@@ -3,7 +3,9 @@
 //! Would fail if a plan off the top were measured from z instead of the skin's normal, if the field were asked about another place than the
 //! exercise's, or if a shape that the field does not know were let in.
 
-use documents::{ExerciseBundle, Patient, PlannedNeedle, Scene};
+use std::path::Path;
+
+use documents::{Document, ExerciseBundle, Patient, PlannedNeedle, Scene, check_documents};
 use law::Skin;
 use nalgebra::{Point3, Vector3};
 use tissue::volumetric::InclusionShape;
@@ -101,4 +103,19 @@ fn an_exercise_enters_on_its_scenes_skin() {
     assert!((plan.axis + bundle.scene.skin_shape.outward(&plan.entry_m)).norm() < 1e-12);
     let target_m = bundle.exercise.target_m();
     assert!((bundle.scene.skin_shape.height_m(&target_m) + 0.02).abs() < 1e-12, "20 mm deep: {target_m}");
+}
+
+#[test]
+fn a_lump_under_a_slope_is_a_sound_exercise_and_is_felt() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/lump/exercise.toml");
+    let Document::Exercise(bundle) = check_documents(&path).expect("a sound exercise") else { panic!("no exercise") };
+    let nominal = Patient::nominal(&bundle.scene);
+    let stiffness = |scene: &Scene| -> f64 {
+        let spec = scene.coupled_spec(&nominal, bundle.exercise.planned_needle()).expect("a field");
+        spec.layers[2].stiffness_n_per_m
+    };
+    let mut without = bundle.scene.clone();
+    without.structures.clear();
+    let (with, without) = (stiffness(&bundle.scene), stiffness(&without));
+    assert!(with > 1.05 * without, "{with} N/m over the lump, {without} N/m without it");
 }

@@ -79,6 +79,7 @@ pub(super) fn weigh_change(
     let mut doubts = apart(level, &found.changed);
     let mut rungs = 1;
     let most = affordable(&asked.question)?;
+    let off = if is_pierced(&asked.question) { OFF_PIERCED } else { OFF };
     loop {
         let sizes = apart(level, &found.changed);
         let left_out: Vec<f64> = sizes.iter().zip(&doubts).map(|(size, doubt)| size + doubt).collect();
@@ -89,7 +90,7 @@ pub(super) fn weigh_change(
             return Ok(found.weigh(asked, &sizes, doubts, true));
         }
         let finer = find(rungs)?;
-        doubts = apart(&found.changed, &finer.changed).iter().map(|apart| OFF * apart).collect();
+        doubts = apart(&found.changed, &finer.changed).iter().map(|apart| off * apart).collect();
         (found, rungs) = (finer, rungs + 1);
     }
 }
@@ -105,6 +106,14 @@ fn affordable(question: &Problem3) -> Result<usize, PlanError> {
         rungs += 1;
     }
     Ok(rungs)
+}
+
+/// Whether the needle goes through an inclusion on its way to the deepest push.
+fn is_pierced(question: &Problem3) -> bool {
+    const STEPS: u32 = 256;
+    let deepest_m = question.flat.sample_depth_m.iter().copied().fold(0.0, f64::max);
+    let mut places = (0..=STEPS).map(|step| question.on_needle(deepest_m * f64::from(step) / f64::from(STEPS)));
+    places.any(|place| question.inclusions.iter().any(|inclusion| inclusion.shape.contains(&place)))
 }
 
 /// A change, and what becomes of flat layers by it.
@@ -154,22 +163,26 @@ struct Rung {
 }
 
 /// From coarse to fine. They grow slowly: what counts is how they see the inclusions, and not the needle.
-const RUNGS: [Rung; 4] = [
+const RUNGS: [Rung; 5] = [
+    Rung { order: 2, near_m: 6e-3, growth: 0.5 },
     Rung { order: 2, near_m: 4e-3, growth: 0.4 },
     Rung { order: 2, near_m: 2.8e-3, growth: 0.3 },
     Rung { order: 3, near_m: 4.5e-3, growth: 0.4 },
     Rung { order: 3, near_m: 3e-3, growth: 0.35 },
 ];
 
-/// The finer of two meshes may be off by so many times what they differ by: where an inclusion's face lies within elements, the error falls with
-/// little more than the first power of their size. Of 20 lumps at random under skins that bend none was off by more.
-const OFF: f64 = 1.5;
+/// The finer of two meshes may be off by so many times what they differ by: where an inclusion's face lies within elements the error falls with
+/// little more than the first power of their size, and that by a third from rung to rung.
+const OFF: f64 = 2.0;
+/// And by so many where the needle goes through an inclusion: what it pushes there is neither small nor smooth.
+const OFF_PIERCED: f64 = 4.0;
 
 /// A mesh of more unknowns takes seconds to factorise, and more than 64 MB.
 const MOST_UNKNOWNS: usize = 10_500;
 
-/// A patch reaches so far from the needle, in m, or so many radii of the skin where that is less.
+/// A patch reaches so far, in m, and so many times as far as a needle that leans; or so many radii of the skin where that is less.
 const REACH_M: f64 = 0.08;
+const BESIDE: f64 = 1.6;
 const REACH: f64 = 1.2;
 /// And goes no deeper than so many radii.
 const DEEPEST: f64 = 0.9;
@@ -228,7 +241,8 @@ impl Stretch {
 fn around_pushes(question: &Problem3) -> Problem3 {
     let deepest_push_m = question.flat.sample_depth_m.iter().copied().fold(0.0, f64::max);
     let bend_m = question.skin.radius_m().unwrap_or(f64::INFINITY);
-    let reach_m = REACH_M.min(REACH * bend_m);
+    let deepest = question.skin.flatten(&question.on_needle(deepest_push_m));
+    let reach_m = REACH_M.max(BESIDE * libm::hypot(deepest.x, deepest.y)).min(REACH * bend_m);
     let deepest_m = deepest_push_m.min(DEEPEST * bend_m);
     let mut slab = cut_patch(&question.flat.slab.layers, deepest_m, reach_m.min(DEEPEST * bend_m - deepest_m));
     slab.radius_m = reach_m;

@@ -89,6 +89,22 @@ fn field_of_flat_layers(tissue: &TissueSpec) -> AxialSpec {
 }
 
 #[test]
+fn a_needle_that_lies_flat_has_a_field_too() {
+    for skin in [Skin::Flat, Skin::Sphere { radius_m: 0.6 }] {
+        let mut tissue = lower_back_with(60.0, skin, &[make_ball([30.0, 0.0, -17.0], 4.0, 1000.0)]);
+        // The muscle's last 2 mm are a layer of their own: such a needle meets them 80 mm away.
+        let mut last = tissue.slab.layers[2];
+        tissue.slab.layers[2].thickness_m -= 2e-3;
+        last.thickness_m = 2e-3;
+        tissue.slab.layers.push(last);
+        tissue.boundaries_m = tissue.slab.boundaries_m();
+        tissue.recoil_time_s.push(0.1);
+        let plan = Field::new(&tissue).expect("a field").plan().clone();
+        assert!(plan.expected_relative_error.is_finite() && plan.bytes <= 64 << 20, "{plan:?}");
+    }
+}
+
+#[test]
 fn what_has_an_axis_only_is_refused_by_name() {
     for model in [Model::Axisymmetric, Model::MassSpring] {
         let tissue = TissueSpec { model: Some(model), ..lower_back_with(0.0, Skin::Sphere { radius_m: 0.1 }, &[]) };
