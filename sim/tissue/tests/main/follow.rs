@@ -4,41 +4,22 @@
 //! or not on the layer, a drag that pushes on withdrawal, and a follower that drifts or is thrown by a bad clock.
 
 use allocation_counter::measure;
+use bench::lumps::lower_back_with;
 use bench::scenes::{AxialRun, Leg, in_hold_out_in, paper_axial_spec, training_axial_spec};
-use law::Incidence;
 use law::axial::{AxialParams, AxialSpec, forecast_standing, write_loads};
+use law::{Incidence, Skin};
 use tissue::follow::{
     FollowError, FollowParams, FollowState, HandOver, Responses, StraightInsertion, TissueSpec, hand_over, rate_errors,
     recoil_time_s, step,
 };
 use tissue::volumetric::Problem3;
-use tissue::{ElasticLayer, FieldModel, Judging, LoadKind, Model, Slab};
+use tissue::{ElasticLayer, FieldModel, LoadKind, Model};
 
-/// The lower back of physics section 4 under a needle of 1 mm radius.
+/// The lower back of physics section 4 under a needle of 1 mm radius, held 50 mm away.
 pub fn lower_back() -> TissueSpec {
-    let layer = |thickness_m, youngs_modulus_pa, density_kg_per_m3| ElasticLayer {
-        thickness_m,
-        youngs_modulus_pa,
-        poisson_ratio: 0.45,
-        density_kg_per_m3,
-    };
-    let layers = vec![layer(0.8e-3, 132e3, 1090.0), layer(8.4e-3, 33.1e3, 950.0), layer(39e-3, 198e3, 1050.0)];
-    let recoil = |l: &ElasticLayer| recoil_time_s(l, 1e-3);
-    let recoil_time_s = layers.iter().map(recoil).collect();
-    let slab = Slab { layers, radius_m: 0.05 };
-    TissueSpec {
-        boundaries_m: slab.boundaries_m(),
-        slab,
-        load_radius_m: 1e-3,
-        tilt_rad: 0.0,
-        skin: law::Skin::Flat,
-        inclusions: Vec::new(),
-        model: None,
-        tolerance: 0.05,
-        judging: Judging::default(),
-        coupled: false,
-        recoil_time_s,
-    }
+    let mut tissue = lower_back_with(0.0, Skin::Flat, &[]);
+    tissue.slab.radius_m = 0.05;
+    tissue
 }
 
 /// The force law with its loads and a field behind it.
