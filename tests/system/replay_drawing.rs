@@ -1,4 +1,4 @@
-//! What the replay's own script draws in a browser, for every shipped exercise: the corners of skin and boundaries as they go to the
+//! What the replay's own script draws in a browser, for every shipped exercise and one on a skin that bends: the corners of skin and boundaries as they go to the
 //! graphics card, in every frame. Fails when a boundary is not where the tip presses it, when one passes another, or when the browser
 //! shows another body than `stylet render`, which takes where boundaries stand from `attempt::Dents`.
 //!
@@ -9,8 +9,11 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
-use attempt::Dents;
+use attempt::{Dents, needle_axis};
+use documents::ExerciseBundle;
 use fantoccini::{Client, Locator};
+use law::Skin;
+use nalgebra::Point3;
 use recording::{EventKind, Recording, Sample};
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -137,17 +140,19 @@ struct Drawn {
 struct Truth {
     recording: Recording,
     dents: Dents,
-    tops_mm: Vec<f64>,
+    skin: Skin,
+    thicknesses_m: Vec<f64>,
     told: [usize; 2],
 }
 
 impl Truth {
-    fn new(path: &str, tip_to_rim_mm: f64) -> Self {
-        let recording = Recording::read(std::fs::File::open(path).expect("a recording")).expect("a recording");
-        let layers_mm = recording.session.patient_thickness_mm.clone();
-        let dents = Dents::new(layers_mm.iter().map(|mm| mm * 1e-3), tip_to_rim_mm * 1e-3);
-        let tops_mm = layers_mm.iter().scan(0.0, |top_mm, mm| Some(std::mem::replace(top_mm, *top_mm + mm))).collect();
-        Self { recording, dents, tops_mm, told: [0; 2] }
+    fn new(made: &DrawnAttempt) -> Self {
+        let bundle = ExerciseBundle::read(&root().join(&made.exercise)).expect("an exercise");
+        let recording = Recording::read(std::fs::File::open(&made.path).expect("a recording")).expect("a recording");
+        let thicknesses_m: Vec<f64> = recording.session.patient_thickness_mm.iter().map(|mm| mm * 1e-3).collect();
+        let skin = bundle.scene.skin_shape;
+        let dents = Dents::new(skin, thicknesses_m.iter().copied(), bundle.scene.needle.tip_to_rim_mm * 1e-3);
+        Self { recording, dents, skin, thicknesses_m, told: [0; 2] }
     }
 
     /// The sample of a frame, once everything up to it is told.
@@ -165,11 +170,14 @@ impl Truth {
         sample
     }
 
-    /// Way along the needle to every resting boundary and to the tip, in mm.
+    /// Way along the needle from the skin to every resting boundary and to the tip, in mm.
     fn way_mm(&self, sample: &Sample) -> (Vec<f64>, f64) {
-        let [x, y, ..] = sample.orientation;
-        let slant = 2.0 * (x * x + y * y) - 1.0;
-        (self.tops_mm.iter().map(|top_mm| top_mm / slant).collect(), -sample.tip_m()[2] * 1e3 / slant)
+        let (tip_m, axis) = (Point3::from(sample.tip_m()), needle_axis(sample));
+        let way_m = self.skin.displacement_m(&tip_m, &axis);
+        let mut rest_m = Vec::new();
+        let incidence = self.skin.incidence(&(tip_m - axis * way_m), &axis);
+        incidence.lay_layers(self.thicknesses_m.iter().copied(), &mut rest_m);
+        (rest_m.into_iter().map(|rest_m| rest_m * 1e3).collect(), way_m * 1e3)
     }
 
     /// How far a drawn frame is off, in mm: from what presses each boundary, and from where the simulator's own picture has it.
@@ -190,19 +198,29 @@ impl Truth {
     }
 }
 
-/// Simulates every shipped exercise; the files by their exercises' names.
-fn record_all(folder: &Path) -> Vec<(String, String)> {
-    let is_exercise = |path: &&String| {
-        !path.contains("/scenes/") && !path.contains("/instruments/") && !path.ends_with("course.toml")
+/// A course whose skin bends.
+const BENT: &str = "tests/data/lump";
+
+/// A simulated attempt.
+struct DrawnAttempt {
+    /// Of the exercise's file.
+    name: String,
+    exercise: String,
+    /// The recording's.
+    path: String,
+}
+
+/// Simulates every shipped exercise, and the one on a skin that bends.
+fn record_all(folder: &Path) -> Vec<DrawnAttempt> {
+    let is_exercise =
+        |path: &String| !path.contains("/scenes/") && !path.contains("/instruments/") && !path.ends_with("course.toml");
+    let record = |exercise: String| {
+        let name = Path::new(&exercise).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let path = folder.join(format!("{name}.mcap")).to_string_lossy().into_owned();
+        run_ok("stylet", &["simulate", &exercise, "--operator", "constant:10", "--seed", "3", "--out", &path]);
+        DrawnAttempt { name, exercise, path }
     };
-    let exercises: Vec<String> = documents().iter().filter(is_exercise).cloned().collect();
-    let record = |exercise: &String| {
-        let name = Path::new(exercise).file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let out = folder.join(format!("{name}.mcap")).to_string_lossy().into_owned();
-        run_ok("stylet", &["simulate", exercise, "--operator", "constant:10", "--seed", "3", "--out", &out]);
-        (name, out)
-    };
-    exercises.iter().map(record).collect()
+    documents().into_iter().filter(is_exercise).chain([format!("{BENT}/exercise.toml")]).map(record).collect()
 }
 
 /// Opens the replay of a session, and a scene of the test's own in it.
@@ -223,6 +241,8 @@ async fn the_browser_draws_tip_and_tissue_together_as_the_simulator_does() {
     let folder = tempfile::tempdir().expect("a folder");
     let data = folder.path().join("data");
     let token = found_school(&data);
+    let place = data.to_string_lossy();
+    run_ok("web-admin", &["curricula", "import", BENT, "--data-dir", &place, "--school", "Test School"]);
     let service = Service::start(&data);
     choose_password(&service.url, "ada@example.org", PASSWORD);
     let recordings = record_all(folder.path());
@@ -234,20 +254,20 @@ async fn the_browser_draws_tip_and_tissue_together_as_the_simulator_does() {
     browser.set_window_size(1280, 900).await.expect("a window of that size");
     sign_in_with(&browser, &service.url, ("ada@example.org", PASSWORD)).await;
     let mut patients = 0;
-    for (name, path) in &recordings {
+    for made in &recordings {
+        let DrawnAttempt { name, path, .. } = made;
         let (file, outbox) = (at("token"), at("outbox"));
         run_ok("stylet", &["upload", path, "--server", &service.url, "--token-file", &file, "--outbox", &outbox]);
         let session = Recording::read(std::fs::File::open(path).expect("a recording")).expect("one").session.session_id;
         scored(&service.url, &token, &session.to_string());
         open(&browser, &format!("{}/sessions/{session}/replay", service.url)).await;
-        let rim = browser.execute("return window.drawn.attempt.stage.needle.tip_to_rim_mm", vec![]).await;
-        let mut truth = Truth::new(path, rim.expect("a number").as_f64().expect("a number"));
+        let mut truth = Truth::new(made);
         let measured = browser.execute(MEASURE, vec![]).await.expect("the frames");
         check(name, &mut truth, measured);
         let patient = browser.execute(PATIENT, vec![]).await.expect("the patient");
         patients += usize::from(check_patient(name, patient));
         if std::env::var_os("STYLET_UPDATE_PICTURES").is_some() && BESIDE.contains(&name.as_str()) {
-            draw_beside(&browser, &truth.recording, (name, path), folder.path()).await;
+            draw_beside(&browser, &truth.recording, made, folder.path()).await;
         }
     }
     browser.close().await.expect("the browser closes");
@@ -293,7 +313,12 @@ fn moments_s(recording: &Recording) -> Vec<f64> {
 }
 
 /// Draws the same moments by `stylet render`, left, and by the browser, right.
-async fn draw_beside(browser: &Client, recording: &Recording, (name, path): (&str, &str), folder: &Path) {
+async fn draw_beside(
+    browser: &Client,
+    recording: &Recording,
+    DrawnAttempt { name, path, .. }: &DrawnAttempt,
+    folder: &Path,
+) {
     let mut pictures = Vec::new();
     for (row, t_s) in moments_s(recording).into_iter().enumerate() {
         let [ours, theirs] =

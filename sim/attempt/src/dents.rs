@@ -4,20 +4,20 @@
 //! each takes the last of both and has the boundaries settled to where its needle is. The same makes right what recordings of before say, whose
 //! field followed the force law's forces.
 
+use law::Skin;
 use law::stance::{Intrusion, settle_dents};
+use nalgebra::Point3;
 use recording::sample::{Sample, flags};
 use recording::{Event, EventKind, Tent};
 
-use crate::layers::tops_of_layers_m;
-
-/// A needle flatter than this (cosine to the vertical) is taken for one at it: its line would meet a boundary anywhere.
-const FLATTEST: f64 = 0.1;
+use crate::insertion::needle_axis;
 
 /// The boundaries of an attempt's tissue, as far as it has been told.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Dents {
-    /// Depth of every boundary below the skin, straight down, in m.
-    tops_m: Vec<f64>,
+    skin: Skin,
+    /// Thickness of each layer from the skin down, along the skin's normal, in m.
+    thicknesses_m: Vec<f64>,
     tip_to_rim_m: f64,
     tracks: Vec<Opened>,
     /// The track that the needle is in.
@@ -34,11 +34,11 @@ struct Opened {
 }
 
 impl Dents {
-    /// Of a tissue that nothing has touched, from the thickness of each layer from the skin down, in m, under a needle whose rim is so far
-    /// behind its tip, in m.
+    /// Of a tissue that nothing has touched, from its skin and the thickness of each layer from there down, in m, under a needle whose rim is
+    /// so far behind its tip, in m.
     #[must_use]
-    pub fn new(thicknesses_m: impl IntoIterator<Item = f64>, tip_to_rim_m: f64) -> Self {
-        Self { tops_m: tops_of_layers_m(thicknesses_m), tip_to_rim_m, ..Self::default() }
+    pub fn new(skin: Skin, thicknesses_m: impl IntoIterator<Item = f64>, tip_to_rim_m: f64) -> Self {
+        Self { skin, thicknesses_m: thicknesses_m.into_iter().collect(), tip_to_rim_m, ..Self::default() }
     }
 
     /// Tells of an event.
@@ -117,29 +117,31 @@ impl Dents {
         passed_m.chain(beside).fold(0.0, f64::max)
     }
 
-    /// Way along the needle to each resting boundary, in m.
+    /// Way along the needle from where its line meets the skin to each resting boundary, in m.
     fn rest_m(&self, sample: &Sample) -> Vec<f64> {
-        let slant = slant(sample.orientation);
-        self.tops_m.iter().map(|top_m| top_m / slant).collect()
+        let axis = needle_axis(sample);
+        let entry_m = Point3::from(sample.tip_m()) - axis * self.way_m(sample);
+        let mut rest_m = Vec::new();
+        self.skin.incidence(&entry_m, &axis).lay_layers(self.thicknesses_m.iter().copied(), &mut rest_m);
+        rest_m.truncate(self.thicknesses_m.len());
+        rest_m
+    }
+
+    /// Way along the needle from there to the tip, in m.
+    fn way_m(&self, sample: &Sample) -> f64 {
+        self.skin.displacement_m(&Point3::from(sample.tip_m()), &needle_axis(sample))
     }
 
     /// How far the needle has come; none in the air.
     fn needle(&self, sample: &Sample) -> Option<Intrusion> {
         let inside = self.track.filter(|_| sample.flags & flags::INSIDE != 0);
         inside.and_then(|track| self.tracks.get(track)).map(|opened| Intrusion {
-            tip_m: -sample.tip_m()[2] / slant(sample.orientation),
+            tip_m: self.way_m(sample),
             tip_to_rim_m: self.tip_to_rim_m,
             tip_open: opened.tip,
             rim_open: opened.rim,
         })
     }
-}
-
-/// Depth below the skin that the needle gains on its way, per m.
-fn slant([x, y, ..]: [f64; 4]) -> f64 {
-    // The needle's +z along the patient's z is 1 − 2(x² + y²); it points down.
-    let down = 2.0 * (x * x + y * y) - 1.0;
-    if down.is_finite() { down.clamp(FLATTEST, 1.0) } else { 1.0 }
 }
 
 #[cfg(test)]
@@ -171,7 +173,7 @@ mod tests {
 
     #[test]
     fn the_skin_is_where_the_tip_is_and_the_rim_follows() {
-        let mut dents = Dents::new([0.8e-3, 8.4e-3, 39e-3], 2e-3);
+        let mut dents = Dents::new(Skin::Flat, [0.8e-3, 8.4e-3, 39e-3], 2e-3);
         dents.tent(&Tent { tent_m: vec![11.1e-3, 9e-3, 1e-3], ..Tent::default() });
         dents.event(&event(EventKind::Contact, 0));
         let close = |found: f32, wanted_m: f64| (f64::from(found) - wanted_m).abs() < 1e-8;

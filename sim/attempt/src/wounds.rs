@@ -3,6 +3,8 @@
 
 use documents::ExerciseBundle;
 use law::structures::StructureKind;
+use law::{Incidence, Skin};
+use nalgebra::Point3;
 use recording::sample::{Sample, flags};
 use recording::{Event, EventKind};
 
@@ -26,8 +28,6 @@ const DROP_S: f64 = 1.0;
 const GRAVITY_M_PER_S2: f64 = 9.81;
 /// A plunger yields over so many seconds when resistance is lost.
 const YIELDING_S: f64 = 0.7;
-/// A needle flatter than this (cosine to the vertical) is taken for one at it.
-const FLATTEST: f64 = 0.1;
 /// The texture of layers that run out of an open hub.
 const FLUID: &str = "fluid";
 
@@ -44,7 +44,8 @@ pub struct Wounds {
 /// What of scene and plan decides what comes out.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct WoundedTissue {
-    /// Depth of every boundary below the skin, straight down, in m.
+    skin: Skin,
+    /// Depth of every boundary below the skin, along its normal, in m.
     tops_m: Vec<f64>,
     /// Which layers are fluid.
     fluid: Vec<bool>,
@@ -80,6 +81,8 @@ pub struct Wound {
     pub entry_m: [f64; 3],
     /// Direction of its track into the body, unit length.
     pub axis: [f64; 3],
+    /// How it meets the layers.
+    incidence: Incidence,
     /// Deepest that the tip went along it, in m.
     pub depth_m: f64,
     /// Boundaries that the tip has gone through.
@@ -112,10 +115,11 @@ impl Wounds {
     pub fn new(bundle: &ExerciseBundle, thicknesses_m: impl IntoIterator<Item = f64>) -> Self {
         let ExerciseBundle { scene, exercise, .. } = bundle;
         let tissue = WoundedTissue {
+            skin: scene.skin_shape,
             tops_m: tops_of_layers_m(thicknesses_m),
             fluid: scene.layers.iter().map(|layer| layer.texture == FLUID).collect(),
             vessels: scene.structures.iter().map(|structure| structure.kind() == StructureKind::Vessel).collect(),
-            target_depth_m: -exercise.target_m().z,
+            target_depth_m: -scene.skin_shape.height_m(&exercise.target_m()),
             needle_length_m: scene.needle.length_mm * 1e-3,
             opens: scene.needle.tip_to_rim_mm <= 0.0,
         };
@@ -158,11 +162,12 @@ impl Wounds {
 
     fn contact(&mut self, event: &Event, sample: &Sample) {
         let at = event.track.map_or(self.wounds.len(), |track| track as usize);
+        // A needle that comes back into a track finds it as it is.
         if at >= self.wounds.len() {
-            self.wounds.resize(at + 1, Wound::default());
-        }
-        if let Some(wound) = self.wounds.get_mut(at) {
-            (wound.entry_m, wound.axis) = (event.position_m, needle_axis(sample).into());
+            let axis = needle_axis(sample);
+            let incidence = self.tissue.skin.incidence(&Point3::from(event.position_m), &axis);
+            let wound = Wound { entry_m: event.position_m, axis: axis.into(), incidence, ..Wound::default() };
+            self.wounds.resize(at + 1, wound);
         }
         self.open = Some(at);
     }
@@ -247,7 +252,7 @@ impl Flow {
 impl WoundedTissue {
     /// The layer that the tip is in, some way along an open track, in m: the deepest that it has opened and not left again.
     fn layer_of_tip(&self, wound: &Wound, x_m: f64) -> Option<usize> {
-        let depth_m = x_m * (-wound.axis[2]).clamp(FLATTEST, 1.0);
+        let depth_m = wound.incidence.depth_m(x_m);
         let opened = self.tops_m.iter().take(wound.opened as usize);
         opened.enumerate().rfind(|(_, top_m)| **top_m <= depth_m).map(|(layer, _)| layer)
     }

@@ -83,7 +83,7 @@ impl Moment {
         let thickness_m =
             |(at, layer): (usize, &SceneLayer)| thickness_mm.get(at).unwrap_or(&layer.thickness_mm) * 1e-3;
         let thicknesses_m = scene.layers.iter().enumerate().map(thickness_m);
-        let dents = Dents::new(thicknesses_m.clone(), scene.needle.tip_to_rim_mm * 1e-3);
+        let dents = Dents::new(scene.skin_shape, thicknesses_m.clone(), scene.needle.tip_to_rim_mm * 1e-3);
         Self { sample, dents, wounds: Wounds::new(bundle, thicknesses_m), ..Self::default() }
     }
 

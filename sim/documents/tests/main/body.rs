@@ -135,3 +135,27 @@ fn parts_that_are_not_named_do_not_exist() {
     assert!(!scene.structures.is_empty());
     assert!(scene.structures.iter().all(|s| s.kind() == documents::StructureKind::Bone));
 }
+
+/// The drawn skin is at the plane that the forces know, to what a hand would notice, wherever one enters instead of the planned place.
+#[test]
+fn a_shipped_bodys_skin_is_as_flat_as_the_forces_take_it() {
+    const ABOUT_M: f64 = 25e-3;
+    const OFF_M: f64 = 1.2e-3;
+    let folders = ["lumbar-epidural-on-a-body", "lumbar-puncture", "percutaneous-kidney-access"];
+    let files = folders.iter().flat_map(|name| std::fs::read_dir(curricula().join(name)).unwrap().flatten());
+    let bundles: Vec<ExerciseBundle> = files.filter_map(|file| ExerciseBundle::read(&file.path()).ok()).collect();
+    assert_eq!(bundles.len(), 5);
+    for bundle in bundles {
+        let skin = bundle.scene.skin.expect("a body has one");
+        let corners = |three: &[u32; 3]| three.map(|corner| skin.vertices_m[corner as usize].coords);
+        let places = skin.triangles.iter().flat_map(|three| {
+            let [a, b, c] = corners(three);
+            [a, (a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0, (a + b + c) / 3.0]
+        });
+        // Above the bed.
+        let about = places.filter(|place| place.xy().norm() < ABOUT_M && place.z > -ABOUT_M);
+        let off_m: Vec<f64> = about.map(|place| place.z.abs()).collect();
+        let most_m = off_m.iter().copied().fold(0.0, f64::max);
+        assert!(off_m.len() >= 20 && most_m < OFF_M, "{}: {} m at {} places", bundle.exercise.id, most_m, off_m.len());
+    }
+}
