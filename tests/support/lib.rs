@@ -32,13 +32,13 @@ pub fn metadata() -> cargo_metadata::Metadata {
 /// A program of the workspace, built beside this test.
 ///
 /// # Panics
-/// When it has not been built: `cargo build --workspace --bins` comes first.
+/// When it has not been built: `cargo test --workspace --no-run` comes first.
 #[must_use]
 pub fn program(name: &str) -> PathBuf {
     let test = std::env::current_exe().unwrap_or_default();
     let profile = test.parent().and_then(Path::parent).unwrap_or(Path::new("."));
     let path = profile.join(name);
-    assert!(path.exists(), "{} is missing: run `cargo build --workspace --bins` first", path.display());
+    assert!(path.exists(), "{} is missing: run `cargo test --workspace --no-run` first", path.display());
     path
 }
 

@@ -114,7 +114,8 @@ export class Scene {
     return [x, y, this.height([x, y], down)];
   }
 
-  // How high a place so far below the skin lies, in mm: layers are concentric with a skin that bends, as far as a picture goes.
+  // How high a place so far below the skin lies, in mm: layers are concentric with a skin that bends, as far as a picture goes and down to the
+  // table that the block lies on.
   height([x, y], down) {
     const { bend } = this.attempt.stage;
     if (!bend) return this.entry[2] - down;
@@ -123,7 +124,7 @@ export class Scene {
     const aside = Math.sqrt(Math.max(x ** 2 + y ** 2 - along ** 2, 0));
     const round = Math.min(aside, TURNED * radius);
     const up = Math.sqrt(radius ** 2 - round ** 2);
-    return up - bend.radius_mm - ((aside - round) * round) / up;
+    return Math.max(up - bend.radius_mm - ((aside - round) * round) / up, this.entry[2] - this.bottom);
   }
 
   // What the picture shows of a frame: where the needle is, and how far each boundary is pressed in.
@@ -205,7 +206,7 @@ export class Scene {
   camera() {
     const aspect = this.canvas.width / this.canvas.height;
     const patient = (PATIENT * Math.max(1.6 / aspect, 1)) / Math.tan(ANGLE / 2);
-    const size = this.isClosed ? patient : HALF_WIDTH + this.bottom * 0.7;
+    const size = this.isClosed ? patient : Math.max(HALF_WIDTH + this.bottom * 0.7, this.bottom * 1.5);
     const closest = this.view === 'tip' ? this.tip : this.place(0, 0, this.isClosed ? 0 : this.bottom * 0.22);
     const flat = add(scale(this.away, -Math.cos(this.turn)), scale(this.along, Math.sin(this.turn)));
     const towards = add(scale(flat, Math.cos(this.rise)), [0, 0, Math.sin(this.rise)]);

@@ -141,6 +141,14 @@ fn concentric(at: vec2f, depth: f32) -> vec3f {
     return vec3f(up - scene.curve.x - (far - arc) * slope, -slope * aside / max(far, 1e-6));
 }
 
+// The same of what lies on a table, where a block that bends ends.
+fn above_table(at: vec2f, depth: f32) -> vec3f {
+    let lies = concentric(at, depth);
+    let table = scene.focus.z - scene.down.w;
+    let is_on_table = lies.x < table || depth >= scene.down.w;
+    return select(lies, vec3f(table, 0.0, 0.0), scene.curve.x > 0.0 && is_on_table);
+}
+
 // A place on a boundary, in m across and away from the middle of the cut.
 fn boundary_at(plan: vec2f, boundary: u32) -> Tissue {
     let depth = depth_of(boundary);
@@ -149,7 +157,7 @@ fn boundary_at(plan: vec2f, boundary: u32) -> Tissue {
     let skin = skin_at(level.xy);
     var tissue: Tissue;
     let below = level + scene.down.xyz * depth;
-    let lies = concentric(below.xy, depth);
+    let lies = above_table(below.xy, depth);
     tissue.rest = vec3f(below.xy, lies.x + share * skin.x);
     let axis = scene.axis.xyz;
     let off = tissue.rest - scene.focus.xyz;
