@@ -5,13 +5,15 @@
 
 use render::Quality;
 use render::frame::{
-    DrawnHub, DrawnNeedle, DrawnStructure, DrawnStructureKind, Frame, Ghost, OnHub, Orbit, Stage, View,
+    DrawnBend, DrawnHub, DrawnNeedle, DrawnStructure, DrawnStructureKind, Frame, Ghost, OnHub, Orbit, Stage, View,
 };
 
 use crate::painter::{changed, painter, picture, pixel_of};
 use crate::specimen::{at_depth, cuboid, inside, stage, tenting};
 
 const SIZE: [u32; 2] = [640, 360];
+/// Half the width of the block, in m.
+const HALF_WIDTH_M: f32 = 0.088;
 /// A difference that is seen, in levels of a channel.
 const SEEN: u8 = 12;
 
@@ -85,6 +87,17 @@ fn without_its_own_skin_the_patient_is_the_closed_block() {
 }
 
 /// Where a cut goes through a bone that reaches out of the block below, nothing hangs in the air.
+#[test]
+fn a_block_that_bends_lies_on_its_table() {
+    let flat = Stage { structures: Vec::new(), ..stage() };
+    let bent = Stage { bend: DrawnBend::Cylinder { radius_m: 0.11, line: [0.0, 1.0] }, ..flat.clone() };
+    let frame = at_depth(-0.01);
+    let differing = changed(&picture(&flat, &frame, SIZE), &picture(&bent, &frame, SIZE), SEEN);
+    let ends = [-HALF_WIDTH_M, HALF_WIDTH_M].map(|x| pixel_of(&flat, &frame, ([x, 0.0, -flat.depth_m()], SIZE))[1]);
+    let lowest = differing.iter().map(|[_, y]| *y).max().expect("a bend is seen");
+    assert!((lowest as f32) < ends[0].max(ends[1]) + 2.0, "row {lowest}, and the block ends at {ends:?}");
+}
+
 #[test]
 fn a_bone_ends_with_the_block() {
     let mut stage = stage();
