@@ -14,6 +14,8 @@ pub(crate) struct Denied;
 
 /// When to send again what somebody has died of, in s.
 const AFTER_DEATH_S: u64 = 10;
+/// When to ask again for what lies in a store that does not answer, in s.
+const STORE_AWAY_S: u64 = 10;
 /// When to send again what no scanner has looked at, in s.
 const UNSCANNED_S: u64 = 60;
 
@@ -36,7 +38,9 @@ pub fn status_of(error: &Error) -> StatusCode {
         Error::Unprocessable(_) => StatusCode::UNPROCESSABLE_ENTITY,
         Error::Timeout => StatusCode::REQUEST_TIMEOUT,
         Error::TooMany { .. } | Error::OverQuota(_) => StatusCode::TOO_MANY_REQUESTS,
-        Error::Busy { .. } | Error::Deadly(_) | Error::Unscanned(_) => StatusCode::SERVICE_UNAVAILABLE,
+        Error::Busy { .. } | Error::Deadly(_) | Error::Unscanned(_) | Error::StoreAway(_) => {
+            StatusCode::SERVICE_UNAVAILABLE
+        }
         Error::NoRoom(_) => StatusCode::INSUFFICIENT_STORAGE,
         Error::Internal(_) => StatusCode::INTERNAL_SERVER_ERROR,
     }
@@ -48,6 +52,7 @@ pub(crate) fn finish_answer(error: &Error, mut response: Response) -> Response {
         Error::TooMany { retry_after_s } | Error::Busy { retry_after_s } => Some(*retry_after_s),
         Error::Deadly(_) => Some(AFTER_DEATH_S),
         Error::Unscanned(_) => Some(UNSCANNED_S),
+        Error::StoreAway(_) => Some(STORE_AWAY_S),
         _ => None,
     };
     if let Some(retry_after_s) = retry_after_s {
@@ -61,6 +66,9 @@ pub(crate) fn finish_answer(error: &Error, mut response: Response) -> Response {
     }
     if let Error::Unscanned(cause) = error {
         tracing::error!(cause = format!("{cause:#}"), "a recording was not scanned, and not taken in");
+    }
+    if let Error::StoreAway(cause) = error {
+        tracing::error!(cause = format!("{cause:#}"), "the store of the recordings does not answer");
     }
     if let Error::Internal(cause) | Error::NoRoom(cause) = error {
         tracing::error!(cause = format!("{cause:#}"), "request failed");

@@ -7,6 +7,7 @@ use std::time::Duration;
 use http::Uri;
 use model::roster::is_email;
 
+use crate::bucket_address::BucketAddress;
 use crate::helper::Helper;
 use crate::scanning::Scanner;
 use crate::secret::PasswordCost;
@@ -48,8 +49,10 @@ pub struct Config {
     pub data_dir: PathBuf,
     /// Database, a `sqlite:` URL.
     pub database_url: String,
-    /// Folder for recordings.
+    /// Folder for recordings; where they lie in a bucket, for what is on its way there.
     pub recordings_dir: PathBuf,
+    /// The bucket that recordings lie in, where they do not lie in the folder.
+    pub bucket: Option<BucketAddress>,
     /// A proxy in front speaks TLS and sets `X-Forwarded-For`: cookies are `Secure`, and its word for the client's
     /// address is believed.
     pub behind_tls: bool,
@@ -110,6 +113,7 @@ impl Config {
             data_dir: data_dir.to_owned(),
             database_url: sqlite_url(&data_dir.join("stylet.db")),
             recordings_dir: data_dir.join("recordings"),
+            bucket: None,
             behind_tls: false,
             metrics_token: None,
             max_upload_bytes: 512 * 1024 * 1024,
@@ -128,6 +132,17 @@ impl Config {
             anchor_mail: None,
             public_url: None,
             allowed_origins: Vec::new(),
+        }
+    }
+
+    /// Has recordings lie elsewhere.
+    pub fn keep_recordings_in(&mut self, place: RecordingsPlace) {
+        match place {
+            RecordingsPlace::Folder(folder) => self.recordings_dir = folder,
+            RecordingsPlace::Bucket(address) => {
+                self.recordings_dir = self.data_dir.join("passing");
+                self.bucket = Some(address);
+            }
         }
     }
 
@@ -232,19 +247,34 @@ pub fn origin(given: &str) -> Result<String, ConfigError> {
     Ok(if uri.port_u16() == Some(own_port) { format!("{scheme}://{host}") } else { text })
 }
 
-/// A recordings folder as given: a `file://` URL or a path.
+/// Where recordings lie.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum RecordingsPlace {
+    /// In a folder.
+    Folder(PathBuf),
+    /// In a bucket.
+    Bucket(BucketAddress),
+}
+
+/// Where recordings lie, as given: a path, a `file://` URL, or a `s3://` URL of a bucket, to which the environment has the keys.
 ///
 /// # Errors
-/// When it is a URL of something other than a folder.
-pub fn recordings_dir(given: &str) -> Result<PathBuf, ConfigError> {
+/// When it is a URL of something else.
+pub fn recordings_place(
+    given: &str,
+    environment: impl IntoIterator<Item = (String, String)>,
+) -> Result<RecordingsPlace, ConfigError> {
+    const ALLOWED: &str =
+        "allowed is a path, a file:// URL, or s3://BUCKET/PREFIX of letters, digits, \"-\", \"_\", \".\" and \"/\"";
+    let refused = |scheme| ConfigError { option: "--recordings", value: format!("{scheme}://…"), allowed: ALLOWED };
     match given.split_once("://") {
-        Some(("file", path)) => Ok(PathBuf::from(path)),
-        Some((scheme, _)) => Err(ConfigError {
-            option: "--recordings",
-            value: format!("{scheme}://…"),
-            allowed: "allowed is a file:// URL or a path",
-        }),
-        None => Ok(PathBuf::from(given)),
+        Some(("file", path)) => Ok(RecordingsPlace::Folder(PathBuf::from(path))),
+        Some(("s3", address)) => {
+            let address = BucketAddress::parse(address, environment);
+            address.map(RecordingsPlace::Bucket).ok_or_else(|| refused("s3"))
+        }
+        Some((scheme, _)) => Err(refused(scheme)),
+        None => Ok(RecordingsPlace::Folder(PathBuf::from(given))),
     }
 }
 
@@ -293,9 +323,15 @@ mod tests {
     }
 
     #[test]
-    fn recordings_are_a_folder() {
-        assert_eq!(recordings_dir("file:///r").unwrap(), PathBuf::from("/r"));
-        assert_eq!(recordings_dir("r").unwrap(), PathBuf::from("r"));
-        assert!(recordings_dir("s3://bucket").is_err());
+    fn recordings_lie_in_a_folder_or_a_bucket() {
+        let place = |given| recordings_place(given, []);
+        assert_eq!(place("file:///r").unwrap(), RecordingsPlace::Folder(PathBuf::from("/r")));
+        assert_eq!(place("r").unwrap(), RecordingsPlace::Folder(PathBuf::from("r")));
+        let RecordingsPlace::Bucket(address) = place("s3://bucket/north").unwrap() else { panic!("a bucket") };
+        assert_eq!(address.to_string(), "s3://bucket/north");
+        for refused in ["s3://", "s3://user:secret@bucket", "https://user:secret@host/bucket"] {
+            let said = place(refused).unwrap_err().to_string();
+            assert!(said.contains("--recordings") && !said.contains("secret"), "{said}");
+        }
     }
 }

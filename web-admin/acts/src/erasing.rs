@@ -1,7 +1,6 @@
 //! Erasing somebody: whatever tells who they are goes for good, here and in what is restored later.
 
-use std::io::ErrorKind;
-use std::path::Path;
+use std::sync::atomic::Ordering;
 
 use model::directory::{AccountState, DirectoryEntry};
 use model::ids::SchoolId;
@@ -12,11 +11,8 @@ use store::audit::{Actor, AuditEntry};
 use store::texts::{ErasedRecording, TextSide, Whose};
 use store::{directory, retention, schools, second_factors, texts, tokens};
 
-use crate::config::Config;
 use crate::erasures::{Erasure, ErasureList, ErasureScope};
 use crate::error::Error;
-use crate::removing::remove_if_there;
-use crate::replay_files;
 use crate::service::Service;
 
 /// Who erases, and what the audit log is told beside.
@@ -81,9 +77,7 @@ pub async fn erase(
         return Err(error.into());
     }
     state.db.fold_log().await?;
-    let config = state.config.clone();
-    tokio::task::spawn_blocking(move || remove(&config, &gone)).await??;
-    Ok(())
+    remove(state, gone).await
 }
 
 async fn noted(list: &ErasureList, erasure: &Erasure) -> Result<(), Error> {
@@ -128,20 +122,24 @@ async fn take_away(
     Ok((gone, told))
 }
 
-/// Removes recordings and what was made of them. Blocks.
-fn remove(config: &Config, gone: &[ErasedRecording]) -> std::io::Result<()> {
-    for recording in gone {
-        remove_if_there(&config.recordings_dir.join(&recording.recording_path))?;
-        remove_folder(&replay_files::folder_of(config, &recording.recording_sha256))?;
-    }
-    Ok(())
+/// Removes recordings and what was made of them. What a store that does not answer still has goes when it does: [`remove_left`].
+async fn remove(state: &Service, gone: Vec<ErasedRecording>) -> Result<(), Error> {
+    let removed = state.recordings.remove(&state.config, gone).await;
+    state.erased_left.fetch_or(removed.is_err(), Ordering::Relaxed);
+    Ok(removed?)
 }
 
-fn remove_folder(path: &Path) -> std::io::Result<()> {
-    match std::fs::remove_dir_all(path) {
-        Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
-        _ => Ok(()),
+/// Removes what is left of recordings that were erased while their store did not answer.
+///
+/// # Errors
+/// When it still does not.
+pub async fn remove_left(state: &Service) -> Result<(), Error> {
+    if !state.erased_left.load(Ordering::Relaxed) {
+        return Ok(());
     }
+    // Before they are listed: what is left meanwhile is told anew.
+    state.erased_left.store(false, Ordering::Relaxed);
+    remove(state, texts::all_erased(state.db.reader()).await?).await
 }
 
 /// Carries out every erasure of the list that the database knows nothing of: it was restored, or the service ended between the two.
@@ -165,7 +163,7 @@ pub async fn catch_up(state: &Service) -> anyhow::Result<usize> {
         again += 1;
     }
     // Also what a service that was killed right after its commit has left.
-    remove(&state.config, &texts::all_erased(state.db.reader()).await?)?;
+    remove(state, texts::all_erased(state.db.reader()).await?).await.map_err(anyhow::Error::new)?;
     Ok(again)
 }
 

@@ -4,6 +4,8 @@ use std::io::ErrorKind;
 
 use model::CurrentPerson;
 
+use crate::recording_store::StoreError;
+
 /// Why a request was not done.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -79,6 +81,9 @@ pub enum Error {
     /// The disk is full. The cause goes to the log.
     #[error("{NO_ROOM}")]
     NoRoom(#[source] anyhow::Error),
+    /// The store of the recordings does not answer. The cause goes to the log.
+    #[error("{STORE_AWAY}")]
+    StoreAway(#[source] anyhow::Error),
     /// Our fault. The cause goes to the log, never to the user.
     #[error("something went wrong here; it has been noted")]
     Internal(#[source] anyhow::Error),
@@ -89,6 +94,9 @@ const SQLITE_FULL: &str = "13";
 /// What is said of one.
 const NO_ROOM: &str =
     "this service has no room left on its disk, so nothing was changed; tell whoever runs it, and try again later";
+
+/// What is said where the store of the recordings does not answer.
+const STORE_AWAY: &str = "recordings cannot be reached now, so this was not done; try again later";
 
 impl Error {
     /// What storage said, by whether there is room.
@@ -112,6 +120,9 @@ impl Error {
             }
             Self::NoRoom(_) => {
                 tr!("this service has no room left on its disk, so nothing was changed; tell whoever runs it, and try again later").to_owned()
+            }
+            Self::StoreAway(_) => {
+                tr!("recordings cannot be reached now, so this was not done; try again later").to_owned()
             }
             Self::Internal(_) => tr!("something went wrong here; it has been noted").to_owned(),
             other => other.to_string(),
@@ -147,6 +158,17 @@ impl From<std::io::Error> for Error {
     fn from(error: std::io::Error) -> Self {
         let full = matches!(error.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded);
         Self::of_storage(full, anyhow::Error::new(error).context("file system"))
+    }
+}
+
+impl From<StoreError> for Error {
+    fn from(error: StoreError) -> Self {
+        match error {
+            StoreError::Disk(error) => error.into(),
+            StoreError::Missing => Self::Internal(StoreError::Missing.into()),
+            StoreError::Away(cause) => Self::StoreAway(cause),
+            StoreError::Full(cause) => Self::NoRoom(cause),
+        }
     }
 }
 

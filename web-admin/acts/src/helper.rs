@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
+use crate::bucket_address::BucketAddress;
 use crate::clock;
 
 /// How long between two looks whether a helper has ended.
@@ -56,7 +57,14 @@ pub async fn run_helper(helper: Helper, input: Vec<u8>) -> anyhow::Result<Helper
 
 /// Starts a helper and stays with it until it has ended.
 fn attend(helper: &Helper, input: &[u8], left: &AtomicBool) -> std::io::Result<HelperExit> {
-    let mut child = Command::new(&helper.program)
+    let mut command = Command::new(&helper.program);
+    // What a stranger has sent is read where there are no keys.
+    for (name, _) in std::env::vars_os() {
+        if name.to_str().is_some_and(BucketAddress::is_variable) {
+            command.env_remove(name);
+        }
+    }
+    let mut child = command
         .args(["judge", "--memory-mb", &helper.memory_mb.to_string()])
         .args(["--seconds", &helper.time.as_secs().max(1).to_string()])
         .stdin(Stdio::piped())

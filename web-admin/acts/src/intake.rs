@@ -17,6 +17,7 @@ use store::{exercises, jobs, people, tries, uploads};
 use crate::error::Error;
 use crate::judging::{JudgeAnswer, JudgeQuestion, RecordingFacts};
 use crate::killpoints::KillPoint;
+use crate::recording_store::RecordingStore;
 use crate::recordings::Received;
 use crate::scanning::ScanVerdict;
 use crate::service::Service;
@@ -165,7 +166,11 @@ async fn describe(
         seed: named.seed.to_string(),
         state: SessionState::Pending,
         refusal: None,
-        recording_path: format!("{school_id}/{}.mcap", named.session_id),
+        recording_path: state.recordings.name_recording(
+            school_id,
+            SessionId::from_uuid(named.session_id),
+            &received.sha256,
+        ),
         recording_sha256: received.sha256.clone(),
         recording_size: count_i64(received.size),
         verify_deviation_n: None,
@@ -207,6 +212,30 @@ async fn by_pseudonym(state: &Service, school: SchoolId, pseudonym: &str) -> Res
     })
 }
 
+/// Sends a recording that is new to the bucket, where there is one: before the database is locked, for that may take long. Two that are
+/// sent under one id do not meet there, and the database takes one.
+async fn send_ahead(state: &Service, received: &Received, session: &Session) -> Result<bool, Error> {
+    let RecordingStore::Bucket(bucket) = &state.recordings else { return Ok(false) };
+    if sessions::find_session(state.db.reader(), session.school_id, session.id).await?.is_some() {
+        return Ok(false);
+    }
+    bucket.keep_recording(received.path(), &session.recording_path, &received.sha256).await?;
+    Ok(true)
+}
+
+/// Puts the file into its place in the folder, where there is one.
+async fn place_file(state: &Service, received: Received, session: &Session, sent: bool) -> Result<Received, Error> {
+    match &state.recordings {
+        RecordingStore::Folder(folder) => {
+            let place = folder.join(&session.recording_path);
+            Ok(tokio::task::spawn_blocking(move || received.place(&place).map(|()| received)).await??)
+        }
+        RecordingStore::Bucket(_) if sent => Ok(received),
+        // It was there when it was looked for.
+        RecordingStore::Bucket(_) => Err(anyhow::anyhow!("session {} has gone meanwhile", session.id).into()),
+    }
+}
+
 /// Puts the file into its place and stores what tells of it; only then does it go from where it arrived. The write lock is
 /// held across both, so that of two uploads under one id the second finds the first.
 async fn keep(
@@ -215,6 +244,7 @@ async fn keep(
     received: Received,
     mut session: Session,
 ) -> Result<RecordingReceipt, Error> {
+    let sent = send_ahead(state, &received, &session).await?;
     let mut tx = state.db.write().await?;
     let upload = received.upload;
     if let Some(existing) = sessions::find_session(&mut *tx, session.school_id, session.id).await? {
@@ -224,8 +254,7 @@ async fn keep(
         return Ok(kept);
     }
     find_repeated(&mut tx, &mut session).await?;
-    let place = state.config.recordings_dir.join(&session.recording_path);
-    let received = tokio::task::spawn_blocking(move || received.place(&place).map(|()| received)).await??;
+    let received = place_file(state, received, &session, sent).await?;
     KillPoint::RecordingLinked.pass();
     sessions::insert_session(&mut tx, &session).await?;
     jobs::enqueue_job(&mut tx, SessionKey { school_id: session.school_id, id: session.id }, session.received_at)

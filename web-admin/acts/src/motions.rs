@@ -32,8 +32,8 @@ pub async fn step(state: &Service) -> anyhow::Result<bool> {
 
 /// The hash of an attempt's motion; none without samples, or where the recording cannot be read: it is compared with none then.
 async fn read(state: &Service, session: &Session) -> anyhow::Result<Option<String>> {
-    let path = state.config.recordings_dir.join(&session.recording_path);
-    match asking::ask(state, JudgeQuestion::Arrival(path)).await? {
+    let recording = state.recordings.fetch(&session.recording_path).await?;
+    match asking::ask(state, JudgeQuestion::Arrival(recording.path().to_owned())).await? {
         JudgeAnswer::Told(reported) => {
             Ok(RecordingFacts::try_from(*reported)?.motion.map(|hash| HEXLOWER.encode(&hash)))
         }

@@ -21,23 +21,9 @@ use uuid::Uuid;
 use crate::checksum::Checksum;
 use crate::error::Error;
 use crate::recording_files::{hash_file, read};
+use crate::recording_store::{Bucket, LocalRecording, StoredFile};
+use crate::removing::PartFile;
 use crate::service::Service;
-
-/// A file that is deleted unless it is kept.
-#[derive(Debug)]
-struct PartFile {
-    path: PathBuf,
-    kept: bool,
-}
-
-impl Drop for PartFile {
-    fn drop(&mut self) {
-        if !self.kept {
-            // Nobody waits for the answer; what is left over goes at the next start.
-            let _ = std::fs::remove_file(&self.path);
-        }
-    }
-}
 
 /// An upload that has arrived and is on the disk, but is not kept yet.
 #[derive(Debug)]
@@ -60,6 +46,16 @@ impl Received {
         let (sha256, size) = hash_file(&path)?;
         // Its owner was told that the bytes are here: they are not dropped because the database happens to fail.
         Ok(Self { part: PartFile { path, kept: true }, sha256, size, upload: Some(upload) })
+    }
+
+    /// What the pieces of an upload in a bucket come to.
+    ///
+    /// # Errors
+    /// When the store does not answer, or this machine's disk refuses.
+    pub async fn of_pieces(bucket: &Bucket, upload: UploadId, pieces: &[String]) -> Result<Self, Error> {
+        let (part, sha256) = bucket.join_pieces(pieces).await?;
+        let size = tokio::fs::metadata(&part.path).await?.len();
+        Ok(Self { part, sha256, size, upload: Some(upload) })
     }
 
     /// Takes over a file that is there already, on the file system of the recordings; it is moved when it is kept.
@@ -168,21 +164,39 @@ pub async fn receive(state: &Service, body: Arriving, checksum: Option<Checksum>
 /// When the work could not be run; the inner error, when the file is no recording.
 pub async fn with<T: Send + 'static>(
     state: &Service,
-    path: PathBuf,
+    recording: LocalRecording,
     make: impl FnOnce(Recording) -> T + Send + 'static,
 ) -> Result<Result<T, ReadError>, Error> {
-    state.parse(move || read(&path).map(make)).await
+    state.parse(move || read(recording.path()).map(make)).await
 }
 
-/// The file of an attempt's recording.
+/// Refuses what would need a recording that was erased with whoever made it.
 ///
 /// # Errors
-/// When it was erased with whoever made it.
-pub fn file_of(state: &Service, session: &Session) -> Result<PathBuf, Error> {
+/// When it was.
+pub fn refuse_erased(session: &Session) -> Result<(), Error> {
     match session.recording_erased_at {
         Some(_) => Err(Error::Gone(tr!("this recording was erased"))),
-        None => Ok(state.config.recordings_dir.join(&session.recording_path)),
+        None => Ok(()),
     }
+}
+
+/// An attempt's recording, to be read whole or in ranges.
+///
+/// # Errors
+/// When it was erased with whoever made it, or cannot be reached.
+pub async fn find(state: &Service, session: &Session) -> Result<StoredFile, Error> {
+    refuse_erased(session)?;
+    Ok(state.recordings.find(&session.recording_path).await?)
+}
+
+/// An attempt's recording as a file, for as long as what is given is kept.
+///
+/// # Errors
+/// When it was erased with whoever made it, or cannot be reached.
+pub async fn fetch(state: &Service, session: &Session) -> Result<LocalRecording, Error> {
+    refuse_erased(session)?;
+    Ok(state.recordings.fetch(&session.recording_path).await?)
 }
 
 /// A file that goes when it is dropped. Who has opened it reads on.
@@ -207,10 +221,10 @@ pub async fn with_comments(state: &Service, session: &Session) -> Result<Copied,
     let remarks = remarks(&said);
     ensure_room(state, session.recording_size.unsigned_abs())?;
     let part = PartFile { path: state.config.uploads_dir().join(format!("{}.part", Uuid::new_v4())), kept: false };
-    let path = file_of(state, session)?;
+    let recording = fetch(state, session).await?;
     let copied = state.parse(move || {
         let sink = BufWriter::new(File::create_new(&part.path)?);
-        let mut copy = annotate(&std::fs::read(path)?, sink, &remarks).map_err(anyhow::Error::from)?;
+        let mut copy = annotate(&std::fs::read(recording.path())?, sink, &remarks).map_err(anyhow::Error::from)?;
         copy.flush()?;
         Ok(Copied(part))
     });

@@ -19,10 +19,19 @@ pub const FRAMES: &str = "frames.f32";
 /// What is plotted.
 pub const PYRAMID: &str = "pyramid.f64";
 
-/// Where the replay of a recording lies, by its hash.
+/// Every file of a replay.
+pub const ALL: [&str; 3] = [STAGE, FRAMES, PYRAMID];
+
+/// What the replay of a recording is called, by its hash. Another version of these files is called otherwise.
+#[must_use]
+pub fn name_of(recording_sha256: &str) -> String {
+    format!("{recording_sha256}-6")
+}
+
+/// Where the replay of a recording lies on this machine, by its hash.
 #[must_use]
 pub fn folder_of(config: &Config, recording_sha256: &str) -> PathBuf {
-    config.replays_dir().join(format!("{recording_sha256}-6"))
+    config.replays_dir().join(name_of(recording_sha256))
 }
 
 /// Makes the replay of a recording: all of it under another name first, so that what is there under its own name is whole. Blocks.

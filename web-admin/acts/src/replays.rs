@@ -1,7 +1,6 @@
-//! What replays need, on disk: made when an attempt is scored, named by the hash of its recording, and made again
+//! What replays need, where recordings are: made when an attempt is scored, named by the hash of its recording, and made again
 //! where it is missing.
 
-use std::path::PathBuf;
 use std::time::Duration;
 
 use anyhow::Context;
@@ -10,6 +9,7 @@ use store::sessions::Session;
 
 use crate::error::Error;
 use crate::judging::{Brief, JudgeAnswer, JudgeQuestion, JudgingTask};
+use crate::recording_store::{LocalRecording, StoreError, StoredFile};
 use crate::replay_files::{PYRAMID, folder_of};
 use crate::service::Service;
 use crate::{asking, recordings};
@@ -17,35 +17,50 @@ use crate::{asking, recordings};
 /// Longest wait until it is one's turn to have a replay made.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// Where a session's replay lies. Another version of these files lies elsewhere.
+/// What whoever judges a session's recording must know, which they read from a file.
 #[must_use]
-pub fn folder(state: &Service, session: &Session) -> PathBuf {
-    folder_of(&state.config, &session.recording_sha256)
-}
-
-/// What whoever judges a session's recording must know.
-#[must_use]
-pub fn brief(state: &Service, session: &Session, task: JudgingTask) -> Brief {
-    let recording = state.config.recordings_dir.join(&session.recording_path);
-    Brief { recording, sha256: session.recording_sha256.clone(), replay: folder(state, session), task }
+pub fn brief(state: &Service, session: &Session, recording: &LocalRecording, task: JudgingTask) -> Brief {
+    Brief {
+        recording: recording.path().to_owned(),
+        sha256: session.recording_sha256.clone(),
+        replay: folder_of(&state.config, &session.recording_sha256),
+        task,
+    }
 }
 
 /// A file of a session's replay, which is made where it is missing.
 ///
 /// # Errors
 /// When the recording cannot be read or the disk refuses.
-pub async fn file(state: &Service, session: &Session, name: &str) -> Result<PathBuf, Error> {
-    recordings::file_of(state, session)?;
-    let folder = folder(state, session);
-    if !tokio::fs::try_exists(&folder).await? {
-        let place = state.helpers.enter(session.school_id, PATIENCE).await;
-        let _place = place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })?;
-        match asking::ask(state, JudgeQuestion::Recording(brief(state, session, JudgingTask::Replay))).await? {
-            JudgeAnswer::Replayed => {}
-            other => return Err(anyhow::anyhow!("no replay was made of a stored recording: {other:?}").into()),
-        }
+pub async fn file(state: &Service, session: &Session, name: &str) -> Result<StoredFile, Error> {
+    recordings::refuse_erased(session)?;
+    let sha256 = &session.recording_sha256;
+    if let Some(found) = state.recordings.find_replay(&state.config, sha256, name).await? {
+        return Ok(found);
     }
-    Ok(folder.join(name))
+    make(state, session).await?;
+    let made = state.recordings.find_replay(&state.config, sha256, name).await?;
+    Ok(made.context("a replay that was just made is not there")?)
+}
+
+/// Has the replay of a session made.
+async fn make(state: &Service, session: &Session) -> Result<(), Error> {
+    let place = state.helpers.enter(session.school_id, PATIENCE).await;
+    let _place = place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })?;
+    let recording = recordings::fetch(state, session).await?;
+    let brief = brief(state, session, &recording, JudgingTask::Replay);
+    match asking::ask(state, JudgeQuestion::Recording(brief)).await? {
+        JudgeAnswer::Replayed => Ok(keep(state, session).await?),
+        other => Err(anyhow::anyhow!("no replay was made of a stored recording: {other:?}").into()),
+    }
+}
+
+/// Keeps a replay that was made in its folder on this machine where replays are.
+///
+/// # Errors
+/// When a bucket does not answer.
+pub async fn keep(state: &Service, session: &Session) -> Result<(), StoreError> {
+    state.recordings.keep_replay(&state.config, &session.recording_sha256).await
 }
 
 /// The pyramid of a session.
@@ -53,6 +68,6 @@ pub async fn file(state: &Service, session: &Session, name: &str) -> Result<Path
 /// # Errors
 /// As [`file`]; and when the file is none.
 pub async fn pyramid(state: &Service, session: &Session) -> Result<Pyramid, Error> {
-    let bytes = tokio::fs::read(file(state, session, PYRAMID).await?).await?;
+    let bytes = file(state, session, PYRAMID).await?.read_all().await?;
     Ok(Pyramid::from_bytes(bytes).context("a replay's pyramid is damaged: delete the folder of replays")?)
 }

@@ -12,6 +12,7 @@ use store::{exercises, practice, scores, tries};
 
 use crate::judging::{JudgeAnswer, JudgeQuestion, JudgingOutcome, JudgingTask};
 use crate::killpoints::KillPoint;
+use crate::recording_store::StoreError;
 use crate::service::Service;
 use crate::{asking, replays};
 
@@ -21,6 +22,8 @@ const MAX_ATTEMPTS: u32 = 6;
 const FIRST_TRY: Duration = Duration::from_secs(30);
 /// Wait after the first failure, in s; it doubles with each.
 const FIRST_WAIT_S: i64 = 10;
+/// Wait for a store of recordings that does not answer, in s.
+const STORE_WAIT_S: i64 = 30;
 
 /// Why a recording was not scored.
 #[derive(Debug)]
@@ -29,13 +32,30 @@ enum ScoringFailure {
     Permanent(String),
     /// It may be, later.
     Passing(anyhow::Error),
+    /// Its recording cannot be reached now, which says nothing of it.
+    Unreachable(anyhow::Error),
     /// Whoever worked on it has died of it; how.
     Death(String),
 }
 
-impl<E: Into<anyhow::Error>> From<E> for ScoringFailure {
-    fn from(error: E) -> Self {
+impl From<anyhow::Error> for ScoringFailure {
+    fn from(error: anyhow::Error) -> Self {
+        Self::Passing(error)
+    }
+}
+
+impl From<sqlx::Error> for ScoringFailure {
+    fn from(error: sqlx::Error) -> Self {
         Self::Passing(error.into())
+    }
+}
+
+impl From<StoreError> for ScoringFailure {
+    fn from(error: StoreError) -> Self {
+        match error {
+            StoreError::Away(cause) => Self::Unreachable(cause),
+            error => Self::Passing(error.into()),
+        }
     }
 }
 
@@ -45,6 +65,7 @@ pub async fn score_recording(state: &Service, job: &Job) -> anyhow::Result<()> {
         Ok(outcome) => keep_score(state, job, outcome).await,
         Err(ScoringFailure::Permanent(why)) => refuse(state, job, &why).await,
         Err(ScoringFailure::Passing(error)) => put_off(state, job, &error).await,
+        Err(ScoringFailure::Unreachable(error)) => wait_for_store(state, job, &error).await,
         Err(ScoringFailure::Death(how)) => bury(state, job, &how).await,
     }
 }
@@ -55,14 +76,25 @@ async fn outcome(state: &Service, job: &Job) -> Result<JudgingOutcome, ScoringFa
     let task = JudgingTask::Judge(published(state, &session).await?);
     begin(state, job).await?;
     KillPoint::JobBegun.pass();
-    let question = JudgeQuestion::Recording(replays::brief(state, &session, task));
+    let recording = state.recordings.fetch(&session.recording_path).await?;
+    let question = JudgeQuestion::Recording(replays::brief(state, &session, &recording, task));
     let most = if job.deaths == 0 { FIRST_TRY } else { Duration::MAX };
     match asking::ask_within(state, question, most).await? {
-        JudgeAnswer::Judged(outcome) => Ok(*outcome),
+        JudgeAnswer::Judged(outcome) => {
+            keep_replay(state, &session).await;
+            Ok(*outcome)
+        }
         JudgeAnswer::Permanent(why) => Err(ScoringFailure::Permanent(why)),
         JudgeAnswer::Died(how) => Err(ScoringFailure::Death(how)),
         JudgeAnswer::Passing(why) => Err(ScoringFailure::Passing(anyhow::anyhow!(why))),
         other => Err(ScoringFailure::Passing(anyhow::anyhow!("a score was asked for, and this came: {other:?}"))),
+    }
+}
+
+/// A failure is no reason not to score: the replay is made again when somebody wants to watch.
+async fn keep_replay(state: &Service, session: &Session) {
+    if let Err(error) = replays::keep(state, session).await {
+        tracing::warn!(session = %session.id, cause = %error, "no replay was kept");
     }
 }
 
@@ -123,6 +155,16 @@ async fn put_off(state: &Service, job: &Job, error: &anyhow::Error) -> anyhow::R
     jobs::put_off_job(&mut tx, job.session(), until, &why).await?;
     tx.commit().await?;
     tracing::warn!(session = %job.session_id, attempts = job.attempts + 1, why, "scoring put off");
+    Ok(())
+}
+
+/// Puts a job back until the store of the recordings may answer again, however often.
+async fn wait_for_store(state: &Service, job: &Job, error: &anyhow::Error) -> anyhow::Result<()> {
+    let why = format!("{error:#}");
+    let mut tx = state.db.write().await?;
+    jobs::postpone_job(&mut tx, job.session(), state.clock.now().plus_s(STORE_WAIT_S), &why).await?;
+    tx.commit().await?;
+    tracing::warn!(session = %job.session_id, why, "scoring waits for the store of the recordings");
     Ok(())
 }
 

@@ -3,6 +3,7 @@
 use std::fs::DirBuilder;
 use std::os::unix::fs::DirBuilderExt;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
 use store::Database;
@@ -17,6 +18,7 @@ use crate::lines::Lines;
 use crate::mailer::Mailer;
 use crate::passkey_site::Passkeys;
 use crate::previews::Previews;
+use crate::recording_store::RecordingStore;
 use crate::turns::Turns;
 
 /// What every act may use.
@@ -28,6 +30,10 @@ pub struct Service {
     pub clock: Clock,
     /// How the service runs.
     pub config: Arc<Config>,
+    /// Where recordings lie.
+    pub recordings: RecordingStore,
+    /// Recordings of somebody erased may be left where recordings lie.
+    pub erased_left: Arc<AtomicBool>,
     /// Rung when a recording has been queued.
     pub jobs: Arc<Notify>,
     /// Where mail goes out.
@@ -70,11 +76,13 @@ impl Service {
         }
         let db = Database::open(&config.database_url).await.context("cannot open the database")?;
         db.migrate().await.context("cannot bring the database up to date")?;
-        let mailer = Mailer::new(&config)?;
+        let (mailer, recordings) = (Mailer::new(&config)?, RecordingStore::open(&config)?);
         Ok(Self {
             db,
             clock,
             passkeys: Arc::new(Passkeys::new(&config)),
+            recordings,
+            erased_left: Arc::default(),
             config: Arc::new(config),
             jobs: Arc::default(),
             mailer,

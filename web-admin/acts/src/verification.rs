@@ -1,18 +1,16 @@
 //! Is everything still what was written: the database, every recording, the audit log.
 
 use std::collections::BTreeSet;
-use std::io::ErrorKind;
-use std::path::Path;
 
+use anyhow::Context;
 use model::directory::AccountState;
-use model::ids::SchoolId;
 use store::sessions::{self, RecordingFile};
 use store::{Database, audit, directory, grades, scores};
 
 use crate::anchoring::AuditHead;
 use crate::config::Config;
 use crate::erasures::{Erasure, ErasureList};
-use crate::recording_files::hash_file;
+use crate::recording_store::{RecordingStore, StoreError};
 
 /// What was looked at, and what is wrong with it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -30,12 +28,13 @@ pub struct VerificationReport {
 /// Checks everything; blocks while it reads the recordings.
 ///
 /// # Errors
-/// When the database cannot be read at all.
-pub async fn everything(db: &Database, recordings_dir: &Path) -> anyhow::Result<VerificationReport> {
+/// When the database cannot be read at all, or the store of the recordings does not answer.
+pub async fn everything(db: &Database, store: &RecordingStore) -> anyhow::Result<VerificationReport> {
     let mut findings = db.integrity().await?;
     let recordings = sessions::list_recordings(db.reader()).await?;
-    findings.extend(check_files(recordings_dir, &recordings));
-    findings.extend(unnamed(recordings_dir, &recordings)?);
+    store.check().await.with_context(|| store.place())?;
+    findings.extend(check_files(store, &recordings).await);
+    findings.extend(unnamed(store, &recordings).await?);
     findings.extend(db.lost_triggers().await?);
     let chain = audit::check_audit_chain(db.reader()).await?;
     findings.extend(chain.findings);
@@ -95,7 +94,7 @@ pub async fn unerased(db: &Database, list: &ErasureList) -> anyhow::Result<Vec<S
 ///
 /// # Errors
 /// When there are recordings and no database, with what to do.
-pub fn refuse_lost_database(config: &Config) -> anyhow::Result<()> {
+pub async fn refuse_lost_database(config: &Config) -> anyhow::Result<()> {
     let (database, staging) = (Database::file_of(&config.database_url)?, config.restoring_dir());
     anyhow::ensure!(
         !staging.exists(),
@@ -103,13 +102,14 @@ pub fn refuse_lost_database(config: &Config) -> anyhow::Result<()> {
         staging.display()
     );
     let there = std::fs::metadata(&database).is_ok_and(|file| file.len() > 0);
-    if there || recordings_in(&config.recordings_dir)?.is_empty() {
+    let store = RecordingStore::open(config)?;
+    if there || store.list().await.with_context(|| store.place())?.is_empty() {
         return Ok(());
     }
     anyhow::bail!(
-        "{}: there is no database, but {} holds recordings; restore a backup, or name an empty folder for recordings",
+        "{}: there is no database, but {} holds recordings; restore a backup, or name an empty place for recordings",
         database.display(),
-        config.recordings_dir.display()
+        store.place()
     )
 }
 
@@ -141,52 +141,29 @@ fn is_same(told: &[f64], kept: &[f64]) -> bool {
 /// Recordings that no row names, each in words. A crash between the two leaves one, and so does a database that has lost rows.
 ///
 /// # Errors
-/// When the folder cannot be read.
-pub fn unnamed(folder: &Path, named: &[RecordingFile]) -> std::io::Result<Vec<String>> {
+/// When the folder cannot be read, or the bucket does not answer.
+pub async fn unnamed(store: &RecordingStore, named: &[RecordingFile]) -> Result<Vec<String>, StoreError> {
     let named: BTreeSet<&str> = named.iter().map(|recording| &*recording.recording_path).collect();
-    let found = recordings_in(folder)?;
+    let found = store.list().await?;
     let lost = found.iter().filter(|path| !named.contains(path.as_str()));
     Ok(lost.map(|path| format!("{path}: no attempt names this recording; upload it to take it in")).collect())
 }
 
-/// Every recording in the folders of the schools, as rows name them.
-fn recordings_in(folder: &Path) -> std::io::Result<Vec<String>> {
-    let mut found = Vec::new();
-    for school in entries(folder)?.iter().filter(|name| name.parse::<SchoolId>().is_ok()) {
-        let recordings = entries(&folder.join(school))?;
-        found.extend(recordings.iter().filter(|name| name.ends_with(".mcap")).map(|name| format!("{school}/{name}")));
-    }
-    Ok(found)
-}
-
-/// Names in a folder, in order; none of one that is not there.
-fn entries(folder: &Path) -> std::io::Result<Vec<String>> {
-    let entries = match std::fs::read_dir(folder) {
-        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
-        entries => entries?,
-    };
-    let mut names = entries
-        .map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned()))
-        .collect::<std::io::Result<Vec<_>>>()?;
-    names.sort();
-    Ok(names)
-}
-
-fn check_files(folder: &Path, recordings: &[RecordingFile]) -> Vec<String> {
+async fn check_files(store: &RecordingStore, recordings: &[RecordingFile]) -> Vec<String> {
     let bar = indicatif::ProgressBar::new(recordings.len() as u64);
-    let findings = recordings.iter().filter_map(|recording| {
+    let mut findings = Vec::new();
+    for recording in recordings {
         bar.inc(1);
-        check_file(folder, recording)
-    });
-    let findings = findings.collect();
+        findings.extend(check_file(store, recording).await);
+    }
     bar.finish_and_clear();
     findings
 }
 
 /// What is wrong with a recording's file, if anything is.
-fn check_file(folder: &Path, recording: &RecordingFile) -> Option<String> {
+async fn check_file(store: &RecordingStore, recording: &RecordingFile) -> Option<String> {
     let RecordingFile { id, recording_path, recording_sha256, recording_size } = recording;
-    match hash_file(&folder.join(recording_path)) {
+    match store.hash(recording_path).await {
         Err(error) => Some(format!("recording of session {id}: {recording_path}: {error}")),
         Ok((_, size)) if i64::try_from(size) != Ok(*recording_size) => {
             Some(format!("recording of session {id}: {recording_path}: {size} bytes; {recording_size} were stored"))

@@ -81,7 +81,7 @@ pub struct StorageArgs {
     /// Database: a sqlite: URL or a path [default: stylet.db in the data folder]
     #[arg(long, value_name = "URL", env = "STYLET_DATABASE")]
     database: Option<String>,
-    /// Recordings: a file:// URL or a folder [default: recordings in the data folder]
+    /// Recordings: a folder, a file:// URL, or s3://BUCKET/PREFIX with the usual AWS_ variables [default: recordings in the data folder]
     #[arg(long, value_name = "URL", env = "STYLET_RECORDINGS")]
     recordings: Option<String>,
 }
@@ -97,7 +97,9 @@ impl StorageArgs {
             config.database_url = config::database_url(given)?;
         }
         if let Some(given) = &self.recordings {
-            config.recordings_dir = config::recordings_dir(given)?;
+            let environment = std::env::vars_os()
+                .filter_map(|(name, value)| Some((name.into_string().ok()?, value.into_string().ok()?)));
+            config.keep_recordings_in(config::recordings_place(given, environment)?);
         }
         Ok(config)
     }

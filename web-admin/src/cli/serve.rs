@@ -132,9 +132,10 @@ pub(super) async fn run_serve(args: &ServeArgs) -> Result<(), CommandFailure> {
     }
     config.anchor_mail = args.anchor_mail.as_deref().map(anchor_mail).transpose()?;
     let _lock = DataLock::take(&config, "web-admin serve", Clock::system().now())?;
-    verification::refuse_lost_database(&config)?;
+    verification::refuse_lost_database(&config).await?;
     let inspection = begin_inspection(&config, Duration::from_secs(args.check_s)).await?;
     let state = AppState { inspection, ..AppState::open(config, Clock::system()).await? };
+    state.recordings.check().await.with_context(|| format!("--recordings: {}", state.recordings.place()))?;
     let cleared = recordings::clear_uploads(&state.config.uploads_dir()).context("cannot clear unfinished uploads")?;
     tracing::info!(cleared, "unfinished uploads cleared");
     let erased = erasing::catch_up(&state).await.context("who was erased cannot be erased again")?;
@@ -246,6 +247,9 @@ async fn tidy_up(state: AppState) {
         }
         if let Err(error) = uploads::tidy(&state).await {
             tracing::warn!(cause = %error, "unfinished uploads could not be tidied");
+        }
+        if let Err(error) = erasing::remove_left(&state).await {
+            tracing::warn!(cause = %error, "recordings of somebody erased are left");
         }
         if let Err(error) = upkeep::forget_expired(&state).await {
             tracing::warn!(cause = %error, "what has expired could not be deleted");

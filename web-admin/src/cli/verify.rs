@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use acts::certificates::KEY_FILE;
 use acts::config::Config;
 use acts::erasures::ErasureList;
+use acts::recording_store::RecordingStore;
 use acts::verification::VerificationReport;
 use acts::{anchoring, certificates, verification};
 use anyhow::Context;
@@ -43,7 +44,7 @@ pub(super) async fn run_verify(args: &VerifyArgs) -> Result<(), CommandFailure> 
         let words = "an earlier program has kept this database; run `web-admin migrate` first";
         return Err(CommandFailure::Usage(format!("{}: {words} (steps missing: {missing})", config.database_url)));
     }
-    let mut report = verification::everything(&db, &config.recordings_dir).await?;
+    let mut report = verification::everything(&db, &RecordingStore::open(&config)?).await?;
     if let Some(head) = &args.expect_head {
         report.findings.extend(verification::cut_tail(&db, head).await?);
     }

@@ -6,6 +6,7 @@ use std::fs::File;
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 
+use acts::recording_store::LocalRecording;
 use acts::researching::ResearchCounts;
 use anyhow::Context;
 use columnar::ParquetTable;
@@ -71,7 +72,7 @@ pub async fn write_research_tables(
         }
         counts.metrics += write_metrics(state, school, &found, &mut metrics).await?;
         if let Some(samples) = &mut samples {
-            write_samples(state, &found, samples, &mut counts)?;
+            write_samples(state, &found, samples, &mut counts).await?;
         }
     }
     attempts.finish()?;
@@ -135,18 +136,18 @@ async fn write_metrics(
 }
 
 /// Writes the samples of some attempts, one recording after the other. One that is gone or damaged is counted.
-fn write_samples(
+async fn write_samples(
     state: &AppState,
     attempts: &[ResearchAttempt],
     table: &mut SamplesTable,
     counts: &mut ResearchCounts,
 ) -> anyhow::Result<()> {
     for attempt in attempts {
-        let path = state.config.recordings_dir.join(&attempt.recording_path);
+        let recording = state.recordings.fetch(&attempt.recording_path).await;
         let before = table.rows;
         table.session = attempt.id.to_string();
-        let read = File::open(&path).map(BufReader::new).map_err(anyhow::Error::from);
-        let read = read.and_then(|source| Ok(read_tables(source, table)?));
+        let source = recording.map_err(anyhow::Error::from).and_then(|recording| open_recording(&recording));
+        let read = source.and_then(|source| Ok(read_tables(source, table)?));
         if let Some(refused) = table.refused.take() {
             return Err(refused.into());
         }
@@ -157,6 +158,11 @@ fn write_samples(
         counts.samples += table.rows - before;
     }
     Ok(())
+}
+
+/// Opens a recording, which is read on where its file goes meanwhile.
+fn open_recording(recording: &LocalRecording) -> anyhow::Result<BufReader<File>> {
+    Ok(BufReader::new(File::open(recording.path())?))
 }
 
 /// The samples of every recording in one table, each with its attempt.

@@ -29,6 +29,7 @@ pub mod health;
 pub mod language;
 mod listed;
 pub mod pages;
+mod stored_files;
 pub mod survey;
 pub mod well_known;
 

@@ -113,6 +113,18 @@ pub async fn put_off_job(writer: &mut SqliteConnection, session: SessionKey, unt
     .map(drop)
 }
 
+/// Puts a job back that could not be tried: it is no failure of the job.
+pub async fn postpone_job(writer: &mut SqliteConnection, session: SessionKey, until: Moment, why: &str) -> Result<()> {
+    sqlx::query("UPDATE jobs SET begun = 0, next_run_at = $3, error = $4 WHERE school_id = $1 AND session_id = $2")
+        .bind(session.school_id)
+        .bind(session.id)
+        .bind(until)
+        .bind(why)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
 /// Takes a job out of the queue.
 pub async fn finish_job(writer: &mut SqliteConnection, session: SessionKey) -> Result<()> {
     sqlx::query("DELETE FROM jobs WHERE school_id = $1 AND session_id = $2")

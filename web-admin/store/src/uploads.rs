@@ -131,6 +131,43 @@ pub async fn advance_upload(writer: &mut SqliteConnection, upload: &Upload) -> R
         .map(drop)
 }
 
+/// Notes a piece that is an object of its own, and how far the upload has come with it. False where somebody else has brought it
+/// further meanwhile: nothing is changed then, and the object counts as nothing.
+pub async fn add_piece(writer: &mut SqliteConnection, upload: &Upload, begins: i64, object: &str) -> Result<bool> {
+    let advanced = sqlx::query(
+        "UPDATE uploads SET received = $3, expires_at = $4 WHERE school_id = $1 AND id = $2 AND received = $5",
+    )
+    .bind(upload.school_id)
+    .bind(upload.id)
+    .bind(upload.received)
+    .bind(upload.expires_at)
+    .bind(begins)
+    .execute(&mut *writer)
+    .await?;
+    if advanced.rows_affected() == 0 {
+        return Ok(false);
+    }
+    sqlx::query("INSERT INTO upload_pieces (upload_id, begins, object) VALUES ($1, $2, $3)")
+        .bind(upload.id)
+        .bind(begins)
+        .bind(object)
+        .execute(writer)
+        .await?;
+    Ok(true)
+}
+
+/// The objects that are an upload, in order.
+pub async fn list_pieces(executor: impl SqliteExecutor<'_>, upload: &Upload) -> Result<Vec<String>> {
+    sqlx::query_scalar(
+        "SELECT p.object FROM upload_pieces p JOIN uploads u ON u.id = p.upload_id
+         WHERE u.school_id = $1 AND u.id = $2 ORDER BY p.begins",
+    )
+    .bind(upload.school_id)
+    .bind(upload.id)
+    .fetch_all(executor)
+    .await
+}
+
 /// Notes which attempt an upload has become.
 pub async fn finish_upload(
     writer: &mut SqliteConnection,

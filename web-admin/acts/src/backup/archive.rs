@@ -12,6 +12,7 @@ use store::sessions::RecordingFile;
 use tar::{Archive, Builder, EntryType, Header, HeaderMode};
 
 use super::{DATABASE, MANIFEST, Manifest, RECORDINGS, SMALL};
+use crate::recording_store::RecordingStore;
 
 /// More than any manifest has.
 const MOST_MANIFEST_BYTES: u64 = 1 << 16;
@@ -22,12 +23,12 @@ pub(super) struct Sources<'a> {
     pub database: &'a Path,
     /// The small files by their names.
     pub small: &'a BTreeMap<String, Vec<u8>>,
-    /// Folder of the recordings.
-    pub recordings_dir: &'a Path,
+    /// Where the recordings lie.
+    pub store: &'a RecordingStore,
 }
 
 /// Writes an archive and makes it last.
-pub(super) fn write(
+pub(super) async fn write(
     to: File,
     manifest: &Manifest,
     sources: &Sources<'_>,
@@ -42,9 +43,10 @@ pub(super) fn write(
     }
     let bar = indicatif::ProgressBar::new(recordings.len() as u64);
     for recording in recordings {
-        let path = sources.recordings_dir.join(&recording.recording_path);
+        let file = sources.store.fetch(&recording.recording_path).await;
+        let file = file.with_context(|| recording.recording_path.clone())?;
         let name = Path::new(RECORDINGS).join(&recording.recording_path);
-        archive.append_path_with_name(&path, name).with_context(|| path.display().to_string())?;
+        archive.append_path_with_name(file.path(), name).with_context(|| file.path().display().to_string())?;
         bar.inc(1);
     }
     bar.finish_and_clear();

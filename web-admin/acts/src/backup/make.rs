@@ -19,6 +19,7 @@ use crate::config::Config;
 use crate::erasures::{ERASURES_FILE, ErasureList};
 use crate::killpoints::KillPoint;
 use crate::recording_files::hash_file;
+use crate::recording_store::RecordingStore;
 use crate::removing::remove_if_there;
 use crate::verification::VerificationReport;
 
@@ -92,8 +93,10 @@ async fn make_file(
     let small = small_files(config, passphrase)?;
     let files = small.iter().map(|(name, bytes)| (name.clone(), HEXLOWER.encode(&Sha256::digest(bytes)))).collect();
     let manifest = Manifest { format: FORMAT, made_at: now.to_string(), program_version, database_sha256, files };
-    let sources = Sources { database: &copy.0, small: &small, recordings_dir: &config.recordings_dir };
-    archive::write(file, &manifest, &sources, &recordings)?;
+    let store = RecordingStore::open(config)?;
+    make_passing_folder(config)?;
+    let sources = Sources { database: &copy.0, small: &small, store: &store };
+    archive::write(file, &manifest, &sources, &recordings).await?;
     archive::check(&part.0, &manifest, &recordings).context("the backup was read back and is not whole")?;
     // Nothing of it is left beside what has its name.
     drop(copy);
@@ -102,6 +105,14 @@ async fn make_file(
     KillPoint::BackupNamed.pass();
     File::open(to.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")))?.sync_all()?;
     Ok(report)
+}
+
+/// Makes the folder that recordings of a bucket come by; they go again as soon as they are in the archive.
+fn make_passing_folder(config: &Config) -> std::io::Result<()> {
+    match config.bucket {
+        Some(_) => std::fs::create_dir_all(config.uploads_dir()),
+        None => Ok(()),
+    }
 }
 
 /// The small files of a data folder, those that are there.

@@ -13,6 +13,7 @@ use crate::config::Config;
 use crate::erasures::{ERASURES_FILE, Erasure, ErasureList};
 use crate::killpoints::KillPoint;
 use crate::recording_files::hash_file;
+use crate::recording_store::{Bucket, RecordingStore};
 use crate::service::Service;
 use crate::verification::VerificationReport;
 use crate::{erasing, sealing, verification};
@@ -71,7 +72,7 @@ pub async fn restore(config: &Config, from: &Path, wanted: &RestoreRequest) -> R
     }
     let (mut report, mut scratch) = (None, None);
     if !is_unpacked {
-        refuse_recordings(&config.recordings_dir)?;
+        refuse_recordings(config).await?;
         scratch = Some(Scratch(staging.clone()));
         report = Some(unpack(from, &staging, &manifest).await?);
     }
@@ -82,13 +83,13 @@ pub async fn restore(config: &Config, from: &Path, wanted: &RestoreRequest) -> R
     std::mem::forget(scratch);
     // Before the database is in its place: whoever serves it then has the list.
     ErasureList::of(config).merge(&[own, wanted.erasures.clone()].concat())?;
-    put(&staging, &database, &config.recordings_dir)?;
+    put(&staging, &database, config).await?;
     drop(Scratch(staging));
     let erased_again = catch_up(config).await?;
     let report = match report {
         Some(report) if erased_again == 0 => report,
         // What another process has unpacked was checked by it, and is read once more.
-        _ => verified(&database, &config.recordings_dir).await?,
+        _ => verified(&database, &RecordingStore::open(config)?).await?,
     };
     Ok(RestoreSummary { report, erased_again, keys })
 }
@@ -132,7 +133,7 @@ async fn unpack(from: &Path, staging: &Path, manifest: &Manifest) -> Result<Veri
     let refused = |error: anyhow::Error| RestoreRefused::Input(format!("{}: {error:#}", from.display()));
     archive::unpack(from, staging).map_err(refused)?;
     check_manifest(staging, manifest).map_err(refused)?;
-    let report = verified(&staging.join(DATABASE), &staging.join(RECORDINGS)).await?;
+    let report = verified(&staging.join(DATABASE), &RecordingStore::Folder(staging.join(RECORDINGS))).await?;
     if let Some(first) = report.findings.first() {
         let more = report.findings.len() - 1;
         return Err(RestoreRefused::Input(format!("{}: damaged: {first} ({more} more findings)", from.display())));
@@ -158,13 +159,18 @@ fn refuse_database(database: &Path) -> Result<(), RestoreRefused> {
     Ok(())
 }
 
-fn refuse_recordings(recordings: &Path) -> Result<(), RestoreRefused> {
-    let holds_something = std::fs::read_dir(recordings).is_ok_and(|mut entries| entries.next().is_some());
+async fn refuse_recordings(config: &Config) -> Result<(), RestoreRefused> {
+    let store = RecordingStore::open(config)?;
+    let (holds_something, what) = match &store {
+        RecordingStore::Folder(folder) => {
+            (std::fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some()), "an empty folder")
+        }
+        RecordingStore::Bucket(_) => {
+            (!store.list().await.with_context(|| store.place())?.is_empty(), "an empty part of a bucket")
+        }
+    };
     if holds_something {
-        return Err(RestoreRefused::Input(format!(
-            "{}: is not empty; restore into an empty folder",
-            recordings.display()
-        )));
+        return Err(RestoreRefused::Input(format!("{}: is not empty; restore into {what}", store.place())));
     }
     Ok(())
 }
@@ -185,7 +191,7 @@ fn check_manifest(folder: &Path, manifest: &Manifest) -> anyhow::Result<()> {
 }
 
 /// Brings what may be a backup by an earlier program up to date, and checks it whole.
-async fn verified(database: &Path, recordings: &Path) -> Result<VerificationReport, RestoreRefused> {
+async fn verified(database: &Path, recordings: &RecordingStore) -> Result<VerificationReport, RestoreRefused> {
     let db = Database::open_existing(&format!("sqlite://{}", database.display())).await?;
     db.migrate().await.map_err(anyhow::Error::from)?;
     let report = verification::everything(&db, recordings).await;
@@ -193,17 +199,38 @@ async fn verified(database: &Path, recordings: &Path) -> Result<VerificationRepo
     Ok(report?)
 }
 
+/// Sends the recordings of a backup to a bucket, each read back there. One that was sent before is sent again.
+async fn send_recordings(bucket: &Bucket, unpacked: &Path) -> Result<(), RestoreRefused> {
+    let staged = RecordingStore::Folder(unpacked.to_owned());
+    let recordings = staged.list().await?;
+    let bar = indicatif::ProgressBar::new(recordings.len() as u64);
+    for recording in recordings {
+        let (sha256, _) = staged.hash(&recording).await?;
+        bucket.keep_recording(&unpacked.join(&recording), &recording, &sha256).await?;
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    std::fs::remove_dir_all(unpacked)?;
+    Ok(())
+}
+
 /// The database goes last: a restore that is stopped before leaves no service that could start, and is gone on with.
-fn put(staging: &Path, database: &Path, recordings: &Path) -> Result<(), RestoreRefused> {
+async fn put(staging: &Path, database: &Path, config: &Config) -> Result<(), RestoreRefused> {
+    let recordings = &config.recordings_dir;
     let parents = [database.parent(), recordings.parent()].into_iter().flatten();
     for folder in parents.filter(|folder| !folder.as_os_str().is_empty()) {
         std::fs::create_dir_all(folder)?;
     }
-    if staging.join(RECORDINGS).exists() {
-        if recordings.exists() {
-            std::fs::remove_dir(recordings)?;
+    let unpacked = staging.join(RECORDINGS);
+    match RecordingStore::open(config)? {
+        _ if !unpacked.exists() => {}
+        RecordingStore::Bucket(bucket) => send_recordings(&bucket, &unpacked).await?,
+        RecordingStore::Folder(folder) => {
+            if folder.exists() {
+                std::fs::remove_dir(&folder)?;
+            }
+            std::fs::rename(&unpacked, folder)?;
         }
-        std::fs::rename(staging.join(RECORDINGS), recordings)?;
     }
     KillPoint::RestoreMoving.pass();
     let unpacked: PathBuf = staging.join(DATABASE);

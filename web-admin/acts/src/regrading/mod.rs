@@ -98,9 +98,9 @@ impl Rubric {
         state: &Service,
         session: &Session,
     ) -> Result<Result<Assessment, AssessError>, Error> {
-        let path = recordings::file_of(state, session)?;
+        let recording = recordings::fetch(state, session).await?;
         let Self(rubric) = self.clone();
-        let judged = recordings::with(state, path, move |recording| {
+        let judged = recordings::with(state, recording, move |recording| {
             let mut tried = own_exercise(&recording)?;
             tried.exercise.judge_by(&rubric);
             assess(&recording, &tried)

@@ -1,20 +1,18 @@
 //! A piece of an upload, from the network to the disk.
 
-use std::io::SeekFrom;
-
 use bytes::Bytes;
 use futures::StreamExt;
 use model::ids::UploadId;
-use store::uploads;
 use store::uploads::{Upload, UploadOwner};
 use tokio::fs::File;
 use tokio::io::{AsyncSeekExt, AsyncWriteExt};
 
-use super::{complete, look, place, take_over};
+use super::{complete, look, pieces, take_over};
 use crate::checksum::Checksum;
 use crate::error::Error;
 use crate::killpoints::KillPoint;
 use crate::recordings::Chunks;
+use crate::removing::PartFile;
 use crate::service::Service;
 use crate::turns::Turn;
 
@@ -70,6 +68,8 @@ struct Writing<'a> {
     turn: &'a mut Turn,
     upload: Upload,
     file: File,
+    /// Where pieces lie in a bucket, the file that holds what is not there yet, and nothing else.
+    spool: Option<PartFile>,
     /// Bytes written, on the disk or not.
     end: i64,
 }
@@ -78,11 +78,8 @@ async fn write(state: &Service, upload: Upload, piece: UploadPiece, turn: &mut T
     if upload.whole() {
         return nothing_more(state, upload, piece.body, turn).await;
     }
-    let mut file = File::options().write(true).open(place(state, upload.id)).await?;
-    // What a crash left beyond the received bytes is not known to be what was sent.
-    file.set_len(upload.received.unsigned_abs()).await?;
-    file.seek(SeekFrom::End(0)).await?;
-    let mut writing = Writing { state, turn, end: upload.received, upload, file };
+    let (file, spool) = pieces::open(state, &upload).await?;
+    let mut writing = Writing { state, turn, end: upload.received, upload, file, spool };
     let mut checksum = piece.checksum;
     let broken = writing.take(piece.body, &mut checksum).await;
     match (checksum, broken) {
@@ -90,8 +87,8 @@ async fn write(state: &Service, upload: Upload, piece: UploadPiece, turn: &mut T
         (Some(_), Err(broken)) => Err(broken),
         (Some(checksum), Ok(())) if !checksum.fits() => Err(Error::ChecksumMismatch),
         (_, Err(too_large @ Error::TooLarge { .. })) => Err(too_large),
-        // What the disk has refused, and what was written after it, is not there: back to what was received.
-        (_, Err(disk @ (Error::Internal(_) | Error::NoRoom(_)))) => Err(disk),
+        // What the disk or the store has refused, and what was written after it, is not there: back to what was received.
+        (_, Err(refused @ (Error::Internal(_) | Error::NoRoom(_) | Error::StoreAway(_)))) => Err(refused),
         (_, broken) => {
             writing.settle().await?;
             broken.map(|()| writing.upload)
@@ -127,24 +124,35 @@ impl Writing<'_> {
         Ok(())
     }
 
-    /// Puts what was written on the disk, and then says so in the upload's row.
+    /// Puts what was written on the disk or into the bucket, and then says so in the upload's row.
     async fn settle(&mut self) -> Result<(), Error> {
         self.file.flush().await?;
         KillPoint::PieceWritten.pass();
-        self.file.sync_all().await?;
+        let begins = self.upload.received;
+        let expected = match &self.spool {
+            Some(_) if self.end == begins => return Ok(()),
+            Some(_) => self.end - begins,
+            None => self.file.sync_all().await.map(|()| self.end)?,
+        };
         // A write that failed behind our back is told once, and not by who asks next.
         let there = self.file.metadata().await?.len();
-        if there != self.end.unsigned_abs() {
-            let cause = anyhow::anyhow!("{there} bytes of {} are in the file of upload {}", self.end, self.upload.id);
+        if there != expected.unsigned_abs() {
+            let cause = anyhow::anyhow!("{there} bytes of {expected} are in the file of upload {}", self.upload.id);
             return Err(Error::Internal(cause));
         }
+        let object = match &self.spool {
+            Some(spool) => pieces::send(self.state, self.upload.id, &spool.path).await?,
+            None => None,
+        };
         self.upload.received = self.end;
         self.upload.expires_at = self.state.clock.now().plus_s(self.state.config.upload_lifetime_s);
         KillPoint::PieceSynced.pass();
-        let mut tx = self.state.db.write().await?;
-        uploads::advance_upload(&mut tx, &self.upload).await?;
-        tx.commit().await?;
+        pieces::count(self.state, &self.upload, begins, object.as_deref()).await?;
         KillPoint::PieceCounted.pass();
+        if self.spool.is_some() {
+            self.file.set_len(0).await?;
+            self.file.rewind().await?;
+        }
         Ok(())
     }
 }

@@ -2,8 +2,7 @@
 //! and the whole goes the same way as a recording that came at once: [`crate::intake`].
 
 mod append;
-
-use std::path::PathBuf;
+mod pieces;
 
 pub use append::{UploadPiece, append};
 use model::ids::UploadId;
@@ -15,12 +14,9 @@ use crate::config::UploadQuota;
 use crate::error::Error;
 use crate::intake::{self, Bearer};
 use crate::killpoints::KillPoint;
-use crate::recordings::{self, Received};
+use crate::recordings;
 use crate::service::Service;
 use crate::turns::Turn;
-
-/// What the file of an unfinished upload ends in. At the start, `recordings::clear_uploads` deletes `part` files.
-const EXTENSION: &str = "tus";
 
 /// What is said of an upload when it begins.
 #[derive(Clone, Debug)]
@@ -62,8 +58,7 @@ pub async fn begin(state: &Service, owner: UploadOwner, announced: Announced) ->
     for (whose, quota, who) in counted {
         ensure_quota(uploads::count_unfinished_uploads(&mut *tx, whose).await?, announced.length, quota, who)?;
     }
-    tokio::fs::File::create_new(place(state, upload.id)).await?;
-    tokio::fs::File::open(state.config.uploads_dir()).await?.sync_all().await?;
+    pieces::begin(state, upload.id).await?;
     KillPoint::UploadMade.pass();
     uploads::insert_upload(&mut tx, &upload).await?;
     tx.commit().await?;
@@ -104,7 +99,7 @@ async fn take_over(state: &Service, owner: UploadOwner, id: UploadId) -> Result<
 /// Finds an upload; `resting` where nobody else can be moving its file.
 async fn look(state: &Service, owner: UploadOwner, id: UploadId, resting: bool) -> Result<Upload, Error> {
     let upload = uploads::find_upload(state.db.reader(), owner, id).await?.ok_or(Error::NotFound)?;
-    let lost = resting && upload.session_id.is_none() && !tokio::fs::try_exists(place(state, id)).await?;
+    let lost = resting && upload.session_id.is_none() && pieces::is_lost(state, id).await?;
     if upload.is_set_aside() {
         return Err(Error::Unprocessable(intake::SET_ASIDE.to_owned()));
     }
@@ -158,14 +153,12 @@ async fn note_death(state: &Service, id: UploadId) -> Result<(), Error> {
 
 async fn take_in(state: &Service, mut upload: Upload) -> Result<Upload, Error> {
     let bearer = bearer(state, &upload).await?;
-    let path = place(state, upload.id);
-    let left = path.clone();
-    let received = tokio::task::spawn_blocking(move || Received::of_upload(path, upload.id)).await??;
+    let received = pieces::collect(state, &upload).await?;
     match intake::take_in(state, &bearer, received).await {
         Ok(kept) => {
             upload.session_id = Some(kept.session().id);
             KillPoint::UploadUnlinking.pass();
-            delete(left).await?;
+            throw_away(state, upload.id).await;
             Ok(upload)
         }
         Err(
@@ -173,6 +166,7 @@ async fn take_in(state: &Service, mut upload: Upload) -> Result<Upload, Error> {
             | Error::NoRoom(_)
             | Error::Busy { .. }
             | Error::Deadly(_)
+            | Error::StoreAway(_)
             | Error::Unscanned(_)),
         ) => Err(fault),
         Err(refused) => {
@@ -216,39 +210,21 @@ pub async fn tidy(state: &Service) -> Result<(), Error> {
             }
         }
     }
-    clear_unknown(state).await
+    pieces::clear_unknown(state).await
 }
 
-/// Deletes files that no row names: a crash came between the two.
-async fn clear_unknown(state: &Service) -> Result<(), Error> {
-    let mut entries = tokio::fs::read_dir(state.config.uploads_dir()).await?;
-    while let Some(entry) = entries.next_entry().await? {
-        let path = entry.path();
-        let ours = path.extension().is_some_and(|extension| extension == EXTENSION);
-        let id = path.file_stem().and_then(|stem| stem.to_string_lossy().parse::<UploadId>().ok());
-        let Some(id) = id.filter(|_| ours) else { continue };
-        let Some(_turn) = state.turns.take(id) else { continue };
-        if uploads::find_upload_by_id(state.db.reader(), id).await?.is_none() {
-            delete(path).await?;
-        }
-    }
+/// Forgets an upload. Its row goes first: whoever comes back is told that it is gone, and what is left of its bytes is thrown away.
+async fn remove(state: &Service, upload: &Upload) -> Result<(), Error> {
+    let mut tx = state.db.write().await?;
+    uploads::remove_upload(&mut tx, upload.school_id, upload.id).await?;
+    tx.commit().await?;
+    throw_away(state, upload.id).await;
     Ok(())
 }
 
-async fn remove(state: &Service, upload: &Upload) -> Result<(), Error> {
-    delete(place(state, upload.id)).await?;
-    let mut tx = state.db.write().await?;
-    uploads::remove_upload(&mut tx, upload.school_id, upload.id).await?;
-    Ok(tx.commit().await?)
-}
-
-async fn delete(path: PathBuf) -> std::io::Result<()> {
-    match tokio::fs::remove_file(path).await {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(error),
-        _ => Ok(()),
+/// Removes the bytes of an upload that nobody needs. Where they stay, they are thrown away later.
+async fn throw_away(state: &Service, id: UploadId) {
+    if let Err(error) = pieces::remove(state, id).await {
+        tracing::warn!(upload = %id, cause = %error, "the bytes of an upload that is over are still there");
     }
-}
-
-fn place(state: &Service, id: UploadId) -> PathBuf {
-    state.config.uploads_dir().join(format!("{id}.{EXTENSION}"))
 }

@@ -6,15 +6,13 @@ use axum::Json;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, Request, State};
 use axum::http::{HeaderValue, header};
-use axum::response::{IntoResponse, Response};
+use axum::response::Response;
 use model::ids::SessionId;
 use model::replay::ReplayStage;
 use model::series;
 use model::series::{AttemptStretch, TimeSpan};
 use serde::{Deserialize, Serialize};
 use store::sessions::Session;
-use tower::ServiceExt;
-use tower_http::services::ServeFile;
 use utoipa::ToSchema;
 
 use super::ApiId;
@@ -22,6 +20,7 @@ use super::caller::Caller;
 use super::sessions::find_session;
 use crate::AppState;
 use crate::error::{ApiError, ProblemDocument};
+use crate::routes::stored_files::serve_stored;
 
 /// What is asked for, as it was typed: each refusal names its field.
 #[derive(Deserialize)]
@@ -131,9 +130,7 @@ pub(super) async fn serve_part(
     request: Request,
     (name, media_type): SeriesPart,
 ) -> Result<Response, ApiError> {
-    let path = replays::file(state, session, name).await?;
-    let Ok(found) = ServeFile::new(path).oneshot(request).await;
-    let mut response = found.into_response();
+    let mut response = serve_stored(replays::file(state, session, name).await?, request).await?;
     response.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type));
     Ok(response)
 }

@@ -1,7 +1,5 @@
 //! Attempts and what was made of them.
 
-use std::path::Path;
-
 use acts::error::Error;
 use acts::recordings;
 use axum::Json;
@@ -13,14 +11,13 @@ use model::ids::{PersonId, SessionId};
 use model::{AttemptPlace, Moment, Uncounted};
 use serde::{Deserialize, Serialize};
 use store::sessions::{self, Session, SessionState};
-use tower::ServiceExt;
-use tower_http::services::ServeFile;
 use utoipa::ToSchema;
 
 use super::ApiId;
 use super::caller::Caller;
 use crate::AppState;
 use crate::error::{ApiError, ProblemDocument};
+use crate::routes::stored_files::{serve_file, serve_stored};
 
 /// An attempt.
 #[derive(Debug, Serialize, ToSchema)]
@@ -190,12 +187,6 @@ pub(super) async fn show_session(
     Ok(Json(find_session(&state, &caller, id).await?.into()))
 }
 
-/// A file, whole or a range of its bytes; opened when this returns.
-async fn file_of_session(path: &Path, request: Request) -> Response {
-    let Ok(found) = ServeFile::new(path).oneshot(request).await;
-    found.into_response()
-}
-
 /// What may be asked of a recording.
 #[derive(Deserialize)]
 pub(super) struct RecordingQuery {
@@ -220,8 +211,8 @@ pub(super) async fn serve_recording(
     let session = find_session(&state, &caller, id).await?;
     let Query(asked) = query.map_err(|refused| Error::BadRequest(refused.body_text()))?;
     let mut response = match asked.with.as_deref() {
-        None => file_of_session(&recordings::file_of(&state, &session)?, request).await,
-        Some("comments") => file_of_session(recordings::with_comments(&state, &session).await?.path(), request).await,
+        None => serve_stored(recordings::find(&state, &session).await?, request).await?,
+        Some("comments") => serve_file(recordings::with_comments(&state, &session).await?.path(), request).await,
         Some(other) => {
             return Err(Error::BadRequest(format!("with: \"{other}\"; allowed is comments")).into());
         }

@@ -10,13 +10,12 @@ use model::ids::SessionId;
 use pages::links::RecordingLinksPage;
 use pages::{NavPlace, Shell};
 use store::{links, sessions};
-use tower::ServiceExt;
-use tower_http::services::ServeFile;
 
 use super::{PathId, encode_in_query};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{CsrfForm, NoFields, PageHead, Visitor};
+use crate::routes::stored_files::serve_stored;
 
 /// Viewers: name, origin, and the address that a recording's own is appended to.
 const VIEWERS: [(&str, &str, &str); 3] = [
@@ -74,8 +73,7 @@ pub(super) async fn open_link(
     let Path((token, _)) = path.map_err(|_| Error::NotFound)?;
     let found = links::find_linked_session(state.db.reader(), &secret::token_sha256(&token), state.clock.now()).await?;
     let session = found.ok_or(Error::NotFound)?;
-    let Ok(file) = ServeFile::new(recordings::file_of(&state, &session)?).oneshot(request).await;
-    let mut response = file.into_response();
+    let mut response = serve_stored(recordings::find(&state, &session).await?, request).await?;
     response.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static("application/octet-stream"));
     Ok(share_with_viewers(response, origin.as_ref()))
 }

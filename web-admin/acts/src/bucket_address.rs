@@ -1,0 +1,83 @@
+//! Where a bucket is, and how to get in.
+
+use std::collections::BTreeMap;
+
+/// What the variables that say how to get in begin with.
+const VARIABLES: &str = "AWS_";
+
+/// A bucket of a store that speaks S3, and the part of it that is ours.
+#[derive(Clone, PartialEq, Eq)]
+pub struct BucketAddress {
+    /// Its name.
+    pub bucket: String,
+    /// What the names of all that is ours begin with; empty where the bucket is all ours.
+    pub prefix: String,
+    /// Endpoint, region, keys and whatever else the usual variables say, by their names: `AWS_REGION`.
+    pub settings: BTreeMap<String, String>,
+}
+
+impl BucketAddress {
+    /// What stands behind `s3://`, with the variables of the environment that are of use. None where that is no address.
+    #[must_use]
+    pub fn parse(given: &str, environment: impl IntoIterator<Item = (String, String)>) -> Option<Self> {
+        let given = given.strip_suffix('/').unwrap_or(given);
+        let (bucket, prefix) = given.split_once('/').unwrap_or((given, ""));
+        let plain = |text: &str| text.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"-_.".contains(&byte));
+        let is_part = |part: &str| plain(part) && !matches!(part, "" | "." | "..");
+        let fits = is_part(bucket) && (prefix.is_empty() || prefix.split('/').all(is_part));
+        let settings = environment.into_iter().filter(|(name, _)| name.starts_with(VARIABLES)).collect();
+        fits.then(|| Self { bucket: bucket.to_owned(), prefix: prefix.to_owned(), settings })
+    }
+
+    /// The full name of something of ours.
+    #[must_use]
+    pub fn name_within(&self, name: &str) -> String {
+        if self.prefix.is_empty() { name.to_owned() } else { format!("{}/{name}", self.prefix) }
+    }
+
+    /// Whether a variable of the environment says how to get in, which is nobody's business but the service's.
+    #[must_use]
+    pub fn is_variable(name: &str) -> bool {
+        name.starts_with(VARIABLES)
+    }
+}
+
+impl std::fmt::Display for BucketAddress {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "s3://{}", self.bucket)?;
+        if self.prefix.is_empty() { Ok(()) } else { write!(f, "/{}", self.prefix) }
+    }
+}
+
+impl std::fmt::Debug for BucketAddress {
+    /// Without the settings, which hold keys.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "BucketAddress({self})")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Fails when a key is shown, or a name is taken that means another object than it says.
+
+    use super::*;
+
+    fn parse(given: &str) -> Option<BucketAddress> {
+        let environment = [("AWS_SECRET_ACCESS_KEY", "hidden"), ("PATH", "/bin")];
+        BucketAddress::parse(given, environment.map(|(name, value)| (name.to_owned(), value.to_owned())))
+    }
+
+    #[test]
+    fn an_address_is_a_bucket_and_perhaps_a_part_of_it_and_shows_no_key() {
+        let whole = parse("school").unwrap();
+        assert_eq!((whole.to_string(), whole.name_within("a/b")), ("s3://school".to_owned(), "a/b".to_owned()));
+        let part = parse("school/north/1/").unwrap();
+        assert_eq!(part.to_string(), "s3://school/north/1");
+        assert_eq!(part.name_within("a"), "north/1/a");
+        assert_eq!(part.settings.len(), 1, "what is not of use is not kept");
+        assert!(!format!("{part:?} {part}").contains("hidden"));
+        for nonsense in ["", "/", "a//b", "a/../b", "a b", "a/%2F", "a/ä", "a?x=1", "user:key@bucket"] {
+            assert_eq!(parse(nonsense), None, "{nonsense}");
+        }
+    }
+}

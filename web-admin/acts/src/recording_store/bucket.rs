@@ -1,0 +1,226 @@
+//! Recordings in a bucket of a store that speaks S3. An object is there whole or not at all, under a name that tells its bytes from
+//! others, so that nothing there is ever replaced by something else.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use anyhow::Context;
+use bytes::Bytes;
+use data_encoding::HEXLOWER;
+use futures::stream::BoxStream;
+use futures::{StreamExt, TryStreamExt};
+use object_store::aws::{AmazonS3, AmazonS3Builder, AmazonS3ConfigKey};
+use object_store::path::Path as ObjectName;
+use object_store::{
+    BackoffConfig, ClientOptions, GetOptions, MultipartUpload, ObjectMeta, ObjectStore, ObjectStoreExt, RetryConfig,
+};
+use sha2::{Digest, Sha256};
+use tokio::fs::File;
+use tokio::io::{AsyncReadExt, AsyncWrite, AsyncWriteExt};
+use tokio::sync::Semaphore;
+use uuid::Uuid;
+
+use super::StoreError;
+use crate::bucket_address::BucketAddress;
+use crate::removing::PartFile;
+
+/// Bytes of a part of a large object, and of what is held of it in memory. The store wants 5 MiB at least, and 10 000 parts at most.
+const PART_BYTES: u64 = 16 << 20;
+/// Files that are sent at once; others wait.
+const MOST_SENT: usize = 4;
+/// Longest silence of the store.
+const SILENCE: Duration = Duration::from_secs(30);
+/// How often what has failed is tried again before it is said, ...
+const TRIES: usize = 3;
+/// ... and for how long.
+const PATIENCE: Duration = Duration::from_secs(30);
+/// Longest time to connect.
+const CONNECTING: Duration = Duration::from_secs(5);
+
+/// A bucket, and the folder on this machine by which everything goes there.
+#[derive(Clone, Debug)]
+pub struct Bucket {
+    objects: Arc<AmazonS3>,
+    address: BucketAddress,
+    passing: PathBuf,
+    sending: Arc<Semaphore>,
+}
+
+impl Bucket {
+    /// A bucket; nobody is asked yet whether it is there. Files that are on their way lie in `passing`.
+    ///
+    /// # Errors
+    /// When a variable of its settings makes no sense.
+    pub(super) fn open(address: &BucketAddress, passing: PathBuf) -> anyhow::Result<Self> {
+        // Another part of the program may have said so before: then it is said.
+        let _ = rustls::crypto::ring::default_provider().install_default();
+        let mut builder = AmazonS3Builder::new();
+        let mut client = ClientOptions::new().with_timeout_disabled().with_read_timeout(SILENCE);
+        client = client.with_connect_timeout(CONNECTING);
+        let plain = |endpoint: &str| endpoint.starts_with("http://");
+        let endpoints = ["AWS_ENDPOINT", "AWS_ENDPOINT_URL", "AWS_ENDPOINT_URL_S3"];
+        // Whoever names an endpoint without TLS means it.
+        client =
+            client.with_allow_http(endpoints.iter().any(|name| address.settings.get(*name).is_some_and(|e| plain(e))));
+        builder = builder.with_client_options(client);
+        for (name, value) in &address.settings {
+            // Others of these variables are for other programs.
+            if let Ok(key) = name.to_ascii_lowercase().parse::<AmazonS3ConfigKey>() {
+                builder = builder.with_config(key, value);
+            }
+        }
+        let backoff = BackoffConfig { max_backoff: Duration::from_secs(2), ..BackoffConfig::default() };
+        let retry = RetryConfig { backoff, max_retries: TRIES, retry_timeout: PATIENCE };
+        // One request for each object is what every such store knows.
+        let builder = builder.with_bucket_name(&address.bucket).with_retry(retry).with_disable_bulk_delete(true);
+        let objects = builder.build().with_context(|| address.to_string())?;
+        let sending = Arc::new(Semaphore::new(MOST_SENT));
+        Ok(Self { objects: Arc::new(objects), address: address.clone(), passing, sending })
+    }
+
+    /// In words for people.
+    #[must_use]
+    pub const fn address(&self) -> &BucketAddress {
+        &self.address
+    }
+
+    fn full_name(&self, name: &str) -> ObjectName {
+        ObjectName::from(self.address.name_within(name))
+    }
+
+    /// A file of this machine that goes with what is given.
+    pub(super) fn new_part(&self) -> PartFile {
+        PartFile { path: self.passing.join(format!("{}.part", Uuid::new_v4())), kept: false }
+    }
+
+    /// Makes an object of a file.
+    pub(super) async fn send(&self, file: &Path, name: &str) -> Result<(), StoreError> {
+        let _place = self.sending.acquire().await.map_err(|error| StoreError::Away(error.into()))?;
+        let (mut file, name) = (File::open(file).await?, self.full_name(name));
+        let first = read_part(&mut file).await?;
+        if (first.len() as u64) < PART_BYTES {
+            self.objects.put(&name, first.into()).await.map_err(StoreError::of_writing)?;
+            return Ok(());
+        }
+        let mut upload = self.objects.put_multipart(&name).await.map_err(StoreError::of_writing)?;
+        let sent = send_parts(&mut *upload, first, &mut file).await;
+        if sent.is_err() {
+            // The first failure is told; the bucket's own rule clears what nobody has completed.
+            let _ = upload.abort().await;
+        }
+        sent
+    }
+
+    /// Makes an object of a file, and reads it back: when this returns, these bytes are there.
+    pub(super) async fn send_and_check(&self, file: &Path, name: &str, sha256: &str) -> Result<(), StoreError> {
+        self.send(file, name).await?;
+        let (there, size) = self.hash(name).await?;
+        if there == sha256 {
+            return Ok(());
+        }
+        Err(StoreError::Away(anyhow::anyhow!(
+            "{}/{name}: {size} bytes of another hash are there than were sent",
+            self.address
+        )))
+    }
+
+    /// SHA-256 of an object, lower-case hexadecimal, and its size in bytes.
+    pub(super) async fn hash(&self, name: &str) -> Result<(String, u64), StoreError> {
+        let mut hash = Sha256::new();
+        let size = self.pour(name, &mut hash, &mut tokio::io::sink()).await?;
+        Ok((HEXLOWER.encode(&hash.finalize()), size))
+    }
+
+    /// An object as a file of this machine, which goes when it is dropped.
+    pub(super) async fn fetch(&self, name: &str) -> Result<PartFile, StoreError> {
+        Ok(self.join(&[name.to_owned()]).await?.0)
+    }
+
+    /// Objects one after the other as one file, with its SHA-256.
+    pub(super) async fn join(&self, names: &[String]) -> Result<(PartFile, String), StoreError> {
+        let part = self.new_part();
+        let (mut file, mut hash) = (File::create_new(&part.path).await?, Sha256::new());
+        for name in names {
+            self.pour(name, &mut hash, &mut file).await?;
+        }
+        file.flush().await?;
+        Ok((part, HEXLOWER.encode(&hash.finalize())))
+    }
+
+    /// Hands on the bytes of an object as they come; how many there were.
+    async fn pour(&self, name: &str, hash: &mut Sha256, to: &mut (impl AsyncWrite + Unpin)) -> Result<u64, StoreError> {
+        let mut chunks = self.objects.get(&self.full_name(name)).await?.into_stream();
+        let mut size = 0;
+        while let Some(chunk) = chunks.try_next().await? {
+            hash.update(&chunk);
+            to.write_all(&chunk).await?;
+            size += chunk.len() as u64;
+        }
+        Ok(size)
+    }
+
+    /// What is known of an object without its bytes; none where there is none.
+    pub(super) async fn find(&self, name: &str) -> Result<Option<ObjectMeta>, StoreError> {
+        match self.objects.head(&self.full_name(name)).await.map_err(StoreError::from) {
+            Err(StoreError::Missing) => Ok(None),
+            found => found.map(Some),
+        }
+    }
+
+    /// A range of the bytes of an object, as they come.
+    pub(super) async fn read(
+        &self,
+        name: &str,
+        range: std::ops::Range<u64>,
+    ) -> Result<BoxStream<'static, anyhow::Result<Bytes>>, StoreError> {
+        let asked = GetOptions::new().with_range(Some(range));
+        let found = self.objects.get_opts(&self.full_name(name), asked).await?;
+        Ok(found.into_stream().map_err(anyhow::Error::from).boxed())
+    }
+
+    /// Asks whether the bucket is there.
+    pub(super) async fn check(&self) -> Result<(), StoreError> {
+        let name = ObjectName::from(self.address.prefix.as_str());
+        self.objects.list_with_delimiter(Some(&name)).await.map(drop).map_err(StoreError::of_writing)
+    }
+
+    /// What the names under a folder are, without the folder's own.
+    pub(super) async fn list(&self, folder: &str) -> Result<Vec<String>, StoreError> {
+        let (folder, below) = (self.full_name(folder), format!("{}/", self.address.name_within(folder)));
+        let names = self.objects.list(Some(&folder)).map_ok(|object| object.location.to_string());
+        let names: Vec<String> = names.try_collect().await.map_err(StoreError::of_writing)?;
+        Ok(names.iter().filter_map(|name| name.strip_prefix(&below)).map(str::to_owned).collect())
+    }
+
+    /// Removes objects; one that is not there is gone already.
+    pub(super) async fn remove(&self, names: Vec<String>) -> Result<(), StoreError> {
+        let names: Vec<_> = names.iter().map(|name| Ok(self.full_name(name))).collect();
+        let mut gone = self.objects.delete_stream(futures::stream::iter(names).boxed());
+        while let Some(one) = gone.next().await {
+            match one.map_err(StoreError::from) {
+                Err(StoreError::Missing) | Ok(_) => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Sends what is left of a file behind its first part, one part at a time.
+async fn send_parts(upload: &mut dyn MultipartUpload, first: Bytes, file: &mut File) -> Result<(), StoreError> {
+    let mut part = first;
+    while !part.is_empty() {
+        upload.put_part(part.into()).await.map_err(StoreError::of_writing)?;
+        part = read_part(file).await?;
+    }
+    upload.complete().await.map_err(StoreError::of_writing)?;
+    Ok(())
+}
+
+/// The next bytes of a file; none at its end.
+async fn read_part(file: &mut File) -> std::io::Result<Bytes> {
+    let mut part = Vec::new();
+    file.take(PART_BYTES).read_to_end(&mut part).await?;
+    Ok(part.into())
+}
