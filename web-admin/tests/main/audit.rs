@@ -76,7 +76,7 @@ async fn a_dropped_trigger_and_a_cut_tail_are_found() {
     assert_eq!(verification::cut_tail(&app.state.db, &head).await.unwrap(), None, "a log that grew is whole");
     execute(&app, "DROP TRIGGER audit_log_never_shrinks; DELETE FROM audit_log WHERE seq >= 3").await.unwrap();
     assert!(check_audit_chain(reader).await.unwrap().findings.is_empty(), "the chain alone does not tell");
-    let report = verification::everything(&app.state.db, &app.state.config.recordings_dir).await.unwrap();
+    let report = verification::everything(&app.state.db, &app.state.recordings).await.unwrap();
     assert!(report.findings.iter().any(|found| found.contains("audit_log_never_shrinks")), "{report:?}");
     let cut = verification::cut_tail(&app.state.db, &head).await.unwrap();
     assert!(cut.unwrap().contains(&head));

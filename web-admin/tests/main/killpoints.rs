@@ -1,6 +1,8 @@
-//! The service, a backup and a restore are ended at every place where something is half done. Fails when an acknowledged attempt is lost,
+//! The service, a backup and a restore are ended at every place where something is half done, with recordings in a folder and in a
+//! bucket. Fails when an acknowledged attempt is lost,
 //! is there twice, is scored twice or not at all, when a backup or a restore wants a hand, or when `verify` finds anything.
 
+use std::collections::BTreeMap;
 use std::io::Read;
 use std::net::TcpStream;
 use std::os::unix::process::ExitStatusExt;
@@ -13,6 +15,7 @@ use acts::killpoints::{KillPoint, VARIABLE};
 use model::SessionKey;
 use store::{Database, scores, sessions};
 
+use super::support::bucket::TestBucket;
 use super::support::recordings::{Attempt, record};
 use super::support::service::{Service, founded, header};
 
@@ -45,9 +48,30 @@ fn points(wanted: Way) -> impl Iterator<Item = KillPoint> {
     KillPoint::ALL.iter().copied().filter(move |point| way(*point) == wanted)
 }
 
-fn web_admin(folder: &Path, arguments: &[&str], kill_at: Option<KillPoint>) -> Output {
+/// What the environment of every program says.
+type Surroundings = BTreeMap<String, String>;
+
+/// Recordings lie in a folder.
+const FOLDER: Surroundings = BTreeMap::new();
+
+/// Recordings lie in a bucket.
+fn in_bucket() -> Surroundings {
+    let bucket = TestBucket::new();
+    let mut around = bucket.environment();
+    around.insert("STYLET_RECORDINGS".to_owned(), bucket.url());
+    around
+}
+
+/// Starts a service, which dies where it is told to.
+fn serve(folder: &Path, around: &Surroundings, kill_at: Option<KillPoint>) -> Service {
+    let around = around.iter().map(|(name, value)| (name.as_str(), Path::new(value)));
+    let kill_at = kill_at.map(|point| (VARIABLE, Path::new(point.name())));
+    Service::start_with(folder, &around.chain(kill_at).collect::<Vec<_>>())
+}
+
+fn web_admin(folder: &Path, around: &Surroundings, arguments: &[&str], kill_at: Option<KillPoint>) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_web-admin"));
-    command.args(arguments).arg("--data-dir").arg(folder);
+    command.args(arguments).arg("--data-dir").arg(folder).envs(around);
     if let Some(point) = kill_at {
         command.env(VARIABLE, point.name());
     }
@@ -119,8 +143,8 @@ fn await_death(service: &mut Service, point: KillPoint) {
 }
 
 /// Whether everything that was acknowledged is there once, scored once, and nothing else; and nothing is found wrong.
-async fn check(folder: &Path, expected: &[&Attempt], point: KillPoint) {
-    let verified = web_admin(folder, &["verify"], None);
+async fn check(folder: &Path, around: &Surroundings, expected: &[&Attempt], point: KillPoint) {
+    let verified = web_admin(folder, around, &["verify"], None);
     assert!(verified.status.success(), "{}: {}", point.name(), String::from_utf8_lossy(&verified.stdout));
     let db = Database::open_existing(&Config::in_folder(folder).database_url).await.unwrap();
     let mut found: Vec<_> = sessions::list_recordings(db.reader()).await.unwrap().iter().map(|file| file.id).collect();
@@ -149,41 +173,48 @@ fn settle(service: &Service, token: &str, attempts: &[&Attempt], point: KillPoin
 }
 
 /// A service is killed at each point of a way, with an attempt that came at once and one that came in pieces.
-async fn kill_on(way: Way) {
+async fn kill_on(way: Way, around: &Surroundings) {
     for point in points(way) {
         let (folder, token) = founded().await;
         let attempts = [Attempt::default(), Attempt::default()];
         let [first, second] = attempts.each_ref().map(record);
-        let mut service = Service::start_with(folder.path(), &[(VARIABLE, Path::new(point.name()))]);
+        let mut service = serve(folder.path(), around, Some(point));
         let mut path = None;
         if at_once(&service, &token, &first) && exists(&mut service.child) && way != Way::Scoring {
             in_pieces(&service, &token, &second, &mut path);
         }
         await_death(&mut service, point);
         drop(service);
-        let service = Service::start(folder.path());
+        let service = serve(folder.path(), around, None);
         assert!(at_once(&service, &token, &first), "{}", point.name());
         let session = in_pieces(&service, &token, &second, &mut path);
         assert_eq!(session, Some(attempts[1].session_id.to_string()), "{}", point.name());
         settle(&service, &token, &attempts.each_ref(), point);
         drop(service);
-        check(folder.path(), &attempts.each_ref(), point).await;
+        check(folder.path(), around, &attempts.each_ref(), point).await;
     }
 }
 
 #[tokio::test]
 async fn what_arrives_at_once_outlives_a_death_at_every_point() {
-    kill_on(Way::Arriving).await;
+    kill_on(Way::Arriving, &FOLDER).await;
+}
+
+#[tokio::test]
+async fn what_arrives_in_a_bucket_outlives_a_death_at_every_point() {
+    for way in [Way::Arriving, Way::InPieces] {
+        kill_on(way, &in_bucket()).await;
+    }
 }
 
 #[tokio::test]
 async fn what_arrives_in_pieces_outlives_a_death_at_every_point() {
-    kill_on(Way::InPieces).await;
+    kill_on(Way::InPieces, &FOLDER).await;
 }
 
 #[tokio::test]
 async fn what_is_scored_is_scored_once_whenever_the_service_dies() {
-    kill_on(Way::Scoring).await;
+    kill_on(Way::Scoring, &FOLDER).await;
 }
 
 #[tokio::test]
@@ -198,22 +229,22 @@ async fn backups_and_restores_that_were_killed_are_done_over() {
     let to = backup.to_str().unwrap();
     for point in points(Way::Backup) {
         let _ = std::fs::remove_file(&backup);
-        assert!(killed(&web_admin(folder.path(), &["backup", "--to", to], Some(point))), "{}", point.name());
+        assert!(killed(&web_admin(folder.path(), &FOLDER, &["backup", "--to", to], Some(point))), "{}", point.name());
         if !backup.exists() {
-            let again = web_admin(folder.path(), &["backup", "--to", to], None);
+            let again = web_admin(folder.path(), &FOLDER, &["backup", "--to", to], None);
             assert!(again.status.success(), "{}: {}", point.name(), String::from_utf8_lossy(&again.stderr));
         }
         let left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
         assert!(!left.iter().any(|name| name.to_string_lossy().starts_with("backup.tar.")), "{left:?}");
     }
-    for point in points(Way::Restore) {
+    for (point, around) in points(Way::Restore).flat_map(|point| [(point, FOLDER), (point, in_bucket())]) {
         let place = tempfile::tempdir().unwrap();
-        assert!(killed(&web_admin(place.path(), &["restore", to], Some(point))), "{}", point.name());
-        let served = web_admin(place.path(), &["serve", "--listen", "127.0.0.1:0"], None);
+        assert!(killed(&web_admin(place.path(), &around, &["restore", to], Some(point))), "{}", point.name());
+        let served = web_admin(place.path(), &around, &["serve", "--listen", "127.0.0.1:0"], None);
         assert!(!served.status.success(), "{}: half a school is served", point.name());
-        let again = web_admin(place.path(), &["restore", to], None);
+        let again = web_admin(place.path(), &around, &["restore", to], None);
         assert!(again.status.success(), "{}: {}", point.name(), String::from_utf8_lossy(&again.stderr));
-        drop(Service::start(place.path()));
-        check(place.path(), &attempts.each_ref(), point).await;
+        drop(serve(place.path(), &around, None));
+        check(place.path(), &around, &attempts.each_ref(), point).await;
     }
 }

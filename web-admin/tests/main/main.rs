@@ -15,6 +15,7 @@ mod assignments;
 mod audit;
 mod audit_page;
 mod belonging;
+mod buckets;
 mod bulk;
 mod certificates;
 mod commands;

@@ -43,7 +43,7 @@ pub(super) struct Series {
            ("from_s" = Option<f64>, Query, description = "where the stretch begins, in s; the start by default"),
            ("to_s" = Option<f64>, Query, description = "where it ends, in s; the end by default")),
     responses((status = 200, body = Series), (status = 400, body = ProblemDocument), (status = 404, body = ProblemDocument),
-              (status = 410, body = ProblemDocument)))]
+              (status = 410, body = ProblemDocument), (status = 503, body = ProblemDocument)))]
 pub(super) async fn show_series(
     State(state): State<AppState>,
     caller: Caller,
@@ -91,7 +91,7 @@ fn round_seconds(field: &str, asked: Option<&str>) -> Result<Option<f64>, Error>
 /// What does not move in a replay: layers, needle, structures, events.
 #[utoipa::path(get, path = "/sessions/{id}/replay", tag = "replay", operation_id = "show_replay_stage", params(("id" = Uuid, Path)),
     responses((status = 200, body = ReplayStage), (status = 404, body = ProblemDocument),
-              (status = 410, body = ProblemDocument)))]
+              (status = 410, body = ProblemDocument), (status = 503, body = ProblemDocument)))]
 pub(super) async fn show_stage(
     State(state): State<AppState>,
     caller: Caller,
@@ -106,7 +106,7 @@ pub(super) async fn show_stage(
     responses((status = 200, content_type = "application/octet-stream"),
               (status = 206, content_type = "application/octet-stream"), (status = 416),
               (status = 404, body = ProblemDocument),
-              (status = 410, body = ProblemDocument)))]
+              (status = 410, body = ProblemDocument), (status = 503, body = ProblemDocument)))]
 pub(super) async fn show_frames(
     State(state): State<AppState>,
     caller: Caller,

@@ -200,7 +200,8 @@ pub(super) struct RecordingQuery {
     params(("id" = Uuid, Path), ("with" = Option<String>, Query, description = "comments")),
     responses((status = 200, content_type = "application/octet-stream"),
               (status = 206, content_type = "application/octet-stream"), (status = 400, body = ProblemDocument), (status = 416),
-              (status = 404, body = ProblemDocument), (status = 410, body = ProblemDocument)))]
+              (status = 404, body = ProblemDocument), (status = 410, body = ProblemDocument),
+              (status = 503, body = ProblemDocument, description = "The store of the recordings does not answer")))]
 pub(super) async fn serve_recording(
     State(state): State<AppState>,
     caller: Caller,

@@ -171,7 +171,7 @@ pub(super) async fn show_upload(
               (status = 415, body = ProblemDocument), (status = 422, body = ProblemDocument),
               (status = 423, body = ProblemDocument, description = "It is being taken in"),
               (status = 460, body = ProblemDocument, description = "The piece is not what its checksum says"),
-              (status = 503, body = ProblemDocument, description = "Not its turn in time, whoever read it has died, or the scanner does not answer; Retry-After")))]
+              (status = 503, body = ProblemDocument, description = "Not its turn in time, whoever read it has died, or the scanner or the store does not answer; Retry-After")))]
 pub(super) async fn append_piece(
     State(state): State<AppState>,
     caller: Caller,

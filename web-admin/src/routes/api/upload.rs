@@ -30,7 +30,7 @@ use crate::error::{ApiError, ProblemDocument};
               (status = 409, body = ProblemDocument, description = "Another recording of this session, or somebody else's attempt"),
               (status = 413, body = ProblemDocument), (status = 415, body = ProblemDocument),
               (status = 422, body = ProblemDocument, description = "No recording, or one in which a scanner has found malware"),
-              (status = 503, body = ProblemDocument, description = "Not its turn in time, whoever read it has died, or the scanner does not answer; Retry-After")))]
+              (status = 503, body = ProblemDocument, description = "Not its turn in time, whoever read it has died, or the scanner or the store does not answer; Retry-After")))]
 pub(super) async fn upload_recording(
     State(state): State<AppState>,
     caller: Caller,
