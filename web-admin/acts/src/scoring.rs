@@ -74,9 +74,10 @@ async fn outcome(state: &Service, job: &Job) -> Result<JudgingOutcome, ScoringFa
     let session = sessions::find_session(state.db.reader(), job.school_id, job.session_id).await?;
     let session = session.context("the queue names a session that is not there")?;
     let task = JudgingTask::Judge(published(state, &session).await?);
+    // Before it counts as begun: who dies on the way has not died of the recording.
+    let recording = state.recordings.fetch(&session.recording_path).await?;
     begin(state, job).await?;
     KillPoint::JobBegun.pass();
-    let recording = state.recordings.fetch(&session.recording_path).await?;
     let question = JudgeQuestion::Recording(replays::brief(state, &session, &recording, task));
     let most = if job.deaths == 0 { FIRST_TRY } else { Duration::MAX };
     match asking::ask_within(state, question, most).await? {

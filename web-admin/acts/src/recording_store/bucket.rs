@@ -96,7 +96,8 @@ impl Bucket {
 
     /// Makes an object of a file.
     pub(super) async fn send(&self, file: &Path, name: &str) -> Result<(), StoreError> {
-        let _place = self.sending.acquire().await.map_err(|error| StoreError::Away(error.into()))?;
+        let place = tokio::time::timeout(PATIENCE, self.sending.acquire()).await.context("others are sent first");
+        let _place = place.and_then(|place| Ok(place?)).map_err(StoreError::Away)?;
         let (mut file, name) = (File::open(file).await?, self.full_name(name));
         let first = read_part(&mut file).await?;
         if (first.len() as u64) < PART_BYTES {

@@ -14,7 +14,7 @@ use crate::config::UploadQuota;
 use crate::error::Error;
 use crate::intake::{self, Bearer};
 use crate::killpoints::KillPoint;
-use crate::recordings;
+use crate::recordings::{self, Received};
 use crate::service::Service;
 use crate::turns::Turn;
 
@@ -125,9 +125,11 @@ pub async fn terminate(state: &Service, upload: &Upload) -> Result<(), Error> {
 /// When the recording is refused, or the disk or the database fails; then it is tried again by [`tidy`].
 async fn complete(state: &Service, upload: Upload) -> Result<Upload, Error> {
     let id = upload.id;
+    // Before it counts as begun: who dies on the way to it has not died of it.
+    let received = pieces::collect(state, &upload).await?;
     mark(state, id, true).await?;
     KillPoint::UploadMarked.pass();
-    let taken = take_in(state, upload).await;
+    let taken = take_in(state, upload, received).await;
     let noted = match &taken {
         Err(Error::Deadly(_)) => note_death(state, id).await,
         _ => mark(state, id, false).await,
@@ -151,9 +153,8 @@ async fn note_death(state: &Service, id: UploadId) -> Result<(), Error> {
     Ok(tx.commit().await?)
 }
 
-async fn take_in(state: &Service, mut upload: Upload) -> Result<Upload, Error> {
+async fn take_in(state: &Service, mut upload: Upload, received: Received) -> Result<Upload, Error> {
     let bearer = bearer(state, &upload).await?;
-    let received = pieces::collect(state, &upload).await?;
     match intake::take_in(state, &bearer, received).await {
         Ok(kept) => {
             upload.session_id = Some(kept.session().id);
