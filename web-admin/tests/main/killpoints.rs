@@ -54,7 +54,7 @@ type Surroundings = BTreeMap<String, String>;
 /// Recordings lie in a folder.
 const FOLDER: Surroundings = BTreeMap::new();
 
-/// Recordings lie in a bucket.
+/// Recordings lie in a bucket that is new.
 fn in_bucket() -> Surroundings {
     let bucket = TestBucket::new();
     let mut around = bucket.environment();
@@ -173,8 +173,9 @@ fn settle(service: &Service, token: &str, attempts: &[&Attempt], point: KillPoin
 }
 
 /// A service is killed at each point of a way, with an attempt that came at once and one that came in pieces.
-async fn kill_on(way: Way, around: &Surroundings) {
+async fn kill_on(way: Way, surround: fn() -> Surroundings) {
     for point in points(way) {
+        let around = &surround();
         let (folder, token) = founded().await;
         let attempts = [Attempt::default(), Attempt::default()];
         let [first, second] = attempts.each_ref().map(record);
@@ -197,24 +198,24 @@ async fn kill_on(way: Way, around: &Surroundings) {
 
 #[tokio::test]
 async fn what_arrives_at_once_outlives_a_death_at_every_point() {
-    kill_on(Way::Arriving, &FOLDER).await;
+    kill_on(Way::Arriving, || FOLDER).await;
 }
 
 #[tokio::test]
 async fn what_arrives_in_a_bucket_outlives_a_death_at_every_point() {
     for way in [Way::Arriving, Way::InPieces] {
-        kill_on(way, &in_bucket()).await;
+        kill_on(way, in_bucket).await;
     }
 }
 
 #[tokio::test]
 async fn what_arrives_in_pieces_outlives_a_death_at_every_point() {
-    kill_on(Way::InPieces, &FOLDER).await;
+    kill_on(Way::InPieces, || FOLDER).await;
 }
 
 #[tokio::test]
 async fn what_is_scored_is_scored_once_whenever_the_service_dies() {
-    kill_on(Way::Scoring, &FOLDER).await;
+    kill_on(Way::Scoring, || FOLDER).await;
 }
 
 #[tokio::test]
