@@ -19,6 +19,7 @@ pub mod research;
 pub mod routes;
 pub mod serving;
 pub mod startup;
+mod telemetry;
 pub mod worker;
 
 pub use startup::AppState;

@@ -33,27 +33,33 @@ impl Counters {
         self.total_us.fetch_add(took_us, Ordering::Relaxed);
     }
 
-    pub(crate) fn lines(&self) -> String {
-        let now = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
-        let seconds = |us: u64| us as f64 / 1e6;
+    pub(crate) fn list_families(&self) -> Vec<MetricFamily> {
+        let now = |counter: &AtomicU64| counter.load(Ordering::Relaxed) as f64;
+        let seconds = |us: f64| us / 1e6;
         let statuses = self.by_class.iter().enumerate();
-        let statuses: Vec<_> = statuses.map(|(i, n)| (format!("{{status=\"{}xx\"}}", i + 1), now(n) as f64)).collect();
-        let times = TIMES_US.iter().zip(&self.by_time);
-        let times: Vec<_> =
-            times.map(|(end, n)| (format!("_bucket{{le=\"{}\"}}", seconds(*end)), now(n) as f64)).collect();
-        let answered = now(&self.answered) as f64;
+        let statuses = statuses.map(|(i, n)| MetricFigure::labelled("status", format!("{}xx", i + 1), now(n)));
+        let bucket = |end: String, n| MetricFigure { suffix: "_bucket", ..MetricFigure::labelled("le", end, n) };
+        let times = TIMES_US.iter().zip(&self.by_time).map(|(end, n)| bucket(seconds(*end as f64).to_string(), now(n)));
+        let answered = now(&self.answered);
         let rest = [
-            ("_bucket{le=\"+Inf\"}".to_owned(), answered),
-            ("_sum".to_owned(), seconds(now(&self.total_us))),
-            ("_count".to_owned(), answered),
+            bucket("+Inf".to_owned(), answered),
+            MetricFigure { suffix: "_sum", label: None, value: seconds(now(&self.total_us)) },
+            MetricFigure { suffix: "_count", label: None, value: answered },
         ];
-        write_metric_family("stylet_http_requests_total", "counter", "Requests answered.", &statuses)
-            + &write_metric_family(
-                "stylet_http_request_seconds",
-                "histogram",
-                "Time to answer a request, in s.",
-                &[times, rest.to_vec()].concat(),
-            )
+        vec![
+            MetricFamily {
+                name: "stylet_http_requests_total",
+                kind: MetricKind::Counter,
+                help: "Requests answered.",
+                figures: statuses.collect(),
+            },
+            MetricFamily {
+                name: "stylet_http_request_seconds",
+                kind: MetricKind::Histogram,
+                help: "Time to answer a request, in s.",
+                figures: times.chain(rest).collect(),
+            },
+        ]
     }
 }
 
@@ -84,8 +90,64 @@ impl Pulse {
     }
 }
 
-/// A family of figures as Prometheus reads it: what it is, then each figure with its labels.
-pub(crate) fn write_metric_family(name: &str, kind: &str, help: &str, figures: &[(String, f64)]) -> String {
-    let lines: String = figures.iter().map(|(labels, value)| format!("{name}{labels} {value}\n")).collect();
-    format!("# HELP {name} {help}\n# TYPE {name} {kind}\n{lines}")
+/// What a figure may do: a gauge goes up and down, the others only grow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum MetricKind {
+    Gauge,
+    Counter,
+    Histogram,
+}
+
+/// A figure of a family.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct MetricFigure {
+    /// What follows the family's name.
+    pub suffix: &'static str,
+    /// Name and value of what it is told apart by.
+    pub label: Option<(&'static str, String)>,
+    /// In the family's unit.
+    pub value: f64,
+}
+
+impl MetricFigure {
+    pub(crate) fn labelled(label: &'static str, named: String, value: f64) -> Self {
+        Self { suffix: "", label: Some((label, named)), value }
+    }
+}
+
+/// Figures of one meaning.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct MetricFamily {
+    pub name: &'static str,
+    pub kind: MetricKind,
+    pub help: &'static str,
+    pub figures: Vec<MetricFigure>,
+}
+
+impl MetricFamily {
+    /// Figures that go up and down.
+    pub(crate) fn gauges(name: &'static str, help: &'static str, figures: Vec<MetricFigure>) -> Self {
+        Self { name, kind: MetricKind::Gauge, help, figures }
+    }
+
+    /// A figure without a label that goes up and down.
+    pub(crate) fn gauge(name: &'static str, help: &'static str, value: f64) -> Self {
+        Self::gauges(name, help, vec![MetricFigure { suffix: "", label: None, value }])
+    }
+
+    /// As Prometheus reads it: what it is, then each figure with its label.
+    pub(crate) fn write(&self) -> String {
+        let Self { name, kind, help, figures } = self;
+        let kind = match kind {
+            MetricKind::Gauge => "gauge",
+            MetricKind::Counter => "counter",
+            MetricKind::Histogram => "histogram",
+        };
+        let line = |MetricFigure { suffix, label, value }: &MetricFigure| {
+            let label = label.as_ref().map_or_else(String::new, |(label, named)| format!("{{{label}=\"{named}\"}}"));
+            format!("{name}{suffix}{label} {value}\n")
+        };
+        let lines: String = figures.iter().map(line).collect();
+        format!("# HELP {name} {help}\n# TYPE {name} {kind}\n{lines}")
+    }
 }

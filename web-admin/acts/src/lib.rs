@@ -85,3 +85,12 @@ pub mod web_sessions;
 
 pub use error::Error;
 pub use service::Service;
+
+/// Target of the spans that are sent to a collector; the log leaves them out.
+pub const SPANS: &str = "spans";
+
+/// Says which cryptography TLS goes by, for what does not say so itself.
+pub fn settle_tls() {
+    // Another part of the program may have said so before: then it is said.
+    let _ = rustls::crypto::ring::default_provider().install_default();
+}

@@ -9,12 +9,13 @@ use store::exercises::RevisionBytes;
 use store::jobs::{self, Job};
 use store::sessions::{self, Session};
 use store::{exercises, practice, scores, tries};
+use tracing::Instrument;
 
 use crate::judging::{JudgeAnswer, JudgeQuestion, JudgingOutcome, JudgingTask};
 use crate::killpoints::KillPoint;
 use crate::recording_store::StoreError;
 use crate::service::Service;
-use crate::{asking, replays};
+use crate::{SPANS, asking, replays};
 
 /// Tries before a recording is refused whatever the reason.
 const MAX_ATTEMPTS: u32 = 6;
@@ -61,6 +62,11 @@ impl From<StoreError> for ScoringFailure {
 
 /// Has a recording judged, and keeps its score; or writes down why there is none.
 pub async fn score_recording(state: &Service, job: &Job) -> anyhow::Result<()> {
+    let span = tracing::info_span!(target: SPANS, "score a recording", session = %job.session_id, deaths = job.deaths);
+    try_scoring(state, job).instrument(span).await
+}
+
+async fn try_scoring(state: &Service, job: &Job) -> anyhow::Result<()> {
     match outcome(state, job).await {
         Ok(outcome) => keep_score(state, job, outcome).await,
         Err(ScoringFailure::Permanent(why)) => refuse(state, job, &why).await,

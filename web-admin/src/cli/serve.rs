@@ -14,17 +14,21 @@ use acts::locks::DataLock;
 use acts::scanning::Scanner;
 use acts::upkeep::{self, SetAside};
 use acts::web_sessions::WebSessions;
-use acts::{anchoring, deadlines, erasing, notices, recordings, retention, uploads, verification};
+use acts::{SPANS, anchoring, deadlines, erasing, notices, recordings, retention, uploads, verification};
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use store::people;
 use tokio::net::TcpListener;
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tower_sessions::ExpiredDeletion;
-use tracing_subscriber::EnvFilter;
+use tracing_subscriber::filter::{FilterExt, filter_fn};
+use tracing_subscriber::layer::SubscriberExt;
+use tracing_subscriber::util::SubscriberInitExt;
+use tracing_subscriber::{EnvFilter, Layer};
 
 use super::{CommandFailure, StorageArgs, say_line};
 use crate::serving::{self, ConnectionLimits};
+use crate::telemetry::Telemetry;
 use crate::{AppState, outbox, routes, worker};
 
 /// How often what has expired is thrown away.
@@ -108,7 +112,8 @@ pub struct ServeArgs {
 }
 
 pub(super) async fn run_serve(args: &ServeArgs) -> Result<(), CommandFailure> {
-    start_log(args.log_format);
+    let telemetry = Telemetry::of_environment()?;
+    start_log(args.log_format, telemetry.as_ref());
     let mut config = args.storage.config()?;
     config.listen = args.listen;
     config.behind_tls = args.behind_tls;
@@ -144,9 +149,12 @@ pub(super) async fn run_serve(args: &ServeArgs) -> Result<(), CommandFailure> {
     }
     tell_deaths(&state).await?;
     print_greeting(&state).await?;
-    serve_until_signal(&state).await?;
+    serve_until_signal(&state, telemetry.as_ref()).await?;
     upkeep::take_back_begun(&state).await.map_err(anyhow::Error::from)?;
     state.db.close().await;
+    if let Some(telemetry) = telemetry {
+        tokio::task::spawn_blocking(|| telemetry.end()).await.map_err(anyhow::Error::from)?;
+    }
     Ok(())
 }
 
@@ -173,14 +181,16 @@ enum LogFormat {
     Json,
 }
 
-/// Logs go to standard error; `RUST_LOG` says how much.
-fn start_log(format: LogFormat) {
+/// Logs go to standard error; `RUST_LOG` says how much. Spans go where they are collected, if they are.
+fn start_log(format: LogFormat, telemetry: Option<&Telemetry>) {
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
-    let log = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
-    match format {
-        LogFormat::Text => log.with_ansi(std::io::stderr().is_terminal()).init(),
-        LogFormat::Json => log.json().flatten_event(true).with_span_list(false).init(),
-    }
+    let filter = filter.and(filter_fn(|metadata| metadata.target() != SPANS));
+    let log = tracing_subscriber::fmt::layer().with_writer(std::io::stderr);
+    let log = match format {
+        LogFormat::Text => log.with_ansi(std::io::stderr().is_terminal()).boxed(),
+        LogFormat::Json => log.json().flatten_event(true).with_span_list(false).boxed(),
+    };
+    tracing_subscriber::registry().with(log.with_filter(filter)).with(telemetry.map(Telemetry::layer)).init();
 }
 
 /// An empty service tells how to get in.
@@ -195,12 +205,13 @@ async fn print_greeting(state: &AppState) -> Result<(), CommandFailure> {
     Ok(())
 }
 
-async fn serve_until_signal(state: &AppState) -> anyhow::Result<()> {
+async fn serve_until_signal(state: &AppState, telemetry: Option<&Telemetry>) -> anyhow::Result<()> {
     let listen = state.config.listen;
     let listener = TcpListener::bind(listen).await.with_context(|| format!("cannot listen on {listen}"))?;
     // Before anybody is told that we are up: whoever then stops us must find the handler in place.
     let signals = Signals::listen()?;
     say_line(format_args!("Listening on http://{}", listener.local_addr()?));
+    let figures = telemetry.map(|telemetry| tokio::spawn(telemetry.send_figures(state.clone())));
     let background = [
         tokio::spawn(worker::run_worker(state.clone())),
         tokio::spawn(outbox::run_outbox(state.clone())),
@@ -213,7 +224,7 @@ async fn serve_until_signal(state: &AppState) -> anyhow::Result<()> {
     let limits = ConnectionLimits::of_process(state.config.behind_tls);
     tracing::info!(connections = limits.whole, by_address = limits.by_address, "serving");
     serving::serve_connections(listener, routes::router(state.clone()), limits, signals.wait()).await;
-    background.iter().for_each(tokio::task::JoinHandle::abort);
+    background.iter().chain(&figures).for_each(tokio::task::JoinHandle::abort);
     tracing::info!("stopped");
     Ok(())
 }

@@ -1,25 +1,23 @@
 //! For whoever keeps the service running: is it up, is it ready, how much is there to do.
 
+use acts::SPANS;
 use acts::error::Error;
 use acts::inspection::InspectionState;
 use acts::secret;
-use axum::extract::{Request, State};
+use axum::extract::{MatchedPath, Request, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use store::service::{self, Totals};
+use tracing::field::Empty;
+use tracing::{Instrument, Span};
 
 use crate::AppState;
 use crate::error::ApiError;
-use crate::monitoring::write_metric_family;
+use crate::monitoring::{MetricFamily, MetricFigure};
 use crate::routes::Routes;
 use crate::routes::api::bearer_token;
-
-/// A figure without labels.
-fn write_gauge(name: &str, help: &str, value: f64) -> String {
-    write_metric_family(name, "gauge", help, &[(String::new(), value)])
-}
 
 /// `/healthz`, `/readyz` and `/metrics`.
 #[must_use]
@@ -30,13 +28,34 @@ pub fn health_routes() -> Routes {
         .route("/metrics", get(show_metrics))
 }
 
-/// Counts an answer by its status and its time.
+/// Counts an answer by its status and its time, under a span of its own.
 pub async fn count_requests(State(state): State<AppState>, request: Request, next: Next) -> Response {
     let begun = state.clock.now();
-    let response = next.run(request).await;
+    let span = begin_span(&request);
+    let response = next.run(request).instrument(span.clone()).await;
+    span.record("http.response.status_code", response.status().as_u16());
+    if response.status().is_server_error() {
+        span.record("otel.status_code", "ERROR");
+    }
     let took = state.clock.now().duration_since(begun);
     state.counters.count(response.status(), took.as_micros() as u64);
     response
+}
+
+/// Names the route's pattern, so that nothing tells whom or what the request is about.
+fn begin_span(request: &Request) -> Span {
+    let route = request.extensions().get::<MatchedPath>().map_or("", MatchedPath::as_str);
+    let method = request.method().as_str();
+    tracing::info_span!(
+        target: SPANS,
+        "request",
+        otel.name = format!("{method} {route}"),
+        otel.kind = "server",
+        otel.status_code = Empty,
+        http.request.method = method,
+        http.route = route,
+        http.response.status_code = Empty,
+    )
 }
 
 async fn answer_readiness(State(state): State<AppState>) -> Response {
@@ -68,44 +87,63 @@ async fn show_metrics(State(state): State<AppState>, headers: HeaderMap) -> Resu
         None if state.config.behind_tls => return Err(Error::NotFound.into()),
         _ => {}
     }
-    let reader = state.db.reader();
-    let totals = service::count_totals(reader).await?;
-    let waited_us = totals.due_at.map_or(0, |due| state.clock.now().micros().saturating_sub(due.micros()).max(0));
-    let text = write_gauges(&totals, waited_us as f64 / 1e6)
-        + &write_inspection(&state.inspection.state())
-        + &state.counters.lines();
+    let text: String = list_families(&state).await?.iter().map(MetricFamily::write).collect();
     Ok(([(header::CONTENT_TYPE, "text/plain; version=0.0.4")], text).into_response())
 }
 
-fn write_inspection(inspection: &InspectionState) -> String {
-    let (done, findings) = (f64::from(u8::from(!inspection.going)), inspection.findings.len() as f64);
-    write_gauge(
-        "stylet_database_checked",
-        "Whether the look through the database that began with the service is over.",
-        done,
-    ) + &write_gauge("stylet_database_findings", "Damaged places that it found.", findings)
+/// Every figure of the service.
+pub(crate) async fn list_families(state: &AppState) -> Result<Vec<MetricFamily>, Error> {
+    let totals = service::count_totals(state.db.reader()).await?;
+    let waited_us = totals.due_at.map_or(0, |due| state.clock.now().micros().saturating_sub(due.micros()).max(0));
+    let mut families = list_gauges(&totals, waited_us as f64 / 1e6);
+    families.extend(list_inspection(&state.inspection.state()));
+    families.extend(state.counters.list_families());
+    Ok(families)
 }
 
-fn write_gauges(totals: &Totals, waited_s: f64) -> String {
-    let version = format!("{{version=\"{}\"}}", env!("CARGO_PKG_VERSION"));
+fn list_inspection(inspection: &InspectionState) -> [MetricFamily; 2] {
+    let (done, findings) = (f64::from(u8::from(!inspection.going)), inspection.findings.len() as f64);
+    [
+        MetricFamily::gauge(
+            "stylet_database_checked",
+            "Whether the look through the database that began with the service is over.",
+            done,
+        ),
+        MetricFamily::gauge("stylet_database_findings", "Damaged places that it found.", findings),
+    ]
+}
+
+fn list_gauges(totals: &Totals, waited_s: f64) -> Vec<MetricFamily> {
+    let version = MetricFigure::labelled("version", env!("CARGO_PKG_VERSION").to_owned(), 1.0);
+    let labelled = |label, (named, n): (&str, i64)| MetricFigure::labelled(label, named.to_owned(), n as f64);
     let roles =
         [("trainee", totals.trainees), ("instructor", totals.instructors), ("administrator", totals.administrators)];
-    let people = roles.map(|(role, n)| (format!("{{role=\"{role}\"}}"), n as f64));
     let states = [("pending", totals.pending), ("scored", totals.scored), ("refused", totals.refused)];
-    let sessions = states.map(|(state, n)| (format!("{{state=\"{state}\"}}"), n as f64));
-    write_metric_family("stylet_build_info", "gauge", "The program that runs.", &[(version, 1.0)])
-        + &write_metric_family("stylet_people", "gauge", "People who may sign in.", &people)
-        + &write_gauge("stylet_stations", "Stations whose token is valid.", totals.stations as f64)
-        + &write_gauge("stylet_uploads_unfinished", "Uploads in pieces that are not whole.", totals.uploads as f64)
-        + &write_gauge("stylet_jobs_waiting", "Recordings that wait to be scored.", totals.waiting as f64)
-        + &write_gauge("stylet_jobs_failing", "Of them, those that failed at least once.", totals.failing as f64)
-        + &write_gauge(
+    let people = roles.map(|role| labelled("role", role)).to_vec();
+    let sessions = states.map(|state| labelled("state", state)).to_vec();
+    vec![
+        MetricFamily::gauges("stylet_build_info", "The program that runs.", vec![version]),
+        MetricFamily::gauges("stylet_people", "People who may sign in.", people),
+        MetricFamily::gauge("stylet_stations", "Stations whose token is valid.", totals.stations as f64),
+        MetricFamily::gauge(
+            "stylet_uploads_unfinished",
+            "Uploads in pieces that are not whole.",
+            totals.uploads as f64,
+        ),
+        MetricFamily::gauge("stylet_jobs_waiting", "Recordings that wait to be scored.", totals.waiting as f64),
+        MetricFamily::gauge("stylet_jobs_failing", "Of them, those that failed at least once.", totals.failing as f64),
+        MetricFamily::gauge(
             "stylet_set_aside",
             "Recordings and uploads that were fatal twice and are tried no more.",
             totals.set_aside as f64,
-        )
-        + &write_gauge("stylet_jobs_overdue_seconds", "How long the first of the queue is overdue, in s.", waited_s)
-        + &write_gauge("stylet_audit_rows", "Rows of the audit log.", totals.audit_rows as f64)
-        + &write_metric_family("stylet_sessions", "gauge", "Attempts by state.", &sessions)
-        + &write_gauge("stylet_database_bytes", "Size of the database, in bytes.", totals.database_bytes as f64)
+        ),
+        MetricFamily::gauge(
+            "stylet_jobs_overdue_seconds",
+            "How long the first of the queue is overdue, in s.",
+            waited_s,
+        ),
+        MetricFamily::gauge("stylet_audit_rows", "Rows of the audit log.", totals.audit_rows as f64),
+        MetricFamily::gauges("stylet_sessions", "Attempts by state.", sessions),
+        MetricFamily::gauge("stylet_database_bytes", "Size of the database, in bytes.", totals.database_bytes as f64),
+    ]
 }

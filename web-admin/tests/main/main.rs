@@ -73,6 +73,7 @@ mod study_keeping;
 mod support;
 mod survey_letters;
 mod surveys;
+mod telemetry;
 mod tokens;
 mod tus;
 mod uploads;

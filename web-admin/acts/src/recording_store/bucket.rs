@@ -53,8 +53,7 @@ impl Bucket {
     /// # Errors
     /// When a variable of its settings makes no sense.
     pub(super) fn open(address: &BucketAddress, passing: PathBuf) -> anyhow::Result<Self> {
-        // Another part of the program may have said so before: then it is said.
-        let _ = rustls::crypto::ring::default_provider().install_default();
+        crate::settle_tls();
         let mut builder = AmazonS3Builder::new();
         let mut client = ClientOptions::new().with_timeout_disabled().with_read_timeout(SILENCE);
         client = client.with_connect_timeout(CONNECTING);
