@@ -6,14 +6,13 @@ use model::limits::{INVITATION_LIFETIME_S, RESET_LIFETIME_S};
 use model::mail::MailKind;
 use model::{CurrentPerson, PersonKey, Role};
 use serde_json::json;
-use sqlx::SqliteConnection;
 use store::account_links::{AccountLink, NewLink, Purpose};
 use store::audit::{Actor, AuditEntry};
 use store::cohorts::{self, Deed, Membership};
 use store::directory::Details;
 use store::mails::NewMail;
 use store::people::{self, NewPerson, Person};
-use store::{account_links, directory, mails, tokens};
+use store::{Connection, account_links, directory, mails, tokens};
 use words::Language;
 
 use crate::error::Error;
@@ -152,7 +151,7 @@ pub async fn make_link(state: &Service, whose: PersonKey, purpose: Purpose) -> R
 
 /// Makes a link within a transaction.
 pub(crate) async fn make_link_within(
-    tx: &mut SqliteConnection,
+    tx: &mut Connection,
     state: &Service,
     PersonKey { school_id, person_id }: PersonKey,
     purpose: Purpose,
@@ -163,7 +162,7 @@ pub(crate) async fn make_link_within(
 }
 
 /// Makes a link and returns its path here.
-async fn make_path(tx: &mut SqliteConnection, link: NewLink) -> Result<String, Error> {
+async fn make_path(tx: &mut Connection, link: NewLink) -> Result<String, Error> {
     let token = secret::random_hex()?;
     account_links::add_account_link(tx, link, &secret::token_sha256(&token)).await?;
     Ok(format!("/join/{token}"))
@@ -195,7 +194,7 @@ pub async fn is_initial_password(state: &Service, email: &str, typed: &str) -> R
 
 /// Queues the mail with a link; the link is made when it is sent.
 pub async fn queue_link(
-    tx: &mut SqliteConnection,
+    tx: &mut Connection,
     state: &Service,
     PersonKey { school_id, person_id }: PersonKey,
     purpose: Purpose,
@@ -231,7 +230,7 @@ pub async fn answer_asked(state: &Service) -> Result<(), Error> {
     Ok(())
 }
 
-async fn answer(tx: &mut SqliteConnection, state: &Service, person: &Person) -> Result<(), Error> {
+async fn answer(tx: &mut Connection, state: &Service, person: &Person) -> Result<(), Error> {
     let Some(listed) = directory::find_directory_entry(&mut *tx, person.school_id, person.id).await? else {
         return Ok(());
     };
@@ -295,7 +294,7 @@ async fn hash(state: &Service, password: &str) -> Result<String, Error> {
 }
 
 async fn set_password(
-    tx: &mut SqliteConnection,
+    tx: &mut Connection,
     state: &Service,
     PersonKey { school_id, person_id: person }: PersonKey,
     hash: &str,
@@ -315,7 +314,7 @@ pub async fn disable(state: &Service, by: &CurrentPerson, person: PersonId) -> R
 
 /// [`disable`], within a transaction.
 pub async fn disable_in(
-    tx: &mut SqliteConnection,
+    tx: &mut Connection,
     state: &Service,
     by: &CurrentPerson,
     person: PersonId,
@@ -339,7 +338,7 @@ pub async fn enable(state: &Service, by: &CurrentPerson, person: PersonId) -> Re
 
 /// [`enable`], within a transaction.
 pub(crate) async fn enable_in(
-    tx: &mut SqliteConnection,
+    tx: &mut Connection,
     state: &Service,
     by: &CurrentPerson,
     person: PersonId,

@@ -7,11 +7,10 @@ use model::directory::{BulkAct, BulkPlan, DirectoryEntry, ExemptPerson};
 use model::ids::{CohortId, PersonId};
 use model::{PersonKey, Role, count_u32};
 use serde_json::json;
-use sqlx::SqliteConnection;
 use store::account_links::Purpose;
 use store::audit::AuditEntry;
 use store::cohorts::{self, Deed, Membership, MembershipKey};
-use store::directory;
+use store::{Connection, directory};
 
 use crate::accounts;
 use crate::error::Error;
@@ -40,7 +39,7 @@ pub async fn plan_bulk_act(state: &Service, by: &CurrentPerson, request: &BulkRe
 }
 
 async fn plan_within(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     by: &CurrentPerson,
     request: &BulkRequest,
 ) -> Result<BulkPlan, Error> {
@@ -84,7 +83,7 @@ pub async fn do_bulk_act(state: &Service, by: &CurrentPerson, request: &BulkRequ
 }
 
 async fn act_on(
-    tx: &mut SqliteConnection,
+    tx: &mut Connection,
     state: &Service,
     by: &CurrentPerson,
     request: &BulkRequest,

@@ -6,10 +6,9 @@ use model::directory::{AccountState, DirectoryEntry};
 use model::ids::SchoolId;
 use model::{CurrentPerson, PersonKey};
 use serde_json::{Value, json};
-use sqlx::SqliteConnection;
 use store::audit::{Actor, AuditEntry};
 use store::texts::{ErasedRecording, TextSide, Whose};
-use store::{directory, retention, schools, second_factors, texts, tokens};
+use store::{Connection, directory, retention, schools, second_factors, texts, tokens};
 
 use crate::erasures::{Erasure, ErasureList, ErasureScope};
 use crate::error::Error;
@@ -87,7 +86,7 @@ async fn noted(list: &ErasureList, erasure: &Erasure) -> Result<(), Error> {
 
 /// Takes away what is in the database, and letters; which recordings are to be removed after the commit, and what the log is told.
 async fn take_away(
-    tx: &mut SqliteConnection,
+    tx: &mut Connection,
     state: &Service,
     person: &DirectoryEntry,
     erasure: &Erasure,
@@ -168,7 +167,7 @@ pub async fn catch_up(state: &Service) -> anyhow::Result<usize> {
 }
 
 /// Whom an erasure has still something to take from.
-async fn outstanding(state: &Service, erasure: &Erasure) -> Result<Option<DirectoryEntry>, sqlx::Error> {
+async fn outstanding(state: &Service, erasure: &Erasure) -> store::Result<Option<DirectoryEntry>> {
     let Erasure { at, school_id, person_id, wish, .. } = erasure;
     let reader = state.db.reader();
     let Some(person) = directory::find_anybody(reader, *school_id, *person_id).await? else { return Ok(None) };

@@ -89,8 +89,6 @@ pub enum Error {
     Internal(#[source] anyhow::Error),
 }
 
-/// Result code of SQLite for a full disk.
-const SQLITE_FULL: &str = "13";
 /// What is said of one.
 const NO_ROOM: &str =
     "this service has no room left on its disk, so nothing was changed; tell whoever runs it, and try again later";
@@ -141,9 +139,9 @@ pub fn refuse_trainees(person: &CurrentPerson) -> Result<(), Error> {
     }
 }
 
-impl From<sqlx::Error> for Error {
-    fn from(error: sqlx::Error) -> Self {
-        let full = matches!(&error, sqlx::Error::Database(told) if told.code().as_deref() == Some(SQLITE_FULL));
+impl From<store::Error> for Error {
+    fn from(error: store::Error) -> Self {
+        let full = store::is_disk_full(&error);
         Self::of_storage(full, anyhow::Error::new(error).context("database"))
     }
 }

@@ -9,7 +9,6 @@ use model::ids::{SchoolId, SurveyId};
 use model::survey::{Identity, ResponseState};
 use model::{Moment, Role};
 use serde_json::json;
-use sqlx::SqliteConnection;
 use sqlx::types::Json;
 use store::audit::{Actor, AuditEntry};
 use store::cohorts::{self, Deed, Membership};
@@ -17,7 +16,7 @@ use store::directory::{self, Details};
 use store::generated::GeneratedCrowd;
 use store::people::{self, NewPerson, Person};
 use store::surveys::{NewResponse, NewSurvey, Submission, SurveyResponse};
-use store::{generated, instruments, schools, surveys as stored};
+use store::{Connection, generated, instruments, schools, surveys as stored};
 
 use crate::publishing::DocumentPublisher;
 use crate::service::Service;
@@ -60,7 +59,7 @@ pub async fn found_school(
 }
 
 async fn add_generated(
-    tx: &mut SqliteConnection,
+    tx: &mut Connection,
     school_id: SchoolId,
     who: &GeneratedPerson,
     password_hash: &str,
@@ -162,7 +161,7 @@ struct AskedSurvey {
     now: Moment,
 }
 
-async fn answer(tx: &mut SqliteConnection, asked: AskedSurvey, place: usize, items: usize) -> anyhow::Result<()> {
+async fn answer(tx: &mut Connection, asked: AskedSurvey, place: usize, items: usize) -> anyhow::Result<()> {
     let AskedSurvey { school_id, survey_id, now } = asked;
     let new = NewResponse {
         school_id,

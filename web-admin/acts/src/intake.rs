@@ -8,11 +8,10 @@ use model::ids::{PersonId, SchoolId, SessionId, StationId, UploadId};
 use model::{Moment, SessionKey, Uncounted, count_i64};
 use recording::signature;
 use serde_json::{Value, json};
-use sqlx::SqliteConnection;
 use store::audit::{Actor, AuditEntry};
 use store::sessions::{self, Session, SessionState};
 use store::stations::{self, Signer};
-use store::{exercises, jobs, people, tries, uploads};
+use store::{Connection, exercises, jobs, people, tries, uploads};
 
 use crate::error::Error;
 use crate::judging::{JudgeAnswer, JudgeQuestion, RecordingFacts};
@@ -274,7 +273,7 @@ async fn keep(
 }
 
 /// Looks whether the same motion was brought before and counts. What counts nowhere anyway repeats nothing.
-async fn find_repeated(tx: &mut SqliteConnection, session: &mut Session) -> Result<(), Error> {
+async fn find_repeated(tx: &mut Connection, session: &mut Session) -> Result<(), Error> {
     let Some(motion) = session.motion_sha256.as_deref().filter(|_| session.uncounted.is_none()) else { return Ok(()) };
     if let Some(first) = sessions::find_session_of_motion(tx, session.school_id, motion).await? {
         (session.uncounted, session.repeats) = (Some(Uncounted::Duplicate), Some(first));
@@ -300,7 +299,7 @@ fn noted(session: &Session) -> Value {
 }
 
 /// Says in the row of an upload in pieces what it has become, in the transaction that makes it so.
-async fn note_upload(tx: &mut SqliteConnection, upload: Option<UploadId>, session: &Session) -> Result<(), Error> {
+async fn note_upload(tx: &mut Connection, upload: Option<UploadId>, session: &Session) -> Result<(), Error> {
     match upload {
         Some(id) => Ok(uploads::finish_upload(tx, session.school_id, id, session.id).await?),
         None => Ok(()),

@@ -5,10 +5,9 @@ use anyhow::Context;
 use data_encoding::HEXLOWER;
 use model::SessionKey;
 use serde_json::json;
-use sqlx::SqliteConnection;
 use store::audit::{Actor, AuditEntry};
 use store::sessions::{self, Session, SessionState};
-use store::{motions, practice};
+use store::{Connection, motions, practice};
 
 use crate::asking;
 use crate::judging::{JudgeAnswer, JudgeQuestion, RecordingFacts};
@@ -45,7 +44,7 @@ async fn read(state: &Service, session: &Session) -> anyhow::Result<Option<Strin
 }
 
 /// Sets an attempt's hash. Where another that counts has it, the one that came later repeats the other.
-async fn compare(state: &Service, tx: &mut SqliteConnection, session: &Session, motion: &str) -> anyhow::Result<()> {
+async fn compare(state: &Service, tx: &mut Connection, session: &Session, motion: &str) -> anyhow::Result<()> {
     let own = session.key();
     let same = match session.uncounted {
         Some(_) => None,
@@ -60,7 +59,7 @@ async fn compare(state: &Service, tx: &mut SqliteConnection, session: &Session, 
     Ok(motions::set_motion(tx, own, motion).await?)
 }
 
-async fn repeat(state: &Service, tx: &mut SqliteConnection, first: SessionKey, later: &Session) -> anyhow::Result<()> {
+async fn repeat(state: &Service, tx: &mut Connection, first: SessionKey, later: &Session) -> anyhow::Result<()> {
     motions::mark_repeated(tx, later.key(), first).await?;
     if later.state == SessionState::Scored {
         practice::refresh_practice(tx, later.key()).await?;

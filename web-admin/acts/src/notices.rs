@@ -7,12 +7,11 @@ use model::mail::MailKind;
 use model::notice::{NoticeKind, NoticePlace};
 use model::{CurrentPerson, Moment, PersonKey};
 use serde_json::json;
-use sqlx::SqliteConnection;
 use store::audit::AuditEntry;
 use store::mails::NewMail;
 use store::notices::{LetterTimes, NewNotice};
 use store::sessions::Session;
-use store::{mails, notices};
+use store::{Connection, mails, notices};
 
 use crate::error::Error;
 use crate::service::Service;
@@ -44,12 +43,7 @@ pub(crate) enum News<'a> {
 }
 
 /// Tells whom it concerns what somebody has done; nobody is told of their own acts.
-pub(crate) async fn tell(
-    tx: &mut SqliteConnection,
-    by: &CurrentPerson,
-    news: News<'_>,
-    now: Moment,
-) -> Result<(), Error> {
+pub(crate) async fn tell(tx: &mut Connection, by: &CurrentPerson, news: News<'_>, now: Moment) -> Result<(), Error> {
     for notice in list_notices_of(tx, by, news).await? {
         if notice.whom.person_id != by.id {
             notices::add_notice(tx, notice, now).await?;
@@ -58,11 +52,7 @@ pub(crate) async fn tell(
     Ok(())
 }
 
-async fn list_notices_of(
-    tx: &mut SqliteConnection,
-    by: &CurrentPerson,
-    news: News<'_>,
-) -> Result<Vec<NewNotice>, Error> {
+async fn list_notices_of(tx: &mut Connection, by: &CurrentPerson, news: News<'_>) -> Result<Vec<NewNotice>, Error> {
     let whom = |person_id| PersonKey { school_id: by.school_id, person_id };
     let blank = |kind, person_id| NewNotice {
         whom: whom(person_id),
@@ -141,7 +131,7 @@ pub async fn mail_assignees(state: &Service, by: &CurrentPerson, assignment: Ass
     Ok(())
 }
 
-async fn queue_letter(tx: &mut SqliteConnection, person: PersonKey, now: Moment) -> Result<(), Error> {
+async fn queue_letter(tx: &mut Connection, person: PersonKey, now: Moment) -> Result<(), Error> {
     let PersonKey { school_id, person_id } = person;
     let mail = NewMail { school_id, person_id, kind: MailKind::News, assignment_id: None };
     mails::queue_mail(&mut *tx, mail, now).await?;

@@ -14,7 +14,7 @@ use model::progress::Mastery;
 use phrase::phrase;
 use serde_json::json;
 use sha2::{Digest, Sha256};
-use sqlx::SqliteConnection;
+use store::Connection;
 use store::audit::{Actor, AuditEntry};
 use store::curricula::{self, NewCurriculum, NewEntry};
 use store::exercises::{self, NewRevision};
@@ -40,8 +40,8 @@ impl From<anyhow::Error> for CourseRefused {
     }
 }
 
-impl From<sqlx::Error> for CourseRefused {
-    fn from(error: sqlx::Error) -> Self {
+impl From<store::Error> for CourseRefused {
+    fn from(error: store::Error) -> Self {
         Self::Work(anyhow::Error::new(error).context("database"))
     }
 }
@@ -100,7 +100,7 @@ pub fn courses_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
 /// # Errors
 /// When a document is wrong, or the database fails.
 pub async fn course(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     school: SchoolId,
     path: &Path,
     now: Moment,
@@ -120,7 +120,7 @@ pub async fn course(
 
 /// Publishes an exercise with its scene, meshes and pictures.
 pub async fn exercise(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     publisher: &DocumentPublisher,
     bundle: &ExerciseBundle,
 ) -> anyhow::Result<Published> {
@@ -159,7 +159,7 @@ pub async fn exercise(
 /// # Errors
 /// When its mastery rule cannot be kept, or the database fails.
 pub async fn curriculum(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     publisher: &DocumentPublisher,
     course: &Curriculum,
     bytes: &[u8],

@@ -2,7 +2,7 @@
 
 use model::{Moment, PersonKey, Role};
 use serde_json::json;
-use sqlx::SqliteConnection;
+use store::Connection;
 use store::audit::{Actor, AuditEntry};
 use store::cohorts::{self, Deed, Membership};
 use store::people::{self, NewPerson, Person};
@@ -100,7 +100,7 @@ pub async fn add_person(service: &Service, new: RegisteredPerson<'_>) -> Result<
     Ok(AddedAccount { person, school: school.name, until, token })
 }
 
-async fn join(tx: &mut SqliteConnection, person: &Person, cohort: &str, now: Moment) -> Result<(), RegistryError> {
+async fn join(tx: &mut Connection, person: &Person, cohort: &str, now: Moment) -> Result<(), RegistryError> {
     if person.role == Role::Administrator {
         let why = "--cohort: an administrator neither teaches nor learns; leave it out";
         return Err(RegistryError::Usage(why.to_owned()));
@@ -155,7 +155,7 @@ pub async fn give_token(service: &Service, person: &Person, wanted: TokenRequest
 }
 
 async fn give_in(
-    tx: &mut SqliteConnection,
+    tx: &mut Connection,
     person: &Person,
     wanted: TokenRequest<'_>,
     now: Moment,
@@ -222,11 +222,7 @@ fn only_one(existing: &[School]) -> Result<Option<&School>, RegistryError> {
 }
 
 /// The named school; the only one there is where none is named; a first one where there is none. Made where it is missing.
-pub(crate) async fn choose_in(
-    tx: &mut SqliteConnection,
-    name: Option<&str>,
-    now: Moment,
-) -> Result<School, RegistryError> {
+pub(crate) async fn choose_in(tx: &mut Connection, name: Option<&str>, now: Moment) -> Result<School, RegistryError> {
     let existing = schools::list_schools(&mut *tx).await?;
     let name = match name {
         Some(name) => name,

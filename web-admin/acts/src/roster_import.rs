@@ -11,12 +11,11 @@ use model::roster::{
 use model::{CurrentPerson, PersonKey, Role};
 use serde_json::json;
 use sha2::{Digest, Sha256};
-use sqlx::SqliteConnection;
 use store::account_links::Purpose;
 use store::cohorts::{self, Deed, Membership, MembershipKey};
 use store::directory::{self, Details};
 use store::rosters::{About, NewRosterDraft, RosterDraft};
-use store::{audit, rosters};
+use store::{Connection, audit, rosters};
 
 use crate::accounts;
 use crate::error::Error;
@@ -145,7 +144,7 @@ pub async fn preview(state: &Service, school: SchoolId, id: RosterId) -> Result<
 }
 
 async fn look(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     school: SchoolId,
     draft: RosterDraft,
 ) -> Result<Option<RosterPreview>, Error> {
@@ -229,7 +228,7 @@ pub async fn confirm(
 
 /// An import under way.
 struct Import<'a> {
-    tx: &'a mut SqliteConnection,
+    tx: &'a mut Connection,
     state: &'a Service,
     by: &'a CurrentPerson,
     cohorts: BTreeMap<String, CohortId>,

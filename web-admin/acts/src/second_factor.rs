@@ -6,10 +6,9 @@ use std::net::IpAddr;
 use model::mail::MailKind;
 use model::{CurrentPerson, Moment, PersonKey, TotpSecret};
 use serde_json::{Value, json};
-use sqlx::SqliteConnection;
 use store::audit::{Actor, AuditEntry};
 use store::mails::NewMail;
-use store::{mails, people, second_factors};
+use store::{Connection, mails, people, second_factors};
 
 use crate::error::Error;
 use crate::service::Service;
@@ -272,7 +271,7 @@ pub async fn turn_off(state: &Service, person: &CurrentPerson) -> Result<bool, E
 
 /// Forgets the recovery codes of somebody who has just removed their last second factor, and tells them by mail. False where one is
 /// left.
-pub(crate) async fn end_if_last(tx: &mut SqliteConnection, person: &CurrentPerson, now: Moment) -> Result<bool, Error> {
+pub(crate) async fn end_if_last(tx: &mut Connection, person: &CurrentPerson, now: Moment) -> Result<bool, Error> {
     if second_factors::is_second_factor_on(&mut *tx, person.into()).await? {
         return Ok(false);
     }
@@ -297,7 +296,7 @@ struct RemovalAct {
     action: &'static str,
 }
 
-async fn remove(tx: &mut SqliteConnection, key: PersonKey, act: RemovalAct, state: &Service) -> Result<bool, Error> {
+async fn remove(tx: &mut Connection, key: PersonKey, act: RemovalAct, state: &Service) -> Result<bool, Error> {
     if !second_factors::remove_second_factor(tx, key).await? {
         return Ok(false);
     }
@@ -306,7 +305,7 @@ async fn remove(tx: &mut SqliteConnection, key: PersonKey, act: RemovalAct, stat
 }
 
 /// Writes down that somebody has no second factor any more, and queues the mail that tells them.
-async fn note_off(tx: &mut SqliteConnection, key: PersonKey, act: RemovalAct, now: Moment) -> Result<(), Error> {
+async fn note_off(tx: &mut Connection, key: PersonKey, act: RemovalAct, now: Moment) -> Result<(), Error> {
     let PersonKey { school_id, person_id } = key;
     AuditEntry::new(school_id, act.by, act.action, person_id).append(tx, now).await?;
     let mail = NewMail { school_id, person_id, kind: MailKind::SecondFactorOff, assignment_id: None };

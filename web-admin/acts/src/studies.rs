@@ -4,11 +4,10 @@ use model::ids::{PersonId, RevisionId, StudyId};
 use model::survey::{Identity, ResponseState, Survey};
 use model::{CurrentPerson, Moment, Role};
 use serde_json::json;
-use sqlx::SqliteConnection;
 use store::audit::AuditEntry;
 use store::studies::{self, NewParticipant, NewStudy, Study, StudyAttempt, StudyLines, StudyPlan};
 use store::surveys::{self, NewResponse, NewSurvey, StudyOccasion};
-use store::{people, sign_in_codes};
+use store::{Connection, people, sign_in_codes};
 
 use crate::error::Error;
 use crate::secret;
@@ -256,7 +255,7 @@ pub async fn add_member(
 }
 
 async fn join(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     by: &CurrentPerson,
     new: NewParticipant<'_>,
     now: Moment,
@@ -345,7 +344,7 @@ pub async fn make_answer_links(
 
 /// The secret of a link to an answer, where none was sent.
 async fn link_to_answer(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     survey: &Survey,
     attempt: &StudyAttempt,
     role: Role,

@@ -5,7 +5,7 @@ use model::Moment;
 use model::ids::PersonId;
 use serde_json::json;
 use sha2::{Digest, Sha256};
-use sqlx::SqliteConnection;
+use store::Connection;
 use store::audit::{Actor, AuditEntry};
 use store::studies::{self, Study};
 
@@ -26,7 +26,7 @@ pub fn revision_of_terms(study: &Study) -> String {
 
 /// Keeps that a guest has agreed at a station to what it has shown them: when, and to which revision of which text.
 pub(crate) async fn consent_at_station(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     station: &str,
     study: &Study,
     guest: PersonId,

@@ -145,8 +145,8 @@ impl From<RegistryError> for CommandFailure {
     }
 }
 
-impl From<sqlx::Error> for CommandFailure {
-    fn from(error: sqlx::Error) -> Self {
+impl From<store::Error> for CommandFailure {
+    fn from(error: store::Error) -> Self {
         Self::Work(anyhow::Error::new(error).context("database"))
     }
 }

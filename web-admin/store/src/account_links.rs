@@ -2,9 +2,9 @@
 
 use model::Moment;
 use model::ids::{PersonId, SchoolId};
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use sqlx::FromRow;
 
-use super::Result;
+use super::{Connection, Executor, Result};
 
 /// What a link is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, sqlx::Type)]
@@ -47,7 +47,7 @@ pub struct NewLink {
 }
 
 /// Keeps the hash of a new link. Earlier ones of the person for the same purpose are good no more.
-pub async fn add_account_link(writer: &mut SqliteConnection, link: NewLink, token_sha256: &[u8; 32]) -> Result<()> {
+pub async fn add_account_link(writer: &mut Connection, link: NewLink, token_sha256: &[u8; 32]) -> Result<()> {
     sqlx::query("DELETE FROM account_links WHERE person_id = $1 AND purpose = $2")
         .bind(link.person_id)
         .bind(link.purpose)
@@ -68,7 +68,7 @@ pub async fn add_account_link(writer: &mut SqliteConnection, link: NewLink, toke
 
 /// Whether somebody has a link for this that is good for longer than until then.
 pub async fn count_lasting_links(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     person: PersonId,
     purpose: Purpose,
     until: Moment,
@@ -85,7 +85,7 @@ pub async fn count_lasting_links(
 
 /// The link with this hash, if it is good now and its person may sign in.
 pub async fn find_valid_link(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     token_sha256: &[u8; 32],
     now: Moment,
 ) -> Result<Option<AccountLink>> {
@@ -102,7 +102,7 @@ pub async fn find_valid_link(
 
 /// Ends every link of a person, to a password or to a recording, and their code at stations. Whatever changes the address or
 /// the password calls it: who had the old one has nothing any more.
-pub(super) async fn end_account_links(writer: &mut SqliteConnection, person: PersonId) -> Result<()> {
+pub(super) async fn end_account_links(writer: &mut Connection, person: PersonId) -> Result<()> {
     for statement in [
         "DELETE FROM account_links WHERE person_id = $1",
         "DELETE FROM sign_in_codes WHERE person_id = $1",
@@ -117,7 +117,7 @@ pub(super) async fn end_account_links(writer: &mut SqliteConnection, person: Per
 const LONGEST_ADDRESS: usize = 254;
 
 /// Notes an address that a link is asked for by. What can be nobody's is not kept.
-pub async fn ask_for_link(writer: &mut SqliteConnection, email: &str, now: Moment) -> Result<()> {
+pub async fn ask_for_link(writer: &mut Connection, email: &str, now: Moment) -> Result<()> {
     let kept = if email.len() > LONGEST_ADDRESS { "" } else { email };
     sqlx::query("INSERT INTO asked_links (email, asked_at) VALUES ($1, $2) ON CONFLICT (email) DO NOTHING")
         .bind(kept.to_lowercase())
@@ -128,16 +128,16 @@ pub async fn ask_for_link(writer: &mut SqliteConnection, email: &str, now: Momen
 }
 
 /// An address that a link is asked for by, the oldest first.
-pub async fn find_next_asked_link(executor: impl SqliteExecutor<'_>) -> Result<Option<String>> {
+pub async fn find_next_asked_link(executor: impl Executor<'_>) -> Result<Option<String>> {
     sqlx::query_scalar("SELECT email FROM asked_links ORDER BY asked_at, email LIMIT 1").fetch_optional(executor).await
 }
 
 /// Forgets that a link was asked for.
-pub async fn forget_asked(writer: &mut SqliteConnection, email: &str) -> Result<()> {
+pub async fn forget_asked(writer: &mut Connection, email: &str) -> Result<()> {
     sqlx::query("DELETE FROM asked_links WHERE email = $1").bind(email).execute(writer).await.map(drop)
 }
 
 /// Throws away what has expired.
-pub async fn forget_expired(writer: &mut SqliteConnection, now: Moment) -> Result<()> {
+pub async fn forget_expired(writer: &mut Connection, now: Moment) -> Result<()> {
     sqlx::query("DELETE FROM account_links WHERE expires_at <= $1").bind(now).execute(writer).await.map(drop)
 }

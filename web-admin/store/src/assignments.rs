@@ -3,9 +3,9 @@
 use model::assignment::{Assigned, AssignmentTask};
 use model::ids::{AssignmentId, CohortId, PersonId, SchoolId};
 use model::{CurrentPerson, Moment, Role};
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use sqlx::FromRow;
 
-use super::Result;
+use super::{Connection, Executor, Result};
 use model::titles::StoredTitle;
 
 /// An assignment to be made.
@@ -34,7 +34,7 @@ pub struct NewAssignment {
 /// # Errors
 /// When exercise, course, cohort or person are not of the school, or the database fails.
 pub async fn add_assignment(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     by: &CurrentPerson,
     new: &NewAssignment,
     now: Moment,
@@ -126,7 +126,7 @@ macro_rules! assigned {
 
 /// An assignment as it concerns whoever has no longer than everybody.
 pub async fn find_assignment(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     id: AssignmentId,
 ) -> Result<Option<Assigned>> {
@@ -141,7 +141,7 @@ pub async fn find_assignment(
 
 /// What is assigned to a cohort, and to single trainees of it, each as it concerns whoever has no longer than everybody.
 pub async fn list_cohort_assignments(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     cohort: CohortId,
 ) -> Result<Vec<Assigned>> {
@@ -161,7 +161,7 @@ pub async fn list_cohort_assignments(
 
 /// The same task for the same cohort or trainee, where it was not taken back and is not over.
 pub async fn find_same_assignment(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     new: &NewAssignment,
     now: Moment,
@@ -187,7 +187,7 @@ pub async fn find_same_assignment(
 
 /// What is assigned to a trainee, by themselves or in their cohorts, with their extensions.
 pub async fn list_trainee_assignments(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     person: PersonId,
 ) -> Result<Vec<Assigned>> {
@@ -235,7 +235,7 @@ pub struct ManagedAssignment {
 /// Assignments of the cohorts that somebody teaches and of those cohorts' trainees; all of the school's for an
 /// administrator. The latest come first.
 pub async fn list_managed_assignments(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     by: &CurrentPerson,
     only: Option<AssignmentId>,
     limit: u32,
@@ -269,7 +269,7 @@ pub async fn list_managed_assignments(
 
 /// Takes an assignment back.
 pub async fn withdraw_assignment(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     school: SchoolId,
     id: AssignmentId,
     now: Moment,

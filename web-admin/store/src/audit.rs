@@ -8,9 +8,9 @@ use model::ids::{PersonId, SchoolId, SessionId};
 use model::{CurrentPerson, Moment};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use sqlx::FromRow;
 
-use super::Result;
+use super::{Connection, Executor, Result};
 
 /// Something that was done.
 #[derive(Clone, Debug)]
@@ -110,7 +110,7 @@ impl<'a> AuditEntry<'a> {
     }
 
     /// Adds it to the log, in the transaction of what it tells of: neither happens without the other.
-    pub async fn append(self, writer: &mut SqliteConnection, now: Moment) -> Result<()> {
+    pub async fn append(self, writer: &mut Connection, now: Moment) -> Result<()> {
         let last: Option<(i64, Vec<u8>)> = sqlx::query_as("SELECT seq, hash FROM audit_log ORDER BY seq DESC LIMIT 1")
             .fetch_optional(&mut *writer)
             .await?;
@@ -131,7 +131,7 @@ impl<'a> AuditEntry<'a> {
     }
 }
 
-async fn insert_audit_entry(writer: &mut SqliteConnection, row: &AuditRow) -> Result<()> {
+async fn insert_audit_entry(writer: &mut Connection, row: &AuditRow) -> Result<()> {
     sqlx::query(
         "INSERT INTO audit_log (seq, at, school_id, actor, action, object, details, prev_hash, hash)
          VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9)",
@@ -151,7 +151,7 @@ async fn insert_audit_entry(writer: &mut SqliteConnection, row: &AuditRow) -> Re
 }
 
 /// The scores of every attempt that the log tells of, in order, 0–100; none yet where it was only uploaded.
-pub async fn list_told_scores(executor: impl SqliteExecutor<'_>) -> Result<BTreeMap<SessionId, Vec<f64>>> {
+pub async fn list_told_scores(executor: impl Executor<'_>) -> Result<BTreeMap<SessionId, Vec<f64>>> {
     let rows: Vec<(String, Option<String>)> = sqlx::query_as(
         "SELECT object, CASE action WHEN 'session.scored' THEN details ->> '$.score'
                                     WHEN 'session.regraded' THEN details ->> '$.to' END || ''
@@ -180,14 +180,14 @@ pub struct AuditChain {
 }
 
 /// True where the database has an audit log: one that was never migrated has none.
-pub async fn is_entry_kept(executor: impl SqliteExecutor<'_>) -> Result<bool> {
+pub async fn is_entry_kept(executor: impl Executor<'_>) -> Result<bool> {
     sqlx::query_scalar("SELECT count(*) > 0 FROM sqlite_schema WHERE type = 'table' AND name = 'audit_log'")
         .fetch_one(executor)
         .await
 }
 
 /// Whether a row of the log has this hash, in hexadecimal.
-pub async fn holds_hash(executor: impl SqliteExecutor<'_>, hash: &str) -> Result<bool> {
+pub async fn holds_hash(executor: impl Executor<'_>, hash: &str) -> Result<bool> {
     sqlx::query_scalar("SELECT count(*) > 0 FROM audit_log WHERE hash = $1")
         .bind(HEXLOWER_PERMISSIVE.decode(hash.as_bytes()).unwrap_or_default())
         .fetch_one(executor)
@@ -195,14 +195,14 @@ pub async fn holds_hash(executor: impl SqliteExecutor<'_>, hash: &str) -> Result
 }
 
 /// How many rows the log has, and the hash of the last, in hexadecimal; zeros where there is none.
-pub async fn find_audit_head(executor: impl SqliteExecutor<'_>) -> Result<(i64, String)> {
+pub async fn find_audit_head(executor: impl Executor<'_>) -> Result<(i64, String)> {
     let last: Option<(i64, Vec<u8>)> =
         sqlx::query_as("SELECT seq, hash FROM audit_log ORDER BY seq DESC LIMIT 1").fetch_optional(executor).await?;
     Ok(last.map_or_else(|| (0, "0".repeat(64)), |(rows, hash)| (rows, HEXLOWER.encode(&hash))))
 }
 
 /// Whether a row of the log has this number and hash, in hexadecimal.
-pub async fn holds_hash_at(executor: impl SqliteExecutor<'_>, row: i64, hash: &str) -> Result<bool> {
+pub async fn holds_hash_at(executor: impl Executor<'_>, row: i64, hash: &str) -> Result<bool> {
     sqlx::query_scalar("SELECT count(*) > 0 FROM audit_log WHERE seq = $1 AND hash = $2")
         .bind(row)
         .bind(HEXLOWER_PERMISSIVE.decode(hash.as_bytes()).unwrap_or_default())
@@ -211,12 +211,12 @@ pub async fn holds_hash_at(executor: impl SqliteExecutor<'_>, row: i64, hash: &s
 }
 
 /// Walks the chain from the first row.
-pub async fn check_audit_chain(executor: impl SqliteExecutor<'_>) -> Result<AuditChain> {
+pub async fn check_audit_chain(executor: impl Executor<'_>) -> Result<AuditChain> {
     walk_audit_chain(executor, |_| {}).await
 }
 
 /// As [`check_audit_chain`], telling after each row how many were walked.
-pub async fn walk_audit_chain(executor: impl SqliteExecutor<'_>, mut walked: impl FnMut(usize)) -> Result<AuditChain> {
+pub async fn walk_audit_chain(executor: impl Executor<'_>, mut walked: impl FnMut(usize)) -> Result<AuditChain> {
     let mut rows = sqlx::query_as::<_, AuditRow>(
         "SELECT seq, at, school_id, actor, action, object, details, prev_hash, hash FROM audit_log ORDER BY seq",
     )

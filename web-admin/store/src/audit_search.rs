@@ -6,9 +6,9 @@ use std::collections::BTreeMap;
 use model::Moment;
 use model::ids::SchoolId;
 use model::titles::StoredTitle;
-use sqlx::{FromRow, SqliteExecutor};
+use sqlx::FromRow;
 
-use super::Result;
+use super::{Executor, Result};
 
 /// Something that was done in a school.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
@@ -63,7 +63,7 @@ struct ReadWindow {
 
 /// The latest acts before a place in the log.
 pub async fn search_audit_log<'e>(
-    executor: impl SqliteExecutor<'e> + Copy,
+    executor: impl Executor<'e> + Copy,
     search: &AuditSearch,
     before: i64,
 ) -> Result<FoundActs> {
@@ -112,7 +112,7 @@ pub async fn search_audit_log<'e>(
 
 /// The first place in the log whose row was not written before a moment; the place after the last where there is none. The log is in
 /// the order of its times, but for a clock that was set.
-pub async fn find_audit_place<'e>(executor: impl SqliteExecutor<'e> + Copy, at: Moment) -> Result<i64> {
+pub async fn find_audit_place<'e>(executor: impl Executor<'e> + Copy, at: Moment) -> Result<i64> {
     let (mut low, mut high) = (1, audit_end(executor).await? + 1);
     while low < high {
         let middle = low + (high - low) / 2;
@@ -123,11 +123,11 @@ pub async fn find_audit_place<'e>(executor: impl SqliteExecutor<'e> + Copy, at: 
 }
 
 /// When a row of the log was written; none where there is no such row.
-pub async fn find_row_time(executor: impl SqliteExecutor<'_>, seq: i64) -> Result<Option<Moment>> {
+pub async fn find_row_time(executor: impl Executor<'_>, seq: i64) -> Result<Option<Moment>> {
     sqlx::query_scalar("SELECT at FROM audit_log WHERE seq = $1").bind(seq).fetch_optional(executor).await
 }
 
-async fn audit_end(executor: impl SqliteExecutor<'_>) -> Result<i64> {
+async fn audit_end(executor: impl Executor<'_>) -> Result<i64> {
     sqlx::query_scalar("SELECT coalesce(max(seq), 0) FROM audit_log").fetch_one(executor).await
 }
 
@@ -191,7 +191,7 @@ pub struct AuditObject {
 /// # Errors
 /// When the database fails.
 pub async fn name_audit_objects(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     ids: &[String],
 ) -> Result<BTreeMap<String, AuditObject>> {

@@ -2,9 +2,9 @@
 
 use model::Moment;
 use model::ids::BackupId;
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use sqlx::FromRow;
 
-use super::Result;
+use super::{Connection, Executor, Result};
 
 /// So many are remembered: a year of one each night.
 const REMEMBERED: i64 = 400;
@@ -27,7 +27,7 @@ pub struct NotedBackup {
 }
 
 /// Notes a backup, and forgets the oldest beyond those that are remembered.
-pub async fn note_backup(writer: &mut SqliteConnection, backup: &NotedBackup) -> Result<()> {
+pub async fn note_backup(writer: &mut Connection, backup: &NotedBackup) -> Result<()> {
     sqlx::query(
         "INSERT INTO backups (id, made_at, file_name, bytes, recordings, keys_sealed, error)
          VALUES ($1, $2, $3, $4, $5, $6, $7)",
@@ -51,7 +51,7 @@ pub async fn note_backup(writer: &mut SqliteConnection, backup: &NotedBackup) ->
 }
 
 /// The latest backups, the latest first.
-pub async fn list_latest_backups(executor: impl SqliteExecutor<'_>, limit: u32) -> Result<Vec<NotedBackup>> {
+pub async fn list_latest_backups(executor: impl Executor<'_>, limit: u32) -> Result<Vec<NotedBackup>> {
     sqlx::query_as(
         "SELECT made_at, file_name, bytes, recordings, keys_sealed, error FROM backups
          ORDER BY made_at DESC, id DESC LIMIT $1",
@@ -62,7 +62,7 @@ pub async fn list_latest_backups(executor: impl SqliteExecutor<'_>, limit: u32) 
 }
 
 /// The latest backup that was made, where one was.
-pub async fn find_last_backup(executor: impl SqliteExecutor<'_>) -> Result<Option<NotedBackup>> {
+pub async fn find_last_backup(executor: impl Executor<'_>) -> Result<Option<NotedBackup>> {
     sqlx::query_as(
         "SELECT made_at, file_name, bytes, recordings, keys_sealed, error FROM backups WHERE error IS NULL
          ORDER BY made_at DESC, id DESC LIMIT 1",

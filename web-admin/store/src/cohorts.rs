@@ -5,10 +5,10 @@ use std::collections::BTreeSet;
 use model::ids::{CohortId, PersonId, SchoolId};
 use model::membership::{MembershipAct, MembershipEvent, MembershipRequest};
 use model::{Moment, Role, new_id};
+use sqlx::FromRow;
 use sqlx::types::Json;
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
-use super::Result;
+use super::{Connection, Executor, Result};
 
 /// A cohort.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
@@ -20,12 +20,7 @@ pub struct Cohort {
 }
 
 /// The cohort of a name in a school, made where it is missing.
-pub async fn find_or_create(
-    writer: &mut SqliteConnection,
-    school: SchoolId,
-    name: &str,
-    now: Moment,
-) -> Result<Cohort> {
+pub async fn find_or_create(writer: &mut Connection, school: SchoolId, name: &str, now: Moment) -> Result<Cohort> {
     sqlx::query_as(
         "INSERT INTO cohorts (id, school_id, name, created_at) VALUES ($1, $2, $3, $4)
          ON CONFLICT (school_id, name) DO UPDATE SET name = excluded.name RETURNING id, name",
@@ -39,7 +34,7 @@ pub async fn find_or_create(
 }
 
 /// A cohort of a school.
-pub async fn find_cohort(executor: impl SqliteExecutor<'_>, school: SchoolId, id: CohortId) -> Result<Option<Cohort>> {
+pub async fn find_cohort(executor: impl Executor<'_>, school: SchoolId, id: CohortId) -> Result<Option<Cohort>> {
     sqlx::query_as("SELECT id, name FROM cohorts WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -48,7 +43,7 @@ pub async fn find_cohort(executor: impl SqliteExecutor<'_>, school: SchoolId, id
 }
 
 /// The cohorts of a school, by name.
-pub async fn list_cohorts(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<Cohort>> {
+pub async fn list_cohorts(executor: impl Executor<'_>, school: SchoolId) -> Result<Vec<Cohort>> {
     sqlx::query_as("SELECT id, name FROM cohorts WHERE school_id = $1 ORDER BY name")
         .bind(school)
         .fetch_all(executor)
@@ -92,7 +87,7 @@ pub struct Deed {
 ///
 /// # Errors
 /// When either is of another school, the role is neither trainee nor instructor, or the database fails.
-pub async fn join_cohort(writer: &mut SqliteConnection, membership: Membership, deed: Deed) -> Result<()> {
+pub async fn join_cohort(writer: &mut Connection, membership: Membership, deed: Deed) -> Result<()> {
     let Membership { school_id, cohort_id, person_id, role } = membership;
     sqlx::query(
         "INSERT INTO cohort_members (school_id, cohort_id, person_id, role) VALUES ($1, $2, $3, $4)
@@ -110,7 +105,7 @@ pub async fn join_cohort(writer: &mut SqliteConnection, membership: Membership, 
 
 /// Who of some people is in a cohort.
 pub async fn list_members_among(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     cohort: CohortId,
     people: &[PersonId],
@@ -129,7 +124,7 @@ pub async fn list_members_among(
 }
 
 /// Takes a person out of a cohort. False when they were not in it.
-pub async fn leave_cohort(writer: &mut SqliteConnection, key: MembershipKey, deed: Deed) -> Result<bool> {
+pub async fn leave_cohort(writer: &mut Connection, key: MembershipKey, deed: Deed) -> Result<bool> {
     let left = sqlx::query("DELETE FROM cohort_members WHERE school_id = $1 AND cohort_id = $2 AND person_id = $3")
         .bind(key.school_id)
         .bind(key.cohort_id)
@@ -147,12 +142,7 @@ pub async fn leave_cohort(writer: &mut SqliteConnection, key: MembershipKey, dee
 ///
 /// # Errors
 /// When somebody is of another school, or the database fails.
-pub async fn ask_for_member(
-    writer: &mut SqliteConnection,
-    key: MembershipKey,
-    by: PersonId,
-    at: Moment,
-) -> Result<bool> {
+pub async fn ask_for_member(writer: &mut Connection, key: MembershipKey, by: PersonId, at: Moment) -> Result<bool> {
     let asked = sqlx::query(
         "INSERT INTO cohort_requests (school_id, cohort_id, person_id, asked_by, asked_at)
          SELECT $1, $2, $3, $4, $5 WHERE NOT EXISTS (
@@ -174,7 +164,7 @@ pub async fn ask_for_member(
 }
 
 /// Answers no, or takes back that somebody was asked for. False where nobody asked.
-pub async fn decline_request(writer: &mut SqliteConnection, key: MembershipKey, deed: Deed) -> Result<bool> {
+pub async fn decline_request(writer: &mut Connection, key: MembershipKey, deed: Deed) -> Result<bool> {
     if !forget_request(writer, key).await? {
         return Ok(false);
     }
@@ -182,7 +172,7 @@ pub async fn decline_request(writer: &mut SqliteConnection, key: MembershipKey, 
     Ok(true)
 }
 
-async fn forget_request(writer: &mut SqliteConnection, key: MembershipKey) -> Result<bool> {
+async fn forget_request(writer: &mut Connection, key: MembershipKey) -> Result<bool> {
     sqlx::query("DELETE FROM cohort_requests WHERE school_id = $1 AND cohort_id = $2 AND person_id = $3")
         .bind(key.school_id)
         .bind(key.cohort_id)
@@ -193,7 +183,7 @@ async fn forget_request(writer: &mut SqliteConnection, key: MembershipKey) -> Re
 }
 
 async fn note_membership_act(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     key: MembershipKey,
     act: MembershipAct,
     deed: Deed,
@@ -216,7 +206,7 @@ async fn note_membership_act(
 
 /// Who is asked for in a school, the longest waiting first: everybody, those for one cohort, or one person.
 pub async fn list_membership_requests(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     cohort: Option<CohortId>,
     person: Option<PersonId>,
@@ -240,7 +230,7 @@ pub async fn list_membership_requests(
 
 /// What was done about a person's places in cohorts, the latest first; at most 50 acts.
 pub async fn list_membership_acts(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     person: PersonId,
 ) -> Result<Vec<MembershipEvent>> {
@@ -258,7 +248,7 @@ pub async fn list_membership_acts(
 
 /// Cohorts in which a person is, in a role, by name.
 pub async fn list_cohorts_of_person(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     person: PersonId,
     role: Role,

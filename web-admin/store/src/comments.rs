@@ -4,10 +4,10 @@ use model::comment::{Comment, CommentKind};
 use model::ids::{CommentId, PersonId};
 use model::{Moment, Role, SessionKey};
 use serde::Serialize;
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use sqlx::FromRow;
 use utoipa::ToSchema;
 
-use super::Result;
+use super::{Connection, Executor, Result};
 
 /// A comment or an answer as it is kept.
 #[derive(Clone, Debug, PartialEq, FromRow, Serialize, ToSchema)]
@@ -44,7 +44,7 @@ pub struct CommentRecord {
 /// # Errors
 /// When attempt or author are of another school, or the database fails.
 pub async fn add_comment(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     session: SessionKey,
     author: PersonId,
     comment: &Comment,
@@ -83,7 +83,7 @@ pub struct CommentAnswer<'a> {
 /// # Errors
 /// When the author is of another school, or the database fails.
 pub async fn answer_comment(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     session: SessionKey,
     author: PersonId,
     answer: CommentAnswer<'_>,
@@ -109,7 +109,7 @@ pub async fn answer_comment(
 
 /// Takes back what somebody said themselves. False where there is no such thing.
 pub async fn withdraw_comment(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     session: SessionKey,
     author: PersonId,
     comment: CommentId,
@@ -131,10 +131,7 @@ pub async fn withdraw_comment(
 
 /// What was said about an attempt: comments by their moment, then answers by the time they were given. Answers to a
 /// comment that was taken back are gone with it.
-pub async fn list_session_comments(
-    executor: impl SqliteExecutor<'_>,
-    session: SessionKey,
-) -> Result<Vec<CommentRecord>> {
+pub async fn list_session_comments(executor: impl Executor<'_>, session: SessionKey) -> Result<Vec<CommentRecord>> {
     sqlx::query_as(
         "SELECT c.id, c.answers, c.author_id, p.display_name AS author, p.role AS author_role, c.kind, c.from_s,
            c.to_s, c.body, c.made_at

@@ -3,10 +3,10 @@
 use model::Moment;
 use model::ids::{RevisionId, SchoolId};
 use model::progress::{Course, CourseStep, CurveRule, Mastery};
+use sqlx::FromRow;
 use sqlx::types::Json;
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
-use super::Result;
+use super::{Connection, Executor, Result};
 use documents::Wording;
 use model::titles::{StoredTitle, store_wording};
 
@@ -83,7 +83,7 @@ struct CurriculumStepRow {
 
 /// The curriculum revision with these bytes, if it was ever published.
 pub async fn find_curriculum_by_hash(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     sha256: &str,
 ) -> Result<Option<RevisionId>> {
@@ -99,7 +99,7 @@ pub async fn find_curriculum_by_hash(
 /// # Errors
 /// When it was published before, or the database fails.
 pub async fn publish_curriculum(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     school: SchoolId,
     curriculum: &NewCurriculum<'_>,
     now: Moment,
@@ -133,12 +133,7 @@ pub async fn publish_curriculum(
     Ok(id)
 }
 
-async fn insert_entry(
-    writer: &mut SqliteConnection,
-    revision: RevisionId,
-    position: i64,
-    entry: &NewEntry,
-) -> Result<()> {
+async fn insert_entry(writer: &mut Connection, revision: RevisionId, position: i64, entry: &NewEntry) -> Result<()> {
     sqlx::query(
         "INSERT INTO curriculum_entries (revision_id, position, exercise_id, prerequisites, survey)
          VALUES ($1, $2, $3, $4, $5)",
@@ -154,12 +149,7 @@ async fn insert_entry(
 }
 
 /// Makes a revision the one that is taught.
-pub async fn make_current(
-    writer: &mut SqliteConnection,
-    school: SchoolId,
-    id: &str,
-    revision: RevisionId,
-) -> Result<()> {
+pub async fn make_current(writer: &mut Connection, school: SchoolId, id: &str, revision: RevisionId) -> Result<()> {
     sqlx::query(
         "INSERT INTO curricula (school_id, curriculum_id, revision_id) VALUES ($1, $2, $3)
          ON CONFLICT (school_id, curriculum_id) DO UPDATE SET revision_id = excluded.revision_id",
@@ -173,10 +163,7 @@ pub async fn make_current(
 }
 
 /// The curricula a school teaches, by id.
-pub async fn list_taught_curricula(
-    executor: impl SqliteExecutor<'_>,
-    school: SchoolId,
-) -> Result<Vec<TaughtCurriculum>> {
+pub async fn list_taught_curricula(executor: impl Executor<'_>, school: SchoolId) -> Result<Vec<TaughtCurriculum>> {
     sqlx::query_as(
         "SELECT r.id AS revision_id, r.curriculum_id, r.title, r.description, r.sha256, r.mastery_passes, r.mastery_of, r.mastery_curve
          FROM curricula c JOIN curriculum_revisions r ON r.id = c.revision_id
@@ -203,7 +190,7 @@ pub struct CurriculumRevision {
 
 /// Every revision of a curriculum, newest first.
 pub async fn list_curriculum_revisions(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     id: &str,
 ) -> Result<Vec<CurriculumRevision>> {
@@ -219,7 +206,7 @@ pub async fn list_curriculum_revisions(
 
 /// The document of a revision, byte for byte.
 pub async fn read_curriculum_bytes(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     revision: RevisionId,
 ) -> Result<Option<Vec<u8>>> {
@@ -231,7 +218,7 @@ pub async fn read_curriculum_bytes(
 }
 
 /// The ids of a revision's exercises, in order.
-pub async fn exercise_ids(executor: impl SqliteExecutor<'_>, revision: RevisionId) -> Result<Vec<String>> {
+pub async fn exercise_ids(executor: impl Executor<'_>, revision: RevisionId) -> Result<Vec<String>> {
     sqlx::query_scalar("SELECT exercise_id FROM curriculum_entries WHERE revision_id = $1 ORDER BY position")
         .bind(revision)
         .fetch_all(executor)
@@ -240,7 +227,7 @@ pub async fn exercise_ids(executor: impl SqliteExecutor<'_>, revision: RevisionI
 
 /// The exercises of a taught curriculum, in order, each under its title in the revision that trainees are given.
 pub async fn find_course(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     curriculum: &TaughtCurriculum,
 ) -> Result<Course> {

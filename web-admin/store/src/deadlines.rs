@@ -2,9 +2,9 @@
 
 use model::Moment;
 use model::ids::{AssignmentId, CohortId, DatedId, PersonId, SchoolId};
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use sqlx::FromRow;
 
-use super::Result;
+use super::{Connection, Executor, Result};
 
 /// What has a due date.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,7 +96,7 @@ pub struct DeadlineKey {
 
 /// Lets one trainee have longer, or, with `None`, as long as everybody.
 pub async fn extend_deadline(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     deadline: DeadlineKey,
     person: PersonId,
     longer: Option<(i64, Moment)>,
@@ -117,7 +117,7 @@ pub async fn extend_deadline(
 
 /// Whoever has something of a kind due between two moments and was not reminded of it.
 pub async fn list_due_reminders(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     kind: DeadlineKind,
     from: Moment,
     to: Moment,
@@ -150,7 +150,7 @@ pub struct CohortExtension {
 
 /// Everybody in a cohort who has longer for anything assigned.
 pub async fn list_cohort_extensions(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     cohort: CohortId,
 ) -> Result<Vec<CohortExtension>> {
@@ -166,7 +166,7 @@ pub async fn list_cohort_extensions(
 }
 
 /// Everybody who has longer for an assignment or a task.
-pub async fn list_extensions(executor: impl SqliteExecutor<'_>, deadline: DeadlineKey) -> Result<Vec<Extension>> {
+pub async fn list_extensions(executor: impl Executor<'_>, deadline: DeadlineKey) -> Result<Vec<Extension>> {
     let DeadlineKey { school_id, kind, id } = deadline;
     let longer = match kind {
         DeadlineKind::Assignment => {

@@ -4,10 +4,10 @@ use model::directory::{AccountState, DirectoryEntry, PeopleKey, PeopleOrder};
 use model::folding::{fold_text, make_search_text};
 use model::ids::{CohortId, LetterId, PersonId, SchoolId};
 use model::{Moment, Role};
+use sqlx::FromRow;
 use sqlx::types::Json;
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor, SqlitePool};
 
-use super::{Result, account_links};
+use super::{Connection, Executor, Pool, Result, account_links};
 
 /// Which people are looked for.
 #[derive(Clone, Debug, Default)]
@@ -59,7 +59,7 @@ const LAST_KEY: &str = "\u{10FFFF}";
 
 /// People in the order asked for.
 pub async fn list_people(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     filter: &Filter,
     limit: u32,
@@ -89,7 +89,7 @@ pub async fn list_people(
 
 /// People of a school by their ids, by name; who is not of the school is left out, and so are guests.
 pub async fn list_people_by_id(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     ids: &[PersonId],
 ) -> Result<Vec<DirectoryEntry>> {
@@ -109,7 +109,7 @@ pub async fn list_people_by_id(
 }
 
 /// Gives everybody of before what they are found and sorted by.
-pub(super) async fn fill_search_texts(writer: &SqlitePool) -> Result<()> {
+pub(super) async fn fill_search_texts(writer: &Pool) -> Result<()> {
     #[derive(FromRow)]
     struct Unsorted {
         id: PersonId,
@@ -137,7 +137,7 @@ pub(super) async fn fill_search_texts(writer: &SqlitePool) -> Result<()> {
 
 /// A person of a school who has an account: no guest.
 pub async fn find_directory_entry(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     id: PersonId,
 ) -> Result<Option<DirectoryEntry>> {
@@ -146,7 +146,7 @@ pub async fn find_directory_entry(
 
 /// A person of a school, guests of studies included.
 pub async fn find_anybody(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     id: PersonId,
 ) -> Result<Option<DirectoryEntry>> {
@@ -180,7 +180,7 @@ pub struct Details<'a> {
 /// # Errors
 /// When the address or the number is taken, or the database fails.
 pub async fn change_details(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     school: SchoolId,
     id: PersonId,
     details: Details<'_>,
@@ -214,7 +214,7 @@ pub async fn change_details(
 }
 
 /// Changes what somebody may do, and with it what they are in their cohorts: an administrator is in none.
-pub async fn change_role(writer: &mut SqliteConnection, school: SchoolId, id: PersonId, role: Role) -> Result<()> {
+pub async fn change_role(writer: &mut Connection, school: SchoolId, id: PersonId, role: Role) -> Result<()> {
     sqlx::query("UPDATE people SET role = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -233,7 +233,7 @@ pub async fn change_role(writer: &mut SqliteConnection, school: SchoolId, id: Pe
         .map(drop)
 }
 
-async fn leave_all_cohorts(writer: &mut SqliteConnection, school: SchoolId, id: PersonId) -> Result<()> {
+async fn leave_all_cohorts(writer: &mut Connection, school: SchoolId, id: PersonId) -> Result<()> {
     sqlx::query("DELETE FROM cohort_members WHERE school_id = $1 AND person_id = $2")
         .bind(school)
         .bind(id)
@@ -243,7 +243,7 @@ async fn leave_all_cohorts(writer: &mut SqliteConnection, school: SchoolId, id: 
 }
 
 /// Lets somebody sign in again.
-pub async fn enable_account(writer: &mut SqliteConnection, school: SchoolId, id: PersonId) -> Result<bool> {
+pub async fn enable_account(writer: &mut Connection, school: SchoolId, id: PersonId) -> Result<bool> {
     sqlx::query(
         "UPDATE people SET disabled_at = NULL
          WHERE school_id = $1 AND id = $2 AND disabled_at IS NOT NULL AND erased_at IS NULL",
@@ -257,7 +257,7 @@ pub async fn enable_account(writer: &mut SqliteConnection, school: SchoolId, id:
 
 /// Every letter to somebody, sent or not, by its id.
 pub async fn list_letters_to(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     person: &DirectoryEntry,
     school: SchoolId,
 ) -> Result<Vec<LetterId>> {
@@ -275,7 +275,7 @@ pub async fn list_letters_to(
 
 /// Takes away everything that tells who somebody is. The attempts and scores stay, under the pseudonym.
 pub async fn erase_person(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     person: &DirectoryEntry,
     school: SchoolId,
     now: Moment,
@@ -317,11 +317,7 @@ pub async fn erase_person(
 }
 
 /// When somebody came into being here.
-pub async fn find_creation_time(
-    executor: impl SqliteExecutor<'_>,
-    school: SchoolId,
-    id: PersonId,
-) -> Result<Option<Moment>> {
+pub async fn find_creation_time(executor: impl Executor<'_>, school: SchoolId, id: PersonId) -> Result<Option<Moment>> {
     sqlx::query_scalar("SELECT created_at FROM people WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)

@@ -2,10 +2,10 @@
 
 use model::Moment;
 use model::ids::{DraftId, PersonId, RevisionId, SchoolId};
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use sqlx::FromRow;
 
-use super::Result;
 use super::pictures::copy_revision_pictures;
+use super::{Connection, Executor, Result};
 
 /// What a draft will be a revision of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, sqlx::Type)]
@@ -76,7 +76,7 @@ pub struct DraftEditor {
 
 /// The draft of a document, if somebody has begun one.
 pub async fn find_draft_of(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     kind: DraftKind,
     document_id: &str,
@@ -93,11 +93,7 @@ pub async fn find_draft_of(
 ///
 /// # Errors
 /// When the document has one already, or the database fails.
-pub async fn begin_draft(
-    writer: &mut SqliteConnection,
-    by: DraftEditor,
-    draft: &NewDocumentDraft<'_>,
-) -> Result<DraftId> {
+pub async fn begin_draft(writer: &mut Connection, by: DraftEditor, draft: &NewDocumentDraft<'_>) -> Result<DraftId> {
     let id = DraftId::made_at(by.now);
     sqlx::query(
         "INSERT INTO drafts (id, school_id, kind, document_id, based_on, document, scene, version, saved_by, saved_at)
@@ -121,11 +117,7 @@ pub async fn begin_draft(
 }
 
 /// A draft.
-pub async fn find_draft(
-    executor: impl SqliteExecutor<'_>,
-    school: SchoolId,
-    id: DraftId,
-) -> Result<Option<DocumentDraft>> {
+pub async fn find_draft(executor: impl Executor<'_>, school: SchoolId, id: DraftId) -> Result<Option<DocumentDraft>> {
     sqlx::query_as(
         "SELECT d.id, d.kind, d.document_id, d.based_on, d.document, d.scene, d.version, p.display_name AS saved_by,
          d.saved_at
@@ -138,7 +130,7 @@ pub async fn find_draft(
 }
 
 /// Every draft of a school, courses first, by the document's id.
-pub async fn list_drafts(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<DocumentDraft>> {
+pub async fn list_drafts(executor: impl Executor<'_>, school: SchoolId) -> Result<Vec<DocumentDraft>> {
     sqlx::query_as(
         "SELECT d.id, d.kind, d.document_id, d.based_on, d.document, d.scene, d.version, p.display_name AS saved_by,
          d.saved_at
@@ -151,7 +143,7 @@ pub async fn list_drafts(executor: impl SqliteExecutor<'_>, school: SchoolId) ->
 
 /// Saves a draft over the version that was seen; false when it is another by now.
 pub async fn save_draft(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     by: DraftEditor,
     id: DraftId,
     seen: i64,
@@ -174,12 +166,7 @@ pub async fn save_draft(
 }
 
 /// Says that a draft's meshes come from another revision: its scene does.
-pub async fn rebase_draft(
-    writer: &mut SqliteConnection,
-    school: SchoolId,
-    id: DraftId,
-    revision: RevisionId,
-) -> Result<()> {
+pub async fn rebase_draft(writer: &mut Connection, school: SchoolId, id: DraftId, revision: RevisionId) -> Result<()> {
     sqlx::query("UPDATE drafts SET based_on = $1 WHERE school_id = $2 AND id = $3")
         .bind(revision)
         .bind(school)
@@ -191,7 +178,7 @@ pub async fn rebase_draft(
 
 /// Removes a draft in the version that was seen: it has been published, or is not wanted any more. False when it is another
 /// by now, or none.
-pub async fn remove_draft(writer: &mut SqliteConnection, school: SchoolId, id: DraftId, seen: i64) -> Result<bool> {
+pub async fn remove_draft(writer: &mut Connection, school: SchoolId, id: DraftId, seen: i64) -> Result<bool> {
     let removed = sqlx::query("DELETE FROM drafts WHERE school_id = $1 AND id = $2 AND version = $3")
         .bind(school)
         .bind(id)

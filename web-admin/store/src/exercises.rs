@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use model::Moment;
 use model::ids::{RevisionId, SchoolId};
 use serde::{Deserialize, Serialize};
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use sqlx::FromRow;
 
-use super::Result;
 use super::pictures::insert_revision_pictures;
+use super::{Connection, Executor, Pool, Result};
 use documents::Wording;
 use documents::picture::PictureFile;
 use model::titles::{StoredTitle, store_wording};
@@ -75,7 +75,7 @@ pub struct RevisionBytes {
 
 /// The revision with these bytes, if it was ever published.
 pub async fn find_revision_by_bundle(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     bundle_sha256: &str,
 ) -> Result<Option<RevisionId>> {
@@ -88,7 +88,7 @@ pub async fn find_revision_by_bundle(
 
 /// The newest revision that a recording's metadata names: of this exercise, made of these two documents.
 pub async fn by_documents(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     session: &recording::Session,
 ) -> Result<Option<RevisionId>> {
@@ -110,7 +110,7 @@ pub async fn by_documents(
 /// # Errors
 /// When it was published before, or the database fails.
 pub async fn publish_exercise(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     school: SchoolId,
     revision: &NewRevision<'_>,
     now: Moment,
@@ -143,7 +143,7 @@ pub async fn publish_exercise(
 }
 
 async fn insert_mesh(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     revision_id: RevisionId,
     position: i64,
     name: &str,
@@ -161,7 +161,7 @@ async fn insert_mesh(
 
 /// Makes a revision the one that trainees are given.
 pub async fn make_current(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     school: SchoolId,
     exercise_id: &str,
     revision: RevisionId,
@@ -180,7 +180,7 @@ pub async fn make_current(
 
 /// The revision of an exercise that trainees are given.
 pub async fn find_current_revision(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     exercise_id: &str,
 ) -> Result<Option<Revision>> {
@@ -198,7 +198,7 @@ pub async fn find_current_revision(
 
 /// Every revision of an exercise, newest first.
 pub async fn list_exercise_revisions(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     exercise_id: &str,
 ) -> Result<Vec<Revision>> {
@@ -213,7 +213,7 @@ pub async fn list_exercise_revisions(
 }
 
 /// The revisions that trainees of a school are given, by difficulty and title.
-pub async fn list_current_exercises(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<Revision>> {
+pub async fn list_current_exercises(executor: impl Executor<'_>, school: SchoolId) -> Result<Vec<Revision>> {
     sqlx::query_as(
         "SELECT r.id, r.exercise_id, r.title, r.difficulty, r.pass_mark, r.exercise_sha256, r.scene_sha256,
          r.published_at
@@ -227,7 +227,7 @@ pub async fn list_current_exercises(executor: impl SqliteExecutor<'_>, school: S
 
 /// The bytes of a revision.
 pub async fn read_exercise_bytes(
-    reader: &sqlx::SqlitePool,
+    reader: &Pool,
     school: SchoolId,
     revision: RevisionId,
 ) -> Result<Option<RevisionBytes>> {
@@ -246,7 +246,7 @@ pub async fn read_exercise_bytes(
 }
 
 /// The bytes of every revision that trainees of a school are given, by exercise: two queries, however many there are.
-pub async fn all_documents(reader: &sqlx::SqlitePool, school: SchoolId) -> Result<BTreeMap<String, RevisionBytes>> {
+pub async fn all_documents(reader: &Pool, school: SchoolId) -> Result<BTreeMap<String, RevisionBytes>> {
     let documents: Vec<(String, Vec<u8>, Vec<u8>)> = sqlx::query_as(
         "SELECT e.exercise_id, r.exercise_bytes, r.scene_bytes
          FROM exercises e JOIN exercise_revisions r ON r.id = e.revision_id WHERE e.school_id = $1",

@@ -3,10 +3,10 @@
 use attempt::AttemptCurve;
 use model::ids::{PersonId, SchoolId, SessionId};
 use model::{Moment, PersonKey, new_id};
+use sqlx::FromRow;
 use sqlx::types::Json;
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
-use super::Result;
+use super::{Connection, Executor, Result};
 
 /// Most experts whose attempts are taken together.
 const MOST: u32 = 50;
@@ -46,7 +46,7 @@ pub struct Declaration {
 /// # Errors
 /// When somebody is of another school, or the database fails.
 pub async fn record_consent(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     PersonKey { school_id: school, person_id: person }: PersonKey,
     new: NewDeclaration<'_>,
     now: Moment,
@@ -69,7 +69,7 @@ pub async fn record_consent(
 
 /// Takes a consent back; what was recorded stays. False where there is none.
 pub async fn withdraw_consent(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     PersonKey { school_id: school, person_id: person }: PersonKey,
     by: PersonId,
     now: Moment,
@@ -88,11 +88,7 @@ pub async fn withdraw_consent(
 }
 
 /// When somebody consented, if they do.
-pub async fn list_consents(
-    executor: impl SqliteExecutor<'_>,
-    school: SchoolId,
-    person: PersonId,
-) -> Result<Option<Moment>> {
+pub async fn list_consents(executor: impl Executor<'_>, school: SchoolId, person: PersonId) -> Result<Option<Moment>> {
     sqlx::query_scalar(
         "SELECT given_at FROM expert_declarations WHERE school_id = $1 AND person_id = $2 AND withdrawn_at IS NULL",
     )
@@ -103,11 +99,7 @@ pub async fn list_consents(
 }
 
 /// Everything that was recorded about somebody's consent, the latest first.
-pub async fn declarations(
-    executor: impl SqliteExecutor<'_>,
-    school: SchoolId,
-    person: PersonId,
-) -> Result<Vec<Declaration>> {
+pub async fn declarations(executor: impl Executor<'_>, school: SchoolId, person: PersonId) -> Result<Vec<Declaration>> {
     sqlx::query_as(
         "SELECT d.wording, d.how, d.given_at, r.display_name AS recorded_by, d.withdrawn_at,
            w.display_name AS withdrawn_by
@@ -124,7 +116,7 @@ pub async fn declarations(
 
 /// The newest passed attempt of each consenting expert at an exercise.
 pub async fn list_expert_curves(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     exercise: &str,
 ) -> Result<Vec<AttemptCurve>> {
@@ -147,7 +139,7 @@ pub async fn list_expert_curves(
 
 /// The newest passed attempt of each consenting expert at an exercise, but for one's own.
 pub async fn list_expert_attempts(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     PersonKey { school_id: school, person_id: person }: PersonKey,
     exercise: &str,
     most: u32,

@@ -2,9 +2,9 @@
 
 use model::ids::{OverrideId, PersonId, SessionId};
 use model::{Moment, SessionKey};
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use sqlx::FromRow;
 
-use super::{Result, practice};
+use super::{Connection, Executor, Result, practice};
 
 /// The grade that counts.
 #[derive(Clone, Copy, Debug, PartialEq, FromRow)]
@@ -44,7 +44,7 @@ pub struct OverrideRecord {
 }
 
 /// The grade of an attempt that counts; none before it is scored.
-pub async fn find_grade(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Option<Grade>> {
+pub async fn find_grade(executor: impl Executor<'_>, session: SessionKey) -> Result<Option<Grade>> {
     sqlx::query_as(
         "SELECT score, passed, override_id IS NOT NULL AS overridden FROM grades
          WHERE school_id = $1 AND session_id = $2",
@@ -60,7 +60,7 @@ pub async fn find_grade(executor: impl SqliteExecutor<'_>, session: SessionKey) 
 /// # Errors
 /// When the attempt or the person is of another school, the reason is empty, or the database fails.
 pub async fn put_override(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     session: SessionKey,
     new: &NewOverride<'_>,
     now: Moment,
@@ -83,7 +83,7 @@ pub async fn put_override(
 }
 
 /// Attempts whose grade nobody has overridden and that is not that of the score it names.
-pub async fn list_strayed_grades(executor: impl SqliteExecutor<'_>) -> Result<Vec<SessionId>> {
+pub async fn list_strayed_grades(executor: impl Executor<'_>) -> Result<Vec<SessionId>> {
     sqlx::query_scalar(
         "SELECT g.session_id FROM grades g JOIN scores c ON c.id = g.score_id
          WHERE g.override_id IS NULL AND (g.score <> c.score OR g.passed <> c.passed)",
@@ -93,7 +93,7 @@ pub async fn list_strayed_grades(executor: impl SqliteExecutor<'_>) -> Result<Ve
 }
 
 /// Every override of an attempt, in the order in which they were made.
-pub async fn list_overrides(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Vec<OverrideRecord>> {
+pub async fn list_overrides(executor: impl Executor<'_>, session: SessionKey) -> Result<Vec<OverrideRecord>> {
     sqlx::query_as(
         "SELECT o.score, o.passed, o.reason, p.display_name AS by, o.made_at FROM score_overrides o
          JOIN people p ON p.school_id = o.school_id AND p.id = o.made_by

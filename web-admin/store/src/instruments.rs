@@ -4,9 +4,9 @@ use documents::Wording;
 use model::Moment;
 use model::ids::{RevisionId, SchoolId};
 use model::titles::{StoredTitle, store_wording};
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use sqlx::FromRow;
 
-use super::Result;
+use super::{Connection, Executor, Result};
 
 /// A revision of an instrument.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
@@ -43,7 +43,7 @@ pub struct NewInstrument<'a> {
 
 /// The revision with these very bytes, if there is one.
 pub async fn find_instrument_by_hash(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     sha256: &str,
 ) -> Result<Option<RevisionId>> {
@@ -58,11 +58,7 @@ pub async fn find_instrument_by_hash(
 ///
 /// # Errors
 /// When the bytes are known already, or the database fails.
-pub async fn publish_instrument(
-    writer: &mut SqliteConnection,
-    new: &NewInstrument<'_>,
-    now: Moment,
-) -> Result<RevisionId> {
+pub async fn publish_instrument(writer: &mut Connection, new: &NewInstrument<'_>, now: Moment) -> Result<RevisionId> {
     sqlx::query_scalar(
         "INSERT INTO instrument_revisions (id, school_id, instrument_id, title, sha256, bytes, published_at)
          VALUES ($1, $2, $3, $4, $5, $6, $7) RETURNING id",
@@ -83,7 +79,7 @@ pub async fn publish_instrument(
 /// # Errors
 /// When there is no such revision, or the database fails.
 pub async fn make_current(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     school: SchoolId,
     instrument: &str,
     revision: RevisionId,
@@ -102,7 +98,7 @@ pub async fn make_current(
 
 /// An instrument in the revision that new surveys ask.
 pub async fn find_current_instrument(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     instrument: &str,
 ) -> Result<Option<InstrumentRevision>> {
@@ -119,7 +115,7 @@ pub async fn find_current_instrument(
 
 /// Every instrument in the revision that new surveys ask, by title.
 pub async fn list_current_instruments(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
 ) -> Result<Vec<InstrumentRevision>> {
     sqlx::query_as(
@@ -134,7 +130,7 @@ pub async fn list_current_instruments(
 
 /// A revision, whether it is current or not.
 pub async fn find_instrument_revision(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     id: RevisionId,
 ) -> Result<Option<InstrumentRevision>> {

@@ -2,10 +2,10 @@
 
 use model::ids::{SchoolId, SessionId};
 use model::{Moment, SessionKey};
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use sqlx::FromRow;
 
-use super::Result;
 use super::tries::MOST_DEATHS;
+use super::{Connection, Executor, Result};
 
 /// A recording that waits to be scored.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
@@ -29,7 +29,7 @@ impl Job {
 }
 
 /// Puts an attempt into the queue; once is enough.
-pub async fn enqueue_job(writer: &mut SqliteConnection, session: SessionKey, now: Moment) -> Result<()> {
+pub async fn enqueue_job(writer: &mut Connection, session: SessionKey, now: Moment) -> Result<()> {
     sqlx::query(
         "INSERT INTO jobs (school_id, session_id, kind, next_run_at) VALUES ($1, $2, 'score', $3)
          ON CONFLICT (school_id, session_id, kind) DO NOTHING",
@@ -55,7 +55,7 @@ pub struct JobQuery {
 }
 
 /// The schools for which something is due.
-pub async fn list_waiting_schools(executor: impl SqliteExecutor<'_>, due: JobQuery) -> Result<Vec<SchoolId>> {
+pub async fn list_waiting_schools(executor: impl Executor<'_>, due: JobQuery) -> Result<Vec<SchoolId>> {
     sqlx::query_scalar(
         "SELECT s.id FROM schools s WHERE EXISTS (SELECT 1 FROM jobs j
              WHERE j.school_id = s.id AND j.deaths = $1 AND (j.next_run_at <= $2 OR j.next_run_at > $3))",
@@ -69,7 +69,7 @@ pub async fn list_waiting_schools(executor: impl SqliteExecutor<'_>, due: JobQue
 
 /// At most so many jobs of a school, those first that have been due for longest; none that was set aside.
 pub async fn list_due_jobs(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     due: JobQuery,
     most: i64,
@@ -90,7 +90,7 @@ pub async fn list_due_jobs(
 }
 
 /// When the next job will be due that is not yet, if any waits.
-pub async fn find_next_job_time(executor: impl SqliteExecutor<'_>, now: Moment) -> Result<Option<Moment>> {
+pub async fn find_next_job_time(executor: impl Executor<'_>, now: Moment) -> Result<Option<Moment>> {
     sqlx::query_scalar("SELECT min(next_run_at) FROM jobs WHERE next_run_at > $1 AND deaths < $2")
         .bind(now)
         .bind(MOST_DEATHS)
@@ -99,7 +99,7 @@ pub async fn find_next_job_time(executor: impl SqliteExecutor<'_>, now: Moment) 
 }
 
 /// Puts a job back after a failure that may pass.
-pub async fn put_off_job(writer: &mut SqliteConnection, session: SessionKey, until: Moment, why: &str) -> Result<()> {
+pub async fn put_off_job(writer: &mut Connection, session: SessionKey, until: Moment, why: &str) -> Result<()> {
     sqlx::query(
         "UPDATE jobs SET begun = 0, attempts = attempts + 1, next_run_at = $3, error = $4
          WHERE school_id = $1 AND session_id = $2",
@@ -126,7 +126,7 @@ pub async fn postpone_job(writer: &mut SqliteConnection, session: SessionKey, un
 }
 
 /// Takes a job out of the queue.
-pub async fn finish_job(writer: &mut SqliteConnection, session: SessionKey) -> Result<()> {
+pub async fn finish_job(writer: &mut Connection, session: SessionKey) -> Result<()> {
     sqlx::query("DELETE FROM jobs WHERE school_id = $1 AND session_id = $2")
         .bind(session.school_id)
         .bind(session.id)
@@ -136,6 +136,6 @@ pub async fn finish_job(writer: &mut SqliteConnection, session: SessionKey) -> R
 }
 
 /// How many jobs wait.
-pub async fn count_jobs(executor: impl SqliteExecutor<'_>) -> Result<i64> {
+pub async fn count_jobs(executor: impl Executor<'_>) -> Result<i64> {
     sqlx::query_scalar("SELECT count(*) FROM jobs").fetch_one(executor).await
 }

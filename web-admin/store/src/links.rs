@@ -2,10 +2,9 @@
 
 use model::ids::PersonId;
 use model::{Moment, SessionKey};
-use sqlx::{SqliteConnection, SqliteExecutor};
 
-use super::Result;
 use super::sessions::Session;
+use super::{Connection, Executor, Result};
 
 /// A link to a recording, about to be kept.
 #[derive(Clone, Copy, Debug)]
@@ -24,7 +23,7 @@ pub struct NewRecordingLink<'a> {
 ///
 /// # Errors
 /// When attempt or person are of another school, or the database fails.
-pub async fn add_recording_link(writer: &mut SqliteConnection, link: NewRecordingLink<'_>, now: Moment) -> Result<()> {
+pub async fn add_recording_link(writer: &mut Connection, link: NewRecordingLink<'_>, now: Moment) -> Result<()> {
     sqlx::query("DELETE FROM recording_links WHERE expires_at <= $1").bind(now).execute(&mut *writer).await?;
     sqlx::query(
         "INSERT INTO recording_links (token_sha256, school_id, session_id, made_by, expires_at)
@@ -42,7 +41,7 @@ pub async fn add_recording_link(writer: &mut SqliteConnection, link: NewRecordin
 
 /// The attempt that a link opens, while it lasts and whoever made it may sign in.
 pub async fn find_linked_session(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     token_sha256: &[u8; 32],
     now: Moment,
 ) -> Result<Option<Session>> {

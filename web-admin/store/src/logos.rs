@@ -1,9 +1,9 @@
 //! Logos of schools.
 
 use model::ids::SchoolId;
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use sqlx::FromRow;
 
-use super::Result;
+use super::{Connection, Executor, Result};
 
 /// A logo as a browser is given it.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
@@ -21,7 +21,7 @@ pub struct SchoolLogo {
 }
 
 /// The logo of a school, where it has one.
-pub async fn find_logo(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Option<SchoolLogo>> {
+pub async fn find_logo(executor: impl Executor<'_>, school: SchoolId) -> Result<Option<SchoolLogo>> {
     sqlx::query_as("SELECT media_type, width, height, bytes, version FROM school_logos WHERE school_id = $1")
         .bind(school)
         .fetch_optional(executor)
@@ -29,7 +29,7 @@ pub async fn find_logo(executor: impl SqliteExecutor<'_>, school: SchoolId) -> R
 }
 
 /// Gives a school a logo in place of the one it had.
-pub async fn put_logo(writer: &mut SqliteConnection, school: SchoolId, logo: &SchoolLogo) -> Result<()> {
+pub async fn put_logo(writer: &mut Connection, school: SchoolId, logo: &SchoolLogo) -> Result<()> {
     sqlx::query(
         "INSERT INTO school_logos (school_id, media_type, width, height, bytes, version) VALUES ($1, $2, $3, $4, $5, $6)
          ON CONFLICT (school_id) DO UPDATE SET media_type = excluded.media_type, width = excluded.width,
@@ -47,7 +47,7 @@ pub async fn put_logo(writer: &mut SqliteConnection, school: SchoolId, logo: &Sc
 }
 
 /// Takes a school's logo away. False where it has none.
-pub async fn remove_logo(writer: &mut SqliteConnection, school: SchoolId) -> Result<bool> {
+pub async fn remove_logo(writer: &mut Connection, school: SchoolId) -> Result<bool> {
     sqlx::query("DELETE FROM school_logos WHERE school_id = $1")
         .bind(school)
         .execute(writer)

@@ -3,9 +3,9 @@
 use model::Moment;
 use model::ids::{DatedId, LetterId, PersonId, SchoolId};
 use model::mail::{Mail, MailKind};
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use sqlx::FromRow;
 
-use super::Result;
+use super::{Connection, Executor, Result};
 
 /// To whom, and what about.
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +22,7 @@ pub struct NewMail {
 
 /// Queues a mail. A reminder that was queued before is not queued again; an invitation or a reset that waits stands for
 /// the new one.
-pub async fn queue_mail(writer: &mut SqliteConnection, mail: NewMail, now: Moment) -> Result<()> {
+pub async fn queue_mail(writer: &mut Connection, mail: NewMail, now: Moment) -> Result<()> {
     sqlx::query(
         "INSERT INTO mails (id, school_id, person_id, kind, assignment_id, next_run_at)
          SELECT $1, $2, $3, $4, $5, $6
@@ -41,7 +41,7 @@ pub async fn queue_mail(writer: &mut SqliteConnection, mail: NewMail, now: Momen
 }
 
 /// The mails that are due, oldest first.
-pub async fn list_due_mails(executor: impl SqliteExecutor<'_>, now: Moment, limit: u32) -> Result<Vec<Mail>> {
+pub async fn list_due_mails(executor: impl Executor<'_>, now: Moment, limit: u32) -> Result<Vec<Mail>> {
     sqlx::query_as(
         "SELECT m.id, m.school_id, m.person_id, m.kind, m.assignment_id, m.tries, p.display_name AS name, p.email,
            s.name AS school, s.time_zone, coalesce(p.language, s.letter_language) AS language,
@@ -57,7 +57,7 @@ pub async fn list_due_mails(executor: impl SqliteExecutor<'_>, now: Moment, limi
 }
 
 /// Notes that a mail was sent.
-pub async fn mark_mail_sent(writer: &mut SqliteConnection, id: LetterId, now: Moment) -> Result<()> {
+pub async fn mark_mail_sent(writer: &mut Connection, id: LetterId, now: Moment) -> Result<()> {
     sqlx::query("UPDATE mails SET sent_at = $2, next_run_at = NULL, error = NULL WHERE id = $1")
         .bind(id)
         .bind(now)
@@ -67,12 +67,7 @@ pub async fn mark_mail_sent(writer: &mut SqliteConnection, id: LetterId, now: Mo
 }
 
 /// Notes that a mail could not be sent, and when to try again; never, where that is `None`.
-pub async fn mark_mail_failed(
-    writer: &mut SqliteConnection,
-    id: LetterId,
-    error: &str,
-    again: Option<Moment>,
-) -> Result<()> {
+pub async fn mark_mail_failed(writer: &mut Connection, id: LetterId, error: &str, again: Option<Moment>) -> Result<()> {
     sqlx::query("UPDATE mails SET tries = tries + 1, error = $2, next_run_at = $3 WHERE id = $1")
         .bind(id)
         .bind(error)
@@ -83,7 +78,7 @@ pub async fn mark_mail_failed(
 }
 
 /// Takes back a mail that is no longer wanted.
-pub async fn withdraw_mail(writer: &mut SqliteConnection, id: LetterId) -> Result<()> {
+pub async fn withdraw_mail(writer: &mut Connection, id: LetterId) -> Result<()> {
     sqlx::query("DELETE FROM mails WHERE id = $1").bind(id).execute(writer).await.map(drop)
 }
 
@@ -100,7 +95,7 @@ pub struct MailDelivery {
 
 /// The latest mail with a link to a person.
 pub async fn find_latest_mail(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     person: PersonId,
 ) -> Result<Option<MailDelivery>> {

@@ -3,10 +3,10 @@
 use model::ids::{AssignmentId, CommentId, NoticeId, PersonId, RoundId, SchoolId, SessionId};
 use model::notice::{Notice, NoticeKind, NoticePlace};
 use model::{Moment, PersonKey, SessionKey};
+use sqlx::FromRow;
 use sqlx::types::Json;
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
-use super::Result;
+use super::{Connection, Executor, Result};
 
 /// A notice to be kept.
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +31,7 @@ pub struct NewNotice {
 ///
 /// # Errors
 /// When somebody or something is of another school, or the database fails.
-pub async fn add_notice(writer: &mut SqliteConnection, new: NewNotice, now: Moment) -> Result<()> {
+pub async fn add_notice(writer: &mut Connection, new: NewNotice, now: Moment) -> Result<()> {
     sqlx::query(
         "INSERT INTO notices (id, school_id, person_id, kind, by_id, session_id, comment_id, assignment_id, round_id, made_at)
          VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10)",
@@ -52,7 +52,7 @@ pub async fn add_notice(writer: &mut SqliteConnection, new: NewNotice, now: Mome
 }
 
 /// Those who teach a trainee.
-pub async fn list_teachers_of(executor: impl SqliteExecutor<'_>, trainee: PersonKey) -> Result<Vec<PersonId>> {
+pub async fn list_teachers_of(executor: impl Executor<'_>, trainee: PersonKey) -> Result<Vec<PersonId>> {
     sqlx::query_scalar(
         "SELECT DISTINCT teacher.person_id FROM cohort_members own
          CROSS JOIN cohort_members teacher ON teacher.cohort_id = own.cohort_id AND teacher.role = 'instructor'
@@ -66,7 +66,7 @@ pub async fn list_teachers_of(executor: impl SqliteExecutor<'_>, trainee: Person
 
 /// Whoever has a part in what is said on a comment: who made it, who answered it, whose attempt it is.
 pub async fn list_speakers_on(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     session: SessionKey,
     comment: CommentId,
 ) -> Result<Vec<PersonId>> {
@@ -84,7 +84,7 @@ pub async fn list_speakers_on(
 
 /// The trainees to whom something is assigned.
 pub async fn list_assignees(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     assignment: AssignmentId,
 ) -> Result<Vec<PersonId>> {
@@ -110,11 +110,7 @@ pub struct RoundPart {
 }
 
 /// Whom the result of a round concerns; nobody while somebody has yet to rate.
-pub async fn list_round_parts(
-    executor: impl SqliteExecutor<'_>,
-    school: SchoolId,
-    round: RoundId,
-) -> Result<Vec<RoundPart>> {
+pub async fn list_round_parts(executor: impl Executor<'_>, school: SchoolId, round: RoundId) -> Result<Vec<RoundPart>> {
     sqlx::query_as(
         "SELECT o.made_by AS person_id, NULL AS session_id FROM rating_rounds o
          WHERE o.school_id = $1 AND o.id = $2 AND o.withdrawn_at IS NULL
@@ -131,11 +127,7 @@ pub async fn list_round_parts(
 }
 
 /// What is new for a person, the newest first.
-pub async fn list_unread_notices(
-    executor: impl SqliteExecutor<'_>,
-    person: PersonKey,
-    most: u32,
-) -> Result<Vec<Notice>> {
+pub async fn list_unread_notices(executor: impl Executor<'_>, person: PersonKey, most: u32) -> Result<Vec<Notice>> {
     sqlx::query_as(
         "SELECT n.kind, b.display_name AS by, n.session_id, n.comment_id, coalesce(c.from_s, q.from_s) AS from_s, n.round_id,
            coalesce(x.title, s.exercise_id, r.title, u.title, o.title, '') AS title, n.made_at
@@ -162,7 +154,7 @@ pub async fn list_unread_notices(
 }
 
 /// How much of what is new for a person is read on a page.
-pub async fn count_unread_at(executor: impl SqliteExecutor<'_>, person: PersonKey, place: NoticePlace) -> Result<u32> {
+pub async fn count_unread_at(executor: impl Executor<'_>, person: PersonKey, place: NoticePlace) -> Result<u32> {
     sqlx::query_scalar(
         "SELECT count(*) FROM notices WHERE school_id = $1 AND person_id = $2 AND read_at IS NULL
            AND ($3 IS NULL OR session_id = $3) AND ($4 IS NULL OR round_id = $4)
@@ -183,7 +175,7 @@ fn kinds_at(place: NoticePlace) -> Json<Vec<&'static str>> {
 
 /// Marks as read what is read on a page.
 pub async fn mark_notices_read(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     person: PersonKey,
     place: NoticePlace,
     now: Moment,
@@ -205,11 +197,7 @@ pub async fn mark_notices_read(
 }
 
 /// Forgets what was told of a comment that is taken back, and of the answers to it.
-pub async fn forget_comment_notices(
-    writer: &mut SqliteConnection,
-    session: SessionKey,
-    comment: CommentId,
-) -> Result<()> {
+pub async fn forget_comment_notices(writer: &mut Connection, session: SessionKey, comment: CommentId) -> Result<()> {
     sqlx::query(
         "DELETE FROM notices WHERE school_id = $1 AND session_id = $2 AND comment_id IN (
            SELECT id FROM comments WHERE school_id = $1 AND session_id = $2 AND (id = $3 OR answers = $3))",
@@ -224,7 +212,7 @@ pub async fn forget_comment_notices(
 
 /// Forgets what was told of an assignment that is taken back.
 pub async fn forget_assignment_notices(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     school: SchoolId,
     assignment: AssignmentId,
 ) -> Result<()> {
@@ -255,7 +243,7 @@ pub struct LetterTimes {
 
 /// Those who wait for a letter with what is new for them.
 pub async fn list_awaited_letters(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     times: LetterTimes,
     most: u32,
 ) -> Result<Vec<PersonKey>> {
@@ -278,7 +266,7 @@ pub async fn list_awaited_letters(
 }
 
 /// Notes that everything new for a person is in a letter.
-pub async fn mark_notices_mailed(writer: &mut SqliteConnection, person: PersonKey, now: Moment) -> Result<()> {
+pub async fn mark_notices_mailed(writer: &mut Connection, person: PersonKey, now: Moment) -> Result<()> {
     sqlx::query(
         "UPDATE notices SET mailed_at = $3 WHERE school_id = $1 AND person_id = $2 AND read_at IS NULL AND mailed_at IS NULL",
     )
@@ -291,7 +279,7 @@ pub async fn mark_notices_mailed(writer: &mut SqliteConnection, person: PersonKe
 }
 
 /// Whether somebody is mailed what is new for them.
-pub async fn wants_news_letters(executor: impl SqliteExecutor<'_>, person: PersonKey) -> Result<bool> {
+pub async fn wants_news_letters(executor: impl Executor<'_>, person: PersonKey) -> Result<bool> {
     sqlx::query_scalar("SELECT mail_news FROM people WHERE school_id = $1 AND id = $2")
         .bind(person.school_id)
         .bind(person.person_id)
@@ -300,7 +288,7 @@ pub async fn wants_news_letters(executor: impl SqliteExecutor<'_>, person: Perso
 }
 
 /// Sets whether somebody is mailed what is new for them.
-pub async fn set_news_letters(writer: &mut SqliteConnection, person: PersonKey, wanted: bool) -> Result<()> {
+pub async fn set_news_letters(writer: &mut Connection, person: PersonKey, wanted: bool) -> Result<()> {
     sqlx::query("UPDATE people SET mail_news = $3 WHERE school_id = $1 AND id = $2")
         .bind(person.school_id)
         .bind(person.person_id)

@@ -1,12 +1,11 @@
 //! Origins whose pages may upload to a school from a browser.
 
 use model::ids::SchoolId;
-use sqlx::{SqliteConnection, SqliteExecutor};
 
-use super::Result;
+use super::{Connection, Executor, Result};
 
 /// Those that a school allows, in order.
-pub async fn list_school_origins(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<String>> {
+pub async fn list_school_origins(executor: impl Executor<'_>, school: SchoolId) -> Result<Vec<String>> {
     sqlx::query_scalar("SELECT origin FROM school_origins WHERE school_id = $1 ORDER BY origin")
         .bind(school)
         .fetch_all(executor)
@@ -14,7 +13,7 @@ pub async fn list_school_origins(executor: impl SqliteExecutor<'_>, school: Scho
 }
 
 /// Whether any school allows an origin: a browser asks before it says whose token it has.
-pub async fn is_origin_allowed(executor: impl SqliteExecutor<'_>, origin: &str) -> Result<bool> {
+pub async fn is_origin_allowed(executor: impl Executor<'_>, origin: &str) -> Result<bool> {
     sqlx::query_scalar("SELECT EXISTS (SELECT 1 FROM school_origins WHERE origin = $1)")
         .bind(origin)
         .fetch_one(executor)
@@ -22,7 +21,7 @@ pub async fn is_origin_allowed(executor: impl SqliteExecutor<'_>, origin: &str) 
 }
 
 /// Allows these and no other.
-pub async fn replace_origins(writer: &mut SqliteConnection, school: SchoolId, origins: &[String]) -> Result<()> {
+pub async fn replace_origins(writer: &mut Connection, school: SchoolId, origins: &[String]) -> Result<()> {
     sqlx::query("DELETE FROM school_origins WHERE school_id = $1").bind(school).execute(&mut *writer).await?;
     for origin in origins {
         sqlx::query("INSERT INTO school_origins (school_id, origin) VALUES ($1, $2) ON CONFLICT DO NOTHING")

@@ -2,11 +2,11 @@
 
 use model::ids::PasskeyId;
 use model::{Moment, PersonKey};
+use sqlx::FromRow;
 use sqlx::types::Json;
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use webauthn_rs::prelude::Passkey;
 
-use super::Result;
+use super::{Connection, Executor, Result};
 
 /// A passkey as it is kept.
 #[derive(Clone, Debug, FromRow)]
@@ -51,7 +51,7 @@ pub struct PasskeySignature<'a> {
 ///
 /// # Errors
 /// When the database fails, or holds a key that cannot be read.
-pub async fn list_passkeys(executor: impl SqliteExecutor<'_>, key: PersonKey) -> Result<Vec<KeptPasskey>> {
+pub async fn list_passkeys(executor: impl Executor<'_>, key: PersonKey) -> Result<Vec<KeptPasskey>> {
     sqlx::query_as(
         "SELECT id, name, public_key, made_at, last_used_at FROM passkeys
          WHERE person_id = $1 AND school_id = $2 ORDER BY made_at, id",
@@ -66,11 +66,7 @@ pub async fn list_passkeys(executor: impl SqliteExecutor<'_>, key: PersonKey) ->
 ///
 /// # Errors
 /// When the database fails, or holds a key that cannot be read.
-pub async fn find_passkey(
-    executor: impl SqliteExecutor<'_>,
-    key: PersonKey,
-    id: PasskeyId,
-) -> Result<Option<KeptPasskey>> {
+pub async fn find_passkey(executor: impl Executor<'_>, key: PersonKey, id: PasskeyId) -> Result<Option<KeptPasskey>> {
     sqlx::query_as(
         "SELECT id, name, public_key, made_at, last_used_at FROM passkeys
          WHERE id = $3 AND person_id = $1 AND school_id = $2",
@@ -83,7 +79,7 @@ pub async fn find_passkey(
 }
 
 /// Keeps a passkey. False where it is known already, here or to somebody else.
-pub async fn add_passkey(writer: &mut SqliteConnection, key: PersonKey, new: NewPasskey<'_>) -> Result<bool> {
+pub async fn add_passkey(writer: &mut Connection, key: PersonKey, new: NewPasskey<'_>) -> Result<bool> {
     sqlx::query(
         "INSERT INTO passkeys (id, school_id, person_id, name, credential_id, public_key, sign_count, made_at)
          VALUES ($1, $2, $3, $4, $5, $6, 0, $7) ON CONFLICT (credential_id) DO NOTHING",
@@ -101,7 +97,7 @@ pub async fn add_passkey(writer: &mut SqliteConnection, key: PersonKey, new: New
 }
 
 /// Gives a passkey another name. False where there is none.
-pub async fn rename_passkey(writer: &mut SqliteConnection, key: PersonKey, id: PasskeyId, name: &str) -> Result<bool> {
+pub async fn rename_passkey(writer: &mut Connection, key: PersonKey, id: PasskeyId, name: &str) -> Result<bool> {
     sqlx::query("UPDATE passkeys SET name = $4 WHERE id = $3 AND person_id = $1 AND school_id = $2")
         .bind(key.person_id)
         .bind(key.school_id)
@@ -113,7 +109,7 @@ pub async fn rename_passkey(writer: &mut SqliteConnection, key: PersonKey, id: P
 }
 
 /// Forgets a passkey. False where there is none.
-pub async fn remove_passkey(writer: &mut SqliteConnection, key: PersonKey, id: PasskeyId) -> Result<bool> {
+pub async fn remove_passkey(writer: &mut Connection, key: PersonKey, id: PasskeyId) -> Result<bool> {
     sqlx::query("DELETE FROM passkeys WHERE id = $3 AND person_id = $1 AND school_id = $2")
         .bind(key.person_id)
         .bind(key.school_id)
@@ -126,7 +122,7 @@ pub async fn remove_passkey(writer: &mut SqliteConnection, key: PersonKey, id: P
 /// Takes a signature. False where its counter does not go on from the last one's, or there is no such passkey any more: of two
 /// authenticators that hold one key, at least one counts behind the other.
 pub async fn take_signature(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     key: PersonKey,
     id: PasskeyId,
     signature: PasskeySignature<'_>,

@@ -3,10 +3,10 @@
 use model::folding::{fold_text, make_search_text};
 use model::ids::{PersonId, SchoolId};
 use model::{CurrentPerson, Moment, PersonKey, Role};
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use sqlx::FromRow;
 use words::Language;
 
-use super::{Result, account_links};
+use super::{Connection, Executor, Result, account_links};
 
 /// A person, without what they sign in with.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
@@ -87,7 +87,7 @@ pub struct Credentials {
 ///
 /// # Errors
 /// When the address is taken, or the database fails.
-pub async fn add_person(writer: &mut SqliteConnection, person: &NewPerson<'_>, now: Moment) -> Result<Person> {
+pub async fn add_person(writer: &mut Connection, person: &NewPerson<'_>, now: Moment) -> Result<Person> {
     let id = PersonId::made_at(now);
     // The last 48 bits of a UUIDv7 are random: the pseudonym tells neither the name nor the order of enrolment.
     let pseudonym = format!("p-{}", &id.uuid().simple().to_string()[20..]);
@@ -114,7 +114,7 @@ pub async fn add_person(writer: &mut SqliteConnection, person: &NewPerson<'_>, n
 ///
 /// # Errors
 /// When the database fails.
-pub async fn add_guest(writer: &mut SqliteConnection, school: SchoolId, now: Moment) -> Result<Person> {
+pub async fn add_guest(writer: &mut Connection, school: SchoolId, now: Moment) -> Result<Person> {
     let id = PersonId::made_at(now);
     let pseudonym = format!("g-{}", &id.uuid().simple().to_string()[20..]);
     sqlx::query_as(
@@ -131,12 +131,12 @@ pub async fn add_guest(writer: &mut SqliteConnection, school: SchoolId, now: Mom
 }
 
 /// How many people there are, in every school.
-pub async fn count_people(executor: impl SqliteExecutor<'_>) -> Result<i64> {
+pub async fn count_people(executor: impl Executor<'_>) -> Result<i64> {
     sqlx::query_scalar("SELECT count(*) FROM people").fetch_one(executor).await
 }
 
 /// A person of any school: for the session cookie, which names no school.
-pub async fn find_person(executor: impl SqliteExecutor<'_>, id: PersonId) -> Result<Option<Person>> {
+pub async fn find_person(executor: impl Executor<'_>, id: PersonId) -> Result<Option<Person>> {
     sqlx::query_as(
         "SELECT id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at, language,
            (SELECT count(*) FROM notices n
@@ -150,11 +150,7 @@ pub async fn find_person(executor: impl SqliteExecutor<'_>, id: PersonId) -> Res
 }
 
 /// What the registrar knows somebody by, where that is known.
-pub async fn find_registrar_id(
-    executor: impl SqliteExecutor<'_>,
-    school: SchoolId,
-    id: PersonId,
-) -> Result<Option<String>> {
+pub async fn find_registrar_id(executor: impl Executor<'_>, school: SchoolId, id: PersonId) -> Result<Option<String>> {
     let found: Option<Option<String>> =
         sqlx::query_scalar("SELECT registrar_id FROM people WHERE school_id = $1 AND id = $2")
             .bind(school)
@@ -165,7 +161,7 @@ pub async fn find_registrar_id(
 }
 
 /// A person of any school by address, whatever its case.
-pub async fn find_person_by_email(executor: impl SqliteExecutor<'_>, email: &str) -> Result<Option<Person>> {
+pub async fn find_person_by_email(executor: impl Executor<'_>, email: &str) -> Result<Option<Person>> {
     sqlx::query_as(
         "SELECT id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at, language
          FROM people WHERE email = $1",
@@ -176,7 +172,7 @@ pub async fn find_person_by_email(executor: impl SqliteExecutor<'_>, email: &str
 }
 
 /// A person of a school by pseudonym.
-pub async fn by_pseudonym(executor: impl SqliteExecutor<'_>, school: SchoolId, name: &str) -> Result<Option<Person>> {
+pub async fn by_pseudonym(executor: impl Executor<'_>, school: SchoolId, name: &str) -> Result<Option<Person>> {
     sqlx::query_as(
         "SELECT id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at, language
          FROM people WHERE school_id = $1 AND pseudonym = $2",
@@ -188,7 +184,7 @@ pub async fn by_pseudonym(executor: impl SqliteExecutor<'_>, school: SchoolId, n
 }
 
 /// What signing in with an address compares with.
-pub async fn find_credentials(executor: impl SqliteExecutor<'_>, email: &str) -> Result<Option<Credentials>> {
+pub async fn find_credentials(executor: impl Executor<'_>, email: &str) -> Result<Option<Credentials>> {
     sqlx::query_as(
         "SELECT id, nullif(password_hash, '') AS password_hash, credential_version, disabled_at,
            password_initial_until AS initial_until
@@ -200,7 +196,7 @@ pub async fn find_credentials(executor: impl SqliteExecutor<'_>, email: &str) ->
 }
 
 /// Sets a new password, which is their own, and ends every earlier sign-in, link and code. False when there is no such person.
-pub async fn set_password(writer: &mut SqliteConnection, person: PersonId, password_hash: &str) -> Result<bool> {
+pub async fn set_password(writer: &mut Connection, person: PersonId, password_hash: &str) -> Result<bool> {
     account_links::end_account_links(writer, person).await?;
     sqlx::query(
         "UPDATE people SET password_hash = $2, credential_version = credential_version + 1, password_initial_until = NULL
@@ -214,7 +210,7 @@ pub async fn set_password(writer: &mut SqliteConnection, person: PersonId, passw
 }
 
 /// Makes a person's password one that somebody else has set: good until then, for one sign-in.
-pub async fn make_initial(writer: &mut SqliteConnection, person: PersonId, until: Moment) -> Result<()> {
+pub async fn make_initial(writer: &mut Connection, person: PersonId, until: Moment) -> Result<()> {
     sqlx::query("UPDATE people SET password_initial_until = $2 WHERE id = $1")
         .bind(person)
         .bind(until)
@@ -225,7 +221,7 @@ pub async fn make_initial(writer: &mut SqliteConnection, person: PersonId, until
 
 /// The language that a person of a school has chosen to read in.
 pub async fn find_language(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     PersonKey { school_id: school, person_id: person }: PersonKey,
 ) -> Result<Option<Language>> {
     let chosen: Option<Option<String>> =
@@ -239,7 +235,7 @@ pub async fn find_language(
 
 /// Sets the language that a person reads in; none for what their browser asks for. False when there is no such person.
 pub async fn set_language(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     PersonKey { school_id: school, person_id: person }: PersonKey,
     language: Option<Language>,
 ) -> Result<bool> {
@@ -253,7 +249,7 @@ pub async fn set_language(
 }
 
 /// Ends every sign-in of a person in a browser.
-pub async fn end_sign_ins(writer: &mut SqliteConnection, person: PersonId) -> Result<()> {
+pub async fn end_sign_ins(writer: &mut Connection, person: PersonId) -> Result<()> {
     sqlx::query("UPDATE people SET credential_version = credential_version + 1 WHERE id = $1")
         .bind(person)
         .execute(writer)
@@ -262,7 +258,7 @@ pub async fn end_sign_ins(writer: &mut SqliteConnection, person: PersonId) -> Re
 }
 
 /// Keeps a person from signing in, from now on, and ends every sign-in, link and code. False when they already were.
-pub async fn disable_person(writer: &mut SqliteConnection, person: PersonId, now: Moment) -> Result<bool> {
+pub async fn disable_person(writer: &mut Connection, person: PersonId, now: Moment) -> Result<bool> {
     account_links::end_account_links(writer, person).await?;
     sqlx::query(
         "UPDATE people SET disabled_at = $2, credential_version = credential_version + 1

@@ -4,9 +4,9 @@ use data_encoding::HEXLOWER;
 use documents::picture::PictureFile;
 use model::ids::{DraftId, RevisionId, SchoolId};
 use sha2::{Digest, Sha256};
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use sqlx::FromRow;
 
-use super::Result;
+use super::{Connection, Executor, Result};
 
 /// A picture without its bytes.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
@@ -34,7 +34,7 @@ pub struct PictureBytes {
 
 /// Keeps the pictures of a revision that is just being stored, in their order.
 pub(crate) async fn insert_revision_pictures(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     revision: RevisionId,
     pictures: &[PictureFile],
 ) -> Result<()> {
@@ -58,7 +58,7 @@ pub(crate) async fn insert_revision_pictures(
 
 /// The pictures of a revision, in the order of its briefing.
 pub async fn list_revision_pictures(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     revision: RevisionId,
 ) -> Result<Vec<StoredPicture>> {
@@ -75,7 +75,7 @@ pub async fn list_revision_pictures(
 
 /// A picture of the revision of an exercise that trainees are given, by its place in the briefing, from 0.
 pub async fn read_current_picture(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     exercise_id: &str,
     position: i64,
@@ -93,7 +93,7 @@ pub async fn read_current_picture(
 
 /// Gives a draft that is just begun the pictures of the revision that it is based on.
 pub(crate) async fn copy_revision_pictures(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     draft: DraftId,
     revision: RevisionId,
 ) -> Result<()> {
@@ -112,7 +112,7 @@ pub(crate) async fn copy_revision_pictures(
 ///
 /// # Errors
 /// When the draft has one of that name, or the database fails.
-pub async fn add_draft_picture(writer: &mut SqliteConnection, draft: DraftId, picture: &PictureFile) -> Result<()> {
+pub async fn add_draft_picture(writer: &mut Connection, draft: DraftId, picture: &PictureFile) -> Result<()> {
     sqlx::query(
         "INSERT INTO draft_pictures (draft_id, name, sha256, width, height, bytes) VALUES ($1, $2, $3, $4, $5, $6)",
     )
@@ -128,7 +128,7 @@ pub async fn add_draft_picture(writer: &mut SqliteConnection, draft: DraftId, pi
 }
 
 /// Drops a picture of a draft.
-pub async fn drop_draft_picture(writer: &mut SqliteConnection, draft: DraftId, name: &str) -> Result<()> {
+pub async fn drop_draft_picture(writer: &mut Connection, draft: DraftId, name: &str) -> Result<()> {
     sqlx::query("DELETE FROM draft_pictures WHERE draft_id = $1 AND name = $2")
         .bind(draft)
         .bind(name)
@@ -139,7 +139,7 @@ pub async fn drop_draft_picture(writer: &mut SqliteConnection, draft: DraftId, n
 
 /// The pictures at hand for a draft, by name: some may not be in its text any more.
 pub async fn list_draft_pictures(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     draft: DraftId,
 ) -> Result<Vec<StoredPicture>> {
@@ -155,7 +155,7 @@ pub async fn list_draft_pictures(
 
 /// The pictures at hand for a draft, with what is in them.
 pub async fn read_draft_pictures(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     draft: DraftId,
 ) -> Result<Vec<PictureBytes>> {
@@ -171,7 +171,7 @@ pub async fn read_draft_pictures(
 
 /// A picture at hand for a draft, by its name.
 pub async fn read_draft_picture(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     draft: DraftId,
     name: &str,

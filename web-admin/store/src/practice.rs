@@ -9,11 +9,11 @@ use model::ids::{AssignmentId, CohortId, PersonId, RevisionId, SchoolId, Session
 use model::progress::ScoredAttempt;
 use model::{Moment, PersonKey, SessionKey, count_i64};
 use serde::{Deserialize, Serialize};
+use sqlx::FromRow;
 use sqlx::types::Json;
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
-use super::Result;
 use super::tallies::{self, Sums};
+use super::{Connection, Executor, Result};
 
 /// An attempt in a history: session, start in µs, score, passed, revision.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -82,7 +82,7 @@ struct ChangedScore {
 }
 
 /// Brings the sums up to date with the score that counts for an attempt.
-pub async fn refresh_practice(writer: &mut SqliteConnection, session: SessionKey) -> Result<()> {
+pub async fn refresh_practice(writer: &mut Connection, session: SessionKey) -> Result<()> {
     let changed: ChangedScore =
         sqlx::query_as("SELECT trainee_id, exercise_id, started_at FROM sessions WHERE school_id = $1 AND id = $2")
             .bind(session.school_id)
@@ -111,7 +111,7 @@ pub async fn refresh_practice(writer: &mut SqliteConnection, session: SessionKey
     .await
 }
 
-async fn sums(executor: impl SqliteExecutor<'_>, school: SchoolId, changed: &ChangedScore) -> Result<Sums> {
+async fn sums(executor: impl Executor<'_>, school: SchoolId, changed: &ChangedScore) -> Result<Sums> {
     let sums: Option<Sums> = sqlx::query_as(
         "SELECT attempts, passes, points FROM practice WHERE school_id = $1 AND trainee_id = $2 AND exercise_id = $3",
     )
@@ -124,11 +124,7 @@ async fn sums(executor: impl SqliteExecutor<'_>, school: SchoolId, changed: &Cha
 }
 
 /// Every scored attempt of the same trainee at the same exercise that counts, each by the score that counts.
-async fn history(
-    executor: impl SqliteExecutor<'_>,
-    school: SchoolId,
-    changed: &ChangedScore,
-) -> Result<Vec<PastAttempt>> {
+async fn history(executor: impl Executor<'_>, school: SchoolId, changed: &ChangedScore) -> Result<Vec<PastAttempt>> {
     let rows: Vec<PastRow> = sqlx::query_as(
         "SELECT s.id, s.started_at, g.score, g.passed, s.revision_id FROM sessions s
          JOIN grades g ON g.school_id = s.school_id AND g.session_id = s.id
@@ -145,7 +141,7 @@ async fn history(
 }
 
 async fn put(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     school: SchoolId,
     changed: &ChangedScore,
     sums: Sums,
@@ -170,7 +166,7 @@ async fn put(
 
 /// The scored attempts of a trainee in order of time, each by the score that counts.
 pub async fn list_trainee_practice(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     trainee: PersonId,
 ) -> Result<Vec<ScoredAttempt>> {
@@ -188,7 +184,7 @@ pub async fn list_trainee_practice(
 
 /// Every scored attempt of a cohort's trainees.
 pub async fn list_cohort_practice(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     cohort: CohortId,
 ) -> Result<ByTrainee> {
@@ -201,7 +197,7 @@ pub async fn list_cohort_practice(
 
 /// Every scored attempt of a cohort's trainees at an exercise.
 pub async fn of_cohort_at(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     cohort: CohortId,
     exercise: &str,
@@ -215,7 +211,7 @@ pub async fn of_cohort_at(
 
 /// Every scored attempt of those to whom something was assigned.
 pub async fn of_assignment(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     assignment: AssignmentId,
 ) -> Result<ByTrainee> {
@@ -232,7 +228,7 @@ const LOOKED_THROUGH: u32 = 200;
 
 /// The latest attempt at an exercise of each of the others in a trainee's cohorts, of at most so many.
 pub async fn list_latest_of_others(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     PersonKey { school_id: school, person_id: trainee }: PersonKey,
     exercise: &str,
     most: u32,

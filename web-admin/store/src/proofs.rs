@@ -4,15 +4,15 @@ use std::collections::BTreeSet;
 
 use model::ids::{PersonId, SchoolId, SessionId};
 use model::{Needed, Proof, SessionKey};
-use sqlx::{FromRow, SqliteExecutor};
+use sqlx::FromRow;
 
-use super::Result;
+use super::{Executor, Result};
 
 /// What is proved of an attempt.
 ///
 /// # Errors
 /// When there is no such attempt, or the database fails.
-pub async fn find_proof(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Proof> {
+pub async fn find_proof(executor: impl Executor<'_>, session: SessionKey) -> Result<Proof> {
     sqlx::query_as("SELECT signed, resimulated, supervised FROM proofs WHERE school_id = $1 AND session_id = $2")
         .bind(session.school_id)
         .bind(session.id)
@@ -29,7 +29,7 @@ struct Proved {
 
 /// The attempts of a trainee of which enough is proved.
 pub async fn list_proved_sessions(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     trainee: PersonId,
     needed: Needed,

@@ -2,10 +2,10 @@
 
 use model::ids::{SchoolId, SessionId};
 use model::{Moment, Role, Uncounted};
-use sqlx::{FromRow, SqliteExecutor};
+use sqlx::FromRow;
 
-use super::Result;
 use super::sessions::SessionState;
+use super::{Executor, Result};
 
 /// An attempt without a name.
 #[derive(Clone, Debug, PartialEq, FromRow)]
@@ -47,7 +47,7 @@ pub struct ResearchAttempt {
 /// Attempts after one of them in the order of their ids, at most `limit`: those of trainees, and those of staff who let their attempts be
 /// used. A guest's are in their study, with what they have agreed to.
 pub async fn list_research_attempts(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     after: SessionId,
     limit: u32,
@@ -81,7 +81,7 @@ pub struct HeldBack {
 }
 
 /// Counts the attempts that [`list_research_attempts`] leaves out: people first, who are few, then their attempts.
-pub async fn count_held_back(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<HeldBack> {
+pub async fn count_held_back(executor: impl Executor<'_>, school: SchoolId) -> Result<HeldBack> {
     sqlx::query_as(
         "SELECT coalesce(sum(iif(p.role = 'guest', 1, 0)), 0) AS of_guests,
            coalesce(sum(iif(p.role <> 'guest', 1, 0)), 0) AS of_staff

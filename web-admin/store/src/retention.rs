@@ -4,15 +4,15 @@ use model::ids::{LetterId, PersonId, SchoolId};
 use model::mail::RetentionLetter;
 use model::retention::{RetentionRule, Warned};
 use model::{Moment, PersonKey, Role};
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use sqlx::FromRow;
 
-use super::Result;
+use super::{Connection, Executor, Result};
 
 /// The rule of a school; none where everybody is kept for ever.
 ///
 /// # Errors
 /// When there is no such school, or the database fails.
-pub async fn find_retention_rule(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Settings> {
+pub async fn find_retention_rule(executor: impl Executor<'_>, school: SchoolId) -> Result<Settings> {
     sqlx::query_as(
         "SELECT retention_months AS months, retention_warn_days AS warn_days, retention_texts AS texts,
            erase_recordings AS recordings FROM schools WHERE id = $1",
@@ -44,7 +44,7 @@ impl Settings {
 }
 
 /// Sets the rule of a school.
-pub async fn set_retention_rule(writer: &mut SqliteConnection, school: SchoolId, settings: Settings) -> Result<()> {
+pub async fn set_retention_rule(writer: &mut Connection, school: SchoolId, settings: Settings) -> Result<()> {
     sqlx::query(
         "UPDATE schools SET retention_months = $2, retention_warn_days = $3, retention_texts = $4, erase_recordings = $5
          WHERE id = $1",
@@ -96,7 +96,7 @@ impl Idle {
 
 /// Who of a school has done nothing since a moment, and who was warned, the longest idle first. Administrators, guests and whoever was
 /// erased are not among them. That a link was asked for is nobody's deed: any stranger may do so.
-pub async fn list_idle_people(executor: impl SqliteExecutor<'_>, school: SchoolId, since: Moment) -> Result<Vec<Idle>> {
+pub async fn list_idle_people(executor: impl Executor<'_>, school: SchoolId, since: Moment) -> Result<Vec<Idle>> {
     sqlx::query_as(
         "WITH everybody AS (
            SELECT p.id, p.display_name AS name, p.email, p.role, p.pseudonym, p.held_at, w.warned_at, w.told_at, w.told_observed_s,
@@ -120,7 +120,7 @@ pub async fn list_idle_people(executor: impl SqliteExecutor<'_>, school: SchoolI
 ///
 /// # Errors
 /// When they were warned before, or the database fails.
-pub async fn warn_person(writer: &mut SqliteConnection, school: SchoolId, idle: &Idle, now: Moment) -> Result<()> {
+pub async fn warn_person(writer: &mut Connection, school: SchoolId, idle: &Idle, now: Moment) -> Result<()> {
     sqlx::query(
         "INSERT INTO retention_warnings (id, school_id, person_id, active_at, warned_at, next_run_at)
          VALUES ($1, $2, $3, $4, $5, $5)",
@@ -136,16 +136,12 @@ pub async fn warn_person(writer: &mut SqliteConnection, school: SchoolId, idle: 
 }
 
 /// Forgets that somebody was warned.
-pub async fn forget_warning(writer: &mut SqliteConnection, person: PersonId) -> Result<()> {
+pub async fn forget_warning(writer: &mut Connection, person: PersonId) -> Result<()> {
     sqlx::query("DELETE FROM retention_warnings WHERE person_id = $1").bind(person).execute(writer).await.map(drop)
 }
 
 /// The letters that are due.
-pub async fn list_due_warnings(
-    executor: impl SqliteExecutor<'_>,
-    now: Moment,
-    limit: u32,
-) -> Result<Vec<RetentionLetter>> {
+pub async fn list_due_warnings(executor: impl Executor<'_>, now: Moment, limit: u32) -> Result<Vec<RetentionLetter>> {
     sqlx::query_as(
         "SELECT w.id, w.tries, p.display_name AS name, p.email, s.name AS school,
            coalesce(p.language, s.letter_language) AS language, s.retention_months AS months,
@@ -161,7 +157,7 @@ pub async fn list_due_warnings(
 
 /// Notes what became of a letter: out, to be tried again, or given up. From the first or the last on the days count.
 pub async fn note_warning_letter(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     letter: LetterId,
     error: Option<&str>,
     again: Option<Moment>,
@@ -192,12 +188,12 @@ pub struct ServiceTime {
 }
 
 /// How long the service has run.
-pub async fn service_time(executor: impl SqliteExecutor<'_>) -> Result<ServiceTime> {
+pub async fn service_time(executor: impl Executor<'_>) -> Result<ServiceTime> {
     sqlx::query_as("SELECT observed_s, looked_s FROM service_time").fetch_one(executor).await
 }
 
 /// Adds to how long the service has run, in s.
-pub async fn add_service_time(writer: &mut SqliteConnection, seconds: i64) -> Result<ServiceTime> {
+pub async fn add_service_time(writer: &mut Connection, seconds: i64) -> Result<ServiceTime> {
     sqlx::query_as("UPDATE service_time SET observed_s = observed_s + $1 RETURNING observed_s, looked_s")
         .bind(seconds)
         .fetch_one(writer)
@@ -205,16 +201,12 @@ pub async fn add_service_time(writer: &mut SqliteConnection, seconds: i64) -> Re
 }
 
 /// Notes that it was looked whom to erase.
-pub async fn note_look(writer: &mut SqliteConnection) -> Result<()> {
+pub async fn note_look(writer: &mut Connection) -> Result<()> {
     sqlx::query("UPDATE service_time SET looked_s = observed_s").execute(writer).await.map(drop)
 }
 
 /// Since when somebody is kept whatever the rule says, if they are.
-pub async fn find_hold_time(
-    executor: impl SqliteExecutor<'_>,
-    school: SchoolId,
-    person: PersonId,
-) -> Result<Option<Moment>> {
+pub async fn find_hold_time(executor: impl Executor<'_>, school: SchoolId, person: PersonId) -> Result<Option<Moment>> {
     let held: Option<Option<Moment>> =
         sqlx::query_scalar("SELECT held_at FROM people WHERE school_id = $1 AND id = $2")
             .bind(school)
@@ -226,7 +218,7 @@ pub async fn find_hold_time(
 
 /// Keeps somebody whatever the rule says, or no longer. False where nothing changes.
 pub async fn hold_person(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     PersonKey { school_id: school, person_id: person }: PersonKey,
     since: Option<Moment>,
 ) -> Result<bool> {
@@ -243,7 +235,7 @@ pub async fn hold_person(
 }
 
 /// Who of a school is kept whatever the rule says: id and name, by name.
-pub async fn list_held_people(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<(PersonId, String)>> {
+pub async fn list_held_people(executor: impl Executor<'_>, school: SchoolId) -> Result<Vec<(PersonId, String)>> {
     sqlx::query_as(
         "SELECT id, display_name FROM people WHERE school_id = $1 AND held_at > 0 AND erased_at IS NULL
          ORDER BY display_name",
@@ -254,7 +246,7 @@ pub async fn list_held_people(executor: impl SqliteExecutor<'_>, school: SchoolI
 }
 
 /// How many people of a school were warned.
-pub async fn count_warned(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<i64> {
+pub async fn count_warned(executor: impl Executor<'_>, school: SchoolId) -> Result<i64> {
     sqlx::query_scalar("SELECT count(*) FROM retention_warnings WHERE school_id = $1")
         .bind(school)
         .fetch_one(executor)

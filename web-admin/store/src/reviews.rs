@@ -3,9 +3,9 @@
 use model::ids::{PersonId, SessionId};
 use model::review::{QueuePlace, ReviewFilter};
 use model::{AttemptPlace, CurrentPerson, Moment, Role, SessionKey, count_u32};
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor, SqlitePool};
+use sqlx::FromRow;
 
-use super::Result;
+use super::{Connection, Executor, Pool, Result};
 use model::titles::StoredTitle;
 
 /// Most attempts of the queue that are listed at once.
@@ -69,7 +69,7 @@ macro_rules! waiting {
 /// What waits for a person, after a place of the queue: with questions first, then flagged, then failed, then the oldest; at most one more
 /// than [`LISTED`]. An instructor sees the attempts of the cohorts they teach, an administrator those of all trainees.
 pub async fn list_review_queue(
-    reader: &SqlitePool,
+    reader: &Pool,
     viewer: &CurrentPerson,
     filter: &ReviewFilter,
     after: Option<QueuePlace>,
@@ -96,7 +96,7 @@ struct RankStretch {
 }
 
 async fn list_waiting_of_rank(
-    reader: &SqlitePool,
+    reader: &Pool,
     viewer: &CurrentPerson,
     filter: &ReviewFilter,
     stretch: RankStretch,
@@ -147,12 +147,7 @@ impl WaitingReview {
 ///
 /// # Errors
 /// When attempt or person are of another school, or the database fails.
-pub async fn mark_reviewed(
-    writer: &mut SqliteConnection,
-    session: SessionKey,
-    by: PersonId,
-    now: Moment,
-) -> Result<bool> {
+pub async fn mark_reviewed(writer: &mut Connection, session: SessionKey, by: PersonId, now: Moment) -> Result<bool> {
     sqlx::query(
         "INSERT INTO reviews (school_id, session_id, reviewed_by, reviewed_at) VALUES ($1, $2, $3, $4)
          ON CONFLICT (school_id, session_id) DO NOTHING",
@@ -167,7 +162,7 @@ pub async fn mark_reviewed(
 }
 
 /// Puts an attempt back into the queue. False where it is there.
-pub async fn unmark_reviewed(writer: &mut SqliteConnection, session: SessionKey) -> Result<bool> {
+pub async fn unmark_reviewed(writer: &mut Connection, session: SessionKey) -> Result<bool> {
     sqlx::query("DELETE FROM reviews WHERE school_id = $1 AND session_id = $2")
         .bind(session.school_id)
         .bind(session.id)
@@ -177,7 +172,7 @@ pub async fn unmark_reviewed(writer: &mut SqliteConnection, session: SessionKey)
 }
 
 /// Who has looked at an attempt.
-pub async fn find_review(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Option<Review>> {
+pub async fn find_review(executor: impl Executor<'_>, session: SessionKey) -> Result<Option<Review>> {
     sqlx::query_as(
         "SELECT p.display_name AS by, r.reviewed_at FROM reviews r
          JOIN people p ON p.school_id = r.school_id AND p.id = r.reviewed_by

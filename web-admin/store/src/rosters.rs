@@ -5,10 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use model::ids::{PersonId, RosterId, SchoolId};
 use model::roster::{RosterEntry, RosterMapping, RosterRequest, SchoolPerson};
 use model::{Moment, Role};
+use sqlx::FromRow;
 use sqlx::types::Json;
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
-use super::{Result, directory, people};
+use super::{Connection, Executor, Result, directory, people};
 
 /// A roster that waits.
 #[derive(Clone, Debug, FromRow)]
@@ -39,7 +39,7 @@ pub struct NewRosterDraft<'a> {
 }
 
 /// Keeps a roster until it is confirmed.
-pub async fn keep_roster(writer: &mut SqliteConnection, draft: &NewRosterDraft<'_>, now: Moment) -> Result<RosterId> {
+pub async fn keep_roster(writer: &mut Connection, draft: &NewRosterDraft<'_>, now: Moment) -> Result<RosterId> {
     let id = RosterId::made_at(now);
     sqlx::query(
         "INSERT INTO rosters (id, school_id, made_by, file_name, body, wanted, made_at)
@@ -58,11 +58,7 @@ pub async fn keep_roster(writer: &mut SqliteConnection, draft: &NewRosterDraft<'
 }
 
 /// A roster of a school that waits.
-pub async fn find_roster(
-    executor: impl SqliteExecutor<'_>,
-    school: SchoolId,
-    id: RosterId,
-) -> Result<Option<RosterDraft>> {
+pub async fn find_roster(executor: impl Executor<'_>, school: SchoolId, id: RosterId) -> Result<Option<RosterDraft>> {
     sqlx::query_as("SELECT file_name, body, wanted, made_at FROM rosters WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -72,7 +68,7 @@ pub async fn find_roster(
 
 /// Changes what is asked of a roster that waits. False where there is none.
 pub async fn change_roster_request(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     school: SchoolId,
     id: RosterId,
     wanted: &RosterRequest,
@@ -88,7 +84,7 @@ pub async fn change_roster_request(
 
 /// Which column of files with such headings tells what at a school, where somebody has said it.
 pub async fn find_roster_mapping(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     headings_sha256: &[u8; 32],
 ) -> Result<Option<RosterMapping>> {
@@ -103,7 +99,7 @@ pub async fn find_roster_mapping(
 
 /// Remembers which column of files with such headings tells what at a school.
 pub async fn remember_roster_mapping(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     school: SchoolId,
     headings_sha256: &[u8; 32],
     mapping: &RosterMapping,
@@ -123,7 +119,7 @@ pub async fn remember_roster_mapping(
 }
 
 /// Throws a roster away. False when it was gone.
-pub async fn discard_roster(writer: &mut SqliteConnection, school: SchoolId, id: RosterId) -> Result<bool> {
+pub async fn discard_roster(writer: &mut Connection, school: SchoolId, id: RosterId) -> Result<bool> {
     sqlx::query("DELETE FROM rosters WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -133,7 +129,7 @@ pub async fn discard_roster(writer: &mut SqliteConnection, school: SchoolId, id:
 }
 
 /// Throws away what was sent before a moment and never confirmed.
-pub async fn forget_before(writer: &mut SqliteConnection, moment: Moment) -> Result<()> {
+pub async fn forget_before(writer: &mut Connection, moment: Moment) -> Result<()> {
     sqlx::query("DELETE FROM rosters WHERE made_at < $1").bind(moment).execute(writer).await.map(drop)
 }
 
@@ -160,7 +156,7 @@ pub struct About<'a> {
 
 /// The people of a school whom a roster may be about, with their cohorts; those made anonymous are nobody.
 pub async fn list_known_people(
-    connection: &mut SqliteConnection,
+    connection: &mut Connection,
     school: SchoolId,
     about: &About<'_>,
 ) -> Result<Vec<SchoolPerson>> {
@@ -209,7 +205,7 @@ pub async fn list_known_people(
 
 /// Which of these addresses people of other schools have.
 pub async fn taken_elsewhere(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     emails: &BTreeSet<&str>,
 ) -> Result<BTreeSet<String>> {
@@ -228,7 +224,7 @@ pub async fn taken_elsewhere(
 /// # Errors
 /// When the address or the number is taken, or the database fails.
 pub async fn enrol_person(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     school: SchoolId,
     entry: &RosterEntry,
     now: Moment,

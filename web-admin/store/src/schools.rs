@@ -2,9 +2,9 @@
 
 use model::ids::SchoolId;
 use model::{CurrentPerson, Moment, Needed};
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use sqlx::FromRow;
 
-use super::Result;
+use super::{Connection, Executor, Result};
 
 /// A school.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
@@ -16,7 +16,7 @@ pub struct School {
 }
 
 /// Every school, by name.
-pub async fn list_schools(executor: impl SqliteExecutor<'_>) -> Result<Vec<School>> {
+pub async fn list_schools(executor: impl Executor<'_>) -> Result<Vec<School>> {
     sqlx::query_as("SELECT id, name FROM schools ORDER BY name").fetch_all(executor).await
 }
 
@@ -24,7 +24,7 @@ pub async fn list_schools(executor: impl SqliteExecutor<'_>) -> Result<Vec<Schoo
 ///
 /// # Errors
 /// When there is none, or the database fails.
-pub async fn find_school_name(executor: impl SqliteExecutor<'_>, id: SchoolId) -> Result<String> {
+pub async fn find_school_name(executor: impl Executor<'_>, id: SchoolId) -> Result<String> {
     sqlx::query_scalar("SELECT name FROM schools WHERE id = $1").bind(id).fetch_one(executor).await
 }
 
@@ -32,7 +32,7 @@ pub async fn find_school_name(executor: impl SqliteExecutor<'_>, id: SchoolId) -
 ///
 /// # Errors
 /// When there is none, or the database fails.
-pub async fn find_time_zone(executor: impl SqliteExecutor<'_>, id: SchoolId) -> Result<String> {
+pub async fn find_time_zone(executor: impl Executor<'_>, id: SchoolId) -> Result<String> {
     sqlx::query_scalar("SELECT time_zone FROM schools WHERE id = $1").bind(id).fetch_one(executor).await
 }
 
@@ -57,7 +57,7 @@ pub struct SchoolSettings {
 ///
 /// # Errors
 /// When there is none, or the database fails.
-pub async fn find_school_settings(executor: impl SqliteExecutor<'_>, id: SchoolId) -> Result<SchoolSettings> {
+pub async fn find_school_settings(executor: impl Executor<'_>, id: SchoolId) -> Result<SchoolSettings> {
     sqlx::query_as(
         "SELECT name, time_zone, letter_language, mails_reminders, mails_news, shows_others FROM schools WHERE id = $1",
     )
@@ -67,11 +67,7 @@ pub async fn find_school_settings(executor: impl SqliteExecutor<'_>, id: SchoolI
 }
 
 /// Settles it. False when another school has the name.
-pub async fn put_school_settings(
-    writer: &mut SqliteConnection,
-    id: SchoolId,
-    settings: &SchoolSettings,
-) -> Result<bool> {
+pub async fn put_school_settings(writer: &mut Connection, id: SchoolId, settings: &SchoolSettings) -> Result<bool> {
     sqlx::query(
         "UPDATE schools SET name = $2, time_zone = $3, letter_language = $4, mails_reminders = $5, mails_news = $6,
            shows_others = $7
@@ -94,7 +90,7 @@ pub async fn put_school_settings(
 ///
 /// # Errors
 /// When there is no such school, or the database fails.
-pub async fn sees_others(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) -> Result<bool> {
+pub async fn sees_others(executor: impl Executor<'_>, viewer: &CurrentPerson) -> Result<bool> {
     if viewer.role.teaches() {
         return Ok(true);
     }
@@ -108,12 +104,12 @@ pub async fn sees_others(executor: impl SqliteExecutor<'_>, viewer: &CurrentPers
 ///
 /// # Errors
 /// When there is none, or the database fails.
-pub async fn certificate_needs(executor: impl SqliteExecutor<'_>, id: SchoolId) -> Result<Needed> {
+pub async fn certificate_needs(executor: impl Executor<'_>, id: SchoolId) -> Result<Needed> {
     sqlx::query_scalar("SELECT certificate_needs FROM schools WHERE id = $1").bind(id).fetch_one(executor).await
 }
 
 /// Sets what must be proved of an attempt for it to count towards a certificate.
-pub async fn set_certificate_needs(writer: &mut SqliteConnection, id: SchoolId, needed: Needed) -> Result<()> {
+pub async fn set_certificate_needs(writer: &mut Connection, id: SchoolId, needed: Needed) -> Result<()> {
     sqlx::query("UPDATE schools SET certificate_needs = $2 WHERE id = $1")
         .bind(id)
         .bind(needed)
@@ -126,12 +122,12 @@ pub async fn set_certificate_needs(writer: &mut SqliteConnection, id: SchoolId, 
 ///
 /// # Errors
 /// When there is none, or the database fails.
-pub async fn erases_recordings(executor: impl SqliteExecutor<'_>, id: SchoolId) -> Result<bool> {
+pub async fn erases_recordings(executor: impl Executor<'_>, id: SchoolId) -> Result<bool> {
     sqlx::query_scalar("SELECT erase_recordings FROM schools WHERE id = $1").bind(id).fetch_one(executor).await
 }
 
 /// The school of a name, made where it is missing.
-pub async fn find_or_create(writer: &mut SqliteConnection, name: &str, now: Moment) -> Result<School> {
+pub async fn find_or_create(writer: &mut Connection, name: &str, now: Moment) -> Result<School> {
     sqlx::query_as(
         "INSERT INTO schools (id, name, created_at) VALUES ($1, $2, $3)
          ON CONFLICT (name) DO UPDATE SET name = excluded.name RETURNING id, name",
@@ -144,6 +140,6 @@ pub async fn find_or_create(writer: &mut SqliteConnection, name: &str, now: Mome
 }
 
 /// Whether there is more than one.
-pub async fn are_schools_several(executor: impl SqliteExecutor<'_>) -> Result<bool> {
+pub async fn are_schools_several(executor: impl Executor<'_>) -> Result<bool> {
     sqlx::query_scalar("SELECT count(*) > 1 FROM (SELECT 1 FROM schools LIMIT 2)").fetch_one(executor).await
 }

@@ -7,10 +7,10 @@ use attempt::AttemptCurve;
 use model::ids::{SchoolId, ScoreId, SessionId};
 use model::{Moment, SessionKey};
 use serde::Deserialize;
+use sqlx::FromRow;
 use sqlx::types::Json;
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
-use super::{ExactNumber, Result};
+use super::{Connection, ExactNumber, Executor, Result};
 
 /// A grading of an attempt.
 #[derive(Clone, Debug, PartialEq, FromRow)]
@@ -73,7 +73,7 @@ const fn direction_word(direction: Direction) -> &'static str {
 
 /// Adds a grading; earlier ones stay. Its id.
 pub async fn add_score(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     session: SessionKey,
     assessment: &Assessment,
     now: Moment,
@@ -102,12 +102,7 @@ pub async fn add_score(
     Ok(id)
 }
 
-async fn insert_metric(
-    writer: &mut SqliteConnection,
-    session: SessionKey,
-    position: i64,
-    metric: &Metric,
-) -> Result<()> {
+async fn insert_metric(writer: &mut Connection, session: SessionKey, position: i64, metric: &Metric) -> Result<()> {
     sqlx::query(
         "INSERT INTO metrics (school_id, session_id, position, id, version, value, unit, direction, applies, label,
          absent) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11) ON CONFLICT (school_id, session_id, id, version) DO NOTHING",
@@ -129,7 +124,7 @@ async fn insert_metric(
 }
 
 /// Every computed score of an attempt, in the order in which they were added: a clock may have been set back between two.
-pub async fn list_scores(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Vec<Score>> {
+pub async fn list_scores(executor: impl Executor<'_>, session: SessionKey) -> Result<Vec<Score>> {
     sqlx::query_as(
         "SELECT id, score, passed, rubric_id, rubric_sha256, deductions, hard_fails, simulator_version, computed_at
          FROM scores WHERE school_id = $1 AND session_id = $2 ORDER BY rowid",
@@ -141,7 +136,7 @@ pub async fn list_scores(executor: impl SqliteExecutor<'_>, session: SessionKey)
 }
 
 /// The computed scores of every attempt, each in the order in which they were added, 0–100.
-pub async fn count_added_scores(executor: impl SqliteExecutor<'_>) -> Result<BTreeMap<SessionId, Vec<f64>>> {
+pub async fn count_added_scores(executor: impl Executor<'_>) -> Result<BTreeMap<SessionId, Vec<f64>>> {
     let rows: Vec<(SessionId, f64)> =
         sqlx::query_as("SELECT session_id, score FROM scores ORDER BY rowid").fetch_all(executor).await?;
     let mut added: BTreeMap<SessionId, Vec<f64>> = BTreeMap::new();
@@ -152,7 +147,7 @@ pub async fn count_added_scores(executor: impl SqliteExecutor<'_>) -> Result<BTr
 }
 
 /// The score that was added last, as the grade names it. Whether it counts is said by [`super::grades::find_grade`].
-pub async fn find_newest_score(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Option<Score>> {
+pub async fn find_newest_score(executor: impl Executor<'_>, session: SessionKey) -> Result<Option<Score>> {
     sqlx::query_as(
         "SELECT id, score, passed, rubric_id, rubric_sha256, deductions, hard_fails, simulator_version, computed_at
          FROM scores WHERE id = (SELECT score_id FROM grades WHERE school_id = $1 AND session_id = $2)",
@@ -164,7 +159,7 @@ pub async fn find_newest_score(executor: impl SqliteExecutor<'_>, session: Sessi
 }
 
 /// The metrics of an attempt, in the catalogue's order.
-pub async fn list_score_metrics(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Vec<Metric>> {
+pub async fn list_score_metrics(executor: impl Executor<'_>, session: SessionKey) -> Result<Vec<Metric>> {
     let rows: Vec<MetricRow> = sqlx::query_as(
         "SELECT id, version, value, unit, direction, applies, label, absent FROM metrics
          WHERE school_id = $1 AND session_id = $2 ORDER BY position, version",
@@ -213,7 +208,7 @@ impl FoundMetric {
 ///
 /// A row for each metric: what SQLite hands over costs by the cell, and thirty attempts have twenty thousand.
 pub async fn metrics_of_many(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     sessions: &[SessionId],
 ) -> Result<Vec<MetricOfMany>> {
@@ -238,7 +233,7 @@ pub struct ValueOfMany(pub usize, pub String, pub u32, pub f64);
 ///
 /// All of them as one cell: grouping them by metric first takes SQLite twice as long.
 pub async fn list_values_of_many(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     sessions: &[SessionId],
 ) -> Result<Vec<ValueOfMany>> {
@@ -256,7 +251,7 @@ pub async fn list_values_of_many(
 }
 
 /// Stores what a page draws of an attempt.
-pub async fn put_curve(writer: &mut SqliteConnection, session: SessionKey, curve: &AttemptCurve) -> Result<()> {
+pub async fn put_curve(writer: &mut Connection, session: SessionKey, curve: &AttemptCurve) -> Result<()> {
     sqlx::query(
         "INSERT INTO session_curves (school_id, session_id, body) VALUES ($1, $2, $3)
          ON CONFLICT (school_id, session_id) DO UPDATE SET body = excluded.body",
@@ -270,7 +265,7 @@ pub async fn put_curve(writer: &mut SqliteConnection, session: SessionKey, curve
 }
 
 /// What a page draws of an attempt.
-pub async fn find_curve(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Option<AttemptCurve>> {
+pub async fn find_curve(executor: impl Executor<'_>, session: SessionKey) -> Result<Option<AttemptCurve>> {
     let body: Option<Json<AttemptCurve>> =
         sqlx::query_scalar("SELECT body FROM session_curves WHERE school_id = $1 AND session_id = $2")
             .bind(session.school_id)

@@ -2,9 +2,9 @@
 
 use model::ids::SchoolId;
 use model::{FactorRule, Moment, PersonKey};
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use sqlx::FromRow;
 
-use super::Result;
+use super::{Connection, Executor, Result};
 
 /// A secret that an app makes codes of.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
@@ -16,7 +16,7 @@ pub struct SecondFactor {
 }
 
 /// Somebody's second factor, on or only offered.
-pub async fn find_second_factor(executor: impl SqliteExecutor<'_>, key: PersonKey) -> Result<Option<SecondFactor>> {
+pub async fn find_second_factor(executor: impl Executor<'_>, key: PersonKey) -> Result<Option<SecondFactor>> {
     sqlx::query_as("SELECT sealed_secret, confirmed_at FROM second_factors WHERE person_id = $1 AND school_id = $2")
         .bind(key.person_id)
         .bind(key.school_id)
@@ -25,7 +25,7 @@ pub async fn find_second_factor(executor: impl SqliteExecutor<'_>, key: PersonKe
 }
 
 /// Whether more than the password is asked for when somebody signs in: an app's code, or a passkey.
-pub async fn is_second_factor_on(executor: impl SqliteExecutor<'_>, key: PersonKey) -> Result<bool> {
+pub async fn is_second_factor_on(executor: impl Executor<'_>, key: PersonKey) -> Result<bool> {
     sqlx::query_scalar(
         "SELECT EXISTS (SELECT 1 FROM second_factors WHERE person_id = $1 AND school_id = $2 AND confirmed_at IS NOT NULL)
              OR EXISTS (SELECT 1 FROM passkeys WHERE person_id = $1 AND school_id = $2)",
@@ -37,7 +37,7 @@ pub async fn is_second_factor_on(executor: impl SqliteExecutor<'_>, key: PersonK
 }
 
 /// Whether somebody must have a second factor by their school's rule, and has none.
-pub async fn is_second_factor_owed(executor: impl SqliteExecutor<'_>, key: PersonKey) -> Result<bool> {
+pub async fn is_second_factor_owed(executor: impl Executor<'_>, key: PersonKey) -> Result<bool> {
     sqlx::query_scalar(
         "SELECT EXISTS (SELECT 1 FROM people p JOIN schools s ON s.id = p.school_id
                         WHERE p.id = $1 AND p.school_id = $2 AND (s.second_factor_of = 'everybody' OR s.second_factor_of = 'teachers' AND p.role <> 'trainee'))
@@ -52,7 +52,7 @@ pub async fn is_second_factor_owed(executor: impl SqliteExecutor<'_>, key: Perso
 
 /// Offers a secret in place of one that was offered before. False where one is on already.
 pub async fn offer_second_factor(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     key: PersonKey,
     sealed_secret: &[u8],
     now: Moment,
@@ -72,12 +72,7 @@ pub async fn offer_second_factor(
 }
 
 /// Turns the offered secret on, by the code of a time step. False where none is offered.
-pub async fn confirm_second_factor(
-    writer: &mut SqliteConnection,
-    key: PersonKey,
-    step: i64,
-    now: Moment,
-) -> Result<bool> {
+pub async fn confirm_second_factor(writer: &mut Connection, key: PersonKey, step: i64, now: Moment) -> Result<bool> {
     sqlx::query(
         "UPDATE second_factors SET confirmed_at = $3, last_step = $4
          WHERE person_id = $1 AND school_id = $2 AND confirmed_at IS NULL",
@@ -92,7 +87,7 @@ pub async fn confirm_second_factor(
 }
 
 /// Takes the code of a time step. False where it, or one after it, was taken before: each is good once.
-pub async fn take_step(writer: &mut SqliteConnection, key: PersonKey, step: i64) -> Result<bool> {
+pub async fn take_step(writer: &mut Connection, key: PersonKey, step: i64) -> Result<bool> {
     sqlx::query(
         "UPDATE second_factors SET last_step = $3
          WHERE person_id = $1 AND school_id = $2 AND confirmed_at IS NOT NULL AND last_step < $3",
@@ -106,7 +101,7 @@ pub async fn take_step(writer: &mut SqliteConnection, key: PersonKey, step: i64)
 }
 
 /// Forgets the secret of somebody's app. False where none was on.
-pub async fn remove_app(writer: &mut SqliteConnection, key: PersonKey) -> Result<bool> {
+pub async fn remove_app(writer: &mut Connection, key: PersonKey) -> Result<bool> {
     sqlx::query("DELETE FROM second_factors WHERE person_id = $1 AND school_id = $2 AND confirmed_at IS NOT NULL")
         .bind(key.person_id)
         .bind(key.school_id)
@@ -116,7 +111,7 @@ pub async fn remove_app(writer: &mut SqliteConnection, key: PersonKey) -> Result
 }
 
 /// Forgets all of somebody's second factors, app and passkeys, and their recovery codes. False where none was on.
-pub async fn remove_second_factor(writer: &mut SqliteConnection, key: PersonKey) -> Result<bool> {
+pub async fn remove_second_factor(writer: &mut Connection, key: PersonKey) -> Result<bool> {
     let was_on = is_second_factor_on(&mut *writer, key).await?;
     for statement in [
         "DELETE FROM recovery_codes WHERE person_id = $1 AND school_id = $2",
@@ -129,7 +124,7 @@ pub async fn remove_second_factor(writer: &mut SqliteConnection, key: PersonKey)
 }
 
 /// Keeps the hashes of recovery codes, in place of those of before.
-pub async fn put_recovery_codes(writer: &mut SqliteConnection, key: PersonKey, hashes: &[[u8; 32]]) -> Result<()> {
+pub async fn put_recovery_codes(writer: &mut Connection, key: PersonKey, hashes: &[[u8; 32]]) -> Result<()> {
     sqlx::query("DELETE FROM recovery_codes WHERE person_id = $1 AND school_id = $2")
         .bind(key.person_id)
         .bind(key.school_id)
@@ -147,7 +142,7 @@ pub async fn put_recovery_codes(writer: &mut SqliteConnection, key: PersonKey, h
 }
 
 /// Uses a recovery code up. False where it is none of somebody's.
-pub async fn use_recovery_code(writer: &mut SqliteConnection, key: PersonKey, hash: &[u8; 32]) -> Result<bool> {
+pub async fn use_recovery_code(writer: &mut Connection, key: PersonKey, hash: &[u8; 32]) -> Result<bool> {
     sqlx::query("DELETE FROM recovery_codes WHERE person_id = $1 AND school_id = $2 AND code_hash = $3")
         .bind(key.person_id)
         .bind(key.school_id)
@@ -158,7 +153,7 @@ pub async fn use_recovery_code(writer: &mut SqliteConnection, key: PersonKey, ha
 }
 
 /// How many recovery codes somebody has left.
-pub async fn recovery_codes_left(executor: impl SqliteExecutor<'_>, key: PersonKey) -> Result<i64> {
+pub async fn recovery_codes_left(executor: impl Executor<'_>, key: PersonKey) -> Result<i64> {
     sqlx::query_scalar("SELECT count(*) FROM recovery_codes WHERE person_id = $1 AND school_id = $2")
         .bind(key.person_id)
         .bind(key.school_id)
@@ -170,12 +165,12 @@ pub async fn recovery_codes_left(executor: impl SqliteExecutor<'_>, key: PersonK
 ///
 /// # Errors
 /// When there is no such school, or the database fails.
-pub async fn find_factor_rule(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<FactorRule> {
+pub async fn find_factor_rule(executor: impl Executor<'_>, school: SchoolId) -> Result<FactorRule> {
     sqlx::query_scalar("SELECT second_factor_of FROM schools WHERE id = $1").bind(school).fetch_one(executor).await
 }
 
 /// Sets of whom a school asks for a second factor.
-pub async fn set_factor_rule(writer: &mut SqliteConnection, school: SchoolId, rule: FactorRule) -> Result<()> {
+pub async fn set_factor_rule(writer: &mut Connection, school: SchoolId, rule: FactorRule) -> Result<()> {
     sqlx::query("UPDATE schools SET second_factor_of = $2 WHERE id = $1")
         .bind(school)
         .bind(rule)

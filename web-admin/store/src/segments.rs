@@ -2,10 +2,10 @@
 
 use model::ids::{CohortId, PersonId, SchoolId, SessionId, TaskId, TraceId};
 use model::{CurrentPerson, Moment, Role};
+use sqlx::FromRow;
 use sqlx::types::Json;
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
-use super::Result;
+use super::{Connection, Executor, Result};
 
 /// A task to be made.
 #[derive(Clone, Debug)]
@@ -80,7 +80,7 @@ pub struct Marks {
 /// # Errors
 /// When an attempt or the cohort is not of the school, or the database fails.
 pub async fn add_segment_task(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     by: &CurrentPerson,
     new: &NewTask,
     now: Moment,
@@ -118,7 +118,7 @@ pub async fn add_segment_task(
 /// The tasks of the cohorts that somebody teaches, all of the school's for an administrator; the latest first, at most
 /// 100.
 pub async fn list_managed_tasks(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     by: &CurrentPerson,
     only: Option<TaskId>,
 ) -> Result<Vec<SegmentTask>> {
@@ -141,7 +141,7 @@ pub async fn list_managed_tasks(
 
 /// What a trainee is to mark, by date; without tasks of nothing but their own attempts.
 pub async fn list_trainee_tasks(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     person: PersonId,
 ) -> Result<Vec<SegmentTask>> {
@@ -165,7 +165,7 @@ pub async fn list_trainee_tasks(
 }
 
 /// The traces of a task, in order.
-pub async fn list_traces(executor: impl SqliteExecutor<'_>, school: SchoolId, task: TaskId) -> Result<Vec<Trace>> {
+pub async fn list_traces(executor: impl Executor<'_>, school: SchoolId, task: TaskId) -> Result<Vec<Trace>> {
     sqlx::query_as(
         "SELECT r.id, r.task_id, r.session_id, s.trainee_id, r.position FROM segment_traces r
          JOIN sessions s ON s.school_id = r.school_id AND s.id = r.session_id
@@ -178,7 +178,7 @@ pub async fn list_traces(executor: impl SqliteExecutor<'_>, school: SchoolId, ta
 }
 
 /// A trace of a school.
-pub async fn find_trace(executor: impl SqliteExecutor<'_>, school: SchoolId, id: TraceId) -> Result<Option<Trace>> {
+pub async fn find_trace(executor: impl Executor<'_>, school: SchoolId, id: TraceId) -> Result<Option<Trace>> {
     sqlx::query_as(
         "SELECT r.id, r.task_id, r.session_id, s.trainee_id, r.position FROM segment_traces r
          JOIN sessions s ON s.school_id = r.school_id AND s.id = r.session_id
@@ -191,7 +191,7 @@ pub async fn find_trace(executor: impl SqliteExecutor<'_>, school: SchoolId, id:
 }
 
 /// Everybody's marks on the traces of a task.
-pub async fn find_marks(executor: impl SqliteExecutor<'_>, school: SchoolId, task: TaskId) -> Result<Vec<Marks>> {
+pub async fn find_marks(executor: impl Executor<'_>, school: SchoolId, task: TaskId) -> Result<Vec<Marks>> {
     sqlx::query_as(
         "SELECT a.person_id, a.trace_id, a.marks, a.sent_at FROM segment_traces r
          JOIN segment_marks a ON a.trace_id = r.id
@@ -204,11 +204,7 @@ pub async fn find_marks(executor: impl SqliteExecutor<'_>, school: SchoolId, tas
 }
 
 /// What somebody has marked on a trace so far.
-pub async fn list_marks_of(
-    executor: impl SqliteExecutor<'_>,
-    trace: TraceId,
-    person: PersonId,
-) -> Result<Option<Marks>> {
+pub async fn list_marks_of(executor: impl Executor<'_>, trace: TraceId, person: PersonId) -> Result<Option<Marks>> {
     sqlx::query_as(
         "SELECT person_id, trace_id, marks, sent_at FROM segment_marks WHERE trace_id = $1 AND person_id = $2",
     )
@@ -219,7 +215,7 @@ pub async fn list_marks_of(
 }
 
 /// Keeps marks. False where others were sent already.
-pub async fn put_marks(writer: &mut SqliteConnection, school: SchoolId, new: &Marks) -> Result<bool> {
+pub async fn put_marks(writer: &mut Connection, school: SchoolId, new: &Marks) -> Result<bool> {
     sqlx::query(
         "INSERT INTO segment_marks (school_id, trace_id, person_id, marks, sent_at) VALUES ($1, $2, $3, $4, $5)
          ON CONFLICT (trace_id, person_id) DO UPDATE SET marks = excluded.marks, sent_at = excluded.sent_at
@@ -236,7 +232,7 @@ pub async fn put_marks(writer: &mut SqliteConnection, school: SchoolId, new: &Ma
 }
 
 /// Takes a task back.
-pub async fn withdraw_task(writer: &mut SqliteConnection, school: SchoolId, id: TaskId, now: Moment) -> Result<()> {
+pub async fn withdraw_task(writer: &mut Connection, school: SchoolId, id: TaskId, now: Moment) -> Result<()> {
     sqlx::query("UPDATE segment_tasks SET withdrawn_at = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)

@@ -1,10 +1,10 @@
 //! The service as a whole: for whoever keeps it running.
 
 use model::Moment;
-use sqlx::{FromRow, SqliteExecutor};
+use sqlx::FromRow;
 
-use super::Result;
 use super::tries::MOST_DEATHS;
+use super::{Executor, Result};
 
 /// Every school together.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
@@ -40,7 +40,7 @@ pub struct Totals {
 }
 
 /// Counts of everything.
-pub async fn count_totals(executor: impl SqliteExecutor<'_>) -> Result<Totals> {
+pub async fn count_totals(executor: impl Executor<'_>) -> Result<Totals> {
     sqlx::query_as(
         "SELECT (SELECT count(*) FROM people WHERE role = 'trainee' AND disabled_at IS NULL) AS trainees,
            (SELECT count(*) FROM people WHERE role = 'instructor' AND disabled_at IS NULL) AS instructors,
@@ -64,7 +64,7 @@ pub async fn count_totals(executor: impl SqliteExecutor<'_>) -> Result<Totals> {
 }
 
 /// The size of the database, in bytes.
-pub async fn database_bytes(executor: impl SqliteExecutor<'_>) -> Result<i64> {
+pub async fn database_bytes(executor: impl Executor<'_>) -> Result<i64> {
     sqlx::query_scalar("SELECT (SELECT page_count FROM pragma_page_count) * (SELECT page_size FROM pragma_page_size)")
         .fetch_one(executor)
         .await

@@ -3,9 +3,9 @@
 use model::ids::{PersonId, RevisionId, SchoolId, SessionId, StationId};
 use model::{AttemptPlace, CurrentPerson, Moment, Role, SessionKey, Uncounted};
 use serde::{Deserialize, Serialize};
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use sqlx::FromRow;
 
-use super::Result;
+use super::{Connection, Executor, Result};
 
 /// What became of an uploaded recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, sqlx::Type, utoipa::ToSchema)]
@@ -152,7 +152,7 @@ pub struct RecordingFile {
 ///
 /// # Errors
 /// When the id is taken, or the database fails.
-pub async fn insert_session(writer: &mut SqliteConnection, session: &Session) -> Result<()> {
+pub async fn insert_session(writer: &mut Connection, session: &Session) -> Result<()> {
     sqlx::query(
         "INSERT INTO sessions (id, school_id, trainee_id, exercise_id, exercise_sha256, scene_sha256, revision_id,
          started_at, received_at, duration_s, complete, device, simulator_version, seed, state, recording_path,
@@ -189,7 +189,7 @@ pub async fn insert_session(writer: &mut SqliteConnection, session: &Session) ->
 
 /// The attempt of a school that counts and whose hand did just this.
 pub async fn find_session_of_motion(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     motion_sha256: &str,
 ) -> Result<Option<SessionId>> {
@@ -201,11 +201,7 @@ pub async fn find_session_of_motion(
 }
 
 /// An attempt of a school, whoever asks.
-pub async fn find_session(
-    executor: impl SqliteExecutor<'_>,
-    school: SchoolId,
-    id: SessionId,
-) -> Result<Option<Session>> {
+pub async fn find_session(executor: impl Executor<'_>, school: SchoolId, id: SessionId) -> Result<Option<Session>> {
     sqlx::query_as("SELECT * FROM sessions WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -216,7 +212,7 @@ pub async fn find_session(
 /// An attempt that a person may see: a trainee their own, an instructor also those of the cohorts they teach, an
 /// administrator the school's.
 pub async fn find_visible_session(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     viewer: &CurrentPerson,
     id: SessionId,
 ) -> Result<Option<Session>> {
@@ -234,7 +230,7 @@ pub async fn find_visible_session(
 
 /// The attempts that a person may see, newest first, after one of them; at most `limit`.
 pub async fn visible_after(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     viewer: &CurrentPerson,
     after: AttemptPlace,
     limit: u32,
@@ -265,12 +261,7 @@ pub async fn visible_after(
 }
 
 /// Ends the wait for a score.
-pub async fn mark_scored(
-    writer: &mut SqliteConnection,
-    school: SchoolId,
-    id: SessionId,
-    verified: Verified,
-) -> Result<()> {
+pub async fn mark_scored(writer: &mut Connection, school: SchoolId, id: SessionId, verified: Verified) -> Result<()> {
     sqlx::query(
         "UPDATE sessions SET state = 'scored', refusal = NULL, verify_deviation_n = $3,
          verify_event_differences = $4, verify_flagged = $5 WHERE school_id = $1 AND id = $2",
@@ -286,7 +277,7 @@ pub async fn mark_scored(
 }
 
 /// Ends the wait for a score that will never come, with the reason.
-pub async fn mark_refused(writer: &mut SqliteConnection, school: SchoolId, id: SessionId, why: &str) -> Result<()> {
+pub async fn mark_refused(writer: &mut Connection, school: SchoolId, id: SessionId, why: &str) -> Result<()> {
     sqlx::query("UPDATE sessions SET state = 'refused', refusal = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -298,7 +289,7 @@ pub async fn mark_refused(writer: &mut SqliteConnection, school: SchoolId, id: S
 
 /// The scored attempts of a school at an exercise that count, oldest first: for a re-grading.
 pub async fn list_scored_sessions(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     exercise: &str,
 ) -> Result<Vec<Session>> {
@@ -313,7 +304,7 @@ pub async fn list_scored_sessions(
 }
 
 /// Every recording of every school that was not erased: for `verify`.
-pub async fn list_recordings(executor: impl SqliteExecutor<'_>) -> Result<Vec<RecordingFile>> {
+pub async fn list_recordings(executor: impl Executor<'_>) -> Result<Vec<RecordingFile>> {
     sqlx::query_as(
         "SELECT id, recording_path, recording_sha256, recording_size FROM sessions
          WHERE recording_erased_at IS NULL ORDER BY school_id, id",

@@ -2,14 +2,13 @@
 
 use model::ids::{PersonId, SchoolId};
 use model::{Moment, PersonKey};
-use sqlx::{SqliteConnection, SqliteExecutor};
 
-use super::Result;
 use super::people::Person;
+use super::{Connection, Executor, Result};
 
 /// Gives a person a code, in place of the one they had. False when somebody of the school has the same.
 pub async fn put_sign_in_code(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     PersonKey { school_id: school, person_id: person }: PersonKey,
     code_hash: &[u8; 32],
     now: Moment,
@@ -30,7 +29,7 @@ pub async fn put_sign_in_code(
 
 /// Whose code this is.
 pub async fn find_code_holder(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     code_hash: &[u8; 32],
 ) -> Result<Option<Person>> {
@@ -47,11 +46,7 @@ pub async fn find_code_holder(
 }
 
 /// Since when a person has had their code.
-pub async fn find_code_time(
-    executor: impl SqliteExecutor<'_>,
-    school: SchoolId,
-    person: PersonId,
-) -> Result<Option<Moment>> {
+pub async fn find_code_time(executor: impl Executor<'_>, school: SchoolId, person: PersonId) -> Result<Option<Moment>> {
     sqlx::query_scalar("SELECT made_at FROM sign_in_codes WHERE school_id = $1 AND person_id = $2")
         .bind(school)
         .bind(person)
@@ -61,7 +56,7 @@ pub async fn find_code_time(
 
 /// Ends the code of a person.
 pub async fn end_sign_in_code(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     PersonKey { school_id: school, person_id: person }: PersonKey,
 ) -> Result<()> {
     sqlx::query("DELETE FROM sign_in_codes WHERE school_id = $1 AND person_id = $2")

@@ -3,9 +3,9 @@
 
 use model::Moment;
 use model::ids::{PersonId, SchoolId, StationId, TokenId};
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use sqlx::FromRow;
 
-use super::Result;
+use super::{Connection, Executor, Result};
 
 /// A station that has, or had, a token.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
@@ -45,7 +45,7 @@ pub struct WrongCodes {
 }
 
 /// The stations of a school, by name.
-pub async fn list_stations(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<Station>> {
+pub async fn list_stations(executor: impl Executor<'_>, school: SchoolId) -> Result<Vec<Station>> {
     sqlx::query_as(
         "SELECT id, station, created_at, last_seen_at, revoked_at IS NOT NULL AS revoked,
            public_key IS NOT NULL AS signs FROM api_tokens
@@ -57,11 +57,7 @@ pub async fn list_stations(executor: impl SqliteExecutor<'_>, school: SchoolId) 
 }
 
 /// The name of a station of a school, revoked or not.
-pub async fn find_station_name(
-    executor: impl SqliteExecutor<'_>,
-    school: SchoolId,
-    id: StationId,
-) -> Result<Option<String>> {
+pub async fn find_station_name(executor: impl Executor<'_>, school: SchoolId, id: StationId) -> Result<Option<String>> {
     sqlx::query_scalar("SELECT station FROM api_tokens WHERE school_id = $1 AND id = $2 AND station IS NOT NULL")
         .bind(school)
         .bind(id)
@@ -82,7 +78,7 @@ pub struct Signer {
 
 /// The station of a school that is paired now and has a key.
 pub async fn find_station_signer(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     id: StationId,
 ) -> Result<Option<Signer>> {
@@ -97,12 +93,7 @@ pub async fn find_station_signer(
 }
 
 /// Registers the key of a station that has just been paired.
-pub async fn set_station_key(
-    writer: &mut SqliteConnection,
-    school: SchoolId,
-    id: StationId,
-    public_key: &str,
-) -> Result<()> {
+pub async fn set_station_key(writer: &mut Connection, school: SchoolId, id: StationId, public_key: &str) -> Result<()> {
     sqlx::query("UPDATE api_tokens SET public_key = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -113,7 +104,7 @@ pub async fn set_station_key(
 }
 
 /// Whether a station of a school that may still be used has this name.
-pub async fn is_station_name_taken(executor: impl SqliteExecutor<'_>, school: SchoolId, name: &str) -> Result<bool> {
+pub async fn is_station_name_taken(executor: impl Executor<'_>, school: SchoolId, name: &str) -> Result<bool> {
     sqlx::query_scalar(
         "SELECT EXISTS (SELECT 1 FROM api_tokens WHERE school_id = $1 AND station = $2 AND revoked_at IS NULL)",
     )
@@ -124,12 +115,7 @@ pub async fn is_station_name_taken(executor: impl SqliteExecutor<'_>, school: Sc
 }
 
 /// Notes that a token was seen, of a station or a person.
-pub async fn note_station_seen(
-    writer: &mut SqliteConnection,
-    school: SchoolId,
-    id: TokenId,
-    now: Moment,
-) -> Result<()> {
+pub async fn note_station_seen(writer: &mut Connection, school: SchoolId, id: TokenId, now: Moment) -> Result<()> {
     sqlx::query("UPDATE api_tokens SET last_seen_at = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -140,12 +126,7 @@ pub async fn note_station_seen(
 }
 
 /// Revokes the token of a station. False when there is none to revoke.
-pub async fn revoke_station(
-    writer: &mut SqliteConnection,
-    school: SchoolId,
-    id: StationId,
-    now: Moment,
-) -> Result<bool> {
+pub async fn revoke_station(writer: &mut Connection, school: SchoolId, id: StationId, now: Moment) -> Result<bool> {
     sqlx::query(
         "UPDATE api_tokens SET revoked_at = $3
          WHERE school_id = $1 AND id = $2 AND station IS NOT NULL AND revoked_at IS NULL",
@@ -160,7 +141,7 @@ pub async fn revoke_station(
 
 /// Keeps the hash of a pairing code, and forgets those that have expired.
 pub async fn add_pairing_code(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     code: &PairingCode,
     code_sha256: &[u8; 32],
     now: Moment,
@@ -178,7 +159,7 @@ pub async fn add_pairing_code(
 
 /// Takes a code that is still good: it is so no longer. The school that it leads to.
 pub async fn use_pairing_code(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     code_sha256: &[u8; 32],
     now: Moment,
 ) -> Result<Option<SchoolId>> {
@@ -190,11 +171,7 @@ pub async fn use_pairing_code(
 }
 
 /// Wrong sign-in codes that a station has passed on.
-pub async fn find_wrong_codes(
-    executor: impl SqliteExecutor<'_>,
-    school: SchoolId,
-    id: StationId,
-) -> Result<WrongCodes> {
+pub async fn find_wrong_codes(executor: impl Executor<'_>, school: SchoolId, id: StationId) -> Result<WrongCodes> {
     sqlx::query_as("SELECT wrong_codes, wrong_since FROM api_tokens WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -204,7 +181,7 @@ pub async fn find_wrong_codes(
 
 /// Notes how many wrong sign-in codes a station has passed on.
 pub async fn set_wrong_codes(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     school: SchoolId,
     id: StationId,
     wrong: WrongCodes,
@@ -220,7 +197,7 @@ pub async fn set_wrong_codes(
 }
 
 /// Takes back one wrong code: it was right.
-pub async fn forgive_wrong_codes(writer: &mut SqliteConnection, school: SchoolId, id: StationId) -> Result<()> {
+pub async fn forgive_wrong_codes(writer: &mut Connection, school: SchoolId, id: StationId) -> Result<()> {
     sqlx::query(
         "UPDATE api_tokens SET wrong_codes = wrong_codes - 1 WHERE school_id = $1 AND id = $2 AND wrong_codes > 0",
     )

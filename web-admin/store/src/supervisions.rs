@@ -2,9 +2,9 @@
 
 use model::ids::{AssignmentId, CohortId, PersonId, SchoolId, SessionId};
 use model::{Moment, SessionKey};
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use sqlx::FromRow;
 
-use super::Result;
+use super::{Connection, Executor, Result};
 use crate::sessions::Session;
 
 /// Somebody was there.
@@ -21,7 +21,7 @@ pub struct Supervision {
 /// # Errors
 /// When they are of another school, or the database fails.
 pub async fn confirm_supervision(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     session: &Session,
     by: PersonId,
     now: Moment,
@@ -41,7 +41,7 @@ pub async fn confirm_supervision(
 }
 
 /// Takes a confirmation back. False where there is none.
-pub async fn withdraw_supervision(writer: &mut SqliteConnection, session: SessionKey) -> Result<bool> {
+pub async fn withdraw_supervision(writer: &mut Connection, session: SessionKey) -> Result<bool> {
     sqlx::query("DELETE FROM supervisions WHERE school_id = $1 AND session_id = $2")
         .bind(session.school_id)
         .bind(session.id)
@@ -51,7 +51,7 @@ pub async fn withdraw_supervision(writer: &mut SqliteConnection, session: Sessio
 }
 
 /// Who was there at an attempt.
-pub async fn find_supervision(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Option<Supervision>> {
+pub async fn find_supervision(executor: impl Executor<'_>, session: SessionKey) -> Result<Option<Supervision>> {
     sqlx::query_as(
         "SELECT p.display_name AS \"by\", v.confirmed_at FROM supervisions v
          JOIN people p ON p.school_id = v.school_id AND p.id = v.confirmed_by
@@ -65,7 +65,7 @@ pub async fn find_supervision(executor: impl SqliteExecutor<'_>, session: Sessio
 
 /// The attempts of a trainee at which somebody was there.
 pub async fn list_trainee_supervisions(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     trainee: PersonId,
 ) -> Result<Vec<SessionId>> {
@@ -78,7 +78,7 @@ pub async fn list_trainee_supervisions(
 
 /// The attempts of a cohort's trainees at which somebody was there.
 pub async fn list_cohort_supervisions(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     cohort: CohortId,
 ) -> Result<Vec<SessionId>> {
@@ -95,7 +95,7 @@ pub async fn list_cohort_supervisions(
 
 /// The attempts of those to whom something was assigned, at which somebody was there.
 pub async fn of_assignment(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     assignment: AssignmentId,
 ) -> Result<Vec<SessionId>> {

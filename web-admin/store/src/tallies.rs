@@ -2,9 +2,9 @@
 
 use model::ids::CohortId;
 use model::{CurrentPerson, Moment, PersonKey, Role};
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use sqlx::FromRow;
 
-use super::Result;
+use super::{Connection, Executor, Result};
 
 /// The cohort in `tallies` that stands for the whole school.
 const WHOLE_SCHOOL: CohortId = CohortId::nil();
@@ -22,7 +22,7 @@ pub struct Sums {
 
 /// Adds a difference to the school's month and to that of each cohort the trainee is in. Whoever is no trainee counts in none.
 pub(super) async fn add_to_tally(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     PersonKey { school_id: school, person_id: trainee }: PersonKey,
     at: Moment,
     by: Sums,
@@ -72,7 +72,7 @@ pub struct YearOfCohort {
 /// Sums over a year, UTC, of the cohorts that somebody may see and that have practised in it, by name, from the first after `after`;
 /// `limit` of them at most.
 pub async fn list_tallies_in_year(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     viewer: &CurrentPerson,
     year: i64,
     after: &str,
@@ -98,10 +98,7 @@ pub async fn list_tallies_in_year(
 
 /// Sums by month, the earliest first: 12 × year + month − 1, and the sums. Of the whole school for an administrator, otherwise of the
 /// cohorts that the viewer teaches together.
-pub async fn list_tallies_by_month(
-    executor: impl SqliteExecutor<'_>,
-    viewer: &CurrentPerson,
-) -> Result<Vec<(i64, Sums)>> {
+pub async fn list_tallies_by_month(executor: impl Executor<'_>, viewer: &CurrentPerson) -> Result<Vec<(i64, Sums)>> {
     let whole =
         "SELECT month, attempts, passes, points FROM tallies WHERE school_id = $1 AND cohort_id = $2 ORDER BY month";
     let taught = "SELECT t.month, sum(t.attempts), sum(t.passes), sum(t.points) FROM cohort_members m

@@ -7,11 +7,11 @@ use futures::TryStreamExt;
 use model::ids::{PersonId, SchoolId, SessionId};
 use model::texts::{MOST_MENTIONS, TextCounts};
 use model::{Moment, count_i64};
+use sqlx::FromRow;
 use sqlx::types::Json;
-use sqlx::{FromRow, SqliteConnection, SqlitePool};
 use uuid::Uuid;
 
-use super::Result;
+use super::{Connection, Pool, Result};
 
 /// What stands where a text was. The database's triggers know it, too.
 pub const ERASED: &str = "[erased]";
@@ -44,7 +44,7 @@ macro_rules! plain {
 }
 
 /// How many texts there are about somebody, and by them.
-pub async fn count_texts(reader: &SqlitePool, whose: Whose) -> Result<TextCounts> {
+pub async fn count_texts(reader: &Pool, whose: Whose) -> Result<TextCounts> {
     let mut texts = TextCounts::default();
     for (side, found) in [(TextSide::Written, &mut texts.written), (TextSide::About, &mut texts.about)] {
         *found = plain_texts(reader, whose, side).await?;
@@ -64,7 +64,7 @@ pub async fn count_texts(reader: &SqlitePool, whose: Whose) -> Result<TextCounts
     Ok(texts)
 }
 
-async fn plain_texts(reader: &SqlitePool, whose: Whose, side: TextSide) -> Result<i64> {
+async fn plain_texts(reader: &Pool, whose: Whose, side: TextSide) -> Result<i64> {
     let statement = match side {
         TextSide::Written => {
             "SELECT (SELECT count(*) FROM comments WHERE school_id = $1 AND author_id = $2 AND made_at <= $3 AND body <> '[erased]')
@@ -93,7 +93,7 @@ async fn plain_texts(reader: &SqlitePool, whose: Whose, side: TextSide) -> Resul
 }
 
 /// Makes the texts of a side unreadable; how many there were.
-pub async fn redact_texts(writer: &mut SqliteConnection, whose: Whose, side: TextSide) -> Result<u64> {
+pub async fn redact_texts(writer: &mut Connection, whose: Whose, side: TextSide) -> Result<u64> {
     let mut redacted = 0;
     let statements = match side {
         TextSide::Written => [
@@ -177,7 +177,7 @@ struct TextRow {
 }
 
 /// Answers to surveys and ratings in which a free text stands.
-async fn answers_of(connection: &mut SqliteConnection, whose: Whose, side: TextSide) -> Result<Vec<TextAnswers>> {
+async fn answers_of(connection: &mut Connection, whose: Whose, side: TextSide) -> Result<Vec<TextAnswers>> {
     let mut found = Vec::new();
     let kinds: &[TextKind] =
         if side == TextSide::Written { &[TextKind::Response, TextKind::Rating] } else { &[TextKind::Rating] };
@@ -247,7 +247,7 @@ pub struct Mention {
 }
 
 /// Comments and reasons about others' attempts, written by others, in which one of the words stands as a whole word, whatever its case.
-pub async fn list_mentions(reader: &SqlitePool, whose: Whose, words: &[String]) -> Result<Vec<Mention>> {
+pub async fn list_mentions(reader: &Pool, whose: Whose, words: &[String]) -> Result<Vec<Mention>> {
     let mut found = Vec::new();
     let mut rows = sqlx::query_as::<_, (SessionId, String)>(
         "SELECT c.session_id, c.body FROM comments c JOIN sessions s ON s.school_id = c.school_id AND s.id = c.session_id
@@ -281,7 +281,7 @@ pub fn words_of(name: &str) -> Vec<String> {
 }
 
 /// The recordings of a person that are still there, until a moment: session, file and hash.
-pub async fn recordings(writer: &mut SqliteConnection, whose: Whose) -> Result<Vec<ErasedRecording>> {
+pub async fn recordings(writer: &mut Connection, whose: Whose) -> Result<Vec<ErasedRecording>> {
     sqlx::query_as(
         "SELECT recording_path, recording_sha256 FROM sessions
          WHERE school_id = $1 AND trainee_id = $2 AND received_at <= $3 AND recording_erased_at IS NULL",
@@ -303,7 +303,7 @@ pub struct ErasedRecording {
 }
 
 /// Notes that the recordings of a person are gone, and that those that wait are never scored.
-pub async fn note_erased_recordings(writer: &mut SqliteConnection, whose: Whose) -> Result<()> {
+pub async fn note_erased_recordings(writer: &mut Connection, whose: Whose) -> Result<()> {
     for statement in [
         "DELETE FROM jobs WHERE school_id = $1 AND session_id IN (
            SELECT id FROM sessions WHERE school_id = $1 AND trainee_id = $2 AND received_at <= $3 AND state = 'pending')",
@@ -323,7 +323,7 @@ pub async fn note_erased_recordings(writer: &mut SqliteConnection, whose: Whose)
 }
 
 /// Every recording that was erased: for whoever looks whether its file is gone.
-pub async fn all_erased(reader: &SqlitePool) -> Result<Vec<ErasedRecording>> {
+pub async fn all_erased(reader: &Pool) -> Result<Vec<ErasedRecording>> {
     sqlx::query_as("SELECT recording_path, recording_sha256 FROM sessions WHERE recording_erased_at > 0")
         .fetch_all(reader)
         .await

@@ -2,9 +2,9 @@
 
 use model::ids::{PersonId, SchoolId, TokenId};
 use model::{Moment, PersonKey};
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use sqlx::FromRow;
 
-use super::Result;
+use super::{Connection, Executor, Result};
 
 /// Whom a token stands for.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
@@ -62,7 +62,7 @@ pub struct OwnToken {
 
 /// Keeps the hash of a new token without an end.
 pub async fn add_station_token(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     holder: &TokenHolder,
     token_sha256: &[u8; 32],
     now: Moment,
@@ -83,7 +83,7 @@ pub async fn add_station_token(
 
 /// Keeps the hash of a new token of a person.
 pub async fn add_personal_token(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     new: NewToken<'_>,
     token_sha256: &[u8; 32],
     now: Moment,
@@ -104,7 +104,7 @@ pub async fn add_personal_token(
 }
 
 /// The token with this hash, unless it was revoked. It may have ended.
-pub async fn find_token(executor: impl SqliteExecutor<'_>, token_sha256: &[u8; 32]) -> Result<Option<Token>> {
+pub async fn find_token(executor: impl Executor<'_>, token_sha256: &[u8; 32]) -> Result<Option<Token>> {
     sqlx::query_as(
         "SELECT id, school_id, person_id, station, last_seen_at, expires_at FROM api_tokens
          WHERE token_sha256 = $1 AND revoked_at IS NULL",
@@ -115,7 +115,7 @@ pub async fn find_token(executor: impl SqliteExecutor<'_>, token_sha256: &[u8; 3
 }
 
 /// The tokens of a person that were not revoked, the newest first.
-pub async fn list_tokens_of_person(executor: impl SqliteExecutor<'_>, owner: PersonKey) -> Result<Vec<OwnToken>> {
+pub async fn list_tokens_of_person(executor: impl Executor<'_>, owner: PersonKey) -> Result<Vec<OwnToken>> {
     sqlx::query_as(
         "SELECT id, name, created_at, last_seen_at, expires_at FROM api_tokens
          WHERE person_id = $1 AND school_id = $2 AND revoked_at IS NULL ORDER BY created_at DESC, id DESC",
@@ -127,7 +127,7 @@ pub async fn list_tokens_of_person(executor: impl SqliteExecutor<'_>, owner: Per
 }
 
 /// Revokes a token of a person. False where there is none to revoke.
-pub async fn revoke_token(writer: &mut SqliteConnection, owner: PersonKey, id: TokenId, now: Moment) -> Result<bool> {
+pub async fn revoke_token(writer: &mut Connection, owner: PersonKey, id: TokenId, now: Moment) -> Result<bool> {
     sqlx::query(
         "UPDATE api_tokens SET revoked_at = $4
          WHERE id = $3 AND person_id = $1 AND school_id = $2 AND revoked_at IS NULL",
@@ -142,7 +142,7 @@ pub async fn revoke_token(writer: &mut SqliteConnection, owner: PersonKey, id: T
 }
 
 /// Revokes every token of a person; says how many there were.
-pub async fn revoke_all_tokens(writer: &mut SqliteConnection, person: PersonId, now: Moment) -> Result<u64> {
+pub async fn revoke_all_tokens(writer: &mut Connection, person: PersonId, now: Moment) -> Result<u64> {
     sqlx::query("UPDATE api_tokens SET revoked_at = $2 WHERE person_id = $1 AND revoked_at IS NULL")
         .bind(person)
         .bind(now)
@@ -152,7 +152,7 @@ pub async fn revoke_all_tokens(writer: &mut SqliteConnection, person: PersonId, 
 }
 
 /// Forgets what somebody called their tokens.
-pub async fn forget_names(writer: &mut SqliteConnection, owner: PersonKey) -> Result<()> {
+pub async fn forget_names(writer: &mut Connection, owner: PersonKey) -> Result<()> {
     sqlx::query("UPDATE api_tokens SET name = NULL WHERE person_id = $1 AND school_id = $2")
         .bind(owner.person_id)
         .bind(owner.school_id)

@@ -2,10 +2,10 @@
 
 use model::Moment;
 use model::ids::{PersonId, SchoolId, SessionId, StationId, UploadId};
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use sqlx::FromRow;
 
-use super::Result;
 use super::tries::MOST_DEATHS;
+use super::{Connection, Executor, Result};
 
 /// Who began an upload, and alone may go on with it: a person, or a station by its token's id.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,7 +60,7 @@ impl Upload {
 }
 
 /// Begins an upload.
-pub async fn insert_upload(writer: &mut SqliteConnection, upload: &Upload) -> Result<()> {
+pub async fn insert_upload(writer: &mut Connection, upload: &Upload) -> Result<()> {
     sqlx::query(
         "INSERT INTO uploads (id, school_id, person_id, station_id, length, metadata, expires_at, clock_offset_us)
          VALUES ($1, $2, $3, $4, $5, $6, $7, $8)",
@@ -88,7 +88,7 @@ pub struct Unfinished {
 }
 
 /// What an owner has begun, or with neither person nor station what all of a school have.
-pub async fn count_unfinished_uploads(executor: impl SqliteExecutor<'_>, owner: UploadOwner) -> Result<Unfinished> {
+pub async fn count_unfinished_uploads(executor: impl Executor<'_>, owner: UploadOwner) -> Result<Unfinished> {
     sqlx::query_as(
         "SELECT count(*) AS uploads, coalesce(sum(length), 0) AS bytes FROM uploads
          WHERE school_id = $1 AND session_id IS NULL
@@ -102,11 +102,7 @@ pub async fn count_unfinished_uploads(executor: impl SqliteExecutor<'_>, owner: 
 }
 
 /// An upload of an owner.
-pub async fn find_upload(
-    executor: impl SqliteExecutor<'_>,
-    owner: UploadOwner,
-    id: UploadId,
-) -> Result<Option<Upload>> {
+pub async fn find_upload(executor: impl Executor<'_>, owner: UploadOwner, id: UploadId) -> Result<Option<Upload>> {
     sqlx::query_as(
         "SELECT * FROM uploads WHERE school_id = $1 AND id = $2
          AND person_id IS NOT DISTINCT FROM $3 AND station_id IS NOT DISTINCT FROM $4",
@@ -120,7 +116,7 @@ pub async fn find_upload(
 }
 
 /// Notes how many bytes are on the disk, and the new time limit.
-pub async fn advance_upload(writer: &mut SqliteConnection, upload: &Upload) -> Result<()> {
+pub async fn advance_upload(writer: &mut Connection, upload: &Upload) -> Result<()> {
     sqlx::query("UPDATE uploads SET received = $3, expires_at = $4 WHERE school_id = $1 AND id = $2")
         .bind(upload.school_id)
         .bind(upload.id)
@@ -169,12 +165,7 @@ pub async fn list_pieces(executor: impl SqliteExecutor<'_>, upload: &Upload) -> 
 }
 
 /// Notes which attempt an upload has become.
-pub async fn finish_upload(
-    writer: &mut SqliteConnection,
-    school: SchoolId,
-    id: UploadId,
-    session: SessionId,
-) -> Result<()> {
+pub async fn finish_upload(writer: &mut Connection, school: SchoolId, id: UploadId, session: SessionId) -> Result<()> {
     sqlx::query("UPDATE uploads SET session_id = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -185,7 +176,7 @@ pub async fn finish_upload(
 }
 
 /// Forgets an upload.
-pub async fn remove_upload(writer: &mut SqliteConnection, school: SchoolId, id: UploadId) -> Result<()> {
+pub async fn remove_upload(writer: &mut Connection, school: SchoolId, id: UploadId) -> Result<()> {
     sqlx::query("DELETE FROM uploads WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
@@ -195,16 +186,16 @@ pub async fn remove_upload(writer: &mut SqliteConnection, school: SchoolId, id: 
 }
 
 /// Ids of every school's uploads: for tidying.
-pub async fn list_uploads(executor: impl SqliteExecutor<'_>) -> Result<Vec<UploadId>> {
+pub async fn list_uploads(executor: impl Executor<'_>) -> Result<Vec<UploadId>> {
     sqlx::query_scalar("SELECT id FROM uploads ORDER BY id").fetch_all(executor).await
 }
 
 /// An upload of any school: for tidying.
-pub async fn find_upload_by_id(executor: impl SqliteExecutor<'_>, id: UploadId) -> Result<Option<Upload>> {
+pub async fn find_upload_by_id(executor: impl Executor<'_>, id: UploadId) -> Result<Option<Upload>> {
     sqlx::query_as("SELECT * FROM uploads WHERE id = $1").bind(id).fetch_optional(executor).await
 }
 
 /// Forgets every upload that has not become an attempt: in a copy of the database, whose pieces are not beside it.
-pub async fn forget_unfinished(writer: &mut SqliteConnection) -> Result<()> {
+pub async fn forget_unfinished(writer: &mut Connection) -> Result<()> {
     sqlx::query("DELETE FROM uploads WHERE session_id IS NULL").execute(writer).await.map(drop)
 }

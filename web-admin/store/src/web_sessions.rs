@@ -5,9 +5,8 @@
 use model::Moment;
 use serde_json::Value;
 use sqlx::types::Json;
-use sqlx::{SqliteConnection, SqliteExecutor};
 
-use crate::Result;
+use crate::{Connection, Executor, Result};
 
 /// What a session holds.
 #[expect(clippy::disallowed_types, reason = "tower-sessions keeps them so; nothing depends on their order")]
@@ -25,7 +24,7 @@ pub struct WebSessionRow<'a> {
 }
 
 /// Keeps a session; a `new` one only under an id that nobody has. False where somebody has it.
-pub async fn put_session(writer: &mut SqliteConnection, row: WebSessionRow<'_>, new: bool) -> Result<bool> {
+pub async fn put_session(writer: &mut Connection, row: WebSessionRow<'_>, new: bool) -> Result<bool> {
     let done = sqlx::query(
         "INSERT INTO web_sessions (id_sha256, data, expires_at) VALUES ($1, $2, $3)
          ON CONFLICT (id_sha256) DO UPDATE SET data = excluded.data, expires_at = excluded.expires_at
@@ -42,7 +41,7 @@ pub async fn put_session(writer: &mut SqliteConnection, row: WebSessionRow<'_>, 
 
 /// What a session holds that has not ended, and when it will.
 pub async fn find_session(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     id_sha256: &[u8],
     now: Moment,
 ) -> Result<Option<(SessionData, Moment)>> {
@@ -56,11 +55,11 @@ pub async fn find_session(
 }
 
 /// Forgets a session.
-pub async fn forget_session(writer: &mut SqliteConnection, id_sha256: &[u8]) -> Result<()> {
+pub async fn forget_session(writer: &mut Connection, id_sha256: &[u8]) -> Result<()> {
     sqlx::query("DELETE FROM web_sessions WHERE id_sha256 = $1").bind(id_sha256).execute(writer).await.map(drop)
 }
 
 /// Forgets the sessions that have ended.
-pub async fn forget_ended_sessions(writer: &mut SqliteConnection, now: Moment) -> Result<()> {
+pub async fn forget_ended_sessions(writer: &mut Connection, now: Moment) -> Result<()> {
     sqlx::query("DELETE FROM web_sessions WHERE expires_at <= $1").bind(now).execute(writer).await.map(drop)
 }

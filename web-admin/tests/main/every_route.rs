@@ -36,7 +36,6 @@ use model::roster::RosterRequest;
 use model::survey::Identity;
 use model::{Role, SessionKey};
 use sqlx::pool::PoolConnection;
-use sqlx::{Sqlite, SqliteConnection};
 use store::assignments::NewAssignment;
 use store::cohorts::MembershipKey;
 use store::uploads::UploadOwner;
@@ -174,7 +173,7 @@ impl World {
 /// The service on a copy, and a connection that notices when the copy is changed.
 struct Copy {
     app: App,
-    watch: PoolConnection<Sqlite>,
+    watch: PoolConnection<store::Engine>,
     version: i64,
 }
 
@@ -192,7 +191,7 @@ impl Copy {
 }
 
 /// Another number whenever another connection has changed the database.
-async fn version(watch: &mut SqliteConnection) -> i64 {
+async fn version(watch: &mut store::Connection) -> i64 {
     sqlx::query_scalar("PRAGMA data_version").fetch_one(watch).await.unwrap()
 }
 

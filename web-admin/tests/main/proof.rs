@@ -7,7 +7,7 @@ use ed25519_dalek::SigningKey;
 use model::ids::{SchoolId, SessionId, StationId};
 use model::{CurrentPerson, Moment, Role, SessionKey};
 use serde_json::json;
-use sqlx::{Connection, SqliteConnection};
+use sqlx::Connection as _;
 use store::{practice, proofs, sessions, tallies};
 use time::OffsetDateTime;
 use time::macros::datetime;
@@ -242,7 +242,7 @@ async fn a_database_of_before_counts_again_without_what_was_forged() {
     let migration = include_str!("../../../migrations/0110_prove_attempts.sql");
     // The part that looks at what is there, as it would find a database of before: all counted, one in the far future.
     let looks = migration.split("FROM sessions s;\n").nth(1).expect("behind the view");
-    let mut connection = SqliteConnection::connect(&world.app.state.config.database_url).await.unwrap();
+    let mut connection = store::Connection::connect(&world.app.state.config.database_url).await.unwrap();
     let before = "UPDATE sessions SET uncounted = NULL; UPDATE practice SET attempts = 3;
         UPDATE sessions SET started_at = 253370764800000000 WHERE id = $1";
     for statement in before.split(';') {
@@ -273,7 +273,7 @@ async fn motions_of_before_are_compared_when_nothing_else_waits() {
         world.upload(member, attempt).await;
     }
     assert_eq!((world.counted(&world.ada).await, world.counted(&eve).await), (2, 0));
-    let mut connection = SqliteConnection::connect(&world.app.state.config.database_url).await.unwrap();
+    let mut connection = store::Connection::connect(&world.app.state.config.database_url).await.unwrap();
     let fill = include_str!("../../../migrations/0211_compare_motions_of_before.sql").split(";\n\n").nth(1).unwrap();
     // All three of before; then, of the copies, only the first, so that the later one has its hash when it is looked at.
     for of_before in ["1", "id <> $1"] {

@@ -5,8 +5,7 @@
 use acts::regrading::{Rubric, exercise};
 use model::Role;
 use model::ids::{RevisionId, SessionId};
-use sqlx::SqliteConnection;
-use store::{exercises, regradings, sessions};
+use store::{Connection, exercises, regradings, sessions};
 use web_admin::worker;
 
 use super::support::client::{Answer, Client, csrf_in};
@@ -98,7 +97,7 @@ impl School {
 
     /// As if they had been measured before their definitions were changed.
     async fn forget_metrics(&self, attempt: SessionId) {
-        let older = async |tx: &mut SqliteConnection| {
+        let older = async |tx: &mut Connection| {
             let later = sqlx::query("DELETE FROM metrics WHERE version > 1 AND session_id = $1").bind(attempt);
             later.execute(&mut *tx).await.unwrap();
             let older = sqlx::query("UPDATE metrics SET version = 0 WHERE session_id = $1").bind(attempt);

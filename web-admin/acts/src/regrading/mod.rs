@@ -12,11 +12,10 @@ use documents::{Exercise, ExerciseBundle};
 use model::ids::{RevisionId, SchoolId, ScoreId};
 use model::{Moment, SessionKey};
 use serde_json::json;
-use sqlx::SqliteConnection;
 use store::audit::{Actor, AuditEntry};
 use store::regradings::{self, NewReason};
 use store::sessions::Session;
-use store::{exercises, practice, scores};
+use store::{Connection, exercises, practice, scores};
 
 use crate::error::Error;
 use crate::service::Service;
@@ -138,7 +137,7 @@ struct ScoreChange<'a> {
 
 /// Adds a score to an attempt, with the audit entry that tells of it. The score's id.
 async fn add(
-    tx: &mut SqliteConnection,
+    tx: &mut Connection,
     session: SessionKey,
     by: Regrader<'_>,
     change: ScoreChange<'_>,

@@ -10,10 +10,9 @@ use model::ids::SessionId;
 use model::survey::given::GivenAnswers;
 use model::survey::{ResponseState, Survey};
 use model::{CurrentPerson, Moment};
-use sqlx::SqliteConnection;
 use store::audit::{Actor, AuditEntry};
-use store::surveys;
 use store::surveys::{NewResponse, Submission, SurveyResponse};
+use store::{Connection, surveys};
 
 use crate::error::Error;
 use crate::secret;
@@ -96,7 +95,7 @@ impl Answering {
         Ok(tx.commit().await?)
     }
 
-    pub(super) async fn store(&self, writer: &mut SqliteConnection, now: Moment) -> Result<(), Error> {
+    pub(super) async fn store(&self, writer: &mut Connection, now: Moment) -> Result<(), Error> {
         match surveys::put_answers(writer, &self.response, now).await? {
             true => Ok(()),
             false => Err(Error::Conflict(ANSWERED.to_owned())),
@@ -117,7 +116,7 @@ impl Answering {
     }
 
     /// Sends what is stored.
-    pub(super) async fn submit(&self, writer: &mut SqliteConnection, now: Moment) -> Result<(), Error> {
+    pub(super) async fn submit(&self, writer: &mut Connection, now: Moment) -> Result<(), Error> {
         let submission = Submission { response: &self.response, identity: self.survey.identity, at: now };
         match surveys::submit(writer, submission).await? {
             true => self.note(writer, "survey.answered", now).await,
@@ -146,7 +145,7 @@ impl Answering {
     }
 
     /// Says that it happened, not who did it: the log is read by people who must not learn it.
-    async fn note(&self, writer: &mut SqliteConnection, action: &str, now: Moment) -> Result<(), Error> {
+    async fn note(&self, writer: &mut Connection, action: &str, now: Moment) -> Result<(), Error> {
         Ok(AuditEntry::new(self.survey.school_id, Actor::Respondent, action, self.survey.id)
             .append(writer, now)
             .await?)

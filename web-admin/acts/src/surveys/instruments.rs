@@ -10,7 +10,7 @@ use model::survey::{FRESH_HOURS, Identity};
 use model::{CurrentPerson, Moment};
 use phrase::{Phrase, phrase};
 use serde_json::json;
-use sqlx::SqliteConnection;
+use store::Connection;
 use store::audit::{Actor, AuditEntry};
 use store::instruments::{self as stored, NewInstrument};
 use store::surveys::{self, NewSurvey};
@@ -43,7 +43,7 @@ pub fn documents_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
 /// # Errors
 /// When the document is wrong, or the database fails.
 pub async fn publish(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     school: SchoolId,
     path: &Path,
     now: Moment,
@@ -55,7 +55,7 @@ pub async fn publish(
 
 /// Publishes an instrument that was read already, with the bytes it was read from.
 pub async fn publish_text(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     publisher: &DocumentPublisher,
     instrument: &Instrument,
     bytes: &[u8],
@@ -85,7 +85,7 @@ pub async fn publish_text(
 
 /// Makes the surveys that the courses of a school ask for after attempts, where they are missing. One that asks an older
 /// revision closes: its answers keep theirs.
-pub async fn course_surveys(writer: &mut SqliteConnection, school: SchoolId, now: Moment) -> anyhow::Result<()> {
+pub async fn course_surveys(writer: &mut Connection, school: SchoolId, now: Moment) -> anyhow::Result<()> {
     let asked = surveys::asked_by_courses(&mut *writer, school).await?;
     let open = surveys::of_course(&mut *writer, school).await?;
     for survey in open.iter().filter(|survey| !asked.iter().any(|(revision, ..)| *revision == survey.revision_id)) {
@@ -107,7 +107,7 @@ pub async fn course_surveys(writer: &mut SqliteConnection, school: SchoolId, now
 }
 
 async fn make_for_course(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     school_id: SchoolId,
     revision_id: RevisionId,
     title: &str,

@@ -5,10 +5,9 @@ use model::limits::LETTERS_AN_HOUR;
 use model::survey::{Identity, PROFESSIONAL, Survey};
 use model::{CurrentPerson, Moment};
 use serde_json::json;
-use sqlx::SqliteExecutor;
 use store::audit::AuditEntry;
-use store::surveys;
 use store::surveys::{NewResponse, NewSurvey, letters};
+use store::{Executor, surveys};
 
 use crate::error::Error;
 use crate::secret;
@@ -84,7 +83,7 @@ pub fn link_expiry(survey: &Survey, now: Moment) -> Moment {
 }
 
 /// How many letters with links a school may still send now.
-pub async fn letters_left(executor: impl SqliteExecutor<'_>, school: SchoolId, now: Moment) -> Result<usize, Error> {
+pub async fn letters_left(executor: impl Executor<'_>, school: SchoolId, now: Moment) -> Result<usize, Error> {
     let queued = letters::queued_since(executor, school, now.plus_s(-3600)).await?;
     Ok(LETTERS_AN_HOUR.saturating_sub(queued as usize))
 }

@@ -10,11 +10,10 @@ use documents::Instrument;
 use model::Moment;
 use model::ids::SurveyId;
 use model::survey::{ResponseState, Survey};
-use sqlx::SqliteConnection;
 use sqlx::types::Json;
 use store::sessions::Session;
 use store::surveys::{NewResponse, Practised, SurveyResponse};
-use store::{people, surveys};
+use store::{Connection, people, surveys};
 
 use super::answering::{ANSWERED, Answering};
 use crate::error::Error;
@@ -97,7 +96,7 @@ fn read(instrument: &Instrument, given: &BTreeMap<String, Vec<String>>) -> Resul
 
 /// The response of the sheet's secret: as it is, or begun now.
 async fn response(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     sheet: &AnsweredSheet<'_>,
     survey: &Survey,
     now: Moment,

@@ -2,9 +2,9 @@
 
 use model::{Moment, PersonKey};
 use serde::Serialize;
-use sqlx::{FromRow, SqlitePool};
+use sqlx::FromRow;
 
-use super::Result;
+use super::{Pool, Result};
 use crate::passkeys::{self, KeptPasskey};
 use crate::second_factors;
 
@@ -41,7 +41,7 @@ impl PasskeyFacts {
     }
 }
 
-pub(super) async fn of(reader: &SqlitePool, key: PersonKey) -> Result<AccessFacts> {
+pub(super) async fn of(reader: &Pool, key: PersonKey) -> Result<AccessFacts> {
     let tokens = sqlx::query_as(
         "SELECT name, created_at, last_seen_at AS last_used_at, expires_at, revoked_at FROM api_tokens
          WHERE person_id = $1 AND school_id = $2 ORDER BY created_at, id",

@@ -7,11 +7,11 @@ use std::collections::BTreeMap;
 use model::Moment;
 use model::ids::{PersonId, SchoolId};
 use serde_json::Value;
-use sqlx::sqlite::SqliteRow;
-use sqlx::{Column, Row, SqlitePool, TypeInfo, ValueRef};
+use sqlx::{Column, Row, TypeInfo, ValueRef};
 use uuid::Uuid;
 
-use super::super::Result;
+use crate::engine::AnswerRow;
+use crate::{Pool, Result};
 
 /// A kind of rows, by school and person.
 struct RecordKind {
@@ -210,7 +210,7 @@ const DONE: [RecordKind; 19] = [
 
 /// All of it, by kind.
 pub(super) async fn of_person(
-    reader: &SqlitePool,
+    reader: &Pool,
     school: SchoolId,
     person: PersonId,
 ) -> Result<BTreeMap<&'static str, Vec<Value>>> {
@@ -224,7 +224,7 @@ pub(super) async fn of_person(
 }
 
 /// A row as an object of JSON.
-fn object(row: &SqliteRow) -> Result<Value> {
+fn object(row: &AnswerRow) -> Result<Value> {
     let mut object = serde_json::Map::new();
     for (at, column) in row.columns().iter().enumerate() {
         let name = column.name();
@@ -233,7 +233,7 @@ fn object(row: &SqliteRow) -> Result<Value> {
     Ok(Value::Object(object))
 }
 
-fn value(row: &SqliteRow, at: usize, name: &str) -> Result<Value> {
+fn value(row: &AnswerRow, at: usize, name: &str) -> Result<Value> {
     let raw = row.try_get_raw(at)?;
     if raw.is_null() {
         return Ok(Value::Null);

@@ -12,10 +12,10 @@ use model::{Moment, PersonKey, Role};
 pub use said::{AnswerFacts, AssignmentFacts, CommentFacts, MarksFacts, RatingFacts};
 use serde::Serialize;
 use serde_json::Value;
+use sqlx::FromRow;
 use sqlx::types::Json;
-use sqlx::{FromRow, SqlitePool};
 
-use super::{ExactNumber, Result};
+use super::{ExactNumber, Pool, Result};
 
 /// Everything held about a person.
 #[derive(Clone, Debug, Serialize)]
@@ -118,7 +118,7 @@ pub struct LogFacts {
 }
 
 /// Gathers it. `None` when there is no such person.
-pub async fn of_person(reader: &SqlitePool, school: SchoolId, person: PersonId) -> Result<Option<PersonExport>> {
+pub async fn of_person(reader: &Pool, school: SchoolId, person: PersonId) -> Result<Option<PersonExport>> {
     let facts: Option<PersonFacts> = sqlx::query_as(
         "SELECT p.id, s.name AS school, p.role, p.email, p.display_name, p.pseudonym, p.registrar_id, p.language, p.created_at
          FROM people p JOIN schools s ON s.id = p.school_id WHERE p.school_id = $1 AND p.id = $2",
@@ -166,7 +166,7 @@ pub async fn of_person(reader: &SqlitePool, school: SchoolId, person: PersonId) 
 }
 
 /// What was measured in their attempts: a row for each attempt, since what SQLite hands over costs by the cell.
-async fn metrics(reader: &SqlitePool, school: SchoolId, person: PersonId) -> Result<Vec<MetricFacts>> {
+async fn metrics(reader: &Pool, school: SchoolId, person: PersonId) -> Result<Vec<MetricFacts>> {
     /// Id, version, value and unit.
     type Measured = (String, i64, ExactNumber, String);
     let rows: Vec<(SessionId, Json<Vec<Measured>>)> = sqlx::query_as(
@@ -187,10 +187,7 @@ async fn metrics(reader: &SqlitePool, school: SchoolId, person: PersonId) -> Res
 }
 
 /// What they did, and what was done with their account, their attempts and their tokens; and whatever else names them by their id.
-async fn log(
-    reader: &SqlitePool,
-    PersonKey { school_id: school, person_id: person }: PersonKey,
-) -> Result<Vec<LogFacts>> {
+async fn log(reader: &Pool, PersonKey { school_id: school, person_id: person }: PersonKey) -> Result<Vec<LogFacts>> {
     sqlx::query_as(
         "WITH ids (id) AS (SELECT $2 UNION ALL SELECT id FROM sessions WHERE school_id = $1 AND trainee_id = $2
              UNION ALL SELECT id FROM api_tokens WHERE school_id = $1 AND person_id = $2

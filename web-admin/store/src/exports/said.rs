@@ -7,10 +7,10 @@ use model::ids::{AssignmentId, CommentId, PersonId, SchoolId, SessionId, TraceId
 use model::segments::{MarksVerdict, pops};
 use model::titles::StoredTitle;
 use serde::Serialize;
+use sqlx::FromRow;
 use sqlx::types::Json;
-use sqlx::{FromRow, SqlitePool};
 
-use crate::{Result, assignments};
+use crate::{Pool, Result, assignments};
 
 /// A comment on an attempt of theirs, or an answer to one.
 #[derive(Clone, Debug, Serialize, FromRow)]
@@ -75,7 +75,7 @@ pub struct AnswerFacts {
     submitted_at: Option<Moment>,
 }
 
-pub(super) async fn comments(reader: &SqlitePool, school: SchoolId, person: PersonId) -> Result<Vec<CommentFacts>> {
+pub(super) async fn comments(reader: &Pool, school: SchoolId, person: PersonId) -> Result<Vec<CommentFacts>> {
     sqlx::query_as(
         "SELECT c.session_id, c.id, c.answers, p.display_name AS author, c.kind, c.from_s, c.to_s, c.body, c.made_at
          FROM sessions s CROSS JOIN comments c ON c.school_id = s.school_id AND c.session_id = s.id
@@ -89,11 +89,7 @@ pub(super) async fn comments(reader: &SqlitePool, school: SchoolId, person: Pers
     .await
 }
 
-pub(super) async fn assignments(
-    reader: &SqlitePool,
-    school: SchoolId,
-    person: PersonId,
-) -> Result<Vec<AssignmentFacts>> {
+pub(super) async fn assignments(reader: &Pool, school: SchoolId, person: PersonId) -> Result<Vec<AssignmentFacts>> {
     let assigned = assignments::list_trainee_assignments(reader, school, person).await?;
     let facts = assigned.into_iter().map(|assigned| AssignmentFacts {
         id: assigned.id,
@@ -107,7 +103,7 @@ pub(super) async fn assignments(
     Ok(facts.collect())
 }
 
-pub(super) async fn ratings(reader: &SqlitePool, school: SchoolId, person: PersonId) -> Result<Vec<RatingFacts>> {
+pub(super) async fn ratings(reader: &Pool, school: SchoolId, person: PersonId) -> Result<Vec<RatingFacts>> {
     sqlx::query_as(
         "SELECT r.session_id, o.title AS round, i.title AS instrument, r.answers, r.finished_at
          FROM sessions s CROSS JOIN ratings r ON r.school_id = s.school_id AND r.session_id = s.id
@@ -149,7 +145,7 @@ impl From<MarksRow> for MarksFacts {
     }
 }
 
-pub(super) async fn marked_pops(reader: &SqlitePool, school: SchoolId, person: PersonId) -> Result<Vec<MarksFacts>> {
+pub(super) async fn marked_pops(reader: &Pool, school: SchoolId, person: PersonId) -> Result<Vec<MarksFacts>> {
     let rows: Vec<MarksRow> = sqlx::query_as(
         "SELECT k.title AS task, r.id AS trace, a.marks, a.sent_at, c.body AS curve
          FROM segment_marks a JOIN segment_traces r ON r.id = a.trace_id
@@ -164,11 +160,7 @@ pub(super) async fn marked_pops(reader: &SqlitePool, school: SchoolId, person: P
     Ok(rows.into_iter().map(MarksFacts::from).collect())
 }
 
-pub(super) async fn survey_answers(
-    reader: &SqlitePool,
-    school: SchoolId,
-    person: PersonId,
-) -> Result<Vec<AnswerFacts>> {
+pub(super) async fn survey_answers(reader: &Pool, school: SchoolId, person: PersonId) -> Result<Vec<AnswerFacts>> {
     sqlx::query_as(
         "SELECT u.title AS survey, i.title AS instrument, r.session_id, r.state, r.answers, r.submitted_at
          FROM survey_responses r JOIN surveys u ON u.id = r.survey_id AND u.identity <> 'anonymous'

@@ -3,17 +3,12 @@
 use std::ops::Range;
 
 use model::ids::SessionId;
-use sqlx::SqliteConnection;
 
 use super::{ATTEMPTS, GeneratedCrowd, TRAINEES};
-use crate::Result;
+use crate::{Connection, Result};
 
 /// Each trainee goes through the school's exercises in turn, at the hours of a day. One re-simulation in a thousand differs.
-pub(super) async fn add(
-    writer: &mut SqliteConnection,
-    crowd: &GeneratedCrowd<'_>,
-    trainees: &Range<u32>,
-) -> Result<()> {
+pub(super) async fn add(writer: &mut Connection, crowd: &GeneratedCrowd<'_>, trainees: &Range<u32>) -> Result<()> {
     sqlx::query(
         "WITH RECURSIVE t (i) AS (SELECT $7 UNION ALL SELECT i + 1 FROM t WHERE i + 1 < $2),
            a (j) AS (SELECT 0 UNION ALL SELECT j + 1 FROM a WHERE j + 1 < $3),
@@ -47,7 +42,7 @@ pub(super) async fn add(
 /// Scores at random, four of five passed; the model's metrics, scattered, for a trainee's latest attempt at each exercise
 /// and one in ten of the others; and the model's curve for one in fifty.
 pub(super) async fn score(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     crowd: &GeneratedCrowd<'_>,
     from: SessionId,
     to: SessionId,
@@ -84,7 +79,7 @@ pub(super) async fn score(
 
 /// A row of practice for each trainee and exercise.
 pub(super) async fn sum_up(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     crowd: &GeneratedCrowd<'_>,
     from: SessionId,
     to: SessionId,
@@ -106,7 +101,7 @@ pub(super) async fn sum_up(
 }
 
 /// Sums by month, of each cohort and of the school.
-pub(super) async fn tally(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
+pub(super) async fn tally(writer: &mut Connection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
     sqlx::query(
         "INSERT INTO tallies (school_id, cohort_id, month, attempts, passes, points)
          SELECT $1, coalesce(cohort_id, zeroblob(16)), month, count(*), sum(passed), sum(score)

@@ -6,9 +6,8 @@
 use std::ops::Range;
 
 use model::ids::{SchoolId, SessionId};
-use sqlx::SqliteConnection;
 
-use super::Result;
+use super::{Connection, Result};
 
 /// A statement that selects from `n`, whose `i` counts from 0 up to $2.
 macro_rules! counted {
@@ -83,7 +82,7 @@ pub fn instructor_email(place: u32) -> String {
 }
 
 /// Generates trainees, cohorts, instructors with four cohorts each, and what these have assigned.
-pub async fn found(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
+pub async fn found(writer: &mut Connection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
     // 256 MB: the indices grow at random places.
     sqlx::query("PRAGMA cache_size = -256000").execute(&mut *writer).await?;
     trainees(writer, crowd).await?;
@@ -93,7 +92,7 @@ pub async fn found(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>) ->
 }
 
 /// Generates the attempts of some trainees, by their places, with their scores and metrics, and what was said about them.
-pub async fn practise(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>, trainees: Range<u32>) -> Result<()> {
+pub async fn practise(writer: &mut Connection, crowd: &GeneratedCrowd<'_>, trainees: Range<u32>) -> Result<()> {
     attempts::add(writer, crowd, &trainees).await?;
     let (from, to) = crowd.attempts_of(&trainees);
     attempts::score(writer, crowd, from, to).await?;
@@ -103,12 +102,12 @@ pub async fn practise(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>,
 }
 
 /// Sums the school up. The planner is told nothing of its size: no service that grows by itself is.
-pub async fn conclude(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
+pub async fn conclude(writer: &mut Connection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
     sqlx::query("DELETE FROM tallies WHERE school_id = $1").bind(crowd.school_id).execute(&mut *writer).await?;
     attempts::tally(writer, crowd).await
 }
 
-async fn trainees(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
+async fn trainees(writer: &mut Connection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
     sqlx::query(counted!(
         "INSERT INTO people (id, school_id, role, email, display_name, pseudonym, password_hash, created_at, search, sort_name)
          SELECT unhex(printf('%032x', $5 + i)), $1, 'trainee', printf('generated%d@example.org', i),
@@ -125,7 +124,7 @@ async fn trainees(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>) -> 
     .map(drop)
 }
 
-async fn instructors(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
+async fn instructors(writer: &mut Connection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
     sqlx::query(counted!(
         "INSERT INTO people (id, school_id, role, email, display_name, pseudonym, password_hash, created_at, search, sort_name)
          SELECT unhex(printf('%032x', $5 + i)), $1, 'instructor', printf('instructor%d@example.org', i),
@@ -142,7 +141,7 @@ async fn instructors(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>) 
     .map(drop)
 }
 
-async fn cohorts(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
+async fn cohorts(writer: &mut Connection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
     sqlx::query(counted!(
         "INSERT INTO cohorts (id, school_id, name, created_at)
          SELECT unhex(printf('%032x', $4 + i)), $1, printf('Generated %03d', i), $3 FROM n"

@@ -1,13 +1,12 @@
 //! What generated instructors ask for, and what is said about generated attempts.
 
 use model::ids::SessionId;
-use sqlx::SqliteConnection;
 
 use super::{COHORTS, COHORTS_EACH, GeneratedCrowd, INSTRUCTORS};
-use crate::Result;
+use crate::{Connection, Result};
 
 /// An exercise that is over and a course that is due in a month, for each cohort.
-pub(super) async fn assignments(writer: &mut SqliteConnection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
+pub(super) async fn assignments(writer: &mut Connection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
     let until_us = crowd.from_us + crowd.every_us * i64::from(crowd.attempts_each);
     for statement in [
         counted!(
@@ -41,7 +40,7 @@ pub(super) async fn assignments(writer: &mut SqliteConnection, crowd: &Generated
 
 /// A trainee's question on one attempt in fifty.
 pub(super) async fn comments(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     crowd: &GeneratedCrowd<'_>,
     from: SessionId,
     to: SessionId,
@@ -61,7 +60,7 @@ pub(super) async fn comments(
 
 /// Nine of ten attempts were looked at.
 pub(super) async fn reviews(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     crowd: &GeneratedCrowd<'_>,
     from: SessionId,
     to: SessionId,

@@ -2,9 +2,9 @@
 
 use model::Moment;
 use model::ids::{AssignmentId, PersonId, SchoolId, SessionId};
-use sqlx::{FromRow, SqliteExecutor};
+use sqlx::FromRow;
 
-use crate::Result;
+use crate::{Executor, Result};
 use model::titles::StoredTitle;
 
 /// Most attempts that are offered at once.
@@ -34,7 +34,7 @@ pub struct RateableAttempt {
 }
 
 /// The instructors of a school who can sign in, by name.
-pub async fn raters(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<Rater>> {
+pub async fn raters(executor: impl Executor<'_>, school: SchoolId) -> Result<Vec<Rater>> {
     sqlx::query_as(
         "SELECT id, display_name AS name FROM people
          WHERE school_id = $1 AND role = 'instructor' AND disabled_at IS NULL AND erased_at IS NULL
@@ -48,7 +48,7 @@ pub async fn raters(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Resu
 /// The scored attempts at what was assigned, by those to whom it was and since it was, the latest first. For a course
 /// those at any of its exercises.
 pub async fn of_assignment(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     id: AssignmentId,
 ) -> Result<Vec<RateableAttempt>> {

@@ -9,10 +9,10 @@ use model::ids::{PersonId, RatingId, RevisionId, RoundId, SchoolId, SessionId};
 use model::titles::StoredTitle;
 use model::{CurrentPerson, Moment, Role};
 pub use results::{FinishedRating, RatingCell, cells, finished_of};
+use sqlx::FromRow;
 use sqlx::types::Json;
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
-use super::Result;
+use super::{Connection, Executor, Result};
 
 /// A round of ratings.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
@@ -82,7 +82,7 @@ pub struct Rating {
 ///
 /// # Errors
 /// When an attempt, rater or revision is not of the school, or the database fails.
-pub async fn add(writer: &mut SqliteConnection, by: &CurrentPerson, new: &NewRound, now: Moment) -> Result<RoundId> {
+pub async fn add(writer: &mut Connection, by: &CurrentPerson, new: &NewRound, now: Moment) -> Result<RoundId> {
     let round: RoundId = sqlx::query_scalar(
         "INSERT INTO rating_rounds (id, school_id, revision_id, title, generated, made_by, made_at)
          VALUES ($1, $2, $3, $4, $5, $6, $7) RETURNING id",
@@ -105,7 +105,7 @@ pub async fn add(writer: &mut SqliteConnection, by: &CurrentPerson, new: &NewRou
 }
 
 async fn add_rating(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     school: SchoolId,
     round: RoundId,
     session: SessionId,
@@ -128,7 +128,7 @@ async fn add_rating(
 
 /// Marks a rating whose rater may see the attempt otherwise: they teach the trainee, are an administrator, or have asked. What
 /// was marked once stays so.
-async fn mark_knowledge(writer: &mut SqliteConnection, school: SchoolId, id: RatingId) -> Result<()> {
+async fn mark_knowledge(writer: &mut Connection, school: SchoolId, id: RatingId) -> Result<()> {
     sqlx::query(
         "UPDATE ratings SET may_know = 1 WHERE school_id = $1 AND id = $2 AND finished_at IS NULL AND (
            EXISTS (SELECT 1 FROM people p WHERE p.id = ratings.rater_id AND p.role = 'administrator')
@@ -166,7 +166,7 @@ macro_rules! listed {
 }
 
 /// A round that a person asked for or takes part in; any of the school's for an administrator.
-pub async fn find(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson, id: RoundId) -> Result<Option<Round>> {
+pub async fn find(executor: impl Executor<'_>, viewer: &CurrentPerson, id: RoundId) -> Result<Option<Round>> {
     sqlx::query_as(listed!(
         "WHERE o.school_id = $1 AND o.id = $4 AND o.withdrawn_at IS NULL AND ($3 OR o.made_by = $2 OR EXISTS (
            SELECT 1 FROM ratings r WHERE r.school_id = $1 AND r.rater_id = $2 AND r.round_id = o.id))"
@@ -180,7 +180,7 @@ pub async fn find(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson, id:
 }
 
 /// The rounds that [`find`] finds, the latest first, at most 100.
-pub async fn all(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) -> Result<Vec<Round>> {
+pub async fn all(executor: impl Executor<'_>, viewer: &CurrentPerson) -> Result<Vec<Round>> {
     sqlx::query_as(listed!(
         "WHERE o.school_id = $1 AND o.withdrawn_at IS NULL AND ($3 OR o.made_by = $2 OR o.id IN (
            SELECT r.round_id FROM ratings r WHERE r.school_id = $1 AND r.rater_id = $2))
@@ -194,7 +194,7 @@ pub async fn all(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) -> R
 }
 
 /// How many ratings wait for somebody.
-pub async fn count_open(executor: impl SqliteExecutor<'_>, rater: &CurrentPerson) -> Result<u32> {
+pub async fn count_open(executor: impl Executor<'_>, rater: &CurrentPerson) -> Result<u32> {
     sqlx::query_scalar(
         "SELECT count(*) FROM ratings r JOIN rating_rounds o ON o.id = r.round_id AND o.withdrawn_at IS NULL
          WHERE r.school_id = $1 AND r.rater_id = $2 AND r.finished_at IS NULL",
@@ -206,7 +206,7 @@ pub async fn count_open(executor: impl SqliteExecutor<'_>, rater: &CurrentPerson
 }
 
 /// A rater's own ratings of a round, in the order in which they see them.
-pub async fn own(executor: impl SqliteExecutor<'_>, rater: &CurrentPerson, round: RoundId) -> Result<Vec<Rating>> {
+pub async fn own(executor: impl Executor<'_>, rater: &CurrentPerson, round: RoundId) -> Result<Vec<Rating>> {
     sqlx::query_as(
         "SELECT id, school_id, round_id, session_id, answers, finished_at FROM ratings
          WHERE school_id = $1 AND rater_id = $2 AND round_id = $3 ORDER BY id",
@@ -219,7 +219,7 @@ pub async fn own(executor: impl SqliteExecutor<'_>, rater: &CurrentPerson, round
 }
 
 /// A rating that a person is asked for. Nobody else's, whoever asks.
-pub async fn rating(executor: impl SqliteExecutor<'_>, rater: &CurrentPerson, id: RatingId) -> Result<Option<Rating>> {
+pub async fn rating(executor: impl Executor<'_>, rater: &CurrentPerson, id: RatingId) -> Result<Option<Rating>> {
     sqlx::query_as(
         "SELECT r.id, r.school_id, r.round_id, r.session_id, r.answers, r.finished_at FROM ratings r
          JOIN rating_rounds o ON o.id = r.round_id AND o.withdrawn_at IS NULL
@@ -233,7 +233,7 @@ pub async fn rating(executor: impl SqliteExecutor<'_>, rater: &CurrentPerson, id
 }
 
 /// Stores the answers so far, and, with a moment, that they are finished. False where they are already.
-pub async fn put(writer: &mut SqliteConnection, rating: &Rating, finished_at: Option<Moment>) -> Result<bool> {
+pub async fn put(writer: &mut Connection, rating: &Rating, finished_at: Option<Moment>) -> Result<bool> {
     mark_knowledge(writer, rating.school_id, rating.id).await?;
     sqlx::query(
         "UPDATE ratings SET answers = $3, finished_at = $4 WHERE school_id = $1 AND id = $2 AND finished_at IS NULL",
@@ -248,7 +248,7 @@ pub async fn put(writer: &mut SqliteConnection, rating: &Rating, finished_at: Op
 }
 
 /// Takes a round back: nobody is asked any more, and its ratings are shown nowhere.
-pub async fn withdraw(writer: &mut SqliteConnection, round: &Round, now: Moment) -> Result<()> {
+pub async fn withdraw(writer: &mut Connection, round: &Round, now: Moment) -> Result<()> {
     sqlx::query("UPDATE rating_rounds SET withdrawn_at = $3 WHERE school_id = $1 AND id = $2")
         .bind(round.school_id)
         .bind(round.id)

@@ -3,11 +3,11 @@
 use assessment::questionnaire::Answer;
 use model::ids::{PersonId, RevisionId, RoundId, SessionId};
 use model::{CurrentPerson, Moment, Role, SessionKey};
+use sqlx::FromRow;
 use sqlx::types::Json;
-use sqlx::{FromRow, SqliteExecutor};
 
-use crate::Result;
 use crate::ratings::Round;
+use crate::{Executor, Result};
 use model::titles::StoredTitle;
 
 /// A rating as whoever asked for it sees it.
@@ -39,11 +39,7 @@ pub struct RatingCell {
 }
 
 /// Every rating of a round, by attempt and rater.
-pub async fn cells(
-    executor: impl SqliteExecutor<'_>,
-    viewer: &CurrentPerson,
-    round: &Round,
-) -> Result<Vec<RatingCell>> {
+pub async fn cells(executor: impl Executor<'_>, viewer: &CurrentPerson, round: &Round) -> Result<Vec<RatingCell>> {
     sqlx::query_as(
         "SELECT r.session_id, s.started_at, t.display_name AS trainee, t.id AS trainee_id, t.pseudonym,
            coalesce(x.title, s.exercise_id) AS exercise, r.rater_id, p.display_name AS rater, r.answers, r.finished_at,
@@ -83,7 +79,7 @@ pub struct FinishedRating {
 
 /// The finished ratings of an attempt, by round; without the rounds in which the viewer has yet to rate.
 pub async fn finished_of(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     session: SessionKey,
     viewer: PersonId,
 ) -> Result<Vec<FinishedRating>> {

@@ -3,11 +3,11 @@
 use assessment::Assessment;
 use model::ids::{RegradingId, SchoolId, ScoreId, SessionId};
 use model::regrading::{OutcomeCount, RegradingLine, RegradingOutcome};
+use sqlx::FromRow;
 use sqlx::types::Json;
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Regrading;
-use crate::Result;
+use crate::{Connection, Executor, Result};
 
 /// What finds a line.
 #[derive(Clone, Copy)]
@@ -48,7 +48,7 @@ pub struct ToGrade {
 }
 
 /// The next attempts that wait to be looked at.
-pub async fn to_look(executor: impl SqliteExecutor<'_>, regrading: RegradingId, most: u32) -> Result<Vec<SessionId>> {
+pub async fn to_look(executor: impl Executor<'_>, regrading: RegradingId, most: u32) -> Result<Vec<SessionId>> {
     sqlx::query_scalar(
         "SELECT session_id FROM regrading_lines WHERE regrading_id = $1 AND outcome IS NULL ORDER BY session_id LIMIT $2",
     )
@@ -60,7 +60,7 @@ pub async fn to_look(executor: impl SqliteExecutor<'_>, regrading: RegradingId, 
 
 /// Keeps what was found out about an attempt.
 pub async fn found(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     regrading: &Regrading,
     session: SessionId,
     found: &RegradedAttempt,
@@ -84,7 +84,7 @@ pub async fn found(
 }
 
 /// The next attempts whose scores are to be added.
-pub async fn to_grade(executor: impl SqliteExecutor<'_>, regrading: RegradingId, most: u32) -> Result<Vec<ToGrade>> {
+pub async fn to_grade(executor: impl Executor<'_>, regrading: RegradingId, most: u32) -> Result<Vec<ToGrade>> {
     sqlx::query_as(
         "SELECT l.session_id, l.assessment, l.before, g.score_id = l.score_id AS current FROM regrading_lines l
          JOIN grades g ON g.school_id = l.school_id AND g.session_id = l.session_id
@@ -98,7 +98,7 @@ pub async fn to_grade(executor: impl SqliteExecutor<'_>, regrading: RegradingId,
 
 /// Notes the score that an attempt was given; none where somebody was quicker.
 pub async fn graded(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     regrading: &Regrading,
     session: SessionId,
     score: Option<ScoreId>,
@@ -122,7 +122,7 @@ pub async fn graded(
 ///
 /// # Errors
 /// When an attempt waits to be looked at, or the database fails.
-pub(super) async fn sum_up(executor: impl SqliteExecutor<'_>, regrading: &Regrading) -> Result<Vec<OutcomeCount>> {
+pub(super) async fn sum_up(executor: impl Executor<'_>, regrading: &Regrading) -> Result<Vec<OutcomeCount>> {
     sqlx::query_as(
         "SELECT outcome, count(*) AS attempts, sum(before) AS before, sum(coalesce(after, before)) AS after
          FROM regrading_lines WHERE school_id = $1 AND regrading_id = $2 GROUP BY outcome ORDER BY outcome",
@@ -134,7 +134,7 @@ pub(super) async fn sum_up(executor: impl SqliteExecutor<'_>, regrading: &Regrad
 }
 
 /// How many attempts were looked at, and how many there are.
-pub async fn looked_at(executor: impl SqliteExecutor<'_>, regrading: RegradingId) -> Result<(i64, i64)> {
+pub async fn looked_at(executor: impl Executor<'_>, regrading: RegradingId) -> Result<(i64, i64)> {
     sqlx::query_as("SELECT count(outcome), count(*) FROM regrading_lines WHERE regrading_id = $1")
         .bind(regrading)
         .fetch_one(executor)
@@ -142,7 +142,7 @@ pub async fn looked_at(executor: impl SqliteExecutor<'_>, regrading: RegradingId
 }
 
 /// How many scores are yet to be added.
-pub async fn left(executor: impl SqliteExecutor<'_>, regrading: RegradingId) -> Result<i64> {
+pub async fn left(executor: impl Executor<'_>, regrading: RegradingId) -> Result<i64> {
     sqlx::query_scalar("SELECT count(*) FROM regrading_lines WHERE regrading_id = $1 AND assessment IS NOT NULL")
         .bind(regrading)
         .fetch_one(executor)
@@ -151,7 +151,7 @@ pub async fn left(executor: impl SqliteExecutor<'_>, regrading: RegradingId) -> 
 
 /// Lines of some outcomes after one attempt, by its id, so many at most.
 pub async fn lines(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     regrading: &Regrading,
     outcomes: &[RegradingOutcome],
     after: SessionId,

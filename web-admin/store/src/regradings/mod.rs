@@ -4,10 +4,10 @@ use model::ids::{OverrideId, PersonId, RegradingId, RevisionId, SchoolId, ScoreI
 use model::regrading::{OutcomeCount, RegradingState};
 use model::{CurrentPerson, Moment, Role, SessionKey};
 use serde::Serialize;
+use sqlx::FromRow;
 use sqlx::types::Json;
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
-use super::Result;
+use super::{Connection, Executor, Result};
 
 mod lines;
 
@@ -90,7 +90,7 @@ macro_rules! regrading {
 /// # Errors
 /// When exercise or revision are not of the school, or the database fails.
 pub async fn begin(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     by: &CurrentPerson,
     exercise: &str,
     revision: RevisionId,
@@ -124,7 +124,7 @@ pub async fn begin(
 }
 
 /// The attempts at an exercise that somebody may judge, as their grades stand now, by id.
-pub async fn standing(executor: impl SqliteExecutor<'_>, by: &CurrentPerson, exercise: &str) -> Result<Vec<Stood>> {
+pub async fn standing(executor: impl Executor<'_>, by: &CurrentPerson, exercise: &str) -> Result<Vec<Stood>> {
     let mut attempts: Vec<Stood> = sqlx::query_as(attempts!("SELECT s.id AS session_id, g.score_id, g.override_id"))
         .bind(by.school_id)
         .bind(exercise)
@@ -138,7 +138,7 @@ pub async fn standing(executor: impl SqliteExecutor<'_>, by: &CurrentPerson, exe
 }
 
 /// The attempts of a re-grading, as their grades stood when they were looked at, by id.
-pub async fn stood(executor: impl SqliteExecutor<'_>, regrading: &Regrading) -> Result<Vec<Stood>> {
+pub async fn stood(executor: impl Executor<'_>, regrading: &Regrading) -> Result<Vec<Stood>> {
     sqlx::query_as(
         "SELECT session_id, score_id, override_id FROM regrading_lines WHERE school_id = $1 AND regrading_id = $2
          ORDER BY session_id",
@@ -150,7 +150,7 @@ pub async fn stood(executor: impl SqliteExecutor<'_>, regrading: &Regrading) -> 
 }
 
 /// A re-grading that somebody may see: their own, any of the school for an administrator.
-pub async fn find(executor: impl SqliteExecutor<'_>, by: &CurrentPerson, id: RegradingId) -> Result<Option<Regrading>> {
+pub async fn find(executor: impl Executor<'_>, by: &CurrentPerson, id: RegradingId) -> Result<Option<Regrading>> {
     sqlx::query_as(regrading!("WHERE g.school_id = $1 AND g.id = $2 AND ($3 OR g.made_by = $4)"))
         .bind(by.school_id)
         .bind(id)
@@ -161,11 +161,7 @@ pub async fn find(executor: impl SqliteExecutor<'_>, by: &CurrentPerson, id: Reg
 }
 
 /// The re-gradings of an exercise that somebody may see, the latest first, at most 20.
-pub async fn of_exercise(
-    executor: impl SqliteExecutor<'_>,
-    by: &CurrentPerson,
-    exercise: &str,
-) -> Result<Vec<Regrading>> {
+pub async fn of_exercise(executor: impl Executor<'_>, by: &CurrentPerson, exercise: &str) -> Result<Vec<Regrading>> {
     sqlx::query_as(regrading!(
         "WHERE g.school_id = $1 AND g.exercise_id = $2 AND ($3 OR g.made_by = $4)
          ORDER BY g.made_at DESC, g.id DESC LIMIT 20"
@@ -179,14 +175,14 @@ pub async fn of_exercise(
 }
 
 /// The re-grading that the worker is to go on with: the oldest of every school's.
-pub async fn under_way(executor: impl SqliteExecutor<'_>) -> Result<Option<Regrading>> {
+pub async fn under_way(executor: impl Executor<'_>) -> Result<Option<Regrading>> {
     sqlx::query_as(regrading!("WHERE g.state IN ('looking', 'grading') ORDER BY g.made_at LIMIT 1"))
         .fetch_optional(executor)
         .await
 }
 
 /// Looking has come to its end: what was found is summed up, and stands under a digest.
-pub async fn show(writer: &mut SqliteConnection, regrading: &Regrading, shown_sha256: &str) -> Result<()> {
+pub async fn show(writer: &mut Connection, regrading: &Regrading, shown_sha256: &str) -> Result<()> {
     let counts = lines::sum_up(&mut *writer, regrading).await?;
     sqlx::query(
         "UPDATE regradings SET state = 'shown', counts = $3, shown_sha256 = $4 WHERE school_id = $1 AND id = $2",
@@ -204,7 +200,7 @@ pub async fn show(writer: &mut SqliteConnection, regrading: &Regrading, shown_sh
 ///
 /// # Errors
 /// When the reason is empty, or the database fails.
-pub async fn confirm(writer: &mut SqliteConnection, regrading: &Regrading, reason: &str, now: Moment) -> Result<()> {
+pub async fn confirm(writer: &mut Connection, regrading: &Regrading, reason: &str, now: Moment) -> Result<()> {
     sqlx::query(
         "UPDATE regradings SET state = 'grading', reason = $3, confirmed_at = $4 WHERE school_id = $1 AND id = $2",
     )
@@ -218,7 +214,7 @@ pub async fn confirm(writer: &mut SqliteConnection, regrading: &Regrading, reaso
 }
 
 /// Every score was added; those that somebody else was quicker with are counted as such.
-pub async fn end(writer: &mut SqliteConnection, regrading: &Regrading, now: Moment) -> Result<()> {
+pub async fn end(writer: &mut Connection, regrading: &Regrading, now: Moment) -> Result<()> {
     let counts = lines::sum_up(&mut *writer, regrading).await?;
     sqlx::query("UPDATE regradings SET state = 'done', counts = $3, ended_at = $4 WHERE school_id = $1 AND id = $2")
         .bind(regrading.school_id)
@@ -231,7 +227,7 @@ pub async fn end(writer: &mut SqliteConnection, regrading: &Regrading, now: Mome
 }
 
 /// Throws away what was looked at before a moment and never confirmed.
-pub async fn forget_before(writer: &mut SqliteConnection, moment: Moment) -> Result<()> {
+pub async fn forget_before(writer: &mut Connection, moment: Moment) -> Result<()> {
     let forgotten: Vec<RegradingId> =
         sqlx::query_scalar("SELECT id FROM regradings WHERE made_at < $1 AND confirmed_at IS NULL")
             .bind(moment)
@@ -247,7 +243,7 @@ pub async fn forget_before(writer: &mut SqliteConnection, moment: Moment) -> Res
 ///
 /// # Errors
 /// When it was confirmed, or the database fails.
-pub async fn forget(writer: &mut SqliteConnection, id: RegradingId) -> Result<()> {
+pub async fn forget(writer: &mut Connection, id: RegradingId) -> Result<()> {
     sqlx::query("DELETE FROM regrading_lines WHERE regrading_id = $1").bind(id).execute(&mut *writer).await?;
     sqlx::query("DELETE FROM regradings WHERE id = $1 AND confirmed_at IS NULL")
         .bind(id)
@@ -279,12 +275,7 @@ pub struct NewReason<'a> {
 }
 
 /// Keeps why one attempt was graded again.
-pub async fn add_reason(
-    writer: &mut SqliteConnection,
-    session: SessionKey,
-    new: NewReason<'_>,
-    now: Moment,
-) -> Result<()> {
+pub async fn add_reason(writer: &mut Connection, session: SessionKey, new: NewReason<'_>, now: Moment) -> Result<()> {
     sqlx::query(
         "INSERT INTO regrade_reasons (score_id, school_id, session_id, reason, made_by, made_at)
          VALUES ($1, $2, $3, $4, $5, $6)",
@@ -301,7 +292,7 @@ pub async fn add_reason(
 }
 
 /// The re-gradings in the history of an attempt's grade. Reasons of before stand in the audit log.
-pub async fn of_session(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Vec<RegradingAct>> {
+pub async fn of_session(executor: impl Executor<'_>, session: SessionKey) -> Result<Vec<RegradingAct>> {
     // Left to itself, SQLite reads every line of the school.
     sqlx::query_as(
         "SELECT l.new_score_id AS score_id, p.display_name AS \"by\", g.reason

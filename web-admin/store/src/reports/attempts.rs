@@ -3,11 +3,11 @@
 use assessment::{Deduction, HardFailure};
 use model::ids::{PersonId, SchoolId, SessionId};
 use model::{AttemptPlace, CurrentPerson, Moment, Proof, Role, Uncounted};
+use sqlx::FromRow;
 use sqlx::types::Json;
-use sqlx::{FromRow, SqliteExecutor};
 
-use crate::Result;
 use crate::sessions::SessionState;
+use crate::{Executor, Result};
 use model::titles::StoredTitle;
 
 /// An attempt in a list.
@@ -104,7 +104,7 @@ pub struct ListStretch {
 
 /// The attempts of a trainee, newest first.
 pub async fn attempts_of(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     trainee: PersonId,
     stretch: ListStretch,
@@ -120,7 +120,7 @@ pub async fn attempts_of(
 
 /// The attempts of a trainee at an exercise, newest first.
 pub async fn attempts_at(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     trainee: PersonId,
     exercise: &str,
@@ -137,7 +137,7 @@ pub async fn attempts_at(
 }
 
 /// How many attempts a trainee has made.
-pub async fn count_attempts(executor: impl SqliteExecutor<'_>, school: SchoolId, trainee: PersonId) -> Result<u32> {
+pub async fn count_attempts(executor: impl Executor<'_>, school: SchoolId, trainee: PersonId) -> Result<u32> {
     sqlx::query_scalar("SELECT count(*) FROM sessions WHERE school_id = $1 AND trainee_id = $2")
         .bind(school)
         .bind(trainee)
@@ -146,7 +146,7 @@ pub async fn count_attempts(executor: impl SqliteExecutor<'_>, school: SchoolId,
 }
 
 /// The latest attempts in the cohorts that somebody teaches; for an administrator, of all trainees of the school.
-pub async fn latest_taught(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) -> Result<Vec<ListedAttempt>> {
+pub async fn latest_taught(executor: impl Executor<'_>, viewer: &CurrentPerson) -> Result<Vec<ListedAttempt>> {
     // From those who are taught to the latest of each, and from these to the latest of all: however many attempts the
     // school has. A cross join keeps this order. Where there are ten whose last attempt is later than something, no
     // earlier one is among the latest ten.
@@ -181,7 +181,7 @@ pub async fn latest_taught(executor: impl SqliteExecutor<'_>, viewer: &CurrentPe
 
 /// The latest attempts at an exercise that a person may see.
 pub async fn latest_at(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     viewer: &CurrentPerson,
     exercise: &str,
 ) -> Result<Vec<ListedAttempt>> {
@@ -219,7 +219,7 @@ pub async fn latest_at(
 
 /// Attempts of a school's people, newest first, after one of them; at most `limit`. Those of guests are in their studies.
 pub async fn records_after(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     after: AttemptPlace,
     limit: u32,

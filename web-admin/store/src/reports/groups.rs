@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use model::cohort::CohortSummary;
 use model::ids::{CohortId, PersonId, SchoolId};
 use model::{CurrentPerson, Role};
-use sqlx::{FromRow, SqliteExecutor};
+use sqlx::FromRow;
 
-use crate::Result;
+use crate::{Executor, Result};
 
 /// A name and what it belongs to.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
@@ -30,7 +30,7 @@ macro_rules! cohorts {
 }
 
 /// The cohorts that a person may see: those they teach, or all of the school for an administrator.
-pub async fn cohorts(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) -> Result<Vec<NamedItem<CohortId>>> {
+pub async fn cohorts(executor: impl Executor<'_>, viewer: &CurrentPerson) -> Result<Vec<NamedItem<CohortId>>> {
     sqlx::query_as(cohorts!("ORDER BY c.name"))
         .bind(viewer.school_id)
         .bind(viewer.id)
@@ -41,7 +41,7 @@ pub async fn cohorts(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) 
 
 /// One of [`cohorts`].
 pub async fn cohort(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     viewer: &CurrentPerson,
     id: CohortId,
 ) -> Result<Option<NamedItem<CohortId>>> {
@@ -56,7 +56,7 @@ pub async fn cohort(
 
 /// The cohorts that a person may see, by name, from the first after `after`: what there is to a page of them.
 pub async fn cohorts_in_short(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     viewer: &CurrentPerson,
     after: &str,
     limit: u32,
@@ -82,7 +82,7 @@ pub async fn cohorts_in_short(
 
 /// The people of a cohort in a role, by name.
 pub async fn members(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     cohort: CohortId,
     role: Role,
@@ -102,7 +102,7 @@ pub async fn members(
 
 /// What the registrar knows a cohort's trainees by, where that is known.
 pub async fn registrar_ids(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     cohort: CohortId,
 ) -> Result<BTreeMap<PersonId, String>> {
@@ -120,7 +120,7 @@ pub async fn registrar_ids(
 
 /// The pseudonyms of a cohort's trainees: what tells namesakes apart in a file, and finds their recordings.
 pub async fn pseudonyms(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     cohort: CohortId,
 ) -> Result<BTreeMap<PersonId, String>> {
@@ -138,7 +138,7 @@ pub async fn pseudonyms(
 
 /// Somebody whose practice a person may see: themselves, a trainee of a cohort they teach, or any for an administrator.
 pub async fn trainee(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     viewer: &CurrentPerson,
     id: PersonId,
 ) -> Result<Option<NamedItem<PersonId>>> {

@@ -2,10 +2,10 @@
 
 use model::Moment;
 use model::ids::{SchoolId, SessionId};
-use sqlx::{FromRow, SqliteExecutor};
+use sqlx::FromRow;
 
-use crate::Result;
 use crate::tries::MOST_DEATHS;
+use crate::{Executor, Result};
 
 /// An exercise in short, in the revision that trainees are given.
 #[derive(Clone, Debug, PartialEq, FromRow)]
@@ -19,7 +19,7 @@ pub struct ExerciseInShort {
 }
 
 /// The exercises a school gives to trainees.
-pub async fn exercises(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<ExerciseInShort>> {
+pub async fn exercises(executor: impl Executor<'_>, school: SchoolId) -> Result<Vec<ExerciseInShort>> {
     sqlx::query_as(
         "SELECT e.exercise_id, r.pass_mark, r.difficulty FROM exercises e
          JOIN exercise_revisions r ON r.id = e.revision_id WHERE e.school_id = $1",
@@ -53,7 +53,7 @@ pub struct SchoolCounts {
 }
 
 /// Counts of a school; `since` bounds the recent ones.
-pub async fn counts(executor: impl SqliteExecutor<'_>, school: SchoolId, since: Moment) -> Result<SchoolCounts> {
+pub async fn counts(executor: impl Executor<'_>, school: SchoolId, since: Moment) -> Result<SchoolCounts> {
     sqlx::query_as(
         "SELECT s.name AS school,
            (SELECT count(*) FROM people p WHERE p.school_id = s.id AND p.role = 'trainee' AND p.disabled_at IS NULL)
@@ -89,7 +89,7 @@ pub struct FailingJob {
 }
 
 /// The jobs of a school that failed at least once, at most 50.
-pub async fn failing_jobs(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<FailingJob>> {
+pub async fn failing_jobs(executor: impl Executor<'_>, school: SchoolId) -> Result<Vec<FailingJob>> {
     sqlx::query_as(
         "SELECT session_id, attempts,
                 concat_ws('; ', error, iif(deaths >= $2, 'set aside: web-admin retry tries it again', NULL)) AS error

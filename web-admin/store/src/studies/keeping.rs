@@ -2,13 +2,12 @@
 
 use model::Moment;
 use model::ids::{SchoolId, StudyId};
-use sqlx::{SqliteConnection, SqliteExecutor};
 
 use super::{Study, study};
-use crate::Result;
+use crate::{Connection, Executor, Result};
 
 /// The studies of a school that have ended and whose data are kept still.
-pub async fn list_kept_studies(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<Study>> {
+pub async fn list_kept_studies(executor: impl Executor<'_>, school: SchoolId) -> Result<Vec<Study>> {
     sqlx::query_as(study!(
         "WHERE u.school_id = $1 AND u.closed_at IS NOT NULL AND u.erased_at IS NULL ORDER BY u.closed_at, u.id"
     ))
@@ -18,7 +17,7 @@ pub async fn list_kept_studies(executor: impl SqliteExecutor<'_>, school: School
 }
 
 /// Notes that the end of a study's data is announced, by the clock and by the time that the service has run.
-pub async fn announce_study_erasure(writer: &mut SqliteConnection, study: &Study, now: Moment) -> Result<()> {
+pub async fn announce_study_erasure(writer: &mut Connection, study: &Study, now: Moment) -> Result<()> {
     sqlx::query(
         "UPDATE studies SET told_at = $3, told_observed_s = (SELECT observed_s FROM service_time)
          WHERE school_id = $1 AND id = $2",
@@ -32,7 +31,7 @@ pub async fn announce_study_erasure(writer: &mut SqliteConnection, study: &Study
 }
 
 /// Takes the announcement back.
-pub async fn call_off_study_erasure(writer: &mut SqliteConnection, school: SchoolId, study: StudyId) -> Result<()> {
+pub async fn call_off_study_erasure(writer: &mut Connection, school: SchoolId, study: StudyId) -> Result<()> {
     sqlx::query("UPDATE studies SET told_at = NULL, told_observed_s = NULL WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(study)
@@ -42,7 +41,7 @@ pub async fn call_off_study_erasure(writer: &mut SqliteConnection, school: Schoo
 }
 
 /// Notes that the data of a study are gone.
-pub async fn mark_study_erased(writer: &mut SqliteConnection, study: &Study, now: Moment) -> Result<()> {
+pub async fn mark_study_erased(writer: &mut Connection, study: &Study, now: Moment) -> Result<()> {
     sqlx::query("UPDATE studies SET erased_at = $3 WHERE school_id = $1 AND id = $2")
         .bind(study.school_id)
         .bind(study.id)

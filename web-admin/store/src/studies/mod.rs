@@ -12,11 +12,11 @@ pub use participants::{
     find_participant, list_participants, list_studied_exercises, list_study_attempts, note_consent,
     withdraw_participant,
 };
+use sqlx::FromRow;
 use sqlx::types::Json;
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
-use super::Result;
 use super::surveys::survey;
+use super::{Connection, Executor, Result};
 use model::titles::StoredTitle;
 
 /// A study.
@@ -117,7 +117,7 @@ use study;
 ///
 /// # Errors
 /// When the owner is of another school, or the database fails.
-pub async fn insert_study(writer: &mut SqliteConnection, new: &NewStudy<'_>, now: Moment) -> Result<StudyId> {
+pub async fn insert_study(writer: &mut Connection, new: &NewStudy<'_>, now: Moment) -> Result<StudyId> {
     sqlx::query_scalar(
         "INSERT INTO studies (id, school_id, title, owner_id, attempts, groups, questions, consent, controller, contact,
            kept_months, generated, created_at)
@@ -142,7 +142,7 @@ pub async fn insert_study(writer: &mut SqliteConnection, new: &NewStudy<'_>, now
 
 /// Adds an exercise to a study, in the revision that its school gives now. False where the school teaches no such exercise.
 pub async fn add_study_exercise(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     school: SchoolId,
     study: StudyId,
     exercise: &str,
@@ -161,7 +161,7 @@ pub async fn add_study_exercise(
 }
 
 /// The studies that somebody may see, newest first: an administrator those of the school, anybody else their own.
-pub async fn list_studies(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) -> Result<Vec<Study>> {
+pub async fn list_studies(executor: impl Executor<'_>, viewer: &CurrentPerson) -> Result<Vec<Study>> {
     sqlx::query_as(study!(
         "WHERE u.school_id = $1 AND ($3 OR u.owner_id = $2) ORDER BY u.created_at DESC, u.id LIMIT 200"
     ))
@@ -174,7 +174,7 @@ pub async fn list_studies(executor: impl SqliteExecutor<'_>, viewer: &CurrentPer
 
 /// One of [`list_studies`].
 pub async fn find_visible_study(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     viewer: &CurrentPerson,
     id: StudyId,
 ) -> Result<Option<Study>> {
@@ -189,7 +189,7 @@ pub async fn find_visible_study(
 
 /// The open study that a guest takes part in.
 pub async fn find_study_of_guest(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     PersonKey { school_id: school, person_id: person }: PersonKey,
 ) -> Result<Option<Study>> {
     sqlx::query_as(study!(
@@ -204,7 +204,7 @@ pub async fn find_study_of_guest(
 }
 
 /// The exercises of a study, in order.
-pub async fn list_study_exercises(executor: impl SqliteExecutor<'_>, study: &Study) -> Result<Vec<StudyExercise>> {
+pub async fn list_study_exercises(executor: impl Executor<'_>, study: &Study) -> Result<Vec<StudyExercise>> {
     sqlx::query_as(
         "SELECT e.revision_id, r.exercise_id, r.title FROM study_exercises e
          JOIN exercise_revisions r ON r.school_id = e.school_id AND r.id = e.revision_id
@@ -217,7 +217,7 @@ pub async fn list_study_exercises(executor: impl SqliteExecutor<'_>, study: &Stu
 }
 
 /// What a study asks: after each attempt first, then at the end.
-pub async fn list_study_surveys(executor: impl SqliteExecutor<'_>, study: &Study) -> Result<Vec<Survey>> {
+pub async fn list_study_surveys(executor: impl Executor<'_>, study: &Study) -> Result<Vec<Survey>> {
     sqlx::query_as(survey!("WHERE s.school_id = $1 AND s.study_id = $2 ORDER BY s.at_end, s.created_at, s.id"))
         .bind(study.school_id)
         .bind(study.id)
@@ -237,7 +237,7 @@ pub struct StudyLines<'a> {
 }
 
 /// Changes what may be changed of a study at any time.
-pub async fn change_study_lines(writer: &mut SqliteConnection, study: &Study, lines: StudyLines<'_>) -> Result<()> {
+pub async fn change_study_lines(writer: &mut Connection, study: &Study, lines: StudyLines<'_>) -> Result<()> {
     sqlx::query("UPDATE studies SET title = $3, contact = $4, kept_months = $5 WHERE school_id = $1 AND id = $2")
         .bind(study.school_id)
         .bind(study.id)
@@ -265,7 +265,7 @@ pub struct StudyPlan<'a> {
 }
 
 /// Changes what may be changed of a study while nobody takes part.
-pub async fn change_study_plan(writer: &mut SqliteConnection, study: &Study, plan: StudyPlan<'_>) -> Result<()> {
+pub async fn change_study_plan(writer: &mut Connection, study: &Study, plan: StudyPlan<'_>) -> Result<()> {
     sqlx::query(
         "UPDATE studies SET attempts = $3, groups = $4, questions = $5, consent = $6, controller = $7
          WHERE school_id = $1 AND id = $2",
@@ -283,12 +283,7 @@ pub async fn change_study_plan(writer: &mut SqliteConnection, study: &Study, pla
 }
 
 /// Ends a study, or opens it again, and with it what it asks.
-pub async fn close_study(
-    writer: &mut SqliteConnection,
-    school: SchoolId,
-    study: StudyId,
-    at: Option<Moment>,
-) -> Result<()> {
+pub async fn close_study(writer: &mut Connection, school: SchoolId, study: StudyId, at: Option<Moment>) -> Result<()> {
     sqlx::query("UPDATE surveys SET closes_at = $3 WHERE school_id = $1 AND study_id = $2")
         .bind(school)
         .bind(study)

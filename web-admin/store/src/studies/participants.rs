@@ -2,11 +2,11 @@
 
 use model::ids::{PersonId, SessionId, StudyId};
 use model::{Moment, PersonKey};
+use sqlx::FromRow;
 use sqlx::types::Json;
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
 use super::Study;
-use crate::Result;
+use crate::{Connection, Executor, Result};
 
 /// Somebody who takes part.
 #[derive(Clone, Debug, PartialEq, FromRow)]
@@ -52,7 +52,7 @@ pub struct NewParticipant<'a> {
 ///
 /// # Errors
 /// When somebody is of another school, or the database fails.
-pub async fn add_participant(writer: &mut SqliteConnection, new: NewParticipant<'_>, now: Moment) -> Result<bool> {
+pub async fn add_participant(writer: &mut Connection, new: NewParticipant<'_>, now: Moment) -> Result<bool> {
     sqlx::query(
         "INSERT INTO study_participants (school_id, study_id, person_id, group_place, facts, added_at, added_by, consented_at)
          VALUES ($1, $2, $3, $4, $5, $6, $7, $6)
@@ -95,7 +95,7 @@ macro_rules! participant {
 }
 
 /// Everybody who takes part or has left, by group, in the order in which they came.
-pub async fn list_participants(executor: impl SqliteExecutor<'_>, study: &Study) -> Result<Vec<StudyParticipant>> {
+pub async fn list_participants(executor: impl Executor<'_>, study: &Study) -> Result<Vec<StudyParticipant>> {
     sqlx::query_as(participant!("ORDER BY t.group_place, t.added_at, t.person_id"))
         .bind(study.school_id)
         .bind(study.id)
@@ -104,7 +104,7 @@ pub async fn list_participants(executor: impl SqliteExecutor<'_>, study: &Study)
 }
 
 /// How many take part in a study, or have left it.
-pub async fn count_participants(executor: impl SqliteExecutor<'_>, study: &Study) -> Result<i64> {
+pub async fn count_participants(executor: impl Executor<'_>, study: &Study) -> Result<i64> {
     sqlx::query_scalar("SELECT count(*) FROM study_participants WHERE school_id = $1 AND study_id = $2")
         .bind(study.school_id)
         .bind(study.id)
@@ -114,7 +114,7 @@ pub async fn count_participants(executor: impl SqliteExecutor<'_>, study: &Study
 
 /// Somebody who takes part and has not left.
 pub async fn find_participant(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     study: &Study,
     person: PersonId,
 ) -> Result<Option<StudyParticipant>> {
@@ -127,7 +127,7 @@ pub async fn find_participant(
 }
 
 /// Notes that somebody who takes part has agreed themselves. False where they do not take part.
-pub async fn note_consent(writer: &mut SqliteConnection, study: &Study, person: PersonId, now: Moment) -> Result<bool> {
+pub async fn note_consent(writer: &mut Connection, study: &Study, person: PersonId, now: Moment) -> Result<bool> {
     sqlx::query(
         "UPDATE study_participants SET consented_at = $4
          WHERE school_id = $1 AND study_id = $2 AND person_id = $3 AND withdrawn_at IS NULL",
@@ -143,7 +143,7 @@ pub async fn note_consent(writer: &mut SqliteConnection, study: &Study, person: 
 
 /// Takes somebody out of a study, with what they told and answered for it. False where they do not take part.
 pub async fn withdraw_participant(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     study: &Study,
     person: PersonId,
     now: Moment,
@@ -202,7 +202,7 @@ pub struct StudyAttempt {
 }
 
 /// The scored attempts of a study, person by person in the order of their groups, in order of time.
-pub async fn list_study_attempts(executor: impl SqliteExecutor<'_>, study: &Study) -> Result<Vec<StudyAttempt>> {
+pub async fn list_study_attempts(executor: impl Executor<'_>, study: &Study) -> Result<Vec<StudyAttempt>> {
     sqlx::query_as(
         "SELECT person_id, session_id, exercise_id, number, started_at, score, passed FROM (
            SELECT t.group_place, t.added_at, t.person_id, s.id AS session_id, s.exercise_id, s.started_at, g.score, g.passed,
@@ -223,7 +223,7 @@ pub async fn list_study_attempts(executor: impl SqliteExecutor<'_>, study: &Stud
 
 /// How many attempts somebody has yet to make for a study.
 pub async fn count_open_attempts(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     PersonKey { school_id: school, person_id: person }: PersonKey,
     study: StudyId,
 ) -> Result<u32> {
@@ -244,7 +244,7 @@ pub async fn count_open_attempts(
 
 /// The exercises of the open studies that somebody takes part in.
 pub async fn list_studied_exercises(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     PersonKey { school_id: school, person_id: person }: PersonKey,
 ) -> Result<Vec<String>> {
     sqlx::query_scalar(

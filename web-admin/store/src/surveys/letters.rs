@@ -4,13 +4,12 @@ use model::Moment;
 use model::ids::{LetterId, ResponseId, SchoolId};
 use model::mail::{LetterDelivery, SurveyLetter};
 use model::survey::Survey;
-use sqlx::{SqliteConnection, SqliteExecutor};
 
-use crate::Result;
+use crate::{Connection, Executor, Result};
 
 /// Queues a letter. False when somebody of that address was written to before.
 pub async fn queue_survey_letter(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     survey: &Survey,
     name: &str,
     email: &str,
@@ -32,7 +31,7 @@ pub async fn queue_survey_letter(
 }
 
 /// How many letters of a school were queued since a moment. Their ids tell when; the plus keeps SQLite to them, past the school’s index.
-pub async fn queued_since(executor: impl SqliteExecutor<'_>, school: SchoolId, since: Moment) -> Result<u32> {
+pub async fn queued_since(executor: impl Executor<'_>, school: SchoolId, since: Moment) -> Result<u32> {
     let milliseconds = since.duration_since(Moment::from_micros(0)).as_millis();
     let first = LetterId::from_u128(milliseconds << 80);
     sqlx::query_scalar("SELECT count(*) FROM survey_letters WHERE +school_id = $1 AND id >= $2")
@@ -44,7 +43,7 @@ pub async fn queued_since(executor: impl SqliteExecutor<'_>, school: SchoolId, s
 
 /// The letters that are due, oldest first.
 pub async fn list_due_survey_letters(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     now: Moment,
     limit: u32,
 ) -> Result<Vec<SurveyLetter>> {
@@ -60,11 +59,7 @@ pub async fn list_due_survey_letters(
 }
 
 /// Takes a letter from the queue before it goes out: whatever happens then, it does not go out again by itself.
-pub async fn claim_survey_letter(
-    writer: &mut SqliteConnection,
-    letter: &SurveyLetter,
-    response: ResponseId,
-) -> Result<()> {
+pub async fn claim_survey_letter(writer: &mut Connection, letter: &SurveyLetter, response: ResponseId) -> Result<()> {
     sqlx::query(
         "UPDATE survey_letters SET next_run_at = NULL, tries = tries + 1, response_id = $3
          WHERE school_id = $1 AND id = $2",
@@ -78,7 +73,7 @@ pub async fn claim_survey_letter(
 }
 
 /// Notes that a letter is out; it no longer leads to the answer.
-pub async fn mark_letter_sent(writer: &mut SqliteConnection, letter: &SurveyLetter, now: Moment) -> Result<()> {
+pub async fn mark_letter_sent(writer: &mut Connection, letter: &SurveyLetter, now: Moment) -> Result<()> {
     sqlx::query(
         "UPDATE survey_letters SET sent_at = $3, response_id = NULL, next_run_at = NULL, error = NULL
          WHERE school_id = $1 AND id = $2",
@@ -93,7 +88,7 @@ pub async fn mark_letter_sent(writer: &mut SqliteConnection, letter: &SurveyLett
 
 /// Notes why a letter did not go out, and when to try again; never, where that is `None`.
 pub async fn mark_letter_failed(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     letter: &SurveyLetter,
     error: &str,
     again: Option<Moment>,
@@ -109,7 +104,7 @@ pub async fn mark_letter_failed(
 }
 
 /// How the letters of a survey went, by address.
-pub async fn list_deliveries(executor: impl SqliteExecutor<'_>, survey: &Survey) -> Result<Vec<LetterDelivery>> {
+pub async fn list_deliveries(executor: impl Executor<'_>, survey: &Survey) -> Result<Vec<LetterDelivery>> {
     sqlx::query_as(
         "SELECT name, email, sent_at, error, next_run_at FROM survey_letters
          WHERE school_id = $1 AND survey_id = $2 ORDER BY email",

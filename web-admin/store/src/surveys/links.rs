@@ -4,22 +4,16 @@ use model::Moment;
 use model::ids::{CohortId, PersonId, ResponseId, RevisionId, SchoolId, SessionId, SurveyId};
 use model::survey::Survey;
 use model::titles::StoredTitle;
-use sqlx::{SqliteConnection, SqliteExecutor};
 
 use super::survey;
-use crate::Result;
 use crate::sessions::Session;
+use crate::{Connection, Executor, Result};
 
 /// Sends a survey to a cohort.
 ///
 /// # Errors
 /// When either is of another school, or the database fails.
-pub async fn add_cohort(
-    writer: &mut SqliteConnection,
-    school: SchoolId,
-    survey: SurveyId,
-    cohort: CohortId,
-) -> Result<()> {
+pub async fn add_cohort(writer: &mut Connection, school: SchoolId, survey: SurveyId, cohort: CohortId) -> Result<()> {
     sqlx::query("INSERT INTO survey_cohorts (school_id, survey_id, cohort_id) VALUES ($1, $2, $3)")
         .bind(school)
         .bind(survey)
@@ -30,11 +24,7 @@ pub async fn add_cohort(
 }
 
 /// Names of the cohorts that a survey was sent to.
-pub async fn cohort_names(
-    executor: impl SqliteExecutor<'_>,
-    school: SchoolId,
-    survey: SurveyId,
-) -> Result<Vec<String>> {
+pub async fn cohort_names(executor: impl Executor<'_>, school: SchoolId, survey: SurveyId) -> Result<Vec<String>> {
     sqlx::query_scalar(
         "SELECT c.name FROM survey_cohorts sc CROSS JOIN cohorts c ON c.school_id = sc.school_id AND c.id = sc.cohort_id
          WHERE sc.school_id = $1 AND sc.survey_id = $2 ORDER BY c.name",
@@ -46,12 +36,7 @@ pub async fn cohort_names(
 }
 
 /// Asks a survey after an exercise.
-pub async fn add_exercise(
-    writer: &mut SqliteConnection,
-    school: SchoolId,
-    survey: SurveyId,
-    exercise: &str,
-) -> Result<()> {
+pub async fn add_exercise(writer: &mut Connection, school: SchoolId, survey: SurveyId, exercise: &str) -> Result<()> {
     sqlx::query(
         "INSERT INTO survey_exercises (school_id, survey_id, exercise_id) VALUES ($1, $2, $3)
          ON CONFLICT (survey_id, exercise_id) DO NOTHING",
@@ -67,7 +52,7 @@ pub async fn add_exercise(
 /// Which instruments the courses of a school ask for, after which exercises: the instrument's id, the revision that is
 /// current, its title, and the exercise. Instruments that were never published are left out.
 pub async fn asked_by_courses(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
 ) -> Result<Vec<(RevisionId, String, String)>> {
     let asked: Vec<(RevisionId, StoredTitle, String)> = sqlx::query_as(
@@ -84,7 +69,7 @@ pub async fn asked_by_courses(
 }
 
 /// The open surveys that courses have asked for: those without an owner.
-pub async fn of_course(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<Survey>> {
+pub async fn of_course(executor: impl Executor<'_>, school: SchoolId) -> Result<Vec<Survey>> {
     sqlx::query_as(survey!(
         "WHERE s.school_id = $1 AND s.after_attempts = 1 AND s.owner_id IS NULL AND s.closes_at IS NULL"
     ))
@@ -94,12 +79,7 @@ pub async fn of_course(executor: impl SqliteExecutor<'_>, school: SchoolId) -> R
 }
 
 /// Sets when a survey closes; `None` opens it again for good.
-pub async fn close(
-    writer: &mut SqliteConnection,
-    school: SchoolId,
-    survey: SurveyId,
-    at: Option<Moment>,
-) -> Result<()> {
+pub async fn close(writer: &mut Connection, school: SchoolId, survey: SurveyId, at: Option<Moment>) -> Result<()> {
     sqlx::query("UPDATE surveys SET closes_at = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(survey)
@@ -111,7 +91,7 @@ pub async fn close(
 
 /// The open surveys that a person is asked once, by a cohort they are in as a trainee.
 pub async fn of_person(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     person: PersonId,
     now: Moment,
@@ -157,11 +137,7 @@ impl<'a> Practised<'a> {
 }
 
 /// The open surveys that are asked after an attempt: of trainees by their cohort or of all of them, and of whoever takes part in a study.
-pub async fn after_attempt(
-    executor: impl SqliteExecutor<'_>,
-    practised: Practised<'_>,
-    now: Moment,
-) -> Result<Vec<Survey>> {
+pub async fn after_attempt(executor: impl Executor<'_>, practised: Practised<'_>, now: Moment) -> Result<Vec<Survey>> {
     sqlx::query_as(survey!(
         "WHERE s.school_id = $1 AND s.after_attempts = 1 AND s.opens_at <= $4
            AND (s.closes_at IS NULL OR s.closes_at > $4)
@@ -186,7 +162,7 @@ pub async fn after_attempt(
 }
 
 /// The exercises after which surveys of a school are asked: survey and exercise. A survey without one is asked after all.
-pub async fn exercises(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<(SurveyId, String)>> {
+pub async fn exercises(executor: impl Executor<'_>, school: SchoolId) -> Result<Vec<(SurveyId, String)>> {
     sqlx::query_as(
         "SELECT e.survey_id, e.exercise_id FROM surveys s JOIN survey_exercises e ON e.survey_id = s.id
          WHERE s.school_id = $1 AND s.after_attempts = 1 ORDER BY e.survey_id, e.exercise_id",
@@ -198,7 +174,7 @@ pub async fn exercises(executor: impl SqliteExecutor<'_>, school: SchoolId) -> R
 
 /// Whether a person has answered a survey, for an attempt or at all.
 pub async fn answered(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     survey: &Survey,
     person: PersonId,
     session: Option<SessionId>,
@@ -217,7 +193,7 @@ pub async fn answered(
 
 /// Puts a theme on a comment. False when there is no such comment in the survey.
 pub async fn add_tag(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     survey: &Survey,
     response: ResponseId,
     item: &str,
@@ -241,7 +217,7 @@ pub async fn add_tag(
 
 /// Takes a theme from a comment. False when it was not there.
 pub async fn remove_tag(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     survey: &Survey,
     response: ResponseId,
     item: &str,

@@ -16,9 +16,8 @@ pub use responses::{
     NewResponse, Submission, SurveyResponse, add, by_token, draft_of, put_answers, reset, set_token, submit, withdraw,
 };
 pub use results::{ResponseCounts, ResponseMetric, SubmittedResponse, Tag, attempts, counts, submitted, tags};
-use sqlx::{SqliteConnection, SqliteExecutor};
 
-use super::Result;
+use super::{Connection, Executor, Result};
 
 /// The study that asks a survey of its participants.
 #[derive(Clone, Copy, Debug)]
@@ -60,7 +59,7 @@ pub struct NewSurvey<'a> {
 ///
 /// # Errors
 /// When there is no such revision, or the database fails.
-pub async fn insert(writer: &mut SqliteConnection, new: &NewSurvey<'_>, now: Moment) -> Result<SurveyId> {
+pub async fn insert(writer: &mut Connection, new: &NewSurvey<'_>, now: Moment) -> Result<SurveyId> {
     sqlx::query_scalar(
         "INSERT INTO surveys (id, school_id, revision_id, title, owner_id, identity, after_attempts, generated,
            opens_at, closes_at, created_at, study_id, at_end, fresh_hours)
@@ -98,12 +97,12 @@ macro_rules! survey {
 pub(crate) use survey;
 
 /// A survey of a school.
-pub async fn find(executor: impl SqliteExecutor<'_>, school: SchoolId, id: SurveyId) -> Result<Option<Survey>> {
+pub async fn find(executor: impl Executor<'_>, school: SchoolId, id: SurveyId) -> Result<Option<Survey>> {
     sqlx::query_as(survey!("WHERE s.school_id = $1 AND s.id = $2")).bind(school).bind(id).fetch_optional(executor).await
 }
 
 /// Every survey of a school, newest first, at most 200.
-pub async fn all(executor: impl SqliteExecutor<'_>, school: SchoolId) -> Result<Vec<Survey>> {
+pub async fn all(executor: impl Executor<'_>, school: SchoolId) -> Result<Vec<Survey>> {
     sqlx::query_as(survey!("WHERE s.school_id = $1 ORDER BY s.created_at DESC, s.id DESC LIMIT 200"))
         .bind(school)
         .fetch_all(executor)

@@ -4,10 +4,10 @@ use assessment::questionnaire::Answer;
 use model::Moment;
 use model::ids::{PersonId, ResponseId, SchoolId, SessionId, SurveyId};
 use model::survey::{Identity, ResponseState};
+use sqlx::FromRow;
 use sqlx::types::Json;
-use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 
-use crate::Result;
+use crate::{Connection, Executor, Result};
 
 /// A response.
 #[derive(Clone, Debug, PartialEq, FromRow)]
@@ -61,7 +61,7 @@ pub struct NewResponse<'a> {
 ///
 /// # Errors
 /// When the person has begun one already, or the database fails.
-pub async fn add(writer: &mut SqliteConnection, new: &NewResponse<'_>) -> Result<ResponseId> {
+pub async fn add(writer: &mut Connection, new: &NewResponse<'_>) -> Result<ResponseId> {
     let state = if new.consented_at.is_some() { ResponseState::Begun } else { ResponseState::Invited };
     sqlx::query_scalar(
         "INSERT INTO survey_responses (id, school_id, survey_id, token_sha256, state, role, label, person_id, session_id,
@@ -90,7 +90,7 @@ pub async fn add(writer: &mut SqliteConnection, new: &NewResponse<'_>) -> Result
 }
 
 /// The response of an address, in any school: the address names none.
-pub async fn by_token(executor: impl SqliteExecutor<'_>, token_sha256: &[u8; 32]) -> Result<Option<SurveyResponse>> {
+pub async fn by_token(executor: impl Executor<'_>, token_sha256: &[u8; 32]) -> Result<Option<SurveyResponse>> {
     sqlx::query_as(
         "SELECT id, school_id, survey_id, state, person_id, session_id, language, answers, expires_at
          FROM survey_responses WHERE token_sha256 = $1",
@@ -102,7 +102,7 @@ pub async fn by_token(executor: impl SqliteExecutor<'_>, token_sha256: &[u8; 32]
 
 /// What a person has begun, or sent under their name or pseudonym.
 pub async fn draft_of(
-    executor: impl SqliteExecutor<'_>,
+    executor: impl Executor<'_>,
     school: SchoolId,
     survey: SurveyId,
     person: PersonId,
@@ -123,7 +123,7 @@ pub async fn draft_of(
 
 /// Gives a response another address; the one before leads nowhere then.
 pub async fn set_token(
-    writer: &mut SqliteConnection,
+    writer: &mut Connection,
     school: SchoolId,
     response: ResponseId,
     token_sha256: &[u8; 32],
@@ -138,7 +138,7 @@ pub async fn set_token(
 }
 
 /// Stores the answers so far. False when they were sent or taken back in the meantime.
-pub async fn put_answers(writer: &mut SqliteConnection, response: &SurveyResponse, now: Moment) -> Result<bool> {
+pub async fn put_answers(writer: &mut Connection, response: &SurveyResponse, now: Moment) -> Result<bool> {
     sqlx::query(
         "UPDATE survey_responses SET answers = $3, language = $4, state = 'begun',
            consented_at = coalesce(consented_at, $5)
@@ -170,10 +170,7 @@ pub struct Submission<'a> {
 ///
 /// # Errors
 /// When the person has answered already, or the database fails.
-pub async fn submit(
-    writer: &mut SqliteConnection,
-    Submission { response, identity, at }: Submission<'_>,
-) -> Result<bool> {
+pub async fn submit(writer: &mut Connection, Submission { response, identity, at }: Submission<'_>) -> Result<bool> {
     const DAY_US: i64 = 86_400_000_000;
     if let Some(person) = response.person_id {
         sqlx::query(
@@ -208,7 +205,7 @@ pub async fn submit(
 }
 
 /// Forgets what was begun: a person's response goes, a link is as if it had never been opened.
-pub async fn reset(writer: &mut SqliteConnection, response: &SurveyResponse) -> Result<()> {
+pub async fn reset(writer: &mut Connection, response: &SurveyResponse) -> Result<()> {
     let statement = if response.person_id.is_some() {
         "DELETE FROM survey_responses WHERE school_id = $1 AND id = $2 AND state = 'begun'"
     } else {
@@ -219,7 +216,7 @@ pub async fn reset(writer: &mut SqliteConnection, response: &SurveyResponse) -> 
 }
 
 /// Takes sent answers back: what was said, and the themes found in it, are gone. False when there was nothing sent.
-pub async fn withdraw(writer: &mut SqliteConnection, response: &SurveyResponse) -> Result<bool> {
+pub async fn withdraw(writer: &mut Connection, response: &SurveyResponse) -> Result<bool> {
     sqlx::query("DELETE FROM survey_tags WHERE school_id = $1 AND response_id = $2")
         .bind(response.school_id)
         .bind(response.id)

@@ -4,10 +4,10 @@ use assessment::questionnaire::Answer;
 use model::Moment;
 use model::ids::{ResponseId, SessionId};
 use model::survey::{Identity, Survey};
+use sqlx::FromRow;
 use sqlx::types::Json;
-use sqlx::{FromRow, SqliteExecutor};
 
-use crate::Result;
+use crate::{Executor, Result};
 
 /// Sent answers.
 #[derive(Clone, Debug, PartialEq, FromRow)]
@@ -37,7 +37,7 @@ pub struct SubmittedResponse {
 }
 
 /// Every sent response of a survey, in no telling order.
-pub async fn submitted(executor: impl SqliteExecutor<'_>, survey: &Survey) -> Result<Vec<SubmittedResponse>> {
+pub async fn submitted(executor: impl Executor<'_>, survey: &Survey) -> Result<Vec<SubmittedResponse>> {
     let mut submitted: Vec<SubmittedResponse> = sqlx::query_as(
         "SELECT r.id, r.role, CASE $3 WHEN 'named' THEN coalesce(p.display_name, r.label)
              WHEN 'pseudonymous' THEN p.pseudonym END AS who,
@@ -65,7 +65,7 @@ pub struct ResponseMetric {
 }
 
 /// A metric of the attempts behind the sent responses; `score` is the grade that counts.
-pub async fn attempts(executor: impl SqliteExecutor<'_>, survey: &Survey, metric: &str) -> Result<Vec<ResponseMetric>> {
+pub async fn attempts(executor: impl Executor<'_>, survey: &Survey, metric: &str) -> Result<Vec<ResponseMetric>> {
     if survey.identity == Identity::Anonymous {
         return Ok(Vec::new());
     }
@@ -101,7 +101,7 @@ pub struct ResponseCounts {
 }
 
 /// Counts a survey.
-pub async fn counts(executor: impl SqliteExecutor<'_>, survey: &Survey, now: Moment) -> Result<ResponseCounts> {
+pub async fn counts(executor: impl Executor<'_>, survey: &Survey, now: Moment) -> Result<ResponseCounts> {
     sqlx::query_as(
         "SELECT
            coalesce(sum(r.role = 'professional'), 0) AS links,
@@ -156,7 +156,7 @@ pub struct Tag {
 }
 
 /// Every theme of a survey's comments.
-pub async fn tags(executor: impl SqliteExecutor<'_>, survey: &Survey) -> Result<Vec<Tag>> {
+pub async fn tags(executor: impl Executor<'_>, survey: &Survey) -> Result<Vec<Tag>> {
     sqlx::query_as(
         "SELECT response_id, item_id, tag FROM survey_tags WHERE school_id = $1 AND survey_id = $2
          ORDER BY tag, response_id, item_id",

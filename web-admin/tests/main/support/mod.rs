@@ -18,7 +18,7 @@ use axum::Router;
 use client::Client;
 use model::Role;
 use model::ids::SchoolId;
-use sqlx::SqliteConnection;
+use store::Connection;
 use store::audit::{Actor, AuditEntry};
 use store::cohorts::{self, Deed, Membership};
 use store::people::{self, NewPerson, Person};
@@ -73,7 +73,7 @@ impl App {
         Self { router: routes::router(state.clone()), state, folder }
     }
 
-    pub async fn write<T>(&self, work: impl AsyncFnOnce(&mut SqliteConnection) -> T) -> T {
+    pub async fn write<T>(&self, work: impl AsyncFnOnce(&mut Connection) -> T) -> T {
         let mut tx = self.state.db.write().await.unwrap();
         let made = work(&mut tx).await;
         tx.commit().await.unwrap();
