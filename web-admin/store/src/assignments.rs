@@ -171,8 +171,10 @@ pub async fn find_same_assignment(
         AssignmentTask::Course(id) => (None, Some(id)),
     };
     sqlx::query_scalar(
-        "SELECT id FROM assignments WHERE school_id = $1 AND exercise_id IS $2 AND curriculum_id IS $3
-           AND cohort_id IS $4 AND person_id IS $5 AND withdrawn_at IS NULL AND coalesce(due_at, $6) >= $6
+        "SELECT id FROM assignments WHERE school_id = $1 AND exercise_id IS NOT DISTINCT FROM $2
+         AND curriculum_id IS NOT DISTINCT FROM $3
+           AND cohort_id IS NOT DISTINCT FROM $4 AND person_id IS NOT DISTINCT FROM $5 AND withdrawn_at IS NULL
+           AND coalesce(due_at, $6) >= $6
          ORDER BY made_at DESC LIMIT 1",
     )
     .bind(school)

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use sqlx::FromRow;
 
-use super::{Connection, Executor, Result};
+use super::{Connection, Executor, Result, engine};
 
 /// Something that was done.
 #[derive(Clone, Debug)]
@@ -181,9 +181,7 @@ pub struct AuditChain {
 
 /// True where the database has an audit log: one that was never migrated has none.
 pub async fn is_entry_kept(executor: impl Executor<'_>) -> Result<bool> {
-    sqlx::query_scalar("SELECT count(*) > 0 FROM sqlite_schema WHERE type = 'table' AND name = 'audit_log'")
-        .fetch_one(executor)
-        .await
+    engine::is_table_there(executor, "audit_log").await
 }
 
 /// Whether a row of the log has this hash, in hexadecimal.

@@ -69,7 +69,7 @@ pub async fn search_audit_log<'e>(
 ) -> Result<FoundActs> {
     let window: ReadWindow = sqlx::query_as(
         "SELECT count(*) AS rows, min(seq) AS first
-         FROM (SELECT seq FROM audit_log WHERE school_id = $1 AND seq < $2 ORDER BY seq DESC LIMIT $3)",
+         FROM (SELECT seq FROM audit_log WHERE school_id = $1 AND seq < $2 ORDER BY seq DESC LIMIT $3) recent",
     )
     .bind(search.school)
     .bind(before)
@@ -86,8 +86,8 @@ pub async fn search_audit_log<'e>(
            AND o.id = unhex(replace(a.object, '-', ''))
          WHERE a.school_id = $1 AND a.seq < $2 AND a.seq >= $3
            AND ($4 = '[]' OR substr(a.action, 1, instr(a.action, '.') - 1) IN (SELECT value FROM json_each($4)))
-           AND ($5 = '' OR a.object = $5 OR instr(lower(a.actor), lower($5))
-             OR instr(lower(p.display_name), lower($5)) OR instr(lower(o.display_name), lower($5)))
+           AND ($5 = '' OR a.object = $5 OR instr(lower(a.actor), lower($5)) > 0
+             OR instr(lower(p.display_name), lower($5)) > 0 OR instr(lower(o.display_name), lower($5)) > 0)
            AND a.at >= $6
          ORDER BY a.seq DESC LIMIT $7",
     )
@@ -199,25 +199,32 @@ pub async fn name_audit_objects(
         "WITH wanted AS (SELECT value AS word, unhex(replace(value, '-', '')) AS id FROM json_each($2)
                          WHERE length(value) = 36)
          SELECT w.word, 'person' AS kind, x.display_name AS name FROM wanted w
-           CROSS JOIN people x ON x.school_id = $1 AND x.id = w.id
-         UNION ALL SELECT w.word, 'cohort', x.name FROM wanted w CROSS JOIN cohorts x ON x.school_id = $1 AND x.id = w.id
+           CROSS JOIN people x
+         WHERE x.school_id = $1 AND x.id = w.id
+         UNION ALL SELECT w.word, 'cohort', x.name FROM wanted w CROSS JOIN cohorts x
+         WHERE x.school_id = $1 AND x.id = w.id
          UNION ALL SELECT w.word, 'session', p.display_name FROM wanted w
-           CROSS JOIN sessions x ON x.school_id = $1 AND x.id = w.id
-           JOIN people p ON p.school_id = x.school_id AND p.id = x.trainee_id
-         UNION ALL SELECT w.word, 'school', x.name FROM wanted w CROSS JOIN schools x ON x.id = w.id AND x.id = $1
+           CROSS JOIN sessions x
+           JOIN people p ON p.school_id = x.school_id AND p.id = x.trainee_id WHERE x.school_id = $1 AND x.id = w.id
+         UNION ALL SELECT w.word, 'school', x.name FROM wanted w CROSS JOIN schools x
+         WHERE x.id = w.id AND x.id = $1
          UNION ALL SELECT w.word, 'assignment', coalesce(r.title, c.title, x.exercise_id, x.curriculum_id) FROM wanted w
-           CROSS JOIN assignments x ON x.school_id = $1 AND x.id = w.id
+           CROSS JOIN assignments x
            LEFT JOIN exercises e ON e.school_id = x.school_id AND e.exercise_id = x.exercise_id
            LEFT JOIN exercise_revisions r ON r.id = e.revision_id
            LEFT JOIN curricula u ON u.school_id = x.school_id AND u.curriculum_id = x.curriculum_id
-           LEFT JOIN curriculum_revisions c ON c.id = u.revision_id
-         UNION ALL SELECT w.word, 'survey', x.title FROM wanted w CROSS JOIN surveys x ON x.school_id = $1 AND x.id = w.id
-         UNION ALL SELECT w.word, 'study', x.title FROM wanted w CROSS JOIN studies x ON x.school_id = $1 AND x.id = w.id
-         UNION ALL SELECT w.word, 'round', x.title FROM wanted w CROSS JOIN rating_rounds x ON x.school_id = $1 AND x.id = w.id
+           LEFT JOIN curriculum_revisions c ON c.id = u.revision_id WHERE x.school_id = $1 AND x.id = w.id
+         UNION ALL SELECT w.word, 'survey', x.title FROM wanted w CROSS JOIN surveys x
+         WHERE x.school_id = $1 AND x.id = w.id
+         UNION ALL SELECT w.word, 'study', x.title FROM wanted w CROSS JOIN studies x
+         WHERE x.school_id = $1 AND x.id = w.id
+         UNION ALL SELECT w.word, 'round', x.title FROM wanted w CROSS JOIN rating_rounds x
+         WHERE x.school_id = $1 AND x.id = w.id
          UNION ALL SELECT w.word, 'segments', x.title FROM wanted w
-           CROSS JOIN segment_tasks x ON x.school_id = $1 AND x.id = w.id
+           CROSS JOIN segment_tasks x
+         WHERE x.school_id = $1 AND x.id = w.id
          UNION ALL SELECT w.word, 'station', x.station FROM wanted w
-           CROSS JOIN api_tokens x ON x.school_id = $1 AND x.id = w.id WHERE x.station IS NOT NULL",
+           CROSS JOIN api_tokens x WHERE x.school_id = $1 AND x.id = w.id AND x.station IS NOT NULL",
     )
     .bind(school)
     .bind(serde_json::Value::from(ids).to_string())

@@ -42,7 +42,8 @@ pub async fn note_backup(writer: &mut Connection, backup: &NotedBackup) -> Resul
     .execute(&mut *writer)
     .await?;
     sqlx::query(
-        "DELETE FROM backups WHERE id IN (SELECT id FROM backups ORDER BY made_at DESC, id DESC LIMIT -1 OFFSET $1)",
+        "DELETE FROM backups WHERE id IN (
+           SELECT id FROM backups ORDER BY made_at DESC, id DESC LIMIT 9223372036854775807 OFFSET $1)",
     )
     .bind(REMEMBERED)
     .execute(writer)

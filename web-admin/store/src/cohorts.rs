@@ -112,8 +112,8 @@ pub async fn list_members_among(
 ) -> Result<BTreeSet<PersonId>> {
     let found: Vec<PersonId> = sqlx::query_scalar(
         "SELECT m.person_id FROM json_each($3) asked
-         CROSS JOIN cohort_members m ON m.cohort_id = $2 AND m.person_id = unhex(asked.value, '-')
-         WHERE m.school_id = $1",
+         CROSS JOIN cohort_members m
+         WHERE m.cohort_id = $2 AND m.person_id = unhex(asked.value, '-') AND m.school_id = $1",
     )
     .bind(school)
     .bind(cohort)

@@ -156,8 +156,9 @@ pub async fn list_cohort_extensions(
 ) -> Result<Vec<CohortExtension>> {
     sqlx::query_as(
         "SELECT x.assignment_id, x.person_id, x.days, x.due_at FROM cohort_members m
-         CROSS JOIN assignment_extensions x ON x.school_id = m.school_id AND x.person_id = m.person_id
-         WHERE m.school_id = $1 AND m.cohort_id = $2 AND m.role = 'trainee'",
+         CROSS JOIN assignment_extensions x
+         WHERE x.school_id = m.school_id AND x.person_id = m.person_id AND m.school_id = $1 AND m.cohort_id = $2
+         AND m.role = 'trainee'",
     )
     .bind(school)
     .bind(cohort)

@@ -36,7 +36,7 @@ macro_rules! people_by {
             " AS sorted,
                  CASE WHEN p.erased_at IS NOT NULL THEN 'erased' WHEN p.disabled_at IS NOT NULL THEN 'disabled'
                       WHEN p.password_hash = '' THEN 'invited' ELSE 'active' END AS state,
-                 coalesce((SELECT group_concat(c.name, ', ') FROM cohort_members m JOIN cohorts c ON c.id = m.cohort_id
+                 coalesce((SELECT string_agg(c.name, ', ') FROM cohort_members m JOIN cohorts c ON c.id = m.cohort_id
                            WHERE m.person_id = p.id), '') AS cohorts
                FROM people p
                WHERE p.school_id = $1 AND p.role <> 'guest' AND (",
@@ -46,7 +46,8 @@ macro_rules! people_by {
             " ($2, $3)
                  AND NOT EXISTS (SELECT 1 FROM json_each($4) w WHERE instr(p.search, w.value) = 0)
                  AND ($5 IS NULL OR p.role = $5)
-                 AND ($6 IS NULL OR EXISTS (SELECT 1 FROM cohort_members m WHERE m.cohort_id = $6 AND m.person_id = p.id)))
+                 AND ($6 IS NULL OR EXISTS (SELECT 1 FROM cohort_members m WHERE m.cohort_id = $6
+                 AND m.person_id = p.id))) listed
              WHERE $7 IS NULL OR state = $7 ORDER BY ",
             $order,
             " LIMIT $8"
@@ -97,10 +98,10 @@ pub async fn list_people_by_id(
         "SELECT p.id, p.display_name AS name, p.email, p.role, p.pseudonym, p.registrar_id,
            CASE WHEN p.erased_at IS NOT NULL THEN 'erased' WHEN p.disabled_at IS NOT NULL THEN 'disabled'
                 WHEN p.password_hash = '' THEN 'invited' ELSE 'active' END AS state,
-           coalesce((SELECT group_concat(c.name, ', ') FROM cohort_members m JOIN cohorts c ON c.id = m.cohort_id
+           coalesce((SELECT string_agg(c.name, ', ') FROM cohort_members m JOIN cohorts c ON c.id = m.cohort_id
                      WHERE m.person_id = p.id), '') AS cohorts
-         FROM (SELECT DISTINCT value FROM json_each($2)) asked CROSS JOIN people p ON p.id = unhex(asked.value, '-')
-         WHERE p.school_id = $1 AND p.role <> 'guest' ORDER BY p.sort_name, p.id",
+         FROM (SELECT DISTINCT value FROM json_each($2)) asked CROSS JOIN people p
+         WHERE p.id = unhex(asked.value, '-') AND p.school_id = $1 AND p.role <> 'guest' ORDER BY p.sort_name, p.id",
     )
     .bind(school)
     .bind(Json(ids))
@@ -154,7 +155,7 @@ pub async fn find_anybody(
         "SELECT p.id, p.display_name AS name, p.email, p.role, p.pseudonym, p.registrar_id,
            CASE WHEN p.erased_at IS NOT NULL THEN 'erased' WHEN p.disabled_at IS NOT NULL THEN 'disabled'
                 WHEN p.password_hash = '' THEN 'invited' ELSE 'active' END AS state,
-           coalesce((SELECT group_concat(c.name, ', ') FROM cohort_members m JOIN cohorts c ON c.id = m.cohort_id
+           coalesce((SELECT string_agg(c.name, ', ') FROM cohort_members m JOIN cohorts c ON c.id = m.cohort_id
                      WHERE m.person_id = p.id), '') AS cohorts
          FROM people p WHERE p.school_id = $1 AND p.id = $2",
     )

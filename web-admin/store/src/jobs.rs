@@ -101,7 +101,7 @@ pub async fn find_next_job_time(executor: impl Executor<'_>, now: Moment) -> Res
 /// Puts a job back after a failure that may pass.
 pub async fn put_off_job(writer: &mut Connection, session: SessionKey, until: Moment, why: &str) -> Result<()> {
     sqlx::query(
-        "UPDATE jobs SET begun = 0, attempts = attempts + 1, next_run_at = $3, error = $4
+        "UPDATE jobs SET begun = FALSE, attempts = attempts + 1, next_run_at = $3, error = $4
          WHERE school_id = $1 AND session_id = $2",
     )
     .bind(session.school_id)

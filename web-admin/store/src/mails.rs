@@ -27,7 +27,7 @@ pub async fn queue_mail(writer: &mut Connection, mail: NewMail, now: Moment) -> 
         "INSERT INTO mails (id, school_id, person_id, kind, assignment_id, next_run_at)
          SELECT $1, $2, $3, $4, $5, $6
          WHERE NOT EXISTS (SELECT 1 FROM mails WHERE school_id = $2 AND person_id = $3 AND kind = $4
-                           AND assignment_id IS $5 AND (next_run_at IS NOT NULL OR kind = 'reminder'))",
+                           AND assignment_id IS NOT DISTINCT FROM $5 AND (next_run_at IS NOT NULL OR kind = 'reminder'))",
     )
     .bind(LetterId::made_at(now))
     .bind(mail.school_id)
@@ -46,7 +46,7 @@ pub async fn list_due_mails(executor: impl Executor<'_>, now: Moment, limit: u32
         "SELECT m.id, m.school_id, m.person_id, m.kind, m.assignment_id, m.tries, p.display_name AS name, p.email,
            s.name AS school, s.time_zone, coalesce(p.language, s.letter_language) AS language,
            p.disabled_at IS NULL AND CASE m.kind WHEN 'reminder' THEN s.mails_reminders WHEN 'news' THEN s.mails_news
-             ELSE 1 END AS enabled
+             ELSE TRUE END AS enabled
          FROM mails m JOIN people p ON p.id = m.person_id JOIN schools s ON s.id = m.school_id
          WHERE m.next_run_at <= $1 ORDER BY m.next_run_at LIMIT $2",
     )

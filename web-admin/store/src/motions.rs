@@ -9,7 +9,7 @@ use super::{Connection, Executor, Result};
 pub async fn list_unhashed_motions(executor: impl Executor<'_>) -> Result<Option<Session>> {
     sqlx::query_as(
         "SELECT s.* FROM (SELECT school_id, session_id FROM unhashed_motions ORDER BY rowid LIMIT 1) u
-         CROSS JOIN sessions s ON s.school_id = u.school_id AND s.id = u.session_id",
+         CROSS JOIN sessions s WHERE s.school_id = u.school_id AND s.id = u.session_id",
     )
     .fetch_optional(executor)
     .await

@@ -55,8 +55,9 @@ pub async fn add_notice(writer: &mut Connection, new: NewNotice, now: Moment) ->
 pub async fn list_teachers_of(executor: impl Executor<'_>, trainee: PersonKey) -> Result<Vec<PersonId>> {
     sqlx::query_scalar(
         "SELECT DISTINCT teacher.person_id FROM cohort_members own
-         CROSS JOIN cohort_members teacher ON teacher.cohort_id = own.cohort_id AND teacher.role = 'instructor'
-         WHERE own.school_id = $1 AND own.person_id = $2 AND own.role = 'trainee'",
+         CROSS JOIN cohort_members teacher
+         WHERE teacher.cohort_id = own.cohort_id AND teacher.role = 'instructor' AND own.school_id = $1
+         AND own.person_id = $2 AND own.role = 'trainee'",
     )
     .bind(trainee.school_id)
     .bind(trainee.person_id)
@@ -90,8 +91,8 @@ pub async fn list_assignees(
 ) -> Result<Vec<PersonId>> {
     sqlx::query_scalar(
         "SELECT m.person_id FROM assignments a
-         CROSS JOIN cohort_members m ON m.cohort_id = a.cohort_id AND m.role = 'trainee'
-         WHERE a.school_id = $1 AND a.id = $2
+         CROSS JOIN cohort_members m
+         WHERE m.cohort_id = a.cohort_id AND m.role = 'trainee' AND a.school_id = $1 AND a.id = $2
          UNION SELECT person_id FROM assignments WHERE school_id = $1 AND id = $2 AND person_id IS NOT NULL",
     )
     .bind(school)
@@ -116,8 +117,8 @@ pub async fn list_round_parts(executor: impl Executor<'_>, school: SchoolId, rou
          WHERE o.school_id = $1 AND o.id = $2 AND o.withdrawn_at IS NULL
            AND NOT EXISTS (SELECT 1 FROM ratings r WHERE r.round_id = o.id AND r.finished_at IS NULL)
          UNION SELECT s.trainee_id, s.id FROM ratings r
-         CROSS JOIN sessions s ON s.school_id = $1 AND s.id = r.session_id
-         WHERE r.round_id = $2
+         CROSS JOIN sessions s
+         WHERE s.school_id = $1 AND s.id = r.session_id AND r.round_id = $2
            AND NOT EXISTS (SELECT 1 FROM ratings q WHERE q.round_id = $2 AND q.finished_at IS NULL)",
     )
     .bind(school)

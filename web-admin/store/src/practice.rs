@@ -67,7 +67,7 @@ macro_rules! practised {
         concat!(
             "SELECT p.trainee_id, p.exercise_id, p.history FROM (",
             $trainees,
-            ") trained CROSS JOIN practice p ON p.school_id = $1 AND p.trainee_id = trained.person_id ",
+            ") trained CROSS JOIN practice p WHERE p.school_id = $1 AND p.trainee_id = trained.person_id ",
             $rest
         )
     };
@@ -217,7 +217,8 @@ pub async fn of_assignment(
 ) -> Result<ByTrainee> {
     let rows = sqlx::query_as(practised!(
         "SELECT m.person_id FROM assignments a JOIN cohort_members m ON m.cohort_id = a.cohort_id AND m.role = 'trainee'
-         WHERE a.id = $2 UNION ALL SELECT person_id FROM assignments WHERE id = $2 AND person_id IS NOT NULL",
+         WHERE a.id = $2
+         UNION ALL SELECT person_id FROM assignments WHERE id = $2 AND person_id IS NOT NULL",
         ""
     ));
     Ok(list_practice_by_trainee(rows.bind(school).bind(assignment).fetch_all(executor).await?))
@@ -236,9 +237,10 @@ pub async fn list_latest_of_others(
     let latest: Vec<Option<String>> = sqlx::query_scalar(
         "SELECT json_extract(p.history, '$[#-1][0]') FROM (
            SELECT DISTINCT other.person_id FROM cohort_members own
-           CROSS JOIN cohort_members other ON other.cohort_id = own.cohort_id AND other.role = 'trainee'
-           WHERE own.school_id = $1 AND own.person_id = $2 AND own.role = 'trainee' AND other.person_id <> $2 LIMIT $4) mates
-         CROSS JOIN practice p ON p.school_id = $1 AND p.trainee_id = mates.person_id AND p.exercise_id = $3 LIMIT $5",
+           CROSS JOIN cohort_members other
+           WHERE other.cohort_id = own.cohort_id AND other.role = 'trainee' AND own.school_id = $1 AND own.person_id = $2
+           AND own.role = 'trainee' AND other.person_id <> $2 LIMIT $4) mates
+         CROSS JOIN practice p WHERE p.school_id = $1 AND p.trainee_id = mates.person_id AND p.exercise_id = $3 LIMIT $5",
     )
     .bind(school)
     .bind(trainee)

@@ -85,8 +85,9 @@ pub async fn count_held_back(executor: impl Executor<'_>, school: SchoolId) -> R
     sqlx::query_as(
         "SELECT coalesce(sum(iif(p.role = 'guest', 1, 0)), 0) AS of_guests,
            coalesce(sum(iif(p.role <> 'guest', 1, 0)), 0) AS of_staff
-         FROM people p CROSS JOIN sessions s ON s.school_id = p.school_id AND s.trainee_id = p.id
-         WHERE p.school_id = $1 AND (p.role = 'guest' OR (p.role <> 'trainee' AND NOT EXISTS (
+         FROM people p CROSS JOIN sessions s
+         WHERE s.school_id = p.school_id AND s.trainee_id = p.id AND p.school_id = $1
+         AND (p.role = 'guest' OR (p.role <> 'trainee' AND NOT EXISTS (
            SELECT 1 FROM expert_declarations d
            WHERE d.school_id = p.school_id AND d.person_id = p.id AND d.withdrawn_at IS NULL)))",
     )

@@ -165,7 +165,7 @@ pub async fn note_warning_letter(
 ) -> Result<()> {
     sqlx::query(
         "UPDATE retention_warnings SET tries = tries + 1, error = $2, next_run_at = $3,
-           told_at = CASE WHEN $3 IS NULL THEN $4 END,
+           told_at = CASE WHEN $3 IS NULL THEN CAST($4 AS BIGINT) END,
            told_observed_s = CASE WHEN $3 IS NULL THEN (SELECT observed_s FROM service_time) END
          WHERE id = $1",
     )

@@ -48,7 +48,7 @@ macro_rules! waiting {
     ($chosen:literal) => {
         concat!(
             "SELECT s.id, s.started_at, p.display_name AS trainee, coalesce(r.title, s.exercise_id) AS exercise,
-               coalesce(s.verify_flagged, 0) AS flagged, g.score, g.passed, s.review_rank AS rank,
+               coalesce(s.verify_flagged, FALSE) AS flagged, g.score, g.passed, s.review_rank AS rank,
                (SELECT count(*) FROM comments c WHERE c.school_id = s.school_id AND c.session_id = s.id
                   AND c.kind = 'question' AND c.withdrawn_at IS NULL AND NOT EXISTS (
                     SELECT 1 FROM comments a WHERE a.school_id = c.school_id AND a.session_id = c.session_id
@@ -57,10 +57,10 @@ macro_rules! waiting {
             $chosen,
             " AND ($8 IS NULL OR n.exercise_id = $8) AND n.school_id = $1 AND n.state = 'scored' AND n.reviewed = 0 AND n.review_rank = $4
                 AND (n.started_at, n.id) > ($5, $6) ORDER BY n.started_at, n.id LIMIT $3) chosen
-             CROSS JOIN sessions s ON s.school_id = $1 AND s.id = chosen.id
+             CROSS JOIN sessions s
              JOIN grades g ON g.school_id = s.school_id AND g.session_id = s.id
              JOIN people p ON p.school_id = s.school_id AND p.id = s.trainee_id
-             LEFT JOIN exercise_revisions r ON r.id = s.revision_id
+             LEFT JOIN exercise_revisions r ON r.id = s.revision_id WHERE s.school_id = $1 AND s.id = chosen.id
              ORDER BY s.started_at, s.id"
         )
     };

@@ -162,14 +162,16 @@ pub async fn list_known_people(
 ) -> Result<Vec<SchoolPerson>> {
     let rows: Vec<KnownRow> = sqlx::query_as(
         "SELECT p.id, p.registrar_id, p.email, p.display_name, p.role, p.disabled_at IS NULL AS enabled
-         FROM (SELECT e.id FROM json_each($2) asked CROSS JOIN people e ON e.email = asked.value
+         FROM (SELECT e.id FROM json_each($2) asked CROSS JOIN people e
+           WHERE e.email = asked.value
            UNION SELECT n.id FROM json_each($3) asked
-             CROSS JOIN people n ON n.school_id = $1 AND n.registrar_id = asked.value
+             CROSS JOIN people n
+           WHERE n.school_id = $1 AND n.registrar_id = asked.value
            UNION SELECT m.person_id FROM json_each($4) asked
-             CROSS JOIN cohorts c ON c.school_id = $1 AND c.name = asked.value
-             CROSS JOIN cohort_members m ON m.cohort_id = c.id) named
-         CROSS JOIN people p ON p.school_id = $1 AND p.id = named.id
-         WHERE p.erased_at IS NULL ORDER BY p.display_name, p.id",
+             CROSS JOIN cohorts c
+             CROSS JOIN cohort_members m WHERE m.cohort_id = c.id AND c.school_id = $1 AND c.name = asked.value) named
+         CROSS JOIN people p
+         WHERE p.school_id = $1 AND p.id = named.id AND p.erased_at IS NULL ORDER BY p.display_name, p.id",
     )
     .bind(school)
     .bind(Json(&about.emails))
@@ -180,8 +182,9 @@ pub async fn list_known_people(
     let ids: Vec<PersonId> = rows.iter().map(|row| row.id).collect();
     let memberships: Vec<(PersonId, String)> = sqlx::query_as(
         "SELECT m.person_id, c.name FROM json_each($2) asked
-         CROSS JOIN cohort_members m ON m.person_id = unhex(asked.value, '-')
-         CROSS JOIN cohorts c ON c.school_id = $1 AND c.id = m.cohort_id ORDER BY c.name",
+         CROSS JOIN cohort_members m
+         CROSS JOIN cohorts c WHERE c.school_id = $1 AND c.id = m.cohort_id
+         AND m.person_id = unhex(asked.value, '-') ORDER BY c.name",
     )
     .bind(school)
     .bind(Json(&ids))

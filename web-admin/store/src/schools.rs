@@ -141,5 +141,5 @@ pub async fn find_or_create(writer: &mut Connection, name: &str, now: Moment) ->
 
 /// Whether there is more than one.
 pub async fn are_schools_several(executor: impl Executor<'_>) -> Result<bool> {
-    sqlx::query_scalar("SELECT count(*) > 1 FROM (SELECT 1 FROM schools LIMIT 2)").fetch_one(executor).await
+    sqlx::query_scalar("SELECT count(*) > 1 FROM (SELECT 1 FROM schools LIMIT 2) two").fetch_one(executor).await
 }

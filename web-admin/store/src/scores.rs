@@ -216,7 +216,8 @@ pub async fn metrics_of_many(
     sqlx::query_as(
         "SELECT m.id, m.version, min(m.unit) AS unit, min(m.label) AS label,
            json_group_array(json_array(asked.key, iif(m.value IS NULL, NULL, printf('%!.17g', m.value)), m.absent)) AS found
-         FROM json_each($2) asked CROSS JOIN metrics m ON m.school_id = $1 AND m.session_id = unhex(asked.value, '-')
+         FROM json_each($2) asked CROSS JOIN metrics m
+         WHERE m.school_id = $1 AND m.session_id = unhex(asked.value, '-')
          GROUP BY m.id, m.version ORDER BY min(m.position), m.version",
     )
     .bind(school)
@@ -240,8 +241,8 @@ pub async fn list_values_of_many(
     // A cross join keeps this order: from the attempts to their metrics, however many the school has.
     let found: Json<Vec<ValueOfMany>> = sqlx::query_scalar(
         "SELECT json_group_array(json_array(asked.key, m.id, m.version, m.value))
-         FROM json_each($2) asked CROSS JOIN metrics m ON m.school_id = $1 AND m.session_id = unhex(asked.value, '-')
-         WHERE m.value IS NOT NULL",
+         FROM json_each($2) asked CROSS JOIN metrics m
+         WHERE m.school_id = $1 AND m.session_id = unhex(asked.value, '-') AND m.value IS NOT NULL",
     )
     .bind(school)
     .bind(Json(sessions))

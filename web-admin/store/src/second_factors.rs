@@ -60,7 +60,7 @@ pub async fn offer_second_factor(
     sqlx::query(
         "INSERT INTO second_factors (person_id, school_id, sealed_secret, made_at) VALUES ($1, $2, $3, $4)
          ON CONFLICT (person_id) DO UPDATE SET sealed_secret = excluded.sealed_secret, made_at = excluded.made_at
-         WHERE confirmed_at IS NULL",
+         WHERE second_factors.confirmed_at IS NULL",
     )
     .bind(key.person_id)
     .bind(key.school_id)

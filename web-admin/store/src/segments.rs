@@ -146,8 +146,8 @@ pub async fn list_trainee_tasks(
     person: PersonId,
 ) -> Result<Vec<SegmentTask>> {
     sqlx::query_as(
-        "SELECT k.id, k.title, k.cohort_id, c.name AS cohort, k.due_local, coalesce(x.due_at, k.due_at) AS due_at,
-           coalesce(x.days, 0) AS extended_days, k.time_zone, count(*) AS traces, count(a.sent_at) AS sent
+        "SELECT k.id, k.title, k.cohort_id, min(c.name) AS cohort, k.due_local, coalesce(min(x.due_at), k.due_at) AS due_at,
+           coalesce(min(x.days), 0) AS extended_days, k.time_zone, count(*) AS traces, count(a.sent_at) AS sent
          FROM cohort_members m
          JOIN segment_tasks k ON k.cohort_id = m.cohort_id AND k.withdrawn_at IS NULL
          JOIN cohorts c ON c.school_id = k.school_id AND c.id = k.cohort_id
@@ -156,7 +156,7 @@ pub async fn list_trainee_tasks(
          LEFT JOIN segment_marks a ON a.trace_id = r.id AND a.person_id = $2
          LEFT JOIN segment_extensions x ON x.task_id = k.id AND x.person_id = $2
          WHERE m.person_id = $2 AND m.role = 'trainee' AND k.school_id = $1
-         GROUP BY k.id ORDER BY k.due_at IS NULL, coalesce(x.due_at, k.due_at), k.made_at",
+         GROUP BY k.id ORDER BY k.due_at IS NULL, coalesce(min(x.due_at), k.due_at), k.made_at",
     )
     .bind(school)
     .bind(person)

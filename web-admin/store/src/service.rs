@@ -48,7 +48,7 @@ pub async fn count_totals(executor: impl Executor<'_>) -> Result<Totals> {
            (SELECT count(*) FROM api_tokens WHERE station IS NOT NULL AND revoked_at IS NULL) AS stations,
            (SELECT count(*) FROM uploads WHERE session_id IS NULL) AS uploads,
            (SELECT count(*) FROM sessions WHERE state = 'pending') AS pending,
-           (SELECT coalesce(sum(attempts), 0) FROM tallies WHERE cohort_id = zeroblob(16)) AS scored,
+           (SELECT CAST(coalesce(sum(attempts), 0) AS BIGINT) FROM tallies WHERE cohort_id = zeroblob(16)) AS scored,
            (SELECT count(*) FROM sessions WHERE state = 'refused') AS refused,
            (SELECT count(*) FROM jobs) AS waiting,
            (SELECT count(*) FROM jobs WHERE attempts > 0) AS failing,

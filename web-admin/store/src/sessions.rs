@@ -243,11 +243,12 @@ pub async fn visible_after(
         // From whoever is seen to the newest of each, and from these to the newest of all.
         Role::Instructor | Role::Trainee | Role::Guest => {
             "SELECT s.* FROM (SELECT n.id FROM (SELECT trainee_id AS person_id FROM taught_trainees WHERE teacher_id = $2 UNION SELECT $2) seen
-               CROSS JOIN sessions n ON n.school_id = $1 AND n.id IN (
+               CROSS JOIN sessions n
+               WHERE n.school_id = $1 AND n.id IN (
                  SELECT l.id FROM sessions l WHERE l.school_id = $1 AND l.trainee_id = seen.person_id
                    AND (l.started_at, l.id) < ($3, $4) ORDER BY l.started_at DESC, l.id DESC LIMIT $5)
                ORDER BY n.started_at DESC, n.id DESC LIMIT $5) chosen
-             CROSS JOIN sessions s ON s.school_id = $1 AND s.id = chosen.id ORDER BY s.started_at DESC, s.id DESC"
+             CROSS JOIN sessions s WHERE s.school_id = $1 AND s.id = chosen.id ORDER BY s.started_at DESC, s.id DESC"
         }
     };
     sqlx::query_as(statement)

@@ -14,9 +14,9 @@ pub async fn put_sign_in_code(
     now: Moment,
 ) -> Result<bool> {
     sqlx::query(
-        "INSERT INTO sign_in_codes (school_id, person_id, code_hash, made_at) VALUES ($1, $2, $3, $4)
-         ON CONFLICT (person_id) DO UPDATE SET code_hash = excluded.code_hash, made_at = excluded.made_at
-         ON CONFLICT (school_id, code_hash) DO NOTHING",
+        "INSERT INTO sign_in_codes (school_id, person_id, code_hash, made_at) SELECT $1, $2, $3, $4
+         WHERE NOT EXISTS (SELECT 1 FROM sign_in_codes WHERE school_id = $1 AND code_hash = $3 AND person_id <> $2)
+         ON CONFLICT (person_id) DO UPDATE SET code_hash = excluded.code_hash, made_at = excluded.made_at",
     )
     .bind(school)
     .bind(person)

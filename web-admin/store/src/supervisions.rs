@@ -85,7 +85,7 @@ pub async fn list_cohort_supervisions(
     sqlx::query_scalar(
         "SELECT v.session_id FROM (
            SELECT person_id FROM cohort_members WHERE school_id = $1 AND cohort_id = $2 AND role = 'trainee') trained
-         CROSS JOIN supervisions v ON v.school_id = $1 AND v.trainee_id = trained.person_id",
+         CROSS JOIN supervisions v WHERE v.school_id = $1 AND v.trainee_id = trained.person_id",
     )
     .bind(school)
     .bind(cohort)
@@ -102,8 +102,9 @@ pub async fn of_assignment(
     sqlx::query_scalar(
         "SELECT v.session_id FROM (
            SELECT m.person_id FROM assignments a JOIN cohort_members m ON m.cohort_id = a.cohort_id AND m.role = 'trainee'
-           WHERE a.id = $2 UNION ALL SELECT person_id FROM assignments WHERE id = $2 AND person_id IS NOT NULL) trained
-         CROSS JOIN supervisions v ON v.school_id = $1 AND v.trainee_id = trained.person_id",
+           WHERE a.id = $2
+           UNION ALL SELECT person_id FROM assignments WHERE id = $2 AND person_id IS NOT NULL) trained
+         CROSS JOIN supervisions v WHERE v.school_id = $1 AND v.trainee_id = trained.person_id",
     )
     .bind(school)
     .bind(assignment)

@@ -42,8 +42,8 @@ pub(super) async fn add_to_tally(
         sqlx::query(
             "INSERT INTO tallies (school_id, cohort_id, month, attempts, passes, points)
              VALUES ($1, $2, $3, $4, $5, $6) ON CONFLICT (school_id, cohort_id, month) DO UPDATE SET
-             attempts = attempts + excluded.attempts, passes = passes + excluded.passes,
-             points = points + excluded.points",
+             attempts = tallies.attempts + excluded.attempts, passes = tallies.passes + excluded.passes,
+             points = tallies.points + excluded.points",
         )
         .bind(school)
         .bind(cohort)
@@ -79,12 +79,14 @@ pub async fn list_tallies_in_year(
     limit: u32,
 ) -> Result<Vec<YearOfCohort>> {
     sqlx::query_as(
-        "SELECT c.id AS cohort_id, c.name AS cohort, sum(t.attempts) AS attempts, sum(t.passes) AS passes,
-           sum(t.points) AS points
-         FROM cohorts c CROSS JOIN tallies t ON t.school_id = c.school_id AND t.cohort_id = c.id
-           AND t.month >= 12 * $2 AND t.month < 12 * $2 + 12
-         WHERE c.school_id = $1 AND c.name > $3 AND ($6 OR EXISTS (SELECT 1 FROM cohort_members m
-           WHERE m.cohort_id = c.id AND m.person_id = $5 AND m.role = 'instructor')) GROUP BY c.name, c.id ORDER BY c.name, c.id LIMIT $4",
+        "SELECT c.id AS cohort_id, c.name AS cohort, CAST(sum(t.attempts) AS BIGINT) AS attempts,
+           CAST(sum(t.passes) AS BIGINT) AS passes, sum(t.points) AS points
+         FROM cohorts c CROSS JOIN tallies t
+         WHERE t.school_id = c.school_id AND t.cohort_id = c.id
+           AND t.month >= 12 * $2 AND t.month < 12 * $2 + 12 AND c.school_id = $1 AND c.name > $3
+           AND ($6 OR EXISTS (SELECT 1 FROM cohort_members m
+             WHERE m.cohort_id = c.id AND m.person_id = $5 AND m.role = 'instructor'))
+         GROUP BY c.name, c.id ORDER BY c.name, c.id LIMIT $4",
     )
     .bind(viewer.school_id)
     .bind(year)
@@ -101,9 +103,11 @@ pub async fn list_tallies_in_year(
 pub async fn list_tallies_by_month(executor: impl Executor<'_>, viewer: &CurrentPerson) -> Result<Vec<(i64, Sums)>> {
     let whole =
         "SELECT month, attempts, passes, points FROM tallies WHERE school_id = $1 AND cohort_id = $2 ORDER BY month";
-    let taught = "SELECT t.month, sum(t.attempts), sum(t.passes), sum(t.points) FROM cohort_members m
-         CROSS JOIN tallies t ON t.school_id = m.school_id AND t.cohort_id = m.cohort_id
-         WHERE m.school_id = $1 AND m.person_id = $2 AND m.role = 'instructor' GROUP BY t.month ORDER BY t.month";
+    let taught = "SELECT t.month, CAST(sum(t.attempts) AS BIGINT), CAST(sum(t.passes) AS BIGINT), sum(t.points)
+         FROM cohort_members m
+         CROSS JOIN tallies t
+         WHERE t.school_id = m.school_id AND t.cohort_id = m.cohort_id AND m.school_id = $1 AND m.person_id = $2
+         AND m.role = 'instructor' GROUP BY t.month ORDER BY t.month";
     let rows: Vec<(i64, i64, i64, f64)> = match viewer.role {
         Role::Administrator => sqlx::query_as(whole).bind(viewer.school_id).bind(WHOLE_SCHOOL),
         _ => sqlx::query_as(taught).bind(viewer.school_id).bind(viewer.id),

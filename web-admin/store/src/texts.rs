@@ -55,7 +55,7 @@ pub async fn count_texts(reader: &Pool, whose: Whose) -> Result<TextCounts> {
         "SELECT count(*) FROM (SELECT lower(substr(hex(id), 1, 8) || '-' || substr(hex(id), 9, 4) || '-'
              || substr(hex(id), 13, 4) || '-' || substr(hex(id), 17, 4) || '-' || substr(hex(id), 21)) AS text
            FROM sessions WHERE school_id = $1 AND trainee_id = $2) s
-         CROSS JOIN audit_log a ON a.object = s.text WHERE a.details ->> '$.reason' IS NOT NULL",
+         CROSS JOIN audit_log a WHERE a.object = s.text AND a.details ->> '$.reason' IS NOT NULL",
     )
     .bind(whose.school_id)
     .bind(whose.person_id)
@@ -76,14 +76,17 @@ async fn plain_texts(reader: &Pool, whose: Whose, side: TextSide) -> Result<i64>
                   AND reason <> '[erased]')"
         }
         TextSide::About => {
-            "SELECT (SELECT count(*) FROM sessions s CROSS JOIN comments c ON c.school_id = s.school_id AND c.session_id = s.id
-                  WHERE s.school_id = $1 AND s.trainee_id = $2 AND c.author_id <> $2 AND c.made_at <= $3
+            "SELECT (SELECT count(*) FROM sessions s CROSS JOIN comments c
+                  WHERE c.school_id = s.school_id AND c.session_id = s.id AND s.school_id = $1 AND s.trainee_id = $2
+                  AND c.author_id <> $2 AND c.made_at <= $3
                     AND c.body <> '[erased]')
-               + (SELECT count(*) FROM sessions s CROSS JOIN score_overrides o ON o.school_id = s.school_id AND o.session_id = s.id
-                  WHERE s.school_id = $1 AND s.trainee_id = $2 AND o.made_by <> $2 AND o.made_at <= $3
+               + (SELECT count(*) FROM sessions s CROSS JOIN score_overrides o
+                  WHERE o.school_id = s.school_id AND o.session_id = s.id AND s.school_id = $1 AND s.trainee_id = $2
+                  AND o.made_by <> $2 AND o.made_at <= $3
                     AND o.reason <> '[erased]')
-               + (SELECT count(*) FROM sessions s CROSS JOIN regrade_reasons w ON w.school_id = s.school_id AND w.session_id = s.id
-                  WHERE s.school_id = $1 AND s.trainee_id = $2 AND w.made_by IS NOT $2 AND w.made_at <= $3
+               + (SELECT count(*) FROM sessions s CROSS JOIN regrade_reasons w
+                  WHERE w.school_id = s.school_id AND w.session_id = s.id AND s.school_id = $1 AND s.trainee_id = $2
+                  AND w.made_by IS DISTINCT FROM $2 AND w.made_at <= $3
                     AND w.reason <> '[erased]')
                + (SELECT count(*) FROM expert_declarations WHERE school_id = $1 AND person_id = $2 AND given_at <= $3
                   AND how <> '[erased]')"
@@ -132,7 +135,7 @@ pub async fn redact_texts(writer: &mut Connection, whose: Whose, side: TextSide)
             plain!(
                 "UPDATE regrade_reasons SET reason = '[erased]'",
                 "AND session_id IN (SELECT id FROM sessions WHERE school_id = $1 AND trainee_id = $2)",
-                "AND made_by IS NOT $2 AND made_at <= $3 AND reason <> '[erased]'"
+                "AND made_by IS DISTINCT FROM $2 AND made_at <= $3 AND reason <> '[erased]'"
             ),
             plain!(
                 "UPDATE expert_declarations SET how = '[erased]'",
@@ -195,9 +198,10 @@ async fn answers_of(connection: &mut Connection, whose: Whose, side: TextSide) -
             }
             (TextKind::Rating, TextSide::About) => {
                 "SELECT r.id, r.answers, i.bytes AS document FROM sessions s
-                 CROSS JOIN ratings r ON r.school_id = s.school_id AND r.session_id = s.id
+                 CROSS JOIN ratings r
                  JOIN rating_rounds o ON o.id = r.round_id JOIN instrument_revisions i ON i.id = o.revision_id
-                 WHERE s.school_id = $1 AND s.trainee_id = $2 AND r.rater_id <> $2
+                 WHERE r.school_id = s.school_id AND r.session_id = s.id AND s.school_id = $1 AND s.trainee_id = $2
+                 AND r.rater_id <> $2
                    AND coalesce(r.finished_at, o.made_at) <= $3"
             }
         };

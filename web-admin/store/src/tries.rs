@@ -16,7 +16,7 @@ const DIED: &str = "the service ended while it worked on this recording";
 
 /// Notes that a job is begun.
 pub async fn begin_job_try(writer: &mut Connection, session: SessionKey) -> Result<()> {
-    sqlx::query("UPDATE jobs SET begun = 1 WHERE school_id = $1 AND session_id = $2")
+    sqlx::query("UPDATE jobs SET begun = TRUE WHERE school_id = $1 AND session_id = $2")
         .bind(session.school_id)
         .bind(session.id)
         .execute(writer)
@@ -27,7 +27,7 @@ pub async fn begin_job_try(writer: &mut Connection, session: SessionKey) -> Resu
 /// Notes that whoever worked on a job has died of it.
 pub async fn note_job_death(writer: &mut Connection, session: SessionKey, why: &str) -> Result<()> {
     sqlx::query(
-        "UPDATE jobs SET begun = 0, deaths = deaths + 1, attempts = attempts + 1, error = $3
+        "UPDATE jobs SET begun = FALSE, deaths = deaths + 1, attempts = attempts + 1, error = $3
          WHERE school_id = $1 AND session_id = $2",
     )
     .bind(session.school_id)
@@ -45,7 +45,7 @@ pub async fn mark_upload_begun(writer: &mut Connection, id: UploadId, begun: boo
 
 /// Notes that whoever read an upload has died of it.
 pub async fn note_upload_death(writer: &mut Connection, id: UploadId) -> Result<()> {
-    sqlx::query("UPDATE uploads SET begun = 0, deaths = deaths + 1 WHERE id = $1")
+    sqlx::query("UPDATE uploads SET begun = FALSE, deaths = deaths + 1 WHERE id = $1")
         .bind(id)
         .execute(writer)
         .await
@@ -56,7 +56,7 @@ pub async fn note_upload_death(writer: &mut Connection, id: UploadId) -> Result<
 pub async fn begin_reading(writer: &mut Connection, school: SchoolId, sha256: &str, now: Moment) -> Result<i64> {
     sqlx::query_scalar(
         "INSERT INTO readings (id, school_id, sha256, begun, noted_at) VALUES ($1, $2, $3, 1, $4)
-         ON CONFLICT (school_id, sha256) DO UPDATE SET begun = begun + 1, noted_at = $4 RETURNING deaths",
+         ON CONFLICT (school_id, sha256) DO UPDATE SET begun = readings.begun + 1, noted_at = $4 RETURNING deaths",
     )
     .bind(new_id(now))
     .bind(school)
@@ -109,11 +109,13 @@ pub struct SetAside {
 
 /// Counts what was begun and never ended as deaths: at the start, before anything is begun. All that is set aside.
 pub async fn count_deaths(writer: &mut Connection) -> Result<Vec<SetAside>> {
-    sqlx::query("UPDATE jobs SET begun = 0, deaths = deaths + 1, attempts = attempts + 1, error = $1 WHERE begun = 1")
-        .bind(DIED)
-        .execute(&mut *writer)
-        .await?;
-    sqlx::query("UPDATE uploads SET begun = 0, deaths = deaths + 1 WHERE begun = 1").execute(&mut *writer).await?;
+    sqlx::query(
+        "UPDATE jobs SET begun = FALSE, deaths = deaths + 1, attempts = attempts + 1, error = $1 WHERE begun = 1",
+    )
+    .bind(DIED)
+    .execute(&mut *writer)
+    .await?;
+    sqlx::query("UPDATE uploads SET begun = FALSE, deaths = deaths + 1 WHERE begun = 1").execute(&mut *writer).await?;
     sqlx::query("UPDATE readings SET begun = 0, deaths = deaths + 1 WHERE begun > 0").execute(&mut *writer).await?;
     sqlx::query_as(
         "SELECT 'recording' AS kind, session_id AS id FROM jobs WHERE deaths >= $1
@@ -127,10 +129,10 @@ pub async fn count_deaths(writer: &mut Connection) -> Result<Vec<SetAside>> {
 
 /// Takes back what was begun: the service stops because it was asked to.
 pub async fn take_back_tries(writer: &mut Connection) -> Result<()> {
-    sqlx::query("UPDATE jobs SET begun = 0 WHERE begun = 1").execute(&mut *writer).await?;
+    sqlx::query("UPDATE jobs SET begun = FALSE WHERE begun = 1").execute(&mut *writer).await?;
     sqlx::query("DELETE FROM readings WHERE begun > 0 AND deaths = 0").execute(&mut *writer).await?;
     sqlx::query("UPDATE readings SET begun = 0 WHERE begun > 0").execute(&mut *writer).await?;
-    sqlx::query("UPDATE uploads SET begun = 0 WHERE begun = 1").execute(writer).await.map(drop)
+    sqlx::query("UPDATE uploads SET begun = FALSE WHERE begun = 1").execute(writer).await.map(drop)
 }
 
 /// Forgets every death, so that what was set aside is tried again; uploads are kept until a moment. How many recordings and uploads

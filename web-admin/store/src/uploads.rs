@@ -90,7 +90,7 @@ pub struct Unfinished {
 /// What an owner has begun, or with neither person nor station what all of a school have.
 pub async fn count_unfinished_uploads(executor: impl Executor<'_>, owner: UploadOwner) -> Result<Unfinished> {
     sqlx::query_as(
-        "SELECT count(*) AS uploads, coalesce(sum(length), 0) AS bytes FROM uploads
+        "SELECT count(*) AS uploads, CAST(coalesce(sum(length), 0) AS BIGINT) AS bytes FROM uploads
          WHERE school_id = $1 AND session_id IS NULL
          AND ($2 IS NULL OR person_id = $2) AND ($3 IS NULL OR station_id = $3)",
     )

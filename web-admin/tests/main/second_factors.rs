@@ -451,7 +451,7 @@ fn migrations_before(number: u32, folder: &Path) {
     for file in std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("../migrations")).unwrap() {
         let file = file.unwrap();
         let name = file.file_name().into_string().unwrap();
-        if name[..4].parse::<u32>().unwrap() < number {
+        if file.path().is_file() && name[..4].parse::<u32>().unwrap() < number {
             std::fs::copy(file.path(), folder.join(name)).unwrap();
         }
     }

@@ -168,3 +168,11 @@ impl Database {
 async fn triggers(executor: impl Executor<'_>) -> Result<Vec<(String, String)>> {
     sqlx::query_as("SELECT name, sql FROM sqlite_schema WHERE type = 'trigger' ORDER BY name").fetch_all(executor).await
 }
+
+/// Whether the database has a table.
+pub(crate) async fn is_table_there(executor: impl Executor<'_>, name: &str) -> Result<bool> {
+    sqlx::query_scalar("SELECT count(*) > 0 FROM sqlite_schema WHERE type = 'table' AND name = $1")
+        .bind(name)
+        .fetch_one(executor)
+        .await
+}

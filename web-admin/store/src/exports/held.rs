@@ -28,20 +28,23 @@ const ABOUT: [RecordKind; 21] = [
     kind(
         "overrides",
         "SELECT o.session_id, o.score, o.passed AS is_pass, o.reason, p.display_name AS made_by, o.made_at
-         FROM sessions s CROSS JOIN score_overrides o ON o.school_id = s.school_id AND o.session_id = s.id
-         JOIN people p ON p.id = o.made_by WHERE s.school_id = $1 AND s.trainee_id = $2 ORDER BY o.made_at, o.id",
+         FROM sessions s CROSS JOIN score_overrides o
+         JOIN people p ON p.id = o.made_by WHERE o.school_id = s.school_id AND o.session_id = s.id AND s.school_id = $1
+         AND s.trainee_id = $2 ORDER BY o.made_at, o.id",
     ),
     kind(
         "regrades",
         "SELECT w.session_id, w.score_id, w.reason, p.display_name AS made_by, w.made_at
-         FROM sessions s CROSS JOIN regrade_reasons w ON w.school_id = s.school_id AND w.session_id = s.id
-         LEFT JOIN people p ON p.id = w.made_by WHERE s.school_id = $1 AND s.trainee_id = $2 ORDER BY w.made_at",
+         FROM sessions s CROSS JOIN regrade_reasons w
+         LEFT JOIN people p ON p.id = w.made_by WHERE w.school_id = s.school_id AND w.session_id = s.id
+         AND s.school_id = $1 AND s.trainee_id = $2 ORDER BY w.made_at",
     ),
     kind(
         "reviews",
         "SELECT r.session_id, p.display_name AS reviewed_by, r.reviewed_at
-         FROM sessions s CROSS JOIN reviews r ON r.school_id = s.school_id AND r.session_id = s.id
-         JOIN people p ON p.id = r.reviewed_by WHERE s.school_id = $1 AND s.trainee_id = $2 ORDER BY r.reviewed_at",
+         FROM sessions s CROSS JOIN reviews r
+         JOIN people p ON p.id = r.reviewed_by WHERE r.school_id = s.school_id AND r.session_id = s.id
+         AND s.school_id = $1 AND s.trainee_id = $2 ORDER BY r.reviewed_at",
     ),
     kind(
         "supervisions",

@@ -141,8 +141,9 @@ pub async fn of_person(reader: &Pool, school: SchoolId, person: PersonId) -> Res
     let scores = sqlx::query_as(
         "SELECT c.session_id, c.score, c.passed, c.rubric_sha256, c.deductions, c.hard_fails, c.computed_at
          FROM sessions s
-         CROSS JOIN scores c ON c.school_id = s.school_id AND c.session_id = s.id
-         WHERE s.school_id = $1 AND s.trainee_id = $2 ORDER BY s.started_at, s.id, c.rowid",
+         CROSS JOIN scores c
+         WHERE c.school_id = s.school_id AND c.session_id = s.id AND s.school_id = $1
+         AND s.trainee_id = $2 ORDER BY s.started_at, s.id, c.rowid",
     );
     let mut attempts: Vec<AttemptFacts> = attempts.bind(school).bind(person).fetch_all(reader).await?;
     for attempt in &mut attempts {
@@ -196,11 +197,11 @@ async fn log(reader: &Pool, PersonKey { school_id: school, person_id: person }: 
              UNION ALL SELECT task_id FROM segment_extensions WHERE school_id = $1 AND person_id = $2),
            spelt (text) AS (SELECT lower(substr(hex(id), 1, 8) || '-' || substr(hex(id), 9, 4) || '-'
              || substr(hex(id), 13, 4) || '-' || substr(hex(id), 17, 4) || '-' || substr(hex(id), 21)) FROM ids),
-           found (seq) AS (SELECT a.seq FROM spelt CROSS JOIN audit_log a ON a.object = spelt.text
-               WHERE a.action NOT LIKE '%.extended' OR a.details ->> '$.person' = $3
+           found (seq) AS (SELECT a.seq FROM spelt CROSS JOIN audit_log a
+               WHERE a.object = spelt.text AND (a.action NOT LIKE '%.extended' OR a.details ->> '$.person' = $3)
              UNION SELECT seq FROM audit_log WHERE actor = $3)
-         SELECT a.at, a.actor, a.action, a.object, a.details FROM found CROSS JOIN audit_log a ON a.seq = found.seq
-         ORDER BY a.seq",
+         SELECT a.at, a.actor, a.action, a.object, a.details FROM found CROSS JOIN audit_log a
+         WHERE a.seq = found.seq ORDER BY a.seq",
     )
     .bind(school)
     .bind(person)

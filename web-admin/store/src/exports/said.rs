@@ -78,9 +78,10 @@ pub struct AnswerFacts {
 pub(super) async fn comments(reader: &Pool, school: SchoolId, person: PersonId) -> Result<Vec<CommentFacts>> {
     sqlx::query_as(
         "SELECT c.session_id, c.id, c.answers, p.display_name AS author, c.kind, c.from_s, c.to_s, c.body, c.made_at
-         FROM sessions s CROSS JOIN comments c ON c.school_id = s.school_id AND c.session_id = s.id
+         FROM sessions s CROSS JOIN comments c
          JOIN people p ON p.school_id = c.school_id AND p.id = c.author_id
-         WHERE s.school_id = $1 AND s.trainee_id = $2 AND c.withdrawn_at IS NULL
+         WHERE c.school_id = s.school_id AND c.session_id = s.id AND s.school_id = $1 AND s.trainee_id = $2
+         AND c.withdrawn_at IS NULL
          ORDER BY s.started_at, s.id, c.made_at, c.id",
     )
     .bind(school)
@@ -106,10 +107,11 @@ pub(super) async fn assignments(reader: &Pool, school: SchoolId, person: PersonI
 pub(super) async fn ratings(reader: &Pool, school: SchoolId, person: PersonId) -> Result<Vec<RatingFacts>> {
     sqlx::query_as(
         "SELECT r.session_id, o.title AS round, i.title AS instrument, r.answers, r.finished_at
-         FROM sessions s CROSS JOIN ratings r ON r.school_id = s.school_id AND r.session_id = s.id
+         FROM sessions s CROSS JOIN ratings r
          JOIN rating_rounds o ON o.id = r.round_id AND o.withdrawn_at IS NULL
          JOIN instrument_revisions i ON i.id = o.revision_id
-         WHERE s.school_id = $1 AND s.trainee_id = $2 AND r.finished_at IS NOT NULL
+         WHERE r.school_id = s.school_id AND r.session_id = s.id AND s.school_id = $1 AND s.trainee_id = $2
+         AND r.finished_at IS NOT NULL
          ORDER BY s.started_at, s.id, o.made_at, r.id",
     )
     .bind(school)
@@ -165,7 +167,7 @@ pub(super) async fn survey_answers(reader: &Pool, school: SchoolId, person: Pers
         "SELECT u.title AS survey, i.title AS instrument, r.session_id, r.state, r.answers, r.submitted_at
          FROM survey_responses r JOIN surveys u ON u.id = r.survey_id AND u.identity <> 'anonymous'
          JOIN instrument_revisions i ON i.id = u.revision_id
-         WHERE r.school_id = $1 AND r.person_id = $2 ORDER BY r.submitted_at, r.id",
+         WHERE r.school_id = $1 AND r.person_id = $2 ORDER BY r.submitted_at NULLS FIRST, r.id",
     )
     .bind(school)
     .bind(person)

@@ -10,7 +10,7 @@ use crate::{Connection, Result};
 /// Each trainee goes through the school's exercises in turn, at the hours of a day. One re-simulation in a thousand differs.
 pub(super) async fn add(writer: &mut Connection, crowd: &GeneratedCrowd<'_>, trainees: &Range<u32>) -> Result<()> {
     sqlx::query(
-        "WITH RECURSIVE t (i) AS (SELECT $7 UNION ALL SELECT i + 1 FROM t WHERE i + 1 < $2),
+        "WITH RECURSIVE t (i) AS (SELECT CAST($7 AS BIGINT) UNION ALL SELECT i + 1 FROM t WHERE i + 1 < $2),
            a (j) AS (SELECT 0 UNION ALL SELECT j + 1 FROM a WHERE j + 1 < $3),
            e AS (SELECT row_number() OVER (ORDER BY x.exercise_id) - 1 AS k, count(*) OVER () AS of, x.exercise_id,
                    x.revision_id, r.exercise_sha256, r.scene_sha256
@@ -20,7 +20,7 @@ pub(super) async fn add(writer: &mut Connection, crowd: &GeneratedCrowd<'_>, tra
            recording_sha256, recording_size, verify_deviation_n, verify_event_differences, verify_flagged)
          SELECT $1, unhex(printf('%032x', $8 + i * $3 + j)), unhex(printf('%032x', $9 + i)),
            e.exercise_id, e.exercise_sha256, e.scene_sha256, e.revision_id, $4 + j * $5 + (i % 16) * 1800000000,
-           $4 + j * $5 + (i % 16) * 1800000000, m.duration_s, 1, 'generated', m.simulator_version, '0', 'scored',
+           $4 + j * $5 + (i % 16) * 1800000000, m.duration_s, TRUE, 'generated', m.simulator_version, '0', 'scored',
            m.recording_path, m.recording_sha256, m.recording_size, 0.0, 0, (i * $3 + j) % 1000 = 999
          FROM sessions m CROSS JOIN t CROSS JOIN a JOIN e ON e.k = min(j * e.of / $3, e.of - 1)
          WHERE m.school_id = $1 AND m.id = $6",
@@ -39,8 +39,8 @@ pub(super) async fn add(writer: &mut Connection, crowd: &GeneratedCrowd<'_>, tra
     .map(drop)
 }
 
-/// Scores at random, four of five passed; the model's metrics, scattered, for a trainee's latest attempt at each exercise
-/// and one in ten of the others; and the model's curve for one in fifty.
+/// Scores scattered by the order of the attempts, four of five passed; the model's metrics, scattered, for a trainee's latest
+/// attempt at each exercise and one in ten of the others; and the model's curve for one in fifty.
 pub(super) async fn score(
     writer: &mut Connection,
     crowd: &GeneratedCrowd<'_>,
@@ -50,13 +50,15 @@ pub(super) async fn score(
     for statement in [
         "INSERT INTO scores (id, school_id, session_id, score, passed, rubric_id, rubric_sha256, deductions, hard_fails,
            simulator_version, computed_at)
-         SELECT s.id, s.school_id, s.id, 40 + abs(random()) % 60, abs(random()) % 5 < 4, s.exercise_id, c.rubric_sha256,
+         SELECT s.id, s.school_id, s.id, 40 + s.rowid * 2654435761 % 4294967296 / 65536 % 60,
+           s.rowid * 2246822519 % 4294967296 / 65536 % 5 < 4, s.exercise_id, c.rubric_sha256,
            c.deductions, '[]', s.simulator_version, s.received_at
          FROM sessions s JOIN scores c ON c.id = (SELECT id FROM scores WHERE school_id = $1 AND session_id = $2 LIMIT 1)
          WHERE s.school_id = $1 AND s.id >= $3 AND s.id < $4",
         "INSERT INTO metrics (school_id, session_id, id, version, position, value, unit, direction, applies, label, absent)
-         SELECT s.school_id, s.id, m.id, m.version, m.position, m.value * (0.5 + abs(random() % 1000) / 1000.0), m.unit,
-           m.direction, m.applies, m.label, m.absent
+         SELECT s.school_id, s.id, m.id, m.version, m.position,
+           m.value * (0.5 + (s.rowid * 37 + m.position) * 2654435761 % 4294967296 / 65536 % 1000 / 1000.0),
+           m.unit, m.direction, m.applies, m.label, m.absent
          FROM sessions s JOIN metrics m ON m.school_id = s.school_id AND m.session_id = $2
          WHERE s.school_id = $1 AND s.id >= $3 AND s.id < $4 AND (s.rowid % 10 = 0 OR NOT EXISTS (
            SELECT 1 FROM sessions l WHERE l.school_id = $1 AND l.trainee_id = s.trainee_id
@@ -111,7 +113,7 @@ pub(super) async fn tally(writer: &mut Connection, crowd: &GeneratedCrowd<'_>) -
                FROM sessions s JOIN grades g ON g.school_id = s.school_id AND g.session_id = s.id
                JOIN (SELECT person_id, cohort_id FROM cohort_members WHERE role = 'trainee'
                      UNION ALL SELECT id, NULL FROM people WHERE school_id = $1) m ON m.person_id = s.trainee_id
-               WHERE s.school_id = $1)
+               WHERE s.school_id = $1) counted
          GROUP BY cohort_id, month",
     )
     .bind(crowd.school_id)

@@ -110,9 +110,10 @@ pub async fn conclude(writer: &mut Connection, crowd: &GeneratedCrowd<'_>) -> Re
 async fn trainees(writer: &mut Connection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
     sqlx::query(counted!(
         "INSERT INTO people (id, school_id, role, email, display_name, pseudonym, password_hash, created_at, search, sort_name)
-         SELECT unhex(printf('%032x', $5 + i)), $1, 'trainee', printf('generated%d@example.org', i),
-           printf('Generated %05d', i), printf('generated-%d', i), $3, $4,
-           printf('generated %05d generated%d@example.org', i, i), printf('generated %05d', i) FROM n"
+         SELECT unhex(printf('%032x', $5 + i)), $1, 'trainee', 'generated' || i || '@example.org',
+           'Generated ' || substr(CAST(100000 + i AS TEXT), 2), 'generated-' || i, $3, $4,
+           'generated ' || substr(CAST(100000 + i AS TEXT), 2) || ' generated' || i || '@example.org',
+           'generated ' || substr(CAST(100000 + i AS TEXT), 2) FROM n"
     ))
     .bind(crowd.school_id)
     .bind(crowd.trainees)
@@ -127,9 +128,10 @@ async fn trainees(writer: &mut Connection, crowd: &GeneratedCrowd<'_>) -> Result
 async fn instructors(writer: &mut Connection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
     sqlx::query(counted!(
         "INSERT INTO people (id, school_id, role, email, display_name, pseudonym, password_hash, created_at, search, sort_name)
-         SELECT unhex(printf('%032x', $5 + i)), $1, 'instructor', printf('instructor%d@example.org', i),
-           printf('Instructor %04d', i), printf('instructor-%d', i), $3, $4,
-           printf('instructor %04d instructor%d@example.org', i, i), printf('instructor %04d', i) FROM n"
+         SELECT unhex(printf('%032x', $5 + i)), $1, 'instructor', 'instructor' || i || '@example.org',
+           'Instructor ' || substr(CAST(10000 + i AS TEXT), 2), 'instructor-' || i, $3, $4,
+           'instructor ' || substr(CAST(10000 + i AS TEXT), 2) || ' instructor' || i || '@example.org',
+           'instructor ' || substr(CAST(10000 + i AS TEXT), 2) FROM n"
     ))
     .bind(crowd.school_id)
     .bind(crowd.instructors())
@@ -144,7 +146,7 @@ async fn instructors(writer: &mut Connection, crowd: &GeneratedCrowd<'_>) -> Res
 async fn cohorts(writer: &mut Connection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
     sqlx::query(counted!(
         "INSERT INTO cohorts (id, school_id, name, created_at)
-         SELECT unhex(printf('%032x', $4 + i)), $1, printf('Generated %03d', i), $3 FROM n"
+         SELECT unhex(printf('%032x', $4 + i)), $1, 'Generated ' || substr(CAST(1000 + i AS TEXT), 2), $3 FROM n"
     ))
     .bind(crowd.school_id)
     .bind(crowd.cohorts())

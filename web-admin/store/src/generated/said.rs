@@ -13,14 +13,14 @@ pub(super) async fn assignments(writer: &mut Connection, crowd: &GeneratedCrowd<
             "INSERT INTO assignments (id, school_id, exercise_id, cohort_id, supervised, due_local, time_zone, due_at,
            made_by, made_at)
          SELECT randomblob(16), $1, (SELECT min(exercise_id) FROM exercises WHERE school_id = $1),
-           unhex(printf('%032x', $3 + i)), 0, strftime('%Y-%m-%dT%H:%M:%S', $7 / 2000000 + $6 / 2000000, 'unixepoch'),
+           unhex(printf('%032x', $3 + i)), FALSE, strftime('%Y-%m-%dT%H:%M:%S', $7 / 2000000 + $6 / 2000000, 'unixepoch'),
            'UTC', ($7 / 2000000 + $6 / 2000000) * 1000000, unhex(printf('%032x', $4 + i / $5)), $6 FROM n"
         ),
         counted!(
             "INSERT INTO assignments (id, school_id, curriculum_id, cohort_id, supervised, due_local, time_zone, due_at,
            made_by, made_at)
          SELECT randomblob(16), $1, (SELECT min(curriculum_id) FROM curricula WHERE school_id = $1),
-           unhex(printf('%032x', $3 + i)), 0, strftime('%Y-%m-%dT%H:%M:%S', $7 / 1000000 + 2592000, 'unixepoch'),
+           unhex(printf('%032x', $3 + i)), FALSE, strftime('%Y-%m-%dT%H:%M:%S', $7 / 1000000 + 2592000, 'unixepoch'),
            'UTC', ($7 / 1000000 + 2592000) * 1000000, unhex(printf('%032x', $4 + i / $5)), $6 FROM n"
         ),
     ] {

@@ -62,13 +62,13 @@ pub async fn of_assignment(
              UNION ALL SELECT e.exercise_id, d.made_at FROM assignments d
                JOIN curricula u ON u.school_id = d.school_id AND u.curriculum_id = d.curriculum_id
                JOIN curriculum_entries e ON e.revision_id = u.revision_id WHERE d.id = $2) task
-           CROSS JOIN sessions n ON n.school_id = $1 AND n.trainee_id = trained.person_id
+           CROSS JOIN sessions n
+           WHERE n.school_id = $1 AND n.trainee_id = trained.person_id
              AND n.exercise_id = task.exercise_id AND n.started_at >= task.made_at AND n.state = 'scored'
-             AND n.uncounted IS NULL
-           ORDER BY n.started_at DESC, n.id LIMIT $3) chosen
-         CROSS JOIN sessions s ON s.school_id = $1 AND s.id = chosen.id
+             AND n.uncounted IS NULL ORDER BY n.started_at DESC, n.id LIMIT $3) chosen
+         CROSS JOIN sessions s
          JOIN people p ON p.school_id = s.school_id AND p.id = s.trainee_id
-         LEFT JOIN exercise_revisions x ON x.id = s.revision_id
+         LEFT JOIN exercise_revisions x ON x.id = s.revision_id WHERE s.school_id = $1 AND s.id = chosen.id
          ORDER BY s.started_at DESC, s.id",
     )
     .bind(school)

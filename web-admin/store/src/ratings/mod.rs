@@ -130,7 +130,7 @@ async fn add_rating(
 /// was marked once stays so.
 async fn mark_knowledge(writer: &mut Connection, school: SchoolId, id: RatingId) -> Result<()> {
     sqlx::query(
-        "UPDATE ratings SET may_know = 1 WHERE school_id = $1 AND id = $2 AND finished_at IS NULL AND (
+        "UPDATE ratings SET may_know = TRUE WHERE school_id = $1 AND id = $2 AND finished_at IS NULL AND (
            EXISTS (SELECT 1 FROM people p WHERE p.id = ratings.rater_id AND p.role = 'administrator')
            OR EXISTS (SELECT 1 FROM rating_rounds o WHERE o.id = ratings.round_id AND o.made_by = ratings.rater_id)
            OR EXISTS (SELECT 1 FROM sessions s

@@ -45,13 +45,13 @@ pub async fn cells(executor: impl Executor<'_>, viewer: &CurrentPerson, round: &
            coalesce(x.title, s.exercise_id) AS exercise, r.rater_id, p.display_name AS rater, r.answers, r.finished_at,
            r.may_know
          FROM rating_rounds o
-         CROSS JOIN ratings r ON r.round_id = o.id
+         CROSS JOIN ratings r
          JOIN sessions s ON s.school_id = o.school_id AND s.id = r.session_id
          LEFT JOIN people t ON t.school_id = s.school_id AND t.id = s.trainee_id AND ($3 OR EXISTS (
            SELECT 1 FROM taught_trainees taught WHERE taught.teacher_id = $4 AND taught.trainee_id = s.trainee_id))
          JOIN people p ON p.school_id = o.school_id AND p.id = r.rater_id
          LEFT JOIN exercise_revisions x ON x.id = s.revision_id
-         WHERE o.school_id = $1 AND o.id = $2
+         WHERE r.round_id = o.id AND o.school_id = $1 AND o.id = $2
          ORDER BY s.started_at, s.id, p.display_name, p.id",
     )
     .bind(round.school_id)

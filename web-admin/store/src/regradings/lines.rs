@@ -125,7 +125,7 @@ pub async fn graded(
 pub(super) async fn sum_up(executor: impl Executor<'_>, regrading: &Regrading) -> Result<Vec<OutcomeCount>> {
     sqlx::query_as(
         "SELECT outcome, count(*) AS attempts, sum(before) AS before, sum(coalesce(after, before)) AS after
-         FROM regrading_lines WHERE school_id = $1 AND regrading_id = $2 GROUP BY outcome ORDER BY outcome",
+         FROM regrading_lines WHERE school_id = $1 AND regrading_id = $2 GROUP BY outcome ORDER BY outcome NULLS FIRST",
     )
     .bind(regrading.school_id)
     .bind(regrading.id)
@@ -162,12 +162,14 @@ pub async fn lines(
         "SELECT l.session_id, s.started_at, p.display_name AS trainee, l.before, l.passed_before, l.after, l.passed_after,
            o.score AS overridden, l.outcome, l.why
          FROM json_each($3) wanted
-         CROSS JOIN regrading_lines l ON l.school_id = $1 AND l.regrading_id = $2 AND l.session_id IN (
+         CROSS JOIN regrading_lines l
+         CROSS JOIN sessions s
+         CROSS JOIN people p
+         LEFT JOIN score_overrides o ON o.id = l.override_id WHERE p.school_id = s.school_id AND p.id = s.trainee_id
+         AND s.school_id = l.school_id AND s.id = l.session_id AND l.school_id = $1 AND l.regrading_id = $2
+         AND l.session_id IN (
            SELECT session_id FROM regrading_lines
            WHERE regrading_id = $2 AND outcome = wanted.value AND session_id > $4 ORDER BY session_id LIMIT $5)
-         CROSS JOIN sessions s ON s.school_id = l.school_id AND s.id = l.session_id
-         CROSS JOIN people p ON p.school_id = s.school_id AND p.id = s.trainee_id
-         LEFT JOIN score_overrides o ON o.id = l.override_id
          ORDER BY l.session_id LIMIT $5",
     )
     .bind(regrading.school_id)

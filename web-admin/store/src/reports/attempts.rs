@@ -47,7 +47,7 @@ macro_rules! listed {
     ($more:literal, $from:literal, $rest:literal) => {
         concat!(
             "SELECT s.id, s.started_at, p.display_name AS trainee, coalesce(r.title, s.exercise_id) AS exercise,
-               s.state, s.refusal, s.uncounted, coalesce(s.verify_flagged, 0) AS flagged, g.score, g.passed, c.deductions,
+               s.state, s.refusal, s.uncounted, coalesce(s.verify_flagged, FALSE) AS flagged, g.score, g.passed, c.deductions,
                c.hard_fails, CASE WHEN g.override_id IS NOT NULL THEN c.score END AS computed",
             $more,
             " FROM ",
@@ -157,23 +157,24 @@ pub async fn latest_taught(executor: impl Executor<'_>, viewer: &CurrentPerson) 
             "(SELECT n.id FROM sessions n WHERE n.school_id = $1 AND n.started_at > -9000000000000000000
                  AND (SELECT role FROM people WHERE people.id = n.trainee_id) = 'trainee'
                ORDER BY n.started_at DESC, n.id DESC LIMIT $3) chosen
-             CROSS JOIN sessions s ON s.school_id = $1 AND s.id = chosen.id",
-            "WHERE s.school_id = $1 AND $2 IS NOT NULL"
+             CROSS JOIN sessions s",
+            "WHERE s.school_id = $1 AND s.id = chosen.id AND $2 IS NOT NULL"
         ),
         _ => listed!(
         "",
         "(SELECT n.id FROM (SELECT DISTINCT trainee_id AS person_id FROM taught_trainees WHERE teacher_id = $2) taught
-           CROSS JOIN sessions n ON n.school_id = $1 AND n.id IN (
+           CROSS JOIN sessions n
+           WHERE n.school_id = $1 AND n.id IN (
              SELECT l.id FROM sessions l WHERE l.school_id = $1 AND l.trainee_id = taught.person_id
                AND l.started_at >= coalesce((
                  SELECT (SELECT max(o.started_at) FROM sessions o
                    WHERE o.school_id = $1 AND o.trainee_id = taught.trainee_id) AS last
                  FROM taught_trainees taught WHERE taught.teacher_id = $2
-                 GROUP BY taught.trainee_id ORDER BY last DESC LIMIT 1 OFFSET $3 - 1), -9000000000000000000)
+                 GROUP BY taught.trainee_id ORDER BY last DESC NULLS LAST LIMIT 1 OFFSET $3 - 1), -9000000000000000000)
              ORDER BY l.started_at DESC, l.id DESC LIMIT $3)
            ORDER BY n.started_at DESC, n.id DESC LIMIT $3) chosen
-         CROSS JOIN sessions s ON s.school_id = $1 AND s.id = chosen.id",
-        "WHERE s.school_id = $1"
+         CROSS JOIN sessions s",
+        "WHERE s.school_id = $1 AND s.id = chosen.id"
     ),
     };
     sqlx::query_as(statement).bind(viewer.school_id).bind(viewer.id).bind(10).bind(0).fetch_all(executor).await
@@ -191,20 +192,21 @@ pub async fn latest_at(
             "(SELECT n.id FROM sessions n WHERE n.school_id = $1 AND n.exercise_id = $5
                  AND (SELECT role FROM people WHERE people.id = n.trainee_id) <> 'guest'
                ORDER BY n.started_at DESC, n.id DESC LIMIT $3) chosen
-             CROSS JOIN sessions s ON s.school_id = $1 AND s.id = chosen.id",
-            "WHERE s.school_id = $1"
+             CROSS JOIN sessions s",
+            "WHERE s.school_id = $1 AND s.id = chosen.id"
         ),
         // As in [`latest_taught`], with their own.
         Role::Instructor | Role::Trainee | Role::Guest => listed!(
             "",
             "(SELECT n.id FROM (SELECT trainee_id AS person_id FROM taught_trainees WHERE teacher_id = $2 UNION SELECT $2) seen
-               CROSS JOIN sessions n ON n.school_id = $1 AND n.id IN (
+               CROSS JOIN sessions n
+               WHERE n.school_id = $1 AND n.id IN (
                  SELECT l.id FROM sessions l
                  WHERE l.school_id = $1 AND l.trainee_id = seen.person_id AND l.exercise_id = $5
                  ORDER BY l.started_at DESC, l.id DESC LIMIT $3)
                ORDER BY n.started_at DESC, n.id DESC LIMIT $3) chosen
-             CROSS JOIN sessions s ON s.school_id = $1 AND s.id = chosen.id",
-            "WHERE s.school_id = $1"
+             CROSS JOIN sessions s",
+            "WHERE s.school_id = $1 AND s.id = chosen.id"
         ),
     };
     sqlx::query_as(statement)
@@ -230,9 +232,9 @@ pub async fn records_after(
         "(SELECT n.id FROM sessions n WHERE n.school_id = $1 AND (n.started_at, n.id) < ($2, $5)
              AND (SELECT role FROM people WHERE people.id = n.trainee_id) <> 'guest'
            ORDER BY n.started_at DESC, n.id DESC LIMIT $3) chosen
-         CROSS JOIN sessions s ON s.school_id = $1 AND s.id = chosen.id
-         CROSS JOIN proofs q ON q.school_id = $1 AND q.session_id = chosen.id",
-        "WHERE s.school_id = $1"
+         CROSS JOIN sessions s
+         CROSS JOIN proofs q",
+        "WHERE s.school_id = $1 AND s.id = chosen.id AND q.school_id = $1 AND q.session_id = chosen.id"
     ))
     .bind(school)
     .bind(after.started_at)

@@ -64,9 +64,9 @@ pub async fn cohorts_in_short(
     sqlx::query_as(
         "SELECT c.id, c.name,
            (SELECT count(*) FROM cohort_members m WHERE m.cohort_id = c.id AND m.role = 'trainee') AS trainees,
-           (SELECT coalesce(sum(t.attempts), 0) FROM tallies t
+           (SELECT CAST(coalesce(sum(t.attempts), 0) AS BIGINT) FROM tallies t
              WHERE t.school_id = c.school_id AND t.cohort_id = c.id) AS attempts,
-           (SELECT coalesce(sum(t.passes), 0) FROM tallies t
+           (SELECT CAST(coalesce(sum(t.passes), 0) AS BIGINT) FROM tallies t
              WHERE t.school_id = c.school_id AND t.cohort_id = c.id) AS passes
          FROM cohorts c WHERE c.school_id = $1 AND c.name > $4 AND ($3 OR EXISTS (SELECT 1 FROM cohort_members m
            WHERE m.cohort_id = c.id AND m.person_id = $2 AND m.role = 'instructor')) ORDER BY c.name LIMIT $5",

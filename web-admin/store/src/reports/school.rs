@@ -62,10 +62,11 @@ pub async fn counts(executor: impl Executor<'_>, school: SchoolId, since: Moment
              AS instructors,
            (SELECT count(*) FROM people p
              WHERE p.school_id = s.id AND p.role = 'administrator' AND p.disabled_at IS NULL) AS administrators,
-           (SELECT coalesce(sum(t.attempts), 0) FROM tallies t
+           (SELECT CAST(coalesce(sum(t.attempts), 0) AS BIGINT) FROM tallies t
              WHERE t.school_id = s.id AND t.cohort_id = zeroblob(16)) AS attempts,
-           (SELECT count(*) FROM sessions a CROSS JOIN people p ON p.school_id = a.school_id AND p.id = a.trainee_id
-             WHERE a.school_id = s.id AND a.started_at >= $2 AND p.role = 'trainee') AS recent,
+           (SELECT count(*) FROM sessions a CROSS JOIN people p
+             WHERE p.school_id = a.school_id AND p.id = a.trainee_id AND a.school_id = s.id AND a.started_at >= $2
+             AND p.role = 'trainee') AS recent,
            (SELECT count(*) FROM jobs j WHERE j.school_id = s.id) AS waiting,
            (SELECT count(*) FROM sessions a WHERE a.school_id = s.id AND a.state = 'refused') AS refused,
            (SELECT count(*) FROM sessions a WHERE a.school_id = s.id AND a.verify_flagged = 1) AS flagged

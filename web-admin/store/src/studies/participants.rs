@@ -58,7 +58,7 @@ pub async fn add_participant(writer: &mut Connection, new: NewParticipant<'_>, n
          VALUES ($1, $2, $3, $4, $5, $6, $7, $6)
          ON CONFLICT (study_id, person_id) DO UPDATE SET group_place = excluded.group_place, facts = excluded.facts,
            added_at = excluded.added_at, added_by = excluded.added_by, consented_at = excluded.consented_at,
-           withdrawn_at = NULL WHERE withdrawn_at IS NOT NULL",
+           withdrawn_at = NULL WHERE study_participants.withdrawn_at IS NOT NULL",
     )
     .bind(new.study.school_id)
     .bind(new.study.id)
@@ -79,7 +79,7 @@ macro_rules! participant {
             "SELECT t.person_id, p.pseudonym, CASE WHEN p.role <> 'guest' THEN p.display_name END AS name, t.group_place,
                t.facts, t.consented_at, t.withdrawn_at,
                EXISTS (SELECT 1 FROM sign_in_codes c WHERE c.person_id = t.person_id AND p.role = 'guest') AS has_code,
-               (SELECT coalesce(sum(min(n.made, u.attempts)), 0) FROM (
+               (SELECT CAST(coalesce(sum(min(n.made, u.attempts)), 0) AS BIGINT) FROM (
                  SELECT count(*) AS made FROM sessions s
                  JOIN study_exercises e ON e.study_id = t.study_id AND e.revision_id = s.revision_id
                  WHERE s.school_id = t.school_id AND s.trainee_id = t.person_id AND s.uncounted IS NULL
@@ -207,11 +207,12 @@ pub async fn list_study_attempts(executor: impl Executor<'_>, study: &Study) -> 
         "SELECT person_id, session_id, exercise_id, number, started_at, score, passed FROM (
            SELECT t.group_place, t.added_at, t.person_id, s.id AS session_id, s.exercise_id, s.started_at, g.score, g.passed,
              row_number() OVER (PARTITION BY t.person_id, s.revision_id ORDER BY s.started_at, s.id) AS number
-           FROM study_participants t CROSS JOIN sessions s ON s.school_id = $1 AND s.trainee_id = t.person_id
-             AND s.state = 'scored' AND s.uncounted IS NULL AND s.received_at >= t.added_at
+           FROM study_participants t CROSS JOIN sessions s
            JOIN study_exercises e ON e.study_id = $2 AND e.revision_id = s.revision_id
            JOIN grades g ON g.school_id = s.school_id AND g.session_id = s.id
-           WHERE t.school_id = $1 AND t.study_id = $2 AND t.withdrawn_at IS NULL)
+           WHERE s.school_id = $1 AND s.trainee_id = t.person_id
+             AND s.state = 'scored' AND s.uncounted IS NULL AND s.received_at >= t.added_at AND t.school_id = $1
+             AND t.study_id = $2 AND t.withdrawn_at IS NULL) numbered
          WHERE number <= $3 ORDER BY group_place, added_at, person_id, started_at, session_id",
     )
     .bind(study.school_id)
@@ -228,9 +229,9 @@ pub async fn count_open_attempts(
     study: StudyId,
 ) -> Result<u32> {
     sqlx::query_scalar(
-        "SELECT coalesce(sum(max(0, u.attempts - (SELECT count(*) FROM sessions s
+        "SELECT CAST(coalesce(sum(max(0, u.attempts - (SELECT count(*) FROM sessions s
              WHERE s.school_id = $1 AND s.trainee_id = $2 AND s.revision_id = e.revision_id AND s.uncounted IS NULL
-               AND s.received_at >= t.added_at))), 0)
+               AND s.received_at >= t.added_at))), 0) AS BIGINT)
          FROM study_participants t JOIN studies u ON u.id = t.study_id
          JOIN study_exercises e ON e.study_id = t.study_id
          WHERE t.school_id = $1 AND t.person_id = $2 AND t.study_id = $3 AND t.withdrawn_at IS NULL",

@@ -26,8 +26,8 @@ pub async fn add_cohort(writer: &mut Connection, school: SchoolId, survey: Surve
 /// Names of the cohorts that a survey was sent to.
 pub async fn cohort_names(executor: impl Executor<'_>, school: SchoolId, survey: SurveyId) -> Result<Vec<String>> {
     sqlx::query_scalar(
-        "SELECT c.name FROM survey_cohorts sc CROSS JOIN cohorts c ON c.school_id = sc.school_id AND c.id = sc.cohort_id
-         WHERE sc.school_id = $1 AND sc.survey_id = $2 ORDER BY c.name",
+        "SELECT c.name FROM survey_cohorts sc CROSS JOIN cohorts c
+         WHERE c.school_id = sc.school_id AND c.id = sc.cohort_id AND sc.school_id = $1 AND sc.survey_id = $2 ORDER BY c.name",
     )
     .bind(school)
     .bind(survey)
@@ -180,8 +180,8 @@ pub async fn answered(
     session: Option<SessionId>,
 ) -> Result<bool> {
     sqlx::query_scalar(
-        "SELECT EXISTS (SELECT 1 FROM survey_participations WHERE school_id = $1 AND survey_id = $2
-           AND person_id = $3 AND coalesce(session_id, x'') = coalesce($4, x''))",
+        "SELECT EXISTS (SELECT 1 FROM survey_participations WHERE +school_id = $1 AND survey_id = $2
+           AND person_id = $3 AND session_id IS NOT DISTINCT FROM $4)",
     )
     .bind(survey.school_id)
     .bind(survey.id)

@@ -110,8 +110,8 @@ pub async fn draft_of(
 ) -> Result<Option<SurveyResponse>> {
     sqlx::query_as(
         "SELECT id, school_id, survey_id, state, person_id, session_id, language, answers, expires_at
-         FROM survey_responses WHERE school_id = $1 AND survey_id = $2 AND person_id = $3
-           AND coalesce(session_id, x'') = coalesce($4, x'')",
+         FROM survey_responses WHERE +school_id = $1 AND survey_id = $2 AND person_id = $3
+           AND session_id IS NOT DISTINCT FROM $4",
     )
     .bind(school)
     .bind(survey)

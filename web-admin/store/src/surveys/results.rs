@@ -77,7 +77,7 @@ pub async fn attempts(executor: impl Executor<'_>, survey: &Survey, metric: &str
         "SELECT response_id, value FROM (
            SELECT r.id AS response_id, (SELECT max(m.value) FROM metrics m
              WHERE m.school_id = r.school_id AND m.session_id = r.session_id AND m.id = $3) AS value
-           FROM survey_responses r WHERE r.school_id = $1 AND r.survey_id = $2 AND r.state = 'submitted')
+           FROM survey_responses r WHERE r.school_id = $1 AND r.survey_id = $2 AND r.state = 'submitted') measured
          WHERE value IS NOT NULL"
     };
     sqlx::query_as(statement).bind(survey.school_id).bind(survey.id).bind(metric).fetch_all(executor).await
@@ -116,22 +116,23 @@ pub async fn counts(executor: impl Executor<'_>, survey: &Survey, now: Moment) -
              SELECT 1 FROM (SELECT DISTINCT m.person_id FROM survey_cohorts sc
                JOIN cohort_members m ON m.cohort_id = sc.cohort_id AND m.role = 'trainee'
                WHERE sc.survey_id = $2 AND $3 = 1) asked
-             CROSS JOIN sessions s ON s.school_id = $1 AND s.trainee_id = asked.person_id AND s.started_at >= $4
-               AND s.started_at < $5
-             WHERE NOT EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = $2)
+             CROSS JOIN sessions s
+             WHERE s.school_id = $1 AND s.trainee_id = asked.person_id AND s.started_at >= $4
+               AND s.started_at < $5 AND NOT EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = $2)
                OR EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = $2 AND e.exercise_id = s.exercise_id)
              UNION ALL
              SELECT 1 FROM survey_exercises e
-             CROSS JOIN sessions s ON s.school_id = $1 AND s.exercise_id = e.exercise_id AND s.started_at >= $4
-               AND s.started_at < $5
-             WHERE e.survey_id = $2 AND $3 = 1
+             CROSS JOIN sessions s
+             WHERE s.school_id = $1 AND s.exercise_id = e.exercise_id AND s.started_at >= $4
+               AND s.started_at < $5 AND e.survey_id = $2 AND $3 = 1
                AND (SELECT role FROM people WHERE people.id = s.trainee_id) = 'trainee' AND NOT EXISTS (SELECT 1 FROM survey_cohorts sc WHERE sc.survey_id = $2)
              UNION ALL
              SELECT 1 FROM (SELECT 1 WHERE $3 = 1
                AND NOT EXISTS (SELECT 1 FROM survey_cohorts sc WHERE sc.survey_id = $2)
                AND NOT EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = $2)) everybody
-             CROSS JOIN sessions s ON s.school_id = $1 AND s.started_at >= $4 AND s.started_at < $5
-             WHERE (SELECT role FROM people WHERE people.id = s.trainee_id) = 'trainee'
+             CROSS JOIN sessions s
+             WHERE s.school_id = $1 AND s.started_at >= $4 AND s.started_at < $5
+               AND (SELECT role FROM people WHERE people.id = s.trainee_id) = 'trainee'
              LIMIT 50000)) AS attempts
          FROM survey_responses r WHERE r.school_id = $1 AND r.survey_id = $2",
     )
