@@ -9,14 +9,13 @@ use model::ids::{SchoolId, SurveyId};
 use model::survey::{Identity, ResponseState};
 use model::{Moment, Role};
 use serde_json::json;
-use sqlx::types::Json;
 use store::audit::{Actor, AuditEntry};
 use store::cohorts::{self, Deed, Membership};
 use store::directory::{self, Details};
 use store::generated::GeneratedCrowd;
 use store::people::{self, NewPerson, Person};
 use store::surveys::{NewResponse, NewSurvey, Submission, SurveyResponse};
-use store::{Connection, generated, instruments, schools, surveys as stored};
+use store::{Connection, Json, generated, instruments, schools, surveys as stored};
 
 use crate::publishing::DocumentPublisher;
 use crate::service::Service;

@@ -4,11 +4,10 @@ use model::ids::{PersonId, SchoolId, TaskId, TraceId};
 use model::segments::{MarksVerdict, TraceOutcome, pops};
 use model::{CurrentPerson, Role, SessionKey};
 use serde_json::json;
-use sqlx::types::Json;
 use store::audit::AuditEntry;
 use store::deadlines::{DeadlineKey, DeadlineKind};
 use store::segments::{Marks, NewTask, SegmentTask, Trace};
-use store::{deadlines, scores, segments};
+use store::{Json, deadlines, scores, segments};
 
 use crate::deadlines::Dated;
 use crate::error::Error;

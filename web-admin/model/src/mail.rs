@@ -6,7 +6,7 @@ use crate::ids::{DatedId, LetterId, PersonId, ResponseId, SchoolId, SurveyId};
 /// What a mail is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::Type))]
-#[cfg_attr(feature = "sqlx", sqlx(rename_all = "lowercase"))]
+#[cfg_attr(feature = "sqlx", sqlx(type_name = "text", rename_all = "lowercase"))]
 pub enum MailKind {
     /// A link to a first password.
     Invitation,

@@ -6,7 +6,7 @@ use crate::{Moment, Role};
 /// What was done about somebody's place in a cohort.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::Type))]
-#[cfg_attr(feature = "sqlx", sqlx(rename_all = "lowercase"))]
+#[cfg_attr(feature = "sqlx", sqlx(type_name = "text", rename_all = "lowercase"))]
 pub enum MembershipAct {
     /// They were asked for.
     Asked,

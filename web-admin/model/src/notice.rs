@@ -6,7 +6,7 @@ use crate::ids::{CommentId, RoundId, SessionId};
 /// What somebody is told of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::Type))]
-#[cfg_attr(feature = "sqlx", sqlx(rename_all = "lowercase"))]
+#[cfg_attr(feature = "sqlx", sqlx(type_name = "text", rename_all = "lowercase"))]
 pub enum NoticeKind {
     /// Somebody has commented on their attempt.
     Comment,

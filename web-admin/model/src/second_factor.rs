@@ -100,7 +100,7 @@ impl TotpSecret {
 /// Of whom a school asks for a second factor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::Type))]
-#[cfg_attr(feature = "sqlx", sqlx(rename_all = "lowercase"))]
+#[cfg_attr(feature = "sqlx", sqlx(type_name = "text", rename_all = "lowercase"))]
 pub enum FactorRule {
     /// Of nobody: everybody may have one.
     Nobody,

@@ -8,7 +8,7 @@ use super::{Connection, Executor, Result};
 
 /// What a link is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, sqlx::Type)]
-#[sqlx(rename_all = "lowercase")]
+#[sqlx(type_name = "text", rename_all = "lowercase")]
 pub enum Purpose {
     /// A first password.
     Invitation,

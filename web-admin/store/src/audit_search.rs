@@ -133,7 +133,7 @@ async fn audit_end(executor: impl Executor<'_>) -> Result<i64> {
 
 /// What an act was done to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, sqlx::Type)]
-#[sqlx(rename_all = "lowercase")]
+#[sqlx(type_name = "text", rename_all = "lowercase")]
 pub enum AuditObjectKind {
     /// Somebody; named by their name.
     Person,

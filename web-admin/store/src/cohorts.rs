@@ -6,9 +6,8 @@ use model::ids::{CohortId, PersonId, SchoolId};
 use model::membership::{MembershipAct, MembershipEvent, MembershipRequest};
 use model::{Moment, Role, new_id};
 use sqlx::FromRow;
-use sqlx::types::Json;
 
-use super::{Connection, Executor, Result};
+use super::{Connection, Executor, Json, Result};
 
 /// A cohort.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]

@@ -4,9 +4,8 @@ use model::Moment;
 use model::ids::{RevisionId, SchoolId};
 use model::progress::{Course, CourseStep, CurveRule, Mastery};
 use sqlx::FromRow;
-use sqlx::types::Json;
 
-use super::{Connection, Executor, Result};
+use super::{Connection, Executor, Json, Result};
 use documents::Wording;
 use model::titles::{StoredTitle, store_wording};
 

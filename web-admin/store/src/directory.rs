@@ -5,9 +5,8 @@ use model::folding::{fold_text, make_search_text};
 use model::ids::{CohortId, LetterId, PersonId, SchoolId};
 use model::{Moment, Role};
 use sqlx::FromRow;
-use sqlx::types::Json;
 
-use super::{Connection, Executor, Pool, Result, account_links};
+use super::{Connection, Executor, Json, Pool, Result, account_links};
 
 /// Which people are looked for.
 #[derive(Clone, Debug, Default)]

@@ -9,7 +9,7 @@ use super::{Connection, Executor, Result};
 
 /// What a draft will be a revision of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, sqlx::Type)]
-#[sqlx(rename_all = "lowercase")]
+#[sqlx(type_name = "text", rename_all = "lowercase")]
 pub enum DraftKind {
     /// An exercise with its scene.
     Exercise,

@@ -4,9 +4,8 @@ use attempt::AttemptCurve;
 use model::ids::{PersonId, SchoolId, SessionId};
 use model::{Moment, PersonKey, new_id};
 use sqlx::FromRow;
-use sqlx::types::Json;
 
-use super::{Connection, Executor, Result};
+use super::{Connection, Executor, Json, Result};
 
 /// Most experts whose attempts are taken together.
 const MOST: u32 = 50;

@@ -11,6 +11,7 @@ use sqlx::Transaction;
 
 use engine::{BEGIN, MIGRATIONS};
 pub use engine::{Connection, Engine, Executor, Pool, is_disk_full};
+pub use json::Json;
 
 pub mod account_links;
 pub mod assignments;
@@ -31,6 +32,7 @@ pub mod generated;
 pub mod grades;
 pub mod instruments;
 pub mod jobs;
+mod json;
 pub mod links;
 pub mod logos;
 pub mod mails;

@@ -4,9 +4,8 @@ use model::ids::{AssignmentId, CommentId, NoticeId, PersonId, RoundId, SchoolId,
 use model::notice::{Notice, NoticeKind, NoticePlace};
 use model::{Moment, PersonKey, SessionKey};
 use sqlx::FromRow;
-use sqlx::types::Json;
 
-use super::{Connection, Executor, Result};
+use super::{Connection, Executor, Json, Result};
 
 /// A notice to be kept.
 #[derive(Clone, Copy, Debug)]

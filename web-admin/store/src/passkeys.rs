@@ -3,10 +3,9 @@
 use model::ids::PasskeyId;
 use model::{Moment, PersonKey};
 use sqlx::FromRow;
-use sqlx::types::Json;
 use webauthn_rs::prelude::Passkey;
 
-use super::{Connection, Executor, Result};
+use super::{Connection, Executor, Json, Result};
 
 /// A passkey as it is kept.
 #[derive(Clone, Debug, FromRow)]

@@ -10,10 +10,9 @@ use model::progress::ScoredAttempt;
 use model::{Moment, PersonKey, SessionKey, count_i64};
 use serde::{Deserialize, Serialize};
 use sqlx::FromRow;
-use sqlx::types::Json;
 
 use super::tallies::{self, Sums};
-use super::{Connection, Executor, Result};
+use super::{Connection, Executor, Json, Result};
 
 /// An attempt in a history: session, start in µs, score, passed, revision.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]

@@ -6,9 +6,8 @@ use model::ids::{PersonId, RosterId, SchoolId};
 use model::roster::{RosterEntry, RosterMapping, RosterRequest, SchoolPerson};
 use model::{Moment, Role};
 use sqlx::FromRow;
-use sqlx::types::Json;
 
-use super::{Connection, Executor, Result, directory, people};
+use super::{Connection, Executor, Json, Result, directory, people};
 
 /// A roster that waits.
 #[derive(Clone, Debug, FromRow)]

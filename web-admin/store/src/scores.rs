@@ -8,9 +8,8 @@ use model::ids::{SchoolId, ScoreId, SessionId};
 use model::{Moment, SessionKey};
 use serde::Deserialize;
 use sqlx::FromRow;
-use sqlx::types::Json;
 
-use super::{Connection, ExactNumber, Executor, Result};
+use super::{Connection, ExactNumber, Executor, Json, Result};
 
 /// A grading of an attempt.
 #[derive(Clone, Debug, PartialEq, FromRow)]

@@ -3,9 +3,8 @@
 use model::ids::{CohortId, PersonId, SchoolId, SessionId, TaskId, TraceId};
 use model::{CurrentPerson, Moment, Role};
 use sqlx::FromRow;
-use sqlx::types::Json;
 
-use super::{Connection, Executor, Result};
+use super::{Connection, Executor, Json, Result};
 
 /// A task to be made.
 #[derive(Clone, Debug)]

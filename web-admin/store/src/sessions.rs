@@ -10,7 +10,7 @@ use super::{Connection, Executor, Result};
 /// What became of an uploaded recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, sqlx::Type, utoipa::ToSchema)]
 #[serde(rename_all = "lowercase")]
-#[sqlx(rename_all = "lowercase")]
+#[sqlx(type_name = "text", rename_all = "lowercase")]
 pub enum SessionState {
     /// On disk, waiting to be scored.
     Pending,

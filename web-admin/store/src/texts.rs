@@ -8,10 +8,9 @@ use model::ids::{PersonId, SchoolId, SessionId};
 use model::texts::{MOST_MENTIONS, TextCounts};
 use model::{Moment, count_i64};
 use sqlx::FromRow;
-use sqlx::types::Json;
 use uuid::Uuid;
 
-use super::{Connection, Pool, Result};
+use super::{Connection, Json, Pool, Result};
 
 /// What stands where a text was. The database's triggers know it, too.
 pub const ERASED: &str = "[erased]";

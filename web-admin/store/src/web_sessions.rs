@@ -4,9 +4,8 @@
 
 use model::Moment;
 use serde_json::Value;
-use sqlx::types::Json;
 
-use crate::{Connection, Executor, Result};
+use crate::{Connection, Executor, Json, Result};
 
 /// What a session holds.
 #[expect(clippy::disallowed_types, reason = "tower-sessions keeps them so; nothing depends on their order")]

@@ -10,10 +10,9 @@ use documents::Instrument;
 use model::Moment;
 use model::ids::SurveyId;
 use model::survey::{ResponseState, Survey};
-use sqlx::types::Json;
 use store::sessions::Session;
 use store::surveys::{NewResponse, Practised, SurveyResponse};
-use store::{Connection, people, surveys};
+use store::{Connection, Json, people, surveys};
 
 use super::answering::{ANSWERED, Answering};
 use crate::error::Error;

@@ -13,9 +13,8 @@ pub use said::{AnswerFacts, AssignmentFacts, CommentFacts, MarksFacts, RatingFac
 use serde::Serialize;
 use serde_json::Value;
 use sqlx::FromRow;
-use sqlx::types::Json;
 
-use super::{ExactNumber, Pool, Result};
+use super::{ExactNumber, Json, Pool, Result};
 
 /// Everything held about a person.
 #[derive(Clone, Debug, Serialize)]

@@ -8,9 +8,8 @@ use model::segments::{MarksVerdict, pops};
 use model::titles::StoredTitle;
 use serde::Serialize;
 use sqlx::FromRow;
-use sqlx::types::Json;
 
-use crate::{Pool, Result, assignments};
+use crate::{Json, Pool, Result, assignments};
 
 /// A comment on an attempt of theirs, or an answer to one.
 #[derive(Clone, Debug, Serialize, FromRow)]

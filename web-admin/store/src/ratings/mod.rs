@@ -10,9 +10,8 @@ use model::titles::StoredTitle;
 use model::{CurrentPerson, Moment, Role};
 pub use results::{FinishedRating, RatingCell, cells, finished_of};
 use sqlx::FromRow;
-use sqlx::types::Json;
 
-use super::{Connection, Executor, Result};
+use super::{Connection, Executor, Json, Result};
 
 /// A round of ratings.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]

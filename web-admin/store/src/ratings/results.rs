@@ -4,10 +4,9 @@ use assessment::questionnaire::Answer;
 use model::ids::{PersonId, RevisionId, RoundId, SessionId};
 use model::{CurrentPerson, Moment, Role, SessionKey};
 use sqlx::FromRow;
-use sqlx::types::Json;
 
 use crate::ratings::Round;
-use crate::{Executor, Result};
+use crate::{Executor, Json, Result};
 use model::titles::StoredTitle;
 
 /// A rating as whoever asked for it sees it.

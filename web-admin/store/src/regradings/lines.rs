@@ -4,10 +4,9 @@ use assessment::Assessment;
 use model::ids::{RegradingId, SchoolId, ScoreId, SessionId};
 use model::regrading::{OutcomeCount, RegradingLine, RegradingOutcome};
 use sqlx::FromRow;
-use sqlx::types::Json;
 
 use super::Regrading;
-use crate::{Connection, Executor, Result};
+use crate::{Connection, Executor, Json, Result};
 
 /// What finds a line.
 #[derive(Clone, Copy)]

@@ -5,9 +5,8 @@ use model::regrading::{OutcomeCount, RegradingState};
 use model::{CurrentPerson, Moment, Role, SessionKey};
 use serde::Serialize;
 use sqlx::FromRow;
-use sqlx::types::Json;
 
-use super::{Connection, Executor, Result};
+use super::{Connection, Executor, Json, Result};
 
 mod lines;
 

@@ -4,10 +4,9 @@ use assessment::{Deduction, HardFailure};
 use model::ids::{PersonId, SchoolId, SessionId};
 use model::{AttemptPlace, CurrentPerson, Moment, Proof, Role, Uncounted};
 use sqlx::FromRow;
-use sqlx::types::Json;
 
 use crate::sessions::SessionState;
-use crate::{Executor, Result};
+use crate::{Executor, Json, Result};
 use model::titles::StoredTitle;
 
 /// An attempt in a list.

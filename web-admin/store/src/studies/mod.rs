@@ -13,10 +13,9 @@ pub use participants::{
     withdraw_participant,
 };
 use sqlx::FromRow;
-use sqlx::types::Json;
 
 use super::surveys::survey;
-use super::{Connection, Executor, Result};
+use super::{Connection, Executor, Json, Result};
 use model::titles::StoredTitle;
 
 /// A study.

@@ -3,10 +3,9 @@
 use model::ids::{PersonId, SessionId, StudyId};
 use model::{Moment, PersonKey};
 use sqlx::FromRow;
-use sqlx::types::Json;
 
 use super::Study;
-use crate::{Connection, Executor, Result};
+use crate::{Connection, Executor, Json, Result};
 
 /// Somebody who takes part.
 #[derive(Clone, Debug, PartialEq, FromRow)]

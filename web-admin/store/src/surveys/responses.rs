@@ -5,9 +5,8 @@ use model::Moment;
 use model::ids::{PersonId, ResponseId, SchoolId, SessionId, SurveyId};
 use model::survey::{Identity, ResponseState};
 use sqlx::FromRow;
-use sqlx::types::Json;
 
-use crate::{Connection, Executor, Result};
+use crate::{Connection, Executor, Json, Result};
 
 /// A response.
 #[derive(Clone, Debug, PartialEq, FromRow)]

@@ -5,9 +5,8 @@ use model::Moment;
 use model::ids::{ResponseId, SessionId};
 use model::survey::{Identity, Survey};
 use sqlx::FromRow;
-use sqlx::types::Json;
 
-use crate::{Executor, Result};
+use crate::{Executor, Json, Result};
 
 /// Sent answers.
 #[derive(Clone, Debug, PartialEq, FromRow)]
