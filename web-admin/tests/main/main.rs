@@ -28,6 +28,7 @@ mod draft_forms;
 mod draft_instruments;
 mod drafts;
 mod earlier_school;
+mod engines;
 mod erasing;
 mod erasures;
 mod every_route;

@@ -4,8 +4,10 @@ pub mod authenticator;
 pub mod bucket;
 pub mod client;
 pub mod failing_disk;
+pub mod postgres;
 pub mod recordings;
 pub mod service;
+pub mod statements;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
