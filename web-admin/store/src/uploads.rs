@@ -129,7 +129,7 @@ pub async fn advance_upload(writer: &mut Connection, upload: &Upload) -> Result<
 
 /// Notes a piece that is an object of its own, and how far the upload has come with it. False where somebody else has brought it
 /// further meanwhile: nothing is changed then, and the object counts as nothing.
-pub async fn add_piece(writer: &mut SqliteConnection, upload: &Upload, begins: i64, object: &str) -> Result<bool> {
+pub async fn add_piece(writer: &mut Connection, upload: &Upload, begins: i64, object: &str) -> Result<bool> {
     let advanced = sqlx::query(
         "UPDATE uploads SET received = $3, expires_at = $4 WHERE school_id = $1 AND id = $2 AND received = $5",
     )
@@ -153,7 +153,7 @@ pub async fn add_piece(writer: &mut SqliteConnection, upload: &Upload, begins: i
 }
 
 /// The objects that are an upload, in order.
-pub async fn list_pieces(executor: impl SqliteExecutor<'_>, upload: &Upload) -> Result<Vec<String>> {
+pub async fn list_pieces(executor: impl Executor<'_>, upload: &Upload) -> Result<Vec<String>> {
     sqlx::query_scalar(
         "SELECT p.object FROM upload_pieces p JOIN uploads u ON u.id = p.upload_id
          WHERE u.school_id = $1 AND u.id = $2 ORDER BY p.begins",
