@@ -23,6 +23,7 @@ pub struct PostgresServer {
 
 impl PostgresServer {
     /// Starts one; says so and gives none where PostgreSQL is not installed.
+    #[expect(clippy::print_stderr, reason = "whoever runs the tests is told what was not tried")]
     pub async fn start() -> Option<Self> {
         let Some(programs) = programs() else {
             eprintln!("not tried: PostgreSQL is not installed; deploy/test installs it");
