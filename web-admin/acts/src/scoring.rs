@@ -45,8 +45,8 @@ impl From<anyhow::Error> for ScoringFailure {
     }
 }
 
-impl From<sqlx::Error> for ScoringFailure {
-    fn from(error: sqlx::Error) -> Self {
+impl From<store::Error> for ScoringFailure {
+    fn from(error: store::Error) -> Self {
         Self::Passing(error.into())
     }
 }
