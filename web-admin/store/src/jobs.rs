@@ -115,7 +115,7 @@ pub async fn put_off_job(writer: &mut Connection, session: SessionKey, until: Mo
 
 /// Puts a job back that could not be tried: it is no failure of the job.
 pub async fn postpone_job(writer: &mut Connection, session: SessionKey, until: Moment, why: &str) -> Result<()> {
-    sqlx::query("UPDATE jobs SET begun = 0, next_run_at = $3, error = $4 WHERE school_id = $1 AND session_id = $2")
+    sqlx::query("UPDATE jobs SET begun = FALSE, next_run_at = $3, error = $4 WHERE school_id = $1 AND session_id = $2")
         .bind(session.school_id)
         .bind(session.id)
         .bind(until)

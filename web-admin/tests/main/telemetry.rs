@@ -71,7 +71,7 @@ async fn spans_and_figures_reach_a_collector_and_name_nobody() {
     let shown: BTreeSet<&str> =
         shown.lines().filter_map(|line| line.strip_prefix("# TYPE ")?.split(' ').next()).collect();
     assert!(shown.len() > 10, "{shown:?}");
-    let wanted = ["GET /login", "GET /sessions/{session}/replay"];
+    let wanted = ["GET /login", "GET /sessions/{id}/replay"];
     let has_all = || {
         let (spans, metrics) = (collector.spans.lock().unwrap(), collector.metrics.lock().unwrap());
         wanted.iter().all(|name| spans.iter().any(|span| span.name == *name))
