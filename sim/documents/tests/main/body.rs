@@ -140,7 +140,7 @@ fn parts_that_are_not_named_do_not_exist() {
 #[test]
 fn a_shipped_bodys_skin_is_as_flat_as_the_forces_take_it() {
     const ABOUT_M: f64 = 25e-3;
-    const OFF_M: f64 = 1.4e-3;
+    const OFF_M: f64 = 1.5e-3;
     let folders = ["lumbar-epidural-on-a-body", "lumbar-puncture", "percutaneous-kidney-access"];
     let files = folders.iter().flat_map(|name| std::fs::read_dir(curricula().join(name)).unwrap().flatten());
     let bundles: Vec<ExerciseBundle> = files.filter_map(|file| ExerciseBundle::read(&file.path()).ok()).collect();
