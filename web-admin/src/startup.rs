@@ -2,6 +2,7 @@
 
 use std::ops::Deref;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use acts::Service;
 use acts::brakes::PairingLimits;
@@ -27,6 +28,8 @@ pub struct AppState {
     pub counters: Arc<Counters>,
     /// What `/readyz` asks.
     pub pulse: Arc<Pulse>,
+    /// Whether this service is about to stop, and wants no further requests.
+    pub leaving: Arc<AtomicBool>,
     /// How far the look through the database is that began with the service.
     pub inspection: Arc<Inspection>,
 }
@@ -43,6 +46,7 @@ impl AppState {
             pairings: Arc::default(),
             counters: Arc::default(),
             pulse: Arc::default(),
+            leaving: Arc::default(),
             inspection: Arc::default(),
         })
     }

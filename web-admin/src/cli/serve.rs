@@ -3,6 +3,7 @@
 use std::io::IsTerminal;
 use std::net::SocketAddr;
 use std::path::PathBuf;
+use std::sync::atomic::Ordering;
 use std::thread;
 use std::time::Duration;
 
@@ -109,6 +110,10 @@ pub struct ServeArgs {
     /// Longest that the start waits until the database is looked through, in s; what takes longer goes on while the service serves
     #[arg(long, value_name = "S", default_value_t = 2, value_parser = clap::value_parser!(u64).range(0..=86_400))]
     check_s: u64,
+    /// How long, in s, /readyz says that the service is about to stop, before it does: so that a proxy in front of several sends
+    /// nobody there any more
+    #[arg(long, value_name = "S", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=3600))]
+    leave_s: u64,
 }
 
 pub(super) async fn run_serve(args: &ServeArgs) -> Result<(), CommandFailure> {
@@ -149,7 +154,7 @@ pub(super) async fn run_serve(args: &ServeArgs) -> Result<(), CommandFailure> {
     }
     tell_deaths(&state).await?;
     print_greeting(&state).await?;
-    serve_until_signal(&state, telemetry.as_ref()).await?;
+    serve_until_signal(&state, telemetry.as_ref(), Duration::from_secs(args.leave_s)).await?;
     upkeep::take_back_begun(&state).await.map_err(anyhow::Error::from)?;
     state.db.close().await;
     if let Some(telemetry) = telemetry {
@@ -205,7 +210,7 @@ async fn print_greeting(state: &AppState) -> Result<(), CommandFailure> {
     Ok(())
 }
 
-async fn serve_until_signal(state: &AppState, telemetry: Option<&Telemetry>) -> anyhow::Result<()> {
+async fn serve_until_signal(state: &AppState, telemetry: Option<&Telemetry>, leaving: Duration) -> anyhow::Result<()> {
     let listen = state.config.listen;
     let listener = TcpListener::bind(listen).await.with_context(|| format!("cannot listen on {listen}"))?;
     // Before anybody is told that we are up: whoever then stops us must find the handler in place.
@@ -223,7 +228,7 @@ async fn serve_until_signal(state: &AppState, telemetry: Option<&Telemetry>) -> 
     ];
     let limits = ConnectionLimits::of_process(state.config.behind_tls);
     tracing::info!(connections = limits.whole, by_address = limits.by_address, "serving");
-    serving::serve_connections(listener, routes::router(state.clone()), limits, signals.wait()).await;
+    serving::serve_connections(listener, routes::router(state.clone()), limits, leave(state, signals, leaving)).await;
     background.iter().chain(&figures).for_each(tokio::task::JoinHandle::abort);
     tracing::info!("stopped");
     Ok(())
@@ -241,12 +246,20 @@ impl Signals {
         Ok(Self { interrupt: listen(SignalKind::interrupt())?, terminate: listen(SignalKind::terminate())? })
     }
 
-    async fn wait(mut self) {
+    async fn wait(&mut self) {
         tokio::select! {
             _ = self.interrupt.recv() => {}
             _ = self.terminate.recv() => {}
         }
     }
+}
+
+/// Waits for a signal, says that this service is about to stop, and waits for a while or for another.
+async fn leave(state: &AppState, mut signals: Signals, leaving: Duration) {
+    signals.wait().await;
+    state.leaving.store(true, Ordering::Relaxed);
+    // Either is what was waited for.
+    let _second = tokio::time::timeout(leaving, signals.wait()).await;
 }
 
 /// Throws away what has expired, now and then.

@@ -1,5 +1,7 @@
 //! For whoever keeps the service running: is it up, is it ready, how much is there to do.
 
+use std::sync::atomic::Ordering;
+
 use acts::SPANS;
 use acts::error::Error;
 use acts::inspection::InspectionState;
@@ -60,6 +62,9 @@ fn begin_span(request: &Request) -> Span {
 
 async fn answer_readiness(State(state): State<AppState>) -> Response {
     let unready = |why| (StatusCode::SERVICE_UNAVAILABLE, why).into_response();
+    if state.leaving.load(Ordering::Relaxed) {
+        return unready("this service is about to stop\n");
+    }
     let inspection = state.inspection.state();
     if !inspection.findings.is_empty() {
         return unready("the database is damaged: the log and /admin/service say how\n");

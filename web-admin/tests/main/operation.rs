@@ -224,6 +224,22 @@ async fn a_whole_database_is_told_and_forgets_an_earlier_finding() {
     assert!(service.get("/metrics").1.contains("stylet_database_checked 1\n") && !mark.exists());
 }
 
+#[test]
+fn a_service_that_is_about_to_stop_says_so_and_still_serves() {
+    let folder = tempfile::TempDir::new().unwrap();
+    let log = folder.path().join("serve.log");
+    let mut service = Service::start_logging(folder.path(), &["--leave-s", "600"], &log);
+    assert_eq!(service.get("/readyz").0, 200);
+    service.signal("-TERM");
+    let said = (0..100).any(|_| {
+        std::thread::sleep(Duration::from_millis(50));
+        service.get("/readyz") == (503, "this service is about to stop\n".to_owned())
+    });
+    assert!(said && service.get("/login").0 == 200, "{:?}", service.get("/readyz"));
+    service.signal("-TERM");
+    assert!(service.child.wait().unwrap().success());
+}
+
 #[tokio::test]
 async fn a_score_that_is_not_what_the_log_tells_of_is_found() {
     let drill = Drill::new().await;
