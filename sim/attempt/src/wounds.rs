@@ -167,7 +167,8 @@ impl Wounds {
             let axis = needle_axis(sample);
             let incidence = self.tissue.skin.incidence(&Point3::from(event.position_m), &axis);
             let wound = Wound { entry_m: event.position_m, axis: axis.into(), incidence, ..Wound::default() };
-            self.wounds.resize(at + 1, wound);
+            self.wounds.resize(at, Wound::default());
+            self.wounds.push(wound);
         }
         self.open = Some(at);
     }
