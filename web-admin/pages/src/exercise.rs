@@ -1,9 +1,12 @@
 //! An exercise: what to do, where, and how it is judged.
 
+use std::collections::BTreeMap;
+
 use askama::Template;
 use askama_web::WebTemplate;
 use documents::{Exercise, ExerciseBundle, SceneStructure};
 use law::structures::Shape;
+use nalgebra::{Point3, Vector3};
 
 use super::charts::{CrossSection, SectionPoint, SectionStructure, StructureOutline};
 use super::measured::MeasuredLine;
@@ -197,26 +200,48 @@ fn metric_words(id: &str, version: u32) -> (String, String, &'static str) {
     (metric::metric_label(id), metric::metric_definition(id, version), unit)
 }
 
-/// The plane through the planned needle, seen from the side.
+/// The plane through the planned needle, seen from the side. Where that goes straight in, every plane through it is as good: the one
+/// that cuts more of what is drawn only where it is cut.
 fn section_of_bundle(bundle: &ExerciseBundle) -> CrossSection {
-    let exercise = &bundle.exercise;
+    let planned = section_of_needle(bundle, &bundle.exercise);
+    if bundle.exercise.angle_deg > 0.0 {
+        return planned;
+    }
+    let turned = Exercise { azimuth_deg: bundle.exercise.azimuth_deg + 90.0, ..bundle.exercise.clone() };
+    let turned = section_of_needle(bundle, &turned);
+    if count_cuts(&turned) > count_cuts(&planned) { turned } else { planned }
+}
+
+/// How many closed lines structures are cut along.
+fn count_cuts(section: &CrossSection) -> usize {
+    let cuts = section.structures.iter().map(|structure| match &structure.outline {
+        StructureOutline::Cut(loops) => loops.len(),
+        _ => 0,
+    });
+    cuts.sum()
+}
+
+fn section_of_needle(bundle: &ExerciseBundle, exercise: &Exercise) -> CrossSection {
     let layers = bundle.scene.layers.iter();
     CrossSection {
         layers: layers.map(|l| (anatomy::say_structure(&l.name), l.texture.clone(), l.thickness_mm)).collect(),
         angle_deg: exercise.angle_deg,
         target_depth_mm: exercise.target_depth_mm,
-        structures: bundle.scene.structures.iter().map(|s| structure_in_section(s, exercise)).collect(),
+        structures: bundle.scene.structures.iter().filter_map(|s| structure_in_section(s, exercise)).collect(),
     }
 }
 
-fn structure_in_section(structure: &SceneStructure, exercise: &Exercise) -> SectionStructure {
+/// A structure in the plane; none where the plane passes it by.
+fn structure_in_section(structure: &SceneStructure, exercise: &Exercise) -> Option<SectionStructure> {
     let spec = &structure.spec;
     let at = [spec.position_m.x, spec.position_m.y, spec.position_m.z];
-    SectionStructure {
+    let outline = outline_of_shape(&spec.shape, at, exercise);
+    let is_passed_by = matches!(&outline, StructureOutline::Cut(loops) if loops.is_empty());
+    (!is_passed_by).then(|| SectionStructure {
         name: anatomy::say_structure(&spec.name),
         kind: spec.kind.word(),
-        outline: outline_of_shape(&spec.shape, at, exercise),
-    }
+        outline,
+    })
 }
 
 fn outline_of_shape(shape: &Shape, at: [f64; 3], exercise: &Exercise) -> StructureOutline {
@@ -232,7 +257,11 @@ fn outline_of_shape(shape: &Shape, at: [f64; 3], exercise: &Exercise) -> Structu
             let signs = (0..8_u8).map(|c| [0, 1, 2].map(|axis| if c >> axis & 1 == 0 { -1.0 } else { 1.0 }));
             outline_of_bounds(signs.map(|s: [f64; 3]| seen([s[0] * h.x, s[1] * h.y, s[2] * h.z])))
         }
-        Shape::Mesh { vertices_m, .. } => outline_of_bounds(vertices_m.iter().map(|v| seen([v.x, v.y, v.z]))),
+        Shape::Mesh { vertices_m, triangles } => {
+            let offset = Vector3::from(at);
+            let seen: Vec<_> = vertices_m.iter().map(|v| exercise.seen_from_entry_m(&(v + offset))).collect();
+            StructureOutline::Cut(cut_mesh(&seen, triangles))
+        }
     }
 }
 
@@ -240,6 +269,36 @@ fn outline_of_shape(shape: &Shape, at: [f64; 3], exercise: &Exercise) -> Structu
 fn point_in_plane([x, y, z]: [f64; 3], exercise: &Exercise) -> SectionPoint {
     let from_entry = exercise.seen_from_entry_m(&[x, y, z].into());
     SectionPoint::new(from_entry.x * 1e3, -from_entry.z * 1e3)
+}
+
+/// The closed lines along which the plane cuts a closed mesh, whose vertices are seen from the entry, in m.
+fn cut_mesh(vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Vec<Vec<SectionPoint>> {
+    let is_left = |vertex: u32| vertices_m.get(vertex as usize).is_some_and(|place_m| place_m.y >= 0.0);
+    // Each triangle that is cut leads from one of its edges to another; an edge goes from the right of the plane to its left or back.
+    let mut next = BTreeMap::new();
+    for &[a, b, c] in triangles {
+        let crossed = [(a, b), (b, c), (c, a)].into_iter().filter(|(from, to)| is_left(*from) != is_left(*to));
+        let edges: Vec<(u32, u32)> = crossed.collect();
+        if let [first, second] = edges[..] {
+            let (enters, leaves) = if is_left(first.0) { (second, first) } else { (first, second) };
+            next.insert((enters.0, enters.1), (leaves.1, leaves.0));
+        }
+    }
+    let place = |(from, to): (u32, u32)| {
+        let [from, to] = [vertices_m.get(from as usize)?, vertices_m.get(to as usize)?];
+        let at = from + (to - from) * (from.y / (from.y - to.y));
+        Some(SectionPoint::new(at.x * 1e3, -at.z * 1e3))
+    };
+    let mut loops = Vec::new();
+    while let Some((start, mut edge)) = next.pop_first() {
+        let mut line = vec![start];
+        while let Some(following) = next.remove(&edge) {
+            line.push(edge);
+            edge = following;
+        }
+        loops.push(line.into_iter().filter_map(place).collect());
+    }
+    loops
 }
 
 fn outline_of_bounds(points: impl Iterator<Item = SectionPoint>) -> StructureOutline {
@@ -296,9 +355,30 @@ mod tests {
     }
 
     #[test]
+    fn a_mesh_is_seen_where_the_plane_cuts_it() {
+        let mesh = |at: f64| {
+            let corner = |c: u8| Point3::from([0, 1, 2].map(|axis| if c >> axis & 1 == 0 { -0.002 } else { 0.002 }));
+            let vertices: Vec<_> = (0..8).map(|c| corner(c) + Vector3::new(0.001, at, -0.010)).collect();
+            let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+            let triangles: Vec<_> = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+            cut_mesh(&vertices, &triangles)
+        };
+        let loops = mesh(0.0005);
+        assert_eq!(loops.len(), 1);
+        let bounds = outline_of_bounds(loops[0].iter().copied());
+        let (from, to) = (SectionPoint::new(-1.0, 8.0), SectionPoint::new(3.0, 12.0));
+        let StructureOutline::Rect { from: least, to: most } = bounds else { panic!("bounds") };
+        for (value, wanted) in [(least, from), (most, to)] {
+            assert!((value.across_mm - wanted.across_mm).abs() < 1e-9, "{value:?} is not {wanted:?}");
+            assert!((value.depth_mm - wanted.depth_mm).abs() < 1e-9, "{value:?} is not {wanted:?}");
+        }
+        assert_eq!(mesh(0.003), Vec::<Vec<SectionPoint>>::new(), "the plane passes it by");
+    }
+
+    #[test]
     fn a_box_is_seen_by_its_bounds() {
         let exercise = samples::bundle().exercise;
-        let shape = Shape::Box { half_extents_m: nalgebra::Vector3::new(0.002, 0.003, 0.004) };
+        let shape = Shape::Box { half_extents_m: Vector3::new(0.002, 0.003, 0.004) };
         let StructureOutline::Rect { from, to } = outline_of_shape(&shape, [0.0, 0.0, -0.010], &exercise) else {
             panic!("a box")
         };

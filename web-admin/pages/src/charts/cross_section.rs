@@ -17,7 +17,7 @@ pub struct CrossSection {
     pub angle_deg: f64,
     /// Target depth along the needle, in mm.
     pub target_depth_mm: f64,
-    /// Structures, projected onto the plane.
+    /// Structures, projected onto the plane, or cut by it.
     pub structures: Vec<SectionStructure>,
 }
 
@@ -50,7 +50,7 @@ impl SectionPoint {
 }
 
 /// A shape in the plane, in mm.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum StructureOutline {
     /// A ball.
     Circle {
@@ -59,7 +59,7 @@ pub enum StructureOutline {
         /// Radius, in mm.
         radius_mm: f64,
     },
-    /// A box, or the bounds of a mesh.
+    /// A box.
     Rect {
         /// Least across and depth.
         from: SectionPoint,
@@ -75,27 +75,31 @@ pub enum StructureOutline {
         /// Radius, in mm.
         radius_mm: f64,
     },
+    /// Closed lines along which the plane cuts it: what lies within an odd number of them is inside.
+    Cut(Vec<Vec<SectionPoint>>),
 }
 
 impl StructureOutline {
     /// The greatest depth, in mm.
     fn bottom(&self) -> f64 {
-        match *self {
+        match self {
             Self::Circle { centre, radius_mm } => centre.depth_mm + radius_mm,
             Self::Rect { to, .. } => to.depth_mm,
             Self::Capsule { from, to, radius_mm } => from.depth_mm.max(to.depth_mm) + radius_mm,
+            Self::Cut(loops) => loops.iter().flatten().map(|point| point.depth_mm).fold(0.0, f64::max),
         }
     }
 
-    /// Points around it.
-    fn points(&self) -> Vec<SectionPoint> {
-        match *self {
-            Self::Circle { centre, radius_mm } => outline_rod(centre, centre, radius_mm),
+    /// Closed lines around it.
+    fn loops(&self) -> Vec<Vec<SectionPoint>> {
+        match self {
+            Self::Circle { centre, radius_mm } => vec![outline_rod(*centre, *centre, *radius_mm)],
             Self::Rect { from, to } => {
                 let corner = SectionPoint::new;
-                vec![from, corner(to.across_mm, from.depth_mm), to, corner(from.across_mm, to.depth_mm)]
+                vec![vec![*from, corner(to.across_mm, from.depth_mm), *to, corner(from.across_mm, to.depth_mm)]]
             }
-            Self::Capsule { from, to, radius_mm } => outline_rod(from, to, radius_mm),
+            Self::Capsule { from, to, radius_mm } => vec![outline_rod(*from, *to, *radius_mm)],
+            Self::Cut(loops) => loops.clone(),
         }
     }
 }
@@ -204,11 +208,12 @@ fn draw_depths(svg: &mut Svg, plot: &Plot) {
 
 /// Draws a structure, and says what room it takes.
 fn draw_structure(svg: &mut Svg, plot: &Plot, structure: &SectionStructure) -> Area {
-    let points: Vec<_> =
-        structure.outline.points().iter().map(|point| plot.at(point.across_mm, point.depth_mm)).collect();
-    svg.polygon(&format!("structure {}", structure.kind), &points);
-    let across = Extent::around(points.iter().map(|point| point.x));
-    let down = Extent::around(points.iter().map(|point| point.y));
+    let on_paper = |point: &SectionPoint| plot.at(point.across_mm, point.depth_mm);
+    let loops: Vec<Vec<PaperPoint>> =
+        structure.outline.loops().iter().map(|line| line.iter().map(on_paper).collect()).collect();
+    svg.region(&format!("structure {}", structure.kind), &loops);
+    let across = Extent::around(loops.iter().flatten().map(|point| point.x));
+    let down = Extent::around(loops.iter().flatten().map(|point| point.y));
     Area { x: across.from, y: down.from, width: across.length(), height: down.length() }
 }
 

@@ -130,6 +130,12 @@ impl Svg {
         }
     }
 
+    /// What lies within an odd number of closed lines.
+    pub fn region(&mut self, class: &str, loops: &[Vec<PaperPoint>]) {
+        let lines: Vec<String> = loops.iter().map(|line| format!("M{}Z", join_points(line))).collect();
+        self.push(format_args!(r#"<path class="{class}" fill-rule="evenodd" d="{}"/>"#, lines.concat()));
+    }
+
     /// A circle.
     pub fn circle(&mut self, class: &str, centre: PaperPoint, radius: f64) {
         let (cx, cy, r) = (Short(centre.x), Short(centre.y), Short(radius));
