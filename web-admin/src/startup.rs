@@ -5,7 +5,6 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use acts::Service;
-use acts::brakes::PairingLimits;
 use acts::clock::Clock;
 use acts::config::Config;
 use acts::inspection::Inspection;
@@ -22,8 +21,6 @@ pub struct AppState {
     pub service: Service,
     /// What somebody was refused that is not theirs, written down.
     pub refusals: Arc<RefusalLog>,
-    /// Brakes on guessing pairing codes.
-    pub pairings: Arc<PairingLimits>,
     /// What `/metrics` counts.
     pub counters: Arc<Counters>,
     /// What `/readyz` asks.
@@ -43,7 +40,6 @@ impl AppState {
         Ok(Self {
             service: Service { examine_draft, ..Service::open(config, clock).await? },
             refusals: Arc::default(),
-            pairings: Arc::default(),
             counters: Arc::default(),
             pulse: Arc::default(),
             leaving: Arc::default(),

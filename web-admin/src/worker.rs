@@ -3,17 +3,17 @@
 
 use std::time::Duration;
 
+use acts::replicas::{self, Duty};
 use acts::shares::{Bench, Shares};
 use acts::{clock, motions, regrading, scoring};
-use model::SessionKey;
-use store::jobs::{Job, JobQuery};
-use store::{jobs, schools, tries};
+use store::jobs::{Job, JobQuery, JobReturn};
+use store::{Database, jobs, schools, tries};
 use tokio::task::{JoinError, JoinSet};
 
 use crate::AppState;
 
-/// Longest sleep between two looks at the queue: the clock may be set.
-const LONGEST_SLEEP: Duration = Duration::from_secs(60);
+/// Wait after the queue could not be worked off.
+const STALL: Duration = Duration::from_secs(60);
 
 /// Works until it is dropped. That may happen at any time: what is not stored yet is done again.
 pub async fn run_worker(state: AppState) {
@@ -38,14 +38,14 @@ pub async fn run_worker(state: AppState) {
 /// Notes why nothing goes on; how long to wait.
 fn note_stall(error: &anyhow::Error) -> Duration {
     tracing::error!(cause = format!("{error:#}"), "the queue cannot be worked off");
-    LONGEST_SLEEP
+    STALL
 }
 
-/// How long until a job is due.
+/// How long until a job is due; no longer than others, or whoever sets the clock, may be left unnoticed.
 async fn time_until_next_job(state: &AppState) -> Duration {
-    let now = state.clock.now();
-    let Ok(Some(next)) = jobs::find_next_job_time(state.db.reader(), now).await else { return LONGEST_SLEEP };
-    next.duration_since(now).min(LONGEST_SLEEP)
+    let (now, longest) = (state.clock.now(), Database::listening_period());
+    let Ok(Some(next)) = jobs::find_next_job_time(state.db.reader(), now).await else { return longest };
+    next.duration_since(now).min(longest)
 }
 
 /// Does every job that is due, and then what is graded again, piece by piece: whoever has just tried waits for no one else.
@@ -65,12 +65,13 @@ pub async fn work_off_jobs(state: &AppState) -> anyhow::Result<()> {
 struct WorkerDesk {
     shares: Shares,
     running: JoinSet<JobEnded>,
-    held: Vec<SessionKey>,
+    /// Jobs that ended without a word to the queue, which has them as held by us.
+    unsettled: Vec<Job>,
 }
 
 /// How a job has ended.
 struct JobEnded {
-    session: SessionKey,
+    job: Job,
     took: Duration,
     done: anyhow::Result<()>,
 }
@@ -78,9 +79,13 @@ struct JobEnded {
 impl WorkerDesk {
     /// Begins what can be begun. Where no job waits for a judge, goes on with old attempts.
     async fn go_on(&mut self, state: &AppState) -> anyhow::Result<()> {
+        while let Some(job) = self.unsettled.last() {
+            scoring::give_back(state, job, JobReturn::Untried).await?;
+            self.unsettled.pop();
+        }
         loop {
             while self.running.len() < state.config.judges {
-                let Some(job) = self.next(state).await? else { break };
+                let Some(job) = self.claim(state).await? else { break };
                 self.begin(state, job);
             }
             if self.running.len() >= state.config.judges || !resume_old_jobs(state).await? {
@@ -92,16 +97,15 @@ impl WorkerDesk {
         }
     }
 
-    /// The next job: of those that nobody has died of where there are any, of the school whose turn it is.
-    async fn next(&self, state: &AppState) -> anyhow::Result<Option<Job>> {
+    /// Takes the next job: of those that nobody has died of where there are any, of the school whose turn it is.
+    async fn claim(&self, state: &AppState) -> anyhow::Result<Option<Job>> {
         let (reader, now) = (state.db.reader(), state.clock.now());
         let bench = Bench { judges: state.config.judges, several: schools::are_schools_several(reader).await? };
-        let most = i64::try_from(self.held.len())? + 1;
         for deaths in 0..tries::MOST_DEATHS {
             let due = JobQuery { now, deaths };
             for school in self.shares.order(jobs::list_waiting_schools(reader, due).await?, bench) {
-                let found = jobs::list_due_jobs(reader, school, due, most).await?;
-                if let Some(job) = found.into_iter().find(|job| !self.held.contains(&job.session())) {
+                // Another service may have been quicker.
+                if let Some(job) = scoring::claim(state, school, due).await? {
                     return Ok(Some(job));
                 }
             }
@@ -110,25 +114,27 @@ impl WorkerDesk {
     }
 
     fn begin(&mut self, state: &AppState, job: Job) {
-        let (state, session) = (state.clone(), job.session());
-        self.shares.begin(session.school_id);
-        self.held.push(session);
+        let state = state.clone();
+        self.shares.begin(job.school_id);
         self.running.spawn(async move {
             let begun = clock::instant();
             let done = scoring::score_recording(&state, &job).await;
-            JobEnded { session, took: begun.elapsed(), done }
+            JobEnded { job, took: begun.elapsed(), done }
         });
     }
 
     fn settle(&mut self, ended: Result<JobEnded, JoinError>) -> anyhow::Result<()> {
-        let JobEnded { session, took, done } = ended?;
-        self.shares.end(session.school_id, took);
-        self.held.retain(|held| *held != session);
+        let JobEnded { job, took, done } = ended?;
+        self.shares.end(job.school_id, took);
+        if done.is_err() {
+            self.unsettled.push(job);
+        }
         done
     }
 }
 
-/// A piece of what is done with attempts that were judged long ago. False where nothing is left.
+/// A piece of what is done with attempts that were judged long ago. False where nothing is left, or it is another service's to do.
 async fn resume_old_jobs(state: &AppState) -> anyhow::Result<bool> {
-    Ok(regrading::exercise::step(state).await? || motions::step(state).await?)
+    Ok(replicas::is_on_duty(state, Duty::OldAttempts).await?
+        && (regrading::exercise::step(state).await? || motions::step(state).await?))
 }

@@ -17,6 +17,7 @@ use store::audit;
 
 use crate::certificates;
 use crate::mailer::Letter;
+use crate::replicas::{self, Duty};
 use crate::service::Service;
 
 /// The folder of statements in the data folder.
@@ -119,10 +120,14 @@ pub fn check(file: &[u8], key: &str) -> anyhow::Result<AuditHead> {
 /// Looks once an hour, until it is dropped.
 pub async fn run(state: Service) {
     loop {
-        match anchor(&state).await {
-            Ok(Some(file)) => tracing::info!(file = %file.display(), "the end of the audit log is stated"),
-            Ok(None) => {}
-            Err(error) => tracing::warn!(cause = format!("{error:#}"), "the end of the audit log could not be stated"),
+        let state_it = async {
+            if let Some(file) = anchor(&state).await? {
+                tracing::info!(file = %file.display(), "the end of the audit log is stated");
+            }
+            Ok(())
+        };
+        if let Err(error) = replicas::do_duty(&state, Duty::Statements, state_it).await {
+            tracing::warn!(cause = format!("{error:?}"), "the end of the audit log could not be stated");
         }
         tokio::time::sleep(EVERY).await;
     }

@@ -1,94 +1,155 @@
-//! Brakes on guessing passwords, by account and by address, and pairing codes.
+//! Brakes on guessing passwords, codes and pairings, by account and by address. They are kept in the database: whoever guesses has
+//! the same tries at one service or at many.
 
-use std::collections::BTreeSet;
 use std::net::IpAddr;
 use std::num::NonZeroU32;
-use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-use governor::clock::{Clock, DefaultClock};
 use governor::{DefaultKeyedRateLimiter, Quota, RateLimiter};
+use model::Moment;
 use model::ids::PersonId;
+use store::{Connection, brakes};
 
 use crate::error::Error;
 use crate::secret;
+use crate::service::Service;
 
-/// Tries in a row for one account from one address, and the pace afterwards.
-const PAIR_BURST: NonZeroU32 = NonZeroU32::new(10).unwrap();
-const PAIR_PERIOD: Duration = Duration::from_secs(30);
-/// Tries in a row for one account from all addresses that never got in: no single one of them uses them up.
-const STRANGERS_BURST: NonZeroU32 = NonZeroU32::new(100).unwrap();
-const STRANGERS_PERIOD: Duration = Duration::from_secs(5);
-/// Tries in a row from one address: a class that signs in at once through one router passes.
-const ADDRESS_BURST: NonZeroU32 = NonZeroU32::new(100).unwrap();
-const ADDRESS_PERIOD: Duration = Duration::from_secs(2);
-/// Codes of a second factor tried in a row for one person, and the pace afterwards: three of a million are right at a time.
-const CODE_BURST: NonZeroU32 = NonZeroU32::new(10).unwrap();
-const CODE_PERIOD: Duration = Duration::from_secs(120);
+/// Tries in a row, and the pace afterwards.
+#[derive(Clone, Copy, Debug)]
+struct BrakePace {
+    burst: i64,
+    period_s: i64,
+}
+
+/// Tries for one account from one address.
+const PAIR: BrakePace = BrakePace { burst: 10, period_s: 30 };
+/// Tries for one account from all addresses that never got in: no single one of them uses them up.
+const STRANGERS: BrakePace = BrakePace { burst: 100, period_s: 5 };
+/// Tries from one address: a class that signs in at once through one router passes.
+const ADDRESS: BrakePace = BrakePace { burst: 100, period_s: 2 };
+/// Codes of a second factor tried for one person: three of a million are right at a time.
+const CODE: BrakePace = BrakePace { burst: 10, period_s: 120 };
+/// Pairing codes tried from one address.
+const PAIRING: BrakePace = BrakePace { burst: 10, period_s: 30 };
+/// How long it is known that the right password came from an address, in s.
+const KNOWN_S: i64 = 90 * 24 * 3600;
 /// Between two notes that an address is held up.
 const NOTE_PERIOD: Duration = Duration::from_secs(60);
-/// Most pairs of account and address of which it is known that the right password came from there.
-const MOST_KNOWN: usize = 100_000;
 
-/// Counts tries to sign in, right or wrong: a right password waits its turn too, else the brake would tell which it is.
+impl BrakePace {
+    /// Until when a further try counts, with those that count until a moment; where there is none left, how long until there is, in s.
+    fn count(self, until: Option<Moment>, now: Moment) -> Result<Moment, u64> {
+        let most = now.plus_s(self.burst * self.period_s);
+        // Whatever counts for longer was counted by a clock that has been set back since.
+        let next = until.map_or(now, |until| until.clamp(now, most)).plus_s(self.period_s);
+        if next <= most { Ok(next) } else { Err(next.duration_since(most).as_secs() + 1) }
+    }
+}
+
+/// What somebody uses up with a try.
+struct Brake {
+    key_sha256: [u8; 32],
+    pace: BrakePace,
+}
+
+impl Brake {
+    /// Hashed, so that what a stranger types takes the same room whatever its length, and no address lies in the database.
+    fn new(pace: BrakePace, of: &str) -> Self {
+        Self { key_sha256: secret::token_sha256(of), pace }
+    }
+
+    async fn count(&self, service: &Service) -> Result<(), Error> {
+        let until = brakes::find_brake(service.db.reader(), &self.key_sha256).await?;
+        self.pace.count(until, service.clock.now()).map(drop).map_err(refuse)
+    }
+
+    async fn press(&self, tx: &mut Connection, now: Moment) -> Result<(), Error> {
+        let until = brakes::find_brake(&mut *tx, &self.key_sha256).await?;
+        let next = self.pace.count(until, now).map_err(refuse)?;
+        Ok(brakes::put_brake(tx, &self.key_sha256, next).await?)
+    }
+}
+
+const fn refuse(retry_after_s: u64) -> Error {
+    Error::TooMany { retry_after_s }
+}
+
+/// Takes a try: all of what it uses up, or nothing where one of them is used up.
+async fn press_all(service: &Service, brakes: &[Brake]) -> Result<(), Error> {
+    // Whoever is held up writes nothing.
+    for brake in brakes {
+        brake.count(service).await?;
+    }
+    let mut tx = service.db.write().await?;
+    for brake in brakes {
+        brake.press(&mut tx, service.clock.now()).await?;
+    }
+    Ok(tx.commit().await?)
+}
+
+fn pair(address: IpAddr, email: &str) -> String {
+    format!("{address} {}", email.to_lowercase())
+}
+
+fn known_key(address: IpAddr, email: &str) -> [u8; 32] {
+    secret::token_sha256(&format!("known {}", pair(address, email)))
+}
+
+/// Takes a try to sign in, right or wrong: a right password waits its turn too, else the brake would tell which it is.
 ///
 /// Whoever guesses at an account uses up their own tries, and at the utmost those of all strangers: where its owner has signed
 /// in before, they still can.
-#[derive(Debug)]
-pub struct LoginLimits {
-    pairs: DefaultKeyedRateLimiter<[u8; 32]>,
-    strangers: DefaultKeyedRateLimiter<[u8; 32]>,
-    addresses: DefaultKeyedRateLimiter<IpAddr>,
-    codes: DefaultKeyedRateLimiter<PersonId>,
-    notes: DefaultKeyedRateLimiter<IpAddr>,
-    known: Mutex<BTreeSet<[u8; 32]>>,
+///
+/// # Errors
+/// When there is none left, with the time until there is.
+pub async fn take_sign_in(service: &Service, address: IpAddr, email: &str) -> Result<(), Error> {
+    let mut used = vec![
+        Brake::new(ADDRESS, &format!("address {address}")),
+        Brake::new(PAIR, &format!("pair {}", pair(address, email))),
+    ];
+    if !is_known(service, address, email).await? {
+        used.push(Brake::new(STRANGERS, &format!("strangers {}", email.to_lowercase())));
+    }
+    press_all(service, &used).await
 }
 
-impl Default for LoginLimits {
-    fn default() -> Self {
-        Self {
-            pairs: RateLimiter::keyed(quota(PAIR_PERIOD, PAIR_BURST)),
-            strangers: RateLimiter::keyed(quota(STRANGERS_PERIOD, STRANGERS_BURST)),
-            addresses: RateLimiter::keyed(quota(ADDRESS_PERIOD, ADDRESS_BURST)),
-            codes: RateLimiter::keyed(quota(CODE_PERIOD, CODE_BURST)),
-            notes: RateLimiter::keyed(quota(NOTE_PERIOD, NonZeroU32::MIN)),
-            known: Mutex::default(),
-        }
-    }
+async fn is_known(service: &Service, address: IpAddr, email: &str) -> Result<bool, Error> {
+    let until = brakes::find_brake(service.db.reader(), &known_key(address, email)).await?;
+    Ok(until.is_some_and(|until| until > service.clock.now()))
 }
 
-/// Pairing codes tried in a row from one address, and the pace afterwards.
-const PAIRING_BURST: NonZeroU32 = NonZeroU32::new(10).unwrap();
-const PAIRING_PERIOD: Duration = Duration::from_secs(30);
-
-/// Counts pairing codes tried, right or wrong, by address.
-#[derive(Debug)]
-pub struct PairingLimits(DefaultKeyedRateLimiter<IpAddr>);
-
-impl Default for PairingLimits {
-    fn default() -> Self {
-        Self(RateLimiter::keyed(quota(PAIRING_PERIOD, PAIRING_BURST)))
-    }
+/// Remembers that the right password came from an address.
+///
+/// # Errors
+/// When the database fails.
+pub async fn welcome(service: &Service, address: IpAddr, email: &str) -> Result<(), Error> {
+    let mut tx = service.db.write().await?;
+    brakes::put_brake(&mut tx, &known_key(address, email), service.clock.now().plus_s(KNOWN_S)).await?;
+    Ok(tx.commit().await?)
 }
 
-impl PairingLimits {
-    /// Takes a try.
-    ///
-    /// # Errors
-    /// When there is none left, with the time until there is.
-    pub fn take(&self, address: IpAddr) -> Result<(), Error> {
-        self.0.check_key(&address).map_err(wait)
-    }
-
-    /// Forgets whoever has not tried for a while.
-    pub fn tidy(&self) {
-        self.0.retain_recent();
-        self.0.shrink_to_fit();
-    }
+/// Takes a try of somebody who is signed in and is to say their password once more.
+///
+/// # Errors
+/// When there is none left, with the time until there is.
+pub async fn take_own(service: &Service, person: PersonId) -> Result<(), Error> {
+    press_all(service, &[Brake::new(PAIR, &format!("own {person}"))]).await
 }
 
-fn wait(until: governor::NotUntil<<DefaultClock as Clock>::Instant>) -> Error {
-    Error::TooMany { retry_after_s: until.wait_time_from(DefaultClock::default().now()).as_secs() + 1 }
+/// Takes a try of a code of somebody's second factor, wherever it comes from: whoever tries has their password.
+///
+/// # Errors
+/// When there is none left, with the time until there is.
+pub async fn take_code(service: &Service, person: PersonId) -> Result<(), Error> {
+    press_all(service, &[Brake::new(CODE, &format!("code {person}"))]).await
+}
+
+/// Takes a try of a pairing code, right or wrong.
+///
+/// # Errors
+/// When there is none left, with the time until there is.
+pub async fn take_pairing(service: &Service, address: IpAddr) -> Result<(), Error> {
+    press_all(service, &[Brake::new(PAIRING, &format!("pairing {address}"))]).await
 }
 
 /// So many at once, and then one in each period.
@@ -96,67 +157,58 @@ pub fn quota(period: Duration, burst: NonZeroU32) -> Quota {
     Quota::with_period(period).unwrap_or_else(|| Quota::per_minute(burst)).allow_burst(burst)
 }
 
-impl LoginLimits {
-    /// Takes a try.
-    ///
-    /// # Errors
-    /// When there is none left, with the time until there is.
-    pub fn take(&self, address: IpAddr, email: &str) -> Result<(), Error> {
-        self.addresses.check_key(&address).map_err(wait)?;
-        let pair = pair(address, email);
-        self.pairs.check_key(&pair).map_err(wait)?;
-        if self.known.lock().unwrap_or_else(PoisonError::into_inner).contains(&pair) {
-            return Ok(());
-        }
-        // Hashed, so that what a stranger types takes the same room whatever its length.
-        self.strangers.check_key(&secret::token_sha256(&email.to_lowercase())).map_err(wait)
-    }
+/// How often this process notes that an address is held up: once in a while, so that a flood fills no log.
+#[derive(Debug)]
+pub struct BrakeNotes(DefaultKeyedRateLimiter<IpAddr>);
 
-    /// Takes a try of somebody who is signed in and is to say their password once more.
-    ///
-    /// # Errors
-    /// When there is none left, with the time until there is.
-    pub fn take_own(&self, person: PersonId) -> Result<(), Error> {
-        self.pairs.check_key(&secret::token_sha256(&format!("own {person}"))).map_err(wait)
-    }
-
-    /// Takes a try of a code of somebody's second factor, wherever it comes from: whoever tries has their password.
-    ///
-    /// # Errors
-    /// When there is none left, with the time until there is.
-    pub fn take_code(&self, person: PersonId) -> Result<(), Error> {
-        self.codes.check_key(&person).map_err(wait)
-    }
-
-    /// Remembers that the right password came from an address.
-    pub fn welcome(&self, address: IpAddr, email: &str) {
-        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        if known.len() >= MOST_KNOWN {
-            known.clear();
-        }
-        known.insert(pair(address, email));
-    }
-
-    /// Whether it is to be written down that an address is held up: once in a while, so that a flood fills no log.
-    pub fn is_worth_noting(&self, address: IpAddr) -> bool {
-        self.notes.check_key(&address).is_ok()
-    }
-
-    /// Forgets whoever has not tried for a while.
-    pub fn tidy(&self) {
-        self.pairs.retain_recent();
-        self.strangers.retain_recent();
-        self.addresses.retain_recent();
-        self.codes.retain_recent();
-        self.notes.retain_recent();
-        self.pairs.shrink_to_fit();
-        self.strangers.shrink_to_fit();
-        self.addresses.shrink_to_fit();
-        self.codes.shrink_to_fit();
-        self.notes.shrink_to_fit();
+impl Default for BrakeNotes {
+    fn default() -> Self {
+        Self(RateLimiter::keyed(quota(NOTE_PERIOD, NonZeroU32::MIN)))
     }
 }
 
-fn pair(address: IpAddr, email: &str) -> [u8; 32] {
-    secret::token_sha256(&format!("{address} {}", email.to_lowercase()))
+impl BrakeNotes {
+    /// Whether it is to be written down that an address is held up.
+    pub fn is_worth_noting(&self, address: IpAddr) -> bool {
+        self.0.check_key(&address).is_ok()
+    }
+
+    /// Forgets whoever has not been held up for a while.
+    pub fn tidy(&self) {
+        self.0.retain_recent();
+        self.0.shrink_to_fit();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! A brake that lets one more through in each round, or that a clock locks for ever, is none.
+
+    use super::*;
+
+    #[test]
+    fn so_many_are_taken_in_a_row_and_then_one_in_each_period() {
+        let start = Moment::from_micros(1_700_000_000_000_000);
+        let mut until = None;
+        for _ in 0..PAIR.burst {
+            until = Some(PAIR.count(until, start).unwrap());
+        }
+        assert_eq!(PAIR.count(until, start), Err(31));
+        assert_eq!(PAIR.count(until, start.plus_s(29)), Err(2));
+        until = Some(PAIR.count(until, start.plus_s(30)).unwrap());
+        assert!(PAIR.count(until, start.plus_s(30)).is_err(), "one, and no more");
+        let later = start.plus_s(3600);
+        for _ in 0..PAIR.burst {
+            until = Some(PAIR.count(until, later).unwrap());
+        }
+        assert!(PAIR.count(until, later).is_err(), "who has waited for long has no more than at first");
+    }
+
+    #[test]
+    fn a_clock_that_is_set_back_locks_nobody_out() {
+        let start = Moment::from_micros(1_700_000_000_000_000);
+        let until = Some(start.plus_s(1_000_000));
+        let wait_s = PAIR.count(until, start).unwrap_err();
+        assert!(PAIR.count(until.map(|_| start.plus_s(300)), start.plus_s(i64::try_from(wait_s).unwrap())).is_ok());
+    }
 }

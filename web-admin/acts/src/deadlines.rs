@@ -12,6 +12,7 @@ use store::mails::NewMail;
 use store::{deadlines, mails};
 
 use crate::error::Error;
+use crate::replicas::{self, Duty};
 use crate::service::Service;
 
 /// How long before it is due somebody is reminded, in s.
@@ -69,7 +70,7 @@ pub async fn extend(
 /// Queues reminders, now and then.
 pub async fn run(state: Service) {
     loop {
-        if let Err(error) = remind(&state).await {
+        if let Err(error) = replicas::do_duty(&state, Duty::Reminders, remind(&state)).await {
             tracing::warn!(cause = %error, "reminders could not be queued");
         }
         tokio::time::sleep(EVERY).await;

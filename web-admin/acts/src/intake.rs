@@ -103,18 +103,15 @@ async fn scan(state: &Service, bearer: &Bearer, received: &Received) -> Result<(
 /// Reads what came at once. That it is about to be read is written down before the file is touched.
 async fn read_counted(state: &Service, school: SchoolId, received: &Received) -> Result<RecordingFacts, Error> {
     let mut tx = state.db.write().await?;
-    let deaths = tries::begin_reading(&mut tx, school, &received.sha256, state.clock.now()).await?;
-    if deaths >= tries::MOST_DEATHS {
+    let begun = tries::begin_reading(&mut tx, school, &received.sha256, state.replica, state.clock.now()).await?;
+    if begun.deaths >= tries::MOST_DEATHS {
         return Err(Error::Unprocessable(SET_ASIDE.to_owned()));
     }
     tx.commit().await?;
     KillPoint::ReadingBegun.pass();
     let told = have_read(state, received).await;
     let mut tx = state.db.write().await?;
-    match &told {
-        Err(Error::Deadly(_)) => tries::note_reading_death(&mut tx, school, &received.sha256).await?,
-        _ => tries::end_reading_try(&mut tx, school, &received.sha256).await?,
-    }
+    tries::end_reading(&mut tx, begun.reader, matches!(told, Err(Error::Deadly(_)))).await?;
     tx.commit().await?;
     told
 }

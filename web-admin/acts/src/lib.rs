@@ -57,6 +57,7 @@ pub mod regrading;
 mod removing;
 pub mod replay_files;
 pub mod replays;
+pub mod replicas;
 pub mod researching;
 pub mod retention;
 pub mod reviewing;

@@ -14,6 +14,7 @@ use store::sessions::Session;
 use store::{Connection, mails, notices};
 
 use crate::error::Error;
+use crate::replicas::{self, Duty};
 use crate::service::Service;
 
 /// How often it is looked who is to be mailed.
@@ -150,7 +151,7 @@ pub async fn choose_news_letters(state: &Service, person: &CurrentPerson, wanted
 /// Queues letters with what is new, now and then.
 pub async fn run(state: Service) {
     loop {
-        if let Err(error) = queue_news_letters(&state).await {
+        if let Err(error) = replicas::do_duty(&state, Duty::News, queue_news_letters(&state)).await {
             tracing::warn!(cause = %error, "letters with what is new could not be queued");
         }
         tokio::time::sleep(EVERY).await;

@@ -13,7 +13,7 @@ use store::{passkeys, people, second_factors};
 use webauthn_rs::prelude::{Passkey, PasskeyAuthentication, PasskeyRegistration};
 
 use crate::error::Error;
-use crate::passkey_site::{AnswerRefused, PasskeyChallenge, PasskeyOwner, Site};
+use crate::passkey_site::{AnswerRefused, PasskeyChallenge, PasskeyOwner, Site, ceremonies};
 use crate::second_factor;
 use crate::second_factor::{Enrolled, SignInProof};
 use crate::service::Service;
@@ -64,8 +64,7 @@ pub async fn ask(state: &Service, key: PersonKey) -> Result<Option<PasskeyQuesti
     }
     let known: Vec<Passkey> = known.into_iter().map(|kept| kept.public_key.0).collect();
     let (options, asked) = site.ask_to_sign(&known)?;
-    let id =
-        state.passkeys.ceremonies.begin(key.person_id, PasskeyChallenge::ToSign(Box::new(asked)), state.clock.now());
+    let id = ceremonies::begin(state, key.person_id, PasskeyChallenge::ToSign(Box::new(asked))).await?;
     Ok(Some(PasskeyQuestion { id, options, origin: site.origin().to_owned() }))
 }
 
@@ -76,7 +75,7 @@ pub async fn ask(state: &Service, key: PersonKey) -> Result<Option<PasskeyQuesti
 pub async fn check(state: &Service, key: PersonKey, answer: PasskeyAnswer<'_>) -> Result<PasskeyCheck, Error> {
     second_factor::take_try(state, key, answer.from).await?;
     let site = state.passkeys.site().ok_or_else(no_site)?;
-    let signed = match take(state, key, answer.question) {
+    let signed = match take(state, key, answer.question).await? {
         Some(PasskeyChallenge::ToSign(asked)) => signed(state, key, site, &asked, answer.json).await?,
         _ => PasskeyCheck::Late,
     };
@@ -95,8 +94,13 @@ pub async fn check(state: &Service, key: PersonKey, answer: PasskeyAnswer<'_>) -
     Ok(signed)
 }
 
-fn take(state: &Service, key: PersonKey, question: Option<CeremonyId>) -> Option<PasskeyChallenge> {
-    state.passkeys.ceremonies.take(question?, key.person_id, state.clock.now())
+async fn take(
+    state: &Service,
+    key: PersonKey,
+    question: Option<CeremonyId>,
+) -> Result<Option<PasskeyChallenge>, Error> {
+    let Some(question) = question else { return Ok(None) };
+    ceremonies::take(state, question, key.person_id).await
 }
 
 async fn signed(
@@ -145,7 +149,7 @@ pub async fn ask_to_make(state: &Service, person: &CurrentPerson, name: &str) ->
     let known = known.iter().map(|kept| kept.public_key.cred_id().clone()).collect();
     let (options, asked) = site.ask_to_make(owner, known)?;
     let asked = PasskeyChallenge::ToMake { name, state: Box::new(asked) };
-    let id = state.passkeys.ceremonies.begin(person.id, asked, state.clock.now());
+    let id = ceremonies::begin(state, person.id, asked).await?;
     Ok(PasskeyQuestion { id, options, origin: site.origin().to_owned() })
 }
 
@@ -161,7 +165,7 @@ pub async fn make(
 ) -> Result<Option<Enrolled>, Error> {
     let key = PersonKey::from(person);
     let site = state.passkeys.site().ok_or_else(no_site)?;
-    let made = match take(state, key, answer.question) {
+    let made = match take(state, key, answer.question).await? {
         Some(PasskeyChallenge::ToMake { name, state }) => read_made(site, answer.json, &state).map(|made| (name, made)),
         _ => None,
     };

@@ -17,6 +17,7 @@ use store::{directory, schools};
 use crate::clock;
 use crate::erasing::{self, Eraser};
 use crate::error::Error;
+use crate::replicas::{self, Duty};
 use crate::service::Service;
 use crate::study_keeping;
 
@@ -108,7 +109,7 @@ pub async fn run(state: Service) {
     loop {
         tokio::time::sleep(EVERY).await;
         let now = clock::instant();
-        match tick(&state, now.duration_since(last)).await {
+        match replicas::do_duty(&state, Duty::Retention, tick(&state, now.duration_since(last))).await {
             Ok(()) => last = now,
             Err(error) => tracing::warn!(cause = format!("{error:?}"), "it could not be looked whom to keep no longer"),
         }

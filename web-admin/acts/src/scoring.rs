@@ -3,10 +3,11 @@
 use std::time::Duration;
 
 use anyhow::Context;
+use model::ids::SchoolId;
 use serde_json::json;
 use store::audit::{Actor, AuditEntry};
 use store::exercises::RevisionBytes;
-use store::jobs::{self, Job};
+use store::jobs::{self, Job, JobQuery, JobReturn};
 use store::sessions::{self, Session};
 use store::{exercises, practice, scores, tries};
 use tracing::Instrument;
@@ -37,6 +38,8 @@ enum ScoringFailure {
     Unreachable(anyhow::Error),
     /// Whoever worked on it has died of it; how.
     Death(String),
+    /// Others took this service for dead, and the job is theirs.
+    Lost,
 }
 
 impl From<anyhow::Error> for ScoringFailure {
@@ -60,6 +63,17 @@ impl From<StoreError> for ScoringFailure {
     }
 }
 
+/// Takes the job of a school that has been due for longest, if there is one that nobody has taken.
+///
+/// # Errors
+/// When the database fails.
+pub async fn claim(state: &Service, school: SchoolId, due: JobQuery) -> anyhow::Result<Option<Job>> {
+    let mut tx = state.db.write().await?;
+    let job = jobs::claim_due_job(&mut tx, school, due, state.replica).await?;
+    tx.commit().await?;
+    Ok(job)
+}
+
 /// Has a recording judged, and keeps its score; or writes down why there is none.
 pub async fn score_recording(state: &Service, job: &Job) -> anyhow::Result<()> {
     let span = tracing::info_span!(target: SPANS, "score a recording", session = %job.session_id, deaths = job.deaths);
@@ -73,6 +87,10 @@ async fn try_scoring(state: &Service, job: &Job) -> anyhow::Result<()> {
         Err(ScoringFailure::Passing(error)) => put_off(state, job, &error).await,
         Err(ScoringFailure::Unreachable(error)) => wait_for_store(state, job, &error).await,
         Err(ScoringFailure::Death(how)) => bury(state, job, &how).await,
+        Err(ScoringFailure::Lost) => {
+            note_loss(job);
+            Ok(())
+        }
     }
 }
 
@@ -105,10 +123,12 @@ async fn keep_replay(state: &Service, session: &Session) {
     }
 }
 
-/// Writes down that a job is begun: should it be the end of us, it is known at the next start.
-async fn begin(state: &Service, job: &Job) -> anyhow::Result<()> {
+/// Writes down that a job is begun: should it be the end of us, it is known to whoever comes after.
+async fn begin(state: &Service, job: &Job) -> Result<(), ScoringFailure> {
     let mut tx = state.db.write().await?;
-    tries::begin_job_try(&mut tx, job.session()).await?;
+    if !jobs::begin_job_try(&mut tx, job.held_by(state.replica)).await? {
+        return Err(ScoringFailure::Lost);
+    }
     Ok(tx.commit().await?)
 }
 
@@ -123,12 +143,15 @@ async fn keep_score(state: &Service, job: &Job, outcome: JudgingOutcome) -> anyh
     let now = state.clock.now();
     let key = job.session();
     let mut tx = state.db.write().await?;
+    if !jobs::finish_job(&mut tx, job.held_by(state.replica)).await? {
+        note_loss(job);
+        return Ok(());
+    }
     scores::add_score(&mut tx, key, &outcome.assessment, now).await?;
     KillPoint::ScoreAdded.pass();
     scores::put_curve(&mut tx, key, &outcome.curve).await?;
     sessions::mark_scored(&mut tx, job.school_id, job.session_id, outcome.verified).await?;
     practice::refresh_practice(&mut tx, key).await?;
-    jobs::finish_job(&mut tx, key).await?;
     let details = json!({
         "score": outcome.assessment.score,
         "rubric_sha256": outcome.assessment.rubric.sha256,
@@ -144,8 +167,11 @@ async fn keep_score(state: &Service, job: &Job, outcome: JudgingOutcome) -> anyh
 
 async fn refuse(state: &Service, job: &Job, why: &str) -> anyhow::Result<()> {
     let mut tx = state.db.write().await?;
+    if !jobs::finish_job(&mut tx, job.held_by(state.replica)).await? {
+        note_loss(job);
+        return Ok(());
+    }
     sessions::mark_refused(&mut tx, job.school_id, job.session_id, why).await?;
-    jobs::finish_job(&mut tx, job.session()).await?;
     entry(job, "session.refused").with(json!({ "why": why })).append(&mut tx, state.clock.now()).await?;
     tx.commit().await?;
     tracing::warn!(session = %job.session_id, why, "recording refused");
@@ -158,9 +184,7 @@ async fn put_off(state: &Service, job: &Job, error: &anyhow::Error) -> anyhow::R
         return refuse(state, job, &format!("given up after {MAX_ATTEMPTS} tries; the last: {why}")).await;
     }
     let until = state.clock.now().plus_s(FIRST_WAIT_S << job.attempts);
-    let mut tx = state.db.write().await?;
-    jobs::put_off_job(&mut tx, job.session(), until, &why).await?;
-    tx.commit().await?;
+    give_back(state, job, JobReturn::Failed { until, why: &why }).await?;
     tracing::warn!(session = %job.session_id, attempts = job.attempts + 1, why, "scoring put off");
     Ok(())
 }
@@ -168,17 +192,36 @@ async fn put_off(state: &Service, job: &Job, error: &anyhow::Error) -> anyhow::R
 /// Puts a job back until the store of the recordings may answer again, however often.
 async fn wait_for_store(state: &Service, job: &Job, error: &anyhow::Error) -> anyhow::Result<()> {
     let why = format!("{error:#}");
-    let mut tx = state.db.write().await?;
-    jobs::postpone_job(&mut tx, job.session(), state.clock.now().plus_s(STORE_WAIT_S), &why).await?;
-    tx.commit().await?;
+    let until = state.clock.now().plus_s(STORE_WAIT_S);
+    give_back(state, job, JobReturn::Postponed { until, why: &why }).await?;
     tracing::warn!(session = %job.session_id, why, "scoring waits for the store of the recordings");
     Ok(())
+}
+
+/// Puts a job back into the queue.
+///
+/// # Errors
+/// When the database fails.
+pub async fn give_back(state: &Service, job: &Job, how: JobReturn<'_>) -> anyhow::Result<()> {
+    let mut tx = state.db.write().await?;
+    if !jobs::return_job(&mut tx, job.held_by(state.replica), how).await? {
+        note_loss(job);
+    }
+    Ok(tx.commit().await?)
+}
+
+/// Tells that what has come of a job counts for nothing: it is in other hands.
+fn note_loss(job: &Job) {
+    tracing::warn!(session = %job.session_id, "others took this service for dead, and score the recording themselves");
 }
 
 /// Puts a job behind those that nobody has died of, or aside where it was fatal before.
 async fn bury(state: &Service, job: &Job, how: &str) -> anyhow::Result<()> {
     let mut tx = state.db.write().await?;
-    tries::note_job_death(&mut tx, job.session(), how).await?;
+    if !jobs::return_job(&mut tx, job.held_by(state.replica), JobReturn::Died(how)).await? {
+        note_loss(job);
+        return Ok(());
+    }
     let is_last = job.deaths + 1 >= tries::MOST_DEATHS;
     if is_last {
         entry(job, "session.set_aside").with(json!({ "why": how })).append(&mut tx, state.clock.now()).await?;

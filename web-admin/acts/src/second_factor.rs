@@ -12,7 +12,7 @@ use store::{Connection, mails, people, second_factors};
 
 use crate::error::Error;
 use crate::service::Service;
-use crate::{sealing, secret};
+use crate::{brakes, sealing, secret};
 
 /// Recovery codes that are made at once.
 const RECOVERY_CODES: usize = 10;
@@ -165,8 +165,8 @@ pub async fn check(state: &Service, key: PersonKey, typed: TypedCode<'_>) -> Res
 /// # Errors
 /// When there were too many, or the database fails.
 pub(crate) async fn take_try(state: &Service, key: PersonKey, from: IpAddr) -> Result<(), Error> {
-    let Err(refused) = state.logins.take_code(key.person_id) else { return Ok(()) };
-    if state.logins.is_worth_noting(from) {
+    let Err(refused) = brakes::take_code(state, key.person_id).await else { return Ok(()) };
+    if matches!(refused, Error::TooMany { .. }) && state.brake_notes.is_worth_noting(from) {
         tracing::warn!(%from, person = %key.person_id, "codes of a second factor are tried too often");
         note(state, key, "second_factor.blocked").await?;
     }

@@ -6,10 +6,11 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
+use model::ids::ReplicaId;
 use store::Database;
 use tokio::sync::{Notify, Semaphore};
 
-use crate::brakes::LoginLimits;
+use crate::brakes::BrakeNotes;
 use crate::clock::Clock;
 use crate::config::Config;
 use crate::error::Error;
@@ -26,6 +27,8 @@ use crate::turns::Turns;
 pub struct Service {
     /// The database.
     pub db: Database,
+    /// Who this process is among those that work on the database.
+    pub replica: ReplicaId,
     /// The clock.
     pub clock: Clock,
     /// How the service runs.
@@ -40,9 +43,9 @@ pub struct Service {
     pub mailer: Mailer,
     /// Rung when a mail has been queued.
     pub mails: Arc<Notify>,
-    /// Brakes on guessing passwords.
-    pub logins: Arc<LoginLimits>,
-    /// Where this service has passkeys, and what it has asked them.
+    /// How often it is noted that an address is held up.
+    pub brake_notes: Arc<BrakeNotes>,
+    /// Where this service has passkeys.
     pub passkeys: Arc<Passkeys>,
     /// Uploads in pieces that somebody is writing to.
     pub turns: Turns,
@@ -79,6 +82,7 @@ impl Service {
         let (mailer, recordings) = (Mailer::new(&config)?, RecordingStore::open(&config)?);
         Ok(Self {
             db,
+            replica: ReplicaId::random(),
             clock,
             passkeys: Arc::new(Passkeys::new(&config)),
             recordings,
@@ -87,7 +91,7 @@ impl Service {
             jobs: Arc::default(),
             mailer,
             mails: Arc::default(),
-            logins: Arc::default(),
+            brake_notes: Arc::default(),
             turns: Turns::default(),
             previews: Arc::default(),
             // One school has two of them at most: another finds the third.

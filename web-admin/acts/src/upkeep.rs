@@ -1,7 +1,6 @@
 //! What the service does for itself, when it starts and now and then.
 
-pub use store::tries::SetAside;
-use store::{account_links, regradings, rosters, tries};
+use store::{account_links, brakes, ceremonies, regradings, rosters, tries};
 
 use crate::error::Error;
 use crate::regrading::exercise::PREVIEW_LIFETIME_S;
@@ -19,21 +18,8 @@ pub async fn forget_expired(service: &Service) -> Result<(), Error> {
     rosters::forget_before(&mut tx, now.plus_s(-DRAFT_LIFETIME_S)).await?;
     tries::forget_readings(&mut tx, now.plus_s(-READING_LIFETIME_S)).await?;
     regradings::forget_before(&mut tx, now.plus_s(-PREVIEW_LIFETIME_S)).await?;
-    Ok(tx.commit().await?)
-}
-
-/// Counts, at the start, what was begun and never ended as a death; what is tried no more, for it was fatal twice.
-pub async fn count_deaths(service: &Service) -> Result<Vec<SetAside>, Error> {
-    let mut tx = service.db.write().await?;
-    let set_aside = tries::count_deaths(&mut tx).await?;
-    tx.commit().await?;
-    Ok(set_aside)
-}
-
-/// Takes back, at the end, what was begun: what is cut off now was fatal to nobody.
-pub async fn take_back_begun(service: &Service) -> Result<(), Error> {
-    let mut tx = service.db.write().await?;
-    tries::take_back_tries(&mut tx).await?;
+    brakes::forget_brakes(&mut tx, now).await?;
+    ceremonies::forget_ceremonies(&mut tx, now).await?;
     Ok(tx.commit().await?)
 }
 

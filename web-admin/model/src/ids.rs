@@ -149,6 +149,10 @@ ids! {
     PasskeyId;
     /// A passkey that somebody is asked to make or to show.
     CeremonyId;
+    /// A process that is at work on the database.
+    ReplicaId;
+    /// Somebody who reads bytes that came at once.
+    ReaderId;
 }
 
 impl From<AssignmentId> for DatedId {

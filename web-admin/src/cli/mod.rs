@@ -25,6 +25,7 @@ mod retain;
 mod serve;
 mod user;
 mod verify;
+mod work;
 
 /// Trainees' records, scores, curricula and progress.
 #[derive(Debug, Parser)]
@@ -38,6 +39,8 @@ struct WebAdminCli {
 enum WebAdminCommand {
     /// Serves pages and the API; makes and migrates the database where needed
     Serve(serve::ServeArgs),
+    /// Scores, sends letters and does whatever else a service does but pages, beside others on the same database
+    Work(work::WorkArgs),
     /// Makes the database, or brings it up to date
     Migrate(StorageArgs),
     /// Adds people and gives them access
@@ -202,6 +205,7 @@ pub fn main() -> ExitCode {
 async fn run_command(command: WebAdminCommand) -> Result<(), CommandFailure> {
     match command {
         WebAdminCommand::Serve(args) => serve::run_serve(&args).await,
+        WebAdminCommand::Work(args) => work::run_work(&args).await,
         WebAdminCommand::Migrate(storage) => {
             storage.open().await?.db.close().await;
             say_line("the database is up to date");

@@ -1,9 +1,8 @@
 //! The queue of mails: each is made when it is sent, so that no link lies in the database.
 
-use std::time::Duration;
-
 use acts::error::Error;
 use acts::mailer::Letter;
+use acts::replicas::{self, Duty};
 use acts::{accounts, assignments, mailing};
 use model::PersonKey;
 use model::assignment::{AssignmentStage, AssignmentStanding};
@@ -12,7 +11,7 @@ use model::mail::{Mail, MailKind};
 use pages::letters::{self, Reminded};
 use pages::news::NewsItem;
 use store::account_links::Purpose;
-use store::{mails, notices, segments};
+use store::{Database, mails, notices, segments};
 use words::Language;
 
 use crate::AppState;
@@ -20,8 +19,6 @@ use crate::AppState;
 mod retention;
 mod surveys;
 
-/// How often the queue is looked at where nobody rings.
-const EVERY: Duration = Duration::from_secs(60);
 /// Most of what is new that a letter lists.
 const SHOWN_NEWS: u32 = 20;
 /// Mails of one look.
@@ -29,12 +26,12 @@ pub(super) const BATCH: u32 = 50;
 /// Sends what is due, now and then and when rung.
 pub async fn run_outbox(state: AppState) {
     loop {
-        if let Err(error) = work_off_letters(&state).await {
+        if let Err(error) = replicas::do_duty(&state, Duty::Letters, work_off_letters(&state)).await {
             tracing::warn!(cause = %error, "mails could not be sent");
         }
         tokio::select! {
             () = state.mails.notified() => {}
-            () = tokio::time::sleep(EVERY) => {}
+            () = tokio::time::sleep(Database::listening_period()) => {}
         }
     }
 }
@@ -52,6 +49,10 @@ pub async fn work_off_letters(state: &AppState) -> Result<(), Error> {
             return retention::work_off_retention_letters(state).await;
         }
         for mail in due {
+            // Whoever was held up for long may have been taken for dead: then another sends them.
+            if !replicas::is_on_duty(state, Duty::Letters).await? {
+                return Ok(());
+            }
             deliver_letter(state, &mail).await?;
         }
     }

@@ -3,6 +3,7 @@
 use acts::error::Error;
 use acts::mailer::Letter;
 use acts::mailing;
+use acts::replicas::{self, Duty};
 use model::mail::RetentionLetter;
 use pages::letters;
 use store::retention;
@@ -22,6 +23,10 @@ pub(super) async fn work_off_retention_letters(state: &AppState) -> Result<(), E
             return Ok(());
         }
         for letter in due {
+            // Whoever was held up for long may have been taken for dead: then another sends them.
+            if !replicas::is_on_duty(state, Duty::Letters).await? {
+                return Ok(());
+            }
             deliver_retention_letter(state, &letter).await?;
         }
     }

@@ -3,6 +3,7 @@
 use acts::error::Error;
 use acts::mailer::Letter;
 use acts::mailing;
+use acts::replicas::{self, Duty};
 use acts::surveys::{instrument_of, link_expiry};
 use model::mail::SurveyLetter;
 use pages::letters;
@@ -22,6 +23,10 @@ pub(super) async fn work_off_survey_letters(state: &AppState) -> Result<(), Erro
             return Ok(());
         }
         for letter in due {
+            // Whoever was held up for long may have been taken for dead: then another sends them.
+            if !replicas::is_on_duty(state, Duty::Letters).await? {
+                return Ok(());
+            }
             deliver_survey_letter(state, &letter).await?;
         }
     }

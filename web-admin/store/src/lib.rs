@@ -5,11 +5,13 @@
 //!
 //! Whatever asks the database fails when the database does; a function says only what else it refuses.
 
+use std::time::Duration;
+
 use model::Moment;
 use serde::{Deserialize, Deserializer};
 use sqlx::Transaction;
 
-use engine::{BEGIN, MIGRATIONS};
+use engine::{BEGIN, LISTENING_PERIOD, MIGRATIONS, SHARED};
 pub use engine::{Connection, Engine, Executor, Pool, is_disk_full};
 pub use json::Json;
 
@@ -18,6 +20,8 @@ pub mod assignments;
 pub mod audit;
 pub mod audit_search;
 pub mod backups;
+pub mod brakes;
+pub mod ceremonies;
 pub mod cohorts;
 pub mod comments;
 pub mod curricula;
@@ -46,6 +50,7 @@ pub mod practice;
 pub mod proofs;
 pub mod ratings;
 pub mod regradings;
+pub mod replicas;
 pub mod reports;
 pub mod research;
 pub mod retention;
@@ -119,6 +124,18 @@ impl Database {
     pub async fn count_missing_migrations(&self) -> Result<usize> {
         let newest = self.newest_migration().await?;
         Ok(MIGRATIONS.iter().filter(|migration| migration.version > newest).count())
+    }
+
+    /// Whether several processes may be at work on one database at a time.
+    #[must_use]
+    pub const fn is_shared() -> bool {
+        SHARED
+    }
+
+    /// Longest between two looks at what others have queued.
+    #[must_use]
+    pub const fn listening_period() -> Duration {
+        LISTENING_PERIOD
     }
 
     /// Connections that read. Only one file may be open for writing at a time, so these refuse to write.

@@ -1,12 +1,13 @@
 //! Tries at what may end the process that tries it. Each is written down before it begins; one that was begun and never ended is a
 //! death, and what has died twice is set aside.
 
-use model::ids::{SchoolId, UploadId};
-use model::{Moment, SessionKey, new_id};
+use model::ids::{ReaderId, ReplicaId, SchoolId, UploadId};
+use model::{Moment, new_id};
 use sqlx::FromRow;
 use uuid::Uuid;
 
-use super::{Connection, Result};
+use super::replicas::{self, ReplicaBeats};
+use super::{Connection, Executor, Result};
 
 /// Deaths after which something is tried no more.
 pub const MOST_DEATHS: i64 = 2;
@@ -14,80 +15,77 @@ pub const MOST_DEATHS: i64 = 2;
 /// What the error of a job says whose try the service did not live to end.
 const DIED: &str = "the service ended while it worked on this recording";
 
-/// Notes that a job is begun.
-pub async fn begin_job_try(writer: &mut Connection, session: SessionKey) -> Result<()> {
-    sqlx::query("UPDATE jobs SET begun = TRUE WHERE school_id = $1 AND session_id = $2")
-        .bind(session.school_id)
-        .bind(session.id)
-        .execute(writer)
-        .await
-        .map(drop)
+/// Takes an upload to read it as a recording. False where somebody else does.
+pub async fn hold_upload(writer: &mut Connection, id: UploadId, replica: ReplicaId) -> Result<bool> {
+    replicas::enrol_replica(&mut *writer, replica).await?;
+    let held = sqlx::query("UPDATE uploads SET held_by = $2 WHERE id = $1 AND held_by IS NULL");
+    Ok(held.bind(id).bind(replica).execute(writer).await?.rows_affected() > 0)
 }
 
-/// Notes that whoever worked on a job has died of it.
-pub async fn note_job_death(writer: &mut Connection, session: SessionKey, why: &str) -> Result<()> {
-    sqlx::query(
-        "UPDATE jobs SET begun = FALSE, deaths = deaths + 1, attempts = attempts + 1, error = $3
-         WHERE school_id = $1 AND session_id = $2",
-    )
-    .bind(session.school_id)
-    .bind(session.id)
-    .bind(why)
-    .execute(writer)
-    .await
-    .map(drop)
-}
-
-/// Notes that an upload is about to be read, or that whoever read it has lived on.
-pub async fn mark_upload_begun(writer: &mut Connection, id: UploadId, begun: bool) -> Result<()> {
-    sqlx::query("UPDATE uploads SET begun = $2 WHERE id = $1").bind(id).bind(begun).execute(writer).await.map(drop)
-}
-
-/// Notes that whoever read an upload has died of it.
-pub async fn note_upload_death(writer: &mut Connection, id: UploadId) -> Result<()> {
-    sqlx::query("UPDATE uploads SET begun = FALSE, deaths = deaths + 1 WHERE id = $1")
+/// Lets go of an upload; where `died`, whoever read it has died of it.
+pub async fn release_upload(writer: &mut Connection, id: UploadId, replica: ReplicaId, died: bool) -> Result<()> {
+    sqlx::query("UPDATE uploads SET held_by = NULL, deaths = deaths + $3 WHERE id = $1 AND held_by = $2")
         .bind(id)
+        .bind(replica)
+        .bind(i64::from(died))
         .execute(writer)
         .await
         .map(drop)
 }
 
-/// Notes that bytes that came at once are about to be read; how often that was fatal before.
-pub async fn begin_reading(writer: &mut Connection, school: SchoolId, sha256: &str, now: Moment) -> Result<i64> {
-    sqlx::query_scalar(
-        "INSERT INTO readings (id, school_id, sha256, begun, noted_at) VALUES ($1, $2, $3, 1, $4)
-         ON CONFLICT (school_id, sha256) DO UPDATE SET begun = readings.begun + 1, noted_at = $4 RETURNING deaths",
+/// A try to read bytes that came at once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ReadingTry {
+    /// Whoever reads.
+    pub reader: ReaderId,
+    /// How often that was fatal before.
+    pub deaths: i64,
+}
+
+/// Notes that bytes that came at once are about to be read.
+pub async fn begin_reading(
+    writer: &mut Connection,
+    school: SchoolId,
+    sha256: &str,
+    replica: ReplicaId,
+    now: Moment,
+) -> Result<ReadingTry> {
+    replicas::enrol_replica(&mut *writer, replica).await?;
+    let (reading, deaths): (Uuid, i64) = sqlx::query_as(
+        "INSERT INTO readings (id, school_id, sha256, noted_at) VALUES ($1, $2, $3, $4)
+         ON CONFLICT (school_id, sha256) DO UPDATE SET noted_at = $4 RETURNING id, deaths",
     )
     .bind(new_id(now))
     .bind(school)
     .bind(sha256)
     .bind(now)
-    .fetch_one(writer)
-    .await
+    .fetch_one(&mut *writer)
+    .await?;
+    let reader = ReaderId::made_at(now);
+    sqlx::query("INSERT INTO readers (id, reading_id, replica_id) VALUES ($1, $2, $3)")
+        .bind(reader)
+        .bind(reading)
+        .bind(replica)
+        .execute(writer)
+        .await?;
+    Ok(ReadingTry { reader, deaths })
 }
 
-/// Notes that a reader has lived.
-pub async fn end_reading_try(writer: &mut Connection, school: SchoolId, sha256: &str) -> Result<()> {
-    sqlx::query("DELETE FROM readings WHERE school_id = $1 AND sha256 = $2 AND begun <= 1")
-        .bind(school)
-        .bind(sha256)
+/// Notes that a reader has ended, or died.
+pub async fn end_reading(writer: &mut Connection, reader: ReaderId, died: bool) -> Result<()> {
+    sqlx::query("UPDATE readings SET deaths = deaths + $2 WHERE id = (SELECT reading_id FROM readers WHERE id = $1)")
+        .bind(reader)
+        .bind(i64::from(died))
         .execute(&mut *writer)
         .await?;
-    sqlx::query("UPDATE readings SET begun = begun - 1 WHERE school_id = $1 AND sha256 = $2")
-        .bind(school)
-        .bind(sha256)
-        .execute(writer)
-        .await
-        .map(drop)
-}
-
-/// Notes that a reader has died.
-pub async fn note_reading_death(writer: &mut Connection, school: SchoolId, sha256: &str) -> Result<()> {
+    let reading: Option<Uuid> = sqlx::query_scalar("DELETE FROM readers WHERE id = $1 RETURNING reading_id")
+        .bind(reader)
+        .fetch_optional(&mut *writer)
+        .await?;
     sqlx::query(
-        "UPDATE readings SET begun = max(begun - 1, 0), deaths = deaths + 1 WHERE school_id = $1 AND sha256 = $2",
+        "DELETE FROM readings WHERE id = $1 AND deaths = 0 AND NOT EXISTS (SELECT 1 FROM readers r WHERE r.reading_id = $1)",
     )
-    .bind(school)
-    .bind(sha256)
+    .bind(reading)
     .execute(writer)
     .await
     .map(drop)
@@ -95,7 +93,13 @@ pub async fn note_reading_death(writer: &mut Connection, school: SchoolId, sha25
 
 /// Forgets deaths at reading that were noted before a moment.
 pub async fn forget_readings(writer: &mut Connection, before: Moment) -> Result<()> {
-    sqlx::query("DELETE FROM readings WHERE noted_at < $1 AND begun = 0").bind(before).execute(writer).await.map(drop)
+    sqlx::query(
+        "DELETE FROM readings WHERE noted_at < $1 AND NOT EXISTS (SELECT 1 FROM readers r WHERE r.reading_id = readings.id)",
+    )
+    .bind(before)
+    .execute(writer)
+    .await
+    .map(drop)
 }
 
 /// What was set aside.
@@ -107,32 +111,57 @@ pub struct SetAside {
     pub id: Uuid,
 }
 
-/// Counts what was begun and never ended as deaths: at the start, before anything is begun. All that is set aside.
-pub async fn count_deaths(writer: &mut Connection) -> Result<Vec<SetAside>> {
+/// Counts what a replica had begun and did not live to end as deaths, and lets go of everything that it held.
+pub async fn bury_replica(writer: &mut Connection, id: ReplicaId) -> Result<()> {
     sqlx::query(
-        "UPDATE jobs SET begun = FALSE, deaths = deaths + 1, attempts = attempts + 1, error = $1 WHERE begun = 1",
+        "UPDATE jobs SET begun = FALSE, deaths = deaths + 1, attempts = attempts + 1, error = $2
+         WHERE held_by = $1 AND begun = TRUE",
     )
+    .bind(id)
     .bind(DIED)
     .execute(&mut *writer)
     .await?;
-    sqlx::query("UPDATE uploads SET begun = FALSE, deaths = deaths + 1 WHERE begun = 1").execute(&mut *writer).await?;
-    sqlx::query("UPDATE readings SET begun = 0, deaths = deaths + 1 WHERE begun > 0").execute(&mut *writer).await?;
+    sqlx::query("UPDATE uploads SET deaths = deaths + 1 WHERE held_by = $1").bind(id).execute(&mut *writer).await?;
+    sqlx::query(
+        "UPDATE readings SET deaths = deaths + 1 WHERE id IN (SELECT reading_id FROM readers WHERE replica_id = $1)",
+    )
+    .bind(id)
+    .execute(&mut *writer)
+    .await?;
+    replicas::remove_replica(writer, id).await
+}
+
+/// Lets go of everything that a replica holds: it stops because it was asked to, and what is cut off was fatal to nobody.
+pub async fn release_replica(writer: &mut Connection, id: ReplicaId) -> Result<()> {
+    sqlx::query("UPDATE jobs SET begun = FALSE WHERE held_by = $1").bind(id).execute(&mut *writer).await?;
+    sqlx::query(
+        "DELETE FROM readings WHERE deaths = 0 AND id IN (SELECT reading_id FROM readers WHERE replica_id = $1)
+         AND NOT EXISTS (SELECT 1 FROM readers r WHERE r.reading_id = readings.id AND r.replica_id <> $1)",
+    )
+    .bind(id)
+    .execute(&mut *writer)
+    .await?;
+    replicas::remove_replica(writer, id).await
+}
+
+/// Lets go of everything that anybody holds: nobody is at work on this copy of a database.
+pub async fn release_all(writer: &mut Connection) -> Result<()> {
+    for ReplicaBeats { id, .. } in replicas::list_replicas(&mut *writer).await? {
+        release_replica(writer, id).await?;
+    }
+    Ok(())
+}
+
+/// All that is tried no more.
+pub async fn list_set_aside(executor: impl Executor<'_>) -> Result<Vec<SetAside>> {
     sqlx::query_as(
         "SELECT 'recording' AS kind, session_id AS id FROM jobs WHERE deaths >= $1
          UNION ALL SELECT 'upload', id FROM uploads WHERE deaths >= $1
          UNION ALL SELECT 'reading', id FROM readings WHERE deaths >= $1",
     )
     .bind(MOST_DEATHS)
-    .fetch_all(writer)
+    .fetch_all(executor)
     .await
-}
-
-/// Takes back what was begun: the service stops because it was asked to.
-pub async fn take_back_tries(writer: &mut Connection) -> Result<()> {
-    sqlx::query("UPDATE jobs SET begun = FALSE WHERE begun = 1").execute(&mut *writer).await?;
-    sqlx::query("DELETE FROM readings WHERE begun > 0 AND deaths = 0").execute(&mut *writer).await?;
-    sqlx::query("UPDATE readings SET begun = 0 WHERE begun > 0").execute(&mut *writer).await?;
-    sqlx::query("UPDATE uploads SET begun = FALSE WHERE begun = 1").execute(writer).await.map(drop)
 }
 
 /// Forgets every death, so that what was set aside is tried again; uploads are kept until a moment. How many recordings and uploads

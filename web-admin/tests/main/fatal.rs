@@ -11,14 +11,15 @@ use acts::clock::Clock;
 use acts::helper::Helper;
 use acts::judging::{Brief, JudgeAnswer, JudgeQuestion, JudgingTask};
 use acts::killpoints::KillPoint;
-use acts::{judging, killpoints, uploads};
+use acts::{judging, killpoints, replicas, uploads};
 use axum::body::Body;
 use axum::http::Request;
 use data_encoding::HEXLOWER;
 use model::{Moment, Role, SessionKey};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
-use store::{jobs, tries, uploads as rows};
+use store::jobs::{JobHold, JobReturn};
+use store::{Connection, jobs, tries, uploads as rows};
 
 use super::support::App;
 use super::support::failing_disk::{FailingDisk, Fault};
@@ -77,39 +78,61 @@ async fn two_jobs() -> (App, [SessionKey; 2]) {
     (app, [keys[0], keys[1]])
 }
 
-/// The job that is due first.
-async fn due_first(app: &App, now: Moment) -> Option<SessionKey> {
-    let reader = app.state.db.reader();
+/// Takes the job that is due first; dropped without a commit, it is nobody's.
+async fn claim_first(app: &App, tx: &mut Connection, now: Moment) -> Option<JobHold> {
     for deaths in 0..tries::MOST_DEATHS {
         let due = jobs::JobQuery { now, deaths };
-        for school in jobs::list_waiting_schools(reader, due).await.unwrap() {
-            if let Some(job) = jobs::list_due_jobs(reader, school, due, 1).await.unwrap().first() {
-                return Some(job.session());
+        for school in jobs::list_waiting_schools(&mut *tx, due).await.unwrap() {
+            if let Some(job) = jobs::claim_due_job(tx, school, due, app.state.replica).await.unwrap() {
+                return Some(job.held_by(app.state.replica));
             }
         }
     }
     None
 }
 
+/// The job that is due first.
+async fn due_first(app: &App, now: Moment) -> Option<SessionKey> {
+    let mut tx = app.state.db.write().await.unwrap();
+    claim_first(app, &mut tx, now).await.map(|hold| hold.session)
+}
+
+/// Begins a job, whichever is due before it.
+async fn begin(app: &App, wanted: SessionKey) {
+    let mut tx = app.state.db.write().await.unwrap();
+    let mut held = Vec::new();
+    while let Some(hold) = claim_first(app, &mut tx, app.state.clock.now()).await {
+        held.push(hold);
+    }
+    for hold in held {
+        let done = match hold.session == wanted {
+            true => jobs::begin_job_try(&mut tx, hold).await,
+            false => jobs::return_job(&mut tx, hold, JobReturn::Untried).await,
+        };
+        assert!(done.unwrap());
+    }
+    tx.commit().await.unwrap();
+}
+
+/// The service dies, and another finds what it has left.
+async fn die(app: &App) -> Vec<tries::SetAside> {
+    app.write(async |tx| tries::bury_replica(tx, app.state.replica).await.unwrap()).await;
+    tries::list_set_aside(app.state.db.reader()).await.unwrap()
+}
+
 #[tokio::test]
 async fn who_was_fatal_once_goes_last_and_a_stop_is_no_death() {
     let (app, [first, second]) = two_jobs().await;
     let due = async || due_first(&app, app.state.clock.now()).await;
-    let mut tx = app.state.db.write().await.unwrap();
-    tries::begin_job_try(&mut tx, first).await.unwrap();
-    tries::take_back_tries(&mut tx).await.unwrap();
-    assert_eq!(tries::count_deaths(&mut tx).await.unwrap(), []);
-    tx.commit().await.unwrap();
+    begin(&app, first).await;
+    assert_eq!(due().await, Some(second), "what is held is not due");
+    replicas::leave(&app.state).await.unwrap();
+    assert_eq!(die(&app).await, []);
     assert_eq!(due().await, Some(first), "it was asked to stop");
-    let mut set_aside = Vec::new();
-    for expected in [Some(second), Some(second)] {
-        let mut tx = app.state.db.write().await.unwrap();
-        tries::begin_job_try(&mut tx, first).await.unwrap();
-        // As a start does after the service has died.
-        set_aside = tries::count_deaths(&mut tx).await.unwrap();
-        tx.commit().await.unwrap();
-        assert_eq!(due().await, expected);
-    }
+    begin(&app, first).await;
+    assert_eq!((die(&app).await, due().await), (Vec::new(), Some(second)), "whoever was fatal goes last");
+    begin(&app, first).await;
+    let set_aside = die(&app).await;
     assert_eq!(set_aside.iter().map(|found| found.id).collect::<Vec<_>>(), [first.id.uuid()]);
     web_admin::worker::work_off_jobs(&app.state).await.unwrap();
     assert_eq!(due().await, None, "set aside, it is due no more");
@@ -138,8 +161,8 @@ async fn an_upload_that_was_fatal_twice_is_kept_and_read_no_more() {
     for _ in 0..2 {
         let mut tx = app.state.db.write().await.unwrap();
         sqlx::query("UPDATE uploads SET received = length").execute(&mut *tx).await.unwrap();
-        tries::mark_upload_begun(&mut tx, id, true).await.unwrap();
-        tries::count_deaths(&mut tx).await.unwrap();
+        assert!(tries::hold_upload(&mut tx, id, app.state.replica).await.unwrap());
+        tries::bury_replica(&mut tx, app.state.replica).await.unwrap();
         tx.commit().await.unwrap();
     }
     let look = || Request::builder().method("HEAD").uri(&place).header("tus-resumable", "1.0.0");

@@ -57,6 +57,7 @@ mod ratings;
 mod refusals;
 mod regrading;
 mod replay;
+mod replicas;
 mod retention;
 mod review;
 mod rosters;

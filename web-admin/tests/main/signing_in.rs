@@ -1,8 +1,10 @@
 //! Signing in and out. Fails when guessing is not braked, when a form of another site is taken, when a session keeps
 //! its id over a sign-in or outlives a new password, or when an unknown address answers otherwise than a known one.
 
+use std::net::IpAddr;
+
 use acts::clock::Clock;
-use acts::secret;
+use acts::{brakes, secret, upkeep};
 use axum::body::Body;
 use axum::http::{Request, header};
 use model::ids::SchoolId;
@@ -151,32 +153,43 @@ async fn twenty_wrong_passwords_make_even_the_right_one_wait() {
     assert!(right.header("retry-after").parse::<u64>().unwrap() > 0);
 }
 
+/// Whether somebody may try to sign in; the try is counted.
+async fn may_try(app: &App, address: IpAddr, email: &str) -> bool {
+    brakes::take_sign_in(&app.state, address, email).await.is_ok()
+}
+
 #[tokio::test]
 async fn guessing_many_accounts_from_one_address_is_braked_too() {
     let app = app().await;
-    let address = std::net::IpAddr::from([192, 0, 2, 1]);
-    let taken = (0..200).filter(|n| app.state.logins.take(address, &format!("{n}@example.org")).is_ok()).count();
+    let address = IpAddr::from([192, 0, 2, 1]);
+    let mut taken = 0;
+    for n in 0..200 {
+        taken += u32::from(may_try(&app, address, &format!("{n}@example.org")).await);
+    }
     assert!((50..150).contains(&taken), "{taken} accounts could be tried at once");
-    assert!(app.state.logins.take([192, 0, 2, 2].into(), "0@example.net").is_ok(), "others may go on");
-    app.state.logins.tidy();
-    assert!(app.state.logins.take(address, "1@example.net").is_err(), "tidying forgets no recent guess");
+    assert!(may_try(&app, [192, 0, 2, 2].into(), "0@example.net").await, "others may go on");
+    upkeep::forget_expired(&app.state).await.unwrap();
+    assert!(!may_try(&app, address, "1@example.net").await, "tidying forgets no recent guess");
 }
 
 #[tokio::test]
 async fn a_stranger_uses_up_nobody_elses_tries() {
     let app = app().await;
-    let (home, limits) = (std::net::IpAddr::from([192, 0, 2, 200]), &app.state.logins);
-    assert!(limits.take(home, "ada@example.org").is_ok());
-    limits.welcome(home, "ada@example.org");
-    let one = (0..50).filter(|_| limits.take([192, 0, 2, 1].into(), "ada@example.org").is_ok()).count();
+    let home = IpAddr::from([192, 0, 2, 200]);
+    assert!(may_try(&app, home, "ada@example.org").await);
+    brakes::welcome(&app.state, home, "ada@example.org").await.unwrap();
+    let mut one = 0;
+    for _ in 0..50 {
+        one += u32::from(may_try(&app, [192, 0, 2, 1].into(), "ada@example.org").await);
+    }
     assert!(one <= 12, "{one} tries for one account from one address");
-    assert!(limits.take([192, 0, 2, 2].into(), "ADA@example.org").is_ok(), "somewhere else she may");
+    assert!(may_try(&app, [192, 0, 2, 2].into(), "ADA@example.org").await, "somewhere else she may");
     let mut many = 0;
-    for host in 3..100 {
-        many += (0..10).filter(|_| limits.take([192, 0, 2, host].into(), "ada@example.org").is_ok()).count();
+    for host in (3..100).flat_map(|host| [host; 10]) {
+        many += u32::from(may_try(&app, [192, 0, 2, host].into(), "ada@example.org").await);
     }
     assert!(many < 150, "{many} tries for one account from a hundred addresses");
-    assert!(limits.take(home, "ada@example.org").is_ok(), "where she has signed in before, she still may");
+    assert!(may_try(&app, home, "ada@example.org").await, "where she has signed in before, she still may");
 }
 
 #[tokio::test]

@@ -146,7 +146,7 @@ async fn settle(copy: &Path) -> anyhow::Result<(Vec<RecordingFile>, Verification
     db.migrate().await?;
     let mut tx = db.write().await?;
     uploads::forget_unfinished(&mut tx).await?;
-    tries::take_back_tries(&mut tx).await?;
+    tries::release_all(&mut tx).await?;
     tx.commit().await?;
     let recordings = sessions::list_recordings(db.reader()).await?;
     let chain = audit::check_audit_chain(db.reader()).await?;

@@ -1,21 +1,21 @@
-//! What was asked of passkeys and not answered yet: kept here alone, in memory, each good once and for a while.
+//! What was asked of passkeys and not answered yet: each question is good once, and for a while.
 
-use std::collections::BTreeMap;
-use std::sync::{Mutex, PoisonError};
-
-use model::Moment;
 use model::ids::{CeremonyId, PersonId};
+use serde::{Deserialize, Serialize};
+use store::Json;
+use store::ceremonies::{self, PendingCeremony};
 use webauthn_rs::prelude::{PasskeyAuthentication, PasskeyRegistration};
+
+use crate::error::Error;
+use crate::service::Service;
 
 /// How long an answer is waited for, in s.
 const WAIT_S: i64 = 5 * 60;
 /// Most that are waited for of one person: a page in as many windows.
-const MOST_OF_PERSON: usize = 8;
-/// Most that are waited for in all, some 2 kB each.
-const MOST: usize = 20_000;
+const MOST_OF_PERSON: i64 = 8;
 
 /// What an answer is held to.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum PasskeyChallenge {
     /// A new passkey is to be made.
     ToMake {
@@ -28,86 +28,97 @@ pub enum PasskeyChallenge {
     ToSign(Box<PasskeyAuthentication>),
 }
 
-#[derive(Clone, Debug)]
-struct PendingCeremony {
-    person_id: PersonId,
-    until: Moment,
-    asked: PasskeyChallenge,
+/// Waits for somebody's answer; the id by which it is taken. In place of their oldest where there are too many.
+///
+/// # Errors
+/// When the database fails.
+pub async fn begin(service: &Service, person_id: PersonId, asked: PasskeyChallenge) -> Result<CeremonyId, Error> {
+    let id = CeremonyId::random();
+    let until = service.clock.now().plus_s(WAIT_S);
+    let mut tx = service.db.write().await?;
+    ceremonies::add_ceremony(&mut tx, id, &PendingCeremony { person_id, until, asked: Json(asked) }, MOST_OF_PERSON)
+        .await?;
+    tx.commit().await?;
+    Ok(id)
 }
 
-/// Everything that is waited for.
-#[derive(Debug, Default)]
-pub struct Ceremonies(Mutex<BTreeMap<CeremonyId, PendingCeremony>>);
-
-impl Ceremonies {
-    /// Waits for somebody's answer; the id by which it is taken. In place of their oldest where there are too many.
-    #[must_use]
-    pub fn begin(&self, person_id: PersonId, asked: PasskeyChallenge, now: Moment) -> CeremonyId {
-        let mut waiting = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        waiting.retain(|_, one| one.until > now);
-        let own = waiting.values().filter(|one| one.person_id == person_id).count();
-        if own >= MOST_OF_PERSON {
-            forget_oldest(&mut waiting, |one| one.person_id == person_id);
-        } else if waiting.len() >= MOST {
-            forget_oldest(&mut waiting, |_| true);
-        }
-        let id = CeremonyId::random();
-        waiting.insert(id, PendingCeremony { person_id, until: now.plus_s(WAIT_S), asked });
-        id
-    }
-
-    /// What somebody was asked by an id, this once. None where it is too late, it was answered, or somebody else was asked.
-    #[must_use]
-    pub fn take(&self, id: CeremonyId, person_id: PersonId, now: Moment) -> Option<PasskeyChallenge> {
-        let mut waiting = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let taken = waiting.remove(&id)?;
-        (taken.person_id == person_id && taken.until > now).then_some(taken.asked)
-    }
-}
-
-fn forget_oldest(waiting: &mut BTreeMap<CeremonyId, PendingCeremony>, whose: impl Fn(&PendingCeremony) -> bool) {
-    let oldest = waiting.iter().filter(|(_, one)| whose(one)).min_by_key(|(_, one)| one.until).map(|(id, _)| *id);
-    if let Some(id) = oldest {
-        waiting.remove(&id);
-    }
+/// What somebody was asked by an id, this once. None where it is too late, it was answered, or somebody else was asked.
+///
+/// # Errors
+/// When the database fails.
+pub async fn take(service: &Service, id: CeremonyId, person_id: PersonId) -> Result<Option<PasskeyChallenge>, Error> {
+    let mut tx = service.db.write().await?;
+    let taken = ceremonies::take_ceremony::<PasskeyChallenge>(&mut tx, id).await?;
+    tx.commit().await?;
+    let is_theirs = |taken: &PendingCeremony<_>| taken.person_id == person_id && taken.until > service.clock.now();
+    Ok(taken.filter(is_theirs).map(|taken| taken.asked.0))
 }
 
 #[cfg(test)]
 mod tests {
     //! An answer that is good twice, late, or for somebody else is one that can be stolen.
 
+    use std::path::Path;
+
+    use model::{Moment, Role};
+    use store::people::NewPerson;
+    use store::{people, schools};
+
     use super::super::tests::asked_to_make;
     use super::*;
+    use crate::clock::Clock;
+    use crate::config::Config;
 
-    fn begin(all: &Ceremonies, person: PersonId, at_s: i64) -> CeremonyId {
-        all.begin(person, asked_to_make(), Moment::from_micros(0).plus_s(at_s))
+    async fn service(folder: &Path) -> (Service, [PersonId; 2]) {
+        let clock = Clock::fixed(Moment::from_micros(1_700_000_000_000_000));
+        let service = Service::open(Config::in_folder(folder), clock).await.unwrap();
+        let mut tx = service.db.write().await.unwrap();
+        let now = service.clock.now();
+        let school_id = schools::find_or_create(&mut tx, "North", now).await.unwrap().id;
+        let mut added = Vec::new();
+        for name in ["Ada", "Ben"] {
+            let email = format!("{name}@example.org");
+            let new =
+                NewPerson { school_id, role: Role::Trainee, display_name: name, email: &email, password_hash: "" };
+            added.push(people::add_person(&mut tx, &new, now).await.unwrap().id);
+        }
+        tx.commit().await.unwrap();
+        (service, [added[0], added[1]])
     }
 
-    fn take(all: &Ceremonies, id: CeremonyId, person: PersonId, at_s: i64) -> bool {
-        all.take(id, person, Moment::from_micros(0).plus_s(at_s)).is_some()
+    #[tokio::test]
+    async fn each_is_good_once_for_a_while_and_for_whom_it_was_made() {
+        let folder = tempfile::tempdir().unwrap();
+        let (service, [ada, ben]) = service(folder.path()).await;
+        let begin = async || begin(&service, ada, asked_to_make()).await.unwrap();
+        let take = async |id, person| take(&service, id, person).await.unwrap().is_some();
+        let id = begin().await;
+        service.clock.advance(WAIT_S - 1);
+        assert!(take(id, ada).await, "in time");
+        assert!(!take(id, ada).await, "once");
+        let id = begin().await;
+        service.clock.advance(WAIT_S);
+        assert!(!take(id, ada).await, "too late");
+        let id = begin().await;
+        assert!(!take(id, ben).await, "somebody else's");
+        assert!(!take(id, ada).await, "whoever tried has used it up");
     }
 
-    #[test]
-    fn each_is_good_once_for_a_while_and_for_whom_it_was_made() {
-        let (all, ada, ben) = (Ceremonies::default(), PersonId::from_u128(1), PersonId::from_u128(2));
-        let id = begin(&all, ada, 0);
-        assert!(take(&all, id, ada, WAIT_S - 1), "in time");
-        assert!(!take(&all, id, ada, WAIT_S - 1), "once");
-        let id = begin(&all, ada, 0);
-        assert!(!take(&all, id, ada, WAIT_S), "too late");
-        let id = begin(&all, ada, 0);
-        assert!(!take(&all, id, ben, 1), "somebody else's");
-        assert!(!take(&all, id, ada, 1), "whoever tried has used it up");
-    }
-
-    #[test]
-    fn one_person_takes_no_room_from_others() {
-        let (all, ada, ben) = (Ceremonies::default(), PersonId::from_u128(1), PersonId::from_u128(2));
-        let of_ben = begin(&all, ben, 0);
-        let of_ada: Vec<CeremonyId> = (1..=12).map(|at_s| begin(&all, ada, at_s)).collect();
-        let kept = of_ada.iter().filter(|id| take(&all, **id, ada, 20)).count();
-        assert_eq!(kept, MOST_OF_PERSON);
-        assert!(!take(&all, of_ada[0], ada, 20), "the oldest went first");
-        assert!(take(&all, of_ben, ben, 20));
+    #[tokio::test]
+    async fn one_person_takes_no_room_from_others() {
+        let folder = tempfile::tempdir().unwrap();
+        let (service, [ada, ben]) = service(folder.path()).await;
+        let of_ben = begin(&service, ben, asked_to_make()).await.unwrap();
+        let mut of_ada = Vec::new();
+        for _ in 0..12 {
+            service.clock.advance(1);
+            of_ada.push(begin(&service, ada, asked_to_make()).await.unwrap());
+        }
+        let mut kept = Vec::new();
+        for id in &of_ada {
+            kept.push(take(&service, *id, ada).await.unwrap().is_some());
+        }
+        assert_eq!(kept, [[false; 4].as_slice(), &[true; 8]].concat(), "the oldest went first");
+        assert!(take(&service, of_ben, ben).await.unwrap().is_some());
     }
 }

@@ -1,9 +1,9 @@
 //! Whose passkeys they are: a passkey belongs to the name of a host, and answers to its pages alone.
 
-mod ceremonies;
+pub(crate) mod ceremonies;
 
 use anyhow::Context;
-pub use ceremonies::{Ceremonies, PasskeyChallenge};
+pub use ceremonies::PasskeyChallenge;
 use model::ids::PersonId;
 use serde::de::DeserializeOwned;
 use webauthn_rs::prelude::{
@@ -23,18 +23,17 @@ pub struct Site {
     origin: String,
 }
 
-/// Where this service has passkeys, and what it waits for.
+/// Where this service has passkeys, if it does.
 #[derive(Debug)]
 pub struct Passkeys {
     site: Option<Site>,
-    pub(crate) ceremonies: Ceremonies,
 }
 
 impl Passkeys {
     /// Of a service as it was told to run.
     #[must_use]
     pub fn new(config: &Config) -> Self {
-        Self { site: Site::of(config), ceremonies: Ceremonies::default() }
+        Self { site: Site::of(config) }
     }
 
     /// The site, where browsers have passkeys for it.

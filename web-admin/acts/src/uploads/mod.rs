@@ -122,34 +122,39 @@ pub async fn terminate(state: &Service, upload: &Upload) -> Result<(), Error> {
 /// Whoever calls has the upload's turn.
 ///
 /// # Errors
-/// When the recording is refused, or the disk or the database fails; then it is tried again by [`tidy`].
+/// When another service does so just now, the recording is refused, or the disk or the database fails; then it is tried again by [`tidy`].
 async fn complete(state: &Service, upload: Upload) -> Result<Upload, Error> {
     let id = upload.id;
     // Before it counts as begun: who dies on the way to it has not died of it.
-    let received = pieces::collect(state, &upload).await?;
-    mark(state, id, true).await?;
+    let received = pieces::collect(state, &upload).await;
+    let upload = hold(state, id).await?;
     KillPoint::UploadMarked.pass();
-    let taken = take_in(state, upload, received).await;
-    let noted = match &taken {
-        Err(Error::Deadly(_)) => note_death(state, id).await,
-        _ => mark(state, id, false).await,
+    let taken = match (upload.session_id, received) {
+        (Some(_), _) => Ok(upload),
+        (None, Ok(received)) => take_in(state, upload, received).await,
+        (None, Err(error)) => Err(error),
     };
-    if let Err(error) = noted {
+    if let Err(error) = release(state, id, matches!(taken, Err(Error::Deadly(_)))).await {
         tracing::warn!(upload = %id, cause = %error, "an upload counts as being read until the service stops");
     }
     taken
 }
 
-/// Writes down that an upload is about to be read, or that nobody has died of it.
-async fn mark(state: &Service, id: UploadId, begun: bool) -> Result<(), Error> {
+/// Writes down that an upload is about to be read; what has become of it by now.
+async fn hold(state: &Service, id: UploadId) -> Result<Upload, Error> {
     let mut tx = state.db.write().await?;
-    tries::mark_upload_begun(&mut tx, id, begun).await?;
-    Ok(tx.commit().await?)
+    let upload = uploads::find_upload_by_id(&mut *tx, id).await?.ok_or(Error::NotFound)?;
+    if !tries::hold_upload(&mut tx, id, state.replica).await? {
+        return Err(Error::Locked);
+    }
+    tx.commit().await?;
+    Ok(upload)
 }
 
-async fn note_death(state: &Service, id: UploadId) -> Result<(), Error> {
+/// Writes down that nobody reads an upload any more; where `died`, whoever did has died of it.
+async fn release(state: &Service, id: UploadId, died: bool) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
-    tries::note_upload_death(&mut tx, id).await?;
+    tries::release_upload(&mut tx, id, state.replica, died).await?;
     Ok(tx.commit().await?)
 }
 

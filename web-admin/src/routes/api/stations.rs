@@ -1,5 +1,6 @@
 //! Training stations: joining a school by a code, and signing a trainee in by theirs.
 
+use acts::brakes;
 use acts::stations::{self, StationVisit, TypedCode};
 use acts::study_consents::revision_of_terms;
 use axum::Json;
@@ -58,7 +59,7 @@ pub(super) async fn pair_station(
     ClientAddress(address): ClientAddress,
     ApiJson(asked): ApiJson<PairRequest>,
 ) -> Result<(StatusCode, Json<PairedView>), ApiError> {
-    state.pairings.take(address)?;
+    brakes::take_pairing(&state, address).await?;
     let stations::Paired { station_id, name, school, token } =
         stations::pair(&state, &asked.code, &asked.name, asked.public_key.as_deref()).await?;
     Ok((StatusCode::CREATED, Json(PairedView { station_id, name, school, token })))

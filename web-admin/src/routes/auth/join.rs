@@ -1,7 +1,7 @@
 //! `/join/{token}`: a password is chosen by a link. `/forgotten`: such a link is asked for.
 
 use acts::error::Error;
-use acts::{accounts, passwords};
+use acts::{accounts, brakes, passwords};
 use axum::extract::{Path, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
@@ -106,7 +106,7 @@ async fn send_link(
     CsrfForm(form): CsrfForm<EmailForm>,
 ) -> Result<ForgottenPage, PageError> {
     let email = form.email.trim();
-    state.logins.take(address, email)?;
+    brakes::take_sign_in(&state, address, email).await?;
     accounts::ask_for_link(&state, email).await?;
     Ok(ForgottenPage { csrf: csrf.token().to_owned(), asked: true })
 }

@@ -2,7 +2,7 @@
 
 use acts::error::Error;
 use acts::signing_in::{note_refused_sign_in, note_way_in};
-use acts::{accounts, secret};
+use acts::{accounts, brakes, secret};
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
@@ -69,8 +69,8 @@ async fn sign_in(
     ClientAddress(address): ClientAddress,
     CsrfForm(form): CsrfForm<LoginForm>,
 ) -> Result<Response, PageError> {
-    if let Err(refused) = state.logins.take(address, &form.email) {
-        if state.logins.is_worth_noting(address) {
+    if let Err(refused) = brakes::take_sign_in(&state, address, &form.email).await {
+        if matches!(refused, Error::TooMany { .. }) && state.brake_notes.is_worth_noting(address) {
             note_refused_sign_in(&state, &form.email, address, "sign_in.blocked").await?;
         }
         return show_sign_in_again(&csrf, &form, refused);
@@ -79,7 +79,7 @@ async fn sign_in(
         note_refused_sign_in(&state, &form.email, address, "sign_in.failed").await?;
         return show_sign_in_again(&csrf, &form, Error::Unauthorized);
     };
-    state.logins.welcome(address, &form.email);
+    brakes::welcome(&state, address, &form.email).await?;
     let person = people::find_person(state.db.reader(), known.id).await?.ok_or(Error::NotFound)?;
     let to = match known.initial_until {
         Some(until) if until <= state.clock.now() => {

@@ -1,7 +1,7 @@
 //! `/account`: one's own details, password and data.
 
 use acts::error::Error;
-use acts::{accounts, passwords};
+use acts::{accounts, brakes, passwords};
 use axum::extract::State;
 use axum::http::header;
 use axum::response::{IntoResponse, Redirect, Response};
@@ -63,7 +63,7 @@ pub(super) async fn set_own_password(
     csrf: Csrf,
     CsrfForm(form): CsrfForm<OwnPasswordForm>,
 ) -> Result<FormAnswer<AccountPage>, PageError> {
-    state.logins.take_own(person.id)?;
+    brakes::take_own(&state, person.id).await?;
     let shown = make_account_page(&state, &person, &csrf).await?;
     let own = [person.display_name.as_str(), &shown.email, &shown.school];
     let refused = match passwords::check_typed(&form.password, &form.again, &own) {

@@ -3,7 +3,7 @@
 
 use acts::error::Error;
 use acts::second_factor::{Enrolled, TypedCode};
-use acts::{accounts, second_factor};
+use acts::{accounts, brakes, second_factor};
 use axum::extract::State;
 use axum::http::header;
 use axum::response::{IntoResponse, Redirect, Response};
@@ -119,7 +119,7 @@ pub(super) async fn allow_factor_change(
     browser: &Browser,
     credentials: FactorCredentials<'_>,
 ) -> Result<Result<(), FactorRefused>, Error> {
-    state.logins.take_own(person.id)?;
+    brakes::take_own(&state, person.id).await?;
     if !accounts::is_own_password(state, person, credentials.password).await? {
         return Ok(Err(FactorRefused::Password));
     }

@@ -2,7 +2,7 @@
 
 use acts::error::Error;
 use acts::tokens::TokenRequest;
-use acts::{accounts, tokens};
+use acts::{accounts, brakes, tokens};
 use axum::extract::State;
 use axum::response::{IntoResponse, Redirect};
 use axum::routing::{get, post};
@@ -74,7 +74,7 @@ async fn make_token(
     csrf: Csrf,
     CsrfForm(form): CsrfForm<TokenForm>,
 ) -> Result<FormAnswer<TokensPage>, PageError> {
-    state.logins.take_own(person.id)?;
+    brakes::take_own(&state, person.id).await?;
     let made = if accounts::is_own_password(&state, &person, &form.password).await? {
         tokens::make(&state, &person, TokenRequest { name: &form.name, days: form.days }).await
     } else {

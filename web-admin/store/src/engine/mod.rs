@@ -3,7 +3,7 @@
 
 mod sqlite;
 
-pub(crate) use sqlite::{BEGIN, MIGRATIONS, is_table_there};
+pub(crate) use sqlite::{BEGIN, LISTENING_PERIOD, MIGRATIONS, SHARED, is_table_there};
 pub use sqlite::{Engine, is_disk_full};
 
 /// A connection that writes or reads.

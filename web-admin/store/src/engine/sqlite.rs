@@ -17,6 +17,12 @@ pub type Engine = sqlx::Sqlite;
 /// Everything that makes the schema.
 pub(crate) static MIGRATIONS: Migrator = sqlx::migrate!("../../migrations");
 
+/// Longest that a process works without a look at what others have queued: there are none.
+pub(crate) const LISTENING_PERIOD: Duration = Duration::from_secs(60);
+
+/// Whether several processes may be at work on one database at a time.
+pub(crate) const SHARED: bool = false;
+
 /// Takes the write lock at once.
 pub(crate) const BEGIN: &str = "BEGIN IMMEDIATE";
 

@@ -21,7 +21,7 @@ const POSTGRES_COLUMNS: &str = "
         || CASE WHEN a.attnotnull THEN ' NOT NULL' ELSE '' END
         || CASE WHEN d.oid IS NULL OR a.attgenerated <> '' THEN ''
              ELSE ' ' || replace(replace(replace(pg_get_expr(d.adbin, d.adrelid), '::text', ''), 'true', '1'), 'false', '0') END
-    FROM pg_class c JOIN pg_attribute a ON a.attrelid = c.oid AND a.attnum > 0
+    FROM pg_class c JOIN pg_attribute a ON a.attrelid = c.oid AND a.attnum > 0 AND NOT a.attisdropped
     LEFT JOIN pg_attrdef d ON d.adrelid = c.oid AND d.adnum = a.attnum
     WHERE c.relnamespace = 'public'::regnamespace AND c.relkind IN ('r', 'v') AND c.relname NOT LIKE 'pragma_%'
         AND c.relname <> '_sqlx_migrations' AND a.attidentity = ''";

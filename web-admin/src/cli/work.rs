@@ -1,0 +1,251 @@
+//! `web-admin work`: everything that a service does but pages and the API; and what both have in common.
+
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::thread;
+use std::time::Duration;
+
+use acts::clock::Clock;
+use acts::config::{Config, anchor_mail, mail_to};
+use acts::helper::Helper;
+use acts::inspection::begin_inspection;
+use acts::locks::DataLock;
+use acts::scanning::Scanner;
+use acts::web_sessions::WebSessions;
+use acts::{
+    SPANS, anchoring, deadlines, erasing, notices, recordings, replicas, retention, upkeep, uploads, verification,
+};
+use anyhow::Context;
+use clap::{Args, ValueEnum};
+use store::Database;
+use tokio::signal::unix::{Signal, SignalKind, signal};
+use tokio::task::JoinHandle;
+use tower_sessions::ExpiredDeletion;
+use tracing_subscriber::filter::{FilterExt, filter_fn};
+use tracing_subscriber::layer::SubscriberExt;
+use tracing_subscriber::util::SubscriberInitExt;
+use tracing_subscriber::{EnvFilter, Layer};
+
+use super::{CommandFailure, StorageArgs, say_line};
+use crate::telemetry::Telemetry;
+use crate::{AppState, outbox, worker};
+
+/// How often what has expired is thrown away.
+const TIDY_EVERY: Duration = Duration::from_secs(600);
+
+/// How to work.
+#[derive(Debug, Args)]
+pub struct WorkArgs {
+    #[command(flatten)]
+    storage: StorageArgs,
+    /// Where people find this service: links in mails and to viewers begin with it [default: http:// and the address listened
+    /// on; to viewers, the address that the visitor came by]
+    #[arg(long, value_name = "URL", env = "STYLET_PUBLIC_URL")]
+    public_url: Option<String>,
+    /// Mail: a smtp: or smtps: URL with user and password, or a folder for .eml files [default: mail in the data folder]
+    #[arg(long, value_name = "URL", env = "STYLET_MAIL", hide_env_values = true)]
+    mail: Option<String>,
+    /// Whom mail is from
+    #[arg(long, value_name = "ADDRESS", default_value = "Stylet <stylet@localhost>", env = "STYLET_MAIL_FROM")]
+    mail_from: String,
+    /// Who is mailed once a day by which hash the audit log ends, to keep it elsewhere [default: nobody; it is in the data folder's
+    /// statements/ anyway]
+    #[arg(long, value_name = "ADDRESS", env = "STYLET_ANCHOR_MAIL")]
+    anchor_mail: Option<String>,
+    /// How an entry of the log on standard error is written
+    #[arg(long, value_enum, default_value = "text", env = "STYLET_LOG_FORMAT")]
+    log_format: LogFormat,
+    /// Socket of ClamAV's clamd, as /run/clamav/clamd.ctl: it scans recordings before anything else reads them, and what it finds
+    /// something in is refused and kept nowhere [default: nothing is scanned]
+    #[arg(long, value_name = "PATH", env = "STYLET_CLAMD")]
+    clamd: Option<PathBuf>,
+    /// Longest that scanning a recording may take, in s
+    #[arg(long, value_name = "S", default_value_t = 60, value_parser = clap::value_parser!(u64).range(1..=3000))]
+    scan_s: u64,
+    /// Recordings that are judged at once, 0 to leave that to other services; of several, one is kept free for a second school
+    /// [default: one less than there are cores, 2 to 4]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(0..=64))]
+    judges: Option<u16>,
+    /// Most memory, in MB, of each process that judges a recording
+    #[arg(long, value_name = "MB", default_value_t = 2000, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    judge_mb: u64,
+    /// Longest that judging a recording may take, in s
+    #[arg(long, value_name = "S", default_value_t = 300, value_parser = clap::value_parser!(u64).range(1..=86_400))]
+    judge_s: u64,
+    /// Longest that the start waits until the database is looked through, in s; what takes longer goes on while the service serves
+    #[arg(long, value_name = "S", default_value_t = 2, value_parser = clap::value_parser!(u64).range(0..=86_400))]
+    check_s: u64,
+}
+
+impl WorkArgs {
+    /// The configuration they ask for.
+    ///
+    /// # Errors
+    /// When one of them is of a kind that is not supported.
+    pub(super) fn config(&self) -> Result<Config, CommandFailure> {
+        let mut config = self.storage.config()?;
+        let time = Duration::from_secs(self.scan_s);
+        config.scanner = self.clamd.clone().map(|socket| Scanner { socket, time });
+        let program = std::env::current_exe().context("cannot find this program's file")?;
+        config.helper = Some(Helper { program, memory_mb: self.judge_mb, time: Duration::from_secs(self.judge_s) });
+        config.judges = self.judges.map_or_else(default_judges, usize::from);
+        config.public_url = self.public_url.as_ref().map(|url| url.trim_end_matches('/').to_owned());
+        config.mail_from.clone_from(&self.mail_from);
+        if let Some(given) = &self.mail {
+            config.mail = mail_to(given)?;
+        }
+        config.anchor_mail = self.anchor_mail.as_deref().map(anchor_mail).transpose()?;
+        Ok(config)
+    }
+}
+
+/// Works until a signal.
+pub(super) async fn run_work(args: &WorkArgs) -> Result<(), CommandFailure> {
+    let shift = Shift::begin(args, args.config()?, "web-admin work").await?;
+    let mut signals = Signals::listen()?;
+    let background = shift.work();
+    say_line("Working");
+    signals.wait().await;
+    background.stop();
+    tracing::info!("stopped");
+    shift.end().await
+}
+
+/// A core stays for pages, and one judge for whoever comes behind a costly recording.
+fn default_judges() -> usize {
+    let cores = thread::available_parallelism().map_or(1, Into::into);
+    cores.saturating_sub(1).clamp(2, 4)
+}
+
+/// A service from its start to its end.
+pub(super) struct Shift {
+    /// What it works with.
+    pub(super) state: AppState,
+    telemetry: Option<Telemetry>,
+    _lock: DataLock,
+}
+
+impl Shift {
+    /// Takes the data, and does what comes before anything else; `purpose` tells others what for.
+    pub(super) async fn begin(args: &WorkArgs, config: Config, purpose: &str) -> Result<Self, CommandFailure> {
+        let telemetry = Telemetry::of_environment()?;
+        start_log(args.log_format, telemetry.as_ref());
+        let lock = DataLock::take(&config, purpose, Clock::system().now())?;
+        verification::refuse_lost_database(&config).await?;
+        let inspection = begin_inspection(&config, Duration::from_secs(args.check_s)).await?;
+        let state = AppState { inspection, ..AppState::open(config, Clock::system()).await? };
+        state.recordings.check().await.with_context(|| format!("--recordings: {}", state.recordings.place()))?;
+        let cleared =
+            recordings::clear_uploads(&state.config.uploads_dir()).context("cannot clear unfinished uploads")?;
+        tracing::info!(cleared, "unfinished uploads cleared");
+        let erased = erasing::catch_up(&state).await.context("who was erased cannot be erased again")?;
+        if erased > 0 {
+            tracing::warn!(people = erased, "erased again: they had been erased, and were in the database");
+        }
+        if !Database::is_shared() {
+            replicas::bury_others(&state).await.map_err(anyhow::Error::from)?;
+        }
+        replicas::tell_set_aside(&state).await.map_err(anyhow::Error::from)?;
+        Ok(Self { state, telemetry, _lock: lock })
+    }
+
+    /// Does what is done beside requests.
+    pub(super) fn work(&self) -> BackgroundTasks {
+        let state = &self.state;
+        let mut tasks = vec![
+            tokio::spawn(outbox::run_outbox(state.clone())),
+            tokio::spawn(deadlines::run(state.service.clone())),
+            tokio::spawn(notices::run(state.service.clone())),
+            tokio::spawn(retention::run(state.service.clone())),
+            tokio::spawn(anchoring::run(state.service.clone())),
+            tokio::spawn(tidy_up(state.clone())),
+        ];
+        tasks.extend((state.config.judges > 0).then(|| tokio::spawn(worker::run_worker(state.clone()))));
+        tasks.extend(Database::is_shared().then(|| tokio::spawn(replicas::run(state.service.clone()))));
+        tasks.extend(self.telemetry.as_ref().map(|telemetry| tokio::spawn(telemetry.send_figures(state.clone()))));
+        BackgroundTasks(tasks)
+    }
+
+    /// Lets go of everything in hand.
+    pub(super) async fn end(self) -> Result<(), CommandFailure> {
+        replicas::leave(&self.state).await.map_err(anyhow::Error::from)?;
+        self.state.db.close().await;
+        if let Some(telemetry) = self.telemetry {
+            tokio::task::spawn_blocking(|| telemetry.end()).await.map_err(anyhow::Error::from)?;
+        }
+        Ok(())
+    }
+}
+
+/// What is done beside requests.
+pub(super) struct BackgroundTasks(Vec<JoinHandle<()>>);
+
+impl BackgroundTasks {
+    /// Cuts them off: what is not stored yet is done again.
+    pub(super) fn stop(self) {
+        self.0.iter().for_each(JoinHandle::abort);
+    }
+}
+
+/// How an entry of the log is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum LogFormat {
+    /// A line for people.
+    Text,
+    /// A JSON object on a line, its fields by name, for whatever collects logs.
+    Json,
+}
+
+/// Logs go to standard error; `RUST_LOG` says how much. Spans go where they are collected, if they are.
+fn start_log(format: LogFormat, telemetry: Option<&Telemetry>) {
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
+    let filter = filter.and(filter_fn(|metadata| metadata.target() != SPANS));
+    let log = tracing_subscriber::fmt::layer().with_writer(std::io::stderr);
+    let log = match format {
+        LogFormat::Text => log.with_ansi(std::io::stderr().is_terminal()).boxed(),
+        LogFormat::Json => log.json().flatten_event(true).with_span_list(false).boxed(),
+    };
+    tracing_subscriber::registry().with(log.with_filter(filter)).with(telemetry.map(Telemetry::layer)).init();
+}
+
+/// What asks the service to stop.
+pub(super) struct Signals {
+    interrupt: Signal,
+    terminate: Signal,
+}
+
+impl Signals {
+    pub(super) fn listen() -> anyhow::Result<Self> {
+        let listen = |kind| signal(kind).context("cannot listen for signals");
+        Ok(Self { interrupt: listen(SignalKind::interrupt())?, terminate: listen(SignalKind::terminate())? })
+    }
+
+    pub(super) async fn wait(&mut self) {
+        tokio::select! {
+            _ = self.interrupt.recv() => {}
+            _ = self.terminate.recv() => {}
+        }
+    }
+}
+
+/// Throws away what has expired, now and then.
+async fn tidy_up(state: AppState) {
+    let sessions = WebSessions::new(state.db.clone(), state.clock.clone());
+    loop {
+        if let Err(error) = sessions.delete_expired().await {
+            tracing::warn!(cause = %error, "expired sessions could not be deleted");
+        }
+        if let Err(error) = uploads::tidy(&state).await {
+            tracing::warn!(cause = %error, "unfinished uploads could not be tidied");
+        }
+        if let Err(error) = erasing::remove_left(&state).await {
+            tracing::warn!(cause = %error, "recordings of somebody erased are left");
+        }
+        if let Err(error) = upkeep::forget_expired(&state).await {
+            tracing::warn!(cause = %error, "what has expired could not be deleted");
+        }
+        state.brake_notes.tidy();
+        state.refusals.tidy();
+        tokio::time::sleep(TIDY_EVERY).await;
+    }
+}

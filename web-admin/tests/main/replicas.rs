@@ -1,0 +1,106 @@
+//! Several services on one database. Fails when two of them do the same work, when nobody does that of one that has died, or when what comes
+//! of the hands of one that was taken for dead counts.
+
+use acts::replicas::{self, Colleagues, Duty};
+use acts::{brakes, scoring};
+use model::Role;
+use store::jobs::{self, JobQuery};
+use web_admin::{AppState, worker};
+
+use super::support::App;
+use super::support::recordings::{Attempt, record};
+
+/// More looks than it takes until somebody silent is dead.
+const LOOKS: usize = 10;
+
+/// Another service on the same database.
+async fn colleague(app: &App) -> AppState {
+    AppState::open((*app.state.config).clone(), app.state.clock.clone()).await.unwrap()
+}
+
+/// Uploads so many attempts of one trainee.
+async fn queue(app: &App, attempts: usize) {
+    let school = app.school("North").await;
+    let mut ada = app.with_token(&app.member(school, Role::Trainee, "ada@example.org").await.token);
+    for _ in 0..attempts {
+        assert_eq!(ada.upload(&record(&Attempt::default())).await.status, 201);
+    }
+}
+
+async fn count(app: &App, what: &'static str) -> i64 {
+    sqlx::query_scalar(what).fetch_one(app.state.db.reader()).await.unwrap()
+}
+
+const SCORED: &str = "SELECT count(*) FROM audit_log WHERE action = 'session.scored'";
+const SCORES: &str = "SELECT count(*) FROM scores";
+
+#[tokio::test]
+async fn two_services_score_every_recording_once() {
+    let app = App::new().await;
+    queue(&app, 12).await;
+    let other = colleague(&app).await;
+    let (first, second) = futures::future::join(worker::work_off_jobs(&app.state), worker::work_off_jobs(&other)).await;
+    first.unwrap();
+    second.unwrap();
+    assert_eq!((count(&app, SCORED).await, count(&app, SCORES).await), (12, 12));
+    assert_eq!(jobs::count_jobs(app.state.db.reader()).await.unwrap(), 0);
+}
+
+#[tokio::test]
+async fn what_a_dead_service_held_goes_to_the_others_and_its_hands_count_no_more() {
+    let app = App::new().await;
+    queue(&app, 1).await;
+    let school = app.school("North").await;
+    let other = colleague(&app).await;
+    let due = JobQuery { now: app.state.clock.now(), deaths: 0 };
+    let held = scoring::claim(&other, school, due).await.unwrap().unwrap();
+    worker::work_off_jobs(&app.state).await.unwrap();
+    assert_eq!(count(&app, SCORES).await, 0, "it is in other hands");
+    let (mut ours, mut theirs) = (Colleagues::default(), Colleagues::default());
+    for _ in 0..LOOKS {
+        replicas::look_round(&other, &mut theirs).await.unwrap();
+        replicas::look_round(&app.state, &mut ours).await.unwrap();
+    }
+    worker::work_off_jobs(&app.state).await.unwrap();
+    assert_eq!(count(&app, SCORES).await, 0, "who is heard is not dead");
+    for _ in 0..LOOKS {
+        replicas::look_round(&app.state, &mut ours).await.unwrap();
+    }
+    worker::work_off_jobs(&app.state).await.unwrap();
+    assert_eq!(count(&app, SCORES).await, 1, "who is silent is");
+    scoring::score_recording(&other, &held).await.unwrap();
+    assert_eq!(
+        (count(&app, SCORED).await, count(&app, SCORES).await),
+        (1, 1),
+        "it was only held up, and comes too late"
+    );
+}
+
+#[tokio::test]
+async fn one_service_does_what_is_done_for_all_until_it_leaves_or_dies() {
+    let app = App::new().await;
+    let other = colleague(&app).await;
+    let on_duty = async || {
+        let both = [&app.state, &other].map(|state| replicas::is_on_duty(state, Duty::Letters));
+        futures::future::try_join_all(both).await.unwrap()
+    };
+    assert_eq!(on_duty().await, [true, false]);
+    assert_eq!(on_duty().await, [true, false], "and goes on");
+    replicas::leave(&app.state).await.unwrap();
+    assert!(replicas::is_on_duty(&other, Duty::Letters).await.unwrap());
+    assert_eq!(on_duty().await, [false, true]);
+    replicas::bury_others(&app.state).await.unwrap();
+    assert_eq!(on_duty().await, [true, false]);
+}
+
+#[tokio::test]
+async fn who_guesses_has_no_more_tries_at_two_services_than_at_one() {
+    let app = App::new().await;
+    let other = colleague(&app).await;
+    let mut taken = 0;
+    for n in 0..40 {
+        let state = if n % 2 == 0 { &app.state } else { &other };
+        taken += u32::from(brakes::take_sign_in(state, [192, 0, 2, 1].into(), "ada@example.org").await.is_ok());
+    }
+    assert!((10..12).contains(&taken), "{taken} of 40 were taken");
+}
