@@ -132,11 +132,11 @@ pub fn draw_cross_section(section: &CrossSection, size: DrawingSize) -> String {
     let area = Area { x: LEFT, y: 8.0, width: size.width() - LEFT - 8.0, height };
     let plot = plot_of_section(section, area);
     let mut svg = Svg::new(size.width(), area.bottom() + 14.0, &caption);
-    draw_layers(&mut svg, &plot, section);
+    let names = draw_layers(&mut svg, &plot, section);
     draw_depths(&mut svg, &plot);
     let shapes: Vec<Area> = section.structures.iter().map(|s| draw_structure(&mut svg, &plot, s)).collect();
     draw_needle(&mut svg, &plot, section);
-    draw_names(&mut svg, &plot, section, &shapes);
+    draw_names(&mut svg, &plot, section, &Drawn { shapes, names });
     svg.finish()
 }
 
@@ -171,7 +171,16 @@ fn plot_of_section(section: &CrossSection, area: Area) -> Plot {
     Plot::falling(area, Extent::new(middle - half_width, middle + half_width), depth)
 }
 
-fn draw_layers(svg: &mut Svg, plot: &Plot, section: &CrossSection) {
+/// The room that is taken.
+struct Drawn {
+    /// By each structure.
+    shapes: Vec<Area>,
+    /// By the names of layers.
+    names: Vec<Area>,
+}
+
+/// Draws the layers, and says what room their names take.
+fn draw_layers(svg: &mut Svg, plot: &Plot, section: &CrossSection) -> Vec<Area> {
     let mut top_mm = 0.0;
     let mut names = Vec::new();
     for (name, texture, thickness_mm) in &section.layers {
@@ -184,12 +193,14 @@ fn draw_layers(svg: &mut Svg, plot: &Plot, section: &CrossSection) {
         top_mm += thickness_mm;
     }
     let mut free_from = 0.0;
-    for (name, row) in names {
+    let place = |(name, row): (&String, Area)| {
         // A thin layer's name moves down until it has room, as the one above it pushes.
         let baseline = (row.y + 13.0).max(free_from);
         svg.text("layer-name", PaperPoint::new(row.x + 8.0, baseline), name);
         free_from = baseline + 14.0;
-    }
+        Area { x: row.x + 8.0, y: baseline - 11.0, width: text_width(name), height: 14.0 }
+    };
+    names.into_iter().map(place).collect()
 }
 
 fn draw_depths(svg: &mut Svg, plot: &Plot) {
@@ -238,7 +249,7 @@ fn draw_needle(svg: &mut Svg, plot: &Plot, section: &CrossSection) {
 }
 
 /// Names of the target and the structures, clear of the shapes, of each other and of the planned path.
-fn draw_names(svg: &mut Svg, plot: &Plot, section: &CrossSection, shapes: &[Area]) {
+fn draw_names(svg: &mut Svg, plot: &Plot, section: &CrossSection, drawn: &Drawn) {
     let around = |centre: PaperPoint, reach: f64| {
         let (x, y) = (centre.x - reach, centre.y - reach);
         Area { x, y, width: 2.0 * reach, height: 2.0 * reach }
@@ -249,12 +260,12 @@ fn draw_names(svg: &mut Svg, plot: &Plot, section: &CrossSection, shapes: &[Area
     };
     let target = around(place(1.0), 12.0);
     let mut labels = Labels::new(plot.area);
-    shapes.iter().for_each(|shape| labels.avoid(*shape));
+    drawn.shapes.iter().chain(&drawn.names).for_each(|area| labels.avoid(*area));
     labels.avoid(target);
     (0..20).for_each(|i| labels.avoid(around(place(f64::from(i) / 20.0), 3.0)));
     let depth = format::format_stated(section.target_depth_mm, "mm");
     labels.place(svg, "target-name", &tr!("target at {depth}", depth = depth), target);
-    for (structure, shape) in section.structures.iter().zip(shapes) {
+    for (structure, shape) in section.structures.iter().zip(&drawn.shapes) {
         labels.place(svg, "structure-name", &structure.name, *shape);
     }
 }
