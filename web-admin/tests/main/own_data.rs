@@ -70,7 +70,8 @@ const HELD: [(&str, &str); 50] = [
 ];
 
 /// What refers to them and stands in the file elsewhere, or not at all, with the reason.
-const NOT_BY_ITSELF: [(&str, &str); 16] = [
+const NOT_BY_ITSELF: [(&str, &str); 17] = [
+    ("ceremonies.person_id", "what their passkey was asked, for the five minutes until it answers"),
     ("notices.by_id", "what they did is in their comments, overrides, ratings and assignments"),
     ("notices.session_id", "`notices`, by the person"),
     ("second_factors.person_id", "`access`: since when; never the secret"),

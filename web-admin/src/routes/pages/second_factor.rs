@@ -119,7 +119,7 @@ pub(super) async fn allow_factor_change(
     browser: &Browser,
     credentials: FactorCredentials<'_>,
 ) -> Result<Result<(), FactorRefused>, Error> {
-    brakes::take_own(&state, person.id).await?;
+    brakes::take_own(state, person.id).await?;
     if !accounts::is_own_password(state, person, credentials.password).await? {
         return Ok(Err(FactorRefused::Password));
     }
