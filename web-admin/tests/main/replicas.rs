@@ -1,14 +1,20 @@
 //! Several services on one database. Fails when two of them do the same work, when nobody does that of one that has died, or when what comes
 //! of the hands of one that was taken for dead counts.
 
+use std::io::{BufRead, BufReader};
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
 use acts::replicas::{self, Colleagues, Duty};
 use acts::{brakes, scoring};
 use model::Role;
+use serde_json::Value;
 use store::jobs::{self, JobQuery};
 use web_admin::{AppState, worker};
 
 use super::support::App;
 use super::support::recordings::{Attempt, record};
+use super::support::service::{Service, answer, founded};
 
 /// More looks than it takes until somebody silent is dead.
 const LOOKS: usize = 10;
@@ -81,8 +87,8 @@ async fn one_service_does_what_is_done_for_all_until_it_leaves_or_dies() {
     let app = App::new().await;
     let other = colleague(&app).await;
     let on_duty = async || {
-        let both = [&app.state, &other].map(|state| replicas::is_on_duty(state, Duty::Letters));
-        futures::future::try_join_all(both).await.unwrap()
+        let first = replicas::is_on_duty(&app.state, Duty::Letters).await.unwrap();
+        [first, replicas::is_on_duty(&other, Duty::Letters).await.unwrap()]
     };
     assert_eq!(on_duty().await, [true, false]);
     assert_eq!(on_duty().await, [true, false], "and goes on");
@@ -103,4 +109,38 @@ async fn who_guesses_has_no_more_tries_at_two_services_than_at_one() {
         taken += u32::from(brakes::take_sign_in(state, [192, 0, 2, 1].into(), "ada@example.org").await.is_ok());
     }
     assert!((10..12).contains(&taken), "{taken} of 40 were taken");
+}
+
+/// What has become of the only attempt.
+fn state_of_attempt(service: &Service, token: &str) -> String {
+    let (status, body) = answer(service.begin("GET /api/v1/sessions HTTP/1.1", token, &[]));
+    assert_eq!(status, 200, "{body}");
+    let list: Value = serde_json::from_str(&body).unwrap();
+    list["sessions"][0]["state"].as_str().unwrap().to_owned()
+}
+
+#[tokio::test]
+async fn a_service_without_judges_leaves_scoring_to_one_without_pages() {
+    let (folder, token) = founded().await;
+    let log = folder.path().join("log");
+    let pages = ["--judges", "0"];
+    let service = Service::start_logging(folder.path(), &pages, &log);
+    let bytes = record(&Attempt::default());
+    assert_eq!(answer(service.upload(&token, &bytes, bytes.len())).0, 201);
+    std::thread::sleep(Duration::from_secs(2));
+    assert_eq!(state_of_attempt(&service, &token), "pending");
+    let work = || {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_web-admin"));
+        command.args(["work", "--data-dir"]).arg(folder.path()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()
+    };
+    let refused = work().unwrap().wait_with_output().unwrap();
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("web-admin serve"), "one file, one service: {refused:?}");
+    drop(service);
+    let mut worker = work().unwrap();
+    let mut lines = BufReader::new(worker.stderr.take().unwrap()).lines().map(Result::unwrap);
+    assert!(lines.any(|line| line.contains("recording scored")));
+    assert!(Command::new("kill").args(["-TERM", &worker.id().to_string()]).status().unwrap().success());
+    let ended = worker.wait_with_output().unwrap();
+    assert!(ended.status.success() && ended.stdout == b"Working\n", "{ended:?}");
+    assert_eq!(state_of_attempt(&Service::start_logging(folder.path(), &pages, &log), &token), "scored");
 }

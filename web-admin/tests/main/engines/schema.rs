@@ -37,7 +37,7 @@ const POSTGRES_REFERENCES: &str = "
             JOIN pg_attribute a ON a.attrelid = k.conrelid AND a.attnum = n.number) || ' -> ' || k.confrelid::regclass || ': '
         || (SELECT string_agg(a.attname, ', ' ORDER BY n.place) FROM unnest(k.confkey) WITH ORDINALITY n (number, place)
             JOIN pg_attribute a ON a.attrelid = k.confrelid AND a.attnum = n.number) || ' '
-        || CASE k.confdeltype WHEN 'a' THEN 'NO ACTION' WHEN 'c' THEN 'CASCADE' ELSE 'other' END
+        || CASE k.confdeltype WHEN 'a' THEN 'NO ACTION' WHEN 'c' THEN 'CASCADE' WHEN 'n' THEN 'SET NULL' ELSE 'other' END
     FROM pg_constraint k WHERE k.contype = 'f'";
 
 /// Keys and indices: what they are for, their columns in order, and whether they hold some rows alone. What SQLite indexes as an id or
