@@ -5,7 +5,7 @@ use acts::clock::Clock;
 use acts::surveys;
 use axum::body::Body;
 use axum::http::{Request, header};
-use model::ids::{CohortId, SchoolId, SessionId};
+use model::ids::{CohortId, SchoolId, SessionId, SurveyId};
 use model::{Moment, Role};
 use time::macros::datetime;
 use web_admin::worker;
@@ -235,6 +235,36 @@ async fn what_is_asked_after_an_attempt_is_asked_while_it_is_fresh() {
     assert!(!ada.get(&page).await.text().contains("/surveys/"), "nobody remembers a workload for weeks");
     assert_eq!(school.app.with_token(&token).get(&api).await.json()["surveys"], serde_json::json!([]));
     assert_eq!(ada.get(&asked).await.status, 404);
+}
+
+#[tokio::test]
+async fn only_attempts_of_whoever_is_asked_are_counted() {
+    let school = School::new().await;
+    let bo = school.app.member(school.id, Role::Trainee, "bo@example.org").await;
+    let mut teacher = school.app.signed_in("teacher@example.org").await;
+    let cohort = school.cohort(&mut teacher).await;
+    let fields = [("identity", "pseudonymous"), ("after_attempts", "true"), ("cohort", cohort.as_str())];
+    let path = school.survey(&mut teacher, "sus", &fields).await;
+    let id: SurveyId = path.rsplit('/').next().unwrap().parse().unwrap();
+    let reader = school.app.state.db.reader();
+    let survey = store::surveys::find(reader, school.id, id).await.unwrap().unwrap();
+    let exercise = Attempt::default().bundle.exercise.id.clone();
+    school
+        .app
+        .write(async |tx| {
+            let asked =
+                sqlx::query("INSERT INTO survey_exercises (school_id, survey_id, exercise_id) VALUES ($1, $2, $3)");
+            asked.bind(school.id).bind(id).bind(exercise).execute(tx).await.unwrap();
+        })
+        .await;
+    school.app.state.clock.advance(3600);
+    for token in [&school.ada.token, &bo.token] {
+        let started_at = datetime!(2026-05-20 09:40 UTC);
+        let attempt = Attempt { session_id: SessionId::random(), started_at, ..Attempt::default() };
+        assert_eq!(school.app.with_token(token).upload(&record(&attempt)).await.status, 201);
+    }
+    let counted = store::surveys::counts(reader, &survey, school.app.state.clock.now()).await.unwrap();
+    assert_eq!(counted.attempts, 1, "Bo is in no cohort that is asked");
 }
 
 #[tokio::test]

@@ -117,8 +117,8 @@ pub async fn counts(executor: impl Executor<'_>, survey: &Survey, now: Moment) -
                WHERE sc.survey_id = $2 AND $3 = 1) asked
              CROSS JOIN sessions s
              WHERE s.school_id = $1 AND s.trainee_id = asked.person_id AND s.started_at >= $4
-               AND s.started_at < $5 AND NOT EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = $2)
-               OR EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = $2 AND e.exercise_id = s.exercise_id)
+               AND s.started_at < $5 AND (NOT EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = $2)
+                 OR EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = $2 AND e.exercise_id = s.exercise_id))
              UNION ALL
              SELECT 1 FROM survey_exercises e
              CROSS JOIN sessions s
@@ -132,7 +132,7 @@ pub async fn counts(executor: impl Executor<'_>, survey: &Survey, now: Moment) -
              CROSS JOIN sessions s
              WHERE s.school_id = $1 AND s.started_at >= $4 AND s.started_at < $5
                AND (SELECT role FROM people WHERE people.id = s.trainee_id) = 'trainee'
-             LIMIT 50000)) AS attempts
+             LIMIT 50000) asked_after) AS attempts
          FROM survey_responses r WHERE r.school_id = $1 AND r.survey_id = $2",
     )
     .bind(survey.school_id)
