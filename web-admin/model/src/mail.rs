@@ -68,8 +68,10 @@ pub struct RetentionLetter {
     /// The language that they have chosen, or else their school, by its code.
     pub language: Option<String>,
     /// Months that the school keeps whoever does nothing.
+    #[cfg_attr(feature = "sqlx", sqlx(try_from = "crate::count::StoredCount"))]
     pub months: Option<u32>,
     /// Days until they are erased.
+    #[cfg_attr(feature = "sqlx", sqlx(try_from = "i64"))]
     pub warn_days: u32,
 }
 

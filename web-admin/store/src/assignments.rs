@@ -1,6 +1,7 @@
 //! What was assigned, to whom, until when.
 
 use model::assignment::{Assigned, AssignmentTask};
+use model::count::StoredCount;
 use model::ids::{AssignmentId, CohortId, PersonId, SchoolId};
 use model::{CurrentPerson, Moment, Role};
 use sqlx::FromRow;
@@ -55,7 +56,7 @@ pub async fn add_assignment(
     .bind(new.cohort_id)
     .bind(new.person_id)
     .bind(new.supervised)
-    .bind(new.attempt_limit)
+    .bind(new.attempt_limit.map(i64::from))
     .bind(new.due.as_ref().map(|(local, _)| local))
     .bind(&new.time_zone)
     .bind(new.due.as_ref().map(|(_, at)| *at))
@@ -78,6 +79,7 @@ struct AssignedRow {
     since_only: bool,
     due_at: Option<Moment>,
     extended_days: i64,
+    #[sqlx(try_from = "StoredCount")]
     attempt_limit: Option<u32>,
     supervised: bool,
     time_zone: String,
@@ -227,6 +229,7 @@ pub struct ManagedAssignment {
     /// The time zone in which it was said.
     pub time_zone: String,
     /// Attempts that count.
+    #[sqlx(try_from = "StoredCount")]
     pub attempt_limit: Option<u32>,
     /// Under an instructor's eyes.
     pub supervised: bool,
@@ -264,7 +267,7 @@ pub async fn list_managed_assignments(
     .bind(by.role == Role::Administrator)
     .bind(by.id)
     .bind(only)
-    .bind(limit)
+    .bind(i64::from(limit))
     .fetch_all(executor)
     .await
 }

@@ -57,6 +57,7 @@ pub struct FoundActs {
 
 #[derive(FromRow)]
 struct ReadWindow {
+    #[sqlx(try_from = "i64")]
     rows: u32,
     first: Option<i64>,
 }
@@ -73,7 +74,7 @@ pub async fn search_audit_log<'e>(
     )
     .bind(search.school)
     .bind(before)
-    .bind(search.window)
+    .bind(i64::from(search.window))
     .fetch_one(executor)
     .await?;
     let Some(first) = window.first else { return Ok(FoundActs { acts: Vec::new(), before: None }) };
@@ -97,7 +98,7 @@ pub async fn search_audit_log<'e>(
     .bind(&search.themes)
     .bind(&search.words)
     .bind(search.since.unwrap_or(Moment::from_micros(i64::MIN)))
-    .bind(search.limit)
+    .bind(i64::from(search.limit))
     .fetch_all(executor)
     .await?;
     let full = acts.last().filter(|_| acts.len() >= search.limit as usize).map(|last| last.seq);

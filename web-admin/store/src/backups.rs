@@ -57,7 +57,7 @@ pub async fn list_latest_backups(executor: impl Executor<'_>, limit: u32) -> Res
         "SELECT made_at, file_name, bytes, recordings, keys_sealed, error FROM backups
          ORDER BY made_at DESC, id DESC LIMIT $1",
     )
-    .bind(limit)
+    .bind(i64::from(limit))
     .fetch_all(executor)
     .await
 }

@@ -55,8 +55,10 @@ pub struct TaughtCurriculum {
     /// SHA-256 of the document.
     pub sha256: String,
     /// Passes needed …
+    #[sqlx(try_from = "i64")]
     mastery_passes: u32,
     /// … of how many of the last attempts, where there is no curve.
+    #[sqlx(try_from = "i64")]
     mastery_of: u32,
     mastery_curve: Option<Json<CurveRule>>,
 }
@@ -118,8 +120,8 @@ pub async fn publish_curriculum(
     .bind(curriculum.curriculum_id)
     .bind(store_wording(curriculum.title))
     .bind(store_wording(curriculum.description))
-    .bind(passes)
-    .bind(of)
+    .bind(i64::from(passes))
+    .bind(i64::from(of))
     .bind(curve)
     .bind(curriculum.sha256)
     .bind(curriculum.bytes)

@@ -82,7 +82,7 @@ pub async fn list_people(
         .bind(filter.role)
         .bind(filter.cohort)
         .bind(filter.state)
-        .bind(limit)
+        .bind(i64::from(limit))
         .fetch_all(executor)
         .await
 }

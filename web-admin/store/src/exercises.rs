@@ -51,6 +51,7 @@ pub struct Revision {
     #[sqlx(try_from = "StoredTitle")]
     pub title: String,
     /// Difficulty, 1–5.
+    #[sqlx(try_from = "i64")]
     pub difficulty: u8,
     /// Score needed to pass, 0–100.
     pub pass_mark: f64,
@@ -125,7 +126,7 @@ pub async fn publish_exercise(
     .bind(school)
     .bind(revision.exercise_id)
     .bind(store_wording(revision.title))
-    .bind(revision.difficulty)
+    .bind(i64::from(revision.difficulty))
     .bind(revision.pass_mark)
     .bind(revision.exercise_sha256)
     .bind(revision.scene_sha256)

@@ -130,7 +130,7 @@ pub async fn list_expert_curves(
     )
     .bind(school)
     .bind(exercise)
-    .bind(MOST)
+    .bind(i64::from(MOST))
     .fetch_all(executor)
     .await?;
     Ok(curves.into_iter().map(|json| json.0).collect())
@@ -157,7 +157,7 @@ pub async fn list_expert_attempts(
     .bind(school)
     .bind(exercise)
     .bind(person)
-    .bind(most)
+    .bind(i64::from(most))
     .fetch_all(executor)
     .await
 }

@@ -15,6 +15,7 @@ pub struct Job {
     /// Session.
     pub session_id: SessionId,
     /// How often it was tried.
+    #[sqlx(try_from = "i64")]
     pub attempts: u32,
     /// How many of those tries ended in a death.
     pub deaths: i64,

@@ -11,8 +11,10 @@ pub struct SchoolLogo {
     /// Its media type: PNG or JPEG.
     pub media_type: String,
     /// In pixels.
+    #[sqlx(try_from = "i64")]
     pub width: u32,
     /// In pixels.
+    #[sqlx(try_from = "i64")]
     pub height: u32,
     /// What is in it.
     pub bytes: Vec<u8>,
@@ -37,8 +39,8 @@ pub async fn put_logo(writer: &mut Connection, school: SchoolId, logo: &SchoolLo
     )
     .bind(school)
     .bind(&logo.media_type)
-    .bind(logo.width)
-    .bind(logo.height)
+    .bind(i64::from(logo.width))
+    .bind(i64::from(logo.height))
     .bind(&logo.bytes)
     .bind(&logo.version)
     .execute(writer)

@@ -51,7 +51,7 @@ pub async fn list_due_mails(executor: impl Executor<'_>, now: Moment, limit: u32
          WHERE m.next_run_at <= $1 ORDER BY m.next_run_at LIMIT $2",
     )
     .bind(now)
-    .bind(limit)
+    .bind(i64::from(limit))
     .fetch_all(executor)
     .await
 }

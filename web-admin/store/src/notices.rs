@@ -2,7 +2,7 @@
 
 use model::ids::{AssignmentId, CommentId, NoticeId, PersonId, RoundId, SchoolId, SessionId};
 use model::notice::{Notice, NoticeKind, NoticePlace};
-use model::{Moment, PersonKey, SessionKey};
+use model::{Moment, PersonKey, SessionKey, count_u32};
 use sqlx::FromRow;
 
 use super::{Connection, Executor, Json, Result};
@@ -148,7 +148,7 @@ pub async fn list_unread_notices(executor: impl Executor<'_>, person: PersonKey,
     )
     .bind(person.school_id)
     .bind(person.person_id)
-    .bind(most)
+    .bind(i64::from(most))
     .fetch_all(executor)
     .await
 }
@@ -167,6 +167,7 @@ pub async fn count_unread_at(executor: impl Executor<'_>, person: PersonKey, pla
     .bind(kinds_at(place))
     .fetch_one(executor)
     .await
+    .map(count_u32::<i64>)
 }
 
 fn kinds_at(place: NoticePlace) -> Json<Vec<&'static str>> {
@@ -259,7 +260,7 @@ pub async fn list_awaited_letters(
     .bind(times.from)
     .bind(times.to)
     .bind(times.last)
-    .bind(most)
+    .bind(i64::from(most))
     .fetch_all(executor)
     .await?;
     Ok(rows.into_iter().map(|row| PersonKey { school_id: row.school_id, person_id: row.person_id }).collect())

@@ -134,7 +134,7 @@ pub async fn take_signature(
     .bind(key.school_id)
     .bind(id)
     .bind(Json(signature.public_key))
-    .bind(signature.count)
+    .bind(i64::from(signature.count))
     .bind(signature.at)
     .execute(writer)
     .await

@@ -31,6 +31,7 @@ pub struct Person {
     pub language: Option<String>,
     /// How much is new for them, where that was asked.
     #[sqlx(default)]
+    #[sqlx(try_from = "i64")]
     pub news: u32,
     /// The version of their school's logo, where that was asked and it has one.
     #[sqlx(default)]

@@ -16,8 +16,10 @@ pub struct StoredPicture {
     /// Lower-case hexadecimal SHA-256 of its bytes.
     pub sha256: String,
     /// Width in pixels.
+    #[sqlx(try_from = "i64")]
     pub width: u32,
     /// Height in pixels.
+    #[sqlx(try_from = "i64")]
     pub height: u32,
 }
 
@@ -47,8 +49,8 @@ pub(crate) async fn insert_revision_pictures(
         .bind(position)
         .bind(&picture.name)
         .bind(HEXLOWER.encode(&Sha256::digest(&picture.bytes)))
-        .bind(picture.size[0])
-        .bind(picture.size[1])
+        .bind(i64::from(picture.size[0]))
+        .bind(i64::from(picture.size[1]))
         .bind(&picture.bytes)
         .execute(&mut *writer)
         .await?;
@@ -119,8 +121,8 @@ pub async fn add_draft_picture(writer: &mut Connection, draft: DraftId, picture:
     .bind(draft)
     .bind(&picture.name)
     .bind(HEXLOWER.encode(&Sha256::digest(&picture.bytes)))
-    .bind(picture.size[0])
-    .bind(picture.size[1])
+    .bind(i64::from(picture.size[0]))
+    .bind(i64::from(picture.size[1]))
     .bind(&picture.bytes)
     .execute(writer)
     .await

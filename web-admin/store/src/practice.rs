@@ -244,8 +244,8 @@ pub async fn list_latest_of_others(
     .bind(school)
     .bind(trainee)
     .bind(exercise)
-    .bind(LOOKED_THROUGH)
-    .bind(most)
+    .bind(i64::from(LOOKED_THROUGH))
+    .bind(i64::from(most))
     .fetch_all(executor)
     .await?;
     Ok(latest.into_iter().flatten().filter_map(|id| id.parse().ok()).collect())

@@ -66,7 +66,7 @@ pub async fn list_research_attempts(
     )
     .bind(school)
     .bind(after)
-    .bind(limit)
+    .bind(i64::from(limit))
     .fetch_all(executor)
     .await
 }

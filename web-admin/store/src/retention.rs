@@ -1,5 +1,6 @@
 //! How long a school keeps whoever does nothing any more: its rule, who was warned, and how long the service has run since.
 
+use model::count::StoredCount;
 use model::ids::{LetterId, PersonId, SchoolId};
 use model::mail::RetentionLetter;
 use model::retention::{RetentionRule, Warned};
@@ -26,8 +27,10 @@ pub async fn find_retention_rule(executor: impl Executor<'_>, school: SchoolId) 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
 pub struct Settings {
     /// Months after which whoever does nothing is erased; none: never.
+    #[sqlx(try_from = "StoredCount")]
     pub months: Option<u32>,
     /// Days before that they are warned.
+    #[sqlx(try_from = "i64")]
     pub warn_days: u32,
     /// Their free texts, and others' about them, go with them.
     pub texts: bool,
@@ -50,8 +53,8 @@ pub async fn set_retention_rule(writer: &mut Connection, school: SchoolId, setti
          WHERE id = $1",
     )
     .bind(school)
-    .bind(settings.months)
-    .bind(settings.warn_days)
+    .bind(settings.months.map(i64::from))
+    .bind(i64::from(settings.warn_days))
     .bind(settings.texts)
     .bind(settings.recordings)
     .execute(writer)
@@ -150,7 +153,7 @@ pub async fn list_due_warnings(executor: impl Executor<'_>, now: Moment, limit: 
          WHERE w.next_run_at <= $1 ORDER BY w.next_run_at LIMIT $2",
     )
     .bind(now)
-    .bind(limit)
+    .bind(i64::from(limit))
     .fetch_all(executor)
     .await
 }

@@ -32,6 +32,7 @@ pub struct WaitingReview {
     /// Questions that nobody has answered.
     pub questions: i64,
     /// How urgent it is: see [`ReviewFilter::ranks`].
+    #[sqlx(try_from = "i64")]
     pub rank: u32,
 }
 
@@ -125,8 +126,8 @@ async fn list_waiting_of_rank(
     sqlx::query_as(statement)
         .bind(viewer.school_id)
         .bind(viewer.id)
-        .bind(stretch.room)
-        .bind(stretch.rank)
+        .bind(i64::from(stretch.room))
+        .bind(i64::from(stretch.rank))
         .bind(after.started_at)
         .bind(after.id)
         .bind(filter.cohort)

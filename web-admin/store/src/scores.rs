@@ -37,6 +37,7 @@ pub struct Score {
 #[derive(FromRow)]
 struct MetricRow {
     id: String,
+    #[sqlx(try_from = "i64")]
     version: u32,
     value: Option<f64>,
     unit: String,
@@ -110,7 +111,7 @@ async fn insert_metric(writer: &mut Connection, session: SessionKey, position: i
     .bind(session.id)
     .bind(position)
     .bind(&metric.id)
-    .bind(metric.version)
+    .bind(i64::from(metric.version))
     .bind(metric.value)
     .bind(&metric.unit)
     .bind(direction_word(metric.direction))
@@ -176,6 +177,7 @@ pub struct MetricOfMany {
     /// Its id.
     pub id: String,
     /// Its version.
+    #[sqlx(try_from = "i64")]
     pub version: u32,
     /// Its unit.
     pub unit: String,

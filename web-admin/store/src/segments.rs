@@ -41,8 +41,10 @@ pub struct SegmentTask {
     /// The time zone in which it was said.
     pub time_zone: String,
     /// Traces; without a trainee's own attempts.
+    #[sqlx(try_from = "i64")]
     pub traces: u32,
     /// Of these, how many the visitor has sent.
+    #[sqlx(try_from = "i64")]
     pub sent: u32,
 }
 
@@ -58,6 +60,7 @@ pub struct Trace {
     /// Who tried.
     pub trainee_id: PersonId,
     /// Its place in the task, from 1.
+    #[sqlx(try_from = "i64")]
     pub position: u32,
 }
 
@@ -107,7 +110,7 @@ pub async fn add_segment_task(
         .bind(by.school_id)
         .bind(task)
         .bind(session)
-        .bind(position)
+        .bind(i64::from(position))
         .execute(&mut *writer)
         .await?;
     }

@@ -256,7 +256,7 @@ pub async fn visible_after(
         .bind(viewer.id)
         .bind(after.started_at)
         .bind(after.id)
-        .bind(limit)
+        .bind(i64::from(limit))
         .fetch_all(executor)
         .await
 }

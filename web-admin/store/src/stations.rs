@@ -39,6 +39,7 @@ pub struct PairingCode {
 #[derive(Clone, Copy, Debug, FromRow)]
 pub struct WrongCodes {
     /// How many …
+    #[sqlx(try_from = "i64")]
     pub wrong_codes: u32,
     /// … since when.
     pub wrong_since: Option<Moment>,
@@ -189,7 +190,7 @@ pub async fn set_wrong_codes(
     sqlx::query("UPDATE api_tokens SET wrong_codes = $3, wrong_since = $4 WHERE school_id = $1 AND id = $2")
         .bind(school)
         .bind(id)
-        .bind(wrong.wrong_codes)
+        .bind(i64::from(wrong.wrong_codes))
         .bind(wrong.wrong_since)
         .execute(writer)
         .await

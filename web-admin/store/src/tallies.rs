@@ -91,7 +91,7 @@ pub async fn list_tallies_in_year(
     .bind(viewer.school_id)
     .bind(year)
     .bind(after)
-    .bind(limit)
+    .bind(i64::from(limit))
     .bind(viewer.id)
     .bind(viewer.role == Role::Administrator)
     .fetch_all(executor)

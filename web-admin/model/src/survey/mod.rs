@@ -80,6 +80,7 @@ pub struct Survey {
     /// Asked after each attempt.
     pub after_attempts: bool,
     /// For how many hours after it, while it is fresh in mind; none: as long as the survey is open.
+    #[cfg_attr(feature = "sqlx", sqlx(try_from = "crate::count::StoredCount"))]
     pub fresh_hours: Option<u32>,
     /// The study that asks it of its participants.
     pub study_id: Option<StudyId>,

@@ -116,7 +116,7 @@ async fn trainees(writer: &mut Connection, crowd: &GeneratedCrowd<'_>) -> Result
            'generated ' || substr(CAST(100000 + i AS TEXT), 2) FROM n"
     ))
     .bind(crowd.school_id)
-    .bind(crowd.trainees)
+    .bind(i64::from(crowd.trainees))
     .bind(crowd.password_hash)
     .bind(crowd.from_us)
     .bind(TRAINEES)
@@ -159,8 +159,8 @@ async fn cohorts(writer: &mut Connection, crowd: &GeneratedCrowd<'_>) -> Result<
          SELECT $1, unhex(printf('%032x', $4 + i / $3)), unhex(printf('%032x', $5 + i)), 'trainee' FROM n"
     ))
     .bind(crowd.school_id)
-    .bind(crowd.trainees)
-    .bind(crowd.cohort_size)
+    .bind(i64::from(crowd.trainees))
+    .bind(i64::from(crowd.cohort_size))
     .bind(COHORTS)
     .bind(TRAINEES)
     .execute(&mut *writer)

@@ -73,7 +73,7 @@ pub async fn of_assignment(
     )
     .bind(school)
     .bind(id)
-    .bind(OFFERED)
+    .bind(i64::from(OFFERED))
     .fetch_all(executor)
     .await
 }

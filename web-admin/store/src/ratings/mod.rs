@@ -7,7 +7,7 @@ use assessment::questionnaire::Answer;
 pub use candidates::{RateableAttempt, Rater, of_assignment, raters};
 use model::ids::{PersonId, RatingId, RevisionId, RoundId, SchoolId, SessionId};
 use model::titles::StoredTitle;
-use model::{CurrentPerson, Moment, Role};
+use model::{CurrentPerson, Moment, Role, count_u32};
 pub use results::{FinishedRating, RatingCell, cells, finished_of};
 use sqlx::FromRow;
 
@@ -36,12 +36,16 @@ pub struct Round {
     /// When.
     pub made_at: Moment,
     /// Ratings of all raters.
+    #[sqlx(try_from = "i64")]
     pub ratings: u32,
     /// How many of them are finished.
+    #[sqlx(try_from = "i64")]
     pub finished: u32,
     /// The viewer's own ratings.
+    #[sqlx(try_from = "i64")]
     pub own: u32,
     /// How many of them are not finished.
+    #[sqlx(try_from = "i64")]
     pub own_open: u32,
 }
 
@@ -202,6 +206,7 @@ pub async fn count_open(executor: impl Executor<'_>, rater: &CurrentPerson) -> R
     .bind(rater.id)
     .fetch_one(executor)
     .await
+    .map(count_u32::<i64>)
 }
 
 /// A rater's own ratings of a round, in the order in which they see them.

@@ -52,7 +52,7 @@ pub async fn to_look(executor: impl Executor<'_>, regrading: RegradingId, most: 
         "SELECT session_id FROM regrading_lines WHERE regrading_id = $1 AND outcome IS NULL ORDER BY session_id LIMIT $2",
     )
     .bind(regrading)
-    .bind(most)
+    .bind(i64::from(most))
     .fetch_all(executor)
     .await
 }
@@ -90,7 +90,7 @@ pub async fn to_grade(executor: impl Executor<'_>, regrading: RegradingId, most:
          WHERE l.regrading_id = $1 AND l.assessment IS NOT NULL ORDER BY l.session_id LIMIT $2",
     )
     .bind(regrading)
-    .bind(most)
+    .bind(i64::from(most))
     .fetch_all(executor)
     .await
 }
@@ -175,7 +175,7 @@ pub async fn lines(
     .bind(regrading.id)
     .bind(Json(outcomes))
     .bind(after)
-    .bind(most)
+    .bind(i64::from(most))
     .fetch_all(executor)
     .await
 }

@@ -2,7 +2,7 @@
 
 use assessment::{Deduction, HardFailure};
 use model::ids::{PersonId, SchoolId, SessionId};
-use model::{AttemptPlace, CurrentPerson, Moment, Proof, Role, Uncounted};
+use model::{AttemptPlace, CurrentPerson, Moment, Proof, Role, Uncounted, count_u32};
 use sqlx::FromRow;
 
 use crate::sessions::SessionState;
@@ -111,8 +111,8 @@ pub async fn attempts_of(
     sqlx::query_as(listed!("", "sessions s", "WHERE s.school_id = $1 AND s.trainee_id = $2"))
         .bind(school)
         .bind(trainee)
-        .bind(stretch.limit)
-        .bind(stretch.offset)
+        .bind(i64::from(stretch.limit))
+        .bind(i64::from(stretch.offset))
         .fetch_all(executor)
         .await
 }
@@ -128,8 +128,8 @@ pub async fn attempts_at(
     sqlx::query_as(listed!("", "sessions s", "WHERE s.school_id = $1 AND s.trainee_id = $2 AND s.exercise_id = $5"))
         .bind(school)
         .bind(trainee)
-        .bind(stretch.limit)
-        .bind(stretch.offset)
+        .bind(i64::from(stretch.limit))
+        .bind(i64::from(stretch.offset))
         .bind(exercise)
         .fetch_all(executor)
         .await
@@ -142,6 +142,7 @@ pub async fn count_attempts(executor: impl Executor<'_>, school: SchoolId, train
         .bind(trainee)
         .fetch_one(executor)
         .await
+        .map(count_u32::<i64>)
 }
 
 /// The latest attempts in the cohorts that somebody teaches; for an administrator, of all trainees of the school.
@@ -237,7 +238,7 @@ pub async fn records_after(
     ))
     .bind(school)
     .bind(after.started_at)
-    .bind(limit)
+    .bind(i64::from(limit))
     .bind(0)
     .bind(after.id)
     .fetch_all(executor)

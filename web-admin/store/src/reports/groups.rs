@@ -75,7 +75,7 @@ pub async fn cohorts_in_short(
     .bind(viewer.id)
     .bind(viewer.role == Role::Administrator)
     .bind(after)
-    .bind(limit)
+    .bind(i64::from(limit))
     .fetch_all(executor)
     .await
 }

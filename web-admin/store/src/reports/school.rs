@@ -15,6 +15,7 @@ pub struct ExerciseInShort {
     /// Score needed to pass, 0–100.
     pub pass_mark: f64,
     /// Difficulty, 1–5.
+    #[sqlx(try_from = "i64")]
     pub difficulty: u8,
 }
 

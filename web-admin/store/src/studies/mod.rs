@@ -32,6 +32,7 @@ pub struct Study {
     /// Their name.
     pub owner: String,
     /// Attempts asked of each participant at each exercise.
+    #[sqlx(try_from = "i64")]
     pub attempts: u32,
     /// Names of the groups, from the least experienced to the experts.
     pub groups: Json<Vec<String>>,
@@ -44,6 +45,7 @@ pub struct Study {
     /// Whom to ask.
     pub contact: String,
     /// How long its data are kept after its end, in months.
+    #[sqlx(try_from = "i64")]
     pub kept_months: u32,
     /// The participants are a program's.
     pub generated: bool,
@@ -126,13 +128,13 @@ pub async fn insert_study(writer: &mut Connection, new: &NewStudy<'_>, now: Mome
     .bind(new.school_id)
     .bind(new.title)
     .bind(new.owner_id)
-    .bind(new.attempts)
+    .bind(i64::from(new.attempts))
     .bind(Json(new.groups))
     .bind(Json(new.questions))
     .bind(new.consent)
     .bind(new.controller)
     .bind(new.contact)
-    .bind(new.kept_months)
+    .bind(i64::from(new.kept_months))
     .bind(new.generated)
     .bind(now)
     .fetch_one(writer)
@@ -242,7 +244,7 @@ pub async fn change_study_lines(writer: &mut Connection, study: &Study, lines: S
         .bind(study.id)
         .bind(lines.title)
         .bind(lines.contact)
-        .bind(lines.kept_months)
+        .bind(i64::from(lines.kept_months))
         .execute(writer)
         .await
         .map(drop)
@@ -271,7 +273,7 @@ pub async fn change_study_plan(writer: &mut Connection, study: &Study, plan: Stu
     )
     .bind(study.school_id)
     .bind(study.id)
-    .bind(plan.attempts)
+    .bind(i64::from(plan.attempts))
     .bind(Json(plan.groups))
     .bind(Json(plan.questions))
     .bind(plan.consent)

@@ -1,7 +1,7 @@
 //! Who takes part in a study, and the attempts that they make for it.
 
 use model::ids::{PersonId, SessionId, StudyId};
-use model::{Moment, PersonKey};
+use model::{Moment, PersonKey, count_u32};
 use sqlx::FromRow;
 
 use super::Study;
@@ -17,6 +17,7 @@ pub struct StudyParticipant {
     /// The name of somebody of the school; a guest has none.
     pub name: Option<String>,
     /// The place of their group in the study's.
+    #[sqlx(try_from = "i64")]
     pub group_place: u32,
     /// What the study asked them, in the order of its questions.
     pub facts: Json<Vec<String>>,
@@ -27,8 +28,10 @@ pub struct StudyParticipant {
     /// A guest's code that was not used yet.
     pub has_code: bool,
     /// Attempts made, of those that are asked.
+    #[sqlx(try_from = "i64")]
     pub attempts: u32,
     /// Answers sent to what the study asks.
+    #[sqlx(try_from = "i64")]
     pub answers: u32,
 }
 
@@ -62,7 +65,7 @@ pub async fn add_participant(writer: &mut Connection, new: NewParticipant<'_>, n
     .bind(new.study.school_id)
     .bind(new.study.id)
     .bind(new.person_id)
-    .bind(new.group_place)
+    .bind(i64::from(new.group_place))
     .bind(Json(new.facts))
     .bind(now)
     .bind(new.added_by)
@@ -191,6 +194,7 @@ pub struct StudyAttempt {
     /// At which exercise.
     pub exercise_id: String,
     /// Their how-manieth at it, from 1.
+    #[sqlx(try_from = "i64")]
     pub number: u32,
     /// When it began.
     pub started_at: Moment,
@@ -216,7 +220,7 @@ pub async fn list_study_attempts(executor: impl Executor<'_>, study: &Study) -> 
     )
     .bind(study.school_id)
     .bind(study.id)
-    .bind(study.attempts)
+    .bind(i64::from(study.attempts))
     .fetch_all(executor)
     .await
 }
@@ -240,6 +244,7 @@ pub async fn count_open_attempts(
     .bind(study)
     .fetch_one(executor)
     .await
+    .map(count_u32::<i64>)
 }
 
 /// The exercises of the open studies that somebody takes part in.

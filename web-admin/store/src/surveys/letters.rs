@@ -1,9 +1,9 @@
 //! Letters with a survey's link to people without an account.
 
-use model::Moment;
 use model::ids::{LetterId, ResponseId, SchoolId};
 use model::mail::{LetterDelivery, SurveyLetter};
 use model::survey::Survey;
+use model::{Moment, count_u32};
 
 use crate::{Connection, Executor, Result};
 
@@ -39,6 +39,7 @@ pub async fn queued_since(executor: impl Executor<'_>, school: SchoolId, since: 
         .bind(first)
         .fetch_one(executor)
         .await
+        .map(count_u32::<i64>)
 }
 
 /// The letters that are due, oldest first.
@@ -53,7 +54,7 @@ pub async fn list_due_survey_letters(
          WHERE l.next_run_at <= $1 ORDER BY l.next_run_at LIMIT $2",
     )
     .bind(now)
-    .bind(limit)
+    .bind(i64::from(limit))
     .fetch_all(executor)
     .await
 }

@@ -78,7 +78,7 @@ pub async fn insert(writer: &mut Connection, new: &NewSurvey<'_>, now: Moment) -
     .bind(now)
     .bind(new.study.map(|study| study.id))
     .bind(new.study.is_some_and(|study| study.at_end))
-    .bind(new.fresh_hours)
+    .bind(new.fresh_hours.map(i64::from))
     .fetch_one(writer)
     .await
 }
