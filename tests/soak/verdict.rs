@@ -37,7 +37,7 @@ pub struct Verdict {
 pub fn await_scores(lab: &Lab) -> anyhow::Result<()> {
     let begun = clock::instant();
     runtime()?.block_on(async {
-        let db = Database::open_existing(&Config::in_folder(&lab.data()).database_url).await?;
+        let db = Database::open_existing(&Config::in_folder(&lab.data()).database).await?;
         while jobs::count_jobs(db.reader()).await? > 0 {
             if begun.elapsed() > PATIENCE {
                 bail!("{} recordings still wait to be scored", jobs::count_jobs(db.reader()).await?);
@@ -59,7 +59,7 @@ pub fn pass(lab: &Lab, made: Vec<Made>) -> anyhow::Result<Verdict> {
     verdict.acknowledged = made.iter().filter(|made| made.acknowledged).count();
     let config = Config::in_folder(&lab.data());
     runtime()?.block_on(async {
-        let db = Database::open_existing(&config.database_url).await?;
+        let db = Database::open_existing(&config.database).await?;
         let school_id = schools::list_schools(db.reader()).await?.first().context("a school")?.id;
         let mut hashes: Vec<String> = made.into_iter().map(|made| made.sha256).collect();
         for file in sessions::list_recordings(db.reader()).await? {

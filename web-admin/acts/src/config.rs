@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use http::Uri;
 use model::roster::is_email;
+use store::{AddressRefused, DatabaseAddress};
 
 use crate::bucket_address::BucketAddress;
 use crate::helper::Helper;
@@ -47,8 +48,8 @@ pub struct Config {
     pub listen: SocketAddr,
     /// Folder for everything the service keeps.
     pub data_dir: PathBuf,
-    /// Database, a `sqlite:` URL.
-    pub database_url: String,
+    /// Database.
+    pub database: DatabaseAddress,
     /// Folder for recordings; where they lie in a bucket, for what is on its way there.
     pub recordings_dir: PathBuf,
     /// The bucket that recordings lie in, where they do not lie in the folder.
@@ -111,7 +112,7 @@ impl Config {
         Self {
             listen: SocketAddr::from(([127, 0, 0, 1], 8080)),
             data_dir: data_dir.to_owned(),
-            database_url: sqlite_url(&data_dir.join("stylet.db")),
+            database: DatabaseAddress::in_folder(data_dir),
             recordings_dir: data_dir.join("recordings"),
             bucket: None,
             behind_tls: false,
@@ -173,24 +174,16 @@ impl Config {
     }
 }
 
-fn sqlite_url(path: &Path) -> String {
-    format!("sqlite://{}", path.display())
-}
-
-/// A database as given: a `sqlite:` URL or a path.
+/// A database as given: its address.
 ///
 /// # Errors
-/// When it is a URL of another database.
-pub fn database_url(given: &str) -> Result<String, ConfigError> {
-    match given.split_once(':') {
-        Some(("sqlite", _)) => Ok(given.to_owned()),
-        Some((scheme, rest)) if rest.starts_with("//") => Err(ConfigError {
-            option: "--database",
-            value: format!("{scheme}://…"),
-            allowed: "allowed is a sqlite: URL or a path",
-        }),
-        _ => Ok(sqlite_url(Path::new(given))),
-    }
+/// When it is one of an engine that this program is not built for.
+pub fn database_address(given: &str) -> Result<DatabaseAddress, ConfigError> {
+    DatabaseAddress::parse(given).map_err(|AddressRefused { address }| ConfigError {
+        option: "--database",
+        value: address,
+        allowed: AddressRefused::ALLOWED,
+    })
 }
 
 /// Where mail goes, as given: a `smtp:` or `smtps:` URL, or a folder.
@@ -284,10 +277,8 @@ mod tests {
 
     #[test]
     fn another_database_is_refused_without_repeating_its_password() {
-        let refused = database_url("postgres://user:secret@host/db").unwrap_err().to_string();
+        let refused = database_address("mysql://user:secret@host/db").unwrap_err().to_string();
         assert!(refused.contains("--database") && !refused.contains("secret"), "{refused}");
-        assert_eq!(database_url("/data/x.db").unwrap(), "sqlite:///data/x.db");
-        assert_eq!(database_url("sqlite:x.db").unwrap(), "sqlite:x.db");
     }
 
     #[test]

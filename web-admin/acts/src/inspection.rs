@@ -65,7 +65,7 @@ impl Inspection {
 /// When damage is found while it waits, in one line that says how and what to do.
 pub async fn begin_inspection(config: &Config, patience: Duration) -> anyhow::Result<Arc<Inspection>> {
     let inspection = Arc::new(Inspection::default());
-    let Some(db) = Database::open_if_there(&config.database_url).await.context(ADVICE)? else {
+    let Some(db) = Database::open_if_there(&config.database).await.context(ADVICE)? else {
         return Ok(inspection);
     };
     inspection.change(|state| state.going = true);

@@ -77,7 +77,7 @@ impl Service {
                 .create(folder)
                 .with_context(|| format!("cannot make the folder {}", folder.display()))?;
         }
-        let db = Database::open(&config.database_url).await.context("cannot open the database")?;
+        let db = Database::open(&config.database).await.context("cannot open the database")?;
         db.migrate().await.context("cannot bring the database up to date")?;
         let (mailer, recordings) = (Mailer::new(&config)?, RecordingStore::open(&config)?);
         Ok(Self {

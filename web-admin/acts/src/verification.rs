@@ -95,20 +95,20 @@ pub async fn unerased(db: &Database, list: &ErasureList) -> anyhow::Result<Vec<S
 /// # Errors
 /// When there are recordings and no database, with what to do.
 pub async fn refuse_lost_database(config: &Config) -> anyhow::Result<()> {
-    let (database, staging) = (Database::file_of(&config.database_url)?, config.restoring_dir());
+    let staging = config.restoring_dir();
     anyhow::ensure!(
         !staging.exists(),
         "{}: a restore was stopped in its midst; run it again, or remove this folder",
         staging.display()
     );
-    let there = std::fs::metadata(&database).is_ok_and(|file| file.len() > 0);
+    let there = Database::is_there(&config.database).await.context("cannot open the database")?;
     let store = RecordingStore::open(config)?;
     if there || store.list().await.with_context(|| store.place())?.is_empty() {
         return Ok(());
     }
     anyhow::bail!(
         "{}: there is no database, but {} holds recordings; restore a backup, or name an empty place for recordings",
-        database.display(),
+        config.database,
         store.place()
     )
 }

@@ -81,8 +81,9 @@ pub struct StorageArgs {
     /// Folder for everything the service keeps
     #[arg(long, value_name = "DIR", default_value = "data", env = "STYLET_DATA_DIR")]
     data_dir: PathBuf,
-    /// Database: a sqlite: URL or a path [default: stylet.db in the data folder]
-    #[arg(long, value_name = "URL", env = "STYLET_DATABASE")]
+    /// Database: a sqlite: URL or a path [default: stylet.db in the data folder]; a postgres:// URL where the program is built for
+    /// PostgreSQL [default: the database stylet]
+    #[arg(long, value_name = "URL", env = "STYLET_DATABASE", hide_env_values = true)]
     database: Option<String>,
     /// Recordings: a folder, a file:// URL, or s3://BUCKET/PREFIX with the usual AWS_ variables [default: recordings in the data folder]
     #[arg(long, value_name = "URL", env = "STYLET_RECORDINGS")]
@@ -97,7 +98,7 @@ impl StorageArgs {
     pub fn config(&self) -> Result<Config, CommandFailure> {
         let mut config = Config::in_folder(&self.data_dir);
         if let Some(given) = &self.database {
-            config.database_url = config::database_url(given)?;
+            config.database = config::database_address(given)?;
         }
         if let Some(given) = &self.recordings {
             let environment = std::env::vars_os()

@@ -30,7 +30,7 @@ pub struct RestoreArgs {
 
 pub(super) async fn run_restore(args: &RestoreArgs) -> Result<(), CommandFailure> {
     let config = args.storage.config()?;
-    let _lock = DataLock::take(&config, "web-admin restore", Clock::system().now())?;
+    let _lock = DataLock::take(&config, "web-admin restore", Clock::system().now()).await?;
     let erasures = args.erasures.as_deref().map(erasures_in).transpose()?.unwrap_or_default();
     let passphrase = args.passphrase_file.as_deref().map(super::backup::read_passphrase).transpose()?;
     let wanted = RestoreRequest { erasures, passphrase };

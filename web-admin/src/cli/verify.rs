@@ -38,11 +38,11 @@ fn parse_audit_head(given: &str) -> Result<String, &'static str> {
 
 pub(super) async fn run_verify(args: &VerifyArgs) -> Result<(), CommandFailure> {
     let config = args.storage.config()?;
-    let db = Database::open_existing(&config.database_url).await.context("cannot open the database")?;
+    let db = Database::open_existing(&config.database).await.context("cannot open the database")?;
     let missing = db.count_missing_migrations().await.context("cannot read the database")?;
     if missing > 0 {
         let words = "an earlier program has kept this database; run `web-admin migrate` first";
-        return Err(CommandFailure::Usage(format!("{}: {words} (steps missing: {missing})", config.database_url)));
+        return Err(CommandFailure::Usage(format!("{}: {words} (steps missing: {missing})", config.database)));
     }
     let mut report = verification::everything(&db, &RecordingStore::open(&config)?).await?;
     if let Some(head) = &args.expect_head {

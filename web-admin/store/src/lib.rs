@@ -1,5 +1,5 @@
 //! Everything that is SQL. Functions that read take any executor; functions that write take a connection, which only
-//! [`Database::write`] hands out, so that a writer always holds `BEGIN IMMEDIATE`.
+//! [`Database::write`] hands out, so that there is one writer at a time.
 //!
 //! What a viewer may see of trainees is in one place, the view `taught_trainees`.
 //!
@@ -11,8 +11,8 @@ use model::Moment;
 use serde::{Deserialize, Deserializer};
 use sqlx::Transaction;
 
-use engine::{BEGIN, LISTENING_PERIOD, MIGRATIONS, SHARED};
-pub use engine::{Connection, Engine, Executor, Pool, is_disk_full};
+pub use engine::{AddressRefused, Connection, DatabaseAddress, DatabaseLock, Engine, Executor, Pool, is_disk_full};
+use engine::{LISTENING_PERIOD, MIGRATIONS, SHARED};
 pub use json::Json;
 
 pub mod account_links;
@@ -38,6 +38,7 @@ pub mod instruments;
 pub mod jobs;
 mod json;
 pub mod links;
+pub mod locks;
 pub mod logos;
 pub mod mails;
 pub mod motions;
@@ -103,6 +104,14 @@ pub struct Database {
 }
 
 impl Database {
+    /// Opens a database where there is one.
+    ///
+    /// # Errors
+    /// When what is there cannot be opened.
+    pub async fn open_if_there(address: &DatabaseAddress) -> Result<Option<Self>> {
+        if Self::is_there(address).await? { Self::open_existing(address).await.map(Some) } else { Ok(None) }
+    }
+
     /// Brings the schema up to date.
     ///
     /// # Errors
@@ -138,26 +147,10 @@ impl Database {
         LISTENING_PERIOD
     }
 
-    /// Connections that read. Only one file may be open for writing at a time, so these refuse to write.
+    /// Connections that read, and refuse to write: that goes through [`Database::write`].
     #[must_use]
     pub fn reader(&self) -> &Pool {
         &self.reader
-    }
-
-    /// Starts a transaction that may write. `IMMEDIATE`: a deferred one that turns to writing later is refused at once
-    /// and ignores the busy timeout.
-    ///
-    /// A connection that cannot begin is thrown away and the next one tried once: after a full disk or an I/O error SQLite
-    /// has rolled back by itself, and the connection still counts a transaction that is no more.
-    ///
-    /// # Errors
-    /// When the lock is not to be had within the busy timeout.
-    pub async fn write(&self) -> Result<Write> {
-        if let Ok(begun) = self.writer.begin_with(BEGIN).await {
-            return Ok(begun);
-        }
-        self.writer.acquire().await?.close().await?;
-        self.writer.begin_with(BEGIN).await
     }
 
     /// Reads and writes a row, as everything that is acknowledged must.
@@ -171,7 +164,7 @@ impl Database {
         tx.commit().await
     }
 
-    /// Closes every connection, so that the write-ahead log is folded into the file.
+    /// Closes every connection, so that a write-ahead log is folded into its file.
     pub async fn close(&self) {
         self.reader.close().await;
         self.writer.close().await;

@@ -125,8 +125,8 @@ pub async fn list_managed_tasks(
     only: Option<TaskId>,
 ) -> Result<Vec<SegmentTask>> {
     sqlx::query_as(
-        "SELECT k.id, k.title, k.cohort_id, c.name AS cohort, k.due_local, k.due_at, 0 AS extended_days,
-           k.time_zone, (SELECT count(*) FROM segment_traces r WHERE r.task_id = k.id) AS traces, 0 AS sent
+        "SELECT k.id, k.title, k.cohort_id, c.name AS cohort, k.due_local, k.due_at, CAST(0 AS BIGINT) AS extended_days,
+           k.time_zone, (SELECT count(*) FROM segment_traces r WHERE r.task_id = k.id) AS traces, CAST(0 AS BIGINT) AS sent
          FROM segment_tasks k JOIN cohorts c ON c.school_id = k.school_id AND c.id = k.cohort_id
          WHERE k.school_id = $1 AND k.withdrawn_at IS NULL AND ($4 IS NULL OR k.id = $4) AND ($2 OR EXISTS (
            SELECT 1 FROM cohort_members m

@@ -5,6 +5,7 @@ use model::{AttemptPlace, CurrentPerson, Moment, Role, SessionKey, Uncounted};
 use serde::{Deserialize, Serialize};
 use sqlx::FromRow;
 
+use super::engine::twin;
 use super::{Connection, Executor, Result};
 
 /// What became of an uploaded recording.
@@ -241,15 +242,21 @@ pub async fn visible_after(
              ORDER BY started_at DESC, id DESC LIMIT $5"
         }
         // From whoever is seen to the newest of each, and from these to the newest of all.
-        Role::Instructor | Role::Trainee | Role::Guest => {
+        Role::Instructor | Role::Trainee | Role::Guest => twin!(
             "SELECT s.* FROM (SELECT n.id FROM (SELECT trainee_id AS person_id FROM taught_trainees WHERE teacher_id = $2 UNION SELECT $2) seen
                CROSS JOIN sessions n
                WHERE n.school_id = $1 AND n.id IN (
                  SELECT l.id FROM sessions l WHERE l.school_id = $1 AND l.trainee_id = seen.person_id
                    AND (l.started_at, l.id) < ($3, $4) ORDER BY l.started_at DESC, l.id DESC LIMIT $5)
                ORDER BY n.started_at DESC, n.id DESC LIMIT $5) chosen
-             CROSS JOIN sessions s WHERE s.school_id = $1 AND s.id = chosen.id ORDER BY s.started_at DESC, s.id DESC"
-        }
+             CROSS JOIN sessions s WHERE s.school_id = $1 AND s.id = chosen.id ORDER BY s.started_at DESC, s.id DESC",
+            "SELECT s.* FROM (SELECT n.id FROM (SELECT trainee_id AS person_id FROM taught_trainees WHERE teacher_id = $2 UNION SELECT $2) seen
+               CROSS JOIN LATERAL (
+                 SELECT l.id, l.started_at FROM sessions l WHERE l.school_id = $1 AND l.trainee_id = seen.person_id
+                   AND (l.started_at, l.id) < ($3, $4) ORDER BY l.started_at DESC, l.id DESC LIMIT $5) n
+               ORDER BY n.started_at DESC, n.id DESC LIMIT $5) chosen
+             CROSS JOIN sessions s WHERE s.school_id = $1 AND s.id = chosen.id ORDER BY s.started_at DESC, s.id DESC",
+        ),
     };
     sqlx::query_as(statement)
         .bind(viewer.school_id)

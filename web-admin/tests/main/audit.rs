@@ -3,9 +3,11 @@
 
 use acts::verification;
 use model::Role;
+use sqlx::SqlSafeStr;
 use store::audit::check_audit_chain;
 
 use super::support::App;
+use super::support::database::drop_trigger;
 use super::support::recordings::{Attempt, record};
 
 async fn with_some_rows() -> App {
@@ -17,7 +19,7 @@ async fn with_some_rows() -> App {
     app
 }
 
-async fn execute(app: &App, statement: &'static str) -> Result<(), sqlx::Error> {
+async fn execute(app: &App, statement: impl SqlSafeStr) -> Result<(), sqlx::Error> {
     let mut tx = app.state.db.write().await.unwrap();
     sqlx::raw_sql(statement).execute(&mut *tx).await?;
     tx.commit().await
@@ -36,11 +38,17 @@ async fn what_is_done_is_in_the_log_in_order() {
 #[tokio::test]
 async fn no_statement_alters_or_deletes_a_row() {
     let app = with_some_rows().await;
+    let replaced = match cfg!(feature = "postgres") {
+        true => "INSERT INTO audit_log SELECT * FROM audit_log WHERE seq = 2 ON CONFLICT (seq) DO UPDATE SET actor = 'nobody'",
+        false => {
+            "INSERT OR REPLACE INTO audit_log SELECT 2, at, school_id, 'nobody', action, object, details, prev_hash, hash
+             FROM audit_log WHERE seq = 2"
+        }
+    };
     for statement in [
+        replaced,
         "UPDATE audit_log SET actor = 'nobody' WHERE seq = 1",
         "DELETE FROM audit_log WHERE seq = 3",
-        "INSERT OR REPLACE INTO audit_log SELECT 2, at, school_id, 'nobody', action, object, details, prev_hash, hash
-         FROM audit_log WHERE seq = 2",
         "INSERT INTO audit_log SELECT 9, at, school_id, actor, action, object, details, prev_hash, hash
          FROM audit_log WHERE seq = 3",
     ] {
@@ -54,11 +62,13 @@ async fn no_statement_alters_or_deletes_a_row() {
 async fn a_row_changed_behind_the_triggers_back_is_found() {
     for (tampering, finding) in [
         ("UPDATE audit_log SET object = 'x' WHERE seq = 2", "row 2 was changed"),
-        ("UPDATE audit_log SET prev_hash = zeroblob(32) WHERE seq = 2", "row 2 does not follow"),
+        ("UPDATE audit_log SET prev_hash = hash WHERE seq = 2", "row 2 does not follow"),
         ("DELETE FROM audit_log WHERE seq = 2", "row 2 is missing"),
     ] {
         let app = with_some_rows().await;
-        execute(&app, "DROP TRIGGER audit_log_never_changes; DROP TRIGGER audit_log_never_shrinks").await.unwrap();
+        for trigger in ["audit_log_never_changes", "audit_log_never_shrinks"] {
+            execute(&app, drop_trigger(trigger, "audit_log")).await.unwrap();
+        }
         execute(&app, tampering).await.unwrap();
         let chain = check_audit_chain(app.state.db.reader()).await.unwrap();
         assert!(chain.findings.iter().any(|found| found.contains(finding)), "{tampering}: {chain:?}");
@@ -74,7 +84,8 @@ async fn a_dropped_trigger_and_a_cut_tail_are_found() {
     assert_eq!(verification::cut_tail(&app.state.db, &head).await.unwrap(), None);
     app.signed_in("ada@example.org").await;
     assert_eq!(verification::cut_tail(&app.state.db, &head).await.unwrap(), None, "a log that grew is whole");
-    execute(&app, "DROP TRIGGER audit_log_never_shrinks; DELETE FROM audit_log WHERE seq >= 3").await.unwrap();
+    execute(&app, drop_trigger("audit_log_never_shrinks", "audit_log")).await.unwrap();
+    execute(&app, "DELETE FROM audit_log WHERE seq >= 3").await.unwrap();
     assert!(check_audit_chain(reader).await.unwrap().findings.is_empty(), "the chain alone does not tell");
     let report = verification::everything(&app.state.db, &app.state.recordings).await.unwrap();
     assert!(report.findings.iter().any(|found| found.contains("audit_log_never_shrinks")), "{report:?}");
@@ -83,6 +94,7 @@ async fn a_dropped_trigger_and_a_cut_tail_are_found() {
 }
 
 #[tokio::test]
+#[cfg_attr(feature = "postgres", ignore = "about SQLite's file")]
 async fn what_is_deleted_is_overwritten() {
     let app = App::new().await;
     let mut tx = app.state.db.write().await.unwrap();

@@ -6,6 +6,7 @@ use std::process::Command;
 use model::Role;
 use web_admin::worker;
 
+use super::support::database::drop_trigger;
 use super::support::recordings::{Attempt, record};
 use super::support::{App, PASSWORD, course_folder, web_admin};
 
@@ -67,13 +68,42 @@ fn a_wrong_call_is_told_what_is_allowed() {
     assert!(fails(data, &add("g@h.i", &[]), 2).contains("North, South"));
     let head = ["--school", "North", "--role", "administrator", "--cohort", "A"];
     assert!(fails(data, &add("g@h.i", &head), 2).contains("--cohort"));
-    assert!(fails(data, &["migrate", "--database", "postgres://x/y"], 2).contains("sqlite:"));
+    let other = if cfg!(feature = "postgres") { "sqlite:x.db" } else { "postgres://ada:secret@x/y" };
+    let refused = fails(data, &["migrate", "--database", other], 2);
+    assert!(
+        refused.contains("built for") && refused.contains("cargo build") && !refused.contains("secret"),
+        "{refused}"
+    );
     assert!(fails(data, &["curricula", "import", "/nonexistent"], 2).contains("/nonexistent"));
     let empty = tempfile::tempdir().unwrap();
     assert!(fails(data, &["curricula", "import", &empty.path().to_string_lossy()], 2).contains("no course.toml"));
-    assert!(fails(&data.join("nothing-here"), &["verify"], 1).contains("cannot open the database"));
+    let nowhere = if cfg!(feature = "postgres") { "postgres://127.0.0.1:1/x" } else { "nothing-here/x.db" };
+    assert!(fails(data, &["verify", "--database", nowhere], 1).contains("cannot open the database"));
     let output = Command::new(env!("CARGO_BIN_EXE_web-admin")).arg("openapi").output().unwrap();
     assert!(output.status.success() && output.stdout.starts_with(b"{"));
+}
+
+/// Where a server keeps the database.
+#[cfg(feature = "postgres")]
+#[test]
+fn a_server_copies_its_databases_itself_and_its_password_is_told_nobody() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = folder.path();
+    done(data, &["migrate"]);
+    let to = data.join("backup.tar");
+    let to = to.to_str().unwrap();
+    for asked in [&["backup", "--to", to][..], &["restore", to]] {
+        let refused = fails(data, asked, 1);
+        assert!(refused.contains("pg_dump") && refused.contains("WAL"), "{refused}");
+    }
+    let left: Vec<_> = std::fs::read_dir(data).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert!(left.iter().all(|name| !name.to_string_lossy().starts_with("backup")), "{left:?}");
+    for nowhere in ["postgres://ada:secret@127.0.0.1:1/x", "postgres://ada:secret@127.0.0.1:none/x"] {
+        for asked in ["migrate", "verify", "serve"] {
+            let refused = fails(data, &[asked, "--database", nowhere], 1);
+            assert!(!refused.contains("secret"), "{refused}");
+        }
+    }
 }
 
 #[tokio::test]
@@ -122,10 +152,8 @@ async fn verify_names_every_damage() {
         assert_eq!(ada.upload(&record(attempt)).await.status, 201);
     }
     let mut tx = app.state.db.write().await.unwrap();
-    sqlx::raw_sql("DROP TRIGGER audit_log_never_changes; UPDATE audit_log SET object = 'x' WHERE seq = 2")
-        .execute(&mut *tx)
-        .await
-        .unwrap();
+    sqlx::raw_sql(drop_trigger("audit_log_never_changes", "audit_log")).execute(&mut *tx).await.unwrap();
+    sqlx::raw_sql("UPDATE audit_log SET object = 'x' WHERE seq = 2").execute(&mut *tx).await.unwrap();
     tx.commit().await.unwrap();
     let file = |n: usize| {
         app.state.config.recordings_dir.join(school.to_string()).join(format!("{}.mcap", attempts[n].session_id))

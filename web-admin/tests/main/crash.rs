@@ -1,11 +1,11 @@
 //! The service dies at the worst moment. Fails when an acknowledged upload is lost, or when one that was not is listed.
 
 use std::path::Path;
-use std::process::Command;
 use std::time::Duration;
 
 use super::support::recordings::{Attempt, record};
 use super::support::service::{Service, answer, founded, header, whole_answer};
+use super::support::web_admin;
 
 fn parts(folder: &Path) -> usize {
     std::fs::read_dir(folder.join("recordings/.uploads")).unwrap().count()
@@ -42,8 +42,7 @@ async fn killed_in_the_midst_of_an_upload_it_keeps_what_it_acknowledged_and_noth
     assert_eq!(answer(service.upload(&token, &kept_bytes, kept_bytes.len())).0, 200);
     assert_eq!(answer(service.upload(&token, &lost_bytes, lost_bytes.len())).0, 201, "it can be sent again");
     drop(service);
-    let program = env!("CARGO_BIN_EXE_web-admin");
-    let verified = Command::new(program).args(["verify", "--data-dir"]).arg(folder.path()).output().unwrap();
+    let verified = web_admin(folder.path(), &["verify"]);
     assert!(verified.status.success(), "{}", String::from_utf8_lossy(&verified.stdout));
 }
 

@@ -31,6 +31,7 @@ async fn signed_in(app: &App, email: &str, password: &str) -> Client {
 }
 
 #[tokio::test]
+#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn a_school_of_before_is_restored_and_shown() {
     let folder = tempfile::tempdir().unwrap();
     let restored = succeeds(folder.path(), &["restore", backup().to_str().unwrap()]);
@@ -51,6 +52,7 @@ async fn a_school_of_before_is_restored_and_shown() {
 }
 
 #[tokio::test]
+#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn attempts_of_before_are_graded_again() {
     let folder = tempfile::tempdir().unwrap();
     succeeds(folder.path(), &["restore", backup().to_str().unwrap()]);
@@ -61,6 +63,7 @@ async fn attempts_of_before_are_graded_again() {
 }
 
 #[tokio::test]
+#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn a_database_of_before_is_backed_up_and_verified_only_when_it_is_migrated() {
     let folder = tempfile::tempdir().unwrap();
     let unpacked = Command::new("tar").arg("-xf").arg(backup()).arg("-C").arg(folder.path()).status().unwrap();

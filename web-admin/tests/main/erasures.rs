@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use std::process::Output;
 
 use acts::clock::Clock;
-use acts::config::Config;
 use acts::erasing;
 use acts::erasures::{ERASURES_FILE, Erasure, ErasureList, ErasureScope};
 use model::Role;
@@ -13,6 +12,7 @@ use store::people;
 use web_admin::AppState;
 
 use super::support::client::{Client, csrf_in};
+use super::support::database::config_in;
 use super::support::recordings::{Attempt, record};
 use super::support::service::Service;
 use super::support::{App, Member, web_admin};
@@ -68,7 +68,7 @@ impl Drill {
 
 /// Who of the two is known there by their address.
 async fn known(folder: &Path) -> Vec<&'static str> {
-    let state = AppState::open(Config::in_folder(folder), Clock::system()).await.unwrap();
+    let state = AppState::open(config_in(folder), Clock::system()).await.unwrap();
     let mut found = Vec::new();
     for email in ["ada@example.org", "bo@example.org"] {
         if people::find_person_by_email(state.db.reader(), email).await.unwrap().is_some() {
@@ -80,6 +80,7 @@ async fn known(folder: &Path) -> Vec<&'static str> {
 }
 
 #[tokio::test]
+#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn a_backup_restored_later_brings_nobody_back_who_was_erased_since() {
     let drill = Drill::new().await;
     let place = tempfile::tempdir().unwrap();
@@ -106,6 +107,7 @@ async fn a_backup_restored_later_brings_nobody_back_who_was_erased_since() {
 }
 
 #[tokio::test]
+#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn in_its_own_folder_a_restore_knows_who_was_erased() {
     let drill = Drill::new().await;
     drill.app.state.db.close().await;
@@ -119,6 +121,7 @@ async fn in_its_own_folder_a_restore_knows_who_was_erased() {
 }
 
 #[tokio::test]
+#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn a_database_put_back_by_hand_is_not_served_before_everybody_erased_is_erased_again() {
     let drill = Drill::new().await;
     let place = tempfile::tempdir().unwrap();
@@ -134,6 +137,7 @@ async fn a_database_put_back_by_hand_is_not_served_before_everybody_erased_is_er
 }
 
 #[tokio::test]
+#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn what_the_list_holds_tells_no_name_and_what_was_taken_back_erases_nobody() {
     let drill = Drill::new().await;
     let text = std::fs::read_to_string(drill.list()).unwrap();
@@ -161,6 +165,7 @@ async fn what_the_list_holds_tells_no_name_and_what_was_taken_back_erases_nobody
 }
 
 #[tokio::test]
+#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn a_list_that_cannot_be_read_restores_nothing_and_serves_nobody() {
     let drill = Drill::new().await;
     let strange = drill.app.folder.path().join("strange");

@@ -47,6 +47,7 @@ use tempfile::TempDir;
 use web_admin::{routes, worker};
 
 use super::support::client::{Client, csrf_in};
+use super::support::database::{copy_database, version};
 use super::support::recordings::{Attempt, record};
 use super::support::{App, Member, course_folder};
 
@@ -146,6 +147,7 @@ impl World {
     pub(super) async fn open(&self) -> App {
         let folder = tempfile::tempdir().unwrap();
         copy(self.folder.path(), folder.path());
+        copy_database(self.folder.path(), folder.path());
         App::in_folder(folder, Clock::system(), |_| {}).await
     }
 
@@ -174,7 +176,7 @@ impl World {
 struct Copy {
     app: App,
     watch: PoolConnection<store::Engine>,
-    version: i64,
+    version: String,
 }
 
 impl Copy {
@@ -188,11 +190,6 @@ impl Copy {
     async fn is_changed(&mut self) -> bool {
         version(&mut self.watch).await != self.version
     }
-}
-
-/// Another number whenever another connection has changed the database.
-async fn version(watch: &mut store::Connection) -> i64 {
-    sqlx::query_scalar("PRAGMA data_version").fetch_one(watch).await.unwrap()
 }
 
 /// A survey of a teacher for a cohort, with a link, and what else its addresses name.

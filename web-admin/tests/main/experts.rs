@@ -23,7 +23,7 @@ async fn passed(app: &App, member: &Member) -> SessionId {
     let attempt = Attempt { session_id: SessionId::random(), ..Attempt::default() };
     assert_eq!(app.with_token(&member.token).upload(&record(&attempt)).await.status, 201);
     worker::work_off_jobs(&app.state).await.unwrap();
-    let grade = sqlx::query("UPDATE grades SET passed = 1 WHERE session_id = $1").bind(attempt.session_id);
+    let grade = sqlx::query("UPDATE grades SET passed = TRUE WHERE session_id = $1").bind(attempt.session_id);
     app.write(async |tx| grade.execute(tx).await.unwrap()).await;
     attempt.session_id
 }

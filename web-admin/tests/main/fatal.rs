@@ -21,10 +21,10 @@ use sha2::{Digest, Sha256};
 use store::jobs::{JobHold, JobReturn};
 use store::{Connection, jobs, tries, uploads as rows};
 
-use super::support::App;
 use super::support::failing_disk::{FailingDisk, Fault};
 use super::support::recordings::{Attempt, record};
 use super::support::service::{Service, answer, founded};
+use super::support::{App, web_admin};
 
 /// Asks until something is so, for at most a minute.
 fn within_a_minute(mut is_so: impl FnMut() -> bool) -> bool {
@@ -56,8 +56,7 @@ async fn a_recording_that_kills_its_judge_is_set_aside_told_and_tried_again_only
     assert!(metrics(&service).contains("stylet_set_aside 1\n"), "nothing tries it again by itself");
     drop(service);
     disk.mend();
-    let retry = ["retry", "--data-dir", folder.path().to_str().unwrap()];
-    let retried = Command::new(env!("CARGO_BIN_EXE_web-admin")).args(retry).output().unwrap();
+    let retried = web_admin(folder.path(), &["retry"]);
     assert!(String::from_utf8_lossy(&retried.stdout).starts_with("1 recordings"), "{retried:?}");
     let service = Service::start(folder.path());
     assert!(within_a_minute(|| state(&service) == "scored"), "a judge with memory scores it");

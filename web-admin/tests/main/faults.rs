@@ -6,16 +6,11 @@ use std::path::Path;
 use std::process::{Command, Output};
 use std::time::Duration;
 
-use acts::config::Config;
-
-use super::support::App;
+use super::support::database::config_in;
 use super::support::failing_disk::{FailingDisk, Fault};
 use super::support::recordings::{Attempt, record};
 use super::support::service::{Service, answer, founded, header, whole_answer};
-
-fn web_admin(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_web-admin")).args(arguments).arg("--data-dir").arg(folder).output().unwrap()
-}
+use super::support::{App, web_admin};
 
 fn words(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
@@ -37,6 +32,7 @@ fn offset(service: &Service, token: &str, path: &str) -> (u16, String) {
 }
 
 #[tokio::test]
+#[cfg_attr(feature = "postgres", ignore = "about SQLite's file")]
 async fn after_a_full_disk_the_database_is_written_to_again() {
     let app = App::new().await;
     let mut tx = app.state.db.write().await.unwrap();
@@ -51,6 +47,7 @@ async fn after_a_full_disk_the_database_is_written_to_again() {
 }
 
 #[tokio::test]
+#[cfg_attr(feature = "postgres", ignore = "about SQLite's file")]
 async fn a_full_disk_is_said_and_once_there_is_room_everything_goes_on() {
     let (folder, token) = founded().await;
     let (disk, service) = FailingDisk::under_service(folder.path());
@@ -82,6 +79,7 @@ async fn a_full_disk_is_said_and_once_there_is_room_everything_goes_on() {
 }
 
 #[tokio::test]
+#[cfg_attr(feature = "postgres", ignore = "about SQLite's file")]
 async fn no_byte_is_acknowledged_that_the_disk_has_refused() {
     for (fault, expected) in [(Fault::Full, 507), (Fault::Broken, 500)] {
         let (folder, token) = founded().await;
@@ -104,6 +102,7 @@ async fn no_byte_is_acknowledged_that_the_disk_has_refused() {
 }
 
 #[tokio::test]
+#[cfg_attr(feature = "postgres", ignore = "about SQLite's file")]
 async fn an_upload_whose_row_cannot_be_written_is_still_there() {
     let (folder, token) = founded().await;
     let (disk, service) = FailingDisk::under_service(folder.path());
@@ -169,6 +168,7 @@ async fn backed_up() -> (App, std::path::PathBuf) {
 }
 
 #[tokio::test]
+#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn a_restore_that_was_killed_is_gone_on_with_and_never_served_half() {
     let (_app, backup) = backed_up().await;
     let backup = backup.to_str().unwrap();
@@ -196,6 +196,7 @@ async fn a_restore_that_was_killed_is_gone_on_with_and_never_served_half() {
 }
 
 #[tokio::test]
+#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn a_log_without_its_database_is_not_restored_into() {
     let (_app, backup) = backed_up().await;
     let place = tempfile::tempdir().unwrap();
@@ -205,9 +206,10 @@ async fn a_log_without_its_database_is_not_restored_into() {
 }
 
 #[tokio::test]
+#[cfg_attr(feature = "postgres", ignore = "about SQLite's file")]
 async fn recordings_without_a_database_are_no_new_school_and_one_without_a_row_is_told() {
     let (app, _) = backed_up().await;
-    let config = Config::in_folder(app.folder.path());
+    let config = config_in(app.folder.path());
     let kept = app.files().into_iter().find(|file| file.extension().is_some_and(|e| e == "mcap")).unwrap();
     let stray = kept.with_file_name(format!("{}.mcap", uuid::Uuid::new_v4()));
     std::fs::copy(config.recordings_dir.join(&kept), config.recordings_dir.join(&stray)).unwrap();

@@ -1,21 +1,19 @@
 //! A password that somebody else has set. Fails when it signs in, when it becomes the one that stays, when it is good for longer than it should
 //! be, and when one's own is asked to be changed.
 
-use std::process::Command;
-
 use acts::accounts;
 use acts::clock::Clock;
 use model::{Moment, Role};
 use store::people;
 
 use super::support::client::{Answer, Client, csrf_in};
+use super::support::database::program;
 use super::support::{App, PASSWORD};
 
 const OWN: &str = "seven quiet herons wade";
 
 fn web_admin(app: &App, words: &[&str]) -> String {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_web-admin"));
-    let output = command.arg("user").args(words).arg("--data-dir").arg(app.folder.path()).output().unwrap();
+    let output = program(app.folder.path()).arg("user").args(words).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).unwrap()
 }

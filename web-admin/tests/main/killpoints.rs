@@ -7,15 +7,15 @@ use std::io::Read;
 use std::net::TcpStream;
 use std::os::unix::process::ExitStatusExt;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 use std::time::Duration;
 
-use acts::config::Config;
 use acts::killpoints::{KillPoint, VARIABLE};
 use model::SessionKey;
 use store::{Database, scores, sessions};
 
 use super::support::bucket::TestBucket;
+use super::support::database::{address_of, program};
 use super::support::recordings::{Attempt, record};
 use super::support::service::{Service, founded, header};
 
@@ -70,8 +70,8 @@ fn serve(folder: &Path, around: &Surroundings, kill_at: Option<KillPoint>) -> Se
 }
 
 fn web_admin(folder: &Path, around: &Surroundings, arguments: &[&str], kill_at: Option<KillPoint>) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_web-admin"));
-    command.args(arguments).arg("--data-dir").arg(folder).envs(around);
+    let mut command = program(folder);
+    command.args(arguments).envs(around);
     if let Some(point) = kill_at {
         command.env(VARIABLE, point.name());
     }
@@ -146,7 +146,7 @@ fn await_death(service: &mut Service, point: KillPoint) {
 async fn check(folder: &Path, around: &Surroundings, expected: &[&Attempt], point: KillPoint) {
     let verified = web_admin(folder, around, &["verify"], None);
     assert!(verified.status.success(), "{}: {}", point.name(), String::from_utf8_lossy(&verified.stdout));
-    let db = Database::open_existing(&Config::in_folder(folder).database_url).await.unwrap();
+    let db = Database::open_existing(&address_of(folder)).await.unwrap();
     let mut found: Vec<_> = sessions::list_recordings(db.reader()).await.unwrap().iter().map(|file| file.id).collect();
     let mut wanted: Vec<_> = expected.iter().map(|attempt| attempt.session_id).collect();
     found.sort();
@@ -219,6 +219,7 @@ async fn what_is_scored_is_scored_once_whenever_the_service_dies() {
 }
 
 #[tokio::test]
+#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn backups_and_restores_that_were_killed_are_done_over() {
     let (folder, token) = founded().await;
     let attempts = [Attempt::default(), Attempt::default()];

@@ -13,6 +13,7 @@ use model::Role;
 use store::{audit, sessions};
 use web_admin::AppState;
 
+use super::support::database::{config_in, drop_trigger};
 use super::support::recordings::{Attempt, record};
 use super::support::service::Service;
 use super::support::{App, web_admin};
@@ -63,6 +64,7 @@ impl Drill {
 }
 
 #[tokio::test]
+#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn a_backup_of_a_running_service_brings_everything_back() {
     let drill = Drill::new().await;
     let made = drill.back_up();
@@ -72,7 +74,7 @@ async fn a_backup_of_a_running_service_brings_everything_back() {
     let restored = drill.restore_into(place.path());
     assert!(restored.status.success(), "{}", String::from_utf8_lossy(&restored.stderr));
     assert!(web_admin(place.path(), &["verify"]).status.success());
-    let state = AppState::open(Config::in_folder(place.path()), Clock::system()).await.unwrap();
+    let state = AppState::open(config_in(place.path()), Clock::system()).await.unwrap();
     let (old, new) = (drill.app.state.db.reader(), state.db.reader());
     assert_eq!(audit::check_audit_chain(old).await.unwrap(), audit::check_audit_chain(new).await.unwrap());
     let files = sessions::list_recordings(new).await.unwrap();
@@ -85,6 +87,7 @@ async fn a_backup_of_a_running_service_brings_everything_back() {
 }
 
 #[tokio::test]
+#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn an_administrator_reads_when_the_last_backup_was_made_and_how_large_it_is() {
     let drill = Drill::new().await;
     assert!(drill.back_up().status.success());
@@ -95,6 +98,7 @@ async fn an_administrator_reads_when_the_last_backup_was_made_and_how_large_it_i
 }
 
 #[tokio::test]
+#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn an_administrator_reads_why_a_backup_failed() {
     let drill = Drill::new().await;
     assert!(drill.page_of_backups().await.contains("No backup has been made yet"));
@@ -106,6 +110,7 @@ async fn an_administrator_reads_why_a_backup_failed() {
 }
 
 #[tokio::test]
+#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn nothing_is_ever_overwritten() {
     let drill = Drill::new().await;
     let folder = drill.app.folder.path();
@@ -120,6 +125,7 @@ async fn nothing_is_ever_overwritten() {
 }
 
 #[tokio::test]
+#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn a_damaged_backup_restores_nothing() {
     let drill = Drill::new().await;
     assert!(drill.back_up().status.success());
@@ -141,6 +147,7 @@ async fn a_damaged_backup_restores_nothing() {
 }
 
 #[tokio::test]
+#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn a_lost_recording_is_named_and_no_backup_is_kept() {
     let drill = Drill::new().await;
     let file = drill.app.files().into_iter().find(|file| file.extension().is_some_and(|e| e == "mcap")).unwrap();
@@ -153,6 +160,7 @@ async fn a_lost_recording_is_named_and_no_backup_is_kept() {
 }
 
 #[tokio::test]
+#[cfg_attr(feature = "postgres", ignore = "about SQLite's file")]
 async fn a_database_with_flipped_bytes_is_not_served() {
     let drill = Drill::new().await;
     let folder = drill.app.folder.path();
@@ -178,8 +186,8 @@ async fn a_database_with_flipped_bytes_is_not_served() {
 /// What somebody does who has the file.
 async fn change_audit_log(drill: &Drill) {
     let mut tx = drill.app.state.db.write().await.unwrap();
-    let tamper = "DROP TRIGGER audit_log_never_changes; UPDATE audit_log SET object = 'x' WHERE seq = 2";
-    sqlx::raw_sql(tamper).execute(&mut *tx).await.unwrap();
+    sqlx::raw_sql(drop_trigger("audit_log_never_changes", "audit_log")).execute(&mut *tx).await.unwrap();
+    sqlx::raw_sql("UPDATE audit_log SET object = 'x' WHERE seq = 2").execute(&mut *tx).await.unwrap();
     tx.commit().await.unwrap();
     drill.app.state.db.close().await;
 }
@@ -248,9 +256,8 @@ async fn a_score_that_is_not_what_the_log_tells_of_is_found() {
     assert!(verify().status.success(), "{:?}", verify());
     let mut tx = drill.app.state.db.write().await.unwrap();
     // What somebody does who has the file.
-    for forged in ["DROP TRIGGER scores_never_change", "UPDATE scores SET score = score / 2 + 1 WHERE rowid = 1"] {
-        sqlx::query(forged).execute(&mut *tx).await.unwrap();
-    }
+    sqlx::query(drop_trigger("scores_never_change", "scores")).execute(&mut *tx).await.unwrap();
+    sqlx::query("UPDATE scores SET score = score / 2 + 1 WHERE rowid = 1").execute(&mut *tx).await.unwrap();
     tx.commit().await.unwrap();
     let found = verify();
     let words = String::from_utf8(found.stdout).unwrap();

@@ -7,13 +7,13 @@ use ed25519_dalek::SigningKey;
 use model::ids::{SchoolId, SessionId, StationId};
 use model::{CurrentPerson, Moment, Role, SessionKey};
 use serde_json::json;
-use sqlx::Connection as _;
 use store::{practice, proofs, sessions, tallies};
 use time::OffsetDateTime;
 use time::macros::datetime;
 use web_admin::worker;
 
 use super::support::client::{Answer, csrf_in};
+use super::support::database::connect;
 use super::support::recordings::{Attempt, FORGED, Station, record, tampered};
 use super::support::{App, Member};
 
@@ -232,6 +232,7 @@ async fn a_signature_counts_while_its_station_is_paired_and_only_for_what_it_was
 }
 
 #[tokio::test]
+#[cfg_attr(feature = "postgres", ignore = "there was no PostgreSQL before")]
 async fn a_database_of_before_counts_again_without_what_was_forged() {
     let world = World::new().await;
     let (honest, forged, far) = (attempt_at(NOW), Attempt { bundle: &FORGED, ..attempt_at(NOW) }, attempt_at(NOW));
@@ -242,7 +243,7 @@ async fn a_database_of_before_counts_again_without_what_was_forged() {
     let migration = include_str!("../../../migrations/0110_prove_attempts.sql");
     // The part that looks at what is there, as it would find a database of before: all counted, one in the far future.
     let looks = migration.split("FROM sessions s;\n").nth(1).expect("behind the view");
-    let mut connection = store::Connection::connect(&world.app.state.config.database_url).await.unwrap();
+    let mut connection = connect(world.app.folder.path()).await;
     let before = "UPDATE sessions SET uncounted = NULL; UPDATE practice SET attempts = 3;
         UPDATE sessions SET started_at = 253370764800000000 WHERE id = $1";
     for statement in before.split(';') {
@@ -263,6 +264,7 @@ async fn a_database_of_before_counts_again_without_what_was_forged() {
 }
 
 #[tokio::test]
+#[cfg_attr(feature = "postgres", ignore = "there was no PostgreSQL before")]
 async fn motions_of_before_are_compared_when_nothing_else_waits() {
     let world = World::new().await;
     let eve = world.app.member(world.school, Role::Trainee, "eve@example.org").await;
@@ -273,7 +275,7 @@ async fn motions_of_before_are_compared_when_nothing_else_waits() {
         world.upload(member, attempt).await;
     }
     assert_eq!((world.counted(&world.ada).await, world.counted(&eve).await), (2, 0));
-    let mut connection = store::Connection::connect(&world.app.state.config.database_url).await.unwrap();
+    let mut connection = connect(world.app.folder.path()).await;
     let fill = include_str!("../../../migrations/0211_compare_motions_of_before.sql").split(";\n\n").nth(1).unwrap();
     // All three of before; then, of the copies, only the first, so that the later one has its hash when it is looked at.
     for of_before in ["1", "id <> $1"] {

@@ -2,7 +2,6 @@
 //! as was promised, whatever the clock is set to; when somebody goes who is to stay; when a dry run changes something or a step is
 //! missing from the audit log; and when a school that has set nothing loses anybody.
 
-use std::process::Command;
 use std::time::Duration;
 
 use acts::clock::Clock;
@@ -13,8 +12,8 @@ use model::{Moment, Role};
 use store::{audit, people};
 use web_admin::outbox;
 
-use super::support::App;
 use super::support::client::{Answer, Client, csrf_in};
+use super::support::{App, web_admin};
 
 const NOW: Moment = Moment::from_micros(1_579_000_000_000_000); // 2020-01-14
 const DAY_S: i64 = 86_400;
@@ -211,9 +210,7 @@ async fn a_dry_run_says_who_and_why_and_changes_nothing() {
     school.set_rule().await;
     let before = audit::check_audit_chain(school.app.state.db.reader()).await.unwrap();
     let retain = |more: &[&str]| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_web-admin"));
-        command.arg("retain").args(more).arg("--data-dir").arg(school.app.folder.path());
-        let output = command.output().unwrap();
+        let output = web_admin(school.app.folder.path(), &[&["retain"], more].concat());
         let words = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
         (output.status.code(), words)
     };

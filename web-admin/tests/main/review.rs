@@ -217,8 +217,8 @@ async fn a_long_queue_has_pages_and_a_rank_follows_answers_and_grades() {
     assert_eq!(rest.matches("data-label=\"Look at it\"").count(), 11, "{rest}");
     assert!(rest.contains("From the beginning"));
     let passed = sqlx::query_scalar("SELECT passed FROM grades WHERE session_id = $1").bind(school.attempt);
-    let passed: i64 = passed.fetch_one(school.app.state.db.reader()).await.unwrap();
-    assert_eq!(rank(school.attempt).await, 1 - passed);
+    let passed: bool = passed.fetch_one(school.app.state.db.reader()).await.unwrap();
+    assert_eq!(rank(school.attempt).await, 1 - i64::from(passed));
     let mut ada = school.app.signed_in("ada@example.org").await;
     let csrf = csrf_in(&ada.get("/").await.text());
     let fields = [("csrf", csrf.as_str()), ("kind", "question"), ("from_s", "0.1"), ("body", "Was that right?")];

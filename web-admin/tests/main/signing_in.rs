@@ -12,6 +12,7 @@ use model::{Moment, Role};
 use store::people;
 
 use super::support::client::csrf_in;
+use super::support::database::rows_of;
 use super::support::{App, PASSWORD};
 
 async fn app() -> App {
@@ -47,20 +48,12 @@ async fn the_right_password_signs_in_under_a_new_session_id() {
 
 /// Every row of every table, as text, but for the pulse of the service itself.
 async fn everything(app: &App) -> Vec<String> {
-    let reader = app.state.db.reader();
-    let tables: Vec<String> = sqlx::query_scalar(
-        "SELECT name FROM sqlite_schema WHERE type = 'table' AND name NOT LIKE 'sqlite_%' AND name <> 'heartbeat' ORDER BY 1",
-    )
-    .fetch_all(reader)
-    .await
-    .unwrap();
+    let db = &app.state.db;
+    let mut tables = db.list_tables().await.unwrap();
+    tables.retain(|table| table != "heartbeat" && table != "sqlite_schema");
     let mut found = Vec::new();
     for table in tables {
-        let columns =
-            format!("SELECT group_concat('quote(\"' || name || '\")', ' || ') FROM pragma_table_info('{table}')");
-        let columns: String = sqlx::query_scalar(sqlx::AssertSqlSafe(columns)).fetch_one(reader).await.unwrap();
-        let rows = format!("SELECT '{table} ' || {columns} FROM {table} ORDER BY 1");
-        found.extend(sqlx::query_scalar::<_, String>(sqlx::AssertSqlSafe(rows)).fetch_all(reader).await.unwrap());
+        found.extend(rows_of(db, &table).await);
     }
     found
 }

@@ -18,6 +18,7 @@ use opentelemetry_proto::tonic::trace::v1::Span;
 use prost::Message;
 use tempfile::TempDir;
 
+use crate::support::database::program;
 use crate::support::service::Service;
 
 /// What has arrived.
@@ -98,8 +99,7 @@ fn a_collector_that_is_away_keeps_nobody_from_serving_and_one_that_is_none_is_na
     let service = Service::start_with(folder.path(), &[(NAME, Path::new("http://127.0.0.1:9"))]);
     assert_eq!(service.get("/readyz"), (200, "ready\n".to_owned()));
     drop(service);
-    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_web-admin"));
-    let refused = command.args(["serve", "--data-dir"]).arg(folder.path()).env(NAME, "no address").output().unwrap();
+    let refused = program(folder.path()).arg("serve").env(NAME, "no address").output().unwrap();
     let words = String::from_utf8(refused.stderr).unwrap();
     assert!(!refused.status.success() && words.contains(NAME) && words.contains("no address"), "{words}");
 }

@@ -1,15 +1,13 @@
 //! One's own tokens for programs. Fails when one outlives its end or its revocation, is shown twice, is made by a browser that was
 //! left open, or when a token of before stops working.
 
-use std::process::Command;
-
 use acts::clock::Clock;
 use acts::secret;
 use model::{Moment, PersonKey, Role};
 use store::tokens::{self, NewToken};
 
 use super::support::client::{Answer, Client, csrf_in};
-use super::support::{App, Member, PASSWORD};
+use super::support::{App, Member, PASSWORD, web_admin};
 
 const PAGE: &str = "/account/tokens";
 const DAY_S: i64 = 86_400;
@@ -151,12 +149,8 @@ async fn a_token_of_the_command_line_has_a_name_and_an_end_too() {
     let school = app.school("North").await;
     app.member(school, Role::Trainee, "ada@example.org").await;
     let run = |arguments: &[&str]| {
-        let made = Command::new(env!("CARGO_BIN_EXE_web-admin"))
-            .args(["user", "token", "--email", "ada@example.org", "--data-dir"])
-            .arg(app.folder.path())
-            .args(arguments)
-            .output()
-            .unwrap();
+        let whose = ["user", "token", "--email", "ada@example.org"];
+        let made = web_admin(app.folder.path(), &[&whose, arguments].concat());
         (made.status.code(), String::from_utf8(made.stdout).unwrap(), String::from_utf8(made.stderr).unwrap())
     };
     let (status, token, _) = run(&["--days", "30", "--name", "Laboratory"]);

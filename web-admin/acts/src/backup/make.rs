@@ -11,7 +11,7 @@ use model::{Moment, count_i64};
 use sha2::{Digest, Sha256};
 use store::backups::{self, NotedBackup};
 use store::sessions::{self, RecordingFile};
-use store::{Database, audit, tries, uploads};
+use store::{Database, DatabaseAddress, audit, tries, uploads};
 
 use super::archive::{self, Sources};
 use super::{FORMAT, KEYS, Manifest, Scratch, passphrase};
@@ -55,7 +55,7 @@ pub async fn make(
 
 /// Notes in the database what it came to. One that an earlier program has made has no place for it.
 async fn note(config: &Config, noted: &NotedBackup) -> anyhow::Result<()> {
-    let db = Database::open_existing(&config.database_url).await?;
+    let db = Database::open_existing(&config.database).await?;
     if db.count_missing_migrations().await? == 0 {
         let mut tx = db.write().await?;
         backups::note_backup(&mut tx, noted).await?;
@@ -71,6 +71,7 @@ async fn make_file(
     passphrase: Option<&str>,
     now: Moment,
 ) -> anyhow::Result<VerificationReport> {
+    config.database.file()?;
     let (copy, part) = (Scratch(beside(to, "database")), Scratch(beside(to, "part")));
     // A backup holds every password hash: it is its owner's alone from the first byte.
     let file = OpenOptions::new().write(true).create(true).truncate(false).mode(0o600).open(&part.0);
@@ -82,7 +83,7 @@ async fn make_file(
     // What one that was stopped has left.
     file.set_len(0)?;
     remove_if_there(&copy.0)?;
-    let source = Database::open_existing(&config.database_url).await.context("cannot open the database")?;
+    let source = Database::open_existing(&config.database).await.context("cannot open the database")?;
     source.copy_to(&copy.0).await.context("cannot copy the database")?;
     source.close().await;
     KillPoint::BackupCopied.pass();
@@ -142,7 +143,7 @@ fn beside(to: &Path, suffix: &str) -> PathBuf {
 
 /// Brings the copy up to date where an earlier program has written it, checks it, takes out of it what is still arriving, and tells which recordings belong to it.
 async fn settle(copy: &Path) -> anyhow::Result<(Vec<RecordingFile>, VerificationReport)> {
-    let db = Database::open_existing(&format!("sqlite://{}", copy.display())).await?;
+    let db = Database::open_existing(&DatabaseAddress::of_file(copy)?).await?;
     db.migrate().await?;
     let mut tx = db.write().await?;
     uploads::forget_unfinished(&mut tx).await?;

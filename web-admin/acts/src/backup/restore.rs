@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use store::Database;
+use store::{Database, DatabaseAddress};
 
 use super::{
     DATABASE, FORMAT, KEYS, KNOWN, MANIFEST, Manifest, RECORDINGS, RestoreRefused, Scratch, archive, passphrase,
@@ -61,7 +61,7 @@ pub struct RestoreRequest {
 /// # Errors
 /// When the file is no backup or a damaged one, or something is in the place already; nothing is changed then.
 pub async fn restore(config: &Config, from: &Path, wanted: &RestoreRequest) -> Result<RestoreSummary, RestoreRefused> {
-    let database = Database::file_of(&config.database_url)?;
+    let database = config.database.file()?;
     let staging = config.restoring_dir();
     let refused = |error: anyhow::Error| RestoreRefused::Input(format!("{}: {error:#}", from.display()));
     let manifest = archive::manifest(from).map_err(refused)?;
@@ -192,7 +192,7 @@ fn check_manifest(folder: &Path, manifest: &Manifest) -> anyhow::Result<()> {
 
 /// Brings what may be a backup by an earlier program up to date, and checks it whole.
 async fn verified(database: &Path, recordings: &RecordingStore) -> Result<VerificationReport, RestoreRefused> {
-    let db = Database::open_existing(&format!("sqlite://{}", database.display())).await?;
+    let db = Database::open_existing(&DatabaseAddress::of_file(database)?).await?;
     db.migrate().await.map_err(anyhow::Error::from)?;
     let report = verification::everything(&db, recordings).await;
     db.close().await;

@@ -1,10 +1,35 @@
 //! The database engine that this program is built for. Everything else in the storage says [`Connection`], [`Executor`] and [`Pool`]:
 //! types of one engine, chosen when the program is built, so that no row passes through a form between both.
 
+mod address;
+#[cfg(feature = "postgres")]
+mod postgres;
+#[cfg(not(feature = "postgres"))]
 mod sqlite;
 
-pub(crate) use sqlite::{BEGIN, LISTENING_PERIOD, MIGRATIONS, SHARED, is_table_there};
-pub use sqlite::{Engine, is_disk_full};
+#[cfg(feature = "postgres")]
+use postgres as chosen;
+#[cfg(not(feature = "postgres"))]
+use sqlite as chosen;
+
+pub use address::{AddressRefused, DatabaseAddress};
+pub use chosen::{DatabaseLock, Engine, is_disk_full};
+pub(crate) use chosen::{LISTENING_PERIOD, MIGRATIONS, SHARED, is_table_there, keep_more_in_memory};
+
+/// Of two twins of a statement the engine's own: SQLite's stands first, PostgreSQL's after it.
+#[cfg(not(feature = "postgres"))]
+macro_rules! twin {
+    ($first:expr, $second:expr $(,)?) => {
+        $first
+    };
+}
+#[cfg(feature = "postgres")]
+macro_rules! twin {
+    ($first:expr, $second:expr $(,)?) => {
+        $second
+    };
+}
+pub(crate) use twin;
 
 /// A connection that writes or reads.
 pub type Connection = <Engine as sqlx::Database>::Connection;

@@ -1,5 +1,6 @@
 //! SQLite: a file, one connection that writes, several that read.
 
+use std::io;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Duration;
@@ -8,8 +9,10 @@ use sqlx::Connection as _;
 use sqlx::migrate::Migrator;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
 
+use super::address::{DatabaseAddress, EngineKind};
 use super::{Connection, Executor};
-use crate::{Database, Error, Result};
+use crate::locks::{FileLock, LockError};
+use crate::{Database, Error, Result, Write};
 
 /// The engine.
 pub type Engine = sqlx::Sqlite;
@@ -24,7 +27,7 @@ pub(crate) const LISTENING_PERIOD: Duration = Duration::from_secs(60);
 pub(crate) const SHARED: bool = false;
 
 /// Takes the write lock at once.
-pub(crate) const BEGIN: &str = "BEGIN IMMEDIATE";
+const BEGIN: &str = "BEGIN IMMEDIATE";
 
 /// What each connection keeps of the database in memory, as `PRAGMA cache_size` reads it: 4 MB, so that the upper levels of a
 /// large school's indices stay there. Whatever else is read lies in the system's own cache.
@@ -40,38 +43,85 @@ pub fn is_disk_full(error: &Error) -> bool {
     matches!(error, Error::Database(told) if told.code().as_deref() == Some(FULL))
 }
 
-impl Database {
-    /// Opens the database of a `sqlite:` URL, and makes the file where it is missing.
+/// What this engine is among those of addresses.
+pub(super) const KIND: EngineKind = EngineKind::Sqlite;
+/// Which addresses are allowed, and how a program for others is built.
+pub(super) const ALLOWED: &str = "this program is built for SQLite: allowed is a sqlite: URL or a path; one for a postgres:// URL is \
+                                  built by `cargo build --release -p web-admin --features postgres`";
+
+/// The address of a file.
+pub(super) fn address_of(path: &Path) -> String {
+    format!("sqlite://{}", path.display())
+}
+
+/// The address of the database in a data folder.
+pub(super) fn address_in(folder: &Path) -> String {
+    address_of(&folder.join("stylet.db"))
+}
+
+/// A database that this process holds until it is dropped: a locked file beside the database's.
+#[derive(Debug)]
+pub struct DatabaseLock {
+    _file: FileLock,
+}
+
+impl DatabaseAddress {
+    /// Of a file, as a backup holds one.
     ///
     /// # Errors
-    /// When the URL is no SQLite URL, or the file cannot be opened.
-    pub async fn open(url: &str) -> Result<Self> {
-        Self::connect(SqliteConnectOptions::from_str(url)?.create_if_missing(true)).await
+    /// None: only a database that a server keeps has no file.
+    pub fn of_file(path: &Path) -> io::Result<Self> {
+        Ok(Self::of_url(address_of(path)))
+    }
+
+    /// The file of the database.
+    ///
+    /// # Errors
+    /// When the address is none of a file.
+    pub fn file(&self) -> io::Result<PathBuf> {
+        Ok(self.options().map_err(io::Error::other)?.get_filename().to_owned())
+    }
+
+    fn options(&self) -> Result<SqliteConnectOptions> {
+        SqliteConnectOptions::from_str(self.as_url())
+    }
+}
+
+impl Database {
+    /// Opens a database, and makes its file where it is missing.
+    ///
+    /// # Errors
+    /// When the file cannot be opened.
+    pub async fn open(address: &DatabaseAddress) -> Result<Self> {
+        Self::connect(address.options()?.create_if_missing(true)).await
     }
 
     /// Opens a database that must be there.
     ///
     /// # Errors
     /// When it is not.
-    pub async fn open_existing(url: &str) -> Result<Self> {
-        Self::connect(SqliteConnectOptions::from_str(url)?.create_if_missing(false)).await
+    pub async fn open_existing(address: &DatabaseAddress) -> Result<Self> {
+        Self::connect(address.options()?.create_if_missing(false)).await
     }
 
-    /// Opens a database where its file is there and holds something.
+    /// Whether there is a database: a file that holds something.
     ///
     /// # Errors
-    /// When the URL is no SQLite URL, or what is there cannot be opened.
-    pub async fn open_if_there(url: &str) -> Result<Option<Self>> {
-        let there = std::fs::metadata(Self::file_of(url)?).is_ok_and(|file| file.len() > 0);
-        if there { Self::open_existing(url).await.map(Some) } else { Ok(None) }
+    /// When the address is none of a file.
+    pub async fn is_there(address: &DatabaseAddress) -> Result<bool> {
+        Ok(std::fs::metadata(address.file()?).is_ok_and(|file| file.len() > 0))
     }
 
-    /// The file of a `sqlite:` URL.
+    /// Keeps a database from every other process that would hold it; `holder` tells them who has it.
     ///
     /// # Errors
-    /// When the URL is no SQLite URL.
-    pub fn file_of(url: &str) -> Result<PathBuf> {
-        Ok(SqliteConnectOptions::from_str(url)?.get_filename().to_owned())
+    /// When another process holds it, or no file can be made beside it.
+    pub async fn hold(address: &DatabaseAddress, holder: &str) -> std::result::Result<DatabaseLock, LockError> {
+        let file = address.file();
+        let file = file.map_err(|why| LockError::Unusable { place: address.to_string(), why: why.into() })?;
+        let mut name = file.into_os_string();
+        name.push(".lock");
+        Ok(DatabaseLock { _file: FileLock::take(Path::new(&name), holder)? })
     }
 
     async fn connect(options: SqliteConnectOptions) -> Result<Self> {
@@ -90,6 +140,22 @@ impl Database {
             .max_connections(4)
             .connect_lazy_with(options.create_if_missing(false).pragma("query_only", "ON"));
         Ok(Self { writer, reader })
+    }
+
+    /// Starts a transaction that may write. `IMMEDIATE`: a deferred one that turns to writing later is refused at once
+    /// and ignores the busy timeout.
+    ///
+    /// A connection that cannot begin is thrown away and the next one tried once: after a full disk or an I/O error SQLite
+    /// has rolled back by itself, and the connection still counts a transaction that is no more.
+    ///
+    /// # Errors
+    /// When the lock is not to be had within the busy timeout.
+    pub async fn write(&self) -> Result<Write> {
+        if let Ok(begun) = self.writer.begin_with(BEGIN).await {
+            return Ok(begun);
+        }
+        self.writer.acquire().await?.close().await?;
+        self.writer.begin_with(BEGIN).await
     }
 
     /// Triggers that the migrations made and that are gone or changed: without them the audit log may shrink.
@@ -181,4 +247,9 @@ pub(crate) async fn is_table_there(executor: impl Executor<'_>, name: &str) -> R
         .bind(name)
         .fetch_one(executor)
         .await
+}
+
+/// Lets a connection keep 256 MB of the database in memory, so that a large transaction goes to the disk once.
+pub(crate) async fn keep_more_in_memory(writer: &mut Connection) -> Result<()> {
+    sqlx::query("PRAGMA cache_size = -256000").execute(writer).await.map(drop)
 }

@@ -243,11 +243,12 @@ fn value(row: &AnswerRow, at: usize, name: &str) -> Result<Value> {
     }
     let kind = raw.type_info().name().to_owned();
     Ok(match kind.as_str() {
-        "INTEGER" if name.ends_with("_at") => row.try_get::<Moment, _>(at)?.to_string().into(),
+        "INTEGER" | "INT8" if name.ends_with("_at") => row.try_get::<Moment, _>(at)?.to_string().into(),
         "INTEGER" if name.starts_with("is_") => (row.try_get::<i64, _>(at)? != 0).into(),
-        "INTEGER" => row.try_get::<i64, _>(at)?.into(),
-        "REAL" => row.try_get::<f64, _>(at)?.into(),
-        "BLOB" => row.try_get::<Uuid, _>(at)?.to_string().into(),
+        "BOOL" => row.try_get::<bool, _>(at)?.into(),
+        "INTEGER" | "INT8" => row.try_get::<i64, _>(at)?.into(),
+        "REAL" | "FLOAT8" => row.try_get::<f64, _>(at)?.into(),
+        "BLOB" | "UUID" => row.try_get::<Uuid, _>(at)?.to_string().into(),
         _ if name.ends_with("_json") => {
             let text: String = row.try_get(at)?;
             serde_json::from_str(&text).unwrap_or(Value::String(text))

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use model::ids::{SchoolId, SessionId};
 
-use super::{Connection, Result};
+use super::{Connection, Result, engine};
 
 /// A statement that selects from `n`, whose `i` counts from 0 up to $2.
 macro_rules! counted {
@@ -83,8 +83,8 @@ pub fn instructor_email(place: u32) -> String {
 
 /// Generates trainees, cohorts, instructors with four cohorts each, and what these have assigned.
 pub async fn found(writer: &mut Connection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
-    // 256 MB: the indices grow at random places.
-    sqlx::query("PRAGMA cache_size = -256000").execute(&mut *writer).await?;
+    // The indices grow at random places.
+    engine::keep_more_in_memory(writer).await?;
     trainees(writer, crowd).await?;
     instructors(writer, crowd).await?;
     cohorts(writer, crowd).await?;

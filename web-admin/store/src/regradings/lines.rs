@@ -6,6 +6,7 @@ use model::regrading::{OutcomeCount, RegradingLine, RegradingOutcome};
 use sqlx::FromRow;
 
 use super::Regrading;
+use crate::engine::twin;
 use crate::{Connection, Executor, Json, Result};
 
 /// What finds a line.
@@ -157,20 +158,32 @@ pub async fn lines(
     most: u32,
 ) -> Result<Vec<RegradingLine>> {
     // A page of each outcome is put in order: however many attempts there are, no more are read. Cross joins keep this order.
-    sqlx::query_as(
-        "SELECT l.session_id, s.started_at, p.display_name AS trainee, l.before, l.passed_before, l.after, l.passed_after,
-           o.score AS overridden, l.outcome, l.why
-         FROM json_each($3) wanted
-         CROSS JOIN regrading_lines l
-         CROSS JOIN sessions s
-         CROSS JOIN people p
-         LEFT JOIN score_overrides o ON o.id = l.override_id WHERE p.school_id = s.school_id AND p.id = s.trainee_id
-         AND s.school_id = l.school_id AND s.id = l.session_id AND l.school_id = $1 AND l.regrading_id = $2
-         AND l.session_id IN (
-           SELECT session_id FROM regrading_lines
-           WHERE regrading_id = $2 AND outcome = wanted.value AND session_id > $4 ORDER BY session_id LIMIT $5)
-         ORDER BY l.session_id LIMIT $5",
-    )
+    sqlx::query_as(twin!(
+            "SELECT l.session_id, s.started_at, p.display_name AS trainee, l.before, l.passed_before, l.after, l.passed_after,
+               o.score AS overridden, l.outcome, l.why
+             FROM json_each($3) wanted
+             CROSS JOIN regrading_lines l
+             CROSS JOIN sessions s
+             CROSS JOIN people p
+             LEFT JOIN score_overrides o ON o.id = l.override_id WHERE p.school_id = s.school_id AND p.id = s.trainee_id
+             AND s.school_id = l.school_id AND s.id = l.session_id AND l.school_id = $1 AND l.regrading_id = $2
+             AND l.session_id IN (
+               SELECT session_id FROM regrading_lines
+               WHERE regrading_id = $2 AND outcome = wanted.value AND session_id > $4 ORDER BY session_id LIMIT $5)
+             ORDER BY l.session_id LIMIT $5",
+            "SELECT l.session_id, s.started_at, p.display_name AS trainee, l.before, l.passed_before, l.after, l.passed_after,
+               o.score AS overridden, l.outcome, l.why
+             FROM json_each($3) wanted
+             CROSS JOIN LATERAL (
+               SELECT * FROM regrading_lines
+               WHERE school_id = $1 AND regrading_id = $2 AND outcome = wanted.value AND session_id > $4
+               ORDER BY session_id LIMIT $5) l
+             CROSS JOIN sessions s
+             CROSS JOIN people p
+             LEFT JOIN score_overrides o ON o.id = l.override_id WHERE p.school_id = s.school_id AND p.id = s.trainee_id
+             AND s.school_id = l.school_id AND s.id = l.session_id
+             ORDER BY l.session_id LIMIT $5",
+        ))
     .bind(regrading.school_id)
     .bind(regrading.id)
     .bind(Json(outcomes))

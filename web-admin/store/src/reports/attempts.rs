@@ -5,6 +5,7 @@ use model::ids::{PersonId, SchoolId, SessionId};
 use model::{AttemptPlace, CurrentPerson, Moment, Proof, Role, Uncounted, count_u32};
 use sqlx::FromRow;
 
+use crate::engine::twin;
 use crate::sessions::SessionState;
 use crate::{Executor, Json, Result};
 use model::titles::StoredTitle;
@@ -160,22 +161,34 @@ pub async fn latest_taught(executor: impl Executor<'_>, viewer: &CurrentPerson) 
              CROSS JOIN sessions s",
             "WHERE s.school_id = $1 AND s.id = chosen.id AND $2 IS NOT NULL"
         ),
-        _ => listed!(
-        "",
-        "(SELECT n.id FROM (SELECT DISTINCT trainee_id AS person_id FROM taught_trainees WHERE teacher_id = $2) taught
-           CROSS JOIN sessions n
-           WHERE n.school_id = $1 AND n.id IN (
-             SELECT l.id FROM sessions l WHERE l.school_id = $1 AND l.trainee_id = taught.person_id
-               AND l.started_at >= coalesce((
-                 SELECT (SELECT max(o.started_at) FROM sessions o
-                   WHERE o.school_id = $1 AND o.trainee_id = taught.trainee_id) AS last
-                 FROM taught_trainees taught WHERE taught.teacher_id = $2
-                 GROUP BY taught.trainee_id ORDER BY last DESC NULLS LAST LIMIT 1 OFFSET $3 - 1), -9000000000000000000)
-             ORDER BY l.started_at DESC, l.id DESC LIMIT $3)
-           ORDER BY n.started_at DESC, n.id DESC LIMIT $3) chosen
-         CROSS JOIN sessions s",
-        "WHERE s.school_id = $1 AND s.id = chosen.id"
-    ),
+        _ => twin!(
+            listed!(
+                "",
+                "(SELECT n.id FROM (SELECT DISTINCT trainee_id AS person_id FROM taught_trainees WHERE teacher_id = $2) taught
+                   CROSS JOIN sessions n
+                   WHERE n.school_id = $1 AND n.id IN (
+                     SELECT l.id FROM sessions l WHERE l.school_id = $1 AND l.trainee_id = taught.person_id
+                       AND l.started_at >= coalesce((
+                         SELECT (SELECT max(o.started_at) FROM sessions o
+                           WHERE o.school_id = $1 AND o.trainee_id = taught.trainee_id) AS last
+                         FROM taught_trainees taught WHERE taught.teacher_id = $2
+                         GROUP BY taught.trainee_id ORDER BY last DESC NULLS LAST LIMIT 1 OFFSET $3 - 1), -9000000000000000000)
+                     ORDER BY l.started_at DESC, l.id DESC LIMIT $3)
+                   ORDER BY n.started_at DESC, n.id DESC LIMIT $3) chosen
+                 CROSS JOIN sessions s",
+                "WHERE s.school_id = $1 AND s.id = chosen.id"
+            ),
+            listed!(
+                "",
+                "(SELECT n.id FROM (SELECT DISTINCT trainee_id AS person_id FROM taught_trainees WHERE teacher_id = $2) taught
+                   CROSS JOIN LATERAL (
+                     SELECT l.id, l.started_at FROM sessions l WHERE l.school_id = $1 AND l.trainee_id = taught.person_id
+                     ORDER BY l.started_at DESC, l.id DESC LIMIT $3) n
+                   ORDER BY n.started_at DESC, n.id DESC LIMIT $3) chosen
+                 CROSS JOIN sessions s",
+                "WHERE s.school_id = $1 AND s.id = chosen.id"
+            ),
+        ),
     };
     sqlx::query_as(statement).bind(viewer.school_id).bind(viewer.id).bind(10).bind(0).fetch_all(executor).await
 }
@@ -196,17 +209,30 @@ pub async fn latest_at(
             "WHERE s.school_id = $1 AND s.id = chosen.id"
         ),
         // As in [`latest_taught`], with their own.
-        Role::Instructor | Role::Trainee | Role::Guest => listed!(
-            "",
-            "(SELECT n.id FROM (SELECT trainee_id AS person_id FROM taught_trainees WHERE teacher_id = $2 UNION SELECT $2) seen
-               CROSS JOIN sessions n
-               WHERE n.school_id = $1 AND n.id IN (
-                 SELECT l.id FROM sessions l
-                 WHERE l.school_id = $1 AND l.trainee_id = seen.person_id AND l.exercise_id = $5
-                 ORDER BY l.started_at DESC, l.id DESC LIMIT $3)
-               ORDER BY n.started_at DESC, n.id DESC LIMIT $3) chosen
-             CROSS JOIN sessions s",
-            "WHERE s.school_id = $1 AND s.id = chosen.id"
+        Role::Instructor | Role::Trainee | Role::Guest => twin!(
+            listed!(
+                "",
+                "(SELECT n.id FROM (SELECT trainee_id AS person_id FROM taught_trainees WHERE teacher_id = $2 UNION SELECT $2) seen
+                   CROSS JOIN sessions n
+                   WHERE n.school_id = $1 AND n.id IN (
+                     SELECT l.id FROM sessions l
+                     WHERE l.school_id = $1 AND l.trainee_id = seen.person_id AND l.exercise_id = $5
+                     ORDER BY l.started_at DESC, l.id DESC LIMIT $3)
+                   ORDER BY n.started_at DESC, n.id DESC LIMIT $3) chosen
+                 CROSS JOIN sessions s",
+                "WHERE s.school_id = $1 AND s.id = chosen.id"
+            ),
+            listed!(
+                "",
+                "(SELECT n.id FROM (SELECT trainee_id AS person_id FROM taught_trainees WHERE teacher_id = $2 UNION SELECT $2) seen
+                   CROSS JOIN LATERAL (
+                     SELECT l.id, l.started_at FROM sessions l
+                     WHERE l.school_id = $1 AND l.trainee_id = seen.person_id AND l.exercise_id = $5
+                     ORDER BY l.started_at DESC, l.id DESC LIMIT $3) n
+                   ORDER BY n.started_at DESC, n.id DESC LIMIT $3) chosen
+                 CROSS JOIN sessions s",
+                "WHERE s.school_id = $1 AND s.id = chosen.id"
+            ),
         ),
     };
     sqlx::query_as(statement)

@@ -85,10 +85,10 @@ impl TestBucket {
 
     /// Another service on the same database, with nothing else of the first.
     pub async fn replica(&self, of: &App) -> App {
-        let database = of.state.config.database_url.clone();
+        let database = of.state.config.database.clone();
         App::in_folder(TempDir::new().unwrap(), Clock::system(), |config| {
             self.keep(config);
-            config.database_url = database;
+            config.database = database;
         })
         .await
     }

@@ -3,6 +3,7 @@
 pub mod authenticator;
 pub mod bucket;
 pub mod client;
+pub mod database;
 pub mod failing_disk;
 pub mod postgres;
 pub mod recordings;
@@ -10,7 +11,7 @@ pub mod service;
 pub mod statements;
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 
 use acts::clock::Clock;
 use acts::config::Config;
@@ -18,6 +19,7 @@ use acts::secret::PasswordCost;
 use acts::{publishing, secret};
 use axum::Router;
 use client::Client;
+use database::{config_in, program};
 use model::Role;
 use model::ids::SchoolId;
 use store::Connection;
@@ -46,7 +48,7 @@ pub struct App {
 
 /// Runs the program on a data folder.
 pub fn web_admin(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_web-admin")).args(arguments).arg("--data-dir").arg(folder).output().unwrap()
+    program(folder).args(arguments).output().unwrap()
 }
 
 /// Somebody with a token.
@@ -67,7 +69,7 @@ impl App {
 
     /// On what a folder holds already.
     pub async fn in_folder(folder: TempDir, clock: Clock, change: impl FnOnce(&mut Config)) -> Self {
-        let mut config = Config::in_folder(folder.path());
+        let mut config = config_in(folder.path());
         // Real hashing, at the least cost there is: what is tested is not its strength.
         config.password_cost = PasswordCost { memory_kib: 8, passes: 1 };
         change(&mut config);

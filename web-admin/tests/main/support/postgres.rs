@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-use rustix::process::{Pid, Signal, getuid, kill_process};
+use rustix::process::getuid;
 use sqlx::postgres::{PgConnectOptions, PgConnection};
 use sqlx::{ConnectOptions, Connection};
 use tempfile::TempDir;
@@ -15,10 +15,17 @@ use tempfile::TempDir;
 /// Who runs the server where the test is root's.
 const NOBODY: u32 = 65534;
 
+/// Runs a program and shuts it down fast when nothing is to be read any more: when the test drops it, or when the tests are over. A server
+/// that is killed leaves its memory behind.
+const UNTIL_ITS_INPUT_ENDS: &str =
+    r#""$0" "$@" 2> log & cat > /dev/null; kill -INT $!; wait $!; folder=$PWD; cd /; rm -rf "$folder""#;
+
 /// The server, while it runs.
 pub struct PostgresServer {
     process: Child,
     folder: TempDir,
+    #[cfg(feature = "postgres")]
+    programs: PathBuf,
 }
 
 impl PostgresServer {
@@ -40,14 +47,22 @@ impl PostgresServer {
             .output()
             .unwrap();
         assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
-        let process = as_ordinary_user(&programs.join("postgres"), folder.path())
-            .args(["-F", "-c", "listen_addresses=", "-k"])
+        let process = as_ordinary_user(Path::new("/bin/sh"), folder.path())
+            .args(["-c", UNTIL_ITS_INPUT_ENDS])
+            .arg(programs.join("postgres"))
+            .args(["-F", "-c", "listen_addresses=", "-c", "max_connections=500", "-k"])
             .arg(folder.path())
             .arg("-D")
             .arg(&data)
+            .stdin(Stdio::piped())
             .spawn()
             .unwrap();
-        let server = Self { process, folder };
+        let server = Self {
+            process,
+            folder,
+            #[cfg(feature = "postgres")]
+            programs,
+        };
         server.wait().await;
         Some(server)
     }
@@ -55,6 +70,22 @@ impl PostgresServer {
     /// The options that lead to its database.
     pub fn options(&self) -> PgConnectOptions {
         PgConnectOptions::new_without_pgpass().socket(self.folder.path()).username("postgres").database("postgres")
+    }
+
+    /// The address of one of its databases.
+    #[cfg(feature = "postgres")]
+    pub fn url(&self, database: &str) -> String {
+        let folder = self.folder.path().to_str().unwrap().replace('/', "%2F");
+        format!("postgres://postgres:secret@{folder}/{database}")
+    }
+
+    /// Has it do what no transaction can.
+    #[cfg(feature = "postgres")]
+    pub fn execute(&self, statement: &str) {
+        let mut psql = as_ordinary_user(&self.programs.join("psql"), self.folder.path());
+        let psql = psql.args(["-X", "-q", "-U", "postgres", "-h"]).arg(self.folder.path());
+        let done = psql.args(["-d", "postgres", "-c", statement]).output().unwrap();
+        assert!(done.status.success(), "{statement}: {}", String::from_utf8_lossy(&done.stderr));
     }
 
     /// A connection to its database.
@@ -74,11 +105,8 @@ impl PostgresServer {
 }
 
 impl Drop for PostgresServer {
-    /// A fast shutdown: a server that is killed leaves its memory behind.
     fn drop(&mut self) {
-        if let Some(pid) = i32::try_from(self.process.id()).ok().and_then(Pid::from_raw) {
-            let _ = kill_process(pid, Signal::INT);
-        }
+        drop(self.process.stdin.take());
         let _ = self.process.wait();
     }
 }

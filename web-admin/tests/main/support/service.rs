@@ -10,6 +10,7 @@ use model::Role;
 use serde_json::Value;
 
 use super::App;
+use super::database::program;
 
 /// A real `web-admin serve`, killed when dropped.
 pub struct Service {
@@ -36,8 +37,8 @@ impl Service {
     }
 
     fn command(folder: &Path) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_web-admin"));
-        command.args(["serve", "--listen", "127.0.0.1:0", "--data-dir"]).arg(folder);
+        let mut command = program(folder);
+        command.args(["serve", "--listen", "127.0.0.1:0"]);
         command
     }
 

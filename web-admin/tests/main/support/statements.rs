@@ -12,14 +12,25 @@ pub struct StoredStatement {
     pub place: PathBuf,
 }
 
-/// All of them, but for those that only one engine is given.
-pub fn stored_statements() -> Vec<StoredStatement> {
-    let read = |path: PathBuf| (tokens(&std::fs::read_to_string(&path).unwrap()), path);
+/// Which of two twins an engine is given, by its place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TwinPlace {
+    /// SQLite.
+    First,
+    /// PostgreSQL.
+    Second,
+}
+
+/// All of them that an engine is given, but for those of its own module.
+pub fn stored_statements(of: TwinPlace) -> Vec<StoredStatement> {
+    let read = |path: PathBuf| (chosen(&tokens(&std::fs::read_to_string(&path).unwrap()), of), path);
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("store/src");
     let sources: Vec<_> = sources(&folder).into_iter().map(read).collect();
+    let is_own = |place: &Path| place.starts_with(folder.join("engine"));
+    let sources: Vec<_> = sources.into_iter().filter(|(_, place)| !is_own(place)).collect();
     let shared: BTreeMap<String, Pieces> = sources.iter().flat_map(|(tokens, _)| macros(tokens)).collect();
     let mut found = Vec::new();
-    for (tokens, place) in sources.iter().filter(|(_, place)| !place.starts_with(folder.join("engine"))) {
+    for (tokens, place) in &sources {
         // A file's own macro goes before another's of the same name.
         let macros: BTreeMap<String, Pieces> = shared.clone().into_iter().chain(macros(tokens)).collect();
         assert_eq!(unseen(tokens, &macros), Vec::<String>::new(), "{}", place.display());
@@ -116,6 +127,42 @@ fn character(source: &str) -> Option<&str> {
     rest.as_str().strip_prefix('\'')
 }
 
+/// A source where each pair of twins is one of them.
+fn chosen(tokens: &[Token], of: TwinPlace) -> Vec<Token> {
+    let mut found = Vec::new();
+    let mut at = 0;
+    while at < tokens.len() {
+        if tokens[at].is("twin") && tokens.get(at + 1).is_some_and(|token| token.is_sign('!')) {
+            let (first, second, end) = twins(tokens, at + 3);
+            found.extend_from_slice(if of == TwinPlace::First { first } else { second });
+            at = end;
+        } else {
+            found.push(tokens[at].clone());
+            at += 1;
+        }
+    }
+    found
+}
+
+/// The two twins of a pair, which begins at a place, and the place behind it.
+fn twins(tokens: &[Token], begin: usize) -> (&[Token], &[Token], usize) {
+    let (mut depth, mut comma) = (0, None);
+    for (at, token) in tokens.iter().enumerate().skip(begin) {
+        match token {
+            Token::Sign('(') => depth += 1,
+            Token::Sign(')') if depth == 0 => {
+                let comma = comma.expect("two twins");
+                let second = &tokens[comma + 1..at];
+                return (&tokens[begin..comma], second.strip_suffix(&[Token::Sign(',')]).unwrap_or(second), at + 1);
+            }
+            Token::Sign(')') => depth -= 1,
+            Token::Sign(',') if depth == 0 && comma.is_none() => comma = Some(at),
+            _ => {}
+        }
+    }
+    panic!("twins without an end");
+}
+
 /// What a macro puts together: literals, and its arguments by their places.
 type Pieces = Vec<Result<String, usize>>;
 
@@ -142,8 +189,9 @@ fn macros(tokens: &[Token]) -> BTreeMap<String, Pieces> {
 
 /// Every statement of a source, put together where a macro does it.
 fn statements(tokens: &[Token], macros: &BTreeMap<String, Pieces>) -> Vec<String> {
-    const VERBS: [&str; 5] = ["SELECT ", "INSERT ", "UPDATE ", "DELETE ", "WITH "];
-    let is_statement = |text: &&str| VERBS.iter().any(|verb| text.trim_start().starts_with(verb));
+    const VERBS: [&str; 5] = ["SELECT", "INSERT", "UPDATE", "DELETE", "WITH"];
+    let begins = |text: &str| text.split_once(char::is_whitespace).is_some_and(|(verb, _)| VERBS.contains(&verb));
+    let is_statement = |text: &&str| begins(text.trim_start());
     let mut found = Vec::new();
     let mut at = 0;
     while at < tokens.len() {
@@ -191,6 +239,15 @@ fn unseen(tokens: &[Token], macros: &BTreeMap<String, Pieces>) -> Vec<String> {
         found.extend((!seen).then(|| format!("{:?}", &tokens[at..(open + 4).min(tokens.len())])));
     }
     found
+}
+
+#[test]
+fn the_check_sees_of_twins_the_one_that_is_meant() {
+    let source = tokens(r#"f(twin!(m!("SELECT 1", ","), "SELECT 2",)); twin!("SELECT 3", m!("SELECT 4", "x"))"#);
+    let texts =
+        |of| -> Vec<String> { chosen(&source, of).iter().filter_map(|t| t.text().map(str::to_owned)).collect() };
+    assert_eq!(texts(TwinPlace::First), ["SELECT 1", ",", "SELECT 3"]);
+    assert_eq!(texts(TwinPlace::Second), ["SELECT 2", "SELECT 4", "x"]);
 }
 
 #[test]

@@ -1,0 +1,136 @@
+//! Where a database is, as `--database` says it.
+
+use std::fmt;
+use std::path::Path;
+
+use super::chosen;
+
+/// The engines that the service can be built for: the schemes of their addresses, and what a path leads to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum EngineKind {
+    Sqlite,
+    Postgres,
+}
+
+impl EngineKind {
+    /// Of an address; none where it has another scheme.
+    fn of(given: &str) -> Option<Self> {
+        match given.split_once(':') {
+            Some(("sqlite", _)) => Some(Self::Sqlite),
+            Some(("postgres" | "postgresql", rest)) if rest.starts_with("//") => Some(Self::Postgres),
+            Some((_, rest)) if rest.starts_with("//") => None,
+            _ => Some(Self::Sqlite),
+        }
+    }
+}
+
+/// Where a database is, as the engine of this program reads it. What is shown of it has no password.
+#[derive(Clone, PartialEq, Eq)]
+pub struct DatabaseAddress(String);
+
+impl DatabaseAddress {
+    /// An address as given: for SQLite a `sqlite:` URL or a path, for PostgreSQL a `postgres:` URL.
+    ///
+    /// # Errors
+    /// When it is one of another engine.
+    pub fn parse(given: &str) -> Result<Self, AddressRefused> {
+        if EngineKind::of(given) != Some(chosen::KIND) {
+            return Err(AddressRefused { address: without_password(given) });
+        }
+        Ok(Self(if given.contains(':') { given.to_owned() } else { chosen::address_of(Path::new(given)) }))
+    }
+
+    /// Where the database of a data folder is, unless another place is said.
+    #[must_use]
+    pub fn in_folder(folder: &Path) -> Self {
+        Self(chosen::address_in(folder))
+    }
+
+    /// As the engine reads it, with its password.
+    pub(super) fn as_url(&self) -> &str {
+        &self.0
+    }
+
+    /// Of what the engine's module has made.
+    #[cfg(not(feature = "postgres"))]
+    pub(super) fn of_url(url: String) -> Self {
+        Self(url)
+    }
+}
+
+impl fmt::Display for DatabaseAddress {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&without_password(&self.0))
+    }
+}
+
+impl fmt::Debug for DatabaseAddress {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
+/// An address of an engine that this program is not built for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AddressRefused {
+    /// What was given, without its password.
+    pub address: String,
+}
+
+impl AddressRefused {
+    /// What is allowed, and how to build the other program.
+    pub const ALLOWED: &str = chosen::ALLOWED;
+}
+
+/// An address as it may be told: who, where and which, and neither a password nor what stands behind a question mark, which may be one.
+/// Where a password may stand in the wrong place, nothing is told but the scheme.
+fn without_password(given: &str) -> String {
+    let Some((scheme, rest)) = given.split_once("://").filter(|(scheme, _)| *scheme != "sqlite") else {
+        return given.to_owned();
+    };
+    let (place, path) = rest.split_at(rest.find(['/', '?', '#']).unwrap_or(rest.len()));
+    if path.contains('@') {
+        return format!("{scheme}://…");
+    }
+    let path = path.split(['?', '#']).next().unwrap_or_default();
+    match place.rsplit_once('@') {
+        Some((who, host)) => format!("{scheme}://{}@{host}{path}", who.split(':').next().unwrap_or_default()),
+        None => format!("{scheme}://{place}{path}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! A password in an error stands in a log that others read.
+
+    use super::*;
+
+    #[test]
+    fn what_is_told_of_an_address_has_no_password() {
+        for (given, told) in [
+            ("postgres://ada:secret@host:5432/db", "postgres://ada@host:5432/db"),
+            ("postgres://ada:se@cret@host/db?sslmode=require", "postgres://ada@host/db"),
+            ("postgres://ada:se/cr?et@host/db", "postgres://…"),
+            ("postgres:///db?user=ada&password=secret", "postgres:///db"),
+            ("postgres:///db?user=ada&password=sec@ret", "postgres://…"),
+            ("mysql://ada@host/db", "mysql://ada@host/db"),
+            ("sqlite:///data/a@b.db?mode=ro", "sqlite:///data/a@b.db?mode=ro"),
+            ("/data/x.db", "/data/x.db"),
+        ] {
+            assert_eq!(without_password(given), told);
+        }
+    }
+
+    #[test]
+    fn an_address_of_another_engine_is_refused() {
+        let (own, other) = match chosen::KIND {
+            EngineKind::Sqlite => ("/data/x.db", "postgres://ada:secret@host/db"),
+            EngineKind::Postgres => ("postgresql://ada:secret@host/db", "sqlite:x.db"),
+        };
+        assert!(!format!("{0} {0:?}", DatabaseAddress::parse(own).unwrap()).contains("secret"));
+        for refused in [other, "mysql://ada:secret@host/db"] {
+            let AddressRefused { address } = DatabaseAddress::parse(refused).unwrap_err();
+            assert!(!address.contains("secret"), "{address}");
+        }
+    }
+}

@@ -1,0 +1,249 @@
+//! PostgreSQL: a server, whose database is made by whoever runs it.
+
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use sqlx::ConnectOptions as _;
+use sqlx::migrate::Migrator;
+use sqlx::postgres::{PgConnectOptions, PgPoolOptions};
+
+use super::address::{DatabaseAddress, EngineKind};
+use super::{Connection, Executor};
+use crate::locks::{BETWEEN_TRIES, LockError, TRIES};
+use crate::{Database, Error, Result, Write};
+
+/// The engine.
+pub type Engine = sqlx::Postgres;
+
+/// Everything that makes the schema.
+pub(crate) static MIGRATIONS: Migrator = sqlx::migrate!("../../migrations/postgres");
+
+/// Names the lock that whoever writes holds, among those of the database.
+const WRITING: i64 = 0x7374_796c_6574;
+/// Names the lock of the process that has the database to itself.
+const HOLDING: i64 = WRITING + 1;
+/// How long a statement waits for a lock before it fails.
+const PATIENCE: &str = "10s";
+/// PostgreSQL's code for a full disk.
+const FULL: &str = "53100";
+
+/// Whether a statement came to nothing because the disk is full.
+#[must_use]
+pub fn is_disk_full(error: &Error) -> bool {
+    matches!(error, Error::Database(told) if told.code().as_deref() == Some(FULL))
+}
+
+/// What this engine is among those of addresses.
+pub(super) const KIND: EngineKind = EngineKind::Postgres;
+/// Which addresses are allowed, and how a program for others is built.
+pub(super) const ALLOWED: &str = "this program is built for PostgreSQL: allowed is a postgres:// URL; one for a sqlite: URL or a path is \
+                                  built by `cargo build --release -p web-admin`";
+/// What does for a server what copies of a file do otherwise.
+const COPIES: &str = "this database is kept by a PostgreSQL server and is no file: pg_dump copies it and pg_restore puts it back, \
+                      or the server archives its write-ahead log (WAL archiving); recordings are copied as files";
+
+/// The address of what no file can be.
+pub(super) fn address_of(path: &Path) -> String {
+    path.display().to_string()
+}
+
+/// The database `stylet` of the server that PGHOST and the like name, or else of this machine's.
+pub(super) fn address_in(_folder: &Path) -> String {
+    "postgres:///stylet".to_owned()
+}
+
+/// A database that this process holds until it is dropped: a lock of a connection of its own, which the server lets go of when that ends.
+#[derive(Debug)]
+pub struct DatabaseLock {
+    _connection: Connection,
+}
+
+impl DatabaseAddress {
+    /// Of a file, as a backup holds one: a server has none.
+    ///
+    /// # Errors
+    /// Always; they say what to do instead.
+    pub fn of_file(_path: &Path) -> io::Result<Self> {
+        Err(io::Error::new(ErrorKind::Unsupported, COPIES))
+    }
+
+    /// The file of the database: a server has none.
+    ///
+    /// # Errors
+    /// Always; they say what to do instead.
+    pub fn file(&self) -> io::Result<PathBuf> {
+        Err(io::Error::new(ErrorKind::Unsupported, COPIES))
+    }
+
+    fn options(&self) -> Result<PgConnectOptions> {
+        Ok(PgConnectOptions::from_str(self.as_url())?.options([("lock_timeout", PATIENCE)]))
+    }
+}
+
+impl Database {
+    /// Opens a database, which the server must have.
+    ///
+    /// # Errors
+    /// When the address is none of a server, or the server does not answer.
+    pub async fn open(address: &DatabaseAddress) -> Result<Self> {
+        let options = address.options()?;
+        // Who reads twice in a transaction reads the same, as from SQLite.
+        let reading = options
+            .clone()
+            .options([("default_transaction_read_only", "on"), ("default_transaction_isolation", "repeatable read")]);
+        let writer = PgPoolOptions::new().max_connections(1).connect_with(options).await?;
+        let reader = PgPoolOptions::new().max_connections(4).connect_lazy_with(reading);
+        Ok(Self { writer, reader })
+    }
+
+    /// Opens a database that must be there.
+    ///
+    /// # Errors
+    /// When it is not.
+    pub async fn open_existing(address: &DatabaseAddress) -> Result<Self> {
+        Self::open(address).await
+    }
+
+    /// Whether there is a database: one that was ever migrated.
+    ///
+    /// # Errors
+    /// When the server does not answer, or has no such database.
+    pub async fn is_there(address: &DatabaseAddress) -> Result<bool> {
+        let mut connection = address.options()?.connect().await?;
+        is_table_there(&mut connection, "_sqlx_migrations").await
+    }
+
+    /// Keeps a database from every other process that would hold it; `holder` tells them who has it.
+    ///
+    /// # Errors
+    /// When another process holds it, or the server does not answer.
+    pub async fn hold(address: &DatabaseAddress, holder: &str) -> std::result::Result<DatabaseLock, LockError> {
+        let unusable = |why: Error| LockError::Unusable { place: address.to_string(), why: why.into() };
+        let options = address.options().map_err(unusable)?.application_name(holder);
+        let mut connection = options.connect().await.map_err(unusable)?;
+        for left in (0..TRIES).rev() {
+            let held: bool = sqlx::query_scalar("SELECT pg_try_advisory_lock($1)")
+                .bind(HOLDING)
+                .fetch_one(&mut connection)
+                .await
+                .map_err(unusable)?;
+            if held {
+                return Ok(DatabaseLock { _connection: connection });
+            }
+            if left > 0 {
+                tokio::time::sleep(BETWEEN_TRIES).await;
+            }
+        }
+        let holder: Option<String> = sqlx::query_scalar(
+            "SELECT a.application_name FROM pg_locks l JOIN pg_stat_activity a USING (pid) WHERE l.locktype = 'advisory' AND l.granted
+               AND l.database = (SELECT oid FROM pg_database WHERE datname = current_database())
+               AND (l.classid::BIGINT << 32) + l.objid::BIGINT = $1",
+        )
+        .bind(HOLDING)
+        .fetch_optional(&mut connection)
+        .await
+        .map_err(unusable)?;
+        Err(LockError::Held {
+            place: address.to_string(),
+            holder: holder.unwrap_or_else(|| "another process".to_owned()),
+        })
+    }
+
+    /// Starts a transaction that may write, once nobody else does.
+    ///
+    /// # Errors
+    /// When somebody writes for too long, or the server does not answer.
+    pub async fn write(&self) -> Result<Write> {
+        let mut begun = self.writer.begin().await?;
+        sqlx::query("SELECT pg_advisory_xact_lock($1)").bind(WRITING).execute(&mut *begun).await?;
+        Ok(begun)
+    }
+
+    /// Triggers that the migrations made and that are gone, changed or switched off: without them the audit log may shrink.
+    ///
+    /// # Errors
+    /// When the server does not answer, or no schema may be made beside the database's own.
+    pub async fn lost_triggers(&self) -> Result<Vec<String>> {
+        let newest = self.newest_migration().await?;
+        let mut tx = self.writer.begin().await?;
+        let found = triggers(&mut *tx).await?;
+        sqlx::raw_sql("CREATE SCHEMA fresh; SET LOCAL search_path = fresh").execute(&mut *tx).await?;
+        for migration in MIGRATIONS.iter().filter(|migration| migration.version <= newest) {
+            sqlx::raw_sql(migration.sql.clone()).execute(&mut *tx).await?;
+        }
+        let expected = triggers(&mut *tx).await?;
+        tx.rollback().await?;
+        let lost = expected.into_iter().filter(|trigger| !found.contains(trigger));
+        Ok(lost
+            .map(|(name, _)| format!("trigger {name} is gone or changed: rows that it keeps may have been altered"))
+            .collect())
+    }
+
+    /// What PostgreSQL itself knows to be wrong: indices and references that do not hold. Empty when all is well.
+    ///
+    /// # Errors
+    /// When the server does not answer.
+    pub async fn integrity(&self) -> Result<Vec<String>> {
+        sqlx::query_scalar(
+            "SELECT indexrelid::regclass || ': the index is not valid' FROM pg_index WHERE NOT indisvalid
+             UNION ALL SELECT conrelid::regclass || ': ' || conname || ' was never checked' FROM pg_constraint WHERE NOT convalidated",
+        )
+        .fetch_all(&self.reader)
+        .await
+    }
+
+    /// Every table.
+    ///
+    /// # Errors
+    /// When the server does not answer.
+    pub async fn list_tables(&self) -> Result<Vec<String>> {
+        sqlx::query_scalar("SELECT tablename::text FROM pg_tables WHERE schemaname = current_schema()")
+            .fetch_all(&self.reader)
+            .await
+    }
+
+    /// What is wrong with the pages of a table: PostgreSQL says so of each that it reads.
+    ///
+    /// # Errors
+    /// When a page is damaged, or the server does not answer.
+    pub async fn damaged_pages(&self, table: &str) -> Result<Vec<String>> {
+        let read = format!("SELECT count(t.*) FROM {table} t");
+        sqlx::query(sqlx::AssertSqlSafe(read)).execute(&self.reader).await?;
+        Ok(Vec::new())
+    }
+
+    /// Copies the database into a file: what `pg_dump` does for a server.
+    ///
+    /// # Errors
+    /// Always; they say what to do instead.
+    pub async fn copy_to(&self, _file: &Path) -> Result<()> {
+        Err(io::Error::new(ErrorKind::Unsupported, COPIES).into())
+    }
+
+    /// Lets go of what was overwritten: a server does so by itself, when nobody can see it any more.
+    pub async fn fold_log(&self) -> Result<()> {
+        Ok(())
+    }
+}
+
+/// Every trigger of the schema that is written to: name, and all that it does.
+async fn triggers(executor: impl Executor<'_>) -> Result<Vec<(String, String)>> {
+    sqlx::query_as(
+        "SELECT t.tgname::text, concat(pg_get_triggerdef(t.oid, TRUE), ' ', t.tgenabled, ' ', p.prosrc)
+         FROM pg_trigger t JOIN pg_class c ON c.oid = t.tgrelid JOIN pg_proc p ON p.oid = t.tgfoid
+         WHERE NOT t.tgisinternal AND c.relnamespace = current_schema()::regnamespace ORDER BY t.tgname",
+    )
+    .fetch_all(executor)
+    .await
+}
+
+/// Whether the database has a table.
+pub(crate) async fn is_table_there(executor: impl Executor<'_>, name: &str) -> Result<bool> {
+    sqlx::query_scalar("SELECT to_regclass($1) IS NOT NULL").bind(name).fetch_one(executor).await
+}
+
+/// Lets a connection keep more of the database in memory: what a server keeps there is said where it is started.
+pub(crate) async fn keep_more_in_memory(_writer: &mut Connection) -> Result<()> {
+    Ok(())
+}
