@@ -1,30 +1,44 @@
-//! Who has the data: database and recordings are held by one process for as long as it needs everything to itself.
+//! Who has the data: a process that needs everything to itself, or those that serve it.
 
 use model::Moment;
-use store::locks::FileLock;
+use store::locks::{FileLock, LockError};
 use store::{Database, DatabaseLock};
 
 use crate::config::Config;
 
-/// Database and recordings, held by this process until it is dropped.
+/// Database and recordings, held by this process until it is dropped. A folder is held by one; a bucket by whoever has its database.
 #[derive(Debug)]
 pub struct DataLock {
     _database: DatabaseLock,
-    _recordings: FileLock,
+    _folder: FileLock,
 }
 
 impl DataLock {
-    /// Takes database and recordings, wherever each lies; `purpose` tells others what for.
+    /// Takes database and recordings, wherever each lies, for this process alone; `purpose` tells others what for.
     ///
     /// # Errors
     /// When another process has one of them, or one cannot be locked.
     pub async fn take(config: &Config, purpose: &str, now: Moment) -> anyhow::Result<Self> {
-        let holder = format!("{purpose} (process {}, since {now})", std::process::id());
-        Ok(Self {
-            _database: Database::hold(&config.database, &holder).await?,
-            _recordings: FileLock::take(&config.recordings_dir.with_extension("lock"), &holder)?,
-        })
+        let holder = name_holder(purpose, now);
+        Ok(Self { _database: Database::hold(&config.database, &holder).await?, _folder: hold_folder(config, &holder)? })
     }
+
+    /// Takes them beside others that serve the same database, where it may have several.
+    ///
+    /// # Errors
+    /// When a process has one of them to itself, or one cannot be locked.
+    pub async fn join(config: &Config, purpose: &str, now: Moment) -> anyhow::Result<Self> {
+        let holder = name_holder(purpose, now);
+        Ok(Self { _database: Database::join(&config.database, &holder).await?, _folder: hold_folder(config, &holder)? })
+    }
+}
+
+fn name_holder(purpose: &str, now: Moment) -> String {
+    format!("{purpose} (process {}, since {now})", std::process::id())
+}
+
+fn hold_folder(config: &Config, holder: &str) -> Result<FileLock, LockError> {
+    FileLock::take(&config.recordings_dir.with_extension("lock"), holder)
 }
 
 #[cfg(test)]

@@ -130,7 +130,7 @@ impl Shift {
     pub(super) async fn begin(args: &WorkArgs, config: Config, purpose: &str) -> Result<Self, CommandFailure> {
         let telemetry = Telemetry::of_environment()?;
         start_log(args.log_format, telemetry.as_ref());
-        let lock = DataLock::take(&config, purpose, Clock::system().now()).await?;
+        let lock = DataLock::join(&config, purpose, Clock::system().now()).await?;
         verification::refuse_lost_database(&config).await?;
         let inspection = begin_inspection(&config, Duration::from_secs(args.check_s)).await?;
         let state = AppState { inspection, ..AppState::open(config, Clock::system()).await? };

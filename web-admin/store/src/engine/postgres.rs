@@ -3,6 +3,7 @@
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
+use std::time::Duration;
 
 use sqlx::ConnectOptions as _;
 use sqlx::migrate::Migrator;
@@ -21,8 +22,12 @@ pub(crate) static MIGRATIONS: Migrator = sqlx::migrate!("../../migrations/postgr
 
 /// Names the lock that whoever writes holds, among those of the database.
 const WRITING: i64 = 0x7374_796c_6574;
-/// Names the lock of the process that has the database to itself.
+/// Names the lock of those that serve the database, or of the process that has it to itself.
 const HOLDING: i64 = WRITING + 1;
+/// Longest that a process works without a look at what others have queued.
+pub(crate) const LISTENING_PERIOD: Duration = Duration::from_secs(2);
+/// Whether several processes may be at work on one database at a time.
+pub(crate) const SHARED: bool = true;
 /// How long a statement waits for a lock before it fails.
 const PATIENCE: &str = "10s";
 /// PostgreSQL's code for a full disk.
@@ -119,15 +124,28 @@ impl Database {
     /// # Errors
     /// When another process holds it, or the server does not answer.
     pub async fn hold(address: &DatabaseAddress, holder: &str) -> std::result::Result<DatabaseLock, LockError> {
+        Self::lock(address, holder, "SELECT pg_try_advisory_lock($1)").await
+    }
+
+    /// Holds a database beside others that serve it.
+    ///
+    /// # Errors
+    /// When a process has it to itself, or the server does not answer.
+    pub async fn join(address: &DatabaseAddress, holder: &str) -> std::result::Result<DatabaseLock, LockError> {
+        Self::lock(address, holder, "SELECT pg_try_advisory_lock_shared($1)").await
+    }
+
+    async fn lock(
+        address: &DatabaseAddress,
+        holder: &str,
+        attempt: &'static str,
+    ) -> std::result::Result<DatabaseLock, LockError> {
         let unusable = |why: Error| LockError::Unusable { place: address.to_string(), why: why.into() };
         let options = address.options().map_err(unusable)?.application_name(holder);
         let mut connection = options.connect().await.map_err(unusable)?;
         for left in (0..TRIES).rev() {
-            let held: bool = sqlx::query_scalar("SELECT pg_try_advisory_lock($1)")
-                .bind(HOLDING)
-                .fetch_one(&mut connection)
-                .await
-                .map_err(unusable)?;
+            let held: bool =
+                sqlx::query_scalar(attempt).bind(HOLDING).fetch_one(&mut connection).await.map_err(unusable)?;
             if held {
                 return Ok(DatabaseLock { _connection: connection });
             }

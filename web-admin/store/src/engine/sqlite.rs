@@ -124,6 +124,14 @@ impl Database {
         Ok(DatabaseLock { _file: FileLock::take(Path::new(&name), holder)? })
     }
 
+    /// Holds a database beside others that serve it: of a file, as [`Database::hold`].
+    ///
+    /// # Errors
+    /// As there.
+    pub async fn join(address: &DatabaseAddress, holder: &str) -> std::result::Result<DatabaseLock, LockError> {
+        Self::hold(address, holder).await
+    }
+
     async fn connect(options: SqliteConnectOptions) -> Result<Self> {
         let options = options
             .journal_mode(SqliteJournalMode::Wal)
