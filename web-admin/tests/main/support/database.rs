@@ -102,7 +102,7 @@ mod chosen {
 
 #[cfg(feature = "postgres")]
 mod chosen {
-    use std::collections::HashMap;
+    use std::collections::BTreeMap;
     use std::path::PathBuf;
     use std::sync::atomic::{AtomicUsize, Ordering};
     use std::sync::{LazyLock, Mutex};
@@ -115,7 +115,7 @@ mod chosen {
 
     struct SharedServer {
         server: PostgresServer,
-        folders: Mutex<HashMap<PathBuf, String>>,
+        folders: Mutex<BTreeMap<PathBuf, String>>,
         made: AtomicUsize,
     }
 
