@@ -2,10 +2,7 @@
 //! the same tries at one service or at many.
 
 use std::net::IpAddr;
-use std::num::NonZeroU32;
-use std::time::Duration;
 
-use governor::{DefaultKeyedRateLimiter, Quota, RateLimiter};
 use model::Moment;
 use model::ids::PersonId;
 use store::{Connection, brakes};
@@ -33,8 +30,6 @@ const CODE: BrakePace = BrakePace { burst: 10, period_s: 120 };
 const PAIRING: BrakePace = BrakePace { burst: 10, period_s: 30 };
 /// How long it is known that the right password came from an address, in s.
 const KNOWN_S: i64 = 90 * 24 * 3600;
-/// Between two notes that an address is held up.
-const NOTE_PERIOD: Duration = Duration::from_secs(60);
 
 impl BrakePace {
     /// Until when a further try counts, with those that count until a moment; where there is none left, how long until there is, in s.
@@ -150,34 +145,6 @@ pub async fn take_code(service: &Service, person: PersonId) -> Result<(), Error>
 /// When there is none left, with the time until there is.
 pub async fn take_pairing(service: &Service, address: IpAddr) -> Result<(), Error> {
     press_all(service, &[Brake::new(PAIRING, &format!("pairing {address}"))]).await
-}
-
-/// So many at once, and then one in each period.
-pub fn quota(period: Duration, burst: NonZeroU32) -> Quota {
-    Quota::with_period(period).unwrap_or_else(|| Quota::per_minute(burst)).allow_burst(burst)
-}
-
-/// How often this process notes that an address is held up: once in a while, so that a flood fills no log.
-#[derive(Debug)]
-pub struct BrakeNotes(DefaultKeyedRateLimiter<IpAddr>);
-
-impl Default for BrakeNotes {
-    fn default() -> Self {
-        Self(RateLimiter::keyed(quota(NOTE_PERIOD, NonZeroU32::MIN)))
-    }
-}
-
-impl BrakeNotes {
-    /// Whether it is to be written down that an address is held up.
-    pub fn is_worth_noting(&self, address: IpAddr) -> bool {
-        self.0.check_key(&address).is_ok()
-    }
-
-    /// Forgets whoever has not been held up for a while.
-    pub fn tidy(&self) {
-        self.0.retain_recent();
-        self.0.shrink_to_fit();
-    }
 }
 
 #[cfg(test)]

@@ -12,8 +12,9 @@ use store::passkeys::{KeptPasskey, NewPasskey, PasskeySignature};
 use store::{passkeys, people, second_factors};
 use webauthn_rs::prelude::{Passkey, PasskeyAuthentication, PasskeyRegistration};
 
+use crate::ceremonies::{self, PasskeyChallenge};
 use crate::error::Error;
-use crate::passkey_site::{AnswerRefused, PasskeyChallenge, PasskeyOwner, Site, ceremonies};
+use crate::passkey_site::{AnswerRefused, PasskeyOwner, Site};
 use crate::second_factor;
 use crate::second_factor::{Enrolled, SignInProof};
 use crate::service::Service;

@@ -10,7 +10,7 @@ use model::ids::ReplicaId;
 use store::Database;
 use tokio::sync::{Notify, Semaphore};
 
-use crate::brakes::BrakeNotes;
+use crate::brake_notes::BrakeNotes;
 use crate::clock::Clock;
 use crate::config::Config;
 use crate::error::Error;

@@ -64,10 +64,15 @@ mod tests {
     use store::people::NewPerson;
     use store::{people, schools};
 
-    use super::super::tests::asked_to_make;
     use super::*;
     use crate::clock::Clock;
     use crate::config::Config;
+    use crate::passkey_site;
+
+    fn asked_to_make() -> PasskeyChallenge {
+        let state = Box::new(passkey_site::tests::asked_to_make());
+        PasskeyChallenge::ToMake { name: "Key".to_owned(), state }
+    }
 
     async fn service(folder: &Path) -> (Service, [PersonId; 2]) {
         let clock = Clock::fixed(Moment::from_micros(1_700_000_000_000_000));

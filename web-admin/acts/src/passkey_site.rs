@@ -1,9 +1,6 @@
 //! Whose passkeys they are: a passkey belongs to the name of a host, and answers to its pages alone.
 
-pub(crate) mod ceremonies;
-
 use anyhow::Context;
-pub use ceremonies::PasskeyChallenge;
 use model::ids::PersonId;
 use serde::de::DeserializeOwned;
 use webauthn_rs::prelude::{
@@ -151,7 +148,6 @@ pub(crate) mod tests {
 
     use std::path::Path;
 
-    use super::ceremonies::PasskeyChallenge;
     use super::*;
 
     fn site(public_url: Option<&str>, listen: &str) -> Option<Site> {
@@ -160,10 +156,9 @@ pub(crate) mod tests {
     }
 
     /// A passkey to be made.
-    pub(super) fn asked_to_make() -> PasskeyChallenge {
+    pub(crate) fn asked_to_make() -> PasskeyRegistration {
         let owner = PasskeyOwner { id: PersonId::from_u128(1), email: "ada@example.org", name: "Ada" };
-        let (_, state) = site(None, "127.0.0.1:8080").unwrap().ask_to_make(owner, Vec::new()).unwrap();
-        PasskeyChallenge::ToMake { name: "Key".to_owned(), state: Box::new(state) }
+        site(None, "127.0.0.1:8080").unwrap().ask_to_make(owner, Vec::new()).unwrap().1
     }
 
     #[test]
@@ -186,7 +181,7 @@ pub(crate) mod tests {
 
     #[test]
     fn nonsense_is_no_answer() {
-        let PasskeyChallenge::ToMake { state, .. } = asked_to_make() else { panic!("it is to be made") };
+        let state = asked_to_make();
         let site = site(None, "127.0.0.1:8080").unwrap();
         for answer in ["", "{}", "null", "{\"id\": 1}", "\u{0}"] {
             assert_eq!(site.made(answer, &state).err(), Some(AnswerRefused::Wrong), "{answer}");
