@@ -125,6 +125,24 @@ pub async fn bury_others(service: &Service) -> Result<(), Error> {
     Ok(())
 }
 
+/// The file of a data folder that says who is at work in it.
+const REPLICA_FILE: &str = "replica";
+
+/// Buries whoever was at work in this data folder before, which cannot be alive now that the folder is held: nobody waits until
+/// they have been silent for long.
+///
+/// # Errors
+/// When the folder cannot be written to, or the database fails.
+pub async fn succeed(service: &Service) -> Result<(), Error> {
+    let file = service.config.data_dir.join(REPLICA_FILE);
+    let before = tokio::fs::read_to_string(&file).await.unwrap_or_default();
+    let at_work = replicas::list_replicas(service.db.reader()).await?;
+    if let Some(dead) = at_work.into_iter().find(|replica| replica.id.to_string() == before.trim()) {
+        bury(service, dead.id).await?;
+    }
+    Ok(tokio::fs::write(&file, service.replica.to_string()).await?)
+}
+
 /// Counts what a dead replica had begun as deaths, and leaves what it held to whoever takes it.
 async fn bury(service: &Service, dead: ReplicaId) -> Result<(), Error> {
     let mut tx = service.db.write().await?;

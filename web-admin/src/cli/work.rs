@@ -142,9 +142,9 @@ impl Shift {
         if erased > 0 {
             tracing::warn!(people = erased, "erased again: they had been erased, and were in the database");
         }
-        if !Database::is_shared() {
-            replicas::bury_others(&state).await.map_err(anyhow::Error::from)?;
-        }
+        let buried =
+            if Database::is_shared() { replicas::succeed(&state).await } else { replicas::bury_others(&state).await };
+        buried.map_err(anyhow::Error::from)?;
         replicas::tell_set_aside(&state).await.map_err(anyhow::Error::from)?;
         Ok(Self { state, telemetry, _lock: lock })
     }

@@ -13,6 +13,7 @@ use store::jobs::{self, JobQuery};
 use web_admin::{AppState, worker};
 
 use super::support::App;
+use super::support::database::program;
 use super::support::recordings::{Attempt, record};
 use super::support::service::{Service, answer, founded};
 
@@ -129,12 +130,12 @@ async fn a_service_without_judges_leaves_scoring_to_one_without_pages() {
     assert_eq!(answer(service.upload(&token, &bytes, bytes.len())).0, 201);
     std::thread::sleep(Duration::from_secs(2));
     assert_eq!(state_of_attempt(&service, &token), "pending");
-    let work = || {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_web-admin"));
-        command.args(["work", "--data-dir"]).arg(folder.path()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()
-    };
+    let work = || program(folder.path()).arg("work").stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
     let refused = work().unwrap().wait_with_output().unwrap();
-    assert!(String::from_utf8_lossy(&refused.stderr).contains("web-admin serve"), "one file, one service: {refused:?}");
+    assert!(
+        String::from_utf8_lossy(&refused.stderr).contains("web-admin serve"),
+        "one folder of recordings, one service: {refused:?}"
+    );
     drop(service);
     let mut worker = work().unwrap();
     let mut lines = BufReader::new(worker.stderr.take().unwrap()).lines().map(Result::unwrap);

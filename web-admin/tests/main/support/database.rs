@@ -140,7 +140,7 @@ mod chosen {
         /// The database of a folder; those whose folders are gone go, too.
         fn database_of(&self, folder: &Path) -> String {
             let mut folders = self.folders.lock().unwrap();
-            let gone = folders.extract_if(|folder, _| !folder.exists()).map(|(_, name)| name);
+            let gone = folders.extract_if(.., |folder, _| !folder.exists()).map(|(_, name)| name);
             for name in gone {
                 self.server.execute(&format!("DROP DATABASE {name} WITH (FORCE)"));
             }
