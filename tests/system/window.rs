@@ -94,7 +94,7 @@ impl Display {
 
     fn window(&self) -> String {
         let search = || self.tool("xdotool", &["search", "--onlyvisible", "--name", "Stylet"]);
-        let found = within(60, "a window", || search().filter(|found| !found.trim().is_empty()));
+        let found = within(120, "a window", || search().filter(|found| !found.trim().is_empty()));
         found.lines().next().unwrap_or_default().to_owned()
     }
 
