@@ -5,7 +5,7 @@ use std::net::IpAddr;
 
 use model::Moment;
 use model::ids::PersonId;
-use store::{Connection, brakes};
+use store::{Connection, Executor, brakes};
 
 use crate::error::Error;
 use crate::secret;
@@ -53,14 +53,14 @@ impl Brake {
         Self { key_sha256: secret::token_sha256(of), pace }
     }
 
-    async fn count(&self, service: &Service) -> Result<(), Error> {
-        let until = brakes::find_brake(service.db.reader(), &self.key_sha256).await?;
-        self.pace.count(until, service.clock.now()).map(drop).map_err(refuse)
+    /// Until when a further try counts.
+    async fn count(&self, executor: impl Executor<'_>, now: Moment) -> Result<Moment, Error> {
+        let until = brakes::find_brake(executor, &self.key_sha256).await?;
+        self.pace.count(until, now).map_err(refuse)
     }
 
     async fn press(&self, tx: &mut Connection, now: Moment) -> Result<(), Error> {
-        let until = brakes::find_brake(&mut *tx, &self.key_sha256).await?;
-        let next = self.pace.count(until, now).map_err(refuse)?;
+        let next = self.count(&mut *tx, now).await?;
         Ok(brakes::put_brake(tx, &self.key_sha256, next).await?)
     }
 }
@@ -71,13 +71,14 @@ const fn refuse(retry_after_s: u64) -> Error {
 
 /// Takes a try: all of what it uses up, or nothing where one of them is used up.
 async fn press_all(service: &Service, brakes: &[Brake]) -> Result<(), Error> {
+    let now = service.clock.now();
     // Whoever is held up writes nothing.
     for brake in brakes {
-        brake.count(service).await?;
+        brake.count(service.db.reader(), now).await?;
     }
     let mut tx = service.db.write().await?;
     for brake in brakes {
-        brake.press(&mut tx, service.clock.now()).await?;
+        brake.press(&mut tx, now).await?;
     }
     Ok(tx.commit().await?)
 }
