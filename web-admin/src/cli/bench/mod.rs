@@ -12,15 +12,16 @@ mod school;
 mod service;
 mod visitor;
 
-use std::fs::File;
 use std::path::PathBuf;
 
+use acts::config::{self, Config};
 use anyhow::Context;
 use clap::{Args, value_parser};
 use load::RequestPace;
 use pages::Tour;
 use report::MeasuredSchool;
 use service::BenchService;
+use store::DatabaseAddress;
 
 use super::{CommandFailure, say_line};
 use crate::demo::ATTEMPTS_EACH;
@@ -45,6 +46,10 @@ pub struct BenchArgs {
     /// Folder for the generated schools, 6 GB at a million attempts; one that is there already is measured again
     #[arg(long, value_name = "DIR")]
     data_dir: PathBuf,
+    /// Where the schools' databases are made, each beside this one and named after its school [default: files in the data folder, or
+    /// on this machine's server]
+    #[arg(long, value_name = "URL", env = "STYLET_DATABASE", hide_env_values = true)]
+    database: Option<String>,
     /// Folder for the report, pages.md; an older one in it is replaced
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -63,10 +68,14 @@ pub struct BenchArgs {
 pub(super) async fn run_bench(args: &BenchArgs) -> Result<(), CommandFailure> {
     std::fs::create_dir_all(&args.data_dir)?;
     std::fs::create_dir_all(&args.out)?;
+    let beside = match &args.database {
+        Some(given) => config::database_address(given)?,
+        None => DatabaseAddress::in_folder(&args.data_dir),
+    };
     let pace = RequestPace { rate: args.rate, seconds: args.seconds };
     let mut measured = Vec::new();
     for attempts in &args.attempts {
-        measured.push(measure_school(args, *attempts, pace).await?);
+        measured.push(measure_school(args, &beside, *attempts, pace).await?);
     }
     let file = args.out.join("pages.md");
     std::fs::write(&file, report::write_report(&measured, pace).map_err(anyhow::Error::from)?)?;
@@ -74,14 +83,19 @@ pub(super) async fn run_bench(args: &BenchArgs) -> Result<(), CommandFailure> {
     Ok(())
 }
 
-async fn measure_school(args: &BenchArgs, attempts: u32, pace: RequestPace) -> anyhow::Result<MeasuredSchool> {
-    let folder = args.data_dir.join(format!("attempts-{attempts}"));
+async fn measure_school(
+    args: &BenchArgs,
+    beside: &DatabaseAddress,
+    attempts: u32,
+    pace: RequestPace,
+) -> anyhow::Result<MeasuredSchool> {
+    let name = format!("attempts-{attempts}");
+    let mut config = Config::in_folder(&args.data_dir.join(&name));
+    config.database = beside.sibling(&name)?;
     let trainees = attempts / ATTEMPTS_EACH;
     say_line(format_args!("{attempts} attempts: making the school"));
-    let school = school::prepare_school(&folder, trainees).await?;
-    // Whatever was generated is on the disk before anybody asks: written meanwhile, it would hold up answers by up to half a second.
-    File::open(folder.join("stylet.db"))?.sync_all()?;
-    let service = BenchService::start(&folder)?;
+    let school = school::prepare_school(&config, trainees).await?;
+    let service = BenchService::start(&config)?;
     say_line(format_args!("{attempts} attempts: looking for pages, after a start of {:.1} s", service.started_in_s));
     let visitors = visitor::sign_in(&service.url, trainees, school.doors).await?;
     let tour = Tour::take(&visitors, school.routes, &[&school.survey, ALL_ATTEMPTS, AUDIT_LOG]).await?;
@@ -95,7 +109,8 @@ async fn measure_school(args: &BenchArgs, attempts: u32, pace: RequestPace) -> a
     Ok(MeasuredSchool {
         attempts,
         trainees,
-        database_bytes: std::fs::metadata(folder.join("stylet.db"))?.len(),
+        engine: school.engine,
+        database_bytes: school.database_bytes,
         started_in_s: service.started_in_s,
         peak_bytes: service.peak_bytes()?,
         pages: tour.pages.into_iter().map(|page| (page.role, page.route)).collect(),

@@ -11,8 +11,10 @@ pub(super) struct MeasuredSchool {
     pub attempts: u32,
     /// Its trainees.
     pub trainees: u32,
+    /// What keeps the database.
+    pub engine: String,
     /// Size of the database, in bytes.
-    pub database_bytes: u64,
+    pub database_bytes: i64,
     /// How long the service took to start, in s.
     pub started_in_s: f64,
     /// The most memory that the service had resident, in bytes.
@@ -74,7 +76,8 @@ pub(super) fn write_report(measured: &[MeasuredSchool], pace: RequestPace) -> Re
     let lines: String = measured.iter().map(|_| "---|").collect();
     write!(text, "| |{titles} bar |\n|---|{lines}---|\n")?;
     let results = format!("results of {RESPONSES} responses to {ITEMS} items, p50, ms");
-    let figures: [(&str, SchoolFigure, &str); 10] = [
+    let figures: [(&str, SchoolFigure, &str); 11] = [
+        ("kept by", |school| Some(school.engine.clone()), ""),
         ("trainees", |school| Some(group_thousands(school.trainees)), ""),
         ("requests", |school| Some(school.timings.len().to_string()), ""),
         ("all pages, p50, ms", |school| Some(format!("{:.1}", school.all()?.p50)), "≤ 25"),

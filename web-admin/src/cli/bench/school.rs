@@ -1,7 +1,6 @@
 //! The school that pages are measured on: the demonstration, a generated crowd, and a survey with many answers.
 
 use std::fmt::Write;
-use std::path::Path;
 
 use acts::clock::Clock;
 use acts::config::Config;
@@ -32,21 +31,29 @@ pub(super) struct BenchSchool {
     pub survey: String,
     /// Where the tour begins, beside everybody's home.
     pub doors: Doors,
+    /// What keeps its database.
+    pub engine: String,
+    /// How large its database is.
+    pub database_bytes: i64,
 }
 
-/// Makes the school in a folder, or takes the one that is there.
-pub(super) async fn prepare_school(folder: &Path, trainees: u32) -> anyhow::Result<BenchSchool> {
-    if !folder.exists() {
-        make_crowd(folder, trainees).await?;
+/// Makes a school, or takes the one that is there.
+pub(super) async fn prepare_school(config: &Config, trainees: u32) -> anyhow::Result<BenchSchool> {
+    if !config.data_dir.exists() {
+        make_crowd(config, trainees).await?;
     }
-    let state = AppState::open(Config::in_folder(folder), Clock::system()).await?;
+    let state = AppState::open(config.clone(), Clock::system()).await?;
     let administrator = find_administrator(&state).await?;
     let surveys = stored::all(state.db.reader(), administrator.school_id).await?;
     let survey = surveys.iter().find(|survey| survey.title == TITLE).context("a survey that was made here")?;
     let survey = format!("/surveys/{}", survey.id);
     let administrator = administrator.into_current().context("an administrator who can sign in")?;
     let doors = doors::open_doors(&state, &administrator).await?;
-    let school = BenchSchool { routes: routes::all_routes(&state).paths(), survey, doors };
+    let routes = routes::all_routes(&state).paths();
+    let (engine, database_bytes) = (state.db.engine_version().await?, state.db.size().await?);
+    let school = BenchSchool { routes, survey, doors, engine, database_bytes };
+    // Written while others ask, what was generated would hold up answers by up to half a second.
+    state.db.settle().await?;
     state.db.close().await;
     Ok(school)
 }
@@ -56,13 +63,15 @@ async fn find_administrator(state: &AppState) -> anyhow::Result<people::Person> 
     found.context("a demonstration has an administrator")
 }
 
-async fn make_crowd(folder: &Path, trainees: u32) -> anyhow::Result<()> {
+async fn make_crowd(config: &Config, trainees: u32) -> anyhow::Result<()> {
     // Whole or not at all: one that was interrupted is begun anew.
-    let unfinished = folder.with_extension("unfinished");
+    let unfinished = config.data_dir.with_extension("unfinished");
     if unfinished.exists() {
         std::fs::remove_dir_all(&unfinished)?;
     }
-    let state = AppState::open(Config::in_folder(&unfinished), Clock::system()).await?;
+    config.database.make_anew().await?;
+    let made_in = Config { database: config.database.clone(), ..Config::in_folder(&unfinished) };
+    let state = AppState::open(made_in, Clock::system()).await?;
     let wanted = Demonstration { weeks: 1, password: PASSWORD.to_owned(), seed: 1, crowd: trainees };
     demo::make_demonstration(&state, &wanted).await?;
     let owner = find_administrator(&state).await?;
@@ -70,7 +79,7 @@ async fn make_crowd(folder: &Path, trainees: u32) -> anyhow::Result<()> {
         GeneratedSurvey { owner: &owner, title: TITLE, document: &instrument_document(), responses: RESPONSES };
     generating::ask_nobody(&state, survey).await?;
     state.db.close().await;
-    std::fs::rename(&unfinished, folder).context("the finished school cannot be given its name")
+    std::fs::rename(&unfinished, &config.data_dir).context("the finished school cannot be given its name")
 }
 
 /// An instrument of thirty items in three scores.

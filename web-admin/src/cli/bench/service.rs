@@ -1,10 +1,10 @@
 //! The service as a process of its own.
 
 use std::io::{BufRead, BufReader};
-use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
 
 use acts::clock::Clock;
+use acts::config::Config;
 use anyhow::{Context, ensure};
 
 /// A running `web-admin serve`, ended when dropped.
@@ -19,13 +19,14 @@ pub(super) struct BenchService {
 }
 
 impl BenchService {
-    /// Serves a data folder on a free port, and waits until it listens.
-    pub(super) fn start(folder: &Path) -> anyhow::Result<Self> {
+    /// Serves a school on a free port, and waits until it listens.
+    pub(super) fn start(config: &Config) -> anyhow::Result<Self> {
         let clock = Clock::system();
         let begun = clock.now();
         let mut child = Command::new(std::env::current_exe()?)
             .args(["serve", "--listen", "127.0.0.1:0", "--data-dir"])
-            .arg(folder)
+            .arg(&config.data_dir)
+            .env("STYLET_DATABASE", config.database.as_url())
             .env("RUST_LOG", "warn")
             .stdout(Stdio::piped())
             .spawn()

@@ -46,13 +46,13 @@ impl DatabaseAddress {
         Self(chosen::address_in(folder))
     }
 
-    /// As the engine reads it, with its password.
-    pub(super) fn as_url(&self) -> &str {
+    /// As the engine reads it, with its password: for the environment of a program that is to open it, and for nobody's eyes.
+    #[must_use]
+    pub fn as_url(&self) -> &str {
         &self.0
     }
 
     /// Of what the engine's module has made.
-    #[cfg(not(feature = "postgres"))]
     pub(super) fn of_url(url: String) -> Self {
         Self(url)
     }

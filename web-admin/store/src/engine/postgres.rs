@@ -81,6 +81,31 @@ impl DatabaseAddress {
         Err(io::Error::new(ErrorKind::Unsupported, COPIES))
     }
 
+    /// The address of another database of the same server.
+    ///
+    /// # Errors
+    /// When this one is none of a server.
+    pub fn sibling(&self, name: &str) -> Result<Self> {
+        Ok(Self::of_url(PgConnectOptions::from_str(self.as_url())?.database(name).to_url_lossy().into()))
+    }
+
+    /// Makes the database anew, with nothing in it.
+    ///
+    /// # Errors
+    /// When somebody has it open, or may not make one.
+    pub async fn make_anew(&self) -> Result<()> {
+        let options = PgConnectOptions::from_str(self.as_url())?;
+        let name = options.get_database().unwrap_or_default().replace('"', "\"\"");
+        let mut server = options.database("postgres").connect().await?;
+        for statement in [
+            format!("DROP DATABASE IF EXISTS \"{name}\""),
+            format!("CREATE DATABASE \"{name}\" ENCODING 'UTF8' TEMPLATE template0"),
+        ] {
+            sqlx::raw_sql(sqlx::AssertSqlSafe(statement)).execute(&mut server).await?;
+        }
+        Ok(())
+    }
+
     fn options(&self) -> Result<PgConnectOptions> {
         Ok(PgConnectOptions::from_str(self.as_url())?.options([("lock_timeout", PATIENCE)]))
     }
@@ -237,6 +262,32 @@ impl Database {
     /// Always; they say what to do instead.
     pub async fn copy_to(&self, _file: &Path) -> Result<()> {
         Err(io::Error::new(ErrorKind::Unsupported, COPIES).into())
+    }
+
+    /// What keeps the database, and which version of it.
+    ///
+    /// # Errors
+    /// When it does not answer.
+    pub async fn engine_version(&self) -> Result<String> {
+        sqlx::query_scalar("SELECT 'PostgreSQL ' || split_part(current_setting('server_version'), ' ', 1)")
+            .fetch_one(&self.reader)
+            .await
+    }
+
+    /// How large the database is, in bytes.
+    ///
+    /// # Errors
+    /// When the server does not answer.
+    pub async fn size(&self) -> Result<i64> {
+        sqlx::query_scalar("SELECT pg_database_size(current_database())").fetch_one(&self.reader).await
+    }
+
+    /// After much was written: what was is found quickly from now on.
+    ///
+    /// # Errors
+    /// When the server does not answer.
+    pub async fn settle(&self) -> Result<()> {
+        sqlx::raw_sql("VACUUM ANALYZE").execute(&self.writer).await.map(drop)
     }
 
     /// Lets go of what was overwritten: a server does so by itself, when nobody can see it any more.

@@ -1,5 +1,6 @@
 //! SQLite: a file, one connection that writes, several that read.
 
+use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -80,6 +81,31 @@ impl DatabaseAddress {
     /// When the address is none of a file.
     pub fn file(&self) -> io::Result<PathBuf> {
         Ok(self.options().map_err(io::Error::other)?.get_filename().to_owned())
+    }
+
+    /// The address of another file in the same folder.
+    ///
+    /// # Errors
+    /// When this one is none of a file.
+    pub fn sibling(&self, name: &str) -> Result<Self> {
+        Ok(Self::of_url(address_of(&self.file()?.with_file_name(format!("{name}.db")))))
+    }
+
+    /// Makes the database anew, with nothing in it.
+    ///
+    /// # Errors
+    /// When the file cannot be removed.
+    pub async fn make_anew(&self) -> Result<()> {
+        let file = self.file()?;
+        for end in ["", "-wal", "-shm"] {
+            let mut name = file.clone().into_os_string();
+            name.push(end);
+            match std::fs::remove_file(name) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error.into()),
+                _ => {}
+            }
+        }
+        Ok(())
     }
 
     fn options(&self) -> Result<SqliteConnectOptions> {
@@ -235,6 +261,36 @@ impl Database {
     /// When the file exists, or the disk refuses.
     pub async fn copy_to(&self, file: &Path) -> Result<()> {
         sqlx::query("VACUUM INTO $1").bind(file.to_string_lossy()).execute(&self.writer).await.map(drop)
+    }
+
+    /// What keeps the database, and which version of it.
+    ///
+    /// # Errors
+    /// When it does not answer.
+    pub async fn engine_version(&self) -> Result<String> {
+        sqlx::query_scalar("SELECT 'SQLite ' || sqlite_version()").fetch_one(&self.reader).await
+    }
+
+    /// How large the database is, in bytes.
+    ///
+    /// # Errors
+    /// When the file cannot be read.
+    pub async fn size(&self) -> Result<i64> {
+        sqlx::query_scalar("SELECT page_count * page_size FROM pragma_page_count, pragma_page_size")
+            .fetch_one(&self.reader)
+            .await
+    }
+
+    /// After much was written: it is on the disk, and in the file itself, before anybody else waits for that.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub async fn settle(&self) -> Result<()> {
+        self.fold_log().await?;
+        let file: String = sqlx::query_scalar("SELECT file FROM pragma_database_list WHERE name = 'main'")
+            .fetch_one(&self.reader)
+            .await?;
+        Ok(File::open(file)?.sync_all()?)
     }
 
     /// Folds the write-ahead log into the file and empties it, so that what was overwritten stands nowhere on the disk. Where a reader is
