@@ -17,7 +17,7 @@ const TRAINEES: u32 = 70;
 const EACH: u32 = 4;
 
 /// A school with an administrator and a crowd: cohorts of ten, four for each of two instructors.
-async fn crowded() -> App {
+pub async fn crowded() -> App {
     let app = App::new().await;
     let school_id = app.school("North").await;
     app.publish(school_id).await;

@@ -14,7 +14,9 @@ use sqlite as chosen;
 
 pub use address::{AddressRefused, DatabaseAddress};
 pub use chosen::{DatabaseLock, Engine, is_disk_full};
-pub(crate) use chosen::{LISTENING_PERIOD, MIGRATIONS, SHARED, is_table_there, keep_more_in_memory};
+pub(crate) use chosen::{
+    LISTENING_PERIOD, MIGRATIONS, SHARED, is_table_there, keep_more_in_memory, refresh_statistics,
+};
 
 /// Of two twins of a statement the engine's own: SQLite's stands first, PostgreSQL's after it.
 #[cfg(not(feature = "postgres"))]

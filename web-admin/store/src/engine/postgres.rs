@@ -316,3 +316,8 @@ pub(crate) async fn is_table_there(executor: impl Executor<'_>, name: &str) -> R
 pub(crate) async fn keep_more_in_memory(_writer: &mut Connection) -> Result<()> {
     Ok(())
 }
+
+/// Counts anew what the planner goes by, in the middle of a transaction: the server does so by itself, but only between two of them.
+pub(crate) async fn refresh_statistics(writer: &mut Connection) -> Result<()> {
+    sqlx::raw_sql("ANALYZE sessions, scores, metrics, cohort_members").execute(writer).await.map(drop)
+}

@@ -94,6 +94,7 @@ pub async fn found(writer: &mut Connection, crowd: &GeneratedCrowd<'_>) -> Resul
 /// Generates the attempts of some trainees, by their places, with their scores and metrics, and what was said about them.
 pub async fn practise(writer: &mut Connection, crowd: &GeneratedCrowd<'_>, trainees: Range<u32>) -> Result<()> {
     attempts::add(writer, crowd, &trainees).await?;
+    engine::refresh_statistics(writer).await?;
     let (from, to) = crowd.attempts_of(&trainees);
     attempts::score(writer, crowd, from, to).await?;
     attempts::sum_up(writer, crowd, from, to).await?;
@@ -101,7 +102,7 @@ pub async fn practise(writer: &mut Connection, crowd: &GeneratedCrowd<'_>, train
     said::reviews(writer, crowd, from, to).await
 }
 
-/// Sums the school up. The planner is told nothing of its size: no service that grows by itself is.
+/// Sums the school up. The planner is told nothing of its size but what a server finds out by itself.
 pub async fn conclude(writer: &mut Connection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
     sqlx::query("DELETE FROM tallies WHERE school_id = $1").bind(crowd.school_id).execute(&mut *writer).await?;
     attempts::tally(writer, crowd).await
