@@ -1,11 +1,11 @@
 //! A school in a folder, and the programs that serve and visit it.
 
 use std::io::{BufRead, BufReader};
-use std::net::TcpListener;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Command, Stdio};
 
 use anyhow::{Context, bail, ensure};
+use tests::processes::{free_port, said};
 
 /// A school in a folder.
 #[derive(Debug)]
@@ -102,20 +102,4 @@ impl Lab {
         ensure!(ended.success(), "the service stopped with {ended}");
         Ok(())
     }
-}
-
-/// A port that was free a moment ago: the service asks for it again after each death. It lies below those that systems give to whoever
-/// connects: while nobody listens, one of the many who ask for the service would sooner or later be given the service's own port, and
-/// keep it.
-fn free_port() -> anyhow::Result<u16> {
-    let mut below = (10_000..30_000).rev();
-    let free = below.find(|port| TcpListener::bind(("127.0.0.1", *port)).is_ok());
-    free.context("no port from 10000 to 29999 is free")
-}
-
-/// What a command printed that must succeed.
-pub fn said(output: &Output) -> anyhow::Result<String> {
-    let [out, err] = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
-    ensure!(output.status.success(), "{}: {out}{err}", output.status);
-    Ok(out)
 }

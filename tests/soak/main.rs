@@ -1,7 +1,6 @@
 //! `soak`: a school whose service and stations are killed, and whose network is cut or falls silent, at random; at the end a table of what
 //! was acknowledged and what of it is there. Exit 1 where anything is amiss.
 
-mod dice;
 mod lab;
 mod network;
 mod station;
@@ -19,10 +18,10 @@ use std::time::Duration;
 use acts::clock;
 use anyhow::Context;
 use clap::Parser;
-use dice::Dice;
 use lab::{Lab, Serving};
 use network::Network;
 use station::Station;
+use tests::dice::Dice;
 
 /// Kills a service and its stations at random, and counts what is left
 #[derive(Debug, Parser)]

@@ -7,8 +7,9 @@ use std::sync::atomic::Ordering::SeqCst;
 use std::thread;
 use std::time::Duration;
 
+use tests::dice::Dice;
+
 use crate::Harm;
-use crate::dice::Dice;
 
 /// Most bytes that a connection carries before something happens to it.
 const FARTHEST: u64 = 2_000_000;

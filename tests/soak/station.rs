@@ -13,10 +13,11 @@ use anyhow::{Context, ensure};
 use data_encoding::HEXLOWER;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
+use tests::dice::Dice;
+use tests::processes::said;
 
 use crate::Harm;
-use crate::dice::Dice;
-use crate::lab::{Lab, said};
+use crate::lab::Lab;
 
 /// In how many of a hundred runs the client is killed.
 const KILLED: u64 = 30;

@@ -2,8 +2,10 @@
 
 #![expect(clippy::panic, reason = "a test that cannot go on says why and stops")]
 
+pub mod dice;
 pub mod licences;
 pub mod notices;
+pub mod processes;
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};

@@ -1,0 +1,51 @@
+//! `cluster`: several services on one PostgreSQL and one bucket, under load, while they are killed, cut off, counted and replaced. What
+//! clients were told is held against what is there in the end; exit 1 where anything is amiss.
+
+mod check;
+mod client;
+mod fleet;
+mod kill;
+mod ledger;
+mod load;
+mod postgres;
+mod relay;
+mod school;
+mod smtp;
+mod store;
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Tries several services on one database
+#[derive(Debug, Parser)]
+struct Args {
+    #[command(subcommand)]
+    test: Test,
+}
+
+#[derive(Debug, Subcommand)]
+enum Test {
+    /// Kills services at random, and counts what is left of what was acknowledged
+    Kill(kill::KillArgs),
+}
+
+fn main() -> ExitCode {
+    let passed = match Args::parse().test {
+        Test::Kill(args) => kill::run(&args),
+    };
+    match passed {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            say(&format!("error: {error:#}"));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Whoever started it may have gone.
+fn say(words: &str) {
+    let _ = writeln!(std::io::stdout(), "{words}");
+}
