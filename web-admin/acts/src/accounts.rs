@@ -106,7 +106,7 @@ pub async fn mail_link(state: &Service, by: &CurrentPerson, person: &DirectoryEn
     Ok(())
 }
 
-/// Makes a link that the administrator hands over, and its lifetime in s.
+/// Makes a link that the administrator hands over, and its lifetime in s; earlier ones are good no more.
 ///
 /// # Errors
 /// When the person may not sign in, or the database fails.
@@ -117,6 +117,7 @@ pub async fn hand_over_link(
 ) -> Result<(String, i64), Error> {
     let purpose = purpose(person)?;
     let mut tx = state.db.write().await?;
+    account_links::end_links_for(&mut tx, person.id, purpose).await?;
     let address =
         make_link_within(&mut tx, state, PersonKey { school_id: by.school_id, person_id: person.id }, purpose).await?;
     AuditEntry::by(by, "person.link_made", person.id).append(&mut tx, state.clock.now()).await?;
@@ -141,7 +142,8 @@ const fn lifetime_s(purpose: Purpose) -> i64 {
     }
 }
 
-/// Makes a link and returns its address, which is nowhere else.
+/// Makes a link for a letter and returns its address, which is nowhere else. Earlier ones stay good: a letter whose sender dies before it
+/// is noted goes once more, and either may be the one that is read.
 pub async fn make_link(state: &Service, whose: PersonKey, purpose: Purpose) -> Result<String, Error> {
     let mut tx = state.db.write().await?;
     let address = make_link_within(&mut tx, state, whose, purpose).await?;
@@ -150,7 +152,7 @@ pub async fn make_link(state: &Service, whose: PersonKey, purpose: Purpose) -> R
 }
 
 /// Makes a link within a transaction.
-pub(crate) async fn make_link_within(
+async fn make_link_within(
     tx: &mut Connection,
     state: &Service,
     PersonKey { school_id, person_id }: PersonKey,
@@ -175,6 +177,7 @@ const CHOOSING_S: i64 = 3600;
 pub async fn use_initial_password(state: &Service, person: &Person) -> Result<String, Error> {
     let (school_id, person_id, now) = (person.school_id, person.id, state.clock.now());
     let mut tx = state.db.write().await?;
+    account_links::end_links_for(&mut tx, person_id, Purpose::Reset).await?;
     let link = NewLink { school_id, person_id, purpose: Purpose::Reset, expires_at: now.plus_s(CHOOSING_S) };
     let path = make_path(&mut tx, link).await?;
     AuditEntry::new(school_id, Actor::Person(person_id), "person.initial_password_used", person_id)
@@ -192,7 +195,7 @@ pub async fn is_initial_password(state: &Service, email: &str, typed: &str) -> R
     state.hash(move || secret::password_fits(&typed, &hash)).await
 }
 
-/// Queues the mail with a link; the link is made when it is sent.
+/// Queues the mail with a link; the link is made when it is sent, and earlier ones are good no more.
 pub async fn queue_link(
     tx: &mut Connection,
     state: &Service,
@@ -203,6 +206,7 @@ pub async fn queue_link(
         Purpose::Invitation => MailKind::Invitation,
         Purpose::Reset => MailKind::Reset,
     };
+    account_links::end_links_for(&mut *tx, person_id, purpose).await?;
     let mail = NewMail { school_id, person_id, kind, assignment_id: None };
     Ok(mails::queue_mail(tx, mail, state.clock.now()).await?)
 }

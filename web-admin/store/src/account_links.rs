@@ -46,13 +46,18 @@ pub struct NewLink {
     pub expires_at: Moment,
 }
 
-/// Keeps the hash of a new link. Earlier ones of the person for the same purpose are good no more.
-pub async fn add_account_link(writer: &mut Connection, link: NewLink, token_sha256: &[u8; 32]) -> Result<()> {
+/// Ends every link of a person for a purpose.
+pub async fn end_links_for(writer: &mut Connection, person: PersonId, purpose: Purpose) -> Result<()> {
     sqlx::query("DELETE FROM account_links WHERE person_id = $1 AND purpose = $2")
-        .bind(link.person_id)
-        .bind(link.purpose)
-        .execute(&mut *writer)
-        .await?;
+        .bind(person)
+        .bind(purpose)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// Keeps the hash of a new link, beside those that there are.
+pub async fn add_account_link(writer: &mut Connection, link: NewLink, token_sha256: &[u8; 32]) -> Result<()> {
     sqlx::query(
         "INSERT INTO account_links (token_sha256, school_id, person_id, purpose, expires_at) VALUES ($1, $2, $3, $4, $5)",
     )

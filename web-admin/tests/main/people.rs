@@ -255,6 +255,30 @@ async fn links_and_codes_end_with_the_address_the_password_and_the_account() {
 }
 
 #[tokio::test]
+async fn a_letter_that_goes_twice_leads_in_by_either_link_until_another_is_asked_for() {
+    let (app, _, mut head) = school().await;
+    let person = [("name", "Ana"), ("email", "ana@example.org"), ("role", "trainee")];
+    let page = post(&mut head, "/people", "/people", &person).await.header("location").to_owned();
+    let page = page.split('?').next().unwrap();
+    let first = link_in(&mails(&app).await[0]);
+    // Whoever sent it has died before it could be noted.
+    app.write(async |tx| {
+        sqlx::query("UPDATE mails SET sent_at = NULL, next_run_at = 0").execute(tx).await.unwrap();
+    })
+    .await;
+    let second = link_in(&mails(&app).await[0]);
+    assert_ne!(first, second, "it went once more");
+    for link in [&first, &second] {
+        assert_eq!(app.stranger().get(link).await.status, 200, "either may be the one that is read");
+    }
+    assert_eq!(post(&mut head, page, &format!("{page}/mail-link"), &[]).await.status, 303);
+    let third = link_in(mails(&app).await.last().unwrap());
+    for (link, status) in [(first, 404), (second, 404), (third, 200)] {
+        assert_eq!(app.stranger().get(&link).await.status, status);
+    }
+}
+
+#[tokio::test]
 async fn a_name_that_turns_a_line_around_is_nobodys_and_nothings() {
     let (_app, _, mut head) = school().await;
     for strange in ["Ana \u{202E}nimda", "Ana\u{2028}Ek", "Ana\u{2066}Ek"] {
