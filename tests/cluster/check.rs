@@ -14,8 +14,8 @@ use sha2::{Digest, Sha256};
 
 use crate::client::{Client, Proxy};
 use crate::ledger::{Act, BROKEN, Entry, Ledger, REFUSED, RequestTally};
-use crate::school::School;
 use crate::say;
+use crate::school::School;
 
 /// Longest until everything that waits is done.
 const PATIENCE: Duration = Duration::from_secs(600);
@@ -41,7 +41,7 @@ impl Verdict {
     }
 
     /// Notes a figure that must be 0, with a sentence for each thing that is counted.
-    fn blame(&mut self, what: &'static str, found: Vec<String>) {
+    pub fn blame(&mut self, what: &'static str, found: Vec<String>) {
         self.counts.push((what, found.len()));
         self.amiss.extend(found);
     }
@@ -64,7 +64,11 @@ impl Verdict {
 pub fn await_queues(school: &School) -> anyhow::Result<()> {
     let begun = clock::instant();
     while !school.are_queues_empty()? {
-        anyhow::ensure!(begun.elapsed() < PATIENCE, "after {} s something still waits to be scored or mailed", PATIENCE.as_secs());
+        anyhow::ensure!(
+            begun.elapsed() < PATIENCE,
+            "after {} s something still waits to be scored or mailed",
+            PATIENCE.as_secs()
+        );
         thread::sleep(Duration::from_millis(300));
     }
     Ok(())
@@ -77,13 +81,15 @@ pub fn pass(school: &Arc<School>, proxy: &Arc<Proxy>, ledger: &Arc<Ledger>) -> a
     check_scores(school, ledger, &mut verdict)?;
     let comments = "SELECT body, count(*) FROM comments GROUP BY body";
     verdict.count("comments acknowledged", acknowledged(&ledger.entries(Act::Comment)));
-    verdict.blame("comments lost or there twice", differing(&ledger.entries(Act::Comment), &tallied(school, comments)?));
+    verdict
+        .blame("comments lost or there twice", differing(&ledger.entries(Act::Comment), &tallied(school, comments)?));
     check_people(school, ledger, &mut verdict)?;
     verdict.blame("findings of verify", findings(school)?);
     let left = "SELECT (SELECT count(*) FROM readers) + (SELECT count(*) FROM uploads WHERE held_by IS NOT NULL)
                      + (SELECT count(*) FROM jobs WHERE held_by IS NOT NULL)";
     let left = school.query(left)?;
-    let left = left.iter().flatten().filter(|count| *count != "0").map(|count| format!("held by nobody alive: {count}"));
+    let left =
+        left.iter().flatten().filter(|count| *count != "0").map(|count| format!("held by nobody alive: {count}"));
     verdict.blame("left in hands of the dead", left.collect());
     Ok(verdict)
 }
@@ -119,7 +125,12 @@ fn uploads(ledger: &Ledger) -> Vec<Entry> {
     [ledger.entries(Act::Upload), ledger.entries(Act::UploadInPieces)].concat()
 }
 
-fn check_uploads(school: &School, proxy: &Arc<Proxy>, ledger: &Arc<Ledger>, verdict: &mut Verdict) -> anyhow::Result<()> {
+fn check_uploads(
+    school: &School,
+    proxy: &Arc<Proxy>,
+    ledger: &Arc<Ledger>,
+    verdict: &mut Verdict,
+) -> anyhow::Result<()> {
     let entries = uploads(ledger);
     let there = tallied(school, "SELECT recording_sha256, count(*) FROM sessions GROUP BY recording_sha256")?;
     verdict.count("uploads acknowledged", acknowledged(&entries));
@@ -143,7 +154,12 @@ fn check_uploads(school: &School, proxy: &Arc<Proxy>, ledger: &Arc<Ledger>, verd
         }
         let file = client.get("download", &format!("/api/v1/sessions/{}/recording", entry.session))?;
         if file.status != 200 || HEXLOWER.encode(&Sha256::digest(&file.body)) != entry.mark {
-            damaged.push(format!("{} downloads with {} and {} bytes, and another hash", entry.session, file.status, file.body.len()));
+            damaged.push(format!(
+                "{} downloads with {} and {} bytes, and another hash",
+                entry.session,
+                file.status,
+                file.body.len()
+            ));
         }
     }
     verdict.blame("not listed once", unlisted);
@@ -165,8 +181,10 @@ fn list_sessions(client: &mut Client) -> anyhow::Result<Vec<String>> {
 
 /// Each attempt is scored once by the worker, and once more for each time that somebody has graded it again.
 fn check_scores(school: &School, ledger: &Ledger, verdict: &mut Verdict) -> anyhow::Result<()> {
-    let scored = tallied(school, "SELECT object, count(*) FROM audit_log WHERE action = 'session.scored' GROUP BY object")?;
-    let regraded = tallied(school, "SELECT object, count(*) FROM audit_log WHERE action = 'session.regraded' GROUP BY object")?;
+    let scored =
+        tallied(school, "SELECT object, count(*) FROM audit_log WHERE action = 'session.scored' GROUP BY object")?;
+    let regraded =
+        tallied(school, "SELECT object, count(*) FROM audit_log WHERE action = 'session.regraded' GROUP BY object")?;
     let scores = tallied(school, "SELECT session_id, count(*) FROM scores GROUP BY session_id")?;
     let mut wrong = Vec::new();
     for row in school.query("SELECT id, state FROM sessions")? {
@@ -189,7 +207,10 @@ fn check_scores(school: &School, ledger: &Ledger, verdict: &mut Verdict) -> anyh
 fn check_people(school: &School, ledger: &Ledger, verdict: &mut Verdict) -> anyhow::Result<()> {
     let entries = ledger.entries(Act::Person);
     verdict.count("people acknowledged", acknowledged(&entries));
-    verdict.blame("people lost or there twice", differing(&entries, &tallied(school, "SELECT email, count(*) FROM people GROUP BY email")?));
+    verdict.blame(
+        "people lost or there twice",
+        differing(&entries, &tallied(school, "SELECT email, count(*) FROM people GROUP BY email")?),
+    );
     let mut ids: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for letter in school.mail.taken() {
         ids.entry(letter.to).or_default().push(letter.id);
@@ -220,7 +241,9 @@ fn findings(school: &School) -> anyhow::Result<Vec<String>> {
 
 /// How requests went, as a table; the most tries that one took.
 pub fn tell_requests(tallies: &BTreeMap<&'static str, RequestTally>) -> u32 {
-    let mut table = String::from("| request | answered at once | after one retry | after more | statuses (longest, s) |\n|---|---|---|---|---|\n");
+    let mut table = String::from(
+        "| request | answered at once | after one retry | after more | statuses (longest, s) |\n|---|---|---|---|---|\n",
+    );
     let mut most = 0;
     for (what, tally) in tallies {
         let by = |retries: u32| tally.by_retries.get(&retries).copied().unwrap_or(0);

@@ -122,7 +122,8 @@ impl Proxy {
 
     /// Asks one service.
     pub fn ask(&self, port: u16, request: &Request<'_>, who: &[(&'static str, String)]) -> anyhow::Result<Outcome> {
-        let mut head = http::Request::builder().method(request.method).uri(format!("http://127.0.0.1:{port}{}", request.path));
+        let mut head =
+            http::Request::builder().method(request.method).uri(format!("http://127.0.0.1:{port}{}", request.path));
         for (name, value) in request.headers.iter().chain(who) {
             head = head.header(*name, value);
         }
@@ -182,11 +183,7 @@ impl Client {
         self.cookies.clear();
     }
 
-    /// Asks the service whose turn it is, once.
-    pub fn try_once(&mut self, request: &Request<'_>) -> anyhow::Result<Outcome> {
-        self.try_at(self.proxy.turn(), request)
-    }
-
+    /// Asks the service at a place, once.
     fn try_at(&mut self, place: usize, request: &Request<'_>) -> anyhow::Result<Outcome> {
         let outcome = self.proxy.ask(self.proxy.port(place), request, &self.who())?;
         if let Outcome::Answered(answer) = &outcome {
@@ -214,6 +211,12 @@ impl Client {
                     self.ledger.note_retries(request.what, retries);
                     return Ok(Some(answer));
                 }
+                // Where the database does not answer, what was being committed may be there.
+                Outcome::Answered(answer) if answer.status == 503 && !request.repeatable => {
+                    thread::sleep(LONGEST_WAIT);
+                    self.ledger.note_retries(request.what, retries);
+                    return Ok(None);
+                }
                 Outcome::Answered(answer) => {
                     let asked = answer.header("retry-after").parse().map_or(LONGEST_WAIT, Duration::from_secs);
                     thread::sleep(asked.min(LONGEST_WAIT));
@@ -232,7 +235,12 @@ impl Client {
                 }
             }
         }
-        bail!("{} {} is not answered after {MOST_TRIES} tries: {}", request.method, request.path, self.ledger.latest(request.what))
+        bail!(
+            "{} {} is not answered after {MOST_TRIES} tries: {}",
+            request.method,
+            request.path,
+            self.ledger.latest(request.what)
+        )
     }
 
     /// Asks for what only reads.
@@ -241,7 +249,12 @@ impl Client {
     }
 
     /// Sends a form as a page of the service would.
-    pub fn press(&mut self, what: &'static str, page: &str, form: (&str, &[(&str, &str)])) -> anyhow::Result<Option<Answer>> {
+    pub fn press(
+        &mut self,
+        what: &'static str,
+        page: &str,
+        form: (&str, &[(&str, &str)]),
+    ) -> anyhow::Result<Option<Answer>> {
         let csrf = self.get("page", page)?.text();
         let csrf = csrf.split("name=\"csrf\" value=\"").nth(1).and_then(|rest| rest.split('"').next());
         let csrf = csrf.with_context(|| format!("{page} has no form"))?.to_owned();

@@ -9,7 +9,11 @@ use std::sync::Arc;
 use anyhow::{Context, bail, ensure};
 use tests::processes::free_port;
 
+use crate::say;
 use crate::school::School;
+
+/// Most starts until a service is taken for broken.
+const MOST_STARTS: u32 = 3;
 
 /// What a service does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,6 +46,17 @@ impl Replica {
         Self { school: Arc::clone(school), post, name, program: school.program.clone(), process: None }
     }
 
+    /// Starts it, more than once where it must be, as whoever looks after a machine's services does.
+    pub fn start_again(&mut self) -> anyhow::Result<()> {
+        for _ in 1..MOST_STARTS {
+            match self.start() {
+                Ok(()) => return Ok(()),
+                Err(error) => say(&format!("started once more: {error:#}")),
+            }
+        }
+        self.start()
+    }
+
     /// Starts it, and waits until it is at work.
     pub fn start(&mut self) -> anyhow::Result<()> {
         let log = self.school.folder.join(format!("{}.log", self.name));
@@ -49,11 +64,22 @@ impl Replica {
         let mut command = self.school.command(&self.program, &self.name);
         match self.post {
             // Everybody comes from an address of their own, as through a proxy: brakes go by address.
-            Post::Serve { port } => command.args(["serve", "--behind-tls", "--judges", "0", "--listen"]).arg(format!("127.0.0.1:{port}")),
+            Post::Serve { port } => {
+                command.args(["serve", "--behind-tls", "--judges", "0", "--listen"]).arg(format!("127.0.0.1:{port}"))
+            }
             Post::Work => command.args(["work", "--judges", "1"]),
         };
         if let Post::Serve { .. } = self.post {
-            command.args(["--reserve-mb", "100", "--leave-s", "1", "--owner-uploads", "100000", "--owner-mb", "1000000"]);
+            command.args([
+                "--reserve-mb",
+                "100",
+                "--leave-s",
+                "1",
+                "--owner-uploads",
+                "100000",
+                "--owner-mb",
+                "1000000",
+            ]);
         }
         command.args(["--public-url", "https://school.example.org"]);
         let mut child = command.stdout(Stdio::piped()).stderr(file).spawn()?;
@@ -65,6 +91,7 @@ impl Replica {
                 return Ok(());
             }
         }
+        self.process = None;
         let said = std::fs::read_to_string(&log)?;
         let last: Vec<&str> = said.lines().rev().take(5).collect();
         bail!("{} ended before it was at work; it said last: {last:#?}", self.name)

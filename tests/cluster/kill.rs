@@ -45,7 +45,7 @@ pub fn run(args: &KillArgs) -> anyhow::Result<bool> {
         let victim = dice.below(4) as usize;
         fleet[victim].kill()?;
         killed[victim] += 1;
-        fleet[victim].start()?;
+        fleet[victim].start_again()?;
         fleet.iter_mut().try_for_each(Replica::look_after)?;
         if number % 10 == 0 {
             say(&format!("{number} killed"));
@@ -54,7 +54,9 @@ pub fn run(args: &KillArgs) -> anyhow::Result<bool> {
     load.end()?;
     say("the harm is over; what waits is scored and sent");
     // What two deaths of services happened to hit is tried again when somebody asks for it.
-    let set_aside = school.count("SELECT (SELECT count(*) FROM jobs WHERE deaths > 1) + (SELECT count(*) FROM uploads WHERE deaths > 1)")?;
+    let set_aside = school.count(
+        "SELECT (SELECT count(*) FROM jobs WHERE deaths > 1) + (SELECT count(*) FROM uploads WHERE deaths > 1)",
+    )?;
     if set_aside > 0 {
         school.web_admin(&["retry"])?;
     }

@@ -42,6 +42,8 @@ pub struct RequestTally {
     pub by_retries: BTreeMap<u32, usize>,
     /// Answers by status, with the longest wait for one, in s; 0: no service took the connection; 1: it broke.
     pub by_status: BTreeMap<u16, StatusTally>,
+    /// How many were told to come again, and not when.
+    pub without_time: usize,
     /// The latest that did not go well, in words.
     pub latest: String,
 }
@@ -114,7 +116,9 @@ impl Ledger {
         let tally = pages.tallies.entry(what).or_default();
         let of_status = tally.by_status.entry(status).or_default();
         of_status.count += 1;
+        let is_told = matches!(outcome, Outcome::Answered(answer) if answer.status != 503 || !answer.header("retry-after").is_empty());
         of_status.longest_s = of_status.longest_s.max(seconds);
+        tally.without_time += usize::from(status == 503 && !is_told);
         if !matches!(status, 200..400) {
             tally.latest = format!("{status}: {}", words.chars().take(600).collect::<String>());
         }

@@ -39,7 +39,12 @@ struct Visitor {
 
 impl Load {
     /// Adds so many trainees, as many teachers as half of them, and one administrator, and has them begin.
-    pub fn begin(school: &Arc<School>, proxy: &Arc<Proxy>, ledger: &Arc<Ledger>, trainees: usize) -> anyhow::Result<Self> {
+    pub fn begin(
+        school: &Arc<School>,
+        proxy: &Arc<Proxy>,
+        ledger: &Arc<Ledger>,
+        trainees: usize,
+    ) -> anyhow::Result<Self> {
         let over = Arc::new(AtomicBool::new(false));
         let mut visitors = Vec::new();
         for number in 0..trainees + trainees.div_ceil(2) + 1 {
@@ -149,7 +154,8 @@ fn upload_in_pieces(visitor: &mut Visitor) -> anyhow::Result<()> {
     let (mut offset, mut session) = (0, String::new());
     while session.is_empty() {
         let end = (offset + PIECE).min(recorded.bytes.len());
-        let mut piece = Request { path: &path, body: &recorded.bytes[offset..end], repeatable: false, ..tus("PATCH", "piece") };
+        let mut piece =
+            Request { path: &path, body: &recorded.bytes[offset..end], repeatable: false, ..tus("PATCH", "piece") };
         piece.headers.push(("content-type", "application/offset+octet-stream".to_owned()));
         piece.headers.push(("upload-offset", offset.to_string()));
         let sent = visitor.client.ask(&piece)?.filter(|answer| answer.status != 409);
@@ -247,7 +253,8 @@ fn comment(visitor: &mut Visitor, mark: &str, session: &str) -> anyhow::Result<(
     let path = format!("/api/v1/sessions/{session}/comments");
     let headers = vec![("content-type", "application/json".to_owned())];
     let entry = visitor.entry(mark, session);
-    let request = Request { what: "comment", method: "POST", path: &path, headers, body: body.as_bytes(), repeatable: false };
+    let request =
+        Request { what: "comment", method: "POST", path: &path, headers, body: body.as_bytes(), repeatable: false };
     do_once(visitor, Act::Comment, entry, |client| client.ask(&request), (&path, mark))
 }
 

@@ -7,11 +7,15 @@ mod fleet;
 mod kill;
 mod ledger;
 mod load;
+mod outages;
 mod postgres;
+mod queueing;
 mod relay;
 mod school;
+mod scoring;
 mod smtp;
 mod store;
+mod update;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -29,11 +33,20 @@ struct Args {
 enum Test {
     /// Kills services at random, and counts what is left of what was acknowledged
     Kill(kill::KillArgs),
+    /// Takes database and store away, and gives them back
+    Outages(outages::OutagesArgs),
+    /// Measures how fast several workers score
+    Scoring(scoring::ScoringArgs),
+    /// Replaces the services of one program by those of another, one by one
+    Update(update::UpdateArgs),
 }
 
 fn main() -> ExitCode {
     let passed = match Args::parse().test {
         Test::Kill(args) => kill::run(&args),
+        Test::Outages(args) => outages::run(&args),
+        Test::Scoring(args) => scoring::run(&args),
+        Test::Update(args) => update::run(&args),
     };
     match passed {
         Ok(true) => ExitCode::SUCCESS,

@@ -107,7 +107,21 @@ impl Postgres {
 
     fn ask(&self, database: &str, statement: &str) -> anyhow::Result<Vec<Vec<String>>> {
         let mut psql = self.command("psql");
-        psql.args(["-X", "-q", "-A", "-t", "-F", "\t", "-v", "ON_ERROR_STOP=1", "-U", "postgres", "-d", database, "-h"]);
+        psql.args([
+            "-X",
+            "-q",
+            "-A",
+            "-t",
+            "-F",
+            "\t",
+            "-v",
+            "ON_ERROR_STOP=1",
+            "-U",
+            "postgres",
+            "-d",
+            database,
+            "-h",
+        ]);
         let told = said(&psql.arg(self.folder.path()).args(["-c", statement]).output()?).context("psql")?;
         Ok(told.lines().map(|line| line.split('\t').map(str::to_owned).collect()).collect())
     }

@@ -95,7 +95,9 @@ impl School {
             first_seed: args.seed.wrapping_mul(1_000_000),
             _scratch: scratch,
         };
-        school.web_admin(&["migrate"]).context("a program that is built with --features web-admin/postgres is needed")?;
+        school
+            .web_admin(&["migrate"])
+            .context("a program that is built with --features web-admin/postgres is needed")?;
         let curricula = root().join("curricula");
         school.web_admin(&["curricula", "import", &curricula.to_string_lossy(), "--school", "North"])?;
         Ok(school)
