@@ -16,6 +16,8 @@ pub(crate) struct Denied;
 const AFTER_DEATH_S: u64 = 10;
 /// When to ask again for what lies in a store that does not answer, in s.
 const STORE_AWAY_S: u64 = 10;
+/// When to ask again where the database does not answer, in s.
+const DATABASE_AWAY_S: u64 = 5;
 /// When to send again what no scanner has looked at, in s.
 const UNSCANNED_S: u64 = 60;
 
@@ -38,7 +40,7 @@ pub fn status_of(error: &Error) -> StatusCode {
         Error::Unprocessable(_) => StatusCode::UNPROCESSABLE_ENTITY,
         Error::Timeout => StatusCode::REQUEST_TIMEOUT,
         Error::TooMany { .. } | Error::OverQuota(_) => StatusCode::TOO_MANY_REQUESTS,
-        Error::Busy { .. } | Error::Deadly(_) | Error::Unscanned(_) | Error::StoreAway(_) => {
+        Error::Busy { .. } | Error::Deadly(_) | Error::Unscanned(_) | Error::StoreAway(_) | Error::DatabaseAway(_) => {
             StatusCode::SERVICE_UNAVAILABLE
         }
         Error::NoRoom(_) => StatusCode::INSUFFICIENT_STORAGE,
@@ -53,6 +55,7 @@ pub(crate) fn finish_answer(error: &Error, mut response: Response) -> Response {
         Error::Deadly(_) => Some(AFTER_DEATH_S),
         Error::Unscanned(_) => Some(UNSCANNED_S),
         Error::StoreAway(_) => Some(STORE_AWAY_S),
+        Error::DatabaseAway(_) => Some(DATABASE_AWAY_S),
         _ => None,
     };
     if let Some(retry_after_s) = retry_after_s {
@@ -69,6 +72,9 @@ pub(crate) fn finish_answer(error: &Error, mut response: Response) -> Response {
     }
     if let Error::StoreAway(cause) = error {
         tracing::error!(cause = format!("{cause:#}"), "the store of the recordings does not answer");
+    }
+    if let Error::DatabaseAway(cause) = error {
+        tracing::error!(cause = format!("{cause:#}"), "the database does not answer");
     }
     if let Error::Internal(cause) | Error::NoRoom(cause) = error {
         tracing::error!(cause = format!("{cause:#}"), "request failed");

@@ -1,6 +1,7 @@
 //! What is counted of requests, and whether the database takes writes: for whoever keeps the service running.
 
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
 
 use acts::Service;
 use axum::http::StatusCode;
@@ -63,7 +64,9 @@ impl Counters {
     }
 }
 
-/// In µs.
+/// Longest that a write may take, ...
+const LONGEST_BEAT: Duration = Duration::from_secs(4);
+/// ... and how often one is tried, in µs.
 const BEAT_EVERY_US: i64 = 5_000_000;
 
 /// Whether the database took a write when that was last tried. However often somebody asks, it is tried once in
@@ -79,15 +82,22 @@ impl Pulse {
         match *last {
             Some((at, beats)) if (0..BEAT_EVERY_US).contains(&now.micros().saturating_sub(at.micros())) => beats,
             _ => {
-                let beaten = state.db.beat(now).await;
-                if let Err(error) = &beaten {
-                    tracing::warn!(cause = %error, "the database takes nothing");
-                }
-                *last = Some((now, beaten.is_ok()));
-                beaten.is_ok()
+                let beats = beat(state).await;
+                *last = Some((now, beats));
+                beats
             }
         }
     }
+}
+
+/// Whether the database takes a write in time.
+async fn beat(state: &Service) -> bool {
+    match tokio::time::timeout(LONGEST_BEAT, state.db.beat(state.clock.now())).await {
+        Ok(Ok(())) => return true,
+        Ok(Err(error)) => tracing::warn!(cause = %error, "the database takes nothing"),
+        Err(_silent) => tracing::warn!("the database does not answer"),
+    }
+    false
 }
 
 /// What a figure may do: a gauge goes up and down, the others only grow.

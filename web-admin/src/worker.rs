@@ -3,6 +3,7 @@
 
 use std::time::Duration;
 
+use acts::error::is_database_away;
 use acts::replicas::{self, Duty};
 use acts::shares::{Bench, Shares};
 use acts::{clock, motions, regrading, scoring};
@@ -14,6 +15,8 @@ use crate::AppState;
 
 /// Wait after the queue could not be worked off.
 const STALL: Duration = Duration::from_secs(60);
+/// The same where the database does not answer, and may do so at any time.
+const AWAY: Duration = Duration::from_secs(2);
 
 /// Works until it is dropped. That may happen at any time: what is not stored yet is done again.
 pub async fn run_worker(state: AppState) {
@@ -38,7 +41,7 @@ pub async fn run_worker(state: AppState) {
 /// Notes why nothing goes on; how long to wait.
 fn note_stall(error: &anyhow::Error) -> Duration {
     tracing::error!(cause = format!("{error:#}"), "the queue cannot be worked off");
-    STALL
+    if is_database_away(error) { AWAY } else { STALL }
 }
 
 /// How long until a job is due; no longer than others, or whoever sets the clock, may be left unnoticed.

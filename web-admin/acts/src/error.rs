@@ -3,8 +3,10 @@
 use std::io::ErrorKind;
 
 use model::CurrentPerson;
+use tower_sessions::{session, session_store};
 
 use crate::recording_store::StoreError;
+use crate::web_sessions::AWAY;
 
 /// Why a request was not done.
 #[derive(Debug, thiserror::Error)]
@@ -84,6 +86,9 @@ pub enum Error {
     /// The store of the recordings does not answer. The cause goes to the log.
     #[error("{STORE_AWAY}")]
     StoreAway(#[source] anyhow::Error),
+    /// The database does not answer. The cause goes to the log.
+    #[error("{DATABASE_AWAY}")]
+    DatabaseAway(#[source] anyhow::Error),
     /// Our fault. The cause goes to the log, never to the user.
     #[error("something went wrong here; it has been noted")]
     Internal(#[source] anyhow::Error),
@@ -95,6 +100,19 @@ const NO_ROOM: &str =
 
 /// What is said where the store of the recordings does not answer.
 const STORE_AWAY: &str = "recordings cannot be reached now, so this was not done; try again later";
+
+/// What is said where the database does not answer. What was being committed may be there all the same.
+const DATABASE_AWAY: &str = "the database does not answer now; try again later, and where something was to be changed, look first whether it was";
+
+/// Whether work came to nothing because the database does not answer.
+#[must_use]
+pub fn is_database_away(cause: &anyhow::Error) -> bool {
+    let is_away = |error: &(dyn std::error::Error + 'static)| {
+        let of_store = error.downcast_ref().is_some_and(store::is_database_away);
+        of_store || matches!(error.downcast_ref(), Some(Error::DatabaseAway(_)))
+    };
+    cause.chain().any(is_away)
+}
 
 impl Error {
     /// What storage said, by whether there is room.
@@ -122,6 +140,10 @@ impl Error {
             Self::StoreAway(_) => {
                 tr!("recordings cannot be reached now, so this was not done; try again later").to_owned()
             }
+            Self::DatabaseAway(_) => tr!(
+                "the database does not answer now; try again later, and where something was to be changed, look first whether it was"
+            )
+            .to_owned(),
             Self::Internal(_) => tr!("something went wrong here; it has been noted").to_owned(),
             other => other.to_string(),
         }
@@ -141,14 +163,15 @@ pub fn refuse_trainees(person: &CurrentPerson) -> Result<(), Error> {
 
 impl From<store::Error> for Error {
     fn from(error: store::Error) -> Self {
-        let full = store::is_disk_full(&error);
-        Self::of_storage(full, anyhow::Error::new(error).context("database"))
+        let (full, away) = (store::is_disk_full(&error), store::is_database_away(&error));
+        let cause = anyhow::Error::new(error).context("database");
+        if away { Self::DatabaseAway(cause) } else { Self::of_storage(full, cause) }
     }
 }
 
 impl From<anyhow::Error> for Error {
     fn from(error: anyhow::Error) -> Self {
-        Self::Internal(error)
+        if is_database_away(&error) { Self::DatabaseAway(error) } else { Self::Internal(error) }
     }
 }
 
@@ -176,8 +199,11 @@ impl From<tokio::task::JoinError> for Error {
     }
 }
 
-impl From<tower_sessions::session::Error> for Error {
-    fn from(error: tower_sessions::session::Error) -> Self {
-        Self::Internal(anyhow::Error::new(error).context("web session"))
+impl From<session::Error> for Error {
+    fn from(error: session::Error) -> Self {
+        let away =
+            matches!(&error, session::Error::Store(session_store::Error::Backend(said)) if said.starts_with(AWAY));
+        let cause = anyhow::Error::new(error).context("web session");
+        if away { Self::DatabaseAway(cause) } else { Self::Internal(cause) }
     }
 }

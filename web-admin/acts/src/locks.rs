@@ -2,14 +2,16 @@
 
 use model::Moment;
 use store::locks::{FileLock, LockError};
-use store::{Database, DatabaseLock};
+use store::{Database, DatabaseAddress, DatabaseLock};
 
 use crate::config::Config;
 
 /// Database and recordings, held by this process until it is dropped. A folder is held by one; a bucket by whoever has its database.
 #[derive(Debug)]
 pub struct DataLock {
-    _database: DatabaseLock,
+    database: DatabaseLock,
+    address: DatabaseAddress,
+    holder: String,
     _folder: FileLock,
 }
 
@@ -20,7 +22,8 @@ impl DataLock {
     /// When another process has one of them, or one cannot be locked.
     pub async fn take(config: &Config, purpose: &str, now: Moment) -> anyhow::Result<Self> {
         let holder = name_holder(purpose, now);
-        Ok(Self { _database: Database::hold(&config.database, &holder).await?, _folder: hold_folder(config, &holder)? })
+        let database = Database::hold(&config.database, &holder).await?;
+        Self::with_folder(config, database, holder)
     }
 
     /// Takes them beside others that serve the same database, where it may have several.
@@ -29,7 +32,25 @@ impl DataLock {
     /// When a process has one of them to itself, or one cannot be locked.
     pub async fn join(config: &Config, purpose: &str, now: Moment) -> anyhow::Result<Self> {
         let holder = name_holder(purpose, now);
-        Ok(Self { _database: Database::join(&config.database, &holder).await?, _folder: hold_folder(config, &holder)? })
+        let database = Database::join(&config.database, &holder).await?;
+        Self::with_folder(config, database, holder)
+    }
+
+    fn with_folder(config: &Config, database: DatabaseLock, holder: String) -> anyhow::Result<Self> {
+        let folder = hold_folder(config, &holder)?;
+        Ok(Self { database, address: config.database.clone(), holder, _folder: folder })
+    }
+
+    /// Joins those that serve the database once more, where the server has been started anew and knows of nobody.
+    ///
+    /// # Errors
+    /// When a process has the database to itself by now, or the server does not answer.
+    pub async fn rejoin_if_lost(&mut self) -> Result<(), LockError> {
+        if !self.database.is_held().await {
+            self.database = Database::join(&self.address, &self.holder).await?;
+            tracing::warn!("the database had forgotten that it is served, and has been told again");
+        }
+        Ok(())
     }
 }
 
@@ -44,8 +65,6 @@ fn hold_folder(config: &Config, holder: &str) -> Result<FileLock, LockError> {
 #[cfg(test)]
 mod tests {
     //! Two services on one folder score everything twice and destroy each other's uploads.
-
-    use store::DatabaseAddress;
 
     use super::*;
 

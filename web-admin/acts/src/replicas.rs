@@ -17,6 +17,9 @@ const BEAT_EVERY: Duration = Duration::from_secs(5);
 /// not take the others for dead.
 const MOST_SILENT: u32 = 6;
 
+/// Longest that a look may take: a database that has fallen silent is asked anew.
+const LONGEST_LOOK: Duration = Duration::from_secs(20);
+
 /// What one process does for all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Duty {
@@ -94,7 +97,11 @@ impl Colleagues {
 pub async fn run(service: Service) {
     let mut colleagues = Colleagues::default();
     loop {
-        if let Err(error) = look_round(&service, &mut colleagues).await {
+        let heard = match tokio::time::timeout(LONGEST_LOOK, look_round(&service, &mut colleagues)).await {
+            Ok(heard) => heard,
+            Err(silent) => Err(Error::DatabaseAway(silent.into())),
+        };
+        if let Err(error) = heard {
             tracing::warn!(cause = %error, "it could not be heard who else is at work");
             // Whoever was not heard themselves cannot say that the others were silent.
             colleagues = Colleagues::default();

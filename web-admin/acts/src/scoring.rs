@@ -12,6 +12,7 @@ use store::sessions::{self, Session};
 use store::{exercises, practice, scores, tries};
 use tracing::Instrument;
 
+use crate::error::is_database_away;
 use crate::judging::{JudgeAnswer, JudgeQuestion, JudgingOutcome, JudgingTask};
 use crate::killpoints::KillPoint;
 use crate::recording_store::StoreError;
@@ -34,7 +35,7 @@ enum ScoringFailure {
     Permanent(String),
     /// It may be, later.
     Passing(anyhow::Error),
-    /// Its recording cannot be reached now, which says nothing of it.
+    /// Its recording or the database cannot be reached now, which says nothing of it.
     Unreachable(anyhow::Error),
     /// Whoever worked on it has died of it; how.
     Death(String),
@@ -44,13 +45,13 @@ enum ScoringFailure {
 
 impl From<anyhow::Error> for ScoringFailure {
     fn from(error: anyhow::Error) -> Self {
-        Self::Passing(error)
+        if is_database_away(&error) { Self::Unreachable(error) } else { Self::Passing(error) }
     }
 }
 
 impl From<store::Error> for ScoringFailure {
     fn from(error: store::Error) -> Self {
-        Self::Passing(error.into())
+        anyhow::Error::from(error).into()
     }
 }
 
@@ -189,12 +190,12 @@ async fn put_off(state: &Service, job: &Job, error: &anyhow::Error) -> anyhow::R
     Ok(())
 }
 
-/// Puts a job back until the store of the recordings may answer again, however often.
+/// Puts a job back until what does not answer may do so again, however often.
 async fn wait_for_store(state: &Service, job: &Job, error: &anyhow::Error) -> anyhow::Result<()> {
     let why = format!("{error:#}");
     let until = state.clock.now().plus_s(STORE_WAIT_S);
     give_back(state, job, JobReturn::Postponed { until, why: &why }).await?;
-    tracing::warn!(session = %job.session_id, why, "scoring waits for the store of the recordings");
+    tracing::warn!(session = %job.session_id, why, "scoring waits for what does not answer");
     Ok(())
 }
 

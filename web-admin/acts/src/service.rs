@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
 use model::ids::ReplicaId;
-use store::Database;
+use store::{Database, MigrateError};
 use tokio::sync::{Notify, Semaphore};
 
 use crate::brake_notes::BrakeNotes;
@@ -78,7 +78,7 @@ impl Service {
                 .with_context(|| format!("cannot make the folder {}", folder.display()))?;
         }
         let db = Database::open(&config.database).await.context("cannot open the database")?;
-        db.migrate().await.context("cannot bring the database up to date")?;
+        db.migrate().await.map_err(tell_newer).context("cannot bring the database up to date")?;
         let (mailer, recordings) = (Mailer::new(&config)?, RecordingStore::open(&config)?);
         Ok(Self {
             db,
@@ -117,6 +117,17 @@ impl Service {
     /// When the work could not be run.
     pub async fn parse<T: Send + 'static>(&self, work: impl FnOnce() -> T + Send + 'static) -> Result<T, Error> {
         in_turn(&self.parsing, work).await
+    }
+}
+
+/// Says in words that another program has brought the database further than this one knows.
+fn tell_newer(error: MigrateError) -> anyhow::Error {
+    match error {
+        MigrateError::VersionMissing(step) => anyhow::anyhow!(
+            "the database is newer than this program, {}: it has had step {step}, which this one does not know; start the newer program",
+            env!("CARGO_PKG_VERSION")
+        ),
+        error => error.into(),
     }
 }
 

@@ -84,8 +84,14 @@ fn key(id: Id) -> Vec<u8> {
     Sha256::digest(id.0.to_be_bytes()).to_vec()
 }
 
+/// How what this store says begins where the database does not answer: the trait of stores has a text for all that may happen.
+pub(crate) const AWAY: &str = "the database does not answer";
+
 fn backend(error: store::Error) -> Error {
-    Error::Backend(error.to_string())
+    match store::is_database_away(&error) {
+        true => Error::Backend(format!("{AWAY}: {error}")),
+        false => Error::Backend(error.to_string()),
+    }
 }
 
 #[async_trait]

@@ -2,6 +2,7 @@
 
 use std::io::IsTerminal;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
@@ -17,8 +18,11 @@ use acts::{
 };
 use anyhow::Context;
 use clap::{Args, ValueEnum};
+use rustix::process::{getpid, kill_process};
 use store::Database;
+use store::locks::LockError;
 use tokio::signal::unix::{Signal, SignalKind, signal};
+use tokio::sync::Mutex;
 use tokio::task::JoinHandle;
 use tower_sessions::ExpiredDeletion;
 use tracing_subscriber::filter::{FilterExt, filter_fn};
@@ -32,6 +36,8 @@ use crate::{AppState, outbox, worker};
 
 /// How often what has expired is thrown away.
 const TIDY_EVERY: Duration = Duration::from_secs(600);
+/// How often it is looked whether the database still knows that this service is at work on it.
+const HOLD_EVERY: Duration = Duration::from_secs(5);
 
 /// How to work.
 #[derive(Debug, Args)]
@@ -122,7 +128,7 @@ pub(super) struct Shift {
     /// What it works with.
     pub(super) state: AppState,
     telemetry: Option<Telemetry>,
-    _lock: DataLock,
+    lock: Arc<Mutex<DataLock>>,
 }
 
 impl Shift {
@@ -146,7 +152,7 @@ impl Shift {
             if Database::is_shared() { replicas::succeed(&state).await } else { replicas::bury_others(&state).await };
         buried.map_err(anyhow::Error::from)?;
         replicas::tell_set_aside(&state).await.map_err(anyhow::Error::from)?;
-        Ok(Self { state, telemetry, _lock: lock })
+        Ok(Self { state, telemetry, lock: Arc::new(Mutex::new(lock)) })
     }
 
     /// Does what is done beside requests.
@@ -159,6 +165,7 @@ impl Shift {
             tokio::spawn(retention::run(state.service.clone())),
             tokio::spawn(anchoring::run(state.service.clone())),
             tokio::spawn(tidy_up(state.clone())),
+            tokio::spawn(hold_on(Arc::clone(&self.lock))),
         ];
         tasks.extend((state.config.judges > 0).then(|| tokio::spawn(worker::run_worker(state.clone()))));
         tasks.extend(Database::is_shared().then(|| tokio::spawn(replicas::run(state.service.clone()))));
@@ -224,6 +231,25 @@ impl Signals {
         tokio::select! {
             _ = self.interrupt.recv() => {}
             _ = self.terminate.recv() => {}
+        }
+    }
+}
+
+/// Joins those that serve the database once more whenever it has forgotten them. Where a process has taken it for itself meanwhile, this one
+/// leaves it as on SIGTERM.
+async fn hold_on(lock: Arc<Mutex<DataLock>>) {
+    loop {
+        tokio::time::sleep(HOLD_EVERY).await;
+        match lock.lock().await.rejoin_if_lost().await {
+            Ok(()) => {}
+            Err(held @ LockError::Held { .. }) => {
+                tracing::error!(cause = %held, "the database is another's: this service stops");
+                if let Err(error) = kill_process(getpid(), rustix::process::Signal::TERM) {
+                    tracing::error!(cause = %error, "this service cannot stop itself");
+                }
+                return;
+            }
+            Err(unusable) => tracing::warn!(cause = %unusable, "the database cannot be told that it is served"),
         }
     }
 }

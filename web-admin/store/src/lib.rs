@@ -10,8 +10,11 @@ use std::time::Duration;
 use model::Moment;
 use serde::{Deserialize, Deserializer};
 use sqlx::Transaction;
+pub use sqlx::migrate::MigrateError;
 
-pub use engine::{AddressRefused, Connection, DatabaseAddress, DatabaseLock, Engine, Executor, Pool, is_disk_full};
+pub use engine::{
+    AddressRefused, Connection, DatabaseAddress, DatabaseLock, Engine, Executor, Pool, is_database_away, is_disk_full,
+};
 use engine::{LISTENING_PERIOD, MIGRATIONS, SHARED};
 pub use json::Json;
 
@@ -116,7 +119,7 @@ impl Database {
     ///
     /// # Errors
     /// When a migration fails, or the database is newer than this program.
-    pub async fn migrate(&self) -> std::result::Result<(), sqlx::migrate::MigrateError> {
+    pub async fn migrate(&self) -> std::result::Result<(), MigrateError> {
         MIGRATIONS.run(&self.writer).await?;
         Ok(directory::fill_search_texts(&self.writer).await?)
     }

@@ -3,15 +3,16 @@
 //! not answer costs a recording.
 
 use std::process::Output;
+use std::time::Duration;
 
 use acts::erasing::{self, Eraser};
 use acts::erasures::ErasureScope;
-use acts::{uploads, verification};
+use acts::{replicas, uploads, verification};
 use axum::body::Body;
 use axum::http::{Method, Request};
 use model::Role;
 use store::audit::Actor;
-use store::directory;
+use store::{directory, tries};
 use web_admin::worker;
 
 use super::support::bucket::{Refusal, TestBucket};
@@ -174,6 +175,25 @@ async fn what_two_services_write_at_once_is_counted_once() {
     assert_eq!(told, [204, 409], "{} {}", one.text(), two.text());
     assert_eq!(go_on(&mut here, &path, &bytes).await, Some(attempt.session_id.to_string()));
     assert_eq!(download(&mut here, &attempt).await.body, bytes);
+}
+
+#[tokio::test]
+async fn who_brings_the_last_piece_waits_while_another_service_takes_the_upload_in() {
+    let bucket = TestBucket::new();
+    let (app, ada) = begun(&bucket).await;
+    let other = bucket.replica(&app).await;
+    let (mut here, attempt) = (app.with_token(&ada.token), Attempt::default());
+    let bytes = record(&attempt);
+    let path = begin(&mut here, bytes.len()).await;
+    let id = path.rsplit('/').next().unwrap().parse().unwrap();
+    other.write(async |tx| assert!(tries::hold_upload(tx, id, other.state.replica).await.unwrap())).await;
+    let buried = async {
+        tokio::time::sleep(Duration::from_millis(500)).await;
+        // It has died over it.
+        replicas::bury_others(&app.state).await.unwrap();
+    };
+    let (sent, ()) = tokio::join!(send(&mut here, &path, 0, &bytes), buried);
+    assert_eq!(sent.header("stylet-session"), attempt.session_id.to_string(), "{} {}", sent.status, sent.text());
 }
 
 #[tokio::test]

@@ -5,11 +5,17 @@ use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
+#[cfg(feature = "postgres")]
+use acts::config::Config;
+#[cfg(feature = "postgres")]
+use acts::locks::DataLock;
 use acts::replicas::{self, Colleagues, Duty};
 use acts::{brakes, scoring};
 use model::Role;
 use serde_json::Value;
 use store::jobs::{self, JobQuery};
+#[cfg(feature = "postgres")]
+use store::locks::LockError;
 use web_admin::{AppState, worker};
 
 use super::support::App;
@@ -110,6 +116,53 @@ async fn who_guesses_has_no_more_tries_at_two_services_than_at_one() {
         taken += u32::from(brakes::take_sign_in(state, [192, 0, 2, 1].into(), "ada@example.org").await.is_ok());
     }
     assert!((10..12).contains(&taken), "{taken} of 40 were taken");
+}
+
+/// Ends the connections of whoever has joined, as a server does that is started anew.
+#[cfg(feature = "postgres")]
+async fn forget_joined(app: &App) {
+    let forget = "SELECT pg_terminate_backend(pid, 5000) FROM pg_stat_activity
+                  WHERE datname = current_database() AND application_name LIKE 'web-admin serve%'";
+    sqlx::query(forget).execute(app.state.db.reader()).await.unwrap();
+}
+
+#[cfg(feature = "postgres")]
+#[tokio::test]
+async fn a_server_that_knows_nobody_any_more_is_told_again_unless_another_has_the_database() {
+    let app = App::new().await;
+    let (ours, theirs) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let config = |folder: &tempfile::TempDir| Config {
+        database: app.state.config.database.clone(),
+        ..Config::in_folder(folder.path())
+    };
+    let now = app.state.clock.now();
+    let mut served = DataLock::join(&config(&ours), "web-admin serve", now).await.unwrap();
+    forget_joined(&app).await;
+    served.rejoin_if_lost().await.unwrap();
+    let refused = DataLock::take(&config(&theirs), "web-admin restore", now).await.unwrap_err().to_string();
+    assert!(refused.contains("web-admin serve"), "{refused}");
+    forget_joined(&app).await;
+    let _taken = DataLock::take(&config(&theirs), "web-admin restore", now).await.unwrap();
+    let late = served.rejoin_if_lost().await.unwrap_err();
+    assert!(matches!(&late, LockError::Held { holder, .. } if holder.contains("web-admin restore")), "{late}");
+}
+
+#[tokio::test]
+async fn a_database_that_does_not_answer_is_503_and_says_when_to_come_again() {
+    let app = App::new().await;
+    let token = app.member(app.school("North").await, Role::Trainee, "ada@example.org").await.token;
+    let mut browser = app.signed_in("ada@example.org").await;
+    app.state.db.close().await;
+    let answer = app.with_token(&token).get("/api/v1/sessions").await;
+    assert_eq!(answer.header("retry-after"), "5");
+    answer.is_problem(503, "the database does not answer");
+    let page = browser.get("/").await;
+    assert!(page.status == 503 && page.text().contains("the database does not answer now"), "{}", page.text());
+    let mut stranger = app.stranger();
+    assert_eq!(
+        [stranger.get("/healthz").await.status, stranger.get("/readyz").await.status].map(|status| status.as_u16()),
+        [200, 503]
+    );
 }
 
 /// What has become of the only attempt.

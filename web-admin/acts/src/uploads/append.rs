@@ -7,7 +7,7 @@ use store::uploads::{Upload, UploadOwner};
 use tokio::fs::File;
 use tokio::io::{AsyncSeekExt, AsyncWriteExt};
 
-use super::{complete, look, pieces, take_over};
+use super::{LOOKS, complete, look, pieces, take_over};
 use crate::checksum::Checksum;
 use crate::error::Error;
 use crate::killpoints::KillPoint;
@@ -45,7 +45,7 @@ pub async fn append(state: &Service, owner: UploadOwner, id: UploadId, piece: Up
     // A task of its own: the server drops a handler whose client has gone, and with it what has arrived.
     let work = tokio::spawn(async move {
         let upload = write(&state, upload, piece, &mut turn).await?;
-        if upload.whole() && upload.session_id.is_none() { complete(&state, upload).await } else { Ok(upload) }
+        if upload.whole() && upload.session_id.is_none() { complete(&state, upload, LOOKS).await } else { Ok(upload) }
     });
     work.await?
 }
@@ -88,7 +88,9 @@ async fn write(state: &Service, upload: Upload, piece: UploadPiece, turn: &mut T
         (Some(checksum), Ok(())) if !checksum.fits() => Err(Error::ChecksumMismatch),
         (_, Err(too_large @ Error::TooLarge { .. })) => Err(too_large),
         // What the disk or the store has refused, and what was written after it, is not there: back to what was received.
-        (_, Err(refused @ (Error::Internal(_) | Error::NoRoom(_) | Error::StoreAway(_)))) => Err(refused),
+        (_, Err(refused @ (Error::Internal(_) | Error::NoRoom(_) | Error::StoreAway(_) | Error::DatabaseAway(_)))) => {
+            Err(refused)
+        }
         (_, broken) => {
             writing.settle().await?;
             broken.map(|()| writing.upload)

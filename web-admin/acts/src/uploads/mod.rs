@@ -5,6 +5,8 @@ mod append;
 mod pieces;
 
 pub use append::{UploadPiece, append};
+use std::time::Duration;
+
 use model::ids::UploadId;
 use store::audit::Actor;
 use store::uploads::{Unfinished, Upload, UploadOwner};
@@ -17,6 +19,11 @@ use crate::killpoints::KillPoint;
 use crate::recordings::{self, Received};
 use crate::service::Service;
 use crate::turns::Turn;
+
+/// How often whoever brings the last piece looks whether another service still takes the upload in, ...
+const LOOKS: u32 = 50;
+/// ... and how long between two looks: 5 s in all.
+const BETWEEN_LOOKS: Duration = Duration::from_millis(100);
 
 /// What is said of an upload when it begins.
 #[derive(Clone, Debug)]
@@ -119,15 +126,15 @@ pub async fn terminate(state: &Service, upload: &Upload) -> Result<(), Error> {
 }
 
 /// Makes an attempt of an upload that is whole. One that is refused is forgotten: its bytes will never be better.
-/// Whoever calls has the upload's turn.
+/// Whoever calls has the upload's turn, and says how often it is looked whether another service still does so.
 ///
 /// # Errors
-/// When another service does so just now, the recording is refused, or the disk or the database fails; then it is tried again by [`tidy`].
-async fn complete(state: &Service, upload: Upload) -> Result<Upload, Error> {
+/// When another service does so all the while, the recording is refused, or the disk or the database fails; then it is tried again by [`tidy`].
+async fn complete(state: &Service, upload: Upload, looks: u32) -> Result<Upload, Error> {
     let id = upload.id;
     // Before it counts as begun: who dies on the way to it has not died of it.
     let received = pieces::collect(state, &upload).await;
-    let upload = hold(state, id).await?;
+    let upload = hold_patiently(state, id, looks).await?;
     KillPoint::UploadMarked.pass();
     let taken = match (upload.session_id, received) {
         (Some(_), _) => Ok(upload),
@@ -138,6 +145,17 @@ async fn complete(state: &Service, upload: Upload) -> Result<Upload, Error> {
         tracing::warn!(upload = %id, cause = %error, "an upload counts as being read until the service stops");
     }
     taken
+}
+
+/// Holds an upload once no other service does: one that has found it whole at its start, or one that died over it and is buried soon.
+async fn hold_patiently(state: &Service, id: UploadId, looks: u32) -> Result<Upload, Error> {
+    for _ in 1..looks {
+        match hold(state, id).await {
+            Err(Error::Locked) => tokio::time::sleep(BETWEEN_LOOKS).await,
+            done => return done,
+        }
+    }
+    hold(state, id).await
 }
 
 /// Writes down that an upload is about to be read; what has become of it by now.
@@ -173,6 +191,7 @@ async fn take_in(state: &Service, mut upload: Upload, received: Received) -> Res
             | Error::Busy { .. }
             | Error::Deadly(_)
             | Error::StoreAway(_)
+            | Error::DatabaseAway(_)
             | Error::Unscanned(_)),
         ) => Err(fault),
         Err(refused) => {
@@ -210,8 +229,9 @@ pub async fn tidy(state: &Service) -> Result<(), Error> {
         if upload.expires_at <= state.clock.now() {
             remove(state, &upload).await?;
         } else if upload.whole() && upload.session_id.is_none() {
-            match complete(state, upload).await {
+            match complete(state, upload, 1).await {
                 Ok(_) => tracing::info!(upload = %id, "an upload that was left whole has been taken in"),
+                Err(Error::Locked) => tracing::debug!(upload = %id, "another service takes it in"),
                 Err(error) => tracing::warn!(upload = %id, cause = %error, "an upload that is whole was not taken in"),
             }
         }

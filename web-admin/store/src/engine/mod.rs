@@ -13,7 +13,7 @@ use postgres as chosen;
 use sqlite as chosen;
 
 pub use address::{AddressRefused, DatabaseAddress};
-pub use chosen::{DatabaseLock, Engine, is_disk_full};
+pub use chosen::{DatabaseLock, Engine, is_database_away, is_disk_full};
 pub(crate) use chosen::{
     LISTENING_PERIOD, MIGRATIONS, SHARED, is_table_there, keep_more_in_memory, refresh_statistics,
 };

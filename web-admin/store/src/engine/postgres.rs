@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Duration;
 
-use sqlx::ConnectOptions as _;
 use sqlx::migrate::Migrator;
 use sqlx::postgres::{PgConnectOptions, PgPoolOptions};
+use sqlx::{ConnectOptions as _, Connection as _};
 
 use super::address::{DatabaseAddress, EngineKind};
 use super::{Connection, Executor};
@@ -32,11 +32,36 @@ pub(crate) const SHARED: bool = true;
 const PATIENCE: &str = "10s";
 /// PostgreSQL's code for a full disk.
 const FULL: &str = "53100";
+/// How long a request waits for a connection: one that is free, answers, and leads to the database.
+const LONGEST_CONNECTING: Duration = Duration::from_secs(10);
+/// How the server ends sessions whose other end has fallen silent, so that nobody's lock outlives them: by TCP, in s and ms, and, where a
+/// transaction does nothing at all, by its time.
+const VIGILANCE: [(&str, &str); 5] = [
+    ("tcp_keepalives_idle", "10"),
+    ("tcp_keepalives_interval", "5"),
+    ("tcp_keepalives_count", "3"),
+    ("tcp_user_timeout", "25000"),
+    ("idle_in_transaction_session_timeout", "60s"),
+];
+/// PostgreSQL's codes for a server that stops, starts, or has no place left, and for a lock that was not to be had in time; `08` begins those
+/// for broken connections.
+const AWAY: [&str; 6] = ["57P01", "57P02", "57P03", "57P05", "53300", "55P03"];
 
 /// Whether a statement came to nothing because the disk is full.
 #[must_use]
 pub fn is_disk_full(error: &Error) -> bool {
     matches!(error, Error::Database(told) if told.code().as_deref() == Some(FULL))
+}
+
+/// Whether a statement came to nothing because the database does not answer, which says nothing of what was asked. What was being committed
+/// may be there all the same.
+#[must_use]
+pub fn is_database_away(error: &Error) -> bool {
+    match error {
+        Error::Io(_) | Error::PoolTimedOut | Error::PoolClosed => true,
+        Error::Database(told) => told.code().is_some_and(|code| AWAY.contains(&&*code) || code.starts_with("08")),
+        _ => false,
+    }
 }
 
 /// What this engine is among those of addresses.
@@ -61,7 +86,28 @@ pub(super) fn address_in(_folder: &Path) -> String {
 /// A database that this process holds until it is dropped: a lock of a connection of its own, which the server lets go of when that ends.
 #[derive(Debug)]
 pub struct DatabaseLock {
-    _connection: Connection,
+    connection: Connection,
+}
+
+impl DatabaseLock {
+    /// Whether the server still lets this process hold it: a server that was started anew knows of no lock.
+    pub async fn is_held(&mut self) -> bool {
+        let asked = tokio::time::timeout(LONGEST_CONNECTING, self.connection.ping()).await;
+        asked.is_ok_and(|answered| answered.is_ok())
+    }
+}
+
+/// A pool whose connections answer, or are given up: neither who asks for one waits for long, nor is one kept that does not answer.
+fn pool() -> PgPoolOptions {
+    PgPoolOptions::new().acquire_timeout(LONGEST_CONNECTING).after_release(|connection, _| {
+        Box::pin(async move {
+            match tokio::time::timeout(LONGEST_CONNECTING, connection.ping()).await {
+                Ok(answered) => answered.map(|()| true),
+                // An error has it dropped without a word; one that is closed in order says so, and waits.
+                Err(_silent) => Err(Error::PoolTimedOut),
+            }
+        })
+    })
 }
 
 impl DatabaseAddress {
@@ -107,7 +153,7 @@ impl DatabaseAddress {
     }
 
     fn options(&self) -> Result<PgConnectOptions> {
-        Ok(PgConnectOptions::from_str(self.as_url())?.options([("lock_timeout", PATIENCE)]))
+        Ok(PgConnectOptions::from_str(self.as_url())?.options([("lock_timeout", PATIENCE)]).options(VIGILANCE))
     }
 }
 
@@ -122,8 +168,8 @@ impl Database {
         let reading = options
             .clone()
             .options([("default_transaction_read_only", "on"), ("default_transaction_isolation", "repeatable read")]);
-        let writer = PgPoolOptions::new().max_connections(1).connect_with(options).await?;
-        let reader = PgPoolOptions::new().max_connections(4).connect_lazy_with(reading);
+        let writer = pool().max_connections(1).connect_with(options).await?;
+        let reader = pool().max_connections(4).connect_lazy_with(reading);
         Ok(Self { writer, reader })
     }
 
@@ -172,7 +218,7 @@ impl Database {
             let held: bool =
                 sqlx::query_scalar(attempt).bind(HOLDING).fetch_one(&mut connection).await.map_err(unusable)?;
             if held {
-                return Ok(DatabaseLock { _connection: connection });
+                return Ok(DatabaseLock { connection });
             }
             if left > 0 {
                 tokio::time::sleep(BETWEEN_TRIES).await;

@@ -37,11 +37,23 @@ const CACHE: &str = "-4000";
 const ROWS: usize = 1024;
 /// SQLite's result code for a full disk.
 const FULL: &str = "13";
+/// SQLite's result code where somebody else writes for too long.
+const BUSY: &str = "5";
 
 /// Whether a statement came to nothing because the disk is full.
 #[must_use]
 pub fn is_disk_full(error: &Error) -> bool {
     matches!(error, Error::Database(told) if told.code().as_deref() == Some(FULL))
+}
+
+/// Whether a statement came to nothing because the database was not to be had in time, which says nothing of what was asked.
+#[must_use]
+pub fn is_database_away(error: &Error) -> bool {
+    match error {
+        Error::PoolTimedOut | Error::PoolClosed => true,
+        Error::Database(told) => told.code().as_deref() == Some(BUSY),
+        _ => false,
+    }
 }
 
 /// What this engine is among those of addresses.
@@ -64,6 +76,13 @@ pub(super) fn address_in(folder: &Path) -> String {
 #[derive(Debug)]
 pub struct DatabaseLock {
     _file: FileLock,
+}
+
+impl DatabaseLock {
+    /// Whether this process still holds it: a file's lock is lost with the process alone.
+    pub async fn is_held(&mut self) -> bool {
+        true
+    }
 }
 
 impl DatabaseAddress {
