@@ -1,15 +1,12 @@
 //! The end of the audit log, told outside the database once a day: whoever cuts the log or makes it anew cannot take back what was told.
 //!
-//! A statement says how many rows the log had and by which hash it ended, signed by the key of certificates. It is a file of the data
-//! folder's `statements/`, one for each day, and a letter to whoever keeps them elsewhere. `web-admin verify --statement` holds the log to it.
+//! A statement says how many rows the log had and by which hash it ended, signed by the key of certificates. It is a file in
+//! `statements/` of the data folder or the bucket, one for each day, and a letter to whoever keeps them elsewhere. `web-admin verify --statement` holds the log to it.
 
-use std::fs::{DirBuilder, File, OpenOptions};
-use std::io::Write;
-use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
-use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::{Context, ensure};
+use model::Moment;
 use model::certificate::{self, Certificate};
 use model::ids::LetterId;
 use serde::{Deserialize, Serialize};
@@ -19,9 +16,8 @@ use crate::certificates;
 use crate::mailer::Letter;
 use crate::replicas::{self, Duty};
 use crate::service::Service;
+use crate::statement_store::StatementStore;
 
-/// The folder of statements in the data folder.
-pub const STATEMENTS_DIR: &str = "statements";
 /// What a statement is of.
 const OF: &str = "the audit log of a Stylet service";
 /// Version of the layout.
@@ -45,36 +41,47 @@ pub struct AuditHead {
     pub head: String,
 }
 
-/// Makes today's statement where there is none, and tells it where it was not told. None where both were done.
+/// Makes today's statement where there is none, and tells it where it was not told: where it is. None where both were done.
 ///
 /// # Errors
-/// When the database, the key, the disk or the mail fails; the next look tries again.
-pub async fn anchor(state: &Service) -> anyhow::Result<Option<PathBuf>> {
+/// When the database, the key, the disk, the bucket or the mail fails; the next look tries again.
+pub async fn anchor(state: &Service) -> anyhow::Result<Option<String>> {
     let now = state.clock.now();
     let day = now.to_string().chars().take_while(|c| *c != 'T').collect::<String>();
-    let file = state.config.data_dir.join(STATEMENTS_DIR).join(format!("{day}.json"));
-    let told = file.with_extension("mailed");
-    let made = !tokio::fs::try_exists(&file).await?;
-    if made {
-        let (rows, head) = audit::find_audit_head(state.db.reader()).await?;
-        let head = AuditHead { of: OF.to_owned(), format: FORMAT, made_at: now.to_string(), rows, head };
-        let (data_dir, place) = (state.config.data_dir.clone(), file.clone());
-        tokio::task::spawn_blocking(move || make(&data_dir, &place, &head)).await??;
-    }
+    let store = StatementStore::of(&state.config, &state.recordings);
+    let (name, told) = (format!("{day}.json"), format!("{day}.mailed"));
+    let found = store.read(&name).await?;
+    let made = found.is_none();
+    let statement = match found {
+        Some(statement) => statement,
+        None => {
+            let statement = sign_head(state, now).await?;
+            store.keep(&name, statement.clone()).await?;
+            statement
+        }
+    };
     if let Some(address) = &state.config.anchor_mail
-        && !tokio::fs::try_exists(&told).await?
+        && store.read(&told).await?.is_none()
     {
-        let text = tokio::fs::read_to_string(&file).await?;
-        let letter = letter(&day, address, &text);
+        let letter = letter(&day, address, std::str::from_utf8(&statement)?);
         state
             .mailer
             .send(Letter { id: LetterId::made_at(now), ..letter }, now)
             .await
             .context("the statement was not mailed")?;
-        tokio::fs::write(&told, address).await?;
-        return Ok(Some(file));
+        store.keep(&told, address.clone().into_bytes()).await?;
+        return Ok(Some(store.place(&name)));
     }
-    Ok(made.then_some(file))
+    Ok(made.then(|| store.place(&name)))
+}
+
+/// A signed statement of how the audit log ends now.
+async fn sign_head(state: &Service, now: Moment) -> anyhow::Result<Vec<u8>> {
+    let (rows, head) = audit::find_audit_head(state.db.reader()).await?;
+    let head = AuditHead { of: OF.to_owned(), format: FORMAT, made_at: now.to_string(), rows, head };
+    let keys_dir = state.config.keys_dir.clone();
+    let key = tokio::task::spawn_blocking(move || certificates::signing_key(&keys_dir)).await??;
+    Ok(serde_json::to_vec_pretty(&certificate::sign_text(&key, &serde_json::to_string(&head)?))?)
 }
 
 fn letter(day: &str, address: &str, statement: &str) -> Letter {
@@ -88,19 +95,6 @@ fn letter(day: &str, address: &str, statement: &str) -> Letter {
              web-admin verify --statement FILE\n\n{statement}\n"
         ),
     }
-}
-
-/// Signs a statement and puts it into a file, whole or not at all. Blocks.
-fn make(data_dir: &Path, place: &Path, head: &AuditHead) -> anyhow::Result<()> {
-    let folder = place.parent().context("a file in a folder")?;
-    DirBuilder::new().recursive(true).mode(0o700).create(folder).context(folder.display().to_string())?;
-    let signed = certificate::sign_text(&certificates::signing_key(data_dir)?, &serde_json::to_string(head)?);
-    let part = place.with_extension("part");
-    let mut file = OpenOptions::new().write(true).create(true).truncate(true).mode(0o600).open(&part)?;
-    file.write_all(serde_json::to_string_pretty(&signed)?.as_bytes())?;
-    file.sync_all()?;
-    std::fs::rename(&part, place)?;
-    Ok(File::open(folder)?.sync_all()?)
 }
 
 /// Reads a statement, and checks that a key has signed it. A letter as it was mailed will do: the statement stands between braces.
@@ -122,7 +116,7 @@ pub async fn run(state: Service) {
     loop {
         let state_it = async {
             if let Some(file) = anchor(&state).await? {
-                tracing::info!(file = %file.display(), "the end of the audit log is stated");
+                tracing::info!(file, "the end of the audit log is stated");
             }
             Ok(())
         };

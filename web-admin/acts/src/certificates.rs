@@ -1,4 +1,4 @@
-//! The key that signs certificates: made when it is first needed, it stays in the data folder.
+//! The key that signs certificates: made where it is missing, it stays in the folder of the keys.
 
 use std::path::Path;
 
@@ -13,23 +13,23 @@ use crate::error::Error;
 use crate::sealing;
 use crate::service::Service;
 
-/// The private key's file in the data folder, 64 hexadecimal digits.
+/// The private key's file in the folder of the keys, 64 hexadecimal digits.
 pub const KEY_FILE: &str = "certificate-key";
 
 /// The service's key, which is made where there is none yet.
 ///
 /// # Errors
 /// When it cannot be read or made.
-pub fn signing_key(data_dir: &Path) -> anyhow::Result<SigningKey> {
-    Ok(SigningKey::from_bytes(&sealing::file_key(&data_dir.join(KEY_FILE))?))
+pub fn signing_key(keys_dir: &Path) -> anyhow::Result<SigningKey> {
+    Ok(SigningKey::from_bytes(&sealing::file_key(&keys_dir.join(KEY_FILE))?))
 }
 
 /// The public key of this service, hexadecimal.
 ///
 /// # Errors
 /// When the key cannot be read or made.
-pub fn public_key(data_dir: &Path) -> anyhow::Result<String> {
-    Ok(certificate::public_key(&signing_key(data_dir)?))
+pub fn public_key(keys_dir: &Path) -> anyhow::Result<String> {
+    Ok(certificate::public_key(&signing_key(keys_dir)?))
 }
 
 /// Writes down that a certificate was issued to a trainee.

@@ -48,6 +48,8 @@ pub struct Config {
     pub listen: SocketAddr,
     /// Folder for everything the service keeps.
     pub data_dir: PathBuf,
+    /// Folder of the keys, which several services may share.
+    pub keys_dir: PathBuf,
     /// Database.
     pub database: DatabaseAddress,
     /// Folder for recordings; where they lie in a bucket, for what is on its way there.
@@ -112,6 +114,7 @@ impl Config {
         Self {
             listen: SocketAddr::from(([127, 0, 0, 1], 8080)),
             data_dir: data_dir.to_owned(),
+            keys_dir: data_dir.to_owned(),
             database: DatabaseAddress::in_folder(data_dir),
             recordings_dir: data_dir.join("recordings"),
             bucket: None,

@@ -10,7 +10,8 @@ use store::audit::{Actor, AuditEntry};
 use store::texts::{ErasedRecording, TextSide, Whose};
 use store::{Connection, directory, retention, schools, second_factors, texts, tokens};
 
-use crate::erasures::{Erasure, ErasureList, ErasureScope};
+use crate::erasure_store::ErasureStore;
+use crate::erasures::{Erasure, ErasureScope};
 use crate::error::Error;
 use crate::service::Service;
 
@@ -56,7 +57,9 @@ pub async fn erase(
 ) -> Result<(), Error> {
     let erasure =
         Erasure { at: state.clock.now(), school_id, person_id: person.id, pseudonym: person.pseudonym.clone(), wish };
-    let list = ErasureList::of(&state.config);
+    let list = ErasureStore::of(&state.config, &state.recordings);
+    // Before the database is locked: a bucket that does not answer holds nobody up.
+    list.check().await?;
     let mut tx = state.db.write().await?;
     if retention::find_hold_time(&mut *tx, school_id, person.id).await?.is_some() {
         return Err(Error::Conflict(tr!("this person is on legal hold: end the hold first").to_owned()));
@@ -67,21 +70,27 @@ pub async fn erase(
     }
     AuditEntry::new(school_id, by.actor, "person.erased", person.id).with(told).append(&mut tx, erasure.at).await?;
     // Before the commit: what is committed is never missing from the list.
-    noted(&list, &erasure).await?;
-    if let Err(error) = tx.commit().await {
-        let taken_back = tokio::task::spawn_blocking(move || list.take_back(&erasure)).await?;
-        if let Err(cause) = taken_back {
-            tracing::error!(%cause, person = %person.id, "an erasure failed and stays on the list: the next start carries it out");
+    let done = match list.add(&erasure).await {
+        Ok(()) => tx.commit().await.map_err(Error::from),
+        Err(error) => {
+            drop(tx);
+            Err(error.into())
         }
-        return Err(error.into());
+    };
+    if let Err(error) = done {
+        take_back(&list, &erasure).await;
+        return Err(error);
     }
     state.db.fold_log().await?;
     remove(state, gone).await
 }
 
-async fn noted(list: &ErasureList, erasure: &Erasure) -> Result<(), Error> {
-    let (list, erasure) = (list.clone(), erasure.clone());
-    Ok(tokio::task::spawn_blocking(move || list.add(&erasure)).await??)
+/// Takes an erasure from the list that has failed.
+async fn take_back(list: &ErasureStore, erasure: &Erasure) {
+    if let Err(cause) = list.take_back(erasure).await {
+        let person = erasure.person_id;
+        tracing::error!(%cause, %person, "an erasure failed and may be on the list: then the next start carries it out");
+    }
 }
 
 /// Takes away what is in the database, and letters; which recordings are to be removed after the commit, and what the log is told.
@@ -148,9 +157,14 @@ pub async fn remove_left(state: &Service) -> Result<(), Error> {
 /// When the list cannot be read, or the database or the disk fails.
 pub async fn catch_up(state: &Service) -> anyhow::Result<usize> {
     let mut again = 0;
-    for erasure in ErasureList::of(&state.config).read()? {
-        let Some(person) = outstanding(state, &erasure).await? else { continue };
+    for erasure in ErasureStore::of(&state.config, &state.recordings).read().await? {
+        if !is_outstanding(state, &erasure).await? {
+            continue;
+        }
         let mut tx = state.db.write().await?;
+        // As they are now: another service that starts may have been quicker.
+        let found = directory::find_anybody(&mut *tx, erasure.school_id, erasure.person_id).await?;
+        let Some(person) = found else { continue };
         let (_, mut told) = take_away(&mut tx, state, &person, &erasure).await.map_err(anyhow::Error::new)?;
         told["again"] = true.into();
         told["first"] = json!(erasure.at);
@@ -166,13 +180,13 @@ pub async fn catch_up(state: &Service) -> anyhow::Result<usize> {
     Ok(again)
 }
 
-/// Whom an erasure has still something to take from.
-async fn outstanding(state: &Service, erasure: &Erasure) -> store::Result<Option<DirectoryEntry>> {
+/// Whether an erasure has still something to take away.
+async fn is_outstanding(state: &Service, erasure: &Erasure) -> store::Result<bool> {
     let Erasure { at, school_id, person_id, wish, .. } = erasure;
     let reader = state.db.reader();
-    let Some(person) = directory::find_anybody(reader, *school_id, *person_id).await? else { return Ok(None) };
+    let Some(person) = directory::find_anybody(reader, *school_id, *person_id).await? else { return Ok(false) };
     if person.state != AccountState::Erased {
-        return Ok(Some(person));
+        return Ok(true);
     }
     let whose = Whose { school_id: *school_id, person_id: *person_id, until: *at };
     let mut left = 0;
@@ -183,5 +197,5 @@ async fn outstanding(state: &Service, erasure: &Erasure) -> store::Result<Option
     }
     let mut connection = reader.acquire().await?;
     let kept = if wish.recordings { texts::recordings(&mut connection, whose).await? } else { Vec::new() };
-    Ok((left > 0 || !kept.is_empty()).then_some(person))
+    Ok(left > 0 || !kept.is_empty())
 }

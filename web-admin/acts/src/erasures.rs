@@ -98,20 +98,10 @@ impl ErasureList {
     /// # Errors
     /// When the file cannot be read, or a line of it is none of ours.
     pub fn read(&self) -> Result<Vec<Erasure>, UnreadableList> {
-        let refused = |line, why: String| UnreadableList { path: self.path.clone(), line, why };
-        let bytes = self.bytes().map_err(|error| refused(None, error.to_string()))?;
-        let text =
-            String::from_utf8(bytes).map_err(|_| refused(None, "is no text; a list of erasures is".to_owned()))?;
-        let whole = text.rfind('\n').map_or("", |end| &text[..end]);
-        let mut standing: Vec<Erasure> = Vec::new();
-        for (place, line) in whole.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
-            let words = |error| format!("not a line of a list of erasures, as web-admin writes them: {error}");
-            match serde_json::from_str(line).map_err(|error| refused(Some(place + 1), words(error)))? {
-                ErasureLine::Erased(erasure) => standing.push(erasure),
-                ErasureLine::TakenBack(erasure) => standing.retain(|other| *other != erasure),
-            }
+        match self.bytes() {
+            Ok(bytes) => read_lines(&self.path, bytes),
+            Err(error) => Err(UnreadableList { path: self.path.clone(), line: None, why: error.to_string() }),
         }
-        Ok(standing)
     }
 
     /// Adds an erasure, which is on the disk when this returns.
@@ -119,7 +109,7 @@ impl ErasureList {
     /// # Errors
     /// When the disk refuses.
     pub fn add(&self, erasure: &Erasure) -> std::io::Result<()> {
-        self.append(&[ErasureLine::Erased(erasure.clone())])
+        self.append(&ErasureLine::Erased(erasure.clone()))
     }
 
     /// Notes that an erasure did not come about.
@@ -127,26 +117,10 @@ impl ErasureList {
     /// # Errors
     /// When the disk refuses.
     pub fn take_back(&self, erasure: &Erasure) -> std::io::Result<()> {
-        self.append(&[ErasureLine::TakenBack(erasure.clone())])
+        self.append(&ErasureLine::TakenBack(erasure.clone()))
     }
 
-    /// Adds those of another list that are not in this one.
-    ///
-    /// # Errors
-    /// When this file cannot be read, or the disk refuses.
-    pub fn merge(&self, others: &[Erasure]) -> anyhow::Result<()> {
-        let mut known = self.read()?;
-        let mut new = Vec::new();
-        for erasure in others.iter() {
-            if !known.contains(erasure) {
-                known.push(erasure.clone());
-                new.push(ErasureLine::Erased(erasure.clone()));
-            }
-        }
-        if new.is_empty() { Ok(()) } else { Ok(self.append(&new)?) }
-    }
-
-    fn append(&self, lines: &[ErasureLine]) -> std::io::Result<()> {
+    fn append(&self, line: &ErasureLine) -> std::io::Result<()> {
         let folder = self.path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         DirBuilder::new().recursive(true).mode(0o700).create(folder)?;
         let mut options = OpenOptions::new();
@@ -158,15 +132,42 @@ impl ErasureList {
         let end = kept.iter().rposition(|&byte| byte == b'\n').map_or(0, |last| last + 1);
         file.set_len(end as u64)?;
         file.seek(SeekFrom::Start(end as u64))?;
-        let mut text = String::new();
-        for line in lines {
-            text += &serde_json::to_string(line)?;
-            text.push('\n');
-        }
-        file.write_all(text.as_bytes())?;
+        file.write_all(text_of(line)?.as_bytes())?;
         file.sync_all()?;
         File::open(folder)?.sync_all()
     }
+}
+
+/// The erasures of the lines of a file or an object that were not taken back; `path` is named where it is none of ours. A line without its
+/// end is none.
+///
+/// # Errors
+/// When a line is none of ours.
+pub fn read_lines(path: &Path, bytes: Vec<u8>) -> Result<Vec<Erasure>, UnreadableList> {
+    let refused = |line, why: String| UnreadableList { path: path.to_owned(), line, why };
+    let text = String::from_utf8(bytes).map_err(|_| refused(None, "is no text; a list of erasures is".to_owned()))?;
+    let whole = text.rfind('\n').map_or("", |end| &text[..end]);
+    let mut standing: Vec<Erasure> = Vec::new();
+    for (place, line) in whole.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
+        let words = |error| format!("not a line of a list of erasures, as web-admin writes them: {error}");
+        match serde_json::from_str(line).map_err(|error| refused(Some(place + 1), words(error)))? {
+            ErasureLine::Erased(erasure) => standing.push(erasure),
+            ErasureLine::TakenBack(erasure) => standing.retain(|other| *other != erasure),
+        }
+    }
+    Ok(standing)
+}
+
+/// The lines of a file with these erasures.
+///
+/// # Errors
+/// When one cannot be written as JSON.
+pub fn lines_of(erasures: &[Erasure]) -> std::io::Result<String> {
+    erasures.iter().map(|erasure| text_of(&ErasureLine::Erased(erasure.clone()))).collect()
+}
+
+fn text_of(line: &ErasureLine) -> std::io::Result<String> {
+    Ok(serde_json::to_string(line)? + "\n")
 }
 
 #[cfg(test)]
@@ -195,8 +196,6 @@ mod tests {
         }
         list.take_back(&erasure(2)).unwrap();
         assert_eq!(list.read().unwrap(), [erasure(3)]);
-        list.merge(&[erasure(3), erasure(4), erasure(4)]).unwrap();
-        assert_eq!(list.read().unwrap(), [erasure(3), erasure(4)]);
         let mode = std::os::unix::fs::PermissionsExt::mode(&std::fs::metadata(&list.path).unwrap().permissions());
         assert_eq!(mode & 0o777, 0o600);
     }

@@ -1,9 +1,9 @@
 //! Secrets at rest: sealed (ChaCha20-Poly1305) with a key in a file beside the database, so that a copy of the database alone
 //! opens none.
 
-use std::fs::OpenOptions;
+use std::fs::{DirBuilder, OpenOptions};
 use std::io::Write;
-use std::os::unix::fs::OpenOptionsExt;
+use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
@@ -13,7 +13,7 @@ use data_encoding::HEXLOWER_PERMISSIVE;
 
 use crate::secret;
 
-/// The key's file in the data folder, 64 hexadecimal digits.
+/// The key's file in the folder of the keys, 64 hexadecimal digits.
 pub const KEY_FILE: &str = "second-factor-key";
 /// Bytes of a nonce.
 const NONCE: usize = 12;
@@ -22,9 +22,9 @@ const NONCE: usize = 12;
 ///
 /// # Errors
 /// When the key cannot be read or made.
-pub fn seal(data_dir: &Path, owner: &[u8; 16], plain: &[u8]) -> anyhow::Result<Vec<u8>> {
+pub fn seal(keys_dir: &Path, owner: &[u8; 16], plain: &[u8]) -> anyhow::Result<Vec<u8>> {
     let nonce = secret::random_bytes::<NONCE>()?;
-    let sealed = cipher(data_dir)?.encrypt(&Nonce::from(nonce), Payload { msg: plain, aad: owner });
+    let sealed = cipher(keys_dir)?.encrypt(&Nonce::from(nonce), Payload { msg: plain, aad: owner });
     let sealed = sealed.ok().context("a secret could not be sealed")?;
     Ok([nonce.as_slice(), &sealed].concat())
 }
@@ -33,14 +33,14 @@ pub fn seal(data_dir: &Path, owner: &[u8; 16], plain: &[u8]) -> anyhow::Result<V
 ///
 /// # Errors
 /// When the key is another or cannot be read, or what was sealed was changed or is somebody else's.
-pub fn open(data_dir: &Path, owner: &[u8; 16], sealed: &[u8]) -> anyhow::Result<Vec<u8>> {
+pub fn open(keys_dir: &Path, owner: &[u8; 16], sealed: &[u8]) -> anyhow::Result<Vec<u8>> {
     let (nonce, sealed) = sealed.split_first_chunk::<NONCE>().context("too short for a sealed secret")?;
-    let opened = cipher(data_dir)?.decrypt(&Nonce::from(*nonce), Payload { msg: sealed, aad: owner });
+    let opened = cipher(keys_dir)?.decrypt(&Nonce::from(*nonce), Payload { msg: sealed, aad: owner });
     opened.ok().with_context(|| format!("a sealed secret does not open: {KEY_FILE} is not the key that sealed it"))
 }
 
-fn cipher(data_dir: &Path) -> anyhow::Result<ChaCha20Poly1305> {
-    Ok(ChaCha20Poly1305::new(&file_key(&data_dir.join(KEY_FILE))?.into()))
+fn cipher(keys_dir: &Path) -> anyhow::Result<ChaCha20Poly1305> {
+    Ok(ChaCha20Poly1305::new(&file_key(&keys_dir.join(KEY_FILE))?.into()))
 }
 
 /// The key in a file, made when it is first needed.
@@ -49,7 +49,13 @@ fn cipher(data_dir: &Path) -> anyhow::Result<ChaCha20Poly1305> {
 /// When it cannot be read or made, or is none.
 pub fn file_key(path: &Path) -> anyhow::Result<[u8; 32]> {
     if !path.exists() {
-        make_key(path).with_context(|| format!("cannot make {}", path.display()))?;
+        make_key(path).with_context(|| {
+            let folder = path.parent().unwrap_or(path).display();
+            format!(
+                "cannot make {}; where one may write, `web-admin keys --keys DIR` makes what {folder} lacks",
+                path.display()
+            )
+        })?;
     }
     let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
     let key: Option<[u8; 32]> =
@@ -65,7 +71,6 @@ pub fn restore_file_key(path: &Path, digits: &str) -> anyhow::Result<()> {
     let key = digits.trim();
     ensure!(key.len() == 64 && HEXLOWER_PERMISSIVE.decode(key.as_bytes()).is_ok(), "allowed are 64 hexadecimal digits");
     if !path.exists() {
-        path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
         put_key(path, key).with_context(|| format!("cannot make {}", path.display()))?;
     }
     let found = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
@@ -79,6 +84,8 @@ fn make_key(path: &Path) -> anyhow::Result<()> {
 
 /// Written whole under another name first: two requests at once make one key, and a crash none.
 fn put_key(path: &Path, key: &str) -> anyhow::Result<()> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    DirBuilder::new().recursive(true).mode(0o700).create(folder)?;
     let part = PathBuf::from(format!("{}.{}", path.display(), uuid::Uuid::new_v4()));
     let mut file = OpenOptions::new().write(true).create_new(true).mode(0o600).open(&part)?;
     file.write_all(key.as_bytes())?;

@@ -68,7 +68,7 @@ pub struct TypedCode<'a> {
 /// When the key or the database fails.
 pub async fn offer(state: &Service, person: &CurrentPerson) -> Result<bool, Error> {
     let bytes = secret::random_bytes::<20>()?;
-    let sealed = sealing::seal(&state.config.data_dir, person.id.uuid().as_bytes(), &bytes)?;
+    let sealed = sealing::seal(&state.config.keys_dir, person.id.uuid().as_bytes(), &bytes)?;
     let (key, now) = (person.into(), state.clock.now());
     let mut tx = state.db.write().await?;
     let offered = second_factors::offer_second_factor(&mut tx, key, &sealed, now).await?;
@@ -92,7 +92,7 @@ pub async fn offered(state: &Service, key: PersonKey) -> Result<Option<TotpSecre
 
 /// The secret within a sealed one.
 fn opened(state: &Service, key: PersonKey, sealed: &[u8]) -> Result<TotpSecret, Error> {
-    let opened = sealing::open(&state.config.data_dir, key.person_id.uuid().as_bytes(), sealed);
+    let opened = sealing::open(&state.config.keys_dir, key.person_id.uuid().as_bytes(), sealed);
     let kept = opened.map(|bytes| TotpSecret::from_bytes(&bytes));
     match kept {
         Ok(Some(secret)) => Ok(secret),

@@ -9,7 +9,8 @@ use store::{Database, audit, directory, grades, scores};
 
 use crate::anchoring::AuditHead;
 use crate::config::Config;
-use crate::erasures::{Erasure, ErasureList};
+use crate::erasure_store::ErasureStore;
+use crate::erasures::Erasure;
 use crate::recording_store::{RecordingStore, StoreError};
 
 /// What was looked at, and what is wrong with it.
@@ -73,10 +74,10 @@ pub async fn strayed_from(
 ///
 /// # Errors
 /// When the database cannot be read.
-pub async fn unerased(db: &Database, list: &ErasureList) -> anyhow::Result<Vec<String>> {
-    let erasures = match list.read() {
+pub async fn unerased(db: &Database, list: &ErasureStore) -> anyhow::Result<Vec<String>> {
+    let erasures = match list.read().await {
         Ok(erasures) => erasures,
-        Err(unreadable) => return Ok(vec![format!("list of erasures: {unreadable}")]),
+        Err(unreadable) => return Ok(vec![format!("list of erasures: {unreadable:#}")]),
     };
     let mut findings = Vec::new();
     for Erasure { at, school_id, person_id, .. } in erasures {

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use acts::backup;
-use acts::backup::{KEYS, KeyFile};
 use acts::clock::Clock;
+use acts::key_files::{KEYS, KeyFile};
 use clap::Args;
 
 use super::{CommandFailure, StorageArgs, say_line};
@@ -40,7 +40,7 @@ pub(super) async fn run_backup(args: &BackupArgs) -> Result<(), CommandFailure> 
         made.audit_head
     ));
     for KeyFile { name, does, .. } in KEYS {
-        let key = config.data_dir.join(name);
+        let key = config.keys_dir.join(name);
         match (key.exists(), passphrase.is_some()) {
             (true, true) => say_line(format_args!(
                 "sealed in it: {}, which {does}; without the passphrase it is lost",

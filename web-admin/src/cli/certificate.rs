@@ -31,7 +31,7 @@ pub struct CertificateArgs {
 pub(super) fn run_certificate(command: &CertificateCommand) -> Result<(), CommandFailure> {
     match command {
         CertificateCommand::Key(storage) => {
-            say_line(certificates::public_key(&storage.config()?.data_dir)?);
+            say_line(certificates::public_key(&storage.config()?.keys_dir)?);
             Ok(())
         }
         CertificateCommand::Verify(args) => verify_certificate(args),

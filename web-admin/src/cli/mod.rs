@@ -6,8 +6,9 @@ use std::process::ExitCode;
 
 use acts::clock::Clock;
 use acts::config::Config;
+use acts::key_files::{KEYS, KeyFile};
 use acts::registry::RegistryError;
-use acts::{config, upkeep};
+use acts::{config, key_files, upkeep};
 use clap::{Args, Parser, Subcommand};
 
 use crate::AppState;
@@ -53,6 +54,8 @@ enum WebAdminCommand {
     Demo(demo::DemoArgs),
     /// Shows what attempts score by the rubric that their exercise has now; with --apply, adds those scores
     Rescore(rescore::RescoreArgs),
+    /// Makes the keys that are missing, for services that only read them; prints where they are
+    Keys(StorageArgs),
     /// Tries again to score and to take in what was set aside, for it was fatal twice to the service or to whoever judged it
     Retry(StorageArgs),
     /// Checks the database, every recording and the audit log; names each finding and exits 1
@@ -81,6 +84,10 @@ pub struct StorageArgs {
     /// Folder for everything the service keeps
     #[arg(long, value_name = "DIR", default_value = "data", env = "STYLET_DATA_DIR")]
     data_dir: PathBuf,
+    /// Folder of the keys that sign certificates and seal second factors, the same for all services on a database [default: the data
+    /// folder]
+    #[arg(long, value_name = "DIR", env = "STYLET_KEYS")]
+    keys: Option<PathBuf>,
     /// Database: a sqlite: URL or a path [default: stylet.db in the data folder]; a postgres:// URL where the program is built for
     /// PostgreSQL [default: the database stylet]
     #[arg(long, value_name = "URL", env = "STYLET_DATABASE", hide_env_values = true)]
@@ -99,6 +106,9 @@ impl StorageArgs {
         let mut config = Config::in_folder(&self.data_dir);
         if let Some(given) = &self.database {
             config.database = config::database_address(given)?;
+        }
+        if let Some(given) = &self.keys {
+            config.keys_dir.clone_from(given);
         }
         if let Some(given) = &self.recordings {
             let environment = std::env::vars_os()
@@ -216,6 +226,14 @@ async fn run_command(command: WebAdminCommand) -> Result<(), CommandFailure> {
         WebAdminCommand::Curricula(command) => curricula::run_curricula(&command).await,
         WebAdminCommand::Demo(args) => demo::run_demo(&args).await,
         WebAdminCommand::Rescore(args) => rescore::run_rescore(&args).await,
+        WebAdminCommand::Keys(storage) => {
+            let folder = storage.config()?.keys_dir;
+            key_files::make_missing_keys(&folder)?;
+            for KeyFile { name, does, .. } in KEYS {
+                say_line(format_args!("{}, which {does}", folder.join(name).display()));
+            }
+            Ok(())
+        }
         WebAdminCommand::Retry(storage) => {
             let state = storage.open().await?;
             let forgiven = upkeep::forgive_deaths(&state).await.map_err(anyhow::Error::from)?;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use acts::certificates::KEY_FILE;
 use acts::config::Config;
-use acts::erasures::ErasureList;
+use acts::erasure_store::ErasureStore;
 use acts::recording_store::RecordingStore;
 use acts::verification::VerificationReport;
 use acts::{anchoring, certificates, verification};
@@ -22,11 +22,11 @@ pub struct VerifyArgs {
     /// Hash by which the audit log once ended, as a backup or this command has told it: one that was cut since is found
     #[arg(long, value_name = "HASH", value_parser = parse_audit_head)]
     expect_head: Option<String>,
-    /// A signed statement of how the audit log ended, from the data folder's statements/ or a letter of `serve --anchor-mail`; may be given
+    /// A signed statement of how the audit log ended, from statements/ in the data folder or the bucket, or a letter of `serve --anchor-mail`; may be given
     /// several times
     #[arg(long, value_name = "FILE")]
     statement: Vec<PathBuf>,
-    /// The key that has signed it, as the school has published it [default: the data folder's own]
+    /// The key that has signed it, as the school has published it [default: this service's own]
     #[arg(long, value_name = "HEX", requires = "statement", value_parser = parse_audit_head)]
     statement_key: Option<String>,
 }
@@ -44,14 +44,15 @@ pub(super) async fn run_verify(args: &VerifyArgs) -> Result<(), CommandFailure> 
         let words = "an earlier program has kept this database; run `web-admin migrate` first";
         return Err(CommandFailure::Usage(format!("{}: {words} (steps missing: {missing})", config.database)));
     }
-    let mut report = verification::everything(&db, &RecordingStore::open(&config)?).await?;
+    let store = RecordingStore::open(&config)?;
+    let mut report = verification::everything(&db, &store).await?;
     if let Some(head) = &args.expect_head {
         report.findings.extend(verification::cut_tail(&db, head).await?);
     }
     for file in &args.statement {
         report.findings.extend(compare_with_statement(&db, &config, file, args.statement_key.as_deref()).await?);
     }
-    report.findings.extend(verification::unerased(&db, &ErasureList::of(&config)).await?);
+    report.findings.extend(verification::unerased(&db, &ErasureStore::of(&config, &store)).await?);
     db.close().await;
     let VerificationReport { recordings, audit_rows, audit_head, findings } = report;
     findings.iter().for_each(say_line);
@@ -71,7 +72,7 @@ async fn compare_with_statement(
     let bytes = std::fs::read(file).map_err(|error| CommandFailure::Usage(named(&error)))?;
     let key = match key {
         Some(key) => key.to_owned(),
-        None if config.data_dir.join(KEY_FILE).exists() => certificates::public_key(&config.data_dir)?,
+        None if config.keys_dir.join(KEY_FILE).exists() => certificates::public_key(&config.keys_dir)?,
         None => {
             return Err(CommandFailure::Usage(named(
                 &"no key is here to check it with; name the published one with --statement-key",

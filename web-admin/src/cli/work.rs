@@ -8,10 +8,13 @@ use std::time::Duration;
 
 use acts::clock::Clock;
 use acts::config::{Config, anchor_mail, mail_to};
+use acts::erasure_store::ErasureStore;
 use acts::helper::Helper;
 use acts::inspection::begin_inspection;
+use acts::key_files::make_missing_keys;
 use acts::locks::DataLock;
 use acts::scanning::Scanner;
+use acts::statement_store::StatementStore;
 use acts::web_sessions::WebSessions;
 use acts::{
     SPANS, anchoring, deadlines, erasing, notices, recordings, replicas, retention, upkeep, uploads, verification,
@@ -54,8 +57,8 @@ pub struct WorkArgs {
     /// Whom mail is from
     #[arg(long, value_name = "ADDRESS", default_value = "Stylet <stylet@localhost>", env = "STYLET_MAIL_FROM")]
     mail_from: String,
-    /// Who is mailed once a day by which hash the audit log ends, to keep it elsewhere [default: nobody; it is in the data folder's
-    /// statements/ anyway]
+    /// Who is mailed once a day by which hash the audit log ends, to keep it elsewhere [default: nobody; it is in statements/
+    /// of the data folder or the bucket anyway]
     #[arg(long, value_name = "ADDRESS", env = "STYLET_ANCHOR_MAIL")]
     anchor_mail: Option<String>,
     /// How an entry of the log on standard error is written
@@ -136,6 +139,7 @@ impl Shift {
     pub(super) async fn begin(args: &WorkArgs, config: Config, purpose: &str) -> Result<Self, CommandFailure> {
         let telemetry = Telemetry::of_environment()?;
         start_log(args.log_format, telemetry.as_ref());
+        make_missing_keys(&config.keys_dir)?;
         let lock = DataLock::join(&config, purpose, Clock::system().now()).await?;
         verification::refuse_lost_database(&config).await?;
         let inspection = begin_inspection(&config, Duration::from_secs(args.check_s)).await?;
@@ -144,6 +148,7 @@ impl Shift {
         let cleared =
             recordings::clear_uploads(&state.config.uploads_dir()).context("cannot clear unfinished uploads")?;
         tracing::info!(cleared, "unfinished uploads cleared");
+        carry_over(&state).await.context("what the data folder has kept is not in the bucket yet")?;
         let erased = erasing::catch_up(&state).await.context("who was erased cannot be erased again")?;
         if erased > 0 {
             tracing::warn!(people = erased, "erased again: they had been erased, and were in the database");
@@ -182,6 +187,13 @@ impl Shift {
         }
         Ok(())
     }
+}
+
+/// Has a bucket hold what the data folder still has of the time before it.
+async fn carry_over(state: &AppState) -> anyhow::Result<()> {
+    let (config, recordings) = (&state.config, &state.recordings);
+    ErasureStore::of(config, recordings).carry_over(config).await?;
+    StatementStore::of(config, recordings).carry_over(config).await
 }
 
 /// What is done beside requests.

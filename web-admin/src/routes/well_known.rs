@@ -36,7 +36,7 @@ async fn check_certificate(
     State(state): State<AppState>,
     Query(query): Query<NoteQuery>,
 ) -> Result<CertificateCheckPage, PageError> {
-    let key = certificates::signing_key(&state.config.data_dir)?;
+    let key = certificates::signing_key(&state.config.keys_dir)?;
     let outcome = match (query.of.as_str(), query.by.as_str()) {
         ("", "") => CheckOutcome::NothingAsked,
         (of, by) => CertificateNote::check(of, by, &key).map_or(CheckOutcome::Refused, CheckOutcome::Genuine),
@@ -46,6 +46,6 @@ async fn check_certificate(
 
 /// The public key that certificates are signed with, in hexadecimal: `docs/certificates.md`.
 async fn serve_certificate_key(State(state): State<AppState>) -> Result<impl IntoResponse, ApiError> {
-    let key = certificates::public_key(&state.config.data_dir)?;
+    let key = certificates::public_key(&state.config.keys_dir)?;
     Ok(([(CONTENT_TYPE, "text/plain; charset=utf-8")], format!("{key}\n")))
 }

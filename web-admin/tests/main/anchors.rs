@@ -39,15 +39,15 @@ fn letters(app: &App) -> Vec<String> {
 async fn each_day_has_its_statement_which_is_mailed_once() {
     let app = app().await;
     let first = anchoring::anchor(&app.state).await.unwrap().unwrap();
-    assert!(first.ends_with("statements/2026-11-21.json"), "{}", first.display());
+    assert!(first.ends_with("statements/2026-11-21.json"), "{first}");
     assert_eq!(anchoring::anchor(&app.state).await.unwrap(), None, "once a day");
     assert_eq!(letters(&app).len(), 1);
     app.state.clock.advance(86_400);
     app.signed_in("ada@example.org").await;
     let second = anchoring::anchor(&app.state).await.unwrap().unwrap();
     assert_eq!(letters(&app).len(), 2);
-    let key = certificates::public_key(&app.state.config.data_dir).unwrap();
-    let of = |file: &Path| anchoring::check(&std::fs::read(file).unwrap(), &key).unwrap();
+    let key = certificates::public_key(&app.state.config.keys_dir).unwrap();
+    let of = |file: &str| anchoring::check(&std::fs::read(file).unwrap(), &key).unwrap();
     assert_eq!((of(&first).rows, of(&second).rows), (2, 3));
     let mut forged = std::fs::read_to_string(&first).unwrap();
     forged = forged.replace("\\\"rows\\\":2", "\\\"rows\\\":1");

@@ -1,23 +1,27 @@
 //! Recordings in a bucket of a real store that speaks S3. Fails when something acknowledged is not there whole, when something is
 //! half acknowledged, when an upload does not go on at another service, when a file stays on this machine, or when a store that does
-//! not answer costs a recording.
+//! not answer costs a recording; when services on one database do not know whom another has erased, or what it has stated.
 
 use std::process::Output;
 use std::time::Duration;
 
+use acts::clock::Clock;
 use acts::erasing::{self, Eraser};
-use acts::erasures::ErasureScope;
-use acts::{replicas, uploads, verification};
+use acts::erasure_store::ErasureStore;
+use acts::erasures::{ERASURES_FILE, Erasure, ErasureList, ErasureScope};
+use acts::statement_store::StatementStore;
+use acts::{anchoring, replicas, uploads, verification};
 use axum::body::Body;
 use axum::http::{Method, Request};
 use model::Role;
+use model::directory::AccountState;
 use store::audit::Actor;
 use store::{directory, tries};
 use web_admin::worker;
 
 use super::support::bucket::{Refusal, TestBucket};
 use super::support::client::{Answer, Client};
-use super::support::database::program;
+use super::support::database::{copy_database, program};
 use super::support::recordings::{Attempt, record};
 use super::support::{App, Member};
 
@@ -303,17 +307,122 @@ async fn recordings_of_somebody_erased_go_even_where_the_store_was_away() {
     assert_eq!(client.upload(&record(&attempt)).await.status, 201);
     worker::work_off_jobs(&app.state).await.unwrap();
     assert_eq!(bucket.names().len(), 4);
-    let school = ada.person.school_id;
-    let entry = directory::find_anybody(app.state.db.reader(), school, ada.person.id).await.unwrap().unwrap();
+    // It answers whether it is there, and takes a line of the list.
+    bucket.refuse(Refusal::Lost, 3);
     let wish = ErasureScope { recordings: true, ..ErasureScope::default() };
-    bucket.refuse(Refusal::Lost, 1);
-    let by = Eraser { actor: Actor::CommandLine, why: None };
-    assert!(erasing::erase(&app.state, by, &entry, school, wish).await.is_err(), "what is left is said");
+    assert!(erase(&app, &ada, wish).await.is_err(), "what is left is said");
+    assert!(is_erased(&app, &ada).await);
     assert!(erasing::remove_left(&app.state).await.is_err());
     bucket.mend();
     erasing::remove_left(&app.state).await.unwrap();
-    assert_eq!(bucket.names(), Vec::<String>::new());
+    assert!(bucket.names().iter().all(|name| name.starts_with("erasures/")), "{:?}", bucket.names());
     assert_eq!(findings(&app).await, Vec::<String>::new());
+}
+
+async fn erase(app: &App, who: &Member, wish: ErasureScope) -> Result<(), acts::Error> {
+    let school = who.person.school_id;
+    let entry = directory::find_anybody(app.state.db.reader(), school, who.person.id).await.unwrap().unwrap();
+    erasing::erase(&app.state, Eraser { actor: Actor::CommandLine, why: None }, &entry, school, wish).await
+}
+
+async fn is_erased(app: &App, who: &Member) -> bool {
+    let found = directory::find_anybody(app.state.db.reader(), who.person.school_id, who.person.id).await;
+    found.unwrap().unwrap().state == AccountState::Erased
+}
+
+async fn list(app: &App) -> Vec<Erasure> {
+    ErasureStore::of(&app.state.config, &app.state.recordings).read().await.unwrap()
+}
+
+#[tokio::test]
+async fn who_was_erased_at_one_service_is_erased_again_by_another_on_a_database_of_before() {
+    let bucket = TestBucket::new();
+    let (app, ada) = begun(&bucket).await;
+    let before = tempfile::tempdir().unwrap();
+    app.state.db.close().await;
+    copy_database(app.folder.path(), before.path());
+    let app = App::in_folder(app.folder, Clock::system(), |config| bucket.keep(config)).await;
+    erase(&app, &ada, ErasureScope::default()).await.unwrap();
+    assert!(!app.folder.path().join(ERASURES_FILE).exists(), "no colleague would see that");
+    let restored = App::in_folder(before, Clock::system(), |config| bucket.keep(config)).await;
+    assert!(!is_erased(&restored, &ada).await);
+    let store = ErasureStore::of(&restored.state.config, &restored.state.recordings);
+    assert_eq!(verification::unerased(&restored.state.db, &store).await.unwrap().len(), 1);
+    assert_eq!(erasing::catch_up(&restored.state).await.unwrap(), 1);
+    assert!(is_erased(&restored, &ada).await);
+    assert_eq!(erasing::catch_up(&restored.state).await.unwrap(), 0);
+    bucket.put("erasures/0.json", b"Ana Ek, 3 March");
+    let refused = format!("{:#}", erasing::catch_up(&restored.state).await.unwrap_err());
+    assert!(refused.contains("erasures/0.json: not an erasure"), "{refused}");
+}
+
+#[tokio::test]
+async fn wherever_the_store_fails_the_list_holds_whoever_is_erased_and_nobody_else() {
+    let bucket = TestBucket::new();
+    let (app, _) = begun(&bucket).await;
+    let school = app.school("South").await;
+    let mut erased = 0;
+    for how in [Refusal::Lost, Refusal::Unheard] {
+        for nth in 1..5 {
+            let who = app.member(school, Role::Trainee, &format!("{how:?}{nth}@example.org")).await;
+            bucket.refuse(how, nth);
+            let done = erase(&app, &who, ErasureScope::default()).await;
+            bucket.mend();
+            erased += usize::from(done.is_ok());
+            assert_eq!(is_erased(&app, &who).await, done.is_ok(), "{how:?} {nth}");
+            assert_eq!(list(&app).await.len(), erased, "{how:?} {nth}");
+        }
+    }
+    assert!((1..8).contains(&erased), "{erased}");
+}
+
+#[tokio::test]
+async fn what_a_data_folder_has_kept_before_there_was_a_bucket_is_carried_over() {
+    let bucket = TestBucket::new();
+    let (app, ada) = begun(&bucket).await;
+    let (config, folder) = (&app.state.config, app.folder.path());
+    let erasure = Erasure {
+        at: app.state.clock.now(),
+        school_id: ada.person.school_id,
+        person_id: ada.person.id,
+        pseudonym: "p-1".to_owned(),
+        wish: ErasureScope::default(),
+    };
+    ErasureList::of(config).add(&erasure).unwrap();
+    std::fs::create_dir(folder.join("statements")).unwrap();
+    std::fs::write(folder.join("statements/2026-11-20.json"), b"stated").unwrap();
+    let statements = StatementStore::of(config, &app.state.recordings);
+    for _ in 0..2 {
+        ErasureStore::of(config, &app.state.recordings).carry_over(config).await.unwrap();
+        statements.carry_over(config).await.unwrap();
+        assert_eq!(list(&app).await, [erasure.clone()]);
+        assert_eq!(bucket.names().len(), 2, "{:?}", bucket.names());
+    }
+    assert_eq!(statements.read("2026-11-20.json").await.unwrap(), Some(b"stated".to_vec()));
+}
+
+#[tokio::test]
+async fn services_with_the_same_keys_sign_as_one_and_state_the_audit_log_once() {
+    let bucket = TestBucket::new();
+    let (app, _) = begun(&bucket).await;
+    let keys = app.folder.path().to_owned();
+    let database = app.state.config.database.clone();
+    let other = App::in_folder(tempfile::tempdir().unwrap(), Clock::system(), |config| {
+        bucket.keep(config);
+        (config.database, config.keys_dir) = (database, keys);
+    })
+    .await;
+    let place = anchoring::anchor(&app.state).await.unwrap().unwrap();
+    assert_eq!(anchoring::anchor(&other.state).await.unwrap(), None, "it is stated");
+    let name = place.rsplit('/').next().unwrap();
+    let statement = StatementStore::of(&other.state.config, &other.state.recordings).read(name).await.unwrap().unwrap();
+    let published = "/.well-known/stylet-certificate-key";
+    let key = other.stranger().get(published).await.text();
+    assert_eq!(app.stranger().get(published).await.text(), key);
+    anchoring::check(&statement, key.trim()).unwrap();
+    let stranger = bucket.replica(&app).await;
+    let key = stranger.stranger().get(published).await.text();
+    assert!(anchoring::check(&statement, key.trim()).is_err(), "of keys of its own");
 }
 
 /// Runs the program on a data folder, with recordings in a bucket where one is named.

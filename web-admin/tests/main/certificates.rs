@@ -75,7 +75,7 @@ async fn who_has_mastered_a_course_saves_a_page_that_anybody_can_check() {
     assert!(html.contains("<html lang=\"de\">") && html.contains("One &#60;step&#62; &#38; no more"), "{html}");
     assert!(!html.contains("src=") && !html.contains("href="), "it needs nothing else: {html}");
 
-    let key = certificates::public_key(&app.state.config.data_dir).unwrap();
+    let key = certificates::public_key(&app.state.config.keys_dir).unwrap();
     let stated = check_certificate(html.as_bytes(), &key).unwrap();
     assert_eq!((stated.school.as_str(), stated.course.as_str()), ("North & Sons", "One <step> & no more"));
     assert_eq!(stated.trainee, ada.person.display_name);
@@ -89,7 +89,7 @@ async fn who_has_mastered_a_course_saves_a_page_that_anybody_can_check() {
         course: stated.course.clone(),
         issued_at: stated.issued_at.clone(),
     };
-    let query = note.signed_query(&certificates::signing_key(&app.state.config.data_dir).unwrap()).unwrap();
+    let query = note.signed_query(&certificates::signing_key(&app.state.config.keys_dir).unwrap()).unwrap();
     let code = draw_qr_code(&format!("{}/certificate?{query}", app.state.config.address())).unwrap();
     assert!(html.contains(&code), "the code on the page is that of what is certified");
     let checked = app.stranger().get(&format!("/certificate?{query}")).await;

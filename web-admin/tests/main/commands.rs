@@ -83,6 +83,24 @@ fn a_wrong_call_is_told_what_is_allowed() {
     assert!(output.status.success() && output.stdout.starts_with(b"{"));
 }
 
+#[test]
+fn keys_are_made_once_where_one_may_write_and_asked_for_where_nobody_may() {
+    let folder = tempfile::tempdir().unwrap();
+    let (data, keys) = (folder.path(), folder.path().join("keys"));
+    let make = ["keys", "--keys", keys.to_str().unwrap()];
+    done(data, &make);
+    let read =
+        || ["certificate-key", "second-factor-key"].map(|name| std::fs::read_to_string(keys.join(name)).unwrap());
+    let made = read();
+    done(data, &make);
+    assert_eq!(read(), made);
+    let refused = fails(data, &["work", "--keys", "/proc/nobody-can-write-here"], 1);
+    assert!(refused.contains("here/certificate-key; ") && refused.contains("`web-admin keys --keys"), "{refused}");
+    std::fs::write(keys.join("second-factor-key"), "short").unwrap();
+    let refused = fails(data, &["work", "--keys", keys.to_str().unwrap()], 1);
+    assert!(refused.contains("second-factor-key: allowed are 64 hexadecimal digits"), "{refused}");
+}
+
 /// Where a server keeps the database.
 #[cfg(feature = "postgres")]
 #[test]

@@ -292,6 +292,6 @@ async fn the_key_of_certificates_is_published() {
     let app = App::new().await;
     let published = app.stranger().get("/.well-known/stylet-certificate-key").await;
     assert_eq!((published.status.as_u16(), published.header("content-type")), (200, "text/plain; charset=utf-8"));
-    let key = acts::certificates::public_key(&app.state.config.data_dir).unwrap();
+    let key = acts::certificates::public_key(&app.state.config.keys_dir).unwrap();
     assert_eq!(published.text(), format!("{key}\n"));
 }

@@ -14,9 +14,11 @@ use store::sessions::{self, RecordingFile};
 use store::{Database, DatabaseAddress, audit, tries, uploads};
 
 use super::archive::{self, Sources};
-use super::{FORMAT, KEYS, Manifest, Scratch, passphrase};
+use super::{FORMAT, Manifest, Scratch, passphrase};
 use crate::config::Config;
-use crate::erasures::{ERASURES_FILE, ErasureList};
+use crate::erasure_store::ErasureStore;
+use crate::erasures::ERASURES_FILE;
+use crate::key_files::KEYS;
 use crate::killpoints::KillPoint;
 use crate::recording_files::hash_file;
 use crate::recording_store::RecordingStore;
@@ -91,10 +93,10 @@ async fn make_file(
     let (database_sha256, _) = hash_file(&copy.0)?;
     let program_version = env!("CARGO_PKG_VERSION").to_owned();
     // After the copy of the database: whoever is erased there is on the list.
-    let small = small_files(config, passphrase)?;
+    let store = RecordingStore::open(config)?;
+    let small = small_files(config, &store, passphrase).await?;
     let files = small.iter().map(|(name, bytes)| (name.clone(), HEXLOWER.encode(&Sha256::digest(bytes)))).collect();
     let manifest = Manifest { format: FORMAT, made_at: now.to_string(), program_version, database_sha256, files };
-    let store = RecordingStore::open(config)?;
     make_passing_folder(config)?;
     let sources = Sources { database: &copy.0, small: &small, store: &store };
     archive::write(file, &manifest, &sources, &recordings).await?;
@@ -116,15 +118,16 @@ fn make_passing_folder(config: &Config) -> std::io::Result<()> {
     }
 }
 
-/// The small files of a data folder, those that are there.
-fn small_files(config: &Config, passphrase: Option<&str>) -> anyhow::Result<BTreeMap<String, Vec<u8>>> {
-    let list = ErasureList::of(config);
-    // A list that cannot be read would be of no use in a backup.
-    list.read()?;
-    let erasures = list.bytes()?;
+/// The small files of a service, those that are there.
+async fn small_files(
+    config: &Config,
+    store: &RecordingStore,
+    passphrase: Option<&str>,
+) -> anyhow::Result<BTreeMap<String, Vec<u8>>> {
+    let erasures = ErasureStore::of(config, store).copy().await?;
     let mut small = BTreeMap::from([(ERASURES_FILE.to_owned(), erasures)]);
     for key in KEYS {
-        let path = config.data_dir.join(key.name);
+        let path = config.keys_dir.join(key.name);
         if let Some(passphrase) = passphrase.filter(|_| path.exists()) {
             let plain = std::fs::read(&path).context(key.name)?;
             small.insert(key.sealed.to_owned(), passphrase::seal(&plain, passphrase)?);

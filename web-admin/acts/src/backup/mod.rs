@@ -16,7 +16,7 @@ pub use restore::{KeysRestored, RestoreRequest, RestoreSummary, restore};
 use serde::{Deserialize, Serialize};
 
 use crate::erasures::ERASURES_FILE;
-use crate::{certificates, sealing};
+use crate::key_files::KEYS;
 
 /// Name of the manifest, the first file of an archive.
 const MANIFEST: &str = "manifest.json";
@@ -30,27 +30,6 @@ const SMALL: [&str; 3] = [ERASURES_FILE, KEYS[0].sealed, KEYS[1].sealed];
 const FORMAT: u32 = 2;
 /// Versions that are understood.
 const KNOWN: std::ops::RangeInclusive<u32> = 1..=FORMAT;
-
-/// A key in a file of the data folder, which is in a backup only sealed with a passphrase.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct KeyFile {
-    /// Its name in the data folder.
-    pub name: &'static str,
-    /// Its name in a backup.
-    sealed: &'static str,
-    /// What it does, in words.
-    pub does: &'static str,
-}
-
-/// Every such key.
-pub const KEYS: [KeyFile; 2] = [
-    KeyFile { name: certificates::KEY_FILE, sealed: "certificate-key.sealed", does: "signs certificates" },
-    KeyFile {
-        name: sealing::KEY_FILE,
-        sealed: "second-factor-key.sealed",
-        does: "opens the secrets of second factors",
-    },
-];
 
 /// What an archive says of itself. The recordings and their hashes stand in the database.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

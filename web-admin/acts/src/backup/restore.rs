@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use store::{Database, DatabaseAddress};
 
-use super::{
-    DATABASE, FORMAT, KEYS, KNOWN, MANIFEST, Manifest, RECORDINGS, RestoreRefused, Scratch, archive, passphrase,
-};
+use super::{DATABASE, FORMAT, KNOWN, MANIFEST, Manifest, RECORDINGS, RestoreRefused, Scratch, archive, passphrase};
 use crate::clock::Clock;
 use crate::config::Config;
+use crate::erasure_store::ErasureStore;
 use crate::erasures::{ERASURES_FILE, Erasure, ErasureList};
+use crate::key_files::KEYS;
 use crate::killpoints::KillPoint;
 use crate::recording_files::hash_file;
 use crate::recording_store::{Bucket, RecordingStore};
@@ -32,7 +32,7 @@ pub struct RestoreSummary {
     pub keys: KeysRestored,
 }
 
-/// What becomes of the keys ([`super::KEYS`]).
+/// What becomes of the keys ([`KEYS`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum KeysRestored {
     /// None is in the backup.
@@ -82,7 +82,8 @@ pub async fn restore(config: &Config, from: &Path, wanted: &RestoreRequest) -> R
     // From here on it is gone on with, also by another process.
     std::mem::forget(scratch);
     // Before the database is in its place: whoever serves it then has the list.
-    ErasureList::of(config).merge(&[own, wanted.erasures.clone()].concat())?;
+    let list = ErasureStore::of(config, &RecordingStore::open(config)?);
+    list.merge(&[own, wanted.erasures.clone()].concat()).await?;
     put(&staging, &database, config).await?;
     drop(Scratch(staging));
     let erased_again = catch_up(config).await?;
@@ -103,14 +104,14 @@ fn restore_keys(config: &Config, staging: &Path, passphrase: Option<&str>) -> an
     anyhow::ensure!(!sealed.is_empty(), "no key is in it; restore without --passphrase-file");
     for key in sealed {
         let plain = passphrase::open(&std::fs::read(staging.join(key.sealed))?, passphrase).context(key.sealed)?;
-        sealing::restore_file_key(&config.data_dir.join(key.name), std::str::from_utf8(&plain)?)?;
+        sealing::restore_file_key(&config.keys_dir.join(key.name), std::str::from_utf8(&plain)?)?;
     }
     Ok(KeysRestored::Restored)
 }
 
 /// Erases whoever was erased since the backup was made.
 async fn catch_up(config: &Config) -> Result<usize, RestoreRefused> {
-    if ErasureList::of(config).read()?.is_empty() {
+    if ErasureStore::of(config, &RecordingStore::open(config)?).read().await?.is_empty() {
         return Ok(0);
     }
     let state = Service::open(config.clone(), Clock::system()).await?;

@@ -179,14 +179,28 @@ impl Bucket {
         Ok(found.into_stream().map_err(anyhow::Error::from).boxed())
     }
 
+    /// Makes an object of something small.
+    pub(crate) async fn put(&self, name: &str, bytes: Vec<u8>) -> Result<(), StoreError> {
+        self.objects.put(&self.full_name(name), bytes.into()).await.map(drop).map_err(StoreError::of_writing)
+    }
+
+    /// All bytes of something small; none where there is none.
+    pub(crate) async fn read_whole(&self, name: &str) -> Result<Option<Vec<u8>>, StoreError> {
+        let found = match self.objects.get(&self.full_name(name)).await.map_err(StoreError::from) {
+            Err(StoreError::Missing) => return Ok(None),
+            found => found?,
+        };
+        Ok(Some(found.bytes().await?.into()))
+    }
+
     /// Asks whether the bucket is there.
-    pub(super) async fn check(&self) -> Result<(), StoreError> {
+    pub(crate) async fn check(&self) -> Result<(), StoreError> {
         let name = ObjectName::from(self.address.prefix.as_str());
         self.objects.list_with_delimiter(Some(&name)).await.map(drop).map_err(StoreError::of_writing)
     }
 
     /// What the names under a folder are, without the folder's own.
-    pub(super) async fn list(&self, folder: &str) -> Result<Vec<String>, StoreError> {
+    pub(crate) async fn list(&self, folder: &str) -> Result<Vec<String>, StoreError> {
         let (folder, below) = (self.full_name(folder), format!("{}/", self.address.name_within(folder)));
         let names = self.objects.list(Some(&folder)).map_ok(|object| object.location.to_string());
         let names: Vec<String> = names.try_collect().await.map_err(StoreError::of_writing)?;
@@ -194,7 +208,7 @@ impl Bucket {
     }
 
     /// Removes objects; one that is not there is gone already.
-    pub(super) async fn remove(&self, names: Vec<String>) -> Result<(), StoreError> {
+    pub(crate) async fn remove(&self, names: Vec<String>) -> Result<(), StoreError> {
         let names: Vec<_> = names.iter().map(|name| Ok(self.full_name(name))).collect();
         let mut gone = self.objects.delete_stream(futures::stream::iter(names).boxed());
         while let Some(one) = gone.next().await {

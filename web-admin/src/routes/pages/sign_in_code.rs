@@ -41,7 +41,7 @@ pub(super) async fn make_sign_in_code(
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
     let code = stations::make_sign_in_code(&state, &person).await?;
-    let sealed = sealing::seal(&state.config.data_dir, person.id.uuid().as_bytes(), code.as_bytes())?;
+    let sealed = sealing::seal(&state.config.keys_dir, person.id.uuid().as_bytes(), code.as_bytes())?;
     let until = state.clock.now().plus_s(SHOWN_MIN * 60);
     let shown = ShownCode { person: person.id, sealed: HEXLOWER.encode(&sealed), until };
     session.insert(SHOWN_KEY, shown).await.map_err(Error::from)?;
@@ -60,7 +60,7 @@ pub(super) async fn show_sign_in_code(
         return Ok(Redirect::to("/account").into_response());
     };
     let sealed = HEXLOWER.decode(shown.sealed.as_bytes()).map_err(anyhow::Error::from)?;
-    let code = sealing::open(&state.config.data_dir, person.id.uuid().as_bytes(), &sealed)?;
+    let code = sealing::open(&state.config.keys_dir, person.id.uuid().as_bytes(), &sealed)?;
     let shell = Shell::new(&person, csrf.token(), NavPlace::Home);
     let code = String::from_utf8(code).map_err(anyhow::Error::from)?;
     Ok(SignInCodePage { shell, code, minutes: SHOWN_MIN }.into_response())

@@ -41,7 +41,7 @@ pub(super) async fn issue_certificate(
     let taught = curricula::list_taught_curricula(state.db.reader(), person.school_id).await?;
     let curriculum = taught.into_iter().find(|c| c.curriculum_id == course).ok_or(Error::NotFound)?;
     let earned = earned_by_trainee(&state, &person, &trainee, &curriculum).await?;
-    let key = certificates::signing_key(&state.config.data_dir)?;
+    let key = certificates::signing_key(&state.config.keys_dir)?;
     let certificate = sign_statement(&key, &earned.statement)?;
     let query = earned.note().signed_query(&key).map_err(anyhow::Error::from)?;
     let check_href = format!("{}/certificate?{query}", state.config.address());
