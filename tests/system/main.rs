@@ -6,6 +6,7 @@ mod attack;
 mod authoring_journey;
 mod benchmark;
 mod browser;
+mod cluster;
 mod commands;
 mod deploy;
 mod documents;
