@@ -69,7 +69,7 @@ impl Load {
 
     /// Fails where somebody could not go on.
     pub fn look_after(&mut self) -> anyhow::Result<()> {
-        for ended in self.working.extract_if(.., |worker| worker.is_finished()) {
+        if let Some(ended) = self.working.extract_if(.., |worker| worker.is_finished()).next() {
             ended.join().map_err(|_| anyhow::anyhow!("a client has panicked"))??;
             bail!("a client has ended before it was told to");
         }

@@ -395,7 +395,7 @@ async fn what_a_data_folder_has_kept_before_there_was_a_bucket_is_carried_over()
     for _ in 0..2 {
         ErasureStore::of(config, &app.state.recordings).carry_over(config).await.unwrap();
         statements.carry_over(config).await.unwrap();
-        assert_eq!(list(&app).await, [erasure.clone()]);
+        assert_eq!(list(&app).await, std::slice::from_ref(&erasure));
         assert_eq!(bucket.names().len(), 2, "{:?}", bucket.names());
     }
     assert_eq!(statements.read("2026-11-20.json").await.unwrap(), Some(b"stated".to_vec()));

@@ -153,7 +153,9 @@ impl DatabaseAddress {
     }
 
     fn options(&self) -> Result<PgConnectOptions> {
-        Ok(PgConnectOptions::from_str(self.as_url())?.options([("lock_timeout", PATIENCE)]).options(VIGILANCE))
+        // No statement of ours is so long that compiling it would be worth the time.
+        let options = [("lock_timeout", PATIENCE), ("jit", "off")];
+        Ok(PgConnectOptions::from_str(self.as_url())?.options(options).options(VIGILANCE))
     }
 }
 
