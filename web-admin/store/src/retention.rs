@@ -101,7 +101,7 @@ impl Idle {
 /// erased are not among them. That a link was asked for is nobody's deed: any stranger may do so.
 pub async fn list_idle_people(executor: impl Executor<'_>, school: SchoolId, since: Moment) -> Result<Vec<Idle>> {
     sqlx::query_as(
-        "WITH everybody AS (
+        "WITH everybody AS MATERIALIZED (
            SELECT p.id, p.display_name AS name, p.email, p.role, p.pseudonym, p.held_at, w.warned_at, w.told_at, w.told_observed_s,
              w.error, max(p.created_at,
                coalesce((SELECT s.received_at FROM sessions s WHERE s.school_id = p.school_id AND s.trainee_id = p.id

@@ -168,6 +168,6 @@ async fn whoever_keeps_the_service_running_is_answered() {
     app.state.clock.advance(6);
     assert_eq!(stranger.get("/readyz").await.status, 503);
     let broken = stranger.get("/metrics").await;
-    broken.is_problem(500, "noted");
+    broken.is_problem(503, "does not answer");
     assert!(!broken.text().to_lowercase().contains("pool"), "a user never sees the database: {}", broken.text());
 }

@@ -6,6 +6,7 @@ mod plans;
 mod promises;
 mod schema;
 mod statements;
+mod updates;
 
 use std::path::Path;
 
