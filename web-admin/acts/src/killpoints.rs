@@ -73,6 +73,12 @@ kill_points! {
     RestoreMoving = "restore-moving",
     /// Everything is in its place.
     RestoreMoved = "restore-moved",
+    /// A move has copied the recordings, and no row.
+    MoveCopied = "move-copied",
+    /// A move has carried and compared every row, and keeps none of them yet.
+    MoveCarried = "move-carried",
+    /// A move has kept the rows, and not said so.
+    MoveKept = "move-kept",
 }
 
 impl KillPoint {

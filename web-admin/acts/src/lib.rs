@@ -44,6 +44,7 @@ pub mod locks;
 pub mod mailer;
 pub mod mailing;
 pub mod motions;
+pub mod moving;
 pub mod notices;
 pub mod passkey_site;
 pub mod passkeys;

@@ -54,11 +54,13 @@ impl DataLock {
     }
 }
 
-fn name_holder(purpose: &str, now: Moment) -> String {
+/// What others are told of whoever has the data: what for, which process, and since when.
+pub(crate) fn name_holder(purpose: &str, now: Moment) -> String {
     format!("{purpose} (process {}, since {now})", std::process::id())
 }
 
-fn hold_folder(config: &Config, holder: &str) -> Result<FileLock, LockError> {
+/// Takes the folder of a configuration's recordings for this process alone.
+pub(crate) fn hold_folder(config: &Config, holder: &str) -> Result<FileLock, LockError> {
     FileLock::take(&config.recordings_dir.with_extension("lock"), holder)
 }
 

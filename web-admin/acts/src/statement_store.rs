@@ -12,7 +12,7 @@ use crate::config::Config;
 use crate::recording_store::{Bucket, RecordingStore};
 
 /// The folder of statements, in the data folder and in a bucket.
-const STATEMENTS: &str = "statements";
+pub(crate) const STATEMENTS: &str = "statements";
 
 /// Where statements are kept.
 #[derive(Clone, Debug)]

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use anyhow::Context;
 use model::directory::AccountState;
 use store::sessions::{self, RecordingFile};
-use store::{Database, audit, directory, grades, scores};
+use store::{Connection, Database, audit, directory, grades, scores};
 
 use crate::anchoring::AuditHead;
 use crate::config::Config;
@@ -39,7 +39,7 @@ pub async fn everything(db: &Database, store: &RecordingStore) -> anyhow::Result
     findings.extend(db.lost_triggers().await?);
     let chain = audit::check_audit_chain(db.reader()).await?;
     findings.extend(chain.findings);
-    findings.extend(contradictions(db).await?);
+    findings.extend(contradictions(&mut *db.reader().acquire().await?).await?);
     Ok(VerificationReport { recordings: recordings.len(), audit_rows: chain.rows, audit_head: chain.head, findings })
 }
 
@@ -119,8 +119,8 @@ pub async fn refuse_lost_database(config: &Config) -> anyhow::Result<()> {
 ///
 /// # Errors
 /// When the database cannot be read.
-pub async fn contradictions(db: &Database) -> anyhow::Result<Vec<String>> {
-    let (told, kept) = (audit::list_told_scores(db.reader()).await?, scores::count_added_scores(db.reader()).await?);
+pub async fn contradictions(reader: &mut Connection) -> anyhow::Result<Vec<String>> {
+    let (told, kept) = (audit::list_told_scores(&mut *reader).await?, scores::count_added_scores(&mut *reader).await?);
     let mut findings: Vec<String> = told
         .iter()
         .filter(|(session, told)| !is_same(told, kept.get(*session).map_or(&[][..], Vec::as_slice)))
@@ -129,7 +129,7 @@ pub async fn contradictions(db: &Database) -> anyhow::Result<Vec<String>> {
             format!("scores of session {session}: {kept:?}; the audit log tells of {told:?}")
         })
         .collect();
-    let strayed = grades::list_strayed_grades(db.reader()).await?;
+    let strayed = grades::list_strayed_grades(reader).await?;
     findings.extend(strayed.iter().map(|session| format!("grade of session {session}: it is not that of its score")));
     Ok(findings)
 }

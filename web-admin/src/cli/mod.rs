@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use acts::clock::Clock;
-use acts::config::Config;
+use acts::config::{Config, ConfigError, RecordingsPlace};
 use acts::key_files::{KEYS, KeyFile};
 use acts::registry::RegistryError;
 use acts::{config, key_files, upkeep};
@@ -20,6 +20,7 @@ mod curricula;
 mod demo;
 mod export;
 mod judge;
+mod moving;
 mod rescore;
 mod restore;
 mod retain;
@@ -64,6 +65,9 @@ enum WebAdminCommand {
     Backup(backup::BackupArgs),
     /// Restores a backup into an empty place
     Restore(restore::RestoreArgs),
+    /// Moves a school from SQLite to PostgreSQL or back, and its recordings to another place: served until shortly before the end,
+    /// all of it or nothing, compared row by row and byte by byte. The old place stays as it is
+    Move(moving::MoveArgs),
     /// Warns and erases whoever a school's rule of retention keeps no longer, as the service does once a day; with --dry-run, says who
     Retain(retain::RetainArgs),
     /// Checks certificates, and prints the key they are signed with
@@ -111,9 +115,7 @@ impl StorageArgs {
             config.keys_dir.clone_from(given);
         }
         if let Some(given) = &self.recordings {
-            let environment = std::env::vars_os()
-                .filter_map(|(name, value)| Some((name.into_string().ok()?, value.into_string().ok()?)));
-            config.keep_recordings_in(config::recordings_place(given, environment)?);
+            config.keep_recordings_in(recordings_place(given)?);
         }
         Ok(config)
     }
@@ -127,6 +129,13 @@ impl StorageArgs {
     }
 }
 
+/// Where recordings lie, as given, with what the environment says of buckets.
+fn recordings_place(given: &str) -> Result<RecordingsPlace, ConfigError> {
+    let environment =
+        std::env::vars_os().filter_map(|(name, value)| Some((name.into_string().ok()?, value.into_string().ok()?)));
+    config::recordings_place(given, environment)
+}
+
 /// Why a command did not do its work.
 #[derive(Debug)]
 pub enum CommandFailure {
@@ -138,8 +147,8 @@ pub enum CommandFailure {
     Found,
 }
 
-impl From<config::ConfigError> for CommandFailure {
-    fn from(error: config::ConfigError) -> Self {
+impl From<ConfigError> for CommandFailure {
+    fn from(error: ConfigError) -> Self {
         Self::Usage(error.to_string())
     }
 }
@@ -248,6 +257,7 @@ async fn run_command(command: WebAdminCommand) -> Result<(), CommandFailure> {
         WebAdminCommand::Export(args) => export::run_export(&args).await,
         WebAdminCommand::Backup(args) => backup::run_backup(&args).await,
         WebAdminCommand::Restore(args) => restore::run_restore(&args).await,
+        WebAdminCommand::Move(args) => moving::run_move(&args).await,
         WebAdminCommand::Retain(args) => retain::run_retain(&args).await,
         WebAdminCommand::Certificate(command) => certificate::run_certificate(&command),
         WebAdminCommand::Bench(args) => bench::run_bench(&args).await,

@@ -45,6 +45,7 @@ pub mod locks;
 pub mod logos;
 pub mod mails;
 pub mod motions;
+pub mod moving;
 pub mod notices;
 pub mod origins;
 pub mod passkeys;

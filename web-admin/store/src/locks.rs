@@ -71,6 +71,13 @@ impl FileLock {
         write().map_err(unusable)?;
         Ok(Self { _file: file })
     }
+
+    /// Locks the file that stands for a database's file: beside it, with `.lock` behind its name.
+    pub(crate) fn take_beside(database: &Path, holder: &str) -> Result<Self, LockError> {
+        let mut name = database.as_os_str().to_owned();
+        name.push(".lock");
+        Self::take(Path::new(&name), holder)
+    }
 }
 
 /// Tries for a while. A service that is killed just as it starts a helper leaves a child that holds the lock until it becomes the

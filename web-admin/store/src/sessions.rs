@@ -311,12 +311,11 @@ pub async fn list_scored_sessions(
     .await
 }
 
+/// Asks for every recording of every school that was not erased.
+pub(crate) const RECORDINGS: &str = "SELECT id, recording_path, recording_sha256, recording_size FROM sessions
+     WHERE recording_erased_at IS NULL ORDER BY school_id, id";
+
 /// Every recording of every school that was not erased: for `verify`.
 pub async fn list_recordings(executor: impl Executor<'_>) -> Result<Vec<RecordingFile>> {
-    sqlx::query_as(
-        "SELECT id, recording_path, recording_sha256, recording_size FROM sessions
-         WHERE recording_erased_at IS NULL ORDER BY school_id, id",
-    )
-    .fetch_all(executor)
-    .await
+    sqlx::query_as(RECORDINGS).fetch_all(executor).await
 }

@@ -27,6 +27,7 @@ enum Way {
     Scoring,
     Backup,
     Restore,
+    Moving,
 }
 
 const fn way(point: KillPoint) -> Way {
@@ -41,6 +42,7 @@ const fn way(point: KillPoint) -> Way {
         P::JobBegun | P::JobJudged | P::ScoreAdded | P::ScoreCommitting | P::ScoreCommitted => Way::Scoring,
         P::BackupCopied | P::BackupWritten | P::BackupNamed => Way::Backup,
         P::RestoreUnpacked | P::RestoreMoving | P::RestoreMoved => Way::Restore,
+        P::MoveCopied | P::MoveCarried | P::MoveKept => Way::Moving,
     }
 }
 

@@ -39,6 +39,8 @@ mod faults;
 mod initial_passwords;
 mod killpoints;
 mod logos;
+#[cfg(feature = "postgres")]
+mod moving;
 mod nonsense;
 mod notices;
 mod oblique;

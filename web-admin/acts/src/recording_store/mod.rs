@@ -138,6 +138,17 @@ impl RecordingStore {
         }
     }
 
+    /// Makes a recording of a file under a name, which is there whole when this returns, and was read back. May block.
+    ///
+    /// # Errors
+    /// When the disk refuses, the bucket does not answer or has no room, or other bytes are there than the hash says.
+    pub async fn keep_copy(&self, file: &Path, recording: &str, sha256: &str) -> Result<(), StoreError> {
+        match self {
+            Self::Folder(folder) => Ok(copy_file(file, &folder.join(recording), sha256)?),
+            Self::Bucket(bucket) => bucket.keep_recording(file, recording, sha256).await,
+        }
+    }
+
     /// Removes recordings and what was made of them.
     ///
     /// # Errors
@@ -248,6 +259,20 @@ impl Bucket {
         uploads.dedup();
         Ok(uploads)
     }
+}
+
+/// Copies a file, which gets its name when it is on the disk and was read back. Blocks.
+fn copy_file(from: &Path, to: &Path, sha256: &str) -> std::io::Result<()> {
+    let folder = to.parent().unwrap_or(Path::new("."));
+    std::fs::create_dir_all(folder)?;
+    let part = PartFile { path: to.with_extension("part"), kept: false };
+    std::fs::copy(from, &part.path)?;
+    std::fs::File::open(&part.path)?.sync_all()?;
+    if hash_file(&part.path)?.0 != sha256 {
+        return Err(std::io::Error::other("other bytes are there than were copied"));
+    }
+    std::fs::rename(&part.path, to)?;
+    std::fs::File::open(folder)?.sync_all()
 }
 
 /// Removes recordings of a folder, and their replays. Blocks.

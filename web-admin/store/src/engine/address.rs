@@ -7,14 +7,14 @@ use super::chosen;
 
 /// The engines that the service can be built for: the schemes of their addresses, and what a path leads to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum EngineKind {
+pub(crate) enum EngineKind {
     Sqlite,
     Postgres,
 }
 
 impl EngineKind {
     /// Of an address; none where it has another scheme.
-    fn of(given: &str) -> Option<Self> {
+    pub(crate) fn of(given: &str) -> Option<Self> {
         match given.split_once(':') {
             Some(("sqlite", _)) => Some(Self::Sqlite),
             Some(("postgres" | "postgresql", rest)) if rest.starts_with("//") => Some(Self::Postgres),
@@ -84,7 +84,7 @@ impl AddressRefused {
 
 /// An address as it may be told: who, where and which, and neither a password nor what stands behind a question mark, which may be one.
 /// Where a password may stand in the wrong place, nothing is told but the scheme.
-fn without_password(given: &str) -> String {
+pub(crate) fn without_password(given: &str) -> String {
     let Some((scheme, rest)) = given.split_once("://").filter(|(scheme, _)| *scheme != "sqlite") else {
         return given.to_owned();
     };

@@ -12,7 +12,12 @@ use postgres as chosen;
 #[cfg(not(feature = "postgres"))]
 use sqlite as chosen;
 
+#[cfg(feature = "postgres")]
+pub(crate) use address::EngineKind;
+pub(crate) use address::without_password;
 pub use address::{AddressRefused, DatabaseAddress};
+#[cfg(feature = "postgres")]
+pub(crate) use chosen::WRITING;
 pub use chosen::{DatabaseLock, Engine, is_database_away, is_disk_full};
 pub(crate) use chosen::{
     LISTENING_PERIOD, MIGRATIONS, SHARED, is_table_there, keep_more_in_memory, refresh_statistics,

@@ -21,7 +21,7 @@ pub type Engine = sqlx::Postgres;
 pub(crate) static MIGRATIONS: Migrator = sqlx::migrate!("../../migrations/postgres");
 
 /// Names the lock that whoever writes holds, among those of the database.
-const WRITING: i64 = 0x7374_796c_6574;
+pub(crate) const WRITING: i64 = 0x7374_796c_6574;
 /// Names the lock of those that serve the database, or of the process that has it to itself.
 const HOLDING: i64 = WRITING + 1;
 /// Longest that a process works without a look at what others have queued.
@@ -152,7 +152,7 @@ impl DatabaseAddress {
         Ok(())
     }
 
-    fn options(&self) -> Result<PgConnectOptions> {
+    pub(crate) fn options(&self) -> Result<PgConnectOptions> {
         // No statement of ours is so long that compiling it would be worth the time.
         let options = [("lock_timeout", PATIENCE), ("jit", "off")];
         Ok(PgConnectOptions::from_str(self.as_url())?.options(options).options(VIGILANCE))

@@ -164,9 +164,7 @@ impl Database {
     pub async fn hold(address: &DatabaseAddress, holder: &str) -> std::result::Result<DatabaseLock, LockError> {
         let file = address.file();
         let file = file.map_err(|why| LockError::Unusable { place: address.to_string(), why: why.into() })?;
-        let mut name = file.into_os_string();
-        name.push(".lock");
-        Ok(DatabaseLock { _file: FileLock::take(Path::new(&name), holder)? })
+        Ok(DatabaseLock { _file: FileLock::take_beside(&file, holder)? })
     }
 
     /// Holds a database beside others that serve it: of a file, as [`Database::hold`].

@@ -26,6 +26,12 @@ pub fn address_of(folder: &Path) -> DatabaseAddress {
     chosen::address_of(folder)
 }
 
+/// As a command is told of it.
+#[cfg(feature = "postgres")]
+pub fn url_of(folder: &Path) -> String {
+    chosen::url_of(folder)
+}
+
 /// Another text whenever another connection has changed the database.
 pub async fn version(watch: &mut Connection) -> String {
     chosen::version(watch).await

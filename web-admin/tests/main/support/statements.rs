@@ -21,12 +21,12 @@ pub enum TwinPlace {
     Second,
 }
 
-/// All of them that an engine is given, but for those of its own module.
+/// All of them that an engine is given, but for those of its own module, and of what moves rows between both.
 pub fn stored_statements(of: TwinPlace) -> Vec<StoredStatement> {
     let read = |path: PathBuf| (chosen(&tokens(&std::fs::read_to_string(&path).unwrap()), of), path);
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("store/src");
     let sources: Vec<_> = sources(&folder).into_iter().map(read).collect();
-    let is_own = |place: &Path| place.starts_with(folder.join("engine"));
+    let is_own = |place: &Path| ["engine", "moving"].iter().any(|own| place.starts_with(folder.join(own)));
     let sources: Vec<_> = sources.into_iter().filter(|(_, place)| !is_own(place)).collect();
     let shared: BTreeMap<String, Pieces> = sources.iter().flat_map(|(tokens, _)| macros(tokens)).collect();
     let mut found = Vec::new();
@@ -229,8 +229,8 @@ fn unseen(tokens: &[Token], macros: &BTreeMap<String, Pieces>) -> Vec<String> {
             depth == 0 && token.is_sign('(')
         };
         let open = at + tokens[at..].iter().position(opens).unwrap();
-        let bound =
-            |name: &Token| tokens.windows(2).any(|pair| (pair[0].is("let") || pair[0].is("for")) && pair[1] == *name);
+        let binds = |token: &Token| ["let", "for", "const"].iter().any(|word| token.is(word));
+        let bound = |name: &Token| tokens.windows(2).any(|pair| binds(&pair[0]) && pair[1] == *name);
         let seen = match &tokens[open + 1] {
             Token::Text(_) => true,
             word @ Token::Word(name) => (macros.contains_key(name) && tokens[open + 2].is_sign('!')) || bound(word),

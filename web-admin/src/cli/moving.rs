@@ -1,0 +1,142 @@
+//! `web-admin move`: a school from SQLite to PostgreSQL or back, served until shortly before the end.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use acts::clock::Clock;
+use acts::config::{Config, ConfigError};
+use acts::moving::{CopiedRecordings, EndLock, MoveReport, SchoolMove};
+use clap::Args;
+use store::locks::LockError;
+use store::moving::{CarriedTable, DatabaseMove, MoveError};
+
+use super::{CommandFailure, recordings_place, say_line};
+
+/// How long between two looks whether the source is still served.
+const BETWEEN_LOOKS: Duration = Duration::from_secs(1);
+
+/// What to move where to.
+#[derive(Debug, Args)]
+pub struct MoveArgs {
+    /// The database to move: a sqlite: URL or a path, or a postgres:// URL
+    #[arg(long, value_name = "URL")]
+    from: String,
+    /// The database to move it into, of the other engine; nothing may be in it
+    #[arg(long, value_name = "URL")]
+    to: String,
+    /// Data folder of the service that has kept it
+    #[arg(long, value_name = "DIR", default_value = "data", env = "STYLET_DATA_DIR")]
+    from_data_dir: PathBuf,
+    /// Data folder of the service that will keep it [default: the same]
+    #[arg(long, value_name = "DIR")]
+    to_data_dir: Option<PathBuf>,
+    /// Its recordings: a folder, a file:// URL, or s3://BUCKET/PREFIX with the usual AWS_ variables [default: recordings in the data folder]
+    #[arg(long, value_name = "URL")]
+    from_recordings: Option<String>,
+    /// Where to move them, an empty place or what an earlier move has copied [default: recordings in the data folder to move to]
+    #[arg(long, value_name = "URL")]
+    to_recordings: Option<String>,
+}
+
+impl From<MoveError> for CommandFailure {
+    fn from(error: MoveError) -> Self {
+        match error {
+            MoveError::Refused { .. } => Self::Usage(error.to_string()),
+            MoveError::Failed { .. } => Self::Work(error.into()),
+        }
+    }
+}
+
+/// Data folder and recordings of an end; `option` is what names its recordings.
+fn config_of(data_dir: &Path, recordings: Option<&str>, option: &'static str) -> Result<Config, CommandFailure> {
+    let mut config = Config::in_folder(data_dir);
+    if let Some(given) = recordings {
+        config.keep_recordings_in(recordings_place(given).map_err(|refused| ConfigError { option, ..refused })?);
+    }
+    Ok(config)
+}
+
+/// A call that was wrong is one, wherever in the work it was found.
+fn sort_failure(error: anyhow::Error) -> CommandFailure {
+    match error.downcast::<MoveError>() {
+        Ok(error) => error.into(),
+        Err(error) => CommandFailure::Work(error),
+    }
+}
+
+pub(super) async fn run_move(args: &MoveArgs) -> Result<(), CommandFailure> {
+    let databases = DatabaseMove::parse(&args.from, &args.to)?;
+    let to_data_dir = args.to_data_dir.as_deref().unwrap_or(&args.from_data_dir);
+    let from = config_of(&args.from_data_dir, args.from_recordings.as_deref(), "--from-recordings")?;
+    let to = config_of(to_data_dir, args.to_recordings.as_deref(), "--to-recordings")?;
+    let (source, target, clock) = (databases.source(), databases.target(), Clock::system());
+    let mut moving = SchoolMove::begin(databases, from, to, clock.now()).await.map_err(sort_failure)?;
+    let copied = moving.copy_recordings().await.map_err(sort_failure)?;
+    say_recordings(&moving, &copied);
+    let held = hold_source(&mut moving, &source, &clock).await?;
+    let since = clock.now();
+    let report = moving.finish(&held).await.map_err(sort_failure)?;
+    let held_s = clock.now().duration_since(since).as_secs_f64();
+    say_rows(&report);
+    if !report.findings.is_empty() {
+        report.findings.iter().for_each(say_line);
+        say_line(format_args!("{} findings: nothing was moved into {target}", report.findings.len()));
+        return Err(CommandFailure::Found);
+    }
+    say_line(format_args!("moved {source} to {target}, which took {held_s:.1} s while nobody could serve it"));
+    for left in &report.left_behind {
+        say_line(format_args!("not moved, copy it by hand: {left}"));
+    }
+    say_line(format_args!(
+        "serve {target} from now on, and {source} no more: what is written there from now on would be missing here. Keep it until a \
+         backup of the new place is made"
+    ));
+    Ok(())
+}
+
+/// Holds the source as soon as nobody serves it any more; recordings that come until then are copied meanwhile.
+async fn hold_source(moving: &mut SchoolMove, source: &str, clock: &Clock) -> Result<EndLock, CommandFailure> {
+    let mut is_told = false;
+    loop {
+        match moving.hold_source(clock.now()).await {
+            Ok(held) => return Ok(held),
+            Err(LockError::Held { place, holder }) if !is_told => {
+                say_line(format_args!(
+                    "{place}: {holder} has these data. Stop whoever serves {source} now: the move waits for that"
+                ));
+                is_told = true;
+            }
+            Err(LockError::Held { .. }) => {}
+            Err(error) => return Err(anyhow::Error::from(error).into()),
+        }
+        moving.copy_recordings().await.map_err(sort_failure)?;
+        tokio::time::sleep(BETWEEN_LOOKS).await;
+    }
+}
+
+fn say_recordings(moving: &SchoolMove, CopiedRecordings { named, copied, .. }: &CopiedRecordings) {
+    match moving.recording_places() {
+        Some([from, to]) => {
+            say_line(format_args!("recordings: {named} in {from}, of which {copied} were copied to {to} now"))
+        }
+        None => say_line(format_args!("recordings: {named}, which stay where they are")),
+    }
+}
+
+/// What was carried, and what it was compared by.
+fn say_rows(report: &MoveReport) {
+    let MoveReport { recordings, tables, audit_rows, audit_head, forgotten_uploads, .. } = report;
+    let CopiedRecordings { named, copied, .. } = recordings;
+    say_line(format_args!(
+        "since then: {copied} recordings more; {named} in all were read and have the hash that was stored"
+    ));
+    for CarriedTable { name, rows, sha256 } in tables {
+        say_line(format_args!("{name}: {rows} rows of hash {sha256}"));
+    }
+    let rows: u64 = tables.iter().map(|table| table.rows).sum();
+    say_line(format_args!("{rows} rows in {} tables, read back and compared", tables.len()));
+    say_line(format_args!("{audit_rows} audit rows and every grade checked; the audit log ends in {audit_head}"));
+    if *forgotten_uploads > 0 {
+        say_line(format_args!("uploads under way, which whoever sends them begins again: {forgotten_uploads}"));
+    }
+}

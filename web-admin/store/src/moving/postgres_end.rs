@@ -1,0 +1,151 @@
+//! PostgreSQL's end of a move: a database of a server.
+
+use futures::TryStreamExt;
+use sqlx::AssertSqlSafe;
+use sqlx::postgres::PgCopyIn;
+
+use super::CarriedTable;
+use super::columns::{TablePlan, ValueKind};
+use super::tuples::{HEADER, RowReader, TRAILER, TableTally};
+use crate::engine::is_table_there;
+use crate::{Connection, Result};
+
+/// So many bytes are sent at once.
+const PIECE: usize = 1 << 16;
+
+/// Does what no value is part of.
+pub(super) async fn execute(connection: &mut Connection, statement: impl Into<String>) -> Result<u64> {
+    Ok(sqlx::raw_sql(AssertSqlSafe(statement.into())).execute(connection).await?.rows_affected())
+}
+
+/// The newest migration that a database has had; none where it is none of the service's.
+pub(super) async fn newest_migration(connection: &mut Connection) -> Result<Option<i64>> {
+    if !is_table_there(&mut *connection, "_sqlx_migrations").await? {
+        return Ok(None);
+    }
+    sqlx::query_scalar("SELECT max(version) FROM _sqlx_migrations").fetch_one(connection).await
+}
+
+/// Whether a school is in a database, or was.
+pub(super) async fn holds_rows(connection: &mut Connection) -> Result<bool> {
+    for table in ["schools", "audit_log"] {
+        if is_table_there(&mut *connection, table).await? {
+            let count = format!("SELECT count(*) > 0 FROM {table}");
+            if sqlx::query_scalar(AssertSqlSafe(count)).fetch_one(&mut *connection).await? {
+                return Ok(true);
+            }
+        }
+    }
+    Ok(false)
+}
+
+/// Hands on every row of a table in its binary form, in an order that both engines have. SQLite does not keep the sign of zero: it is left out here.
+pub(super) async fn read_table(
+    connection: &mut Connection,
+    table: &TablePlan,
+    mut take: impl AsyncFnMut(&[u8]) -> Result<()>,
+) -> Result<CarriedTable> {
+    let values = table.columns.iter().map(|column| match column.kind {
+        ValueKind::Real => format!("\"{}\" + 0::DOUBLE PRECISION", column.name),
+        _ => format!("\"{}\"", column.name),
+    });
+    let values = values.collect::<Vec<_>>().join(", ");
+    let copy = format!(
+        "COPY (SELECT {values} FROM \"{}\" ORDER BY {}) TO STDOUT (FORMAT binary)",
+        table.name,
+        table.order_list()
+    );
+    let (mut tally, mut reader) = (TableTally::new(table), RowReader::default());
+    let mut pieces = connection.copy_out_raw(&copy).await?;
+    while let Some(piece) = pieces.try_next().await? {
+        reader.add(&piece);
+        while let Some(row) = reader.next_row() {
+            tally.count(row);
+            take(row).await?;
+        }
+    }
+    Ok(tally.finish())
+}
+
+/// Has triggers not fire, takes references out, and all that migrations have left; what puts the references back, which looks through
+/// all rows at once.
+pub(super) async fn make_room(connection: &mut Connection, tables: &[TablePlan]) -> Result<Vec<String>> {
+    let references: Vec<ForeignKey> = sqlx::query_as(
+        "SELECT conrelid::regclass::TEXT AS table, quote_ident(conname) AS name, pg_get_constraintdef(oid) AS definition
+         FROM pg_constraint WHERE contype = 'f' AND connamespace = current_schema()::regnamespace ORDER BY conrelid, conname",
+    )
+    .fetch_all(&mut *connection)
+    .await?;
+    for ForeignKey { table, name, .. } in &references {
+        execute(connection, format!("ALTER TABLE {table} DROP CONSTRAINT {name}")).await?;
+    }
+    set_triggers(connection, tables, "DISABLE").await?;
+    let names = tables.iter().map(|table| format!("\"{}\"", table.name)).collect::<Vec<_>>().join(", ");
+    execute(connection, format!("TRUNCATE {names}")).await?;
+    let add = |ForeignKey { table, name, definition }: &ForeignKey| {
+        format!("ALTER TABLE {table} ADD CONSTRAINT {name} {definition}")
+    };
+    Ok(references.iter().map(add).collect())
+}
+
+/// A foreign key.
+#[derive(sqlx::FromRow)]
+struct ForeignKey {
+    table: String,
+    name: String,
+    definition: String,
+}
+
+/// Whether what the schema keeps by itself happens when rows are written.
+async fn set_triggers(connection: &mut Connection, tables: &[TablePlan], does: &str) -> Result<()> {
+    for table in tables {
+        execute(connection, format!("ALTER TABLE \"{}\" {does} TRIGGER USER", table.name)).await?;
+    }
+    Ok(())
+}
+
+/// Puts references and triggers back, counts on from the last row that has arrived, and lets the planner know what is there: whoever
+/// asks before the server has looked by itself would wait for long.
+pub(super) async fn settle(connection: &mut Connection, tables: &[TablePlan], references: Vec<String>) -> Result<()> {
+    for reference in references {
+        execute(connection, reference).await?;
+    }
+    set_triggers(connection, tables, "ENABLE").await?;
+    for table in tables.iter().filter(|table| table.counts_arrivals) {
+        let count = format!(
+            "SELECT setval(pg_get_serial_sequence('\"{0}\"', 'rowid'), coalesce(max(rowid), 0) + 1, FALSE) FROM \"{0}\"",
+            table.name
+        );
+        execute(connection, count).await?;
+    }
+    execute(connection, "ANALYZE").await.map(drop)
+}
+
+/// Writes rows of a table.
+pub(super) struct TableSender<'a> {
+    copy: PgCopyIn<&'a mut Connection>,
+    waiting: Vec<u8>,
+}
+
+impl<'a> TableSender<'a> {
+    pub async fn begin(connection: &'a mut Connection, table: &TablePlan) -> Result<Self> {
+        let copy = format!("COPY \"{}\" ({}) FROM STDIN (FORMAT binary)", table.name, table.column_list());
+        Ok(Self { copy: connection.copy_in_raw(&copy).await?, waiting: HEADER.to_vec() })
+    }
+
+    /// Takes a row in its binary form.
+    pub async fn write(&mut self, row: &[u8]) -> Result<()> {
+        self.waiting.extend(row);
+        if self.waiting.len() >= PIECE {
+            self.copy.send(&*self.waiting).await?;
+            self.waiting.clear();
+        }
+        Ok(())
+    }
+
+    pub async fn finish(mut self) -> Result<()> {
+        self.waiting.extend(TRAILER);
+        self.copy.send(&*self.waiting).await?;
+        self.copy.finish().await.map(drop)
+    }
+}

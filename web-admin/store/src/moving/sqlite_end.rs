@@ -1,0 +1,207 @@
+//! SQLite's end of a move: a file.
+
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use std::time::Duration;
+
+use futures::TryStreamExt;
+use sqlx::migrate::Migrator;
+use sqlx::query::Query;
+use sqlx::sqlite::{SqliteArguments, SqliteConnectOptions, SqliteSynchronous};
+use sqlx::{AssertSqlSafe, ConnectOptions, Sqlite, SqliteConnection};
+
+use super::CarriedTable;
+use super::columns::{TablePlan, ValueKind};
+use super::tuples::{FieldReader, TableTally, append_row};
+use crate::{Error, Result};
+
+/// Everything that makes the schema.
+pub(super) static MIGRATIONS: Migrator = sqlx::migrate!("../../migrations");
+
+/// Rows that a query may be ahead of whoever reads them.
+const ROWS: usize = 1024;
+/// Most values of a statement, which is SQLite's own limit, ...
+const MOST_VALUES: usize = 32_766;
+/// ... most rows, ...
+const MOST_ROWS: usize = 200;
+/// ... and about how many bytes.
+const MOST_BYTES: usize = 1 << 20;
+
+/// The file that an address names: a `sqlite:` URL or a path.
+pub(super) fn parse_file(given: &str) -> Result<PathBuf> {
+    if given.starts_with("sqlite:") {
+        return Ok(SqliteConnectOptions::from_str(given)?.get_filename().to_owned());
+    }
+    Ok(PathBuf::from(given))
+}
+
+/// Opens a file; `make` makes it where it is missing.
+pub(super) async fn open_file(file: &Path, make: bool) -> Result<SqliteConnection> {
+    let options = SqliteConnectOptions::new()
+        .filename(file)
+        .create_if_missing(make)
+        // They are all looked through at the end.
+        .foreign_keys(false)
+        .synchronous(SqliteSynchronous::Full)
+        .pragma("cache_size", "-64000")
+        .row_buffer_size(ROWS)
+        .busy_timeout(Duration::from_secs(10));
+    options.connect().await
+}
+
+/// The newest migration that a database has had; none where it is none of the service's.
+pub(super) async fn newest_migration(connection: &mut SqliteConnection) -> Result<Option<i64>> {
+    if !is_table_there(connection, "_sqlx_migrations").await? {
+        return Ok(None);
+    }
+    sqlx::query_scalar("SELECT max(version) FROM _sqlx_migrations").fetch_one(connection).await
+}
+
+/// Whether a school is in a database, or was.
+pub(super) async fn holds_rows(connection: &mut SqliteConnection) -> Result<bool> {
+    for table in ["schools", "audit_log"] {
+        if is_table_there(connection, table).await? {
+            let count = format!("SELECT count(*) > 0 FROM {table}");
+            if sqlx::query_scalar(AssertSqlSafe(count)).fetch_one(&mut *connection).await? {
+                return Ok(true);
+            }
+        }
+    }
+    Ok(false)
+}
+
+async fn is_table_there(connection: &mut SqliteConnection, name: &str) -> Result<bool> {
+    sqlx::query_scalar("SELECT count(*) > 0 FROM sqlite_schema WHERE type = 'table' AND name = $1")
+        .bind(name)
+        .fetch_one(connection)
+        .await
+}
+
+/// Tables and columns that a database has, with those that are not computed of others.
+pub(super) async fn list_columns(connection: &mut SqliteConnection) -> Result<Vec<String>> {
+    sqlx::query_scalar(
+        "SELECT t.name || '.' || c.name FROM sqlite_schema t JOIN pragma_table_xinfo(t.name) c
+         WHERE t.type = 'table' AND t.name <> '_sqlx_migrations' AND t.name NOT LIKE 'sqlite_%' AND c.hidden = 0",
+    )
+    .fetch_all(connection)
+    .await
+}
+
+/// Hands on every row of a table in its binary form, in an order that both engines have.
+pub(super) async fn read_table(
+    connection: &mut SqliteConnection,
+    table: &TablePlan,
+    mut take: impl AsyncFnMut(&[u8]) -> Result<()>,
+) -> Result<CarriedTable> {
+    let (mut tally, mut row) = (TableTally::new(table), Vec::new());
+    let select = format!("SELECT {} FROM \"{}\" ORDER BY {}", table.column_list(), table.name, table.order_list());
+    let mut rows = sqlx::query(AssertSqlSafe(select)).fetch(connection);
+    while let Some(found) = rows.try_next().await? {
+        row.clear();
+        append_row(&found, table, &mut row)?;
+        tally.count(&row);
+        take(&row).await?;
+    }
+    Ok(tally.finish())
+}
+
+/// Takes the triggers out, so that what they would write is not written twice, and all that migrations have left; what puts them back.
+pub(super) async fn make_room(connection: &mut SqliteConnection, tables: &[TablePlan]) -> Result<Vec<String>> {
+    let triggers: Vec<String> =
+        sqlx::query_scalar("SELECT name FROM sqlite_schema WHERE type = 'trigger' ORDER BY name")
+            .fetch_all(&mut *connection)
+            .await?;
+    let made = sqlx::query_scalar("SELECT sql FROM sqlite_schema WHERE type = 'trigger' ORDER BY name")
+        .fetch_all(&mut *connection)
+        .await?;
+    for trigger in triggers {
+        execute(connection, format!("DROP TRIGGER \"{trigger}\"")).await?;
+    }
+    for table in tables {
+        execute(connection, format!("DELETE FROM \"{}\"", table.name)).await?;
+    }
+    Ok(made)
+}
+
+/// Puts the triggers back, and looks for rows that point nowhere and for damage: what is found.
+pub(super) async fn settle(connection: &mut SqliteConnection, triggers: Vec<String>) -> Result<Vec<String>> {
+    for trigger in triggers {
+        execute(connection, trigger).await?;
+    }
+    let mut findings: Vec<String> =
+        sqlx::query_scalar("SELECT integrity_check FROM pragma_integrity_check").fetch_all(&mut *connection).await?;
+    findings.retain(|line| line != "ok");
+    let dangling: Vec<String> =
+        sqlx::query_scalar("SELECT \"table\" || ': a row points to none in ' || parent FROM pragma_foreign_key_check")
+            .fetch_all(connection)
+            .await?;
+    Ok([findings, dangling].concat())
+}
+
+/// Does what no value is part of.
+pub(super) async fn execute(connection: &mut SqliteConnection, statement: impl Into<String>) -> Result<u64> {
+    Ok(sqlx::raw_sql(AssertSqlSafe(statement.into())).execute(connection).await?.rows_affected())
+}
+
+/// Writes rows of a table, many by a statement.
+pub(super) struct TableWriter<'a> {
+    connection: &'a mut SqliteConnection,
+    table: &'a TablePlan,
+    waiting: Vec<Vec<u8>>,
+    bytes: usize,
+}
+
+impl<'a> TableWriter<'a> {
+    pub fn new(connection: &'a mut SqliteConnection, table: &'a TablePlan) -> Self {
+        Self { connection, table, waiting: Vec::new(), bytes: 0 }
+    }
+
+    /// Takes a row in its binary form.
+    pub async fn write(&mut self, row: &[u8]) -> Result<()> {
+        self.bytes += row.len();
+        self.waiting.push(row.to_owned());
+        let most = MOST_ROWS.min(MOST_VALUES / self.table.columns.len());
+        if self.waiting.len() >= most || self.bytes >= MOST_BYTES { self.flush().await } else { Ok(()) }
+    }
+
+    /// Writes what waits.
+    pub async fn flush(&mut self) -> Result<()> {
+        if self.waiting.is_empty() {
+            return Ok(());
+        }
+        let one = format!("({})", vec!["?"; self.table.columns.len()].join(", "));
+        let values = vec![one.as_str(); self.waiting.len()].join(", ");
+        let insert = format!("INSERT INTO \"{}\" ({}) VALUES {values}", self.table.name, self.table.column_list());
+        let mut query = sqlx::query(AssertSqlSafe(insert));
+        for row in &self.waiting {
+            query = bind_row(query, row, self.table)?;
+        }
+        query.execute(&mut *self.connection).await?;
+        self.waiting.clear();
+        self.bytes = 0;
+        Ok(())
+    }
+}
+
+type Insert<'q> = Query<'q, Sqlite, SqliteArguments>;
+
+fn bind_row<'q>(mut query: Insert<'q>, row: &[u8], table: &TablePlan) -> Result<Insert<'q>> {
+    let broken = || Error::Protocol(format!("{}: PostgreSQL has sent no row of this table", table.name));
+    let mut fields = FieldReader::new(row).ok_or_else(broken)?;
+    for column in &table.columns {
+        query = bind_value(query, column.kind, fields.next_field().ok_or_else(broken)?).ok_or_else(broken)?;
+    }
+    Ok(query)
+}
+
+/// Adds a value to a statement; none where it is not of its kind.
+fn bind_value<'q>(query: Insert<'q>, kind: ValueKind, value: Option<&[u8]>) -> Option<Insert<'q>> {
+    let Some(value) = value else { return Some(query.bind(None::<i64>)) };
+    Some(match kind {
+        ValueKind::Id | ValueKind::Bytes => query.bind(value.to_owned()),
+        ValueKind::Whole => query.bind(i64::from_be_bytes(value.try_into().ok()?)),
+        ValueKind::Real => query.bind(f64::from_be_bytes(value.try_into().ok()?)),
+        ValueKind::Truth => query.bind(i64::from(*value.first()?)),
+        ValueKind::Text => query.bind(std::str::from_utf8(value).ok()?.to_owned()),
+    })
+}
