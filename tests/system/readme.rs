@@ -14,7 +14,7 @@ const PAGES: [&str; 6] =
     ["README.md", "docs/station.md", "docs/simulate.md", "docs/operate.md", "docs/measurements.md", "docs/recipes.md"];
 
 /// Commands that are not run, by their beginnings, each with the reason.
-const SKIPPED: [(&str, &str); 22] = [
+const SKIPPED: [(&str, &str); 24] = [
     ("deploy/run", "builds for minutes, and serves until it is stopped"),
     ("deploy/test", "runs this"),
     ("deploy/cluster", "as deploy/run: tests/system/cluster.rs"),
@@ -29,6 +29,8 @@ const SKIPPED: [(&str, &str); 22] = [
     ("tests/peers/run", "measures for hours"),
     ("createdb ", "asks for a server of PostgreSQL: web-admin/tests/main/support/postgres.rs"),
     ("STYLET_DATABASE=postgres", "as createdb"),
+    ("pg_dump ", "as createdb: web-admin/tests/main/dumps.rs"),
+    ("pg_restore ", "as createdb"),
     ("web-admin move", "as createdb: web-admin/tests/main/moving.rs"),
     ("stylet pair", "asks a school for a code: tests/system/station.rs"),
     ("stylet outbox send --watch", "goes on until it is stopped: tests/system/station.rs"),

@@ -31,11 +31,38 @@ pub struct VerificationReport {
 /// # Errors
 /// When the database cannot be read at all, or the store of the recordings does not answer.
 pub async fn everything(db: &Database, store: &RecordingStore) -> anyhow::Result<VerificationReport> {
-    let mut findings = db.integrity().await?;
     let recordings = sessions::list_recordings(db.reader()).await?;
+    let mut report = check_all(db, store, &recordings).await?;
+    report.findings.extend(unnamed(store, &recordings).await?);
+    Ok(report)
+}
+
+/// Checks a copy of a database that was made while others went on: recordings that came since are none of its own, and those that were
+/// erased since need not be there. Blocks while it reads the recordings.
+///
+/// # Errors
+/// As [`everything`].
+pub async fn copy(
+    copy: &Database,
+    served: Option<&Database>,
+    store: &RecordingStore,
+) -> anyhow::Result<VerificationReport> {
+    let mut recordings = sessions::list_recordings(copy.reader()).await?;
+    if let Some(served) = served {
+        let kept: BTreeSet<_> = sessions::list_recordings(served.reader()).await?.into_iter().map(|r| r.id).collect();
+        recordings.retain(|recording| kept.contains(&recording.id));
+    }
+    check_all(copy, store, &recordings).await
+}
+
+async fn check_all(
+    db: &Database,
+    store: &RecordingStore,
+    recordings: &[RecordingFile],
+) -> anyhow::Result<VerificationReport> {
+    let mut findings = db.integrity().await?;
     store.check().await.with_context(|| store.place())?;
-    findings.extend(check_files(store, &recordings).await);
-    findings.extend(unnamed(store, &recordings).await?);
+    findings.extend(check_files(store, recordings).await);
     findings.extend(db.lost_triggers().await?);
     let chain = audit::check_audit_chain(db.reader()).await?;
     findings.extend(chain.findings);

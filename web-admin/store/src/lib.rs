@@ -13,7 +13,8 @@ use sqlx::Transaction;
 pub use sqlx::migrate::MigrateError;
 
 pub use engine::{
-    AddressRefused, Connection, DatabaseAddress, DatabaseLock, Engine, Executor, Pool, is_database_away, is_disk_full,
+    AddressRefused, Connection, DatabaseAddress, DatabaseLock, DumpRefused, DumpedDatabase, Engine, Executor, Pool,
+    is_database_away, is_disk_full,
 };
 use engine::{LISTENING_PERIOD, MIGRATIONS, SHARED};
 pub use json::Json;

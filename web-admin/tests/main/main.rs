@@ -27,6 +27,8 @@ mod documents;
 mod draft_forms;
 mod draft_instruments;
 mod drafts;
+#[cfg(feature = "postgres")]
+mod dumps;
 mod earlier_school;
 mod engines;
 mod erasing;

@@ -52,6 +52,25 @@ impl DatabaseAddress {
         &self.0
     }
 
+    /// Another database of the same server, as its own programs are told of it on a command line, and the password that is told them
+    /// otherwise. None where no such address can be made without a password in it.
+    #[cfg(feature = "postgres")]
+    pub(super) fn for_program(&self, database: &str) -> Option<(String, Option<String>)> {
+        let (scheme, rest) = self.0.split_once("://")?;
+        let (place, path) = rest.split_at(rest.find(['/', '?', '#']).unwrap_or(rest.len()));
+        let query = path.split_once('?').map(|(_, query)| format!("?{query}")).unwrap_or_default();
+        if path.contains('@') || query.contains("password") {
+            return None;
+        }
+        let (who, host) = place.rsplit_once('@').map_or((None, place), |(who, host)| (Some(who), host));
+        let (user, password) =
+            who.map_or(("", None), |who| who.split_once(':').map_or((who, None), |(u, p)| (u, Some(p))));
+        let at = if user.is_empty() { "" } else { "@" };
+        let password =
+            password.map(|password| percent_encoding::percent_decode_str(password).decode_utf8_lossy().into_owned());
+        Some((format!("{scheme}://{user}{at}{host}/{database}{query}"), password))
+    }
+
     /// Of what the engine's module has made.
     pub(super) fn of_url(url: String) -> Self {
         Self(url)
@@ -118,6 +137,22 @@ mod tests {
             ("/data/x.db", "/data/x.db"),
         ] {
             assert_eq!(without_password(given), told);
+        }
+    }
+
+    #[cfg(feature = "postgres")]
+    #[test]
+    fn what_a_program_is_told_on_its_command_line_has_no_password() {
+        let told = |given: &str| DatabaseAddress::parse(given).unwrap().for_program("x");
+        let with = |address: &str, password: Option<&str>| Some((address.to_owned(), password.map(str::to_owned)));
+        assert_eq!(
+            told("postgres://ada:s%40t@host:5/db?sslmode=require"),
+            with("postgres://ada@host:5/x?sslmode=require", Some("s@t"))
+        );
+        assert_eq!(told("postgres://ada@%2Frun/db"), with("postgres://ada@%2Frun/x", None));
+        assert_eq!(told("postgres:///db"), with("postgres:///x", None));
+        for refused in ["postgres:///db?password=secret", "postgres://ada:se/cr@host/db"] {
+            assert_eq!(told(refused), None);
         }
     }
 

@@ -1,7 +1,11 @@
 //! The database engine that this program is built for. Everything else in the storage says [`Connection`], [`Executor`] and [`Pool`]:
 //! types of one engine, chosen when the program is built, so that no row passes through a form between both.
 
+use std::path::PathBuf;
+
 mod address;
+#[cfg(feature = "postgres")]
+mod dump;
 #[cfg(feature = "postgres")]
 mod postgres;
 #[cfg(not(feature = "postgres"))]
@@ -18,10 +22,20 @@ pub(crate) use address::without_password;
 pub use address::{AddressRefused, DatabaseAddress};
 #[cfg(feature = "postgres")]
 pub(crate) use chosen::WRITING;
-pub use chosen::{DatabaseLock, Engine, is_database_away, is_disk_full};
+pub use chosen::{DatabaseLock, DumpedDatabase, Engine, is_database_away, is_disk_full};
 pub(crate) use chosen::{
     LISTENING_PERIOD, MIGRATIONS, SHARED, is_table_there, keep_more_in_memory, refresh_statistics,
 };
+
+/// Why a dump could not be looked at.
+#[derive(Debug, thiserror::Error)]
+#[error("{file}: {why}", file = file.display())]
+pub struct DumpRefused {
+    /// The dump.
+    pub file: PathBuf,
+    /// Why, without a password.
+    pub why: String,
+}
 
 /// Of two twins of a statement the engine's own: SQLite's stands first, PostgreSQL's after it.
 #[cfg(not(feature = "postgres"))]

@@ -10,6 +10,7 @@ use sqlx::postgres::{PgConnectOptions, PgPoolOptions};
 use sqlx::{ConnectOptions as _, Connection as _};
 
 use super::address::{DatabaseAddress, EngineKind};
+pub use super::dump::DumpedDatabase;
 use super::{Connection, Executor};
 use crate::locks::{BETWEEN_TRIES, LockError, TRIES};
 use crate::{Database, Error, Result, Write};
@@ -70,8 +71,9 @@ pub(super) const KIND: EngineKind = EngineKind::Postgres;
 pub(super) const ALLOWED: &str = "this program is built for PostgreSQL: allowed is a postgres:// URL; one for a sqlite: URL or a path is \
                                   built by `cargo build --release -p web-admin`";
 /// What does for a server what copies of a file do otherwise.
-const COPIES: &str = "this database is kept by a PostgreSQL server and is no file: pg_dump copies it and pg_restore puts it back, \
-                      or the server archives its write-ahead log (WAL archiving); recordings are copied as files";
+const COPIES: &str = "this database is kept by a PostgreSQL server and is no file: pg_dump copies it while it is served, `web-admin verify --dump` \
+                      checks the copy, pg_restore puts it back, or the server archives its write-ahead log (WAL archiving); recordings are \
+                      copied as files";
 
 /// The address of what no file can be.
 pub(super) fn address_of(path: &Path) -> String {

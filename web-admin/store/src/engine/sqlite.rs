@@ -11,7 +11,7 @@ use sqlx::migrate::Migrator;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous};
 
 use super::address::{DatabaseAddress, EngineKind};
-use super::{Connection, Executor};
+use super::{Connection, DumpRefused, Executor};
 use crate::locks::{FileLock, LockError};
 use crate::{Database, Error, Result, Write};
 
@@ -70,6 +70,37 @@ pub(super) fn address_of(path: &Path) -> String {
 /// The address of the database in a data folder.
 pub(super) fn address_in(folder: &Path) -> String {
     address_of(&folder.join("stylet.db"))
+}
+
+/// A dump of a server's database, in a database of its own: SQLite has none.
+#[derive(Debug)]
+pub enum DumpedDatabase {}
+
+impl DumpedDatabase {
+    /// Refuses.
+    ///
+    /// # Errors
+    /// Always; they say what is verified instead.
+    pub async fn restore(file: &Path, _beside: &DatabaseAddress) -> std::result::Result<Self, DumpRefused> {
+        Err(DumpRefused {
+            file: file.to_owned(),
+            why: "this program is built for SQLite, of which there are no dumps; a copy of the database is verified by --database".to_owned(),
+        })
+    }
+
+    /// None is there.
+    #[must_use]
+    pub fn database(&self) -> &Database {
+        match *self {}
+    }
+
+    /// None is there.
+    ///
+    /// # Errors
+    /// Never.
+    pub async fn remove(self) -> Result<()> {
+        match self {}
+    }
 }
 
 /// A database that this process holds until it is dropped: a locked file beside the database's.
