@@ -146,7 +146,7 @@ mod chosen {
         /// The database of a folder; those whose folders are gone go, too.
         fn database_of(&self, folder: &Path) -> String {
             let mut folders = self.folders.lock().unwrap();
-            let gone = folders.extract_if(.., |folder, _| !folder.exists()).map(|(_, name)| name);
+            let gone = folders.extract_if(.., |folder, _| is_gone(folder)).map(|(_, name)| name);
             for name in gone {
                 self.server.execute(&format!("DROP DATABASE {name} WITH (FORCE)"));
             }
@@ -158,6 +158,12 @@ mod chosen {
             self.server.execute(&format!("CREATE DATABASE {name} TEMPLATE {of}"));
             name
         }
+    }
+
+    /// Whether a folder is gone with all that a test had around it: one that is yet to be made is not.
+    fn is_gone(folder: &Path) -> bool {
+        let temporary = std::env::temp_dir();
+        !folder.ancestors().take_while(|place| *place != temporary).any(Path::exists)
     }
 
     pub fn address_of(folder: &Path) -> DatabaseAddress {
