@@ -59,39 +59,39 @@ fn append_value(
 ) -> std::result::Result<(), Box<dyn std::error::Error + Send + Sync>> {
     match column.kind {
         ValueKind::Id => match row.try_get_unchecked::<Option<&[u8]>, _>(place)? {
-            Some(id) if id.len() != 16 => return Err(format!("an id of {} bytes; allowed are 16", id.len()).into()),
+            Some(id) if id.len() != 16 => Err(format!("an id of {} bytes; allowed are 16", id.len()).into()),
             id => append_field(id, to),
         },
-        ValueKind::Bytes => append_field(row.try_get_unchecked::<Option<&[u8]>, _>(place)?, to),
-        ValueKind::Whole => append_field(
-            row.try_get_unchecked::<Option<i64>, _>(place)?.map(i64::to_be_bytes).as_ref().map(|b| &b[..]),
-            to,
-        ),
-        ValueKind::Real => append_field(
-            row.try_get_unchecked::<Option<f64>, _>(place)?.map(f64::to_be_bytes).as_ref().map(|b| &b[..]),
-            to,
-        ),
+        ValueKind::Bytes => append_field(row.try_get_unchecked(place)?, to),
+        ValueKind::Whole => {
+            let value: Option<i64> = row.try_get_unchecked(place)?;
+            append_field(value.map(i64::to_be_bytes).as_ref().map(|bytes| &bytes[..]), to)
+        }
+        ValueKind::Real => {
+            let value: Option<f64> = row.try_get_unchecked(place)?;
+            append_field(value.map(f64::to_be_bytes).as_ref().map(|bytes| &bytes[..]), to)
+        }
         ValueKind::Truth => match row.try_get_unchecked::<Option<i64>, _>(place)? {
             None => append_field(None, to),
             Some(0) => append_field(Some(&[0]), to),
             Some(1) => append_field(Some(&[1]), to),
-            Some(other) => return Err(format!("{other} as a truth value; allowed are 0 and 1").into()),
+            Some(other) => Err(format!("{other} as a truth value; allowed are 0 and 1").into()),
         },
         ValueKind::Text => match row.try_get_unchecked::<Option<&str>, _>(place)? {
-            Some(text) if text.contains('\0') => {
-                return Err("a text with U+0000, which PostgreSQL does not keep".into());
-            }
+            Some(text) if text.contains('\0') => Err("a text with U+0000, which PostgreSQL does not keep".into()),
             text => append_field(text.map(str::as_bytes), to),
         },
     }
-    Ok(())
 }
 
-fn append_field(value: Option<&[u8]>, to: &mut Vec<u8>) {
-    // No value of SQLite's is as long as a length can say: its own limit is 1 GB.
-    let length = value.map_or(ABSENT, |value| i32::try_from(value.len()).unwrap_or(i32::MAX));
+fn append_field(
+    value: Option<&[u8]>,
+    to: &mut Vec<u8>,
+) -> std::result::Result<(), Box<dyn std::error::Error + Send + Sync>> {
+    let length = value.map_or(Ok(ABSENT), |value| i32::try_from(value.len()))?;
     to.extend(length.to_be_bytes());
     to.extend(value.into_iter().flatten());
+    Ok(())
 }
 
 /// Takes what `COPY` sends apart into rows, however it comes.
