@@ -11,6 +11,9 @@ use super::support::database::{connect, drop_trigger, shrink_audit_log, url_of};
 use super::support::recordings::{Attempt, record};
 use super::support::{App, web_admin};
 
+/// Both tests share a server, of which each asks which databases are on it.
+static ON_THE_SERVER: tokio::sync::Mutex<()> = tokio::sync::Mutex::const_new(());
+
 /// Dumps the database of a folder.
 fn dump(folder: &Path, to: &Path) {
     let url = url_of(folder);
@@ -34,6 +37,7 @@ async fn left_databases(connection: &mut Connection) -> i64 {
 
 #[tokio::test]
 async fn a_dump_is_looked_through_with_its_recordings_and_leaves_nothing_on_the_server() {
+    let _alone = ON_THE_SERVER.lock().await;
     let app = App::new().await;
     let school = app.school("North").await;
     let ada = app.member(school, Role::Trainee, "ada@example.org").await;
@@ -57,6 +61,7 @@ async fn a_dump_is_looked_through_with_its_recordings_and_leaves_nothing_on_the_
 
 #[tokio::test]
 async fn a_dump_that_lacks_something_is_found() {
+    let _alone = ON_THE_SERVER.lock().await;
     let app = App::new().await;
     let school = app.school("North").await;
     for email in ["ada@example.org", "ben@example.org"] {
