@@ -72,6 +72,7 @@ pub fn all_routes(state: &AppState) -> Routes {
         .merge(survey::survey_link_routes())
         .merge(pages::asset_routes())
         .merge(pages::linked_routes())
+        .around(|all| all.layer(from_fn(refuse_nul)))
         .around(|all| all.layer(from_fn(language::settle_language)))
         .around(|all| all.layer(from_fn_with_state(state.clone(), auth::settle_stranger)))
         .around(|all| all.layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, PAGE_TIMEOUT)))
@@ -87,6 +88,16 @@ pub fn all_routes(state: &AppState) -> Routes {
                 .layer(RequestBodyTimeoutLayer::new(2 * state.config.upload_silence))
                 .layer(CatchPanicLayer::new())
         })
+}
+
+/// Refuses an address with U+0000 in it, which no text holds and no server of databases takes: as a form that holds one.
+async fn refuse_nul(request: Request, next: Next) -> Result<Response, PageError> {
+    const NUL: &str = "%00";
+    match request.uri() {
+        address if address.path().contains(NUL) => Err(PageError(Error::NotFound)),
+        address if address.query().is_some_and(|asked| asked.contains(NUL)) => Err(PageError(auth::refuse_nul())),
+        _ => Ok(next.run(request).await),
+    }
 }
 
 /// Ends a call that takes too long: a body that trickles in, or work that does not end.

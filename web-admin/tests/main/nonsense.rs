@@ -7,6 +7,7 @@ use std::collections::BTreeSet;
 
 use axum::body::Body;
 use axum::http::{Method, Request, header};
+use model::Role;
 use scraper::{ElementRef, Html, Selector};
 use serde_json::Value;
 
@@ -242,6 +243,18 @@ async fn no_body_said_to_the_api_breaks_the_service() {
         }
     }
     assert!(broken.is_empty(), "{}", broken.join("\n"));
+}
+
+#[tokio::test]
+async fn an_address_with_a_nul_in_it_is_refused() {
+    let app = App::new().await;
+    let school = app.school("North").await;
+    app.member(school, Role::Administrator, "admin@example.org").await;
+    let mut admin = app.signed_in("admin@example.org").await;
+    for (address, status) in [("/people?q=a%00b", 400), ("/exercises/%00", 404), ("/cohorts/a%00b?x=%00", 404)] {
+        assert_eq!(admin.get(address).await.status, status, "{address}");
+    }
+    assert_eq!(admin.get("/people?q=%2500").await.status, 200, "that is a percent sign and two digits");
 }
 
 /// Paths, queries and headers as the API describes them.

@@ -86,7 +86,7 @@ pub(super) fn too_many_fields() -> Error {
 }
 
 /// What a form with U+0000 in it is answered.
-pub(super) fn refuse_nul() -> Error {
+pub(in crate::routes) fn refuse_nul() -> Error {
     Error::BadRequest(tr!("The form holds the character U+0000, which no text does.").to_owned())
 }
 

@@ -13,6 +13,7 @@ mod upload;
 
 pub(crate) use address::{ClientAddress, asked_by};
 pub(crate) use browser::{Browser, PageHead, Visit};
+pub(super) use csrf::refuse_nul;
 pub use csrf::{Csrf, CsrfForm, NoFields, OpenForm};
 pub use current::{Administrator, Teacher, Visitor, require_person};
 pub(crate) use current::{person_of, start_session};
