@@ -11,10 +11,10 @@ use anyhow::Context;
 use data_encoding::HEXLOWER;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
+use tests::endings::say;
 
 use crate::client::{Client, Proxy};
 use crate::ledger::{Act, BROKEN, Entry, Ledger, REFUSED, RequestTally};
-use crate::say;
 use crate::school::School;
 
 /// Longest until everything that waits is done.

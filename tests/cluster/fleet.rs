@@ -7,9 +7,9 @@ use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
 
 use anyhow::{Context, bail, ensure};
+use tests::endings::say;
 use tests::processes::free_port;
 
-use crate::say;
 use crate::school::School;
 
 /// Most starts until a service is taken for broken.

@@ -6,13 +6,14 @@ use std::time::Duration;
 
 use clap::Args;
 use tests::dice::Dice;
+use tests::endings::say;
 
+use crate::check;
 use crate::client::Proxy;
 use crate::fleet::{Replica, ports, start_four};
 use crate::ledger::Ledger;
 use crate::load::Load;
 use crate::school::{School, SchoolArgs};
-use crate::{check, say};
 
 /// Longest pause between a service that is at work again and the next kill, in ms.
 const LONGEST_PEACE_MS: u64 = 2500;

@@ -17,10 +17,10 @@ mod smtp;
 mod store;
 mod update;
 
-use std::io::Write;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use tests::endings::conclude;
 
 /// Tries several services on one database
 #[derive(Debug, Parser)]
@@ -42,23 +42,10 @@ enum Test {
 }
 
 fn main() -> ExitCode {
-    let passed = match Args::parse().test {
+    conclude(match Args::parse().test {
         Test::Kill(args) => kill::run(&args),
         Test::Outages(args) => outages::run(&args),
         Test::Scoring(args) => scoring::run(&args),
         Test::Update(args) => update::run(&args),
-    };
-    match passed {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::FAILURE,
-        Err(error) => {
-            say(&format!("error: {error:#}"));
-            ExitCode::FAILURE
-        }
-    }
-}
-
-/// Whoever started it may have gone.
-fn say(words: &str) {
-    let _ = writeln!(std::io::stdout(), "{words}");
+    })
 }

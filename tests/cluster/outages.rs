@@ -9,7 +9,9 @@ use std::time::Duration;
 use acts::clock;
 use anyhow::ensure;
 use clap::Args;
+use tests::endings::say;
 
+use crate::check;
 use crate::client::{Outcome, Proxy, Request};
 use crate::fleet::{Replica, ports, start_four};
 use crate::ledger::{Act, Ledger};
@@ -17,7 +19,6 @@ use crate::load::Load;
 use crate::postgres::Stop;
 use crate::relay::Weather;
 use crate::school::{School, SchoolArgs};
-use crate::{check, say};
 
 /// Longest that anybody waits for an answer, whatever is away, in s.
 const LONGEST_ANSWER_S: f64 = 45.0;

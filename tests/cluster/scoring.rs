@@ -9,13 +9,13 @@ use std::time::Duration;
 use acts::clock;
 use anyhow::{Context, ensure};
 use clap::Args;
+use tests::endings::say;
 use tests::processes::free_port;
 
 use crate::client::{Client, Proxy, Request};
 use crate::fleet::{Post, Replica};
 use crate::ledger::Ledger;
 use crate::queueing::AttemptTimes;
-use crate::say;
 use crate::school::{School, SchoolArgs};
 
 /// Numbers of workers that are measured.

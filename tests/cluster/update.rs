@@ -7,13 +7,14 @@ use std::time::Duration;
 
 use anyhow::{Context, ensure};
 use clap::Args;
+use tests::endings::say;
 
+use crate::check;
 use crate::client::Proxy;
 use crate::fleet::{Post, Replica, ports, start_four};
 use crate::ledger::{BROKEN, Ledger};
 use crate::load::Load;
 use crate::school::{School, SchoolArgs, beside_us};
-use crate::{check, say};
 
 /// How long all is left as it is between two steps.
 const PEACE: Duration = Duration::from_secs(4);

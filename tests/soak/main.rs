@@ -6,7 +6,6 @@ mod network;
 mod station;
 mod verdict;
 
-use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -22,6 +21,7 @@ use lab::{Lab, Serving};
 use network::Network;
 use station::Station;
 use tests::dice::Dice;
+use tests::endings::{conclude, say};
 
 /// Kills a service and its stations at random, and counts what is left
 #[derive(Debug, Parser)]
@@ -60,20 +60,7 @@ impl Harm {
 const LONGEST_LIFE_MS: u64 = 9000;
 
 fn main() -> ExitCode {
-    let args = Args::parse();
-    match soak(&args) {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::FAILURE,
-        Err(error) => {
-            say(&format!("error: {error:#}"));
-            ExitCode::FAILURE
-        }
-    }
-}
-
-/// Whoever started it may have gone.
-fn say(words: &str) {
-    let _ = writeln!(std::io::stdout(), "{words}");
+    conclude(soak(&Args::parse()))
 }
 
 fn soak(args: &Args) -> anyhow::Result<bool> {

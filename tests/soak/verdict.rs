@@ -11,6 +11,7 @@ use acts::recording_files::hash_file;
 use anyhow::{Context, bail};
 use model::SessionKey;
 use store::{Database, jobs, schools, scores, sessions};
+use tests::endings::say;
 
 use crate::Harm;
 use crate::lab::Lab;
@@ -88,7 +89,7 @@ fn findings(lab: &Lab) -> anyhow::Result<usize> {
     if output.status.success() {
         return Ok(0);
     }
-    crate::say(&said);
+    say(&said);
     Ok(said.lines().count().max(1))
 }
 

@@ -3,6 +3,7 @@
 #![expect(clippy::panic, reason = "a test that cannot go on says why and stops")]
 
 pub mod dice;
+pub mod endings;
 pub mod licences;
 pub mod notices;
 pub mod processes;
