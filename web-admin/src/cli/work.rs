@@ -170,10 +170,12 @@ impl Shift {
             tokio::spawn(retention::run(state.service.clone())),
             tokio::spawn(anchoring::run(state.service.clone())),
             tokio::spawn(tidy_up(state.clone())),
-            tokio::spawn(hold_on(Arc::clone(&self.lock))),
         ];
         tasks.extend((state.config.judges > 0).then(|| tokio::spawn(worker::run_worker(state.clone()))));
-        tasks.extend(Database::is_shared().then(|| tokio::spawn(replicas::run(state.service.clone()))));
+        if Database::is_shared() {
+            tasks.push(tokio::spawn(replicas::run(state.service.clone())));
+            tasks.push(tokio::spawn(hold_on(Arc::clone(&self.lock))));
+        }
         tasks.extend(self.telemetry.as_ref().map(|telemetry| tokio::spawn(telemetry.send_figures(state.clone()))));
         BackgroundTasks(tasks)
     }
