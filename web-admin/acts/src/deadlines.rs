@@ -11,7 +11,7 @@ use store::deadlines::{DeadlineKey, DeadlineKind};
 use store::mails::NewMail;
 use store::{deadlines, mails};
 
-use crate::error::Error;
+use crate::error::{Error, tell_in_full};
 use crate::replicas::{self, Duty};
 use crate::service::Service;
 
@@ -71,7 +71,7 @@ pub async fn extend(
 pub async fn run(state: Service) {
     loop {
         if let Err(error) = replicas::do_duty(&state, Duty::Reminders, remind(&state)).await {
-            tracing::warn!(cause = %error, "reminders could not be queued");
+            tracing::warn!(cause = tell_in_full(&error), "reminders could not be queued");
         }
         tokio::time::sleep(EVERY).await;
     }

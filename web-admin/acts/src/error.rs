@@ -1,6 +1,7 @@
 //! Why something is not done, and how it is said.
 
 use std::io::ErrorKind;
+use std::iter;
 
 use model::CurrentPerson;
 use tower_sessions::{session, session_store};
@@ -103,6 +104,13 @@ const STORE_AWAY: &str = "recordings cannot be reached now, so this was not done
 
 /// What is said where the database does not answer. What was being committed may be there all the same.
 const DATABASE_AWAY: &str = "the database does not answer now; try again later, and where something was to be changed, look first whether it was";
+
+/// An error and all that it came of, for the log: users are told the first of it alone.
+#[must_use]
+pub fn tell_in_full(error: &dyn std::error::Error) -> String {
+    let causes: Vec<String> = iter::successors(Some(error), |error| error.source()).map(ToString::to_string).collect();
+    causes.join(": ")
+}
 
 /// Whether work came to nothing because the database does not answer.
 #[must_use]

@@ -13,7 +13,7 @@ use store::notices::{LetterTimes, NewNotice};
 use store::sessions::Session;
 use store::{Connection, mails, notices};
 
-use crate::error::Error;
+use crate::error::{Error, tell_in_full};
 use crate::replicas::{self, Duty};
 use crate::service::Service;
 
@@ -152,7 +152,7 @@ pub async fn choose_news_letters(state: &Service, person: &CurrentPerson, wanted
 pub async fn run(state: Service) {
     loop {
         if let Err(error) = replicas::do_duty(&state, Duty::News, queue_news_letters(&state)).await {
-            tracing::warn!(cause = %error, "letters with what is new could not be queued");
+            tracing::warn!(cause = tell_in_full(&error), "letters with what is new could not be queued");
         }
         tokio::time::sleep(EVERY).await;
     }

@@ -8,7 +8,7 @@ use model::ids::ReplicaId;
 use store::replicas::{self, ReplicaBeats};
 use store::tries::{self, SetAside};
 
-use crate::error::Error;
+use crate::error::{Error, tell_in_full};
 use crate::service::Service;
 
 /// How often a replica says that it is alive, and looks who else is.
@@ -102,7 +102,7 @@ pub async fn run(service: Service) {
             Err(silent) => Err(Error::DatabaseAway(silent.into())),
         };
         if let Err(error) = heard {
-            tracing::warn!(cause = %error, "it could not be heard who else is at work");
+            tracing::warn!(cause = tell_in_full(&error), "it could not be heard who else is at work");
             // Whoever was not heard themselves cannot say that the others were silent.
             colleagues = Colleagues::default();
         }

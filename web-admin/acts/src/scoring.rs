@@ -1,8 +1,10 @@
 //! Scores a recording, and writes down what came of it.
 
+use std::panic::AssertUnwindSafe;
 use std::time::Duration;
 
 use anyhow::Context;
+use futures::FutureExt;
 use model::ids::SchoolId;
 use serde_json::json;
 use store::audit::{Actor, AuditEntry};
@@ -12,7 +14,7 @@ use store::sessions::{self, Session};
 use store::{exercises, practice, scores, tries};
 use tracing::Instrument;
 
-use crate::error::is_database_away;
+use crate::error::{is_database_away, tell_in_full};
 use crate::judging::{JudgeAnswer, JudgeQuestion, JudgingOutcome, JudgingTask};
 use crate::killpoints::KillPoint;
 use crate::recording_store::StoreError;
@@ -27,6 +29,8 @@ const FIRST_TRY: Duration = Duration::from_secs(30);
 const FIRST_WAIT_S: i64 = 10;
 /// Wait for a store of recordings that does not answer, in s.
 const STORE_WAIT_S: i64 = 30;
+/// How a recording was fatal to what this service itself does with it.
+const PANICKED: &str = "the service panicked over this recording";
 
 /// Why a recording was not scored.
 #[derive(Debug)]
@@ -78,7 +82,10 @@ pub async fn claim(state: &Service, school: SchoolId, due: JobQuery) -> anyhow::
 /// Has a recording judged, and keeps its score; or writes down why there is none.
 pub async fn score_recording(state: &Service, job: &Job) -> anyhow::Result<()> {
     let span = tracing::info_span!(target: SPANS, "score a recording", session = %job.session_id, deaths = job.deaths);
-    try_scoring(state, job).instrument(span).await
+    match AssertUnwindSafe(try_scoring(state, job)).catch_unwind().instrument(span).await {
+        Ok(done) => done,
+        Err(_panic) => bury(state, job, PANICKED).await,
+    }
 }
 
 async fn try_scoring(state: &Service, job: &Job) -> anyhow::Result<()> {
@@ -120,7 +127,7 @@ async fn outcome(state: &Service, job: &Job) -> Result<JudgingOutcome, ScoringFa
 /// A failure is no reason not to score: the replay is made again when somebody wants to watch.
 async fn keep_replay(state: &Service, session: &Session) {
     if let Err(error) = replays::keep(state, session).await {
-        tracing::warn!(session = %session.id, cause = %error, "no replay was kept");
+        tracing::warn!(session = %session.id, cause = tell_in_full(&error), "no replay was kept");
     }
 }
 

@@ -9,6 +9,7 @@ use std::time::Duration;
 use acts::clock::Clock;
 use acts::config::{Config, anchor_mail, mail_to};
 use acts::erasure_store::ErasureStore;
+use acts::error::tell_in_full;
 use acts::helper::Helper;
 use acts::inspection::begin_inspection;
 use acts::key_files::make_missing_keys;
@@ -259,7 +260,7 @@ async fn hold_on(lock: Arc<Mutex<DataLock>>) {
             Err(held @ LockError::Held { .. }) => {
                 tracing::error!(cause = %held, "the database is another's: this service stops");
                 if let Err(error) = kill_process(getpid(), rustix::process::Signal::TERM) {
-                    tracing::error!(cause = %error, "this service cannot stop itself");
+                    tracing::error!(cause = tell_in_full(&error), "this service cannot stop itself");
                 }
                 return;
             }
@@ -273,16 +274,16 @@ async fn tidy_up(state: AppState) {
     let sessions = WebSessions::new(state.db.clone(), state.clock.clone());
     loop {
         if let Err(error) = sessions.delete_expired().await {
-            tracing::warn!(cause = %error, "expired sessions could not be deleted");
+            tracing::warn!(cause = tell_in_full(&error), "expired sessions could not be deleted");
         }
         if let Err(error) = uploads::tidy(&state).await {
-            tracing::warn!(cause = %error, "unfinished uploads could not be tidied");
+            tracing::warn!(cause = tell_in_full(&error), "unfinished uploads could not be tidied");
         }
         if let Err(error) = erasing::remove_left(&state).await {
-            tracing::warn!(cause = %error, "recordings of somebody erased are left");
+            tracing::warn!(cause = tell_in_full(&error), "recordings of somebody erased are left");
         }
         if let Err(error) = upkeep::forget_expired(&state).await {
-            tracing::warn!(cause = %error, "what has expired could not be deleted");
+            tracing::warn!(cause = tell_in_full(&error), "what has expired could not be deleted");
         }
         state.brake_notes.tidy();
         state.refusals.tidy();

@@ -1,6 +1,6 @@
 //! The queue of mails: each is made when it is sent, so that no link lies in the database.
 
-use acts::error::Error;
+use acts::error::{Error, tell_in_full};
 use acts::mailer::Letter;
 use acts::replicas::{self, Duty};
 use acts::{accounts, assignments, mailing};
@@ -27,7 +27,7 @@ pub(super) const BATCH: u32 = 50;
 pub async fn run_outbox(state: AppState) {
     loop {
         if let Err(error) = replicas::do_duty(&state, Duty::Letters, work_off_letters(&state)).await {
-            tracing::warn!(cause = %error, "mails could not be sent");
+            tracing::warn!(cause = tell_in_full(&error), "mails could not be sent");
         }
         tokio::select! {
             () = state.mails.notified() => {}

@@ -13,7 +13,7 @@ use store::uploads::{Unfinished, Upload, UploadOwner};
 use store::{stations, tries, uploads};
 
 use crate::config::UploadQuota;
-use crate::error::Error;
+use crate::error::{Error, tell_in_full};
 use crate::intake::{self, Bearer};
 use crate::killpoints::KillPoint;
 use crate::recordings::{self, Received};
@@ -142,7 +142,7 @@ async fn complete(state: &Service, upload: Upload, looks: u32) -> Result<Upload,
         (None, Err(error)) => Err(error),
     };
     if let Err(error) = release(state, id, matches!(taken, Err(Error::Deadly(_)))).await {
-        tracing::warn!(upload = %id, cause = %error, "an upload counts as being read until the service stops");
+        tracing::warn!(upload = %id, cause = tell_in_full(&error), "an upload counts as being read until the service stops");
     }
     taken
 }
@@ -232,7 +232,9 @@ pub async fn tidy(state: &Service) -> Result<(), Error> {
             match complete(state, upload, 1).await {
                 Ok(_) => tracing::info!(upload = %id, "an upload that was left whole has been taken in"),
                 Err(Error::Locked) => tracing::debug!(upload = %id, "another service takes it in"),
-                Err(error) => tracing::warn!(upload = %id, cause = %error, "an upload that is whole was not taken in"),
+                Err(error) => {
+                    tracing::warn!(upload = %id, cause = tell_in_full(&error), "an upload that is whole was not taken in")
+                }
             }
         }
     }
@@ -251,6 +253,6 @@ async fn remove(state: &Service, upload: &Upload) -> Result<(), Error> {
 /// Removes the bytes of an upload that nobody needs. Where they stay, they are thrown away later.
 async fn throw_away(state: &Service, id: UploadId) {
     if let Err(error) = pieces::remove(state, id).await {
-        tracing::warn!(upload = %id, cause = %error, "the bytes of an upload that is over are still there");
+        tracing::warn!(upload = %id, cause = tell_in_full(&error), "the bytes of an upload that is over are still there");
     }
 }

@@ -1,6 +1,6 @@
 //! Who is calling, settled before anything else of a request is read.
 
-use acts::error::Error;
+use acts::error::{Error, tell_in_full};
 use acts::secret;
 use acts::stations::CallingStation;
 use axum::extract::{FromRequestParts, Request, State};
@@ -128,7 +128,7 @@ async fn caller_of_token(state: &AppState, token: &str) -> Result<Option<Caller>
     if let Some(id) = token.person_id {
         // Whoever only reads is not kept from it by a disk that takes no writes.
         if let Err(error) = acts::stations::note_token_use(state, &token).await {
-            tracing::warn!(cause = %error, "the use of a token was not noted");
+            tracing::warn!(cause = tell_in_full(&error), "the use of a token was not noted");
         }
         let person = people::find_person(state.db.reader(), id).await?;
         return Ok(person.and_then(Person::into_current).map(Caller::Person));
