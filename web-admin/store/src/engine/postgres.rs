@@ -35,6 +35,11 @@ const PATIENCE: &str = "10s";
 const FULL: &str = "53100";
 /// How long a request waits for a connection: one that is free, answers, and leads to the database.
 const LONGEST_CONNECTING: Duration = Duration::from_secs(10);
+/// How long a connection that has answered is taken to answer still: whoever borrows it again does not wait until it has.
+const LONGEST_BELIEVED: Duration = Duration::from_secs(1);
+/// Statements that the server keeps prepared for each connection: all that pages use. Of a hundred, the usual number, it would have
+/// forgotten most when they come again.
+const PREPARED: usize = 1000;
 /// How the server ends sessions whose other end has fallen silent, so that nobody's lock outlives them: by TCP, in s and ms, and, where a
 /// transaction does nothing at all, by its time.
 const VIGILANCE: [(&str, &str); 5] = [
@@ -101,15 +106,26 @@ impl DatabaseLock {
 
 /// A pool whose connections answer, or are given up: neither who asks for one waits for long, nor is one kept that does not answer.
 fn pool() -> PgPoolOptions {
-    PgPoolOptions::new().acquire_timeout(LONGEST_CONNECTING).after_release(|connection, _| {
-        Box::pin(async move {
-            match tokio::time::timeout(LONGEST_CONNECTING, connection.ping()).await {
-                Ok(answered) => answered.map(|()| true),
-                // An error has it dropped without a word; one that is closed in order says so, and waits.
-                Err(_silent) => Err(Error::PoolTimedOut),
-            }
+    PgPoolOptions::new()
+        .acquire_timeout(LONGEST_CONNECTING)
+        .test_before_acquire(false)
+        .before_acquire(|connection, lent| {
+            Box::pin(async move {
+                if lent.idle_for > LONGEST_BELIEVED {
+                    connection.ping().await?;
+                }
+                Ok(true)
+            })
         })
-    })
+        .after_release(|connection, _| {
+            Box::pin(async move {
+                match tokio::time::timeout(LONGEST_CONNECTING, connection.ping()).await {
+                    Ok(answered) => answered.map(|()| true),
+                    // An error has it dropped without a word; one that is closed in order says so, and waits.
+                    Err(_silent) => Err(Error::PoolTimedOut),
+                }
+            })
+        })
 }
 
 impl DatabaseAddress {
@@ -157,7 +173,8 @@ impl DatabaseAddress {
     pub(crate) fn options(&self) -> Result<PgConnectOptions> {
         // No statement of ours is so long that compiling it would be worth the time.
         let options = [("lock_timeout", PATIENCE), ("jit", "off")];
-        Ok(PgConnectOptions::from_str(self.as_url())?.options(options).options(VIGILANCE))
+        let connecting = PgConnectOptions::from_str(self.as_url())?.statement_cache_capacity(PREPARED);
+        Ok(connecting.options(options).options(VIGILANCE))
     }
 }
 
@@ -172,7 +189,11 @@ impl Database {
         let reading = options
             .clone()
             .options([("default_transaction_read_only", "on"), ("default_transaction_isolation", "repeatable read")]);
-        let writer = pool().max_connections(1).connect_with(options).await?;
+        let writer = match pool().max_connections(1).connect_with(options.clone()).await {
+            // A pool says only that it has waited: the server itself says why.
+            Err(Error::PoolTimedOut) => return Err(options.connect().await.err().unwrap_or(Error::PoolTimedOut)),
+            connected => connected?,
+        };
         let reader = pool().max_connections(4).connect_lazy_with(reading);
         Ok(Self { writer, reader })
     }
