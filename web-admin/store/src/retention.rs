@@ -110,7 +110,8 @@ pub async fn list_idle_people(executor: impl Executor<'_>, school: SchoolId, sin
                    || substr(hex(p.id), 9, 4) || '-' || substr(hex(p.id), 13, 4) || '-' || substr(hex(p.id), 17, 4) || '-'
                    || substr(hex(p.id), 21)) AND a.action <> 'person.link_asked_for' ORDER BY a.seq DESC LIMIT 1), 0)) AS active_at
            FROM people p LEFT JOIN retention_warnings w ON w.person_id = p.id
-           WHERE p.school_id = $1 AND p.erased_at IS NULL AND p.role IN ('trainee', 'instructor'))
+           WHERE p.school_id = $1 AND p.erased_at IS NULL AND p.role IN ('trainee', 'instructor')
+             AND (p.created_at < $2 OR w.warned_at IS NOT NULL))
          SELECT * FROM everybody WHERE active_at < $2 OR warned_at IS NOT NULL ORDER BY active_at, id",
     )
     .bind(school)
