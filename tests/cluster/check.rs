@@ -175,7 +175,7 @@ fn list_sessions(client: &mut Client) -> anyhow::Result<Vec<String>> {
         let page = list["sessions"].as_array().context("sessions")?;
         ids.extend(page.iter().filter_map(|session| session["session_id"].as_str()).map(str::to_owned));
         let Some(next) = list["next"].as_str() else { return Ok(ids) };
-        next.clone_into(&mut path);
+        path = format!("/api/v1/sessions?after={next}");
     }
 }
 

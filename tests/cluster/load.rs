@@ -17,6 +17,8 @@ use crate::school::{PASSWORD, School};
 
 /// Bytes of a piece of an upload.
 const PIECE: usize = 200_000;
+/// Acts from one sign-in to the next: somebody who signs in more often than every half minute is held up, whoever serves.
+const ACTS_SIGNED_IN: usize = 120;
 /// Longest pause between two acts of somebody, in ms.
 const LONGEST_PAUSE_MS: u64 = 400;
 
@@ -231,7 +233,7 @@ fn teach_on(visitor: &mut Visitor) -> anyhow::Result<()> {
     let (mut said, token) = (0, visitor.client.token.clone());
     while visitor.goes_on() {
         visitor.client.token = None;
-        if said % 24 == 0 {
+        if said % ACTS_SIGNED_IN == 0 {
             sign_in(visitor)?;
         }
         show(visitor, ["/", "/cohorts", "/review", "/curricula"][said % 4])?;
@@ -273,7 +275,7 @@ fn administer_on(visitor: &mut Visitor) -> anyhow::Result<()> {
     let mut added = 0;
     visitor.client.token = None;
     while visitor.goes_on() {
-        if added % 24 == 0 {
+        if added % ACTS_SIGNED_IN == 0 {
             sign_in(visitor)?;
         }
         show(visitor, ["/people", "/admin/service", "/"][added % 3])?;
