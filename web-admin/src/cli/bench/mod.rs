@@ -5,6 +5,7 @@
 //! asked for at a steady rate, whether or not the service keeps up.
 
 mod doors;
+mod figures;
 mod load;
 mod pages;
 mod report;
@@ -17,6 +18,7 @@ use std::path::PathBuf;
 use acts::config::{self, Config};
 use anyhow::Context;
 use clap::{Args, value_parser};
+use figures::PageFigures;
 use load::RequestPace;
 use pages::Tour;
 use report::MeasuredSchool;
@@ -50,9 +52,12 @@ pub struct BenchArgs {
     /// on this machine's server]
     #[arg(long, value_name = "URL", env = "STYLET_DATABASE", hide_env_values = true)]
     database: Option<String>,
-    /// Folder for the report, pages.md; an older one in it is replaced
+    /// Folder for the report and its figures, pages-ENGINE.md and pages-ENGINE.csv; older ones in it are replaced
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    /// Figures of another engine, as this command wrote them, to hold these against
+    #[arg(long, value_name = "FILE")]
+    beside: Option<PathBuf>,
     /// Attempts in each school, a hundred for each trainee; separated by commas
     #[arg(long, value_name = "N", value_delimiter = ',', default_values_t = [10_000, 1_000_000],
         value_parser = value_parser!(u32).range(3_000..=10_000_000))]
@@ -68,30 +73,35 @@ pub struct BenchArgs {
 pub(super) async fn run_bench(args: &BenchArgs) -> Result<(), CommandFailure> {
     std::fs::create_dir_all(&args.data_dir)?;
     std::fs::create_dir_all(&args.out)?;
-    let beside = match &args.database {
+    let others = args.beside.as_deref().map_or(Ok(Vec::new()), figures::read_figures)?;
+    let place = match &args.database {
         Some(given) => config::database_address(given)?,
         None => DatabaseAddress::in_folder(&args.data_dir),
     };
     let pace = RequestPace { rate: args.rate, seconds: args.seconds };
     let mut measured = Vec::new();
     for attempts in &args.attempts {
-        measured.push(measure_school(args, &beside, *attempts, pace).await?);
+        measured.push(measure_school(args, &place, *attempts, pace).await?);
     }
-    let file = args.out.join("pages.md");
-    std::fs::write(&file, report::write_report(&measured, pace).map_err(anyhow::Error::from)?)?;
+    let figures: Vec<PageFigures> = measured.iter().flat_map(MeasuredSchool::figures).collect();
+    let report = report::write_report(&measured, &figures, &others, pace).map_err(anyhow::Error::from)?;
+    let engine = measured.first().map_or("", |school| school.engine.split(' ').next().unwrap_or_default());
+    let file = args.out.join(format!("pages-{}.md", engine.to_lowercase()));
+    std::fs::write(&file, report)?;
+    figures::write_figures(&file.with_extension("csv"), &figures)?;
     say_line(format_args!("{}", file.display()));
     Ok(())
 }
 
 async fn measure_school(
     args: &BenchArgs,
-    beside: &DatabaseAddress,
+    place: &DatabaseAddress,
     attempts: u32,
     pace: RequestPace,
 ) -> anyhow::Result<MeasuredSchool> {
     let name = format!("attempts-{attempts}");
     let mut config = Config::in_folder(&args.data_dir.join(&name));
-    config.database = beside.sibling(&name)?;
+    config.database = place.sibling(&name)?;
     let trainees = attempts / ATTEMPTS_EACH;
     say_line(format_args!("{attempts} attempts: making the school"));
     let school = school::prepare_school(&config, trainees).await?;

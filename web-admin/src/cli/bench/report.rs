@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::figures::{ALL_PAGES, PageFigures, growth_per_decade};
 use super::load::{RequestPace, Timing};
 use super::school::{ITEMS, RESPONSES};
 
@@ -34,75 +35,67 @@ pub(super) struct MeasuredSchool {
 }
 
 /// A figure of a school, in words.
-type SchoolFigure = fn(&MeasuredSchool) -> Option<String>;
+type SchoolFigure<'a> = dyn Fn(&MeasuredSchool) -> Option<String> + 'a;
 
-/// Times of some requests, in ms, and the size of the answers.
-struct RequestTimes {
-    p50: f64,
-    p99: f64,
-    bytes: usize,
+/// The median of some requests, in ms.
+fn median_ms(timings: &[Timing]) -> Option<f64> {
+    let mut took: Vec<f64> = timings.iter().map(|timing| timing.took.as_secs_f64() * 1e3).collect();
+    took.sort_by(f64::total_cmp);
+    quantile(&took, 0.5)
 }
 
-impl RequestTimes {
-    fn of(timings: impl Iterator<Item = Timing>) -> Option<Self> {
-        let mut timings: Vec<Timing> = timings.collect();
-        timings.sort_by_key(|timing| timing.took);
-        let at = |share: f64| timings.get(((timings.len() as f64 * share).ceil() as usize).saturating_sub(1));
-        let ms = |share: f64| at(share).map(|timing| timing.took.as_secs_f64() * 1e3);
-        let bytes = timings.iter().map(|timing| timing.bytes).sum::<usize>() / timings.len().max(1);
-        Some(Self { p50: ms(0.5)?, p99: ms(0.99)?, bytes })
-    }
+/// A quantile of what is in order: the smallest that so large a share does not exceed.
+fn quantile(ordered: &[f64], share: f64) -> Option<f64> {
+    ordered.get(((ordered.len() as f64 * share).ceil() as usize).saturating_sub(1)).copied()
 }
 
 impl MeasuredSchool {
-    fn all(&self) -> Option<RequestTimes> {
-        RequestTimes::of(self.timings.iter().copied())
+    /// Every page, and all of them together first.
+    pub(super) fn figures(&self) -> Vec<PageFigures> {
+        let of_all = self.figures_of("", ALL_PAGES, self.timings.iter());
+        let of_pages = self.pages.iter().enumerate().filter_map(|(place, (role, route))| {
+            self.figures_of(role, route, self.timings.iter().filter(move |timing| timing.page == place))
+        });
+        of_all.into_iter().chain(of_pages).collect()
     }
 
-    fn page(&self, role: &str, route: &str) -> Option<RequestTimes> {
-        let place = self.pages.iter().position(|page| page.0 == role && page.1 == route)?;
-        RequestTimes::of(self.timings.iter().filter(|timing| timing.page == place).copied())
+    fn figures_of<'a>(
+        &self,
+        seen_by: &str,
+        page: &str,
+        timings: impl Iterator<Item = &'a Timing>,
+    ) -> Option<PageFigures> {
+        let timings: Vec<&Timing> = timings.collect();
+        let mut took: Vec<f64> = timings.iter().map(|timing| timing.took.as_secs_f64() * 1e3).collect();
+        took.sort_by(f64::total_cmp);
+        let bytes = timings.iter().map(|timing| timing.bytes).sum::<usize>();
+        Some(PageFigures {
+            engine: self.engine.clone(),
+            attempts: self.attempts,
+            page: page.to_owned(),
+            seen_by: seen_by.to_owned(),
+            requests: timings.len(),
+            kilobytes: bytes as f64 / 1e3 / timings.len() as f64,
+            p50_ms: quantile(&took, 0.5)?,
+            p99_ms: quantile(&took, 0.99)?,
+        })
     }
 }
 
-/// The report on several schools.
+/// The report on several schools of one engine, held against figures of another where there are such. `figures` are those of the schools.
 ///
 /// # Errors
 /// Never: a text takes whatever is written to it.
-pub(super) fn write_report(measured: &[MeasuredSchool], pace: RequestPace) -> Result<String, std::fmt::Error> {
+pub(super) fn write_report(
+    measured: &[MeasuredSchool],
+    figures: &[PageFigures],
+    others: &[PageFigures],
+    pace: RequestPace,
+) -> Result<String, std::fmt::Error> {
     let mut text = head_of_report(pace);
-    let titles: String =
-        measured.iter().map(|school| format!(" {} attempts |", group_thousands(school.attempts))).collect();
-    let lines: String = measured.iter().map(|_| "---|").collect();
-    write!(text, "| |{titles} bar |\n|---|{lines}---|\n")?;
-    let results = format!("results of {RESPONSES} responses to {ITEMS} items, p50, ms");
-    let figures: [(&str, SchoolFigure, &str); 11] = [
-        ("kept by", |school| Some(school.engine.clone()), ""),
-        ("trainees", |school| Some(group_thousands(school.trainees)), ""),
-        ("requests", |school| Some(school.timings.len().to_string()), ""),
-        ("all pages, p50, ms", |school| Some(format!("{:.1}", school.all()?.p50)), "≤ 25"),
-        ("all pages, p99, ms", |school| Some(format!("{:.1}", school.all()?.p99)), "≤ 150"),
-        ("peak memory, MB", |school| Some(format!("{:.0}", school.peak_bytes as f64 / 1e6)), "≤ 300"),
-        (&results, |school| Some(format!("{:.1}", RequestTimes::of(school.results.iter().copied())?.p50)), "≤ 300"),
-        (
-            "all attempts as a file, s",
-            |school| Some(format!("{:.1}", RequestTimes::of(school.all_attempts.iter().copied())?.p50 / 1e3)),
-            "",
-        ),
-        (
-            "the audit log as a file, s",
-            |school| Some(format!("{:.1}", RequestTimes::of(school.audit_log.iter().copied())?.p50 / 1e3)),
-            "",
-        ),
-        ("database, MB", |school| Some(format!("{:.0}", school.database_bytes as f64 / 1e6)), ""),
-        ("start of the service, s", |school| Some(format!("{:.1}", school.started_in_s)), ""),
-    ];
-    for (what, figure, bar) in figures {
-        let values: String =
-            measured.iter().map(|school| format!(" {} |", figure(school).unwrap_or_default())).collect();
-        writeln!(text, "| {what} |{values} {bar} |")?;
-    }
-    write_page_times(&mut text, measured)?;
+    write_schools(&mut text, measured, figures)?;
+    write_comparison(&mut text, figures, others)?;
+    write_page_times(&mut text, measured, figures)?;
     write_unseen_pages(&mut text, measured)?;
     Ok(text)
 }
@@ -121,7 +114,8 @@ fn head_of_report(pace: RequestPace) -> String {
         "# Pages\n\n\
          {made_by}{machine}: {rate} requests a second \
          for {seconds} s, every page in turn, whether or not the answers kept up. A time is from the moment a request was due \
-         until its answer was there whole, compressed; the program that asks takes its share of the same processor.\n\n\
+         until its answer was there whole, compressed; the program that asks takes its share of the same processor, and so does a \
+         database's server.\n\n\
          The schools are generated: cohorts of 30, an instructor for four of them, 100 attempts of each trainee over three \
          years, each with score and sums, beside assignments, questions, reviews, and a demonstration school of really \
          simulated attempts. All generated attempts share one recording; a trainee's latest at each exercise and one in ten of \
@@ -130,26 +124,100 @@ fn head_of_report(pace: RequestPace) -> String {
     )
 }
 
+/// What is true of each school.
+fn write_schools(text: &mut String, measured: &[MeasuredSchool], figures: &[PageFigures]) -> std::fmt::Result {
+    let titles: String =
+        measured.iter().map(|school| format!(" {} attempts |", group_thousands(school.attempts))).collect();
+    let lines: String = measured.iter().map(|_| "---|").collect();
+    write!(text, "| |{titles} bar |\n|---|{lines}---|\n")?;
+    let of_all = |school: &MeasuredSchool| {
+        figures.iter().find(|figure| figure.page == ALL_PAGES && figure.attempts == school.attempts)
+    };
+    let seconds = |timings: &[Timing]| median_ms(timings).map(|ms| format!("{:.1}", ms / 1e3));
+    let results = format!("results of {RESPONSES} responses to {ITEMS} items, p50, ms");
+    let rows: [(&str, &SchoolFigure<'_>, &str); 11] = [
+        ("kept by", &|school| Some(school.engine.clone()), ""),
+        ("trainees", &|school| Some(group_thousands(school.trainees)), ""),
+        ("requests", &|school| Some(school.timings.len().to_string()), ""),
+        ("all pages, p50, ms", &|school| Some(format!("{:.1}", of_all(school)?.p50_ms)), "≤ 25"),
+        ("all pages, p99, ms", &|school| Some(format!("{:.1}", of_all(school)?.p99_ms)), "≤ 150"),
+        ("peak memory of the service, MB", &|school| Some(format!("{:.0}", school.peak_bytes as f64 / 1e6)), "≤ 300"),
+        (&results, &|school| Some(format!("{:.1}", median_ms(&school.results)?)), "≤ 300"),
+        ("all attempts as a file, s", &|school| seconds(&school.all_attempts), ""),
+        ("the audit log as a file, s", &|school| seconds(&school.audit_log), ""),
+        ("database, MB", &|school| Some(format!("{:.0}", school.database_bytes as f64 / 1e6)), ""),
+        ("start of the service, s", &|school| Some(format!("{:.1}", school.started_in_s)), ""),
+    ];
+    for (what, figure, bar) in rows {
+        let values: String =
+            measured.iter().map(|school| format!(" {} |", figure(school).unwrap_or_default())).collect();
+        writeln!(text, "| {what} |{values} {bar} |")?;
+    }
+    Ok(())
+}
+
+/// Our times beside those of another engine, where both were measured on schools of one size.
+fn write_comparison(text: &mut String, ours: &[PageFigures], theirs: &[PageFigures]) -> std::fmt::Result {
+    let pairs: Vec<_> =
+        ours.iter().filter_map(|our| Some((our, theirs.iter().find(|their| their.matches(our))?))).collect();
+    let Some((_, first)) = pairs.first() else { return Ok(()) };
+    write!(
+        text,
+        "\n## Beside {}\n\n| attempts | p50, ms | there | ratio | p99, ms | there | page with the largest ratio of medians |\n\
+         |---|---|---|---|---|---|---|\n",
+        first.engine
+    )?;
+    for (our, their) in pairs.iter().filter(|(our, _)| our.page == ALL_PAGES) {
+        let ratio = |(our, their): &&(&PageFigures, &PageFigures)| our.p50_ms / their.p50_ms;
+        let of_school = pairs.iter().filter(|(page, _)| page.attempts == our.attempts && page.page != ALL_PAGES);
+        let Some(worst) = of_school.max_by(|one, other| ratio(one).total_cmp(&ratio(other))) else { continue };
+        writeln!(
+            text,
+            "| {} | {:.1} | {:.1} | {:.2} | {:.1} | {:.1} | `{}` by {}: {:.1} to {:.1} |",
+            group_thousands(our.attempts),
+            our.p50_ms,
+            their.p50_ms,
+            our.p50_ms / their.p50_ms,
+            our.p99_ms,
+            their.p99_ms,
+            worst.0.page,
+            worst.0.seen_by,
+            worst.0.p50_ms,
+            worst.1.p50_ms,
+        )?;
+    }
+    Ok(())
+}
+
 /// Each page on every school, the slowest first.
-fn write_page_times(text: &mut String, measured: &[MeasuredSchool]) -> std::fmt::Result {
+fn write_page_times(text: &mut String, measured: &[MeasuredSchool], figures: &[PageFigures]) -> std::fmt::Result {
     let Some(largest) = measured.last() else { return Ok(()) };
     let titles = |what: &str| -> String {
         measured.iter().map(|school| format!(" {what} at {} |", group_thousands(school.attempts))).collect()
     };
     let lines: String = measured.iter().map(|_| "---|---|").collect();
-    write!(text, "\n| page | seen by | kB |{}{}\n|---|---|---|{lines}\n", titles("p50, ms"), titles("p99, ms"))?;
-    let mut rows: Vec<_> =
-        largest.pages.iter().filter_map(|page| Some((page, largest.page(page.0, &page.1)?))).collect();
-    rows.sort_by(|(_, a), (_, b)| b.p50.total_cmp(&a.p50));
-    for ((role, route), times) in rows {
-        let figures = |figure: fn(RequestTimes) -> f64| -> String {
+    write!(
+        text,
+        "\nThe last column is how often as long a median takes where the attempts are ten times as many: the power law through all \
+         sizes.\n\n| page | seen by | kB |{}{} tenfold |\n|---|---|---|{lines}---|\n",
+        titles("p50, ms"),
+        titles("p99, ms")
+    )?;
+    let mut rows: Vec<&PageFigures> = figures.iter().filter(|figure| figure.attempts == largest.attempts).collect();
+    rows.sort_by(|a, b| b.p50_ms.total_cmp(&a.p50_ms));
+    for row in rows {
+        let of_page: Vec<&PageFigures> = figures.iter().filter(|figure| figure.is_same_page(row)).collect();
+        let cells = |time: fn(&PageFigures) -> f64| -> String {
             measured
                 .iter()
-                .map(|school| school.page(role, route).map_or(" |".to_owned(), |t| format!(" {:.1} |", figure(t))))
+                .map(|school| of_page.iter().find(|figure| figure.attempts == school.attempts))
+                .map(|figure| figure.map_or(" |".to_owned(), |figure| format!(" {:.1} |", time(figure))))
                 .collect()
         };
-        let kilobytes = times.bytes as f64 / 1e3;
-        writeln!(text, "| `{route}` | {role} | {kilobytes:.1} |{}{}", figures(|t| t.p50), figures(|t| t.p99))?;
+        let page = if row.page == ALL_PAGES { ALL_PAGES.to_owned() } else { format!("`{}`", row.page) };
+        let grown = growth_per_decade(&of_page).map_or(String::new(), |grown| format!("{grown:.2}"));
+        let (p50, p99) = (cells(|figure| figure.p50_ms), cells(|figure| figure.p99_ms));
+        writeln!(text, "| {page} | {} | {:.1} |{p50}{p99} {grown} |", row.seen_by, row.kilobytes)?;
     }
     Ok(())
 }
@@ -186,10 +254,13 @@ mod tests {
     }
 
     #[test]
-    fn the_committed_report_is_of_this_program() {
-        let report = include_str!("../../../bench/pages.md");
-        assert!(is_of_this_program(report), "measure anew, with a release build");
-        assert!(!is_of_this_program(&report.replace(env!("CARGO_PKG_VERSION"), "0.0.9")));
-        assert!(!is_of_this_program(&report.replace("release build", "debug build")));
+    fn the_committed_reports_are_of_this_program() {
+        let reports =
+            [include_str!("../../../bench/pages-sqlite.md"), include_str!("../../../bench/pages-postgresql.md")];
+        for report in reports {
+            assert!(is_of_this_program(report), "measure anew, with a release build");
+            assert!(!is_of_this_program(&report.replace(env!("CARGO_PKG_VERSION"), "0.0.9")));
+            assert!(!is_of_this_program(&report.replace("release build", "debug build")));
+        }
     }
 }

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use acts::clock::Clock;
 use acts::config::Config;
 use acts::generating::{self, GeneratedSurvey};
+use acts::replicas;
 use anyhow::Context;
 use store::people;
 use store::surveys::{self as stored};
@@ -54,6 +55,7 @@ pub(super) async fn prepare_school(config: &Config, trainees: u32) -> anyhow::Re
     let school = BenchSchool { routes, survey, doors, engine, database_bytes };
     // Written while others ask, what was generated would hold up answers by up to half a second.
     state.db.settle().await?;
+    replicas::leave(&state).await?;
     state.db.close().await;
     Ok(school)
 }
@@ -78,6 +80,7 @@ async fn make_crowd(config: &Config, trainees: u32) -> anyhow::Result<()> {
     let survey =
         GeneratedSurvey { owner: &owner, title: TITLE, document: &instrument_document(), responses: RESPONSES };
     generating::ask_nobody(&state, survey).await?;
+    replicas::leave(&state).await?;
     state.db.close().await;
     std::fs::rename(&unfinished, &config.data_dir).context("the finished school cannot be given its name")
 }
