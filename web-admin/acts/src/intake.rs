@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use data_encoding::HEXLOWER;
 use model::began::Claim;
-use model::ids::{PersonId, SchoolId, SessionId, StationId, UploadId};
+use model::ids::{PersonId, ReaderId, SchoolId, SessionId, StationId, UploadId};
 use model::{Moment, SessionKey, Uncounted, count_i64};
 use recording::signature;
 use serde_json::{Value, json};
@@ -20,7 +20,7 @@ use crate::recording_store::RecordingStore;
 use crate::recordings::Received;
 use crate::scanning::ScanVerdict;
 use crate::service::Service;
-use crate::{asking, keys};
+use crate::{asking, holds, keys};
 
 /// Longest wait until it is one's turn to be read.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -110,10 +110,19 @@ async fn read_counted(state: &Service, school: SchoolId, received: &Received) ->
     tx.commit().await?;
     KillPoint::ReadingBegun.pass();
     let told = have_read(state, received).await;
-    let mut tx = state.db.write().await?;
-    tries::end_reading(&mut tx, begun.reader, matches!(told, Err(Error::Deadly(_)))).await?;
-    tx.commit().await?;
+    let (service, died) = (state.clone(), matches!(told, Err(Error::Deadly(_))));
+    let ended = holds::let_go("a recording that came at once", move || {
+        let service = service.clone();
+        async move { end_reading(&service, begun.reader, died).await }
+    });
+    ended.await?;
     told
+}
+
+async fn end_reading(state: &Service, reader: ReaderId, died: bool) -> Result<(), Error> {
+    let mut tx = state.db.write().await?;
+    tries::end_reading(&mut tx, reader, died).await?;
+    Ok(tx.commit().await?)
 }
 
 async fn have_read(state: &Service, received: &Received) -> Result<RecordingFacts, Error> {

@@ -32,6 +32,7 @@ pub mod erasures;
 pub mod error;
 pub mod generating;
 pub mod helper;
+mod holds;
 pub mod importing;
 pub mod inspection;
 pub mod intake;

@@ -14,6 +14,7 @@ use store::{stations, tries, uploads};
 
 use crate::config::UploadQuota;
 use crate::error::{Error, tell_in_full};
+use crate::holds;
 use crate::intake::{self, Bearer};
 use crate::killpoints::KillPoint;
 use crate::recordings::{self, Received};
@@ -141,8 +142,13 @@ async fn complete(state: &Service, upload: Upload, looks: u32) -> Result<Upload,
         (None, Ok(received)) => take_in(state, upload, received).await,
         (None, Err(error)) => Err(error),
     };
-    if let Err(error) = release(state, id, matches!(taken, Err(Error::Deadly(_)))).await {
-        tracing::warn!(upload = %id, cause = tell_in_full(&error), "an upload counts as being read until the service stops");
+    let (service, died) = (state.clone(), matches!(taken, Err(Error::Deadly(_))));
+    let released = holds::let_go("an upload", move || {
+        let service = service.clone();
+        async move { release(&service, id, died).await }
+    });
+    if let Err(error) = released.await {
+        tracing::warn!(upload = %id, cause = tell_in_full(&error), "an upload still counts as being read");
     }
     taken
 }
