@@ -1,7 +1,6 @@
 //! Why something is not done, and how it is said.
 
 use std::io::ErrorKind;
-use std::iter;
 
 use model::CurrentPerson;
 use tower_sessions::{session, session_store};
@@ -107,8 +106,8 @@ const DATABASE_AWAY: &str = "the database does not answer now; try again later, 
 
 /// An error and all that it came of, for the log: users are told the first of it alone.
 #[must_use]
-pub fn tell_in_full(error: &dyn std::error::Error) -> String {
-    let causes: Vec<String> = iter::successors(Some(error), |error| error.source()).map(ToString::to_string).collect();
+pub fn tell_in_full(error: &(dyn std::error::Error + 'static)) -> String {
+    let causes: Vec<String> = anyhow::Chain::new(error).map(ToString::to_string).collect();
     causes.join(": ")
 }
 
