@@ -73,7 +73,7 @@ impl From<StoreError> for ScoringFailure {
 /// # Errors
 /// When the database fails.
 pub async fn claim(state: &Service, school: SchoolId, due: JobQuery) -> anyhow::Result<Option<Job>> {
-    let mut tx = state.db.write().await?;
+    let mut tx = state.db.write_relaxed().await?;
     let job = jobs::claim_due_job(&mut tx, school, due, state.replica).await?;
     tx.commit().await?;
     Ok(job)
@@ -133,7 +133,7 @@ async fn keep_replay(state: &Service, session: &Session) {
 
 /// Writes down that a job is begun: should it be the end of us, it is known to whoever comes after.
 async fn begin(state: &Service, job: &Job) -> Result<(), ScoringFailure> {
-    let mut tx = state.db.write().await?;
+    let mut tx = state.db.write_relaxed().await?;
     if !jobs::begin_job_try(&mut tx, job.held_by(state.replica)).await? {
         return Err(ScoringFailure::Lost);
     }

@@ -9,7 +9,8 @@ use model::{Moment, SessionKey};
 use serde::Deserialize;
 use sqlx::FromRow;
 
-use super::{Connection, ExactNumber, Executor, Json, Result};
+use super::{Connection, ExactNumber, Executor, Json, Result, engine};
+use crate::engine::TableColumns;
 
 /// A grading of an attempt.
 #[derive(Clone, Debug, PartialEq, FromRow)]
@@ -78,9 +79,7 @@ pub async fn add_score(
     assessment: &Assessment,
     now: Moment,
 ) -> Result<ScoreId> {
-    for (position, metric) in (0_i64..).zip(&assessment.metrics) {
-        insert_metric(writer, session, position, metric).await?;
-    }
+    add_metrics(writer, session, &assessment.metrics).await?;
     let id = ScoreId::made_at(now);
     sqlx::query(
         "INSERT INTO scores (id, school_id, session_id, score, passed, rubric_id, rubric_sha256, deductions,
@@ -102,25 +101,39 @@ pub async fn add_score(
     Ok(id)
 }
 
-async fn insert_metric(writer: &mut Connection, session: SessionKey, position: i64, metric: &Metric) -> Result<()> {
-    sqlx::query(
-        "INSERT INTO metrics (school_id, session_id, position, id, version, value, unit, direction, applies, label,
-         absent) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11) ON CONFLICT (school_id, session_id, id, version) DO NOTHING",
-    )
-    .bind(session.school_id)
-    .bind(session.id)
-    .bind(position)
-    .bind(&metric.id)
-    .bind(i64::from(metric.version))
-    .bind(metric.value)
-    .bind(&metric.unit)
-    .bind(direction_word(metric.direction))
-    .bind(metric.applies)
-    .bind(&metric.label)
-    .bind(metric.absent.map_or("", Absent::code))
-    .execute(writer)
+/// Adds metrics, in their order; those that the attempt has already stay. All in one statement: everybody who writes waits for it.
+async fn add_metrics(writer: &mut Connection, session: SessionKey, metrics: &[Metric]) -> Result<()> {
+    const METRICS: TableColumns = TableColumns {
+        table: "metrics",
+        columns: &[
+            "school_id",
+            "session_id",
+            "position",
+            "id",
+            "version",
+            "value",
+            "unit",
+            "direction",
+            "applies",
+            "label",
+            "absent",
+        ],
+    };
+    let placed: Vec<(i64, &Metric)> = (0..).zip(metrics).collect();
+    engine::add_missing_rows(writer, &METRICS, &placed, |mut row, (position, metric)| {
+        row.push_bind(session.school_id)
+            .push_bind(session.id)
+            .push_bind(*position)
+            .push_bind(&metric.id)
+            .push_bind(i64::from(metric.version))
+            .push_bind(metric.value)
+            .push_bind(&metric.unit)
+            .push_bind(direction_word(metric.direction))
+            .push_bind(metric.applies)
+            .push_bind(&metric.label)
+            .push_bind(metric.absent.map_or("", Absent::code));
+    })
     .await
-    .map(drop)
 }
 
 /// Every computed score of an attempt, in the order in which they were added: a clock may have been set back between two.

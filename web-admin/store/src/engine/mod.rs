@@ -8,6 +8,7 @@ mod address;
 mod dump;
 #[cfg(feature = "postgres")]
 mod postgres;
+mod rows;
 #[cfg(not(feature = "postgres"))]
 mod sqlite;
 
@@ -24,8 +25,10 @@ pub use address::{AddressRefused, DatabaseAddress};
 pub(crate) use chosen::WRITING;
 pub use chosen::{DatabaseLock, DumpedDatabase, Engine, is_database_away, is_disk_full};
 pub(crate) use chosen::{
-    LISTENING_PERIOD, MIGRATIONS, SHARED, is_table_there, keep_more_in_memory, refresh_statistics,
+    LISTENING_PERIOD, MIGRATIONS, SHARED, is_table_there, keep_more_in_memory, refresh_statistics, resume_triggers,
+    suspend_triggers,
 };
+pub(crate) use rows::{TableColumns, add_missing_rows};
 
 /// Why a dump could not be looked at.
 #[derive(Debug, thiserror::Error)]

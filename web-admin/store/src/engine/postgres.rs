@@ -274,6 +274,20 @@ impl Database {
         Ok(begun)
     }
 
+    /// As [`Database::write`], for what is done again should the server's machine lose it within the next second: whoever waits to write does
+    /// not wait for the disk.
+    ///
+    /// # Errors
+    /// As there.
+    pub async fn write_relaxed(&self) -> Result<Write> {
+        let mut begun = self.writer.begin().await?;
+        sqlx::query("SELECT pg_advisory_xact_lock($1), set_config('synchronous_commit', 'off', TRUE)")
+            .bind(WRITING)
+            .execute(&mut *begun)
+            .await?;
+        Ok(begun)
+    }
+
     /// Triggers that the migrations made and that are gone, changed or switched off: without them the audit log may shrink.
     ///
     /// # Errors
@@ -391,4 +405,25 @@ pub(crate) async fn keep_more_in_memory(_writer: &mut Connection) -> Result<()> 
 /// Counts anew what the planner goes by, in the middle of a transaction: the server does so by itself, but only between two of them.
 pub(crate) async fn refresh_statistics(writer: &mut Connection) -> Result<()> {
     sqlx::raw_sql("ANALYZE sessions, scores, metrics, cohort_members").execute(writer).await.map(drop)
+}
+
+/// Has triggers and references rest until [`resume_triggers`], or the transaction's end, where the server lets us: whoever writes then
+/// writes what would follow, too.
+pub(crate) async fn suspend_triggers(writer: &mut Connection) -> Result<()> {
+    set_replication_role(writer, "replica").await
+}
+
+/// Has triggers and references hold again.
+pub(crate) async fn resume_triggers(writer: &mut Connection) -> Result<()> {
+    set_replication_role(writer, "origin").await
+}
+
+async fn set_replication_role(writer: &mut Connection, role: &str) -> Result<()> {
+    sqlx::query(
+        "SELECT set_config('session_replication_role', $1, TRUE) FROM pg_roles WHERE rolname = current_user AND rolsuper",
+    )
+    .bind(role)
+    .execute(writer)
+    .await
+    .map(drop)
 }

@@ -7,7 +7,8 @@ use model::ids::SessionId;
 use super::{ATTEMPTS, GeneratedCrowd, TRAINEES};
 use crate::{Connection, Result};
 
-/// Each trainee goes through the school's exercises in turn, at the hours of a day. One re-simulation in a thousand differs.
+/// Each trainee goes through the school's exercises in turn, at the hours of a day. One re-simulation in a thousand differs, one attempt in
+/// five is not passed, nine of ten were looked at, and one in fifty has a question: rows that say so follow, and triggers find nothing to do.
 pub(super) async fn add(writer: &mut Connection, crowd: &GeneratedCrowd<'_>, trainees: &Range<u32>) -> Result<()> {
     sqlx::query(
         "WITH RECURSIVE t (i) AS (SELECT CAST($7 AS BIGINT) UNION ALL SELECT i + 1 FROM t WHERE i + 1 < $2),
@@ -17,11 +18,13 @@ pub(super) async fn add(writer: &mut Connection, crowd: &GeneratedCrowd<'_>, tra
                  FROM exercises x JOIN exercise_revisions r ON r.id = x.revision_id WHERE x.school_id = $1)
          INSERT INTO sessions (school_id, id, trainee_id, exercise_id, exercise_sha256, scene_sha256, revision_id,
            started_at, received_at, duration_s, complete, device, simulator_version, seed, state, recording_path,
-           recording_sha256, recording_size, verify_deviation_n, verify_event_differences, verify_flagged)
+           recording_sha256, recording_size, verify_deviation_n, verify_event_differences, verify_flagged, reviewed, review_rank)
          SELECT $1, unhex(printf('%032x', $8 + i * $3 + j)), unhex(printf('%032x', $9 + i)),
            e.exercise_id, e.exercise_sha256, e.scene_sha256, e.revision_id, $4 + j * $5 + (i % 16) * 1800000000,
            $4 + j * $5 + (i % 16) * 1800000000, m.duration_s, TRUE, 'generated', m.simulator_version, '0', 'scored',
-           m.recording_path, m.recording_sha256, m.recording_size, 0.0, 0, (i * $3 + j) % 1000 = 999
+           m.recording_path, m.recording_sha256, m.recording_size, 0.0, 0, (i * $3 + j) % 1000 = 999, (i * $3 + j) % 10 <> 0,
+           CASE WHEN (i * $3 + j) % 50 = 0 THEN 4 ELSE 0 END + CASE WHEN (i * $3 + j) % 1000 = 999 THEN 2 ELSE 0 END
+             + CASE WHEN (i * $3 + j) * 2246822519 % 4294967296 / 65536 % 5 = 4 THEN 1 ELSE 0 END
          FROM sessions m CROSS JOIN t CROSS JOIN a JOIN e ON e.k = min(j * e.of / $3, e.of - 1)
          WHERE m.school_id = $1 AND m.id = $6",
     )
@@ -39,7 +42,7 @@ pub(super) async fn add(writer: &mut Connection, crowd: &GeneratedCrowd<'_>, tra
     .map(drop)
 }
 
-/// Scores scattered by the order of the attempts, four of five passed; the model's metrics, scattered, for a trainee's latest
+/// Scores scattered by the order of the attempts, and the grades that follow from them; the model's metrics, scattered, for a trainee's latest
 /// attempt at each exercise and one in ten of the others; and the model's curve for one in fifty.
 pub(super) async fn score(
     writer: &mut Connection,
@@ -51,10 +54,14 @@ pub(super) async fn score(
         "INSERT INTO scores (id, school_id, session_id, score, passed, rubric_id, rubric_sha256, deductions, hard_fails,
            simulator_version, computed_at)
          SELECT s.id, s.school_id, s.id, 40 + s.rowid * 2654435761 % 4294967296 / 65536 % 60,
-           s.rowid * 2246822519 % 4294967296 / 65536 % 5 < 4, s.exercise_id, c.rubric_sha256,
+           (s.review_rank & 1) = 0, s.exercise_id, c.rubric_sha256,
            c.deductions, '[]', s.simulator_version, s.received_at
          FROM sessions s JOIN scores c ON c.id = (SELECT id FROM scores WHERE school_id = $1 AND session_id = $2 LIMIT 1)
          WHERE s.school_id = $1 AND s.id >= $3 AND s.id < $4",
+        "INSERT INTO grades (school_id, session_id, score_id, score, passed)
+         SELECT c.school_id, c.session_id, c.id, c.score, c.passed FROM scores c
+         WHERE c.school_id = $1 AND c.session_id <> $2 AND c.session_id >= $3 AND c.session_id < $4
+         ON CONFLICT (school_id, session_id) DO NOTHING",
         "INSERT INTO metrics (school_id, session_id, id, version, position, value, unit, direction, applies, label, absent)
          SELECT s.school_id, s.id, m.id, m.version, m.position,
            m.value * (0.5 + (s.rowid * 37 + m.position) * 2654435761 % 4294967296 / 65536 % 1000 / 1000.0),

@@ -85,21 +85,33 @@ pub fn instructor_email(place: u32) -> String {
 pub async fn found(writer: &mut Connection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
     // The indices grow at random places.
     engine::keep_more_in_memory(writer).await?;
+    engine::suspend_triggers(writer).await?;
     trainees(writer, crowd).await?;
     instructors(writer, crowd).await?;
     cohorts(writer, crowd).await?;
-    said::assignments(writer, crowd).await
+    said::assignments(writer, crowd).await?;
+    engine::resume_triggers(writer).await
 }
 
 /// Generates the attempts of some trainees, by their places, with their scores and metrics, and what was said about them.
 pub async fn practise(writer: &mut Connection, crowd: &GeneratedCrowd<'_>, trainees: Range<u32>) -> Result<()> {
+    engine::suspend_triggers(writer).await?;
     attempts::add(writer, crowd, &trainees).await?;
-    engine::refresh_statistics(writer).await?;
+    if is_doubled(&trainees) {
+        engine::refresh_statistics(writer).await?;
+    }
     let (from, to) = crowd.attempts_of(&trainees);
     attempts::score(writer, crowd, from, to).await?;
     attempts::sum_up(writer, crowd, from, to).await?;
     said::comments(writer, crowd, from, to).await?;
-    said::reviews(writer, crowd, from, to).await
+    said::reviews(writer, crowd, from, to).await?;
+    engine::resume_triggers(writer).await
+}
+
+/// Whether the school is twice as large as when this was last so: then the planner needs to know.
+fn is_doubled(trainees: &Range<u32>) -> bool {
+    let blocks = trainees.start / (trainees.end - trainees.start).max(1);
+    blocks == 0 || blocks.is_power_of_two()
 }
 
 /// Sums the school up. The planner is told nothing of its size but what a server finds out by itself.
@@ -147,7 +159,7 @@ async fn instructors(writer: &mut Connection, crowd: &GeneratedCrowd<'_>) -> Res
 async fn cohorts(writer: &mut Connection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
     sqlx::query(counted!(
         "INSERT INTO cohorts (id, school_id, name, created_at)
-         SELECT unhex(printf('%032x', $4 + i)), $1, 'Generated ' || substr(CAST(1000 + i AS TEXT), 2), $3 FROM n"
+         SELECT unhex(printf('%032x', $4 + i)), $1, 'Generated ' || substr(CAST(10000 + i AS TEXT), 2), $3 FROM n"
     ))
     .bind(crowd.school_id)
     .bind(crowd.cohorts())

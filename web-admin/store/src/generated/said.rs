@@ -38,7 +38,7 @@ pub(super) async fn assignments(writer: &mut Connection, crowd: &GeneratedCrowd<
     Ok(())
 }
 
-/// A trainee's question on one attempt in fifty.
+/// A trainee's question on each attempt that has one.
 pub(super) async fn comments(
     writer: &mut Connection,
     crowd: &GeneratedCrowd<'_>,
@@ -48,7 +48,7 @@ pub(super) async fn comments(
     sqlx::query(
         "INSERT INTO comments (id, school_id, session_id, author_id, kind, from_s, body, made_at)
          SELECT randomblob(16), school_id, id, trainee_id, 'question', 1.0, 'Was this the fascia?', received_at
-         FROM sessions WHERE school_id = $1 AND id >= $2 AND id < $3 AND rowid % 50 = 0",
+         FROM sessions WHERE school_id = $1 AND id >= $2 AND id < $3 AND review_rank >= 4",
     )
     .bind(crowd.school_id)
     .bind(from)
@@ -58,7 +58,7 @@ pub(super) async fn comments(
     .map(drop)
 }
 
-/// Nine of ten attempts were looked at.
+/// Who looked at those attempts that were looked at.
 pub(super) async fn reviews(
     writer: &mut Connection,
     crowd: &GeneratedCrowd<'_>,
@@ -71,7 +71,7 @@ pub(super) async fn reviews(
          FROM sessions s
          JOIN cohort_members l ON l.person_id = s.trainee_id AND l.role = 'trainee'
          JOIN cohort_members m ON m.cohort_id = l.cohort_id AND m.role = 'instructor'
-         WHERE s.school_id = $1 AND s.id >= $2 AND s.id < $3 AND s.rowid % 10 <> 0",
+         WHERE s.school_id = $1 AND s.id >= $2 AND s.id < $3 AND s.reviewed",
     )
     .bind(crowd.school_id)
     .bind(from)
