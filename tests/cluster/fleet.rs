@@ -46,6 +46,11 @@ impl Replica {
         Self { school: Arc::clone(school), post, name, program: school.program.clone(), process: None }
     }
 
+    /// Its process, while it lives.
+    pub fn process_id(&self) -> Option<u32> {
+        self.process.as_ref().map(Child::id)
+    }
+
     /// Starts it, more than once where it must be, as whoever looks after a machine's services does.
     pub fn start_again(&mut self) -> anyhow::Result<()> {
         for _ in 1..MOST_STARTS {

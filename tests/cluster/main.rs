@@ -9,6 +9,7 @@ mod ledger;
 mod load;
 mod outages;
 mod postgres;
+mod processor;
 mod queueing;
 mod relay;
 mod school;

@@ -92,6 +92,11 @@ impl Postgres {
         self.folder.path().join(".s.PGSQL.5432")
     }
 
+    /// Its process, which has started all others of it, while it runs.
+    pub fn process_id(&self) -> Option<u32> {
+        self.process.as_ref().map(Child::id)
+    }
+
     /// Rows of the school's database, as text; or of the server's own, where that is not there yet.
     pub fn query(&self, statement: &str) -> anyhow::Result<Vec<Vec<String>>> {
         let database = if statement.starts_with("CREATE DATABASE") { "postgres" } else { "stylet" };

@@ -17,6 +17,7 @@ use tests::processes::said;
 use tests::root;
 
 use crate::postgres::Postgres;
+use crate::processor::sum_processor_time;
 use crate::relay::{Destination, Relay};
 use crate::smtp::MailServer;
 use crate::store::{BUCKET, BucketStore};
@@ -143,6 +144,12 @@ impl School {
     /// A single number, asked for beside the network.
     pub fn count(&self, statement: &str) -> anyhow::Result<u64> {
         self.database.lock().unwrap_or_else(PoisonError::into_inner).count(statement)
+    }
+
+    /// What the database has had of the processor, in s.
+    pub fn database_processor_time(&self) -> anyhow::Result<f64> {
+        let server = self.database.lock().unwrap_or_else(PoisonError::into_inner).process_id();
+        sum_processor_time(server.context("PostgreSQL runs")?)
     }
 
     /// Records an attempt.

@@ -1,13 +1,15 @@
-//! `cluster scoring`: how fast 1, 2 and 4 workers score, and by queueing theory what more would do.
+//! `cluster scoring`: how fast several workers score, what it takes of the processor, and by queueing theory what more workers would do.
 
 use std::fmt::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::AtomicUsize;
+use std::sync::atomic::Ordering::SeqCst;
 use std::thread;
 use std::time::Duration;
 
 use acts::clock::{self, Clock};
-use anyhow::{Context, ensure};
+use anyhow::{Context, anyhow, ensure};
 use clap::Args;
 use tests::endings::say;
 use tests::processes::free_port;
@@ -15,11 +17,16 @@ use tests::processes::free_port;
 use crate::client::{Client, Proxy, Request};
 use crate::fleet::{Post, Replica};
 use crate::ledger::Ledger;
+use crate::processor::{name_processor, sum_processor_time};
 use crate::queueing::AttemptTimes;
 use crate::school::{School, SchoolArgs};
 
-/// Numbers of workers that are measured.
-const WORKERS: [usize; 3] = [1, 2, 4];
+/// Whose attempts they are, in turn: what is summed up for somebody is done anew with each of their attempts.
+const TRAINEES: usize = 16;
+/// How long the work is put off while workers start, in s.
+const PUT_OFF_S: i64 = 300;
+/// Longest until a worker looks for what has become due, in s.
+const LISTENING_S: i64 = 2;
 /// Most workers that are computed.
 const MOST: u32 = 256;
 /// Where the report goes within a folder.
@@ -46,6 +53,9 @@ pub struct ScoringArgs {
     /// Attempts that each number of workers scores
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u16).range(8..))]
     attempts: u16,
+    /// Numbers of workers, separated by commas, each measured by itself; the first must be 1
+    #[arg(long, value_name = "N", value_delimiter = ',', default_values_t = [1, 2, 4], value_parser = clap::value_parser!(u16).range(1..=256))]
+    workers: Vec<u16>,
     /// Folder for the report, cluster.md [default: it is printed alone]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -54,27 +64,60 @@ pub struct ScoringArgs {
 /// What a number of workers did.
 #[derive(Clone, Copy, Debug)]
 struct Measured {
-    workers: usize,
+    workers: u16,
     /// Attempts per s.
     rate: f64,
     /// Share of the time that somebody held the writer's lock.
     busy: f64,
+    /// What an attempt took of the processor.
+    each: ProcessorTime,
+}
+
+/// What programs have had of the processor, in s.
+#[derive(Clone, Copy, Debug)]
+struct ProcessorTime {
+    workers: f64,
+    database: f64,
+    store: f64,
+    /// The network between them, which is in this program.
+    network: f64,
+}
+
+impl ProcessorTime {
+    fn look(school: &School, fleet: &[Replica]) -> anyhow::Result<Self> {
+        let mut workers = 0.0;
+        for worker in fleet {
+            workers += sum_processor_time(worker.process_id().context("a worker that lives")?)?;
+        }
+        let (database, store) = (school.database_processor_time()?, sum_processor_time(school.store.process_id())?);
+        let everything = sum_processor_time(std::process::id())?;
+        Ok(Self { workers, database, store, network: everything - workers - database - store })
+    }
+
+    fn since(self, before: Self, attempts: usize) -> Self {
+        let each = |now: f64, then: f64| (now - then) / attempts as f64;
+        Self {
+            workers: each(self.workers, before.workers),
+            database: each(self.database, before.database),
+            store: each(self.store, before.store),
+            network: each(self.network, before.network),
+        }
+    }
 }
 
 /// Measures, computes, and tells.
 pub fn run(args: &ScoringArgs) -> anyhow::Result<bool> {
+    ensure!(args.workers.first() == Some(&1), "--workers: the first number must be 1, with which others are compared");
     let school = Arc::new(School::found(&args.school)?);
     school.query(PROBE)?;
     let mut serving = Replica::new(&school, Post::Serve { port: free_port()? }, "serve".to_owned());
     serving.start()?;
     let Post::Serve { port } = serving.post else { anyhow::bail!("who serves has a port") };
-    let mut client = Client::new(&Arc::new(Proxy::before(vec![port])), &Arc::new(Ledger::default()), 0);
-    client.token = Some(school.add_person("trainee", "ada@example.org")?);
+    let add = |number| school.add_person("trainee", &format!("trainee{number}@example.org"));
+    let tokens = (0..TRAINEES).map(add).collect::<anyhow::Result<Vec<_>>>()?;
     let mut measured = Vec::new();
-    for workers in WORKERS {
-        for _ in 0..args.attempts {
-            upload(&school, &mut client)?;
-        }
+    for workers in args.workers.iter().copied() {
+        upload_all(&school, port, &tokens, args.attempts.into())?;
         measured.push(measure(&school, workers, u64::from(args.attempts))?);
         say(&format!("{:?}", measured.last()));
     }
@@ -85,6 +128,24 @@ pub fn run(args: &ScoringArgs) -> anyhow::Result<bool> {
         std::fs::write(folder.join(REPORT), report).with_context(|| folder.display().to_string())?;
     }
     Ok(true)
+}
+
+/// Records attempts of people in turn and uploads them, on all cores.
+fn upload_all(school: &School, port: u16, tokens: &[String], attempts: usize) -> anyhow::Result<()> {
+    let (left, ledger) = (AtomicUsize::new(attempts), Arc::new(Ledger::default()));
+    let upload_some = || {
+        let mut client = Client::new(&Arc::new(Proxy::before(vec![port])), &ledger, 0);
+        while let Ok(left) = left.fetch_update(SeqCst, SeqCst, |left| left.checked_sub(1)) {
+            client.token = Some(tokens[left % tokens.len()].clone());
+            upload(school, &mut client)?;
+        }
+        anyhow::Ok(())
+    };
+    let cores = thread::available_parallelism()?.get();
+    thread::scope(|scope| {
+        let uploading: Vec<_> = (0..cores).map(|_| scope.spawn(upload_some)).collect();
+        uploading.into_iter().try_for_each(|thread| thread.join().map_err(|_panic| anyhow!("a thread panicked"))?)
+    })
 }
 
 fn upload(school: &School, client: &mut Client) -> anyhow::Result<()> {
@@ -104,14 +165,19 @@ fn upload(school: &School, client: &mut Client) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Has so many workers score what waits. The time is from the first score after all of them are at work to the last, by the service's own
-/// clock: how long programs take to start is another question.
-fn measure(school: &Arc<School>, workers: usize, attempts: u64) -> anyhow::Result<Measured> {
+/// Has so many workers score what waits, once all of them have started and looked for it. The time is from the first score after that to the
+/// last, by the service's own clock: how long programs take to start is another question.
+fn measure(school: &Arc<School>, workers: u16, attempts: u64) -> anyhow::Result<Measured> {
     let before = school.count("SELECT count(*) FROM audit_log WHERE action = 'session.scored'")?;
+    let put_off = Clock::system().now().plus_s(PUT_OFF_S).micros();
+    school.query(&format!("UPDATE jobs SET next_run_at = {put_off}"))?;
     let mut fleet: Vec<Replica> =
         (0..workers).map(|number| Replica::new(school, Post::Work, format!("work-{workers}-{number}"))).collect();
     fleet.iter_mut().try_for_each(Replica::start)?;
-    let all_at_work = Clock::system().now().micros();
+    let due = Clock::system().now();
+    school.query(&format!("UPDATE jobs SET next_run_at = {}", due.micros()))?;
+    let all_at_work = due.plus_s(LISTENING_S).micros();
+    let used = ProcessorTime::look(school, &fleet)?;
     let (mut shares, begun) = (Vec::new(), clock::instant());
     while !school.are_queues_empty()? {
         let share = school.query("SELECT probe.busy(1)")?;
@@ -119,6 +185,7 @@ fn measure(school: &Arc<School>, workers: usize, attempts: u64) -> anyhow::Resul
         ensure!(begun.elapsed() < Duration::from_secs(3600), "{workers} workers are not done after an hour");
         fleet.iter_mut().try_for_each(Replica::look_after)?;
     }
+    let used_since = ProcessorTime::look(school, &fleet)?;
     // The last look was partly after the end.
     shares.pop();
     let scored = school
@@ -132,7 +199,7 @@ fn measure(school: &Arc<School>, workers: usize, attempts: u64) -> anyhow::Resul
     let (first, last) = (times[0], times[times.len() - 1]);
     let rate = (times.len() - 1) as f64 / ((last - first) as f64 * 1e-6);
     let busy = shares.iter().sum::<f64>() / shares.len().max(1) as f64;
-    Ok(Measured { workers, rate, busy })
+    Ok(Measured { workers, rate, busy, each: used_since.since(used, attempts as usize) })
 }
 
 fn write_report(attempts: u16, measured: &[Measured]) -> anyhow::Result<String> {
@@ -140,19 +207,30 @@ fn write_report(attempts: u16, measured: &[Measured]) -> anyhow::Result<String> 
     ensure!(alone.busy > 0.0 && alone.busy < 1.0, "one worker held the lock {} of the time", alone.busy);
     let (whole_s, within_s) = (1.0 / alone.rate, alone.busy / alone.rate);
     let times = AttemptTimes { beside_s: whole_s - within_s, within_s };
+    let numbers: Vec<String> = measured.iter().map(|measured| measured.workers.to_string()).collect();
     let mut report = format!(
-        "# Several services\n\nMeasured by `cluster scoring --attempts {attempts} --out DIR` on {}, {cores} threads, {} {}: attempts of \
-         {attempts} at a time, uploaded with the judges off and then scored by so many `web-admin work --judges 1`. All of them, \
+        "# Several services\n\nMeasured by `cluster scoring --attempts {attempts} --workers {} --out DIR` on {}, {cores} threads, {} {}: attempts \
+         of {attempts} at a time, uploaded with the judges off and then scored by so many `web-admin work --judges 1`. All of them, \
          PostgreSQL and the store share the threads. Wanted is 90 % up to the threads.\n\n\
-         | workers | attempts/s | efficiency | writer's lock held |\n|---|---|---|---|\n",
-        processor(),
+         | workers | attempts/s | efficiency | writer's lock held | processor, of an attempt: workers | PostgreSQL | store | network | threads used |\n\
+         |---|---|---|---|---|---|---|---|---|\n",
+        numbers.join(","),
+        name_processor(),
         std::env::consts::OS,
         std::env::consts::ARCH
     );
-    for Measured { workers, rate, busy } in measured {
-        let efficiency = rate / (alone.rate * *workers as f64);
+    for Measured { workers, rate, busy, each } in measured {
+        let efficiency = rate / (alone.rate * f64::from(*workers)) * 100.0;
+        let busy = busy * 100.0;
+        let ProcessorTime { workers: worked, database, store, network } = each;
+        let used = (worked + database + store + network) * rate;
+        let [worked, database, store, network] =
+            [worked, database, store, network].map(|s| format!("{:.1} ms", s * 1e3));
         // A text takes whatever is written to it.
-        let _ = writeln!(report, "| {workers} | {rate:.2} | {:.0} % | {:.1} % |", efficiency * 100.0, busy * 100.0);
+        let _ = writeln!(
+            report,
+            "| {workers} | {rate:.2} | {efficiency:.0} % | {busy:.1} % | {worked} | {database} | {store} | {network} | {used:.1} |"
+        );
     }
     let _ = write!(
         report,
@@ -172,11 +250,4 @@ fn write_report(attempts: u16, measured: &[Measured]) -> anyhow::Result<String> 
         1.0 / within_s
     );
     Ok(report)
-}
-
-/// The processor's name, as the system tells it.
-fn processor() -> String {
-    let told = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let name = told.lines().find_map(|line| line.strip_prefix("model name")?.split(": ").nth(1));
-    name.unwrap_or("an unknown processor").to_owned()
 }

@@ -35,6 +35,11 @@ impl BucketStore {
         Ok(store)
     }
 
+    /// Its process.
+    pub fn process_id(&self) -> u32 {
+        self.child.id()
+    }
+
     /// Has it take nothing more, for want of room.
     pub fn fill(&self) -> anyhow::Result<()> {
         self.tell("full", 1)
