@@ -49,7 +49,15 @@ fn lint(program: &str, arguments: &[&str]) {
 
 #[test]
 fn linters_of_their_kind_refuse_none() {
-    let scripts = ["deploy/cluster", "deploy/run", "deploy/test", "deploy/wheel", "deploy/lib.sh"];
+    let scripts = [
+        "deploy/cargo-for-tests",
+        "deploy/cluster",
+        "deploy/lib.sh",
+        "deploy/lint-then-compile",
+        "deploy/run",
+        "deploy/test",
+        "deploy/wheel",
+    ];
     for script in scripts {
         lint("bash", &["-n", script]);
     }
