@@ -113,8 +113,6 @@ mod chosen {
     use std::sync::atomic::{AtomicUsize, Ordering};
     use std::sync::{LazyLock, Mutex};
 
-    use tokio::sync::OnceCell;
-
     use super::{AssertSqlSafe, Command, Connection, Database, DatabaseAddress, Path};
     use crate::support::postgres::PostgresServer;
 
@@ -180,21 +178,17 @@ mod chosen {
         command.env("STYLET_DATABASE", url_of(folder));
     }
 
-    /// How many rows there are, and the latest transaction that has written one. All tests ask in the same words, which a connection plans once.
+    /// How many rows there are, and the latest transaction that has written one.
     pub async fn version(watch: &mut Connection) -> String {
-        static STATEMENT: OnceCell<String> = OnceCell::const_new();
-        let compose = async || {
-            let rows: String = sqlx::query_scalar(
-                "SELECT string_agg('SELECT max(xmin::text::bigint) AS latest, count(*) AS many FROM ' || tablename, ' UNION ALL ')
-                 FROM pg_tables WHERE schemaname = 'public'",
-            )
-            .fetch_one(&mut *watch)
-            .await
-            .unwrap();
-            format!("SELECT concat(max(latest), ' ', sum(many)) FROM ({rows}) t")
-        };
-        let statement = STATEMENT.get_or_init(compose).await;
-        sqlx::query_scalar(AssertSqlSafe(statement.as_str())).fetch_one(watch).await.unwrap()
+        let rows: String = sqlx::query_scalar(
+            "SELECT string_agg('SELECT max(xmin::text::bigint) AS latest, count(*) AS many FROM ' || tablename, ' UNION ALL ')
+             FROM pg_tables WHERE schemaname = 'public'",
+        )
+        .fetch_one(&mut *watch)
+        .await
+        .unwrap();
+        let version = format!("SELECT concat(max(latest), ' ', sum(many)) FROM ({rows}) t");
+        sqlx::query_scalar(AssertSqlSafe(version)).fetch_one(watch).await.unwrap()
     }
 
     pub fn drop_trigger(trigger: &str, table: &str) -> String {
