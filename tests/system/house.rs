@@ -200,6 +200,20 @@ fn collect(folder: &Path, found: &mut Vec<(PathBuf, String)>) {
     }
 }
 
+/// What has no unit tests is not compiled once more for them.
+#[test]
+fn no_unit_test_is_left_out() {
+    let (metadata, sources) = (metadata(), sources());
+    let targets = metadata.workspace_packages().into_iter().flat_map(|package| &package.targets);
+    let untested: Vec<_> = targets.filter(|target| !target.test && (target.is_lib() || target.is_cdylib())).collect();
+    assert!(untested.len() >= 4, "{untested:?}");
+    for folder in untested.iter().map(|target| target.src_path.parent().expect("a folder")) {
+        for (path, text) in sources.iter().filter(|(path, _)| root().join(path).starts_with(folder)) {
+            assert!(!text.contains("#[test]"), "{} is never run: its library has `test = false`", path.display());
+        }
+    }
+}
+
 /// Sources of a crate's library or program, without its tests, below `folder`.
 fn shipped(folder: &str) -> impl Iterator<Item = (PathBuf, String)> {
     let sources = sources().into_iter();
