@@ -22,8 +22,11 @@ pub(super) struct Catalogue {
     forms: BTreeMap<String, Vec<String>>,
 }
 
-/// By the language's code. Empty where a file is broken, which [`check`] tells when the service starts.
-static ALL: LazyLock<BTreeMap<&'static str, Catalogue>> = LazyLock::new(|| read_all().unwrap_or_default());
+/// By the language's code.
+type Catalogues = BTreeMap<&'static str, Catalogue>;
+
+/// Read once, or why they cannot be, which [`check`] tells when the service starts.
+static READ: LazyLock<anyhow::Result<Catalogues>> = LazyLock::new(read_all);
 
 impl Catalogue {
     fn read(code: &str, text: &[u8]) -> anyhow::Result<Self> {
@@ -52,8 +55,8 @@ fn forms(message: &dyn MessageView) -> Vec<String> {
     }
 }
 
-fn read_all() -> anyhow::Result<BTreeMap<&'static str, Catalogue>> {
-    let mut all = BTreeMap::new();
+fn read_all() -> anyhow::Result<Catalogues> {
+    let mut all = Catalogues::new();
     for name in CatalogueFiles::iter() {
         let Some((code, file)) = name.strip_suffix(".po").zip(CatalogueFiles::get(&name)) else { continue };
         // Read once, and for as long as the program runs.
@@ -67,18 +70,18 @@ fn read_all() -> anyhow::Result<BTreeMap<&'static str, Catalogue>> {
 
 /// The catalogue of a language; none of English.
 pub(super) fn find(language: Language) -> Option<&'static Catalogue> {
-    if language == Language::ENGLISH { None } else { ALL.get(language.code()) }
+    if language == Language::ENGLISH { None } else { READ.as_ref().ok()?.get(language.code()) }
 }
 
 /// The languages that have a catalogue.
 pub(super) fn codes() -> impl Iterator<Item = &'static str> {
-    ALL.keys().copied()
+    READ.iter().flat_map(Catalogues::keys).copied()
 }
 
-/// Reads every catalogue.
+/// Whether every catalogue can be read.
 ///
 /// # Errors
 /// When one is broken.
 pub(super) fn check() -> anyhow::Result<()> {
-    read_all().map(drop)
+    READ.as_ref().map(drop).map_err(|broken| anyhow::anyhow!("{broken:#}"))
 }
