@@ -1,7 +1,7 @@
 //! Whatever somebody types into a field of a form, or a program says to the API, is answered: taken or refused, but never with a
 //! failure of the service. The forms are those of the pages themselves, for each kind of visitor who sees them; each of their fields
-//! in turn holds what nobody should send, the others what the page put there. Fails at a panic, at an answer of 500 or more, and
-//! where a page's forms are no longer found.
+//! in turn holds what nobody should send, the others what the page put there; of the rows of a list, the first is tried. Fails at a
+//! panic, at an answer of 500 or more, and where a page's forms are no longer found.
 
 use std::collections::BTreeSet;
 
@@ -93,6 +93,13 @@ impl Form {
         if buttons.is_empty() { vec![plain] } else { buttons.iter().enumerate().map(pressed).collect() }
     }
 
+    /// The places of the fields that are spoilt: of the rows of a list, whose names differ in a number alone, those of the first.
+    fn spoilt_fields(&self) -> Vec<usize> {
+        let mut known = BTreeSet::from(["csrf".to_owned()]);
+        let kind = |name: &str| name.split(|c: char| c.is_ascii_digit()).filter(|part| !part.is_empty()).collect();
+        (0..self.fields.len()).filter(|at| known.insert(kind(&self.fields[*at].0))).collect()
+    }
+
     /// The same form with something else in a field.
     fn with(&self, at: usize, nonsense: &str) -> Self {
         let mut other = self.clone();
@@ -173,7 +180,7 @@ async fn no_field_of_any_form_breaks_the_service() {
             }
             let app = world.open().await;
             let mut client = client(&app, visitor, false);
-            for at in (0..form.fields.len()).filter(|at| form.fields[*at].0 != "csrf") {
+            for at in form.spoilt_fields() {
                 for nonsense in NONSENSE.into_iter().chain([too_long.as_str()]) {
                     let status = form.with(at, nonsense).send(&mut client).await;
                     if status >= 500 {
