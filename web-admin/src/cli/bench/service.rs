@@ -2,10 +2,17 @@
 
 use std::io::{BufRead, BufReader};
 use std::process::{Child, ChildStdout, Command, Stdio};
+use std::time::Duration;
 
 use acts::clock::Clock;
 use acts::config::Config;
 use anyhow::{Context, ensure};
+use axum::http::StatusCode;
+
+use super::visitor::BenchVisitor;
+
+/// How often a service is asked whether its check is over.
+const BETWEEN_QUESTIONS: Duration = Duration::from_millis(200);
 
 /// A running `web-admin serve`, ended when dropped.
 pub(super) struct BenchService {
@@ -41,6 +48,21 @@ impl BenchService {
         }
         service.started_in_s = (clock.now().micros() - begun.micros()) as f64 / 1e6;
         Ok(service)
+    }
+
+    /// Waits until it has looked through its database, which it does beside serving, and says how long that took, in s.
+    pub(super) async fn wait_until_checked(&self) -> anyhow::Result<f64> {
+        let (stranger, clock) = (BenchVisitor::new("stranger", &self.url, Vec::new()), Clock::system());
+        let begun = clock.now();
+        loop {
+            let answer = stranger.ask("/readyz", "identity").await?;
+            let said = String::from_utf8_lossy(&answer.body);
+            ensure!(answer.status == StatusCode::OK, "the service is not ready: {}", said.trim());
+            if said.trim() == "ready" {
+                return Ok((clock.now().micros() - begun.micros()) as f64 / 1e6);
+            }
+            tokio::time::sleep(BETWEEN_QUESTIONS).await;
+        }
     }
 
     /// The most memory that it has ever had resident, in bytes.

@@ -73,7 +73,8 @@ fn spread_visitors(of: u32) -> impl Iterator<Item = u32> {
 }
 
 impl BenchVisitor {
-    fn new(role: &'static str, url: &str, begins: Vec<String>) -> Self {
+    /// Somebody who is not signed in yet.
+    pub(super) fn new(role: &'static str, url: &str, begins: Vec<String>) -> Self {
         let client = Client::builder(TokioExecutor::new()).build_http();
         Self { role, begins, url: url.to_owned(), cookie: String::new(), client }
     }
