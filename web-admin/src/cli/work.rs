@@ -83,7 +83,7 @@ pub struct WorkArgs {
     #[arg(long, value_name = "S", default_value_t = 300, value_parser = clap::value_parser!(u64).range(1..=86_400))]
     judge_s: u64,
     /// Longest that the start waits until the database is looked through, in s; what takes longer goes on while the service serves
-    #[arg(long, value_name = "S", default_value_t = 2, value_parser = clap::value_parser!(u64).range(0..=86_400))]
+    #[arg(long, value_name = "S", default_value_t = 1, value_parser = clap::value_parser!(u64).range(0..=86_400))]
     check_s: u64,
 }
 

@@ -25,7 +25,8 @@ pub struct Filter {
     pub after: Option<(String, PersonId)>,
 }
 
-/// People of the school $1 by a key, on one side of ($2, $3).
+/// People of the school $1 in whom the word $9 is found, by a key, on one side of ($2, $3). Where the key is a column, everybody is looked
+/// at in the order of its index, which is quick where all are wanted; where it is none, those who are found are put in order afterwards.
 macro_rules! people_by {
     ($key:literal, $side:literal, $order:literal) => {
         concat!(
@@ -43,6 +44,7 @@ macro_rules! people_by {
             ", p.id) ",
             $side,
             " ($2, $3)
+                 AND instr(p.search, $9) > 0
                  AND NOT EXISTS (SELECT 1 FROM json_each($4) w WHERE instr(p.search, w.value) = 0)
                  AND ($5 IS NULL OR p.role = $5)
                  AND ($6 IS NULL OR EXISTS (SELECT 1 FROM cohort_members m WHERE m.cohort_id = $6
@@ -64,15 +66,23 @@ pub async fn list_people(
     filter: &Filter,
     limit: u32,
 ) -> Result<Vec<DirectoryEntry>> {
-    let statement = match (filter.order.by, filter.order.down) {
-        (PeopleKey::Name, false) => people_by!("p.sort_name", ">", "sorted, id"),
-        (PeopleKey::Name, true) => people_by!("p.sort_name", "<", "sorted DESC, id DESC"),
-        (PeopleKey::Email, false) => people_by!("p.email", ">", "sorted, id"),
-        (PeopleKey::Email, true) => people_by!("p.email", "<", "sorted DESC, id DESC"),
-        (PeopleKey::Number, false) => people_by!("p.sort_number", ">", "sorted, id"),
-        (PeopleKey::Number, true) => people_by!("p.sort_number", "<", "sorted DESC, id DESC"),
+    let PeopleOrder { by, down } = filter.order;
+    let word = filter.words.first();
+    let statement = match (word, by, down) {
+        (None, PeopleKey::Name, false) => people_by!("p.sort_name", ">", "sorted, id"),
+        (None, PeopleKey::Name, true) => people_by!("p.sort_name", "<", "sorted DESC, id DESC"),
+        (None, PeopleKey::Email, false) => people_by!("p.email", ">", "sorted, id"),
+        (None, PeopleKey::Email, true) => people_by!("p.email", "<", "sorted DESC, id DESC"),
+        (None, PeopleKey::Number, false) => people_by!("p.sort_number", ">", "sorted, id"),
+        (None, PeopleKey::Number, true) => people_by!("p.sort_number", "<", "sorted DESC, id DESC"),
+        (Some(_), PeopleKey::Name, false) => people_by!("p.sort_name || ''", ">", "sorted, id"),
+        (Some(_), PeopleKey::Name, true) => people_by!("p.sort_name || ''", "<", "sorted DESC, id DESC"),
+        (Some(_), PeopleKey::Email, false) => people_by!("p.email || ''", ">", "sorted, id"),
+        (Some(_), PeopleKey::Email, true) => people_by!("p.email || ''", "<", "sorted DESC, id DESC"),
+        (Some(_), PeopleKey::Number, false) => people_by!("p.sort_number || ''", ">", "sorted, id"),
+        (Some(_), PeopleKey::Number, true) => people_by!("p.sort_number || ''", "<", "sorted DESC, id DESC"),
     };
-    let first = || (if filter.order.down { LAST_KEY } else { "" }.to_owned(), PersonId::nil());
+    let first = || (if down { LAST_KEY } else { "" }.to_owned(), PersonId::nil());
     let (key, id) = filter.after.clone().unwrap_or_else(first);
     sqlx::query_as(statement)
         .bind(school)
@@ -83,6 +93,7 @@ pub async fn list_people(
         .bind(filter.cohort)
         .bind(filter.state)
         .bind(i64::from(limit))
+        .bind(word.map_or("", String::as_str))
         .fetch_all(executor)
         .await
 }

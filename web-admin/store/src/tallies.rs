@@ -5,6 +5,7 @@ use model::{CurrentPerson, Moment, PersonKey, Role};
 use sqlx::FromRow;
 
 use super::{Connection, Executor, Result};
+use crate::engine::twin;
 
 /// The cohort in `tallies` that stands for the whole school.
 const WHOLE_SCHOOL: CohortId = CohortId::nil();
@@ -70,7 +71,7 @@ pub struct YearOfCohort {
 }
 
 /// Sums over a year, UTC, of the cohorts that somebody may see and that have practised in it, by name, from the first after `after`;
-/// `limit` of them at most.
+/// `limit` of them at most. PostgreSQL sums by the cohorts' ids first: to group by names, too, takes it twice as long.
 pub async fn list_tallies_in_year(
     executor: impl Executor<'_>,
     viewer: &CurrentPerson,
@@ -79,14 +80,24 @@ pub async fn list_tallies_in_year(
     limit: u32,
 ) -> Result<Vec<YearOfCohort>> {
     sqlx::query_as(
-        "SELECT c.id AS cohort_id, c.name AS cohort, CAST(sum(t.attempts) AS BIGINT) AS attempts,
-           CAST(sum(t.passes) AS BIGINT) AS passes, sum(t.points) AS points
-         FROM cohorts c CROSS JOIN tallies t
-         WHERE t.school_id = c.school_id AND t.cohort_id = c.id
-           AND t.month >= 12 * $2 AND t.month < 12 * $2 + 12 AND c.school_id = $1 AND c.name > $3
-           AND ($6 OR EXISTS (SELECT 1 FROM cohort_members m
-             WHERE m.cohort_id = c.id AND m.person_id = $5 AND m.role = 'instructor'))
-         GROUP BY c.name, c.id ORDER BY c.name, c.id LIMIT $4",
+        twin!(
+            "SELECT c.id AS cohort_id, c.name AS cohort, CAST(sum(t.attempts) AS BIGINT) AS attempts,
+               CAST(sum(t.passes) AS BIGINT) AS passes, sum(t.points) AS points
+             FROM cohorts c CROSS JOIN tallies t
+             WHERE t.school_id = c.school_id AND t.cohort_id = c.id
+               AND t.month >= 12 * $2 AND t.month < 12 * $2 + 12 AND c.school_id = $1 AND c.name > $3
+               AND ($6 OR EXISTS (SELECT 1 FROM cohort_members m
+                 WHERE m.cohort_id = c.id AND m.person_id = $5 AND m.role = 'instructor'))
+             GROUP BY c.name, c.id ORDER BY c.name, c.id LIMIT $4",
+            "SELECT c.id AS cohort_id, c.name AS cohort, y.attempts, y.passes, y.points
+             FROM (SELECT t.cohort_id, CAST(sum(t.attempts) AS BIGINT) AS attempts, CAST(sum(t.passes) AS BIGINT) AS passes,
+                 sum(t.points) AS points
+               FROM tallies t WHERE t.school_id = $1 AND t.month >= 12 * $2 AND t.month < 12 * $2 + 12 GROUP BY t.cohort_id) y
+             JOIN cohorts c ON c.school_id = $1 AND c.id = y.cohort_id
+             WHERE c.name > $3 AND ($6 OR EXISTS (SELECT 1 FROM cohort_members m
+               WHERE m.cohort_id = c.id AND m.person_id = $5 AND m.role = 'instructor'))
+             ORDER BY c.name, c.id LIMIT $4",
+        ),
     )
     .bind(viewer.school_id)
     .bind(year)

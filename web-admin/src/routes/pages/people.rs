@@ -132,10 +132,12 @@ pub(super) async fn make_directory_page(
     FilledForm { typed, refused }: FilledForm<NewPersonForm, PersonRefused>,
 ) -> Result<PeoplePage, Error> {
     let (school, filter) = (person.school_id, query.filter());
-    let mut rows = directory::list_people(state.db.reader(), school, &filter, PER_PAGE + 1).await?;
+    let (mut rows, cohorts) = futures::try_join!(
+        directory::list_people(state.db.reader(), school, &filter, PER_PAGE + 1),
+        cohorts::list_cohorts(state.db.reader(), school),
+    )?;
     let more = rows.len() > PER_PAGE as usize;
     rows.truncate(PER_PAGE as usize);
-    let cohorts = cohorts::list_cohorts(state.db.reader(), school).await?;
     let choices = |chosen: Option<CohortId>| -> Vec<SelectOption> {
         let choice = |c: &cohorts::Cohort| SelectOption {
             value: c.id.to_string(),

@@ -171,8 +171,8 @@ impl DatabaseAddress {
     }
 
     pub(crate) fn options(&self) -> Result<PgConnectOptions> {
-        // No statement of ours is so long that compiling it would be worth the time.
-        let options = [("lock_timeout", PATIENCE), ("jit", "off")];
+        // No statement of ours is so long that compiling it would be worth the time, and none may take every processor from the others.
+        let options = [("lock_timeout", PATIENCE), ("jit", "off"), ("max_parallel_workers_per_gather", "0")];
         let connecting = PgConnectOptions::from_str(self.as_url())?.statement_cache_capacity(PREPARED);
         Ok(connecting.options(options).options(VIGILANCE))
     }

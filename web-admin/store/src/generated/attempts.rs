@@ -7,8 +7,9 @@ use model::ids::SessionId;
 use super::{ATTEMPTS, GeneratedCrowd, TRAINEES};
 use crate::{Connection, Result};
 
-/// Each trainee goes through the school's exercises in turn, at the hours of a day. One re-simulation in a thousand differs, one attempt in
-/// five is not passed, nine of ten were looked at, and one in fifty has a question: rows that say so follow, and triggers find nothing to do.
+/// Each trainee goes through the school's exercises in turn, at the hours of a day, no two at once. One re-simulation in a thousand differs,
+/// one attempt in five is not passed, nine of ten were looked at, and one in fifty has a question: rows that say so follow, and triggers find
+/// nothing to do.
 pub(super) async fn add(writer: &mut Connection, crowd: &GeneratedCrowd<'_>, trainees: &Range<u32>) -> Result<()> {
     sqlx::query(
         "WITH RECURSIVE t (i) AS (SELECT CAST($7 AS BIGINT) UNION ALL SELECT i + 1 FROM t WHERE i + 1 < $2),
@@ -20,8 +21,8 @@ pub(super) async fn add(writer: &mut Connection, crowd: &GeneratedCrowd<'_>, tra
            started_at, received_at, duration_s, complete, device, simulator_version, seed, state, recording_path,
            recording_sha256, recording_size, verify_deviation_n, verify_event_differences, verify_flagged, reviewed, review_rank)
          SELECT $1, unhex(printf('%032x', $8 + i * $3 + j)), unhex(printf('%032x', $9 + i)),
-           e.exercise_id, e.exercise_sha256, e.scene_sha256, e.revision_id, $4 + j * $5 + (i % 16) * 1800000000,
-           $4 + j * $5 + (i % 16) * 1800000000, m.duration_s, TRUE, 'generated', m.simulator_version, '0', 'scored',
+           e.exercise_id, e.exercise_sha256, e.scene_sha256, e.revision_id, $4 + j * $5 + (i % 16) * 1800000000 + i * 1000,
+           $4 + j * $5 + (i % 16) * 1800000000 + i * 1000, m.duration_s, TRUE, 'generated', m.simulator_version, '0', 'scored',
            m.recording_path, m.recording_sha256, m.recording_size, 0.0, 0, (i * $3 + j) % 1000 = 999, (i * $3 + j) % 10 <> 0,
            CASE WHEN (i * $3 + j) % 50 = 0 THEN 4 ELSE 0 END + CASE WHEN (i * $3 + j) % 1000 = 999 THEN 2 ELSE 0 END
              + CASE WHEN (i * $3 + j) * 2246822519 % 4294967296 / 65536 % 5 = 4 THEN 1 ELSE 0 END
