@@ -28,9 +28,10 @@ pub struct Filter {
 /// People of the school $1 in whom the word $9 is found, by a key, on one side of ($2, $3). Where the key is a column, everybody is looked
 /// at in the order of its index, which is quick where all are wanted; where it is none, those who are found are put in order afterwards.
 macro_rules! people_by {
-    ($key:literal, $side:literal, $order:literal) => {
+    ($listed:literal, $key:literal, $side:literal, $order:literal) => {
         concat!(
-            "SELECT * FROM (
+            $listed,
+            " FROM (
                SELECT p.id, p.display_name AS name, p.email, p.role, p.pseudonym, p.registrar_id, ",
             $key,
             " AS sorted,
@@ -69,18 +70,24 @@ pub async fn list_people(
     let PeopleOrder { by, down } = filter.order;
     let word = filter.words.first();
     let statement = match (word, by, down) {
-        (None, PeopleKey::Name, false) => people_by!("p.sort_name", ">", "sorted, id"),
-        (None, PeopleKey::Name, true) => people_by!("p.sort_name", "<", "sorted DESC, id DESC"),
-        (None, PeopleKey::Email, false) => people_by!("p.email", ">", "sorted, id"),
-        (None, PeopleKey::Email, true) => people_by!("p.email", "<", "sorted DESC, id DESC"),
-        (None, PeopleKey::Number, false) => people_by!("p.sort_number", ">", "sorted, id"),
-        (None, PeopleKey::Number, true) => people_by!("p.sort_number", "<", "sorted DESC, id DESC"),
-        (Some(_), PeopleKey::Name, false) => people_by!("p.sort_name || ''", ">", "sorted, id"),
-        (Some(_), PeopleKey::Name, true) => people_by!("p.sort_name || ''", "<", "sorted DESC, id DESC"),
-        (Some(_), PeopleKey::Email, false) => people_by!("p.email || ''", ">", "sorted, id"),
-        (Some(_), PeopleKey::Email, true) => people_by!("p.email || ''", "<", "sorted DESC, id DESC"),
-        (Some(_), PeopleKey::Number, false) => people_by!("p.sort_number || ''", ">", "sorted, id"),
-        (Some(_), PeopleKey::Number, true) => people_by!("p.sort_number || ''", "<", "sorted DESC, id DESC"),
+        (None, PeopleKey::Name, false) => people_by!("SELECT *", "p.sort_name", ">", "sorted, id"),
+        (None, PeopleKey::Name, true) => people_by!("SELECT *", "p.sort_name", "<", "sorted DESC, id DESC"),
+        (None, PeopleKey::Email, false) => people_by!("SELECT *", "p.email", ">", "sorted, id"),
+        (None, PeopleKey::Email, true) => people_by!("SELECT *", "p.email", "<", "sorted DESC, id DESC"),
+        (None, PeopleKey::Number, false) => people_by!("SELECT *", "p.sort_number", ">", "sorted, id"),
+        (None, PeopleKey::Number, true) => people_by!("SELECT *", "p.sort_number", "<", "sorted DESC, id DESC"),
+        (Some(_), PeopleKey::Name, false) => people_by!("SELECT listed.*", "p.sort_name || ''", ">", "sorted, id"),
+        (Some(_), PeopleKey::Name, true) => {
+            people_by!("SELECT listed.*", "p.sort_name || ''", "<", "sorted DESC, id DESC")
+        }
+        (Some(_), PeopleKey::Email, false) => people_by!("SELECT listed.*", "p.email || ''", ">", "sorted, id"),
+        (Some(_), PeopleKey::Email, true) => {
+            people_by!("SELECT listed.*", "p.email || ''", "<", "sorted DESC, id DESC")
+        }
+        (Some(_), PeopleKey::Number, false) => people_by!("SELECT listed.*", "p.sort_number || ''", ">", "sorted, id"),
+        (Some(_), PeopleKey::Number, true) => {
+            people_by!("SELECT listed.*", "p.sort_number || ''", "<", "sorted DESC, id DESC")
+        }
     };
     let first = || (if down { LAST_KEY } else { "" }.to_owned(), PersonId::nil());
     let (key, id) = filter.after.clone().unwrap_or_else(first);
