@@ -71,7 +71,8 @@ pub struct YearOfCohort {
 }
 
 /// Sums over a year, UTC, of the cohorts that somebody may see and that have practised in it, by name, from the first after `after`;
-/// `limit` of them at most. PostgreSQL sums by the cohorts' ids first: to group by names, too, takes it twice as long.
+/// `limit` of them at most. PostgreSQL sums by the cohorts' ids first, which takes it half as long as by their names, and is kept from going
+/// through all sums once for each name, in the order of an index.
 pub async fn list_tallies_in_year(
     executor: impl Executor<'_>,
     viewer: &CurrentPerson,
@@ -96,7 +97,7 @@ pub async fn list_tallies_in_year(
              JOIN cohorts c ON c.school_id = $1 AND c.id = y.cohort_id
              WHERE c.name > $3 AND ($6 OR EXISTS (SELECT 1 FROM cohort_members m
                WHERE m.cohort_id = c.id AND m.person_id = $5 AND m.role = 'instructor'))
-             ORDER BY c.name, c.id LIMIT $4",
+             ORDER BY c.name || '', c.id LIMIT $4",
         ),
     )
     .bind(viewer.school_id)
