@@ -200,18 +200,30 @@ fn collect(folder: &Path, found: &mut Vec<(PathBuf, String)>) {
     }
 }
 
-/// What has no unit tests is not compiled once more for them.
+/// What has no unit tests is not compiled once more for them, and what has no examples is not read once more for those.
 #[test]
-fn no_unit_test_is_left_out() {
+fn no_unit_test_or_example_is_left_out() {
     let (metadata, sources) = (metadata(), sources());
     let targets = metadata.workspace_packages().into_iter().flat_map(|package| &package.targets);
-    let untested: Vec<_> = targets.filter(|target| !target.test && (target.is_lib() || target.is_cdylib())).collect();
-    assert!(untested.len() >= 4, "{untested:?}");
-    for folder in untested.iter().map(|target| target.src_path.parent().expect("a folder")) {
+    let libraries: Vec<_> = targets.filter(|target| target.is_lib() || target.is_cdylib()).collect();
+    assert!(libraries.iter().filter(|library| !library.test).count() >= 4, "{libraries:?}");
+    for library in libraries {
+        let folder = library.src_path.parent().expect("a folder");
         for (path, text) in sources.iter().filter(|(path, _)| root().join(path).starts_with(folder)) {
-            assert!(!text.contains("#[test]"), "{} is never run: its library has `test = false`", path.display());
+            let path = path.display();
+            assert!(library.test || !text.contains("#[test]"), "{path} is never run: its library has `test = false`");
+            assert!(library.doctest || !has_example(text), "{path}: an example is never run: `doctest = false`");
         }
     }
+}
+
+/// Whether the documentation in a source holds a block of Rust: one that does not say that it is something else.
+fn has_example(source: &str) -> bool {
+    let lines = source.lines().map(str::trim_start);
+    let documentation = lines.filter_map(|line| line.strip_prefix("/// ").or_else(|| line.strip_prefix("//! ")));
+    // One fence opens a block, the next closes it.
+    let mut blocks = documentation.filter_map(|line| line.strip_prefix("```")).step_by(2);
+    blocks.any(|kind| kind.is_empty() || kind.starts_with("rust"))
 }
 
 /// Sources of a crate's library or program, without its tests, below `folder`.
