@@ -28,6 +28,8 @@ struct Grid {
     least: Place,
     cell: f64,
     values: Vec<f64>,
+    /// Whether the surface may pass through a block's cells.
+    crossed: Vec<bool>,
 }
 
 /// The eight corners of a cell as steps along the axes: bit 0 for x, 1 for y, 2 for z.
@@ -41,17 +43,31 @@ impl Grid {
         // Two layers beyond the bounds, all outside, close the surface.
         let counts = [span.x, span.y, span.z].map(|cells| libm::ceil(cells.max(0.0)) as usize + 5);
         let least = bounds.least.add_scalar(-2.0 * cell);
-        let mut grid = Self { counts, least, cell, values: vec![1e3; counts.iter().product()] };
-        let blocks = counts.map(|count| count.div_ceil(BLOCK));
+        let mut grid =
+            Self { counts, least, cell, values: vec![1e3; counts.iter().product()], crossed: Vec::default() };
+        let blocks = grid.blocks();
         for block in 0..blocks.iter().product() {
             let at = [block % blocks[0], block / blocks[0] % blocks[1], block / blocks[0] / blocks[1]];
-            grid.sample_block(distance, at.map(|index| index * BLOCK));
+            let crossed = grid.sample_block(distance, at.map(|index| index * BLOCK));
+            grid.crossed.push(crossed);
         }
         grid.close_border();
         grid
     }
 
-    fn sample_block(&mut self, distance: &dyn Fn(&Place) -> f64, first: [usize; 3]) {
+    /// Blocks along each axis.
+    fn blocks(&self) -> [usize; 3] {
+        self.counts.map(|count| count.div_ceil(BLOCK))
+    }
+
+    /// The block of a cell.
+    fn block(&self, at: [usize; 3]) -> usize {
+        let ([x, y, z], blocks) = (at.map(|index| index / BLOCK), self.blocks());
+        x + blocks[0] * (y + blocks[1] * z)
+    }
+
+    /// Samples the corners of a block. Whether the surface may pass through its cells, whose far corners are the next block's.
+    fn sample_block(&mut self, distance: &dyn Fn(&Place) -> f64, first: [usize; 3]) -> bool {
         let half = 0.5 * (BLOCK as f64 + 1.0) * self.cell;
         let corner = self.place(first);
         let middle = distance(&corner.add_scalar(half));
@@ -67,6 +83,9 @@ impl Grid {
                 }
             }
         }
+        // What is inside up to the border is closed there.
+        let at_border = (0..3).any(|axis| first[axis] == 0 || last[axis] + 1 >= self.counts[axis]);
+        !empty || middle < 0.0 && at_border
     }
 
     fn close_border(&mut self) {
@@ -91,6 +110,16 @@ impl Grid {
         self.least + Place::new(at[0] as f64, at[1] as f64, at[2] as f64) * self.cell
     }
 
+    /// Cells of the blocks through which the surface may pass, by index.
+    fn cells(&self) -> impl Iterator<Item = [usize; 3]> {
+        let [width, height, depth] = self.counts;
+        let rows = (0..depth).flat_map(move |z| (0..height).map(move |y| [y, z]));
+        rows.flat_map(move |[y, z]| {
+            let pieces = (0..width).step_by(BLOCK).filter(move |x| self.crossed[self.block([*x, y, z])]);
+            pieces.flat_map(move |x| (x..width.min(x + BLOCK)).map(move |x| [x, y, z]))
+        })
+    }
+
     /// Which corners of a cell are inside, as bits; none for a cell beyond the grid.
     fn signs(&self, at: [usize; 3]) -> Option<u8> {
         (0..3).all(|axis| at[axis] + 1 < self.counts[axis]).then(|| {
@@ -108,7 +137,7 @@ impl Grid {
 
     /// Takes corners inside until each cell holds one sheet.
     fn mend(&mut self) {
-        let mut open: Vec<usize> = (0..self.values.len()).collect();
+        let mut open: Vec<usize> = self.cells().map(|at| self.index(at)).collect();
         while let Some(cell) = open.pop() {
             let at = self.at(cell);
             let Some(signs) = self.signs(at) else { continue };
@@ -119,10 +148,15 @@ impl Grid {
             let Some(nearest) = outside.min_by(|&a, &b| self.values[a].total_cmp(&self.values[b])) else { continue };
             self.values[nearest] = TAKEN_INSIDE * self.cell;
             let [x, y, z] = self.at(nearest);
-            open.extend((0..8).filter_map(|corner| {
+            for corner in 0..8 {
                 let [i, j, k] = corner_step(corner);
-                Some(self.index([x.checked_sub(i)?, y.checked_sub(j)?, z.checked_sub(k)?]))
-            }));
+                let (Some(x), Some(y), Some(z)) = (x.checked_sub(i), y.checked_sub(j), z.checked_sub(k)) else {
+                    continue;
+                };
+                let block = self.block([x, y, z]);
+                self.crossed[block] = true;
+                open.push(self.index([x, y, z]));
+            }
         }
     }
 
@@ -182,30 +216,28 @@ pub(super) fn mesh_surface(distance: &dyn Fn(&Place) -> f64, bounds: &Bounds, ce
     grid.mend();
     let mut mesh = BodyMesh::default();
     let mut vertex_of = vec![u32::MAX; grid.values.len()];
-    for (index, vertex) in vertex_of.iter_mut().enumerate() {
-        let at = grid.at(index);
+    for at in grid.cells() {
         if grid.signs(at).is_some_and(|signs| signs != 0 && signs != u8::MAX) {
-            *vertex = mesh.vertices_m.len() as u32;
+            vertex_of[grid.index(at)] = mesh.vertices_m.len() as u32;
             mesh.vertices_m.push(grid.vertex(at));
         }
     }
-    for index in 0..grid.values.len() {
+    for at in grid.cells() {
         for axis in 0..3 {
-            quad_around_edge(&grid, &vertex_of, index, axis).into_iter().for_each(|quad| split(quad, &mut mesh));
+            quad_around_edge(&grid, &vertex_of, at, axis).into_iter().for_each(|quad| split(quad, &mut mesh));
         }
     }
     mesh
 }
 
 /// The cells' vertices around an edge of the grid that leaves a corner along an axis, counter-clockwise seen from outside.
-fn quad_around_edge(grid: &Grid, vertex_of: &[u32], index: usize, axis: usize) -> Option<[u32; 4]> {
-    let at = grid.at(index);
+fn quad_around_edge(grid: &Grid, vertex_of: &[u32], at: [usize; 3], axis: usize) -> Option<[u32; 4]> {
     let mut next = at;
     next[axis] += 1;
     if next[axis] >= grid.counts[axis] {
         return None;
     }
-    let (here, there) = (grid.values[index] < 0.0, grid.values[grid.index(next)] < 0.0);
+    let (here, there) = (grid.values[grid.index(at)] < 0.0, grid.values[grid.index(next)] < 0.0);
     if here == there {
         return None;
     }
