@@ -35,7 +35,7 @@ pub const BIG: [&str; 22] = [
 pub const LISTED: [&str; 2] = ["assignments", "segment_tasks"];
 
 /// What may read everything: beginnings of statements, each with the reason.
-pub const WHOLE: [(&str, &str); 22] = [
+pub const WHOLE: [(&str, &str); 23] = [
     ("WITH RECURSIVE", "the generator of invented practice"),
     ("INSERT INTO tallies", "sums a school up anew, after the generator"),
     ("DELETE FROM tallies", "the same"),
@@ -50,6 +50,7 @@ pub const WHOLE: [(&str, &str); 22] = [
     ("SELECT listed.* FROM", "a search for people looks at all of a school"),
     ("SELECT id, name FROM cohorts", "the cohorts to choose from, all of them"),
     ("SELECT c.id, c.name FROM cohorts c WHERE", "the cohorts that somebody sees, for an administrator all of them"),
+    ("SELECT c.name AS cohort, c.id AS cohort_id", "the file of a year has every cohort"),
     ("SELECT count(*) FROM people", "greets an empty service, once at its start"),
     ("SELECT c.session_id, c.body FROM comments", "an administrator looks for a name before erasing whose it is"),
     ("WITH everybody AS", "once a day, and when somebody asks: whom a school keeps no longer"),
