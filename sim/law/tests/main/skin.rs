@@ -52,8 +52,9 @@ fn halved_way_m(skin: &Skin, entry_m: &Point3<f64>, axis: &Vector3<f64>, depth_m
 }
 
 proptest! {
+    // Nowhere farther aside than the smallest radius: the skin does not reach beyond it.
     #[test]
-    fn laying_flat_undoes_bending(skin in any_skin(), x in -0.03..0.03_f64, y in -0.03..0.03_f64, z in -0.025..0.02_f64) {
+    fn laying_flat_undoes_bending(skin in any_skin(), x in -0.021..0.021_f64, y in -0.021..0.021_f64, z in -0.025..0.02_f64) {
         let flat = Point3::new(x, y, z);
         let back = skin.flatten(&skin.bend(&flat));
         prop_assert!((back - flat).norm() < 1e-12, "{flat} became {back}");
@@ -75,8 +76,10 @@ proptest! {
         let incidence = skin.incidence(&entry_m, &axis);
         let way_m = incidence.way_m(depth_m);
         let found_m = halved_way_m(&skin, &entry_m, &axis, depth_m);
-        // Beyond the deepest place of a line that passes below the skin there is no such way.
-        prop_assume!(found_m < 2.9 * depth_m && way_m < 2.0 * depth_m);
+        // Deeper than a line ever comes there is no such way, and where it lies flatter than at 80° it is taken for one at 80°.
+        let there_m = entry_m + axis * found_m;
+        let cosine = -axis.dot(&skin.outward(&there_m));
+        prop_assume!((skin.height_m(&there_m) + depth_m).abs() < 1e-9 && cosine > libm::cos(80_f64.to_radians()));
         prop_assert!((way_m - found_m).abs() < 1e-9, "{way_m} m, by halving {found_m} m");
         prop_assert!((incidence.depth_m(way_m) - depth_m).abs() < 1e-12);
         let back_m = skin.displacement_m(&(entry_m + axis * way_m), &axis);
