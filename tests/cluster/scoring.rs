@@ -127,7 +127,8 @@ pub fn run(args: &ScoringArgs) -> anyhow::Result<bool> {
     let report = write_report(args.attempts, &measured)?;
     say(&report);
     if let Some(folder) = &args.out {
-        std::fs::write(folder.join(REPORT), report).with_context(|| folder.display().to_string())?;
+        let written = std::fs::create_dir_all(folder).and_then(|()| std::fs::write(folder.join(REPORT), report));
+        written.with_context(|| folder.display().to_string())?;
     }
     Ok(true)
 }
