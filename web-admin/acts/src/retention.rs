@@ -8,7 +8,7 @@ use std::time::Duration;
 use model::directory::AccountState;
 use model::ids::{PersonId, SchoolId};
 use model::retention::{Now, RetentionAction, step};
-use model::{CurrentPerson, Moment, PersonKey, count_i64};
+use model::{CurrentPerson, PersonKey, count_i64};
 use serde_json::json;
 use store::audit::{Actor, AuditEntry};
 use store::retention::{self, Idle, Settings};
@@ -52,7 +52,7 @@ pub async fn plan(state: &Service, school: SchoolId) -> Result<(Settings, Vec<Re
     let settings = retention::find_retention_rule(reader, school).await?;
     let observed_s = retention::service_time(reader).await?.observed_s;
     let (now, rule) = (Now { at: state.clock.now(), observed_s }, settings.rule());
-    let since = rule.map_or(Moment::from_micros(0), |rule| rule.warned_since(now.at));
+    let since = rule.map(|rule| rule.warned_since(now.at));
     let planned = retention::list_idle_people(reader, school, since).await?.into_iter().filter_map(|idle| {
         let step = step(rule, idle.active_at, idle.held_at.is_some(), idle.warned(), now)?;
         Some(RetentionStep { idle, step })

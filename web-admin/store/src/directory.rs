@@ -25,8 +25,9 @@ pub struct Filter {
     pub after: Option<(String, PersonId)>,
 }
 
-/// People of the school $1 in whom the word $9 is found, by a key, on one side of ($2, $3). Where the key is a column, everybody is looked
+/// People of the school $1 in whom the words $4 are found, by a key, on one side of ($2, $3). Where the key is a column, everybody is looked
 /// at in the order of its index, which is quick where all are wanted; where it is none, those who are found are put in order afterwards.
+/// $9 and $10 are the first of the words and the last: most have neither, which is seen sooner than that they lack one of a list.
 macro_rules! people_by {
     ($listed:literal, $key:literal, $side:literal, $order:literal) => {
         concat!(
@@ -45,7 +46,7 @@ macro_rules! people_by {
             ", p.id) ",
             $side,
             " ($2, $3)
-                 AND instr(p.search, $9) > 0
+                 AND instr(p.search, $9) > 0 AND instr(p.search, $10) > 0
                  AND NOT EXISTS (SELECT 1 FROM json_each($4) w WHERE instr(p.search, w.value) = 0)
                  AND ($5 IS NULL OR p.role = $5)
                  AND ($6 IS NULL OR EXISTS (SELECT 1 FROM cohort_members m WHERE m.cohort_id = $6
@@ -101,6 +102,7 @@ pub async fn list_people(
         .bind(filter.state)
         .bind(i64::from(limit))
         .bind(word.map_or("", String::as_str))
+        .bind(filter.words.last().map_or("", String::as_str))
         .fetch_all(executor)
         .await
 }

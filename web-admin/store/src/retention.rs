@@ -97,27 +97,40 @@ impl Idle {
     }
 }
 
-/// Who of a school has done nothing since a moment, and who was warned, the longest idle first. Administrators, guests and whoever was
-/// erased are not among them. That a link was asked for is nobody's deed: any stranger may do so.
-pub async fn list_idle_people(executor: impl Executor<'_>, school: SchoolId, since: Moment) -> Result<Vec<Idle>> {
-    sqlx::query_as(
-        "WITH everybody AS MATERIALIZED (
-           SELECT p.id, p.display_name AS name, p.email, p.role, p.pseudonym, p.held_at, w.warned_at, w.told_at, w.told_observed_s,
-             w.error, max(p.created_at,
-               coalesce((SELECT s.received_at FROM sessions s WHERE s.school_id = p.school_id AND s.trainee_id = p.id
-                         ORDER BY s.started_at DESC LIMIT 1), 0),
-               coalesce((SELECT a.at FROM audit_log a WHERE a.actor = lower(substr(hex(p.id), 1, 8) || '-'
-                   || substr(hex(p.id), 9, 4) || '-' || substr(hex(p.id), 13, 4) || '-' || substr(hex(p.id), 17, 4) || '-'
-                   || substr(hex(p.id), 21)) AND a.action <> 'person.link_asked_for' ORDER BY a.seq DESC LIMIT 1), 0)) AS active_at
-           FROM people p LEFT JOIN retention_warnings w ON w.person_id = p.id
-           WHERE p.school_id = $1 AND p.erased_at IS NULL AND p.role IN ('trainee', 'instructor')
-             AND (p.created_at < $2 OR w.warned_at IS NOT NULL))
-         SELECT * FROM everybody WHERE active_at < $2 OR warned_at IS NOT NULL ORDER BY active_at, id",
-    )
-    .bind(school)
-    .bind(since)
-    .fetch_all(executor)
-    .await
+/// When people were last active, and who of them have done nothing since $2 or were warned.
+macro_rules! idle_people {
+    ($people:literal) => {
+        concat!(
+            "WITH everybody AS MATERIALIZED (
+               SELECT p.id, p.display_name AS name, p.email, p.role, p.pseudonym, p.held_at, w.warned_at, w.told_at, w.told_observed_s,
+                 w.error, max(p.created_at,
+                   coalesce((SELECT s.received_at FROM sessions s WHERE s.school_id = p.school_id AND s.trainee_id = p.id
+                             ORDER BY s.started_at DESC LIMIT 1), 0),
+                   coalesce((SELECT a.at FROM audit_log a WHERE a.actor = lower(substr(hex(p.id), 1, 8) || '-'
+                       || substr(hex(p.id), 9, 4) || '-' || substr(hex(p.id), 13, 4) || '-' || substr(hex(p.id), 17, 4) || '-'
+                       || substr(hex(p.id), 21)) AND a.action <> 'person.link_asked_for' ORDER BY a.seq DESC LIMIT 1), 0)) AS active_at
+               FROM ",
+            $people,
+            " AND p.school_id = $1 AND p.erased_at IS NULL AND p.role IN ('trainee', 'instructor'))
+             SELECT * FROM everybody WHERE active_at < $2 OR warned_at IS NOT NULL ORDER BY active_at, id"
+        )
+    };
+}
+
+/// Who of a school has done nothing since a moment, where there is one, and who was warned, the longest idle first. Administrators, guests and
+/// whoever was erased are not among them. That a link was asked for is nobody's deed: any stranger may do so.
+pub async fn list_idle_people(
+    executor: impl Executor<'_>,
+    school: SchoolId,
+    since: Option<Moment>,
+) -> Result<Vec<Idle>> {
+    let statement = match since {
+        Some(_) => idle_people!(
+            "people p LEFT JOIN retention_warnings w ON w.person_id = p.id WHERE (p.created_at < $2 OR w.warned_at IS NOT NULL)"
+        ),
+        None => idle_people!("retention_warnings w CROSS JOIN people p WHERE p.id = w.person_id"),
+    };
+    sqlx::query_as(statement).bind(school).bind(since).fetch_all(executor).await
 }
 
 /// Notes that somebody is warned, and queues their letter.

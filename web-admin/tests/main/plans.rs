@@ -96,12 +96,7 @@ async fn every_query_of_a_big_table_uses_an_index() {
             .unwrap();
     let (mut planned, mut slow) = (0, Vec::new());
     for StoredStatement { sql, place } in stored_statements(TwinPlace::First) {
-        let plan: Vec<(i64, i64, i64, String)> =
-            sqlx::query_as(sqlx::AssertSqlSafe(format!("EXPLAIN QUERY PLAN {sql}")))
-                .fetch_all(app.state.db.reader())
-                .await
-                .unwrap_or_else(|error| panic!("{}: {error}: {sql}", place.display()));
-        let lines: Vec<String> = plan.into_iter().map(|(.., line)| line).collect();
+        let lines = plan(&app, &sql).await.unwrap_or_else(|error| panic!("{}: {error}: {sql}", place.display()));
         planned += 1;
         // What a new row has to do with others is looked for only while a foreign key is broken.
         let added = sql.starts_with("INSERT INTO") && !sql.contains("SELECT");
@@ -110,6 +105,26 @@ async fn every_query_of_a_big_table_uses_an_index() {
     }
     assert!(planned > 250, "only {planned} statements found");
     assert!(slow.is_empty(), "{} queries read a whole table:\n{}", slow.len(), slow.join("\n"));
+}
+
+/// How SQLite would run a statement.
+async fn plan(app: &App, sql: &str) -> sqlx::Result<Vec<String>> {
+    let explain = sqlx::query_as(sqlx::AssertSqlSafe(format!("EXPLAIN QUERY PLAN {sql}")));
+    let lines: Vec<(i64, i64, i64, String)> = explain.fetch_all(app.state.db.reader()).await?;
+    Ok(lines.into_iter().map(|(.., line)| line).collect())
+}
+
+#[tokio::test]
+#[cfg_attr(feature = "postgres", ignore = "PostgreSQL's plans are read beside the engines")]
+async fn the_latest_assignments_are_found_without_sorting_all_of_them() {
+    let app = App::new().await;
+    let statements = stored_statements(TwinPlace::First).into_iter().map(|statement| statement.sql);
+    let lists: Vec<String> = statements
+        .filter(|sql| sql.contains("FROM assignments a") && sql.contains("ORDER BY a.made_at DESC"))
+        .collect();
+    assert_eq!(lists.len(), 1);
+    let lines = plan(&app, &lists[0]).await.unwrap();
+    assert!(!lines.iter().any(|line| line.contains("TEMP B-TREE")), "{}", lines.join("\n"));
 }
 
 #[test]
