@@ -257,10 +257,8 @@ pub async fn list_managed_assignments(
          LEFT JOIN curricula u ON u.school_id = a.school_id AND u.curriculum_id = a.curriculum_id
          LEFT JOIN curriculum_revisions c ON c.id = u.revision_id
          WHERE a.school_id = $1 AND a.withdrawn_at IS NULL AND ($4 IS NULL OR a.id = $4)
-           AND ($2 OR EXISTS (
-             SELECT 1 FROM cohort_members t
-             WHERE t.person_id = $3 AND t.role = 'instructor' AND (t.cohort_id = a.cohort_id OR t.cohort_id IN (
-               SELECT o.cohort_id FROM cohort_members o WHERE o.person_id = a.person_id AND o.role = 'trainee'))))
+           AND ($2 OR a.cohort_id IN (SELECT t.cohort_id FROM cohort_members t WHERE t.person_id = $3 AND t.role = 'instructor')
+             OR a.person_id IN (SELECT taught.trainee_id FROM taught_trainees taught WHERE taught.teacher_id = $3))
          ORDER BY a.made_at DESC, a.id DESC LIMIT $5",
     )
     .bind(by.school_id)
