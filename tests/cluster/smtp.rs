@@ -5,21 +5,12 @@ use std::net::{TcpListener, TcpStream};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
-/// A letter that was taken.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct TakenLetter {
-    /// To whom.
-    pub to: String,
-    /// Its id, by which whoever reads mail knows one that came before.
-    pub id: String,
-}
-
 /// The server.
 #[derive(Debug)]
 pub struct MailServer {
     /// Where it listens.
     pub port: u16,
-    taken: Arc<Mutex<Vec<TakenLetter>>>,
+    taken: Arc<Mutex<Vec<String>>>,
 }
 
 impl MailServer {
@@ -39,14 +30,14 @@ impl MailServer {
         Ok(Self { port, taken })
     }
 
-    /// Everything that was taken so far.
-    pub fn taken(&self) -> Vec<TakenLetter> {
+    /// To whom every letter went that was taken so far.
+    pub fn taken(&self) -> Vec<String> {
         self.taken.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
 
 /// Speaks as much of SMTP (RFC 5321) as it takes to be sent letters.
-fn converse(client: TcpStream, taken: &Mutex<Vec<TakenLetter>>) -> io::Result<()> {
+fn converse(client: TcpStream, taken: &Mutex<Vec<String>>) -> io::Result<()> {
     let mut out = client.try_clone()?;
     let mut lines = BufReader::new(client).lines();
     let mut to = String::new();
@@ -60,9 +51,9 @@ fn converse(client: TcpStream, taken: &Mutex<Vec<TakenLetter>>) -> io::Result<()
             }
             "DATA" => {
                 out.write_all(b"354 go on\r\n")?;
-                let id = read_letter(&mut lines)?;
+                skip_letter(&mut lines)?;
                 // It is taken before its sender can know: as with every server.
-                taken.lock().unwrap_or_else(PoisonError::into_inner).push(TakenLetter { to: to.clone(), id });
+                taken.lock().unwrap_or_else(PoisonError::into_inner).push(to.clone());
                 b"250 taken\r\n"
             }
             "QUIT" => {
@@ -76,16 +67,11 @@ fn converse(client: TcpStream, taken: &Mutex<Vec<TakenLetter>>) -> io::Result<()
     Ok(())
 }
 
-/// Reads a letter to its end; its id. A letter that breaks off is none.
-fn read_letter(lines: &mut impl Iterator<Item = io::Result<String>>) -> io::Result<String> {
-    let mut id = String::new();
+/// Reads a letter to its end. One that breaks off is none.
+fn skip_letter(lines: &mut impl Iterator<Item = io::Result<String>>) -> io::Result<()> {
     for line in lines {
-        let line = line?;
-        if line == "." {
-            return Ok(id);
-        }
-        if let Some(value) = line.strip_prefix("Message-ID: ") {
-            value.clone_into(&mut id);
+        if line? == "." {
+            return Ok(());
         }
     }
     Err(io::ErrorKind::UnexpectedEof.into())

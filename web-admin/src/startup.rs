@@ -9,6 +9,7 @@ use acts::clock::Clock;
 use acts::config::Config;
 use acts::inspection::Inspection;
 use model::Moment;
+use tokio::sync::Mutex;
 
 use crate::examining::examine_draft;
 use crate::monitoring::{Counters, Pulse};
@@ -27,6 +28,8 @@ pub struct AppState {
     pub pulse: Arc<Pulse>,
     /// Whether this service is about to stop, and wants no further requests.
     pub leaving: Arc<AtomicBool>,
+    /// Held while a letter is on its way, and by whoever would have none on its way.
+    pub letter_in_hand: Arc<Mutex<()>>,
     /// How far the look through the database is that began with the service.
     pub inspection: Arc<Inspection>,
 }
@@ -43,6 +46,7 @@ impl AppState {
             counters: Arc::default(),
             pulse: Arc::default(),
             leaving: Arc::default(),
+            letter_in_hand: Arc::default(),
             inspection: Arc::default(),
         })
     }

@@ -142,8 +142,8 @@ const fn lifetime_s(purpose: Purpose) -> i64 {
     }
 }
 
-/// Makes a link for a letter and returns its address, which is nowhere else. Earlier ones stay good: a letter whose sender dies before it
-/// is noted goes once more, and either may be the one that is read.
+/// Makes a link for a letter and returns its address, which is nowhere else. Earlier ones stay good: a letter that a mail server has taken
+/// may go once more if the connection broke before it could say so, and either may be the one that is read.
 pub async fn make_link(state: &Service, whose: PersonKey, purpose: Purpose) -> Result<String, Error> {
     let mut tx = state.db.write().await?;
     let address = make_link_within(&mut tx, state, whose, purpose).await?;

@@ -25,14 +25,23 @@ fn next_try(state: &Service, tries: i64) -> Option<model::Moment> {
     wait_s.map(|wait_s| state.clock.now().plus_s(*wait_s))
 }
 
+/// Takes a mail out of the queue before it goes, so that a service that dies on the way has written to nobody twice. False where somebody
+/// else has taken it.
+pub async fn claim_mail(state: &Service, mail: &Mail) -> Result<bool, Error> {
+    let mut tx = state.db.write().await?;
+    let claimed = mails::claim_mail(&mut tx, mail.id).await?;
+    tx.commit().await?;
+    Ok(claimed)
+}
+
 /// Notes how a mail went; one that did not go is tried again, or given up.
-pub async fn note_mail(state: &Service, mail: &Mail, sent: LetterResult) -> Result<(), Error> {
+pub async fn note_mail(state: &Service, mail: &Mail, sent: &LetterResult) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     match sent {
         Ok(()) => mails::mark_mail_sent(&mut tx, mail.id, state.clock.now()).await?,
         Err(error) => {
             tracing::warn!(mail = %mail.id, tries = mail.tries + 1, cause = error, "a mail was not sent");
-            mails::mark_mail_failed(&mut tx, mail.id, &error, next_try(state, mail.tries)).await?;
+            mails::mark_mail_failed(&mut tx, mail.id, error, next_try(state, mail.tries)).await?;
         }
     }
     Ok(tx.commit().await?)
@@ -50,9 +59,12 @@ pub async fn make_link(state: &Service, mail: &Mail, purpose: Purpose) -> Result
     accounts::make_link(state, PersonKey { school_id: mail.school_id, person_id: mail.person_id }, purpose).await
 }
 
-/// Takes a survey's letter out of the queue before it goes, so that a service that dies on the way has written to nobody twice; the
-/// secret of its link.
-pub async fn claim_survey_letter(state: &Service, letter: &SurveyLetter, survey: &Survey) -> Result<String, Error> {
+/// Takes a survey's letter out of the queue before it goes, as [`claim_mail`] does; the secret of its link.
+pub async fn claim_survey_letter(
+    state: &Service,
+    letter: &SurveyLetter,
+    survey: &Survey,
+) -> Result<Option<String>, Error> {
     let token = secret::random_hex()?;
     let token_sha256 = secret::token_sha256(&token);
     let mut tx = state.db.write().await?;
@@ -79,9 +91,11 @@ pub async fn claim_survey_letter(state: &Service, letter: &SurveyLetter, survey:
             surveys::add(&mut tx, &new).await?
         }
     };
-    letters::claim_survey_letter(&mut tx, letter, response).await?;
+    if !letters::claim_survey_letter(&mut tx, letter, response).await? {
+        return Ok(None);
+    }
     tx.commit().await?;
-    Ok(token)
+    Ok(Some(token))
 }
 
 /// Gives up a survey's letter: the survey is over.
@@ -92,22 +106,26 @@ pub async fn give_up_survey_letter(state: &Service, letter: &SurveyLetter, why: 
 }
 
 /// Notes how a survey's letter went; one that did not go is tried again, or given up.
-pub async fn note_survey_letter(state: &Service, letter: &SurveyLetter, sent: LetterResult) -> Result<(), Error> {
+pub async fn note_survey_letter(state: &Service, letter: &SurveyLetter, sent: &LetterResult) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     match sent {
         Ok(()) => letters::mark_letter_sent(&mut tx, letter, state.clock.now()).await?,
         Err(error) => {
             tracing::warn!(letter = %letter.id, tries = letter.tries + 1, cause = error, "a letter was not sent");
-            letters::mark_letter_failed(&mut tx, letter, &error, next_try(state, letter.tries)).await?;
+            letters::mark_letter_failed(&mut tx, letter, error, next_try(state, letter.tries)).await?;
         }
     }
     Ok(tx.commit().await?)
 }
 
 /// Notes how a warning of erasure went; one that did not go is tried again, or given up.
-pub async fn note_retention_letter(state: &Service, letter: &RetentionLetter, sent: LetterResult) -> Result<(), Error> {
+pub async fn note_retention_letter(
+    state: &Service,
+    letter: &RetentionLetter,
+    sent: &LetterResult,
+) -> Result<(), Error> {
     let again = sent.as_ref().err().and_then(|_| next_try(state, letter.tries));
-    if let Err(error) = &sent {
+    if let Err(error) = sent {
         tracing::warn!(letter = %letter.id, tries = letter.tries + 1, cause = error, "a letter was not sent");
     }
     let mut tx = state.db.write().await?;

@@ -21,6 +21,15 @@ pub enum MailKind {
     News,
 }
 
+/// Why it is not known that a mail went out.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum MailTrouble {
+    /// It did not: why.
+    Unsent(String),
+    /// It is on its way, or the service ended while it was.
+    Unknown,
+}
+
 /// A mail that is to be sent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "sqlx", derive(sqlx::FromRow))]

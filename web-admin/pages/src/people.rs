@@ -8,6 +8,7 @@ use askama::Template;
 use askama_web::WebTemplate;
 use model::Role;
 use model::directory::{AccountState, DirectoryEntry};
+use model::mail::MailTrouble;
 use model::membership::MembershipRequest;
 
 use self::bulk::{BulkDone, BulkForm, BulkRefused};
@@ -153,8 +154,8 @@ pub struct PersonPage {
     pub held: bool,
     /// What was just done.
     pub done: Option<PersonChangeDone>,
-    /// How their last mail went.
-    pub delivery: Option<String>,
+    /// Why their last mail with a link is not known to have gone out.
+    pub trouble: Option<MailTrouble>,
     /// They have a second factor.
     pub second_factor: bool,
     /// Name, address and role to be changed.
@@ -350,7 +351,7 @@ mod tests {
             own,
             held: own,
             done: Some(PersonChangeDone::Mailed),
-            delivery: Some("the mail server refused it".to_owned()),
+            trouble: Some(MailTrouble::Unsent("the mail server refused it".to_owned())),
             second_factor: true,
             form: FilledForm::new(PersonForm {
                 name: "Ana".to_owned(),

@@ -101,7 +101,7 @@ async fn serve_until_signal(shift: &Shift, leaving: Duration) -> anyhow::Result<
     let limits = ConnectionLimits::of_process(state.config.behind_tls);
     tracing::info!(connections = limits.whole, by_address = limits.by_address, "serving");
     serving::serve_connections(listener, routes::router(state.clone()), limits, leave(state, signals, leaving)).await;
-    background.stop();
+    background.stop(state).await;
     tracing::info!("stopped");
     Ok(())
 }

@@ -43,6 +43,9 @@ const TIDY_EVERY: Duration = Duration::from_secs(600);
 /// How often it is looked whether the database still knows that this service is at work on it.
 const HOLD_EVERY: Duration = Duration::from_secs(5);
 
+/// How long the end waits for a letter that is on its way.
+const LONGEST_LETTER: Duration = Duration::from_secs(5);
+
 /// How to work.
 #[derive(Debug, Args)]
 pub struct WorkArgs {
@@ -116,7 +119,7 @@ pub(super) async fn run_work(args: &WorkArgs) -> Result<(), CommandFailure> {
     let background = shift.work();
     say_line("Working");
     signals.wait().await;
-    background.stop();
+    background.stop(&shift.state).await;
     tracing::info!("stopped");
     shift.end().await
 }
@@ -203,8 +206,9 @@ async fn carry_over(state: &AppState) -> anyhow::Result<()> {
 pub(super) struct BackgroundTasks(Vec<JoinHandle<()>>);
 
 impl BackgroundTasks {
-    /// Cuts them off: what is not stored yet is done again.
-    pub(super) fn stop(self) {
+    /// Cuts them off: what is not stored yet is done again. A letter on its way is given the time to go.
+    pub(super) async fn stop(self, state: &AppState) {
+        let _none_in_hand = tokio::time::timeout(LONGEST_LETTER, state.letter_in_hand.lock()).await;
         self.0.iter().for_each(JoinHandle::abort);
     }
 }

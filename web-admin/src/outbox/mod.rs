@@ -1,4 +1,5 @@
-//! The queue of mails: each is made when it is sent, so that no link lies in the database.
+//! The queue of mails: each is made when it is sent, so that no link lies in the database. Each goes out at most once: it leaves the queue
+//! before it is handed over. Of one whose sender dies in between, nobody can know whether it went; pages say so.
 
 use acts::error::{Error, tell_in_full};
 use acts::mailer::Letter;
@@ -49,10 +50,6 @@ pub async fn work_off_letters(state: &AppState) -> Result<(), Error> {
             return retention::work_off_retention_letters(state).await;
         }
         for mail in due {
-            // Whoever was held up for long may have been taken for dead: then another sends them.
-            if !replicas::is_on_duty(state, Duty::Letters).await? {
-                return Ok(());
-            }
             deliver_letter(state, &mail).await?;
         }
     }
@@ -62,8 +59,23 @@ async fn deliver_letter(state: &AppState, mail: &Mail) -> Result<(), Error> {
     let language = mail.language.as_deref().and_then(Language::named).unwrap_or(Language::ENGLISH);
     let letter = words::speaking(language, compose_letter(state, mail)).await?;
     let Some(letter) = letter else { return mailing::withdraw_mail(state, mail).await };
-    let sent = state.mailer.send(letter, state.clock.now()).await;
-    mailing::note_mail(state, mail, sent.map_err(|error| format!("{error:#}"))).await
+    let _in_hand = state.letter_in_hand.lock().await;
+    // Whoever was held up for long may have been taken for dead: then another sends them.
+    if !mailing::claim_mail(state, mail).await? {
+        return Ok(());
+    }
+    let sent = state.mailer.send(letter, state.clock.now()).await.map_err(|error| format!("{error:#}"));
+    until_database_answers(|| mailing::note_mail(state, mail, &sent)).await
+}
+
+/// Notes what nobody else can know.
+async fn until_database_answers<F: Future<Output = Result<(), Error>>>(note: impl Fn() -> F) -> Result<(), Error> {
+    loop {
+        match note().await {
+            Err(Error::DatabaseAway(_)) => tokio::time::sleep(Database::listening_period()).await,
+            noted => return noted,
+        }
+    }
 }
 
 /// The letter of a mail; none where it is not wanted any more.

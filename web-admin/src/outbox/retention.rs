@@ -1,4 +1,5 @@
-//! Letters to whoever is to be erased because they do nothing any more.
+//! Letters to whoever is to be erased because they do nothing any more. They alone stay in the queue until they are known to be out: to be
+//! warned twice is better than to be erased unwarned.
 
 use acts::error::Error;
 use acts::mailer::Letter;
@@ -9,7 +10,7 @@ use pages::letters;
 use store::retention;
 use words::Language;
 
-use super::BATCH;
+use super::{BATCH, until_database_answers};
 use crate::AppState;
 
 /// Sends the letters that are due.
@@ -33,8 +34,9 @@ pub(super) async fn work_off_retention_letters(state: &AppState) -> Result<(), E
 }
 
 async fn deliver_retention_letter(state: &AppState, letter: &RetentionLetter) -> Result<(), Error> {
+    let _in_hand = state.letter_in_hand.lock().await;
     let sent = send_retention_letter(state, letter).await.map_err(|error| format!("{error:#}"));
-    mailing::note_retention_letter(state, letter, sent).await
+    until_database_answers(|| mailing::note_retention_letter(state, letter, &sent)).await
 }
 
 async fn send_retention_letter(state: &AppState, letter: &RetentionLetter) -> anyhow::Result<()> {

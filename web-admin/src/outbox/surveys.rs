@@ -1,15 +1,14 @@
-//! Letters with a survey's link. Each goes out at most once: it leaves the queue before it is handed over.
+//! Letters with a survey's link.
 
 use acts::error::Error;
 use acts::mailer::Letter;
 use acts::mailing;
-use acts::replicas::{self, Duty};
 use acts::surveys::{instrument_of, link_expiry};
 use model::mail::SurveyLetter;
 use pages::letters;
 use store::surveys;
 
-use super::BATCH;
+use super::{BATCH, until_database_answers};
 use crate::AppState;
 
 /// Sends the letters that are due.
@@ -23,10 +22,6 @@ pub(super) async fn work_off_survey_letters(state: &AppState) -> Result<(), Erro
             return Ok(());
         }
         for letter in due {
-            // Whoever was held up for long may have been taken for dead: then another sends them.
-            if !replicas::is_on_duty(state, Duty::Letters).await? {
-                return Ok(());
-            }
             deliver_survey_letter(state, &letter).await?;
         }
     }
@@ -38,11 +33,13 @@ async fn deliver_survey_letter(state: &AppState, letter: &SurveyLetter) -> Resul
     if !survey.is_open(now) {
         return mailing::give_up_survey_letter(state, letter, "the survey was not open").await;
     }
-    let token = mailing::claim_survey_letter(state, letter, &survey).await?;
-    let link = format!("{}/survey/{token}", state.config.address());
     let minutes = instrument_of(state, &survey).await?.duration_min;
+    let _in_hand = state.letter_in_hand.lock().await;
+    let Some(token) = mailing::claim_survey_letter(state, letter, &survey).await? else { return Ok(()) };
+    let link = format!("{}/survey/{token}", state.config.address());
     let (subject, body) = letters::write_survey_letter(letter, &survey, &link, minutes, link_expiry(&survey, now));
     let (name, email) = (letter.name.clone(), letter.email.clone());
     let sent = state.mailer.send(Letter { id: letter.id, name, email, subject, body }, now).await;
-    mailing::note_survey_letter(state, letter, sent.map_err(|error| format!("{error:#}"))).await
+    let sent = sent.map_err(|error| format!("{error:#}"));
+    until_database_answers(|| mailing::note_survey_letter(state, letter, &sent)).await
 }

@@ -2,8 +2,7 @@
 
 use model::Moment;
 use model::ids::{DatedId, LetterId, PersonId, SchoolId};
-use model::mail::{Mail, MailKind};
-use sqlx::FromRow;
+use model::mail::{Mail, MailKind, MailTrouble};
 
 use super::{Connection, Executor, Result};
 
@@ -56,19 +55,26 @@ pub async fn list_due_mails(executor: impl Executor<'_>, now: Moment, limit: u32
     .await
 }
 
+/// Takes a mail from the queue before it goes out: whatever happens then, it does not go out again by itself. False where somebody else has
+/// taken it.
+pub async fn claim_mail(writer: &mut Connection, id: LetterId) -> Result<bool> {
+    sqlx::query(
+        "UPDATE mails SET next_run_at = NULL, tries = tries + 1, error = NULL WHERE id = $1 AND next_run_at IS NOT NULL",
+    )
+    .bind(id)
+    .execute(writer)
+    .await
+    .map(|done| done.rows_affected() == 1)
+}
+
 /// Notes that a mail was sent.
 pub async fn mark_mail_sent(writer: &mut Connection, id: LetterId, now: Moment) -> Result<()> {
-    sqlx::query("UPDATE mails SET sent_at = $2, next_run_at = NULL, error = NULL WHERE id = $1")
-        .bind(id)
-        .bind(now)
-        .execute(writer)
-        .await
-        .map(drop)
+    sqlx::query("UPDATE mails SET sent_at = $2 WHERE id = $1").bind(id).bind(now).execute(writer).await.map(drop)
 }
 
 /// Notes that a mail could not be sent, and when to try again; never, where that is `None`.
 pub async fn mark_mail_failed(writer: &mut Connection, id: LetterId, error: &str, again: Option<Moment>) -> Result<()> {
-    sqlx::query("UPDATE mails SET tries = tries + 1, error = $2, next_run_at = $3 WHERE id = $1")
+    sqlx::query("UPDATE mails SET error = $2, next_run_at = $3 WHERE id = $1")
         .bind(id)
         .bind(error)
         .bind(again)
@@ -82,29 +88,23 @@ pub async fn withdraw_mail(writer: &mut Connection, id: LetterId) -> Result<()> 
     sqlx::query("DELETE FROM mails WHERE id = $1").bind(id).execute(writer).await.map(drop)
 }
 
-/// How a person's latest invitation or reset went.
-#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
-pub struct MailDelivery {
-    /// What it was about.
-    pub kind: MailKind,
-    /// When it was sent.
-    pub sent_at: Option<Moment>,
-    /// Why it was not.
-    pub error: Option<String>,
-}
-
-/// The latest mail with a link to a person.
-pub async fn find_latest_mail(
+/// Why a person's latest mail with a link is not known to have gone out, unless it waits for its first try.
+pub async fn find_mail_trouble(
     executor: impl Executor<'_>,
     school: SchoolId,
     person: PersonId,
-) -> Result<Option<MailDelivery>> {
-    sqlx::query_as(
-        "SELECT kind, sent_at, error FROM mails WHERE school_id = $1 AND person_id = $2 AND kind IN ('invitation', 'reset')
+) -> Result<Option<MailTrouble>> {
+    let latest: Option<(Option<Moment>, Option<Moment>, Option<String>)> = sqlx::query_as(
+        "SELECT sent_at, next_run_at, error FROM mails WHERE school_id = $1 AND person_id = $2 AND kind IN ('invitation', 'reset')
          ORDER BY id DESC LIMIT 1",
     )
     .bind(school)
     .bind(person)
     .fetch_optional(executor)
-    .await
+    .await?;
+    Ok(latest.and_then(|of_mail| match of_mail {
+        (None, _, Some(why)) => Some(MailTrouble::Unsent(why)),
+        (None, None, None) => Some(MailTrouble::Unknown),
+        _ => None,
+    }))
 }

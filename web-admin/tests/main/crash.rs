@@ -1,11 +1,20 @@
-//! The service dies at the worst moment. Fails when an acknowledged upload is lost, or when one that was not is listed.
+//! The service dies at the worst moment. Fails when an acknowledged upload is lost, when one that was not is listed, or when somebody is
+//! written to twice.
 
 use std::path::Path;
 use std::time::Duration;
 
+use model::Role;
+use model::mail::MailKind;
+use store::mails::{self, NewMail};
+
+use super::support::mail::MailServer;
 use super::support::recordings::{Attempt, record};
 use super::support::service::{Service, answer, founded, header, whole_answer};
-use super::support::web_admin;
+use super::support::{App, web_admin};
+
+/// Longest until a service that has started sends a letter.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 fn parts(folder: &Path) -> usize {
     std::fs::read_dir(folder.join("recordings/.uploads")).unwrap().count()
@@ -96,4 +105,45 @@ async fn told_to_stop_it_stops_at_once_and_well() {
     assert!(service.greeting.contains("web-admin user add"), "{}", service.greeting);
     service.signal("-TERM");
     assert!(service.child.wait().unwrap().success());
+}
+
+/// A school with a letter for each of two people, and the service that has handed the first one's over and waits for the answer.
+async fn handing_over(server: &MailServer) -> (App, Service) {
+    let app = App::new().await;
+    let school = app.school("North").await;
+    for email in ["ada@example.org", "bo@example.org"] {
+        let person_id = app.member(school, Role::Trainee, email).await.person.id;
+        let mail = NewMail { school_id: school, person_id, kind: MailKind::Reset, assignment_id: None };
+        app.write(async |tx| mails::queue_mail(tx, mail, app.state.clock.now()).await.unwrap()).await;
+    }
+    let service = Service::start_with(app.folder.path(), &[("STYLET_MAIL", Path::new(&server.url))]);
+    assert!(server.letters.recv_timeout(PATIENCE).unwrap().contains("ada@example.org"));
+    (app, service)
+}
+
+#[tokio::test]
+async fn killed_while_a_letter_goes_it_does_not_send_it_again() {
+    let server = MailServer::start();
+    let (app, service) = handing_over(&server).await;
+    service.signal("-KILL");
+    drop(service);
+    for answer in ["250 taken", "250 taken"] {
+        server.answers.send(answer).unwrap();
+    }
+    let _service = Service::start_with(app.folder.path(), &[("STYLET_MAIL", Path::new(&server.url))]);
+    let next = server.letters.recv_timeout(PATIENCE).unwrap();
+    assert!(next.contains("bo@example.org"), "it goes on with the next: {next}");
+}
+
+#[tokio::test]
+async fn stopped_while_a_letter_goes_it_waits_for_the_answer() {
+    let server = MailServer::start();
+    let (app, mut service) = handing_over(&server).await;
+    service.signal("-TERM");
+    std::thread::sleep(Duration::from_millis(300));
+    server.answers.send("250 taken").unwrap();
+    assert!(service.child.wait().unwrap().success());
+    let sent = "SELECT count(*) FROM mails WHERE sent_at IS NOT NULL";
+    let sent: i64 = sqlx::query_scalar(sent).fetch_one(app.state.db.reader()).await.unwrap();
+    assert_eq!(sent, 1, "it is known that it went, and none went after it");
 }

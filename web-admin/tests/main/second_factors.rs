@@ -483,7 +483,7 @@ async fn what_was_queued_before_is_still_sent() {
         .fetch_all(app.state.db.reader())
         .await
         .unwrap();
-    let expected = [("invitation".to_owned(), 0, None), ("reset".to_owned(), 7, Some("gone".to_owned()))];
+    let expected = [("invitation".to_owned(), 1, None), ("reset".to_owned(), 7, Some("gone".to_owned()))];
     assert_eq!(kept, expected);
     assert_eq!(app.state.db.integrity().await.unwrap(), Vec::<String>::new());
 }

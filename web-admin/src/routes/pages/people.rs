@@ -259,7 +259,6 @@ async fn make_person_page(
     person: DirectoryEntry,
     form: FilledForm<PersonForm, PersonRefused>,
 ) -> Result<PersonPage, Error> {
-    let delivery = mails::find_latest_mail(state.db.reader(), visitor.school_id, person.id).await?;
     let key = PersonKey { school_id: visitor.school_id, person_id: person.id };
     Ok(PersonPage {
         shell: Shell::new(visitor, csrf.token(), NavPlace::People),
@@ -267,7 +266,7 @@ async fn make_person_page(
         done: None,
         second_factor: second_factors::is_second_factor_on(state.db.reader(), key).await?,
         held: retention::find_hold_time(state.db.reader(), visitor.school_id, person.id).await?.is_some(),
-        delivery: delivery.and_then(|delivery| delivery.error),
+        trouble: mails::find_mail_trouble(state.db.reader(), visitor.school_id, person.id).await?,
         form,
         person,
     })

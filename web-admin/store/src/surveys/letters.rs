@@ -59,32 +59,30 @@ pub async fn list_due_survey_letters(
     .await
 }
 
-/// Takes a letter from the queue before it goes out: whatever happens then, it does not go out again by itself.
-pub async fn claim_survey_letter(writer: &mut Connection, letter: &SurveyLetter, response: ResponseId) -> Result<()> {
+/// Takes a letter from the queue before it goes out: whatever happens then, it does not go out again by itself. False where somebody else
+/// has taken it.
+pub async fn claim_survey_letter(writer: &mut Connection, letter: &SurveyLetter, response: ResponseId) -> Result<bool> {
     sqlx::query(
-        "UPDATE survey_letters SET next_run_at = NULL, tries = tries + 1, response_id = $3
-         WHERE school_id = $1 AND id = $2",
+        "UPDATE survey_letters SET next_run_at = NULL, tries = tries + 1, error = NULL, response_id = $3
+         WHERE school_id = $1 AND id = $2 AND next_run_at IS NOT NULL",
     )
     .bind(letter.school_id)
     .bind(letter.id)
     .bind(response)
     .execute(writer)
     .await
-    .map(drop)
+    .map(|done| done.rows_affected() == 1)
 }
 
 /// Notes that a letter is out; it no longer leads to the answer.
 pub async fn mark_letter_sent(writer: &mut Connection, letter: &SurveyLetter, now: Moment) -> Result<()> {
-    sqlx::query(
-        "UPDATE survey_letters SET sent_at = $3, response_id = NULL, next_run_at = NULL, error = NULL
-         WHERE school_id = $1 AND id = $2",
-    )
-    .bind(letter.school_id)
-    .bind(letter.id)
-    .bind(now)
-    .execute(writer)
-    .await
-    .map(drop)
+    sqlx::query("UPDATE survey_letters SET sent_at = $3, response_id = NULL WHERE school_id = $1 AND id = $2")
+        .bind(letter.school_id)
+        .bind(letter.id)
+        .bind(now)
+        .execute(writer)
+        .await
+        .map(drop)
 }
 
 /// Notes why a letter did not go out, and when to try again; never, where that is `None`.

@@ -5,6 +5,7 @@ pub mod bucket;
 pub mod client;
 pub mod database;
 pub mod failing_disk;
+pub mod mail;
 pub mod postgres;
 pub mod recordings;
 pub mod service;
