@@ -13,7 +13,7 @@ use tests::dice::Dice;
 
 use crate::client::{Answer, Client, Proxy, Request};
 use crate::ledger::{Act, Entry, Ledger};
-use crate::school::{PASSWORD, School};
+use crate::school::{PASSWORD, SPEED_MM_S, School};
 
 /// Bytes of a piece of an upload.
 const PIECE: usize = 200_000;
@@ -124,7 +124,7 @@ fn upload_on(visitor: &mut Visitor) -> anyhow::Result<()> {
 }
 
 fn upload_whole(visitor: &mut Visitor) -> anyhow::Result<()> {
-    let recorded = visitor.school.record()?;
+    let recorded = visitor.school.record(SPEED_MM_S)?;
     let mut entry = visitor.entry(&recorded.sha256, &recorded.session);
     visitor.ledger.note(Act::Upload, &entry);
     let headers = vec![("content-type", "application/octet-stream".to_owned())];
@@ -144,7 +144,7 @@ fn tus(method: &'static str, what: &'static str) -> Request<'static> {
 
 /// Sends a recording by tus; a piece of which nobody knows what has become goes on from where the service stands.
 fn upload_in_pieces(visitor: &mut Visitor) -> anyhow::Result<()> {
-    let recorded = visitor.school.record()?;
+    let recorded = visitor.school.record(SPEED_MM_S)?;
     let mut entry = visitor.entry(&recorded.sha256, &recorded.session);
     visitor.ledger.note(Act::UploadInPieces, &entry);
     let mut begin = tus("POST", "begin upload");

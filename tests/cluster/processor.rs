@@ -1,4 +1,4 @@
-//! The processor: its name, and the time that programs have had of it.
+//! The processor: its name, the time that programs have had of it, and the time that it was taken from this machine.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -13,6 +13,34 @@ pub fn name_processor() -> String {
     let told = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = told.lines().find_map(|line| line.strip_prefix("model name")?.split(": ").nth(1));
     name.unwrap_or("an unknown processor").to_owned()
+}
+
+/// The time of all threads since the machine began, in ticks: `proc(5)`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MachineTime {
+    all: u64,
+    /// What whoever runs this machine gave to others while something here wanted it.
+    stolen: u64,
+}
+
+impl MachineTime {
+    /// Until now.
+    pub fn look() -> anyhow::Result<Self> {
+        let told = fs::read_to_string("/proc/stat")?;
+        Self::read(&told).with_context(|| format!("/proc/stat: {told}"))
+    }
+
+    fn read(told: &str) -> Option<Self> {
+        let fields = told.lines().next()?.strip_prefix("cpu ")?.split_whitespace();
+        // What guests of this machine had is in the first of them once more.
+        let ticks: Vec<u64> = fields.take(8).map(|field| field.parse().ok()).collect::<Option<_>>()?;
+        Some(Self { all: ticks.iter().sum(), stolen: *ticks.get(7)? })
+    }
+
+    /// The share that was stolen since then.
+    pub fn share_stolen_since(self, before: Self) -> f64 {
+        (self.stolen - before.stolen) as f64 / (self.all - before.all).max(1) as f64
+    }
 }
 
 /// A process that lives.
@@ -62,6 +90,14 @@ mod tests {
         let told = "7 (a) (b c) S 3 7 7 0 -1 4194304 1 0 0 0 10 20 30 40 20 0 1 0 5 0 0";
         let found = read_stat(told).unwrap();
         assert_eq!((found.parent, found.used_s), (3, 1.0));
+    }
+
+    #[test]
+    fn what_was_stolen_is_a_share_of_everything() {
+        let [before, now] = ["cpu  10 0 5 80 1 0 0 4 7 0\ncpu0 1", "cpu  60 0 15 110 1 0 0 14 9 0\ncpu0 1"]
+            .map(|told| MachineTime::read(told).unwrap());
+        assert_eq!(now.share_stolen_since(before), 0.1);
+        assert_eq!(MachineTime::read("cpu 1 2 3"), None);
     }
 
     #[test]

@@ -24,6 +24,8 @@ use crate::store::{BUCKET, BucketStore};
 
 /// The exercise that is attempted.
 const EXERCISE: &str = "curricula/lower-back-basics/1-feel-the-layers.toml";
+/// How fast the needle goes where nobody says otherwise, in mm/s: the attempt takes 9 s.
+pub const SPEED_MM_S: f64 = 8.0;
 /// The password of everybody who signs in.
 pub const PASSWORD: &str = "vier Käse im Wind";
 
@@ -36,6 +38,9 @@ pub struct SchoolArgs {
     /// Folder for data and logs, which are left there [default: one that goes with the test]
     #[arg(long, value_name = "DIR")]
     pub folder: Option<PathBuf>,
+    /// SeaweedFS to keep recordings, as deploy/cluster installs it: target/cluster/venv/bin/weed [default: a store in memory, in Python]
+    #[arg(long, value_name = "FILE")]
+    pub weed: Option<PathBuf>,
     /// Decides what happens; not when, which the machine does, too
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
@@ -86,7 +91,11 @@ impl School {
         let is_new = std::fs::read_dir(&folder)?.next().is_none();
         ensure!(is_new, "{}: holds something; a test begins in an empty folder", folder.display());
         let program = args.program.clone().map_or_else(|| beside_us("web-admin"), Ok)?;
-        let (database, store) = (Postgres::start()?, BucketStore::start()?);
+        let database = Postgres::start()?;
+        let store = match &args.weed {
+            Some(weed) => BucketStore::start_seaweed(weed, &folder)?,
+            None => BucketStore::start()?,
+        };
         let database_network = Relay::to(Destination::Socket(database.socket()))?;
         let store_network = Relay::to(Destination::Port(store.port))?;
         let school = Self {
@@ -167,13 +176,14 @@ impl School {
         sum_processor_time(server.context("PostgreSQL runs")?)
     }
 
-    /// Records an attempt.
-    pub fn record(&self) -> anyhow::Result<Recorded> {
+    /// Records an attempt of a needle that goes so fast, in mm/s.
+    pub fn record(&self, speed_mm_s: f64) -> anyhow::Result<Recorded> {
         let seed = self.first_seed + self.recorded.fetch_add(1, SeqCst);
         let file = self.folder.join(format!("attempt-{seed}.mcap"));
         let mut command = Command::new(beside_us("stylet")?);
-        command.arg("simulate").arg(root().join(EXERCISE)).args(["--operator", "constant:8", "--seed"]);
-        let told = said(&command.arg(seed.to_string()).arg("--out").arg(&file).output()?).context("stylet simulate")?;
+        command.arg("simulate").arg(root().join(EXERCISE)).arg("--operator").arg(format!("constant:{speed_mm_s}"));
+        let told = said(&command.arg("--seed").arg(seed.to_string()).arg("--out").arg(&file).output()?)
+            .context("stylet simulate")?;
         let session = told.split("session ").nth(1).and_then(|rest| rest.split_whitespace().next());
         let session = session.with_context(|| format!("stylet simulate names no session: {told}"))?.to_owned();
         let bytes = std::fs::read(&file)?;

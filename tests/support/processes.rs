@@ -12,9 +12,18 @@ use anyhow::{Context, ensure};
 /// # Errors
 /// When none is free.
 pub fn free_port() -> anyhow::Result<u16> {
-    let mut below = (10_000..30_000).rev();
-    let free = below.find(|port| TcpListener::bind(("127.0.0.1", *port)).is_ok());
-    free.context("no port from 10000 to 29999 is free")
+    free_ports(1)?.pop().context("one was asked for")
+}
+
+/// So many different ports, as [`free_port`] has them.
+///
+/// # Errors
+/// When there are fewer.
+pub fn free_ports(count: usize) -> anyhow::Result<Vec<u16>> {
+    let below = (10_000..30_000).rev();
+    let free: Vec<u16> = below.filter(|port| TcpListener::bind(("127.0.0.1", *port)).is_ok()).take(count).collect();
+    ensure!(free.len() == count, "{} ports from 10000 to 29999 are free, and {count} are needed", free.len());
+    Ok(free)
 }
 
 /// What a command printed that must succeed.
