@@ -96,7 +96,7 @@ mod tests {
     fn what_was_stolen_is_a_share_of_everything() {
         let [before, now] = ["cpu  10 0 5 80 1 0 0 4 7 0\ncpu0 1", "cpu  60 0 15 110 1 0 0 14 9 0\ncpu0 1"]
             .map(|told| MachineTime::read(told).unwrap());
-        assert_eq!(now.share_stolen_since(before), 0.1);
+        assert!((now.share_stolen_since(before) - 0.1).abs() < 1e-12);
         assert_eq!(MachineTime::read("cpu 1 2 3"), None);
     }
 

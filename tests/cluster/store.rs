@@ -1,5 +1,5 @@
 //! The store in which recordings lie: a program that speaks S3. One of the tests' own, in memory, refuses where it is told to; it costs a fifth
-//! of what is measured, and answers one request at a time. The other is SeaweedFS, as `deploy/cluster` starts it.
+//! of what is measured, and has one core at most. The other is SeaweedFS, as `deploy/cluster` starts it.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Write};
