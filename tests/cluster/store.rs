@@ -20,7 +20,7 @@ const PATIENCE: Duration = Duration::from_secs(60);
 /// How long between two questions whether it does.
 const ASK_EVERY: Duration = Duration::from_millis(100);
 
-/// The store. It ends with this process: the tests' own when its standard input does.
+/// The store. It ends when it is dropped; the tests' own also when its standard input does, which is with this process.
 #[derive(Debug)]
 pub struct BucketStore {
     child: Child,
