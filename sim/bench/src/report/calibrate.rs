@@ -10,10 +10,10 @@ use super::chart::{self, Chart};
 use super::sheet::{self, ReportSheet};
 use super::threads::each_seed;
 use super::{Subject, calibrate_fits, calibrate_timed, measured_on, quantile, specimen};
-use crate::calibration::{Disturbance, Judged, Measurement, Origin, Trialled, sample, try_fit};
 use crate::clock;
 use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
+use trials::calibration::{Disturbance, Judged, Measurement, Origin, Trialled, sample, try_fit};
 
 /// Curves of a group of random layers, of shipped scenes under a trocar, which take seconds each, and of seven layers, which take a
 /// minute; a shortened report has this part of them.

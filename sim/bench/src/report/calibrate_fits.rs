@@ -10,9 +10,9 @@ use plotters::prelude::*;
 use super::chart::{self, Drawn, FONT, INK, colour};
 use super::specimen;
 use super::{calibrate, calibrate_timed};
-use crate::calibration::{Disturbance, Measurement, Origin, sample, try_fit};
 use crate::error::BenchError;
-use crate::timed_calibration::{
+use trials::calibration::{Disturbance, Measurement, Origin, sample, try_fit};
+use trials::timed_calibration::{
     DEEPEST_M, HOLD_S, SampledTimedCurve, TimedNoise, TimedTissue, insertion, sample_timed, try_timed_fit,
 };
 

@@ -7,9 +7,9 @@ use tissue::Specimen;
 
 use super::sheet::{self, ReportSheet};
 use super::{Subject, measured_on, specimen};
-use crate::Soaked;
 use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
+use trials::Soaked;
 
 /// Ten minutes at 1 kHz.
 const TICKS: u32 = 600_000;
@@ -34,7 +34,7 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     for scene in scenes {
         let spec = scene.specimen_spec(&Patient::nominal(&scene), 0.0);
         let specimen = Specimen::new(spec).map_err(BenchError::work)?;
-        rows.push(SoakRow { seen: crate::soak(specimen.law(), specimen.field(), ticks, SEED), scene: scene.id });
+        rows.push(SoakRow { seen: trials::soak(specimen.law(), specimen.field(), ticks, SEED), scene: scene.id });
         progress.advance(1);
     }
     let table = out.join("soak.csv");
