@@ -18,16 +18,25 @@ pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().map_or_else(PathBuf::new, Path::to_path_buf)
 }
 
-/// The dependency graph as it is built on this platform.
+/// The dependency graph of the default features on this platform.
 ///
 /// # Panics
 /// When `cargo metadata` refuses the workspace.
 #[must_use]
 pub fn metadata() -> cargo_metadata::Metadata {
-    let platform = format!("{}-unknown-linux-gnu", std::env::consts::ARCH);
+    metadata_with("")
+}
+
+/// The dependency graph of the default features and of `features`, separated by commas, on this platform.
+///
+/// # Panics
+/// When `cargo metadata` refuses the workspace.
+#[must_use]
+pub fn metadata_with(features: &str) -> cargo_metadata::Metadata {
+    let platform = format!("--filter-platform={}-unknown-linux-gnu", std::env::consts::ARCH);
     let metadata = cargo_metadata::MetadataCommand::new()
         .manifest_path(root().join("Cargo.toml"))
-        .other_options(["--locked".to_owned(), format!("--filter-platform={platform}")])
+        .other_options(["--locked".to_owned(), platform, format!("--features={features}")])
         .exec();
     metadata.unwrap_or_else(|error| panic!("cargo metadata refuses the workspace: {error}"))
 }

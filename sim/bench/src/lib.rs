@@ -1,8 +1,11 @@
-//! Measurements: this machine, the time that a calculation takes, and the reports of `stylet bench` ([`report`]).
+//! Measurements: this machine, the time that a calculation takes, and, with the feature `reports`, the reports of `stylet bench`.
 
 mod clock;
+#[cfg(feature = "reports")]
 pub mod error;
 pub mod machine;
+#[cfg(feature = "reports")]
 mod progress;
+#[cfg(feature = "reports")]
 pub mod report;
 pub mod timing;

@@ -9,7 +9,7 @@ use tissue::calibrate::{ParameterEstimate, ParameterStanding, QUANTITIES, Quanti
 use super::chart::{self, Chart};
 use super::sheet::{self, ReportSheet};
 use super::threads::each_seed;
-use super::{Subject, calibrate_fits, calibrate_timed, measured_on, quantile, specimen};
+use super::{Subject, calibrate_fits, calibrate_timed, measured_on, quantile};
 use crate::clock;
 use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
@@ -148,7 +148,7 @@ fn at_once(group: &Group, curves: u64, progress: &MeasurementProgress) -> Result
 
 fn groups() -> Result<Vec<Group>, BenchError> {
     let (mut trocars, mut needles) = (Vec::new(), Vec::new());
-    for scene in specimen::read_shipped_scenes()? {
+    for scene in dossier::read_shipped_scenes()? {
         let spec = scene.axial_spec(&Patient::nominal(&scene));
         if spec.law != ForceLaw::Version2 {
             continue;

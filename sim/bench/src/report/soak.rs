@@ -6,7 +6,7 @@ use documents::Patient;
 use tissue::Specimen;
 
 use super::sheet::{self, ReportSheet};
-use super::{Subject, measured_on, specimen};
+use super::{Subject, measured_on};
 use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
 use trials::Soaked;
@@ -28,7 +28,7 @@ struct SoakRow {
 /// When the disk refuses, and, once the report is written, when a bound is exceeded: each scene is named.
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     let ticks = if quick { TICKS / 100 } else { TICKS };
-    let scenes = specimen::read_shipped_scenes()?;
+    let scenes = dossier::read_shipped_scenes()?;
     let progress = MeasurementProgress::new(scenes.len() as u64, "soak");
     let mut rows = Vec::with_capacity(scenes.len());
     for scene in scenes {
