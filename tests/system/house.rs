@@ -91,7 +91,19 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ),
     (
         "tests",
-        &["acts", "assessment", "attempt", "documents", "law", "model", "recording", "store", "stylet", "web-admin"],
+        &[
+            "acts",
+            "assessment",
+            "attempt",
+            "documents",
+            "law",
+            "model",
+            "recording",
+            "store",
+            "stylet",
+            "web-admin",
+            "xtask",
+        ],
     ),
 ];
 
@@ -100,6 +112,7 @@ const NEVER: &[(&str, &[&str])] = &[
     ("law", &["tokio", "axum", "sqlx", "wgpu", "winit", "mcap", "tracing", "time"]),
     ("tissue", &["tokio", "axum", "sqlx", "wgpu", "winit", "mcap", "tracing", "time"]),
     ("anatomy", &["tokio", "axum", "sqlx", "wgpu", "winit", "mcap", "tracing", "time"]),
+    ("xtask", &["tokio", "axum", "sqlx", "wgpu", "winit"]),
     ("trials", &["tokio", "axum", "sqlx", "wgpu", "winit", "mcap", "tracing", "time"]),
     ("bench", &["tokio", "axum", "sqlx", "winit", "egui"]),
     ("documents", &["tokio", "axum", "sqlx", "wgpu", "winit", "mcap"]),
@@ -200,7 +213,7 @@ fn tests_below_the_client_compile_little_and_no_window() {
 /// Every Rust source of the workspace, with its path from the root.
 fn sources() -> Vec<(PathBuf, String)> {
     let mut found = Vec::new();
-    for folder in ["sim", "web-admin", "tests"] {
+    for folder in ["sim", "web-admin", "xtask", "tests"] {
         collect(&root().join(folder), &mut found);
     }
     assert!(found.len() > 20, "the walk found only {} sources", found.len());

@@ -18,7 +18,6 @@ mod house;
 mod independent_reader;
 mod instrument_journey;
 mod journeys;
-mod licences;
 mod logs;
 mod metrics;
 mod other_programs;
