@@ -203,7 +203,11 @@ const MOST_PACKAGES: &[(&str, usize)] = &[("law", 100), ("tissue", 100), ("recor
 fn tests_below_the_client_compile_little_and_no_window() {
     for (name, most) in MOST_PACKAGES {
         let compiled = compiled(&["--package", name, "--edges=normal,build,dev"]);
-        assert!(compiled.len() <= *most, "the tests of {name} need {} packages, at most {most}: {compiled:?}", compiled.len());
+        assert!(
+            compiled.len() <= *most,
+            "the tests of {name} need {} packages, at most {most}: {compiled:?}",
+            compiled.len()
+        );
         let drawing = ["wgpu ", "render ", "winit ", "egui "];
         let drawn: Vec<_> = compiled.iter().filter(|c| drawing.iter().any(|d| c.starts_with(d))).collect();
         assert!(drawn.is_empty(), "the tests of {name} compile {drawn:?}");

@@ -19,6 +19,7 @@ mod independent_reader;
 mod instrument_journey;
 mod journeys;
 mod logs;
+mod messages;
 mod metrics;
 mod other_programs;
 mod passkey;

@@ -91,6 +91,7 @@ fn notices_hold_a_text_of_everything_that_is_linked() {
         assert!(list.contains(&format!("\n{name}: ")), "{name} is not listed");
         assert!(texts.contains(&name), "{name} has no text");
     }
+    assert!(texts.contains("recording (proto/foxglove)"), "the schemas of viewers have no text");
     for part in ["SIL OPEN FONT LICENSE", "UBUNTU FONT LICENCE", "Mozilla Public License", "Facebook", "Unicode, Inc."]
     {
         assert!(texts.contains(part), "{part} is missing");
