@@ -4,32 +4,30 @@
 
 pub mod dice;
 pub mod endings;
-pub mod licences;
-pub mod notices;
 pub mod processes;
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
-/// The root of the project.
-#[must_use]
-pub fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().map_or_else(PathBuf::new, Path::to_path_buf)
-}
+pub use xtask::root;
 
-/// The dependency graph as it is built on this platform.
+/// The dependency graph of the default features on this platform.
 ///
 /// # Panics
 /// When `cargo metadata` refuses the workspace.
 #[must_use]
 pub fn metadata() -> cargo_metadata::Metadata {
-    let platform = format!("{}-unknown-linux-gnu", std::env::consts::ARCH);
-    let metadata = cargo_metadata::MetadataCommand::new()
-        .manifest_path(root().join("Cargo.toml"))
-        .other_options(["--locked".to_owned(), format!("--filter-platform={platform}")])
-        .exec();
-    metadata.unwrap_or_else(|error| panic!("cargo metadata refuses the workspace: {error}"))
+    metadata_with("")
+}
+
+/// The dependency graph of the default features and of `features`, separated by commas, on this platform.
+///
+/// # Panics
+/// When `cargo metadata` refuses the workspace.
+#[must_use]
+pub fn metadata_with(features: &str) -> cargo_metadata::Metadata {
+    xtask::read_metadata(features).unwrap_or_else(|error| panic!("cargo metadata refuses the workspace: {error}"))
 }
 
 /// A program of the workspace, built beside this test.

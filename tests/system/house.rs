@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use cargo_metadata::{DependencyKind, Metadata};
-use tests::{metadata, root};
+use tests::{metadata, metadata_with, root};
 
 /// Which of our crates a crate may use. A crate that is not listed here may use none.
 const ALLOWED: &[(&str, &[&str])] = &[
@@ -14,6 +14,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("law", &["phrase"]),
     ("tissue", &["law", "phrase"]),
     ("anatomy", &["law", "phrase"]),
+    ("trials", &["law", "tissue"]),
     ("documents", &["anatomy", "law", "phrase", "tissue"]),
     ("recording", &["law"]),
     ("columnar", &["recording"]),
@@ -34,6 +35,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "recording",
             "render",
             "tissue",
+            "trials",
         ],
     ),
     ("haptics", &["law", "phrase"]),
@@ -47,6 +49,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "bench",
             "columnar",
             "documents",
+            "dossier",
             "haptics",
             "law",
             "phrase",
@@ -88,7 +91,19 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ),
     (
         "tests",
-        &["acts", "assessment", "attempt", "documents", "law", "model", "recording", "store", "stylet", "web-admin"],
+        &[
+            "acts",
+            "assessment",
+            "attempt",
+            "documents",
+            "law",
+            "model",
+            "recording",
+            "store",
+            "stylet",
+            "web-admin",
+            "xtask",
+        ],
     ),
 ];
 
@@ -97,6 +112,8 @@ const NEVER: &[(&str, &[&str])] = &[
     ("law", &["tokio", "axum", "sqlx", "wgpu", "winit", "mcap", "tracing", "time"]),
     ("tissue", &["tokio", "axum", "sqlx", "wgpu", "winit", "mcap", "tracing", "time"]),
     ("anatomy", &["tokio", "axum", "sqlx", "wgpu", "winit", "mcap", "tracing", "time"]),
+    ("xtask", &["tokio", "axum", "sqlx", "wgpu", "winit"]),
+    ("trials", &["tokio", "axum", "sqlx", "wgpu", "winit", "mcap", "tracing", "time"]),
     ("bench", &["tokio", "axum", "sqlx", "winit", "egui"]),
     ("documents", &["tokio", "axum", "sqlx", "wgpu", "winit", "mcap"]),
     ("recording", &["axum", "sqlx", "wgpu", "winit"]),
@@ -141,7 +158,7 @@ fn reachable(from: &str, edges: &BTreeMap<String, BTreeSet<String>>) -> BTreeSet
 
 #[test]
 fn crates_use_only_the_crates_they_may() {
-    let metadata = metadata();
+    let metadata = metadata_with("stylet/reports");
     let members: BTreeSet<_> = metadata.workspace_packages().iter().map(|p| p.name.to_string()).collect();
     let allowed: BTreeMap<_, _> = ALLOWED.iter().map(|(name, may)| (*name, *may)).collect();
     for (name, used) in edges(&metadata).iter().filter(|(name, _)| members.contains(*name)) {
@@ -153,7 +170,7 @@ fn crates_use_only_the_crates_they_may() {
 
 #[test]
 fn nothing_forbidden_comes_in_by_the_back_door() {
-    let edges = edges(&metadata());
+    let edges = edges(&metadata_with("stylet/reports"));
     for (name, never) in NEVER {
         let reached = reachable(name, &edges);
         let forbidden: Vec<_> = never.iter().filter(|n| reached.contains(**n)).collect();
@@ -161,27 +178,46 @@ fn nothing_forbidden_comes_in_by_the_back_door() {
     }
 }
 
-/// Every crate that is compiled, as `name version`. `cargo metadata` also lists optional ones that nobody switched on.
-fn compiled() -> BTreeSet<String> {
-    let arguments = ["tree", "--locked", "--workspace", "--prefix=none", "--edges=normal,build", "--format={p}"];
-    let output = Command::new(env!("CARGO")).args(arguments).current_dir(root()).output().expect("cargo tree runs");
+/// Every package that Cargo compiles for `what`, as `name version`. `cargo metadata` also lists optional packages that no feature enables.
+fn compiled(what: &[&str]) -> BTreeSet<String> {
+    let arguments = [&["tree", "--locked", "--prefix=none", "--format={p}"], what].concat();
+    let output = Command::new(env!("CARGO")).args(&arguments).current_dir(root()).output().expect("cargo tree runs");
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
     let words = |line: &str| line.split_whitespace().take(2).collect::<Vec<_>>().join(" ");
     String::from_utf8_lossy(&output.stdout).lines().map(words).collect()
 }
 
 #[test]
 fn heavy_dependencies_exist_once() {
-    let compiled = compiled();
+    let compiled = compiled(&["--workspace", "--edges=normal,build"]);
     for name in ["nalgebra", "glam", "parry3d-f64", "axum", "sqlx-core", "tower-sessions", "mcap", "prost", "tokio"] {
         let copies: Vec<_> = compiled.iter().filter(|c| c.starts_with(&format!("{name} "))).collect();
         assert_eq!(copies.len(), 1, "one copy of {name} is wanted: {copies:?}");
     }
 }
 
+/// The most packages that Cargo compiles for the tests of a crate. Raise a number only with a reason in the commit.
+const MOST_PACKAGES: &[(&str, usize)] = &[("law", 100), ("tissue", 100), ("recording", 120), ("documents", 150)];
+
+#[test]
+fn tests_below_the_client_compile_little_and_no_window() {
+    for (name, most) in MOST_PACKAGES {
+        let compiled = compiled(&["--package", name, "--edges=normal,build,dev"]);
+        assert!(
+            compiled.len() <= *most,
+            "the tests of {name} need {} packages, at most {most}: {compiled:?}",
+            compiled.len()
+        );
+        let drawing = ["wgpu ", "render ", "winit ", "egui "];
+        let drawn: Vec<_> = compiled.iter().filter(|c| drawing.iter().any(|d| c.starts_with(d))).collect();
+        assert!(drawn.is_empty(), "the tests of {name} compile {drawn:?}");
+    }
+}
+
 /// Every Rust source of the workspace, with its path from the root.
 fn sources() -> Vec<(PathBuf, String)> {
     let mut found = Vec::new();
-    for folder in ["sim", "web-admin", "tests"] {
+    for folder in ["sim", "web-admin", "xtask", "tests"] {
         collect(&root().join(folder), &mut found);
     }
     assert!(found.len() > 20, "the walk found only {} sources", found.len());

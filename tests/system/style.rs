@@ -18,7 +18,7 @@ struct Source {
 }
 
 /// Crates that measure others or test them: they do not ship.
-const NOT_SHIPPED: [&str; 4] = ["bench", "tests", "inverse-service", "libhd"];
+const NOT_SHIPPED: [&str; 6] = ["trials", "bench", "xtask", "tests", "inverse-service", "libhd"];
 
 /// Crates of the service: what its things are known by are types of `model::ids`.
 const SERVICE: [&str; 6] = ["words", "model", "store", "acts", "pages", "web-admin"];

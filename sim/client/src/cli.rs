@@ -5,12 +5,24 @@ use std::ffi::OsString;
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
+#[cfg(feature = "reports")]
+use crate::commands::bench;
 use crate::commands::{
-    anatomy, bench, calibrate, check, doctor, export, field, force, outbox, pair, play, recover, render, replay,
-    schema, score, simulate, upload, validate, verify,
+    anatomy, calibrate, check, doctor, export, field, force, outbox, pair, recover, render, schema, score, simulate,
+    upload, validate, verify,
 };
+#[cfg(feature = "window")]
+use crate::commands::{play, replay};
 use crate::exit::{Failure, Outcome};
 use crate::output;
+
+/// Below the list of commands.
+const AFTER_HELP: &str = if cfg!(feature = "reports") {
+    "Each command has its own help: stylet COMMAND --help"
+} else {
+    "Each command has its own help: stylet COMMAND --help\n\
+     `stylet bench` is in programs that were built with: cargo build --release --package stylet --features reports"
+};
 
 /// Training for percutaneous needle puncture: simulate, record, score, deliver.
 ///
@@ -20,7 +32,7 @@ use crate::output;
     name = "stylet",
     version,
     arg_required_else_help = false,
-    after_help = "Each command has its own help: stylet COMMAND --help"
+    after_help = AFTER_HELP
 )]
 struct Cli {
     #[command(subcommand)]
@@ -30,10 +42,12 @@ struct Cli {
 /// A command with its arguments.
 #[derive(Subcommand)]
 pub enum Command {
+    #[cfg(feature = "window")]
     Play(play::PlayArgs),
     Simulate(simulate::SimulateArgs),
     Score(score::ScoreArgs),
     Verify(verify::VerifyArgs),
+    #[cfg(feature = "window")]
     Replay(replay::ReplayArgs),
     Render(render::RenderArgs),
     Recover(recover::RecoverArgs),
@@ -49,6 +63,7 @@ pub enum Command {
     Outbox(outbox::OutboxArgs),
     Pair(pair::PairArgs),
     Doctor(doctor::DoctorArgs),
+    #[cfg(feature = "reports")]
     Bench(bench::BenchArgs),
 }
 
@@ -56,7 +71,9 @@ impl Command {
     /// Does it.
     pub fn run(&self) -> Outcome {
         match self {
+            #[cfg(feature = "window")]
             Self::Play(args) => play::run(args),
+            #[cfg(feature = "window")]
             Self::Replay(args) => replay::run(args),
             Self::Render(args) => render::run(args),
             Self::Simulate(args) => simulate::run(args),
@@ -75,6 +92,7 @@ impl Command {
             Self::Outbox(args) => outbox::run(args),
             Self::Pair(args) => pair::run(args),
             Self::Doctor(args) => doctor::run(args),
+            #[cfg(feature = "reports")]
             Self::Bench(args) => bench::run(args),
         }
     }

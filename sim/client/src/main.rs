@@ -2,6 +2,9 @@
 //!
 //! Nothing about tissue is decided here: this crate reads files, calls the other crates, and says what came of it.
 
+#![cfg_attr(not(feature = "window"), expect(dead_code, reason = "parts that the window alone uses"))]
+
+#[cfg_attr(not(feature = "window"), expect(unused_imports, reason = "sentences that the window alone shows"))]
 #[macro_use(sentence, tr, trn)]
 extern crate words;
 
@@ -11,6 +14,7 @@ mod commands;
 mod devices;
 mod exit;
 mod folders;
+#[cfg(feature = "window")]
 mod live;
 mod machine;
 mod maker;
@@ -24,6 +28,7 @@ mod service;
 mod shelf;
 mod sources;
 mod station;
+#[cfg(feature = "window")]
 mod window;
 
 use std::process::ExitCode;

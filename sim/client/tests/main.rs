@@ -3,6 +3,7 @@
 #![expect(clippy::expect_used, reason = "a helper that cannot do its part has nobody to tell but the test")]
 
 mod anatomy;
+#[cfg(feature = "reports")]
 mod bench;
 mod calibrate;
 mod call;

@@ -4,7 +4,7 @@
 
 use std::fs;
 
-use bench::report::{list_readme_lines, make_shipped_dossiers};
+use dossier::{list_readme_lines, make_dossiers, read_shipped_scenes};
 use tempfile::TempDir;
 
 use crate::{repository, stylet, text};
@@ -29,7 +29,7 @@ fn the_committed_dossier_is_what_the_command_says() {
 
 #[test]
 fn the_readme_has_its_six_lines() {
-    let lines = list_readme_lines(&make_shipped_dossiers().expect("the shipped scenes are sound"));
+    let lines = list_readme_lines(&make_dossiers(&read_shipped_scenes().expect("the shipped scenes are sound")));
     assert_eq!(lines.len(), 6);
     let readme = fs::read_to_string(repository("README.md")).expect("the README");
     for line in lines {

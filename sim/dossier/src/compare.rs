@@ -15,7 +15,7 @@ const HELD_S: f64 = 8.0;
 const BEHIND_M: f64 = 5e-3;
 
 /// The least rise that a test tells apart, as a part (choice): two standard errors of 40 specimens whose forces spread by a sixth.
-pub const TOLD_APART: f64 = 0.05;
+pub(crate) const TOLD_APART: f64 = 0.05;
 
 /// Why a figure and a scene are not held beside each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,6 +57,21 @@ pub struct DossierLine {
     pub agreement: Agreement,
     /// The scene was fitted to this very figure.
     pub fitted: bool,
+}
+
+/// A scene beside every figure.
+#[derive(Clone, Debug)]
+pub struct SceneDossier {
+    /// The scene's id.
+    pub scene: String,
+    /// A line for each figure, in their order.
+    pub lines: Vec<DossierLine>,
+}
+
+/// Holds scenes beside every figure.
+#[must_use]
+pub fn make_dossiers(scenes: &[Scene]) -> Vec<SceneDossier> {
+    scenes.iter().map(|scene| SceneDossier { scene: scene.id.clone(), lines: compare_scene(scene) }).collect()
 }
 
 /// Holds a scene beside every figure, in the figures' order. Forces are those of the layers, felt by a needle that goes straight in.

@@ -6,8 +6,17 @@
 mod compare;
 mod figures;
 mod insertion;
+mod picture;
+mod shipped;
 mod sources;
+mod table;
+mod text;
+mod words;
 
-pub use compare::{Agreement, DossierLine, Incomparable, TOLD_APART, compare_scene};
+pub use compare::{Agreement, DossierLine, Incomparable, SceneDossier, compare_scene, make_dossiers};
 pub use figures::{FIGURES, MeasuredQuantity, PublishedFigure, PublishedRange};
+pub use picture::draw_dossier;
+pub use shipped::{SHIPPED_SCENES, read_shipped_scenes};
 pub use sources::{HowKnown, MeasurementSource};
+pub use table::write_dossier_table;
+pub use text::{list_readme_lines, write_dossier_text};

@@ -1,14 +1,15 @@
-//! What viewers see: frames, poses, the scene and log lines, in foxglove's well-known schemas.
+//! What viewers see: frames, poses, the scene and log lines, in Foxglove's schemas.
 
-use foxglove::schemas::{
-    Color, CubePrimitive, CylinderPrimitive, FrameTransform, FrameTransforms, Log, Point3, Pose, PoseInFrame,
-    Quaternion, SceneEntity, SceneUpdate, SpherePrimitive, Timestamp, TriangleListPrimitive, Vector3, log,
-};
 use law::puncture::PunctureSpec;
 use law::structures::{Shape, StructureKind, StructureSpec};
 use nalgebra::{Point3 as Point, UnitQuaternion, Vector3 as Vector};
+use prost_types::Timestamp;
 
 use crate::event::{Event, EventKind};
+use crate::generated::foxglove::{
+    Color, CubePrimitive, CylinderPrimitive, FrameTransform, FrameTransforms, Log, Point3, Pose, PoseInFrame,
+    Quaternion, SceneEntity, SceneUpdate, SpherePrimitive, TriangleListPrimitive, Vector3, log,
+};
 use crate::rate::NS_PER_S;
 use crate::sample::Sample;
 
@@ -55,11 +56,15 @@ impl SceneDrawing {
     }
 }
 
+/// The last time that viewers can hold.
+const LAST_TIME: Timestamp = Timestamp { seconds: u32::MAX as i64, nanos: 999_999_999 };
+
 /// A Unix time in ns as viewers want it; the last one they can hold where it is later.
 pub(crate) fn stamp_time(unix_ns: u64) -> Timestamp {
-    let sec = u32::try_from(unix_ns / NS_PER_S).ok();
-    let nsec = (unix_ns % NS_PER_S) as u32;
-    sec.and_then(|sec| Timestamp::new_checked(sec, nsec)).unwrap_or(Timestamp::MAX)
+    match u32::try_from(unix_ns / NS_PER_S) {
+        Ok(seconds) => Timestamp { seconds: seconds.into(), nanos: (unix_ns % NS_PER_S) as i32 },
+        Err(_) => LAST_TIME,
+    }
 }
 
 fn viewer_vector([x, y, z]: [f64; 3]) -> Option<Vector3> {

@@ -6,6 +6,7 @@ mod drawing;
 pub mod error;
 pub mod event;
 mod frames;
+mod generated;
 mod metadata;
 pub mod motion;
 pub mod rate;

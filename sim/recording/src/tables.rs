@@ -146,7 +146,7 @@ impl<'a, S: TableSink> TableReader<'a, S> {
     fn new(sink: &'a mut S) -> Result<Self, ReadError> {
         let unknown = |why: &str| ReadError::missing("the schema of our messages", why);
         let pool = DescriptorPool::decode(DESCRIPTORS).map_err(|error| unknown(&error.to_string()))?;
-        let message = |table: Table| pool.get_message_by_name(&table.topic().schema().name).map(|found| (table, found));
+        let message = |table: Table| pool.get_message_by_name(table.topic().message_name()).map(|found| (table, found));
         let messages: Vec<_> = Table::ALL.into_iter().filter_map(message).collect();
         Ok(Self { sink, channels: Channels::default(), messages, begun: [None; Table::ALL.len()] })
     }

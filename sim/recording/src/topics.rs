@@ -3,9 +3,6 @@
 use std::collections::BTreeMap;
 use std::io::{Seek, Write};
 
-use foxglove::schemas::{FrameTransforms, Log, PoseInFrame, SceneUpdate};
-use foxglove::{Encode, Schema};
-
 use crate::wire::DESCRIPTORS;
 
 /// A topic. Its number is its place in [`Topic::ALL`].
@@ -52,21 +49,30 @@ impl Topic {
         }
     }
 
-    /// The schema of its messages.
-    pub(crate) fn schema(self) -> Schema {
-        let ours = |name: &str| Schema::new(name, "protobuf", DESCRIPTORS);
-        let well_known = match self {
-            Self::Sample => return ours("stylet.NeedleSample"),
-            Self::Summary => return ours("stylet.NeedleSummary"),
-            Self::Events => return ours("stylet.Event"),
-            Self::Energy => return ours("stylet.EnergyLedger"),
-            Self::Tent => return ours("stylet.TissueTent"),
-            Self::Pose => PoseInFrame::get_schema(),
-            Self::Tf => FrameTransforms::get_schema(),
-            Self::Scene => SceneUpdate::get_schema(),
-            Self::Log => Log::get_schema(),
-        };
-        well_known.unwrap_or_else(|| Schema::new("", "", &[][..]))
+    /// The name of its messages' type.
+    pub(crate) fn message_name(self) -> &'static str {
+        match self {
+            Self::Sample => "stylet.NeedleSample",
+            Self::Summary => "stylet.NeedleSummary",
+            Self::Pose => "foxglove.PoseInFrame",
+            Self::Tf => "foxglove.FrameTransforms",
+            Self::Scene => "foxglove.SceneUpdate",
+            Self::Events => "stylet.Event",
+            Self::Energy => "stylet.EnergyLedger",
+            Self::Log => "foxglove.Log",
+            Self::Tent => "stylet.TissueTent",
+        }
+    }
+
+    /// The `FileDescriptorSet` that describes its messages.
+    fn descriptors(self) -> &'static [u8] {
+        match self {
+            Self::Sample | Self::Summary | Self::Events | Self::Energy | Self::Tent => DESCRIPTORS,
+            Self::Pose => include_bytes!("../proto/foxglove/PoseInFrame.bin"),
+            Self::Tf => include_bytes!("../proto/foxglove/FrameTransforms.bin"),
+            Self::Scene => include_bytes!("../proto/foxglove/SceneUpdate.bin"),
+            Self::Log => include_bytes!("../proto/foxglove/Log.bin"),
+        }
     }
 
     /// Whether every recording declares it at its start. The field's is declared with its first message, after all others: a scene
@@ -83,8 +89,7 @@ impl Topic {
 
 /// Declares a topic; the result is its channel.
 pub(crate) fn declare<W: Write + Seek>(writer: &mut mcap::Writer<W>, topic: Topic) -> mcap::McapResult<u16> {
-    let schema = topic.schema();
-    let schema_id = writer.add_schema(&schema.name, &schema.encoding, &schema.data)?;
+    let schema_id = writer.add_schema(topic.message_name(), "protobuf", topic.descriptors())?;
     writer.add_channel(schema_id, topic.name(), "protobuf", &BTreeMap::new())
 }
 

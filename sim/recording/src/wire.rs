@@ -5,18 +5,16 @@
 use law::ledger::{LayerEnergy, Ledger};
 
 use crate::event::{Event, EventKind};
+use crate::generated::stylet as generated;
+pub(crate) use crate::generated::stylet::event::Kind;
+pub(crate) use crate::generated::stylet::{
+    EnergyLedger, Event as EventMessage, NeedleSample, NeedleSummary, Range, TissueTent,
+};
 use crate::sample::{Energy, Sample};
 use crate::tent::{Follows, Tent};
 
-mod generated {
-    include!(concat!(env!("OUT_DIR"), "/stylet.rs"));
-}
-
-pub(crate) use generated::event::Kind;
-pub(crate) use generated::{EnergyLedger, Event as EventMessage, NeedleSample, NeedleSummary, Range, TissueTent};
-
 /// The `FileDescriptorSet` that every `stylet.*` schema carries.
-pub(crate) const DESCRIPTORS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/stylet.bin"));
+pub(crate) const DESCRIPTORS: &[u8] = include_bytes!("../proto/stylet.bin");
 
 impl From<[f64; 3]> for generated::Vector3 {
     fn from([x, y, z]: [f64; 3]) -> Self {

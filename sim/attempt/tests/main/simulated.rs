@@ -5,7 +5,6 @@ use std::f64::consts::{PI, TAU};
 
 use attempt::simulate::{Clock, MotionSource, Simulated, rehearse, simulate};
 use attempt::verify::{Verification, verify_recording};
-use bench::scenes::{OPTION_SETS, training_axial_spec, with_options};
 use law::axial::{AxialSpec, ForceLaw};
 use law::closed_form::predict_ruptures;
 use law::operator::{Felt, Motion, Operator, Plan, Skill};
@@ -16,6 +15,7 @@ use recording::recover::recover;
 use recording::sample::flags;
 use recording::{EventKind, Recording, Session};
 use tissue::{Specimen, SpecimenSpec};
+use trials::scenes::{OPTION_SETS, training_axial_spec, with_options};
 
 use crate::support::{file, read, writer, writer_under};
 

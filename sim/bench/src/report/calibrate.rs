@@ -9,11 +9,11 @@ use tissue::calibrate::{ParameterEstimate, ParameterStanding, QUANTITIES, Quanti
 use super::chart::{self, Chart};
 use super::sheet::{self, ReportSheet};
 use super::threads::each_seed;
-use super::{Subject, calibrate_fits, calibrate_timed, measured_on, quantile, specimen};
-use crate::calibration::{Disturbance, Judged, Measurement, Origin, Trialled, sample, try_fit};
+use super::{Subject, calibrate_fits, calibrate_timed, measured_on, quantile};
 use crate::clock;
 use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
+use trials::calibration::{Disturbance, Judged, Measurement, Origin, Trialled, sample, try_fit};
 
 /// Curves of a group of random layers, of shipped scenes under a trocar, which take seconds each, and of seven layers, which take a
 /// minute; a shortened report has this part of them.
@@ -148,7 +148,7 @@ fn at_once(group: &Group, curves: u64, progress: &MeasurementProgress) -> Result
 
 fn groups() -> Result<Vec<Group>, BenchError> {
     let (mut trocars, mut needles) = (Vec::new(), Vec::new());
-    for scene in specimen::read_shipped_scenes()? {
+    for scene in dossier::read_shipped_scenes()? {
         let spec = scene.axial_spec(&Patient::nominal(&scene));
         if spec.law != ForceLaw::Version2 {
             continue;

@@ -10,9 +10,9 @@ use plotters::prelude::*;
 use super::chart::{self, Drawn, FONT, INK, colour};
 use super::specimen;
 use super::{calibrate, calibrate_timed};
-use crate::calibration::{Disturbance, Measurement, Origin, sample, try_fit};
 use crate::error::BenchError;
-use crate::timed_calibration::{
+use trials::calibration::{Disturbance, Measurement, Origin, sample, try_fit};
+use trials::timed_calibration::{
     DEEPEST_M, HOLD_S, SampledTimedCurve, TimedNoise, TimedTissue, insertion, sample_timed, try_timed_fit,
 };
 
@@ -58,7 +58,7 @@ fn random(name: &str, tip_to_rim_m: f64) -> Result<FitPanel, BenchError> {
 
 /// The epidural profile under the scene as it is shipped.
 fn profile() -> Result<FitPanel, BenchError> {
-    let scene = specimen::read_shipped_scenes()?.into_iter().find(|scene| scene.id == PROFILED);
+    let scene = dossier::read_shipped_scenes()?.into_iter().find(|scene| scene.id == PROFILED);
     let scene = scene.ok_or_else(|| BenchError::work(format_args!("{PROFILED} is not shipped")))?;
     let samples = PROFILE.lines().filter_map(|line| {
         let (depth_m, force_n) = line.split_once(',')?;

@@ -8,7 +8,7 @@ use super::sheet::ReportSheet;
 use super::threads::each_seed;
 use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
-use crate::timed_calibration::{SampledTimedCurve, TimedTissue, TimedTrial, sample_timed, try_timed_fit};
+use trials::timed_calibration::{SampledTimedCurve, TimedTissue, TimedTrial, sample_timed, try_timed_fit};
 
 /// From which seed: none on which a number of the fit was chosen.
 pub(super) const FIRST_SEED: u64 = 20_000;

@@ -7,8 +7,8 @@ use tissue::LoadKind;
 use super::sheet::{self, ReportSheet};
 use super::{Subject, measured_on, quantile};
 use crate::error::BenchError;
-use crate::estimates::{DrawnTissue, JudgedEstimate, TOLERANCES, draw, measure as measure_one};
 use crate::progress::MeasurementProgress;
+use trials::estimates::{DrawnTissue, JudgedEstimate, TOLERANCES, draw, measure as measure_one};
 
 /// Random tissues in a report, and in a shortened one.
 const SCENES: [u32; 2] = [1000, 10];

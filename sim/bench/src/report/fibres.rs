@@ -13,7 +13,7 @@ use super::chart::{self, Drawn, FONT, colour, key};
 use super::sheet::ReportSheet;
 use super::specimen;
 use crate::error::BenchError;
-use crate::needle::{DT, DrivenNeedle};
+use trials::needle::{DT, DrivenNeedle};
 
 const SPEED_M_PER_S: f64 = 0.002;
 /// From where to where is drawn, in m: the last of the fat to beyond the fascia.

@@ -13,7 +13,7 @@ use super::sheet::{self, ReportSheet};
 use super::{Subject, curve, encoder, measured_on, specimen};
 use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
-use crate::scenes::{ALL_OPTIONS, with_options};
+use trials::scenes::{ALL_OPTIONS, with_options};
 
 const RATES_HZ: [f64; 6] = [100.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0];
 const SPEEDS_MM_PER_S: [f64; 7] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use super::sheet::{self, ReportSheet};
 use super::{Subject, measured_on};
-use crate::HardCaseTrial;
 use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
+use trials::HardCaseTrial;
 
 /// A shortened report holds the trials of this model only: the deforming tissue takes longer.
 const QUICK_MODEL: &str = "force law";
@@ -42,7 +42,7 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
 }
 
 fn try_all(quick: bool) -> Vec<HardCaseRow> {
-    let mut chosen = crate::all_trials();
+    let mut chosen = trials::all_trials();
     chosen.retain(|trial| !quick || trial.model == QUICK_MODEL);
     let progress = MeasurementProgress::new(chosen.len() as u64, "hard cases");
     let mut rows = Vec::with_capacity(chosen.len());

@@ -11,9 +11,9 @@ use super::field::{human_time, percent};
 use super::sheet::{self, ReportSheet};
 use super::{Subject, measured_on};
 use crate::error::BenchError;
-use crate::lumps::{lower_back_with, make_ball, push_everywhere_m, worst_push_error};
 use crate::progress::MeasurementProgress;
 use crate::timing;
+use trials::lumps::{lower_back_with, make_ball, push_everywhere_m, worst_push_error};
 
 /// Size of the reference's elements near the load, in m.
 const NEAR_M: f64 = 1.2e-3;

@@ -7,7 +7,6 @@ mod calibrate_timed;
 mod chart;
 mod coupling;
 mod curve;
-mod dossier;
 mod encoder;
 mod estimates;
 mod fibres;
@@ -34,9 +33,6 @@ use std::path::{Path, PathBuf};
 use ::recording::Session;
 use ::render::frame::{Frame, Stage};
 use documents::ExerciseBundle;
-pub use dossier::{
-    SceneDossier, list_readme_lines, make_dossiers, make_shipped_dossiers, write_dossier_text, write_dossiers,
-};
 pub use field::peers::{Peer, read as read_peers};
 use haptics::device::Device;
 use haptics::servo::Report;

@@ -6,10 +6,10 @@ use documents::Patient;
 use tissue::Specimen;
 
 use super::sheet::{self, ReportSheet};
-use super::{Subject, measured_on, specimen};
-use crate::Soaked;
+use super::{Subject, measured_on};
 use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
+use trials::Soaked;
 
 /// Ten minutes at 1 kHz.
 const TICKS: u32 = 600_000;
@@ -28,13 +28,13 @@ struct SoakRow {
 /// When the disk refuses, and, once the report is written, when a bound is exceeded: each scene is named.
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     let ticks = if quick { TICKS / 100 } else { TICKS };
-    let scenes = specimen::read_shipped_scenes()?;
+    let scenes = dossier::read_shipped_scenes()?;
     let progress = MeasurementProgress::new(scenes.len() as u64, "soak");
     let mut rows = Vec::with_capacity(scenes.len());
     for scene in scenes {
         let spec = scene.specimen_spec(&Patient::nominal(&scene), 0.0);
         let specimen = Specimen::new(spec).map_err(BenchError::work)?;
-        rows.push(SoakRow { seen: crate::soak(specimen.law(), specimen.field(), ticks, SEED), scene: scene.id });
+        rows.push(SoakRow { seen: trials::soak(specimen.law(), specimen.field(), ticks, SEED), scene: scene.id });
         progress.advance(1);
     }
     let table = out.join("soak.csv");

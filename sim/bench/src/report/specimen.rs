@@ -1,9 +1,8 @@
 //! What is measured: the shipped scenes and an exercise, built into the program so that every copy measures the same.
 
-use std::path::Path;
-
 use ::recording::Session;
 use documents::{ExerciseBundle, Patient, Scene};
+use dossier::SHIPPED_SCENES;
 use law::axial::AxialSpec;
 use time::OffsetDateTime;
 use tissue::Specimen;
@@ -12,31 +11,13 @@ use uuid::Uuid;
 use crate::error::BenchError;
 
 const EXERCISE: &str = include_str!("../../../../curricula/lower-back-basics/3-reach-the-muscle.toml");
-const PAPER: &str = include_str!("../../../../curricula/scenes/lower-back-paper.toml");
-const TRAINING: &str = include_str!("../../../../curricula/scenes/lower-back-training.toml");
-const VESSEL: &str = include_str!("../../../../curricula/scenes/lower-back-vessel.toml");
-const BODY: &str = include_str!("../../../../curricula/scenes/epidural-midline.toml");
+const PAPER: &str = SHIPPED_SCENES[0];
+const TRAINING: &str = SHIPPED_SCENES[1];
+const VESSEL: &str = SHIPPED_SCENES[6];
+const BODY: &str = SHIPPED_SCENES[10];
 const MIDLINE: &str = include_str!("../../../../curricula/lumbar-epidural-on-a-body/1-midline.toml");
-/// Every shipped scene.
-const SHIPPED: [&str; 15] = [
-    PAPER,
-    TRAINING,
-    include_str!("../../../../curricula/scenes/epidural-71kg.toml"),
-    include_str!("../../../../curricula/scenes/lower-back-lean.toml"),
-    include_str!("../../../../curricula/scenes/lower-back-obese.toml"),
-    include_str!("../../../../curricula/scenes/lower-back-thick-needle.toml"),
-    VESSEL,
-    include_str!("../../../../curricula/scenes/lower-back-measured-skin.toml"),
-    include_str!("../../../../curricula/scenes/liver-18g.toml"),
-    include_str!("../../../../curricula/scenes/heart-18g.toml"),
-    BODY,
-    include_str!("../../../../curricula/scenes/epidural-off-bone.toml"),
-    include_str!("../../../../curricula/scenes/epidural-paramedian.toml"),
-    include_str!("../../../../curricula/scenes/lumbar-puncture.toml"),
-    include_str!("../../../../curricula/scenes/kidney-lower-pole.toml"),
-];
 
-/// Every shipped exercise, each with its scene by the place it has in [`SHIPPED`].
+/// Every shipped exercise, each with its scene by the place it has in [`SHIPPED_SCENES`].
 const EXERCISES: [(&str, usize); 14] = [
     (include_str!("../../../../curricula/experiments/paper-insertion.toml"), 0),
     (include_str!("../../../../curricula/lower-back-basics/1-feel-the-layers.toml"), 1),
@@ -86,21 +67,13 @@ pub fn read_body_exercise() -> Result<ExerciseBundle, BenchError> {
     Ok(ExerciseBundle::from_texts(MIDLINE, BODY)?)
 }
 
-/// Every shipped scene.
-///
-/// # Errors
-/// When a document built in is refused.
-pub fn read_shipped_scenes() -> Result<Vec<Scene>, BenchError> {
-    SHIPPED.iter().map(|text| Ok(documents::load::read_scene_text(Path::new("shipped scene"), text)?)).collect()
-}
-
 /// Every shipped exercise with its scene.
 ///
 /// # Errors
 /// When a document built in is refused.
 pub fn read_shipped_exercises() -> Result<Vec<ExerciseBundle>, BenchError> {
     let bundle = |(text, scene): &(&str, usize)| -> Result<ExerciseBundle, BenchError> {
-        Ok(ExerciseBundle::from_texts(text, SHIPPED[*scene])?)
+        Ok(ExerciseBundle::from_texts(text, SHIPPED_SCENES[*scene])?)
     };
     EXERCISES.iter().map(bundle).collect()
 }
@@ -147,6 +120,7 @@ pub fn make_session(bundle: &ExerciseBundle, tick_hz: f64) -> Session {
 mod tests {
     use std::collections::BTreeSet;
     use std::fs;
+    use std::path::Path;
 
     use super::*;
 
@@ -156,7 +130,7 @@ mod tests {
         let files = fs::read_dir(folder).expect("the shipped scenes").map(|entry| entry.expect("a file").path());
         let scenes = files.filter(|path| path.extension().is_some_and(|extension| extension == "toml"));
         let on_disk: BTreeSet<String> = scenes.map(|path| fs::read_to_string(path).expect("a scene")).collect();
-        assert_eq!(on_disk, SHIPPED.map(str::to_owned).into());
+        assert_eq!(on_disk, SHIPPED_SCENES.map(str::to_owned).into());
     }
 
     /// The exercises of a folder, by id, with the scene that each names.

@@ -1,6 +1,7 @@
 //! One file per command, and what several of them share.
 
 pub mod anatomy;
+#[cfg(feature = "reports")]
 pub mod bench;
 pub mod calibrate;
 pub mod check;
@@ -10,9 +11,11 @@ pub mod field;
 pub mod force;
 pub mod outbox;
 pub mod pair;
+#[cfg(feature = "window")]
 pub mod play;
 pub mod recover;
 pub mod render;
+#[cfg(feature = "window")]
 pub mod replay;
 pub mod schema;
 pub mod score;

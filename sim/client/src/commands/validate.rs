@@ -3,8 +3,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use ::bench::report::{SceneDossier, make_dossiers, make_shipped_dossiers, write_dossier_text, write_dossiers};
 use documents::Scene;
+use dossier::{
+    SceneDossier, draw_dossier, make_dossiers, read_shipped_scenes, write_dossier_table, write_dossier_text,
+};
 
 use crate::exit::{Failure, Outcome};
 use crate::{output, sources};
@@ -35,15 +37,15 @@ pub fn run(args: &ValidateArgs) -> Outcome {
         return output::print_buffered(|out| write!(out, "{text}"));
     };
     fs::create_dir_all(folder).map_err(|error| Failure::refused(folder, format_args!("cannot be created: {error}")))?;
-    for written in write_dossiers(&dossiers, folder)? {
-        output::print_line(format_args!("{}", written.display()))?;
-    }
-    Ok(())
+    let text = format!("{}\n![](dossier.svg)\n", write_dossier_text(&dossiers));
+    write_file(&folder.join("dossier.md"), text)?;
+    write_file(&folder.join("dossier.csv"), write_dossier_table(&dossiers).map_err(Failure::work)?)?;
+    write_file(&folder.join("dossier.svg"), draw_dossier(&dossiers))
 }
 
 fn dossiers_of(files: &[PathBuf]) -> Result<Vec<SceneDossier>, Failure> {
     if files.is_empty() {
-        return Ok(make_shipped_dossiers()?);
+        return Ok(make_dossiers(&read_shipped_scenes()?));
     }
     let scenes = files.iter().map(|file| read_scene(file)).collect::<Result<Vec<_>, _>>()?;
     Ok(make_dossiers(&scenes))
@@ -51,4 +53,10 @@ fn dossiers_of(files: &[PathBuf]) -> Result<Vec<SceneDossier>, Failure> {
 
 fn read_scene(file: &Path) -> Result<Scene, Failure> {
     Ok(documents::load::read_scene_text(file, &sources::read_text(file)?)?)
+}
+
+/// Writes a file and prints its path.
+fn write_file(file: &Path, contents: impl AsRef<[u8]>) -> Outcome {
+    fs::write(file, contents).map_err(|error| Failure::work(format_args!("{}: {error}", file.display())))?;
+    output::print_line(format_args!("{}", file.display()))
 }

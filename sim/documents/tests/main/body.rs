@@ -3,9 +3,9 @@
 //! Would fail if layers came in another order than a body has them, if bone let a needle through, if two readings differed, or if a recording
 //! needed the body again.
 
-use bench::needle::DrivenNeedle;
 use documents::{ExerciseBundle, Patient, Scene};
 use nalgebra::Point3;
+use trials::needle::DrivenNeedle;
 
 use crate::support::{curricula, folder, read_text, write};
 

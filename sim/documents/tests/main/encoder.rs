@@ -3,10 +3,10 @@
 //! It would fail on a law that asks whether a tick moved (cutting then was on in 7 % of the ticks of a Phantom Omni, and jumped 400
 //! times a second), and on a speed taken between two samples.
 
-use bench::scenes::AxialRun;
 use documents::load::read_document;
 use documents::{Document, Patient};
 use law::axial::AxialSpec;
+use trials::scenes::AxialRun;
 
 use crate::support::curricula;
 

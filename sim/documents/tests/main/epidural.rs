@@ -2,10 +2,10 @@
 //!
 //! Would fail if an edit of the scene, or of what a needle makes of its numbers, moved a peak by 1 mm or 10 %.
 
-use bench::scenes::AxialRun;
 use documents::load::read_document;
 use documents::{Document, Patient, Scene};
 use law::soundness;
+use trials::scenes::AxialRun;
 
 use crate::support::curricula;
 

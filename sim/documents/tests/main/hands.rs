@@ -7,11 +7,11 @@
 use std::ops::RangeInclusive;
 use std::{fmt, thread};
 
-use bench::{Performance, perform};
 use documents::{ExerciseBundle, Patient};
 use law::axial::Contactor;
 use law::operator::{Occasion, Operator, Plan, Skill};
 use tissue::Specimen;
+use trials::{Performance, perform};
 
 use crate::support::{curricula, shipped};
 

@@ -1,5 +1,6 @@
 //! Devices without a vendor.
 
+#[cfg(feature = "gamepad")]
 pub mod gamepad;
 pub mod hand;
 pub mod operator;

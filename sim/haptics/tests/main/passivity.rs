@@ -7,7 +7,6 @@
 
 use std::sync::Arc;
 
-use bench::scenes::{OPTION_SETS, TriedOption, with_options};
 use haptics::device::DeviceInfo;
 use haptics::mapping::{Mapping, NeedlePose};
 use haptics::servo::Setup;
@@ -15,6 +14,7 @@ use law::closed_form::{predict_held_ruptures, predict_ruptures};
 use law::operator::Skill;
 use law::puncture::{PunctureInput, PunctureParams, PunctureScratch, PunctureSpec, PunctureState, step};
 use nalgebra::Vector3;
+use trials::scenes::{OPTION_SETS, TriedOption, with_options};
 
 use crate::support::{PERIOD_S, RATE_HZ, Rig, device, reading, shipped, touch};
 

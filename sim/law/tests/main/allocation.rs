@@ -3,12 +3,12 @@
 //! It would fail on a vector that grows with events or tracks, and on a query of a shape that builds a heap.
 
 use allocation_counter::measure;
-use bench::needle::DrivenNeedle;
-use bench::scenes::{AxialRun, in_hold_out_in, optioned_axial_spec, training_axial_spec};
 use law::axial::AxialSpec;
 use law::operator::{Felt, Operator, Plan, Skill, needle_pose};
 use law::puncture::{PunctureInput, step};
 use nalgebra::{Point3, Vector3};
+use trials::needle::DrivenNeedle;
+use trials::scenes::{AxialRun, in_hold_out_in, optioned_axial_spec, training_axial_spec};
 
 use crate::structures::one_of_each;
 

@@ -4,12 +4,12 @@
 //! It would fail on a wrong sign between the free and the inserted part, a series that ends too soon, a closed form that
 //! cancels, a tip that does not bend with its needle, or a rigid needle that pays for one that bends.
 
-use bench::needle::DrivenNeedle;
-use bench::scenes::training_axial_spec;
 use law::beam::{Beam, Bend, tube_n_m2};
 use law::puncture::{PunctureEvent, PunctureParams, PunctureState};
 use law::structures::{Shape, StructureKind, StructureSpec};
 use nalgebra::{DMatrix, DVector, Point3, SMatrix, Vector3};
+use trials::needle::DrivenNeedle;
+use trials::scenes::training_axial_spec;
 
 /// Foundation, in N/m².
 const K: f64 = 10_000.0;

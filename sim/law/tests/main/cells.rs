@@ -3,8 +3,8 @@
 //!
 //! It would fail if damping used a wrong layer's coefficient or length, which are the paper's own misprints.
 
-use bench::scenes::{AxialRun, make_layer, needle_through};
 use law::axial::{AxialSpec, Layer};
+use trials::scenes::{AxialRun, make_layer, needle_through};
 
 const SPEED: f64 = 0.002;
 const DT: f64 = 0.001;

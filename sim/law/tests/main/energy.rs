@@ -4,10 +4,12 @@
 //! It would fail if a rupture, a shrinking friction cap or a withdrawal lost or made energy, or if the ledger closed
 //! only because it booked something else than the forces.
 
-use bench::scenes::{AxialRun, Leg, in_hold_out_in, make_layer, paper_axial_spec, training_axial_spec, trocar_through};
 use law::Incidence;
 use law::axial::{AxialOutput, AxialSpec};
 use law::ledger::{LayerEnergy, Ledger};
+use trials::scenes::{
+    AxialRun, Leg, in_hold_out_in, make_layer, paper_axial_spec, training_axial_spec, trocar_through,
+};
 
 /// Training layers with a fascia of no thickness between fat and muscle.
 fn with_fascia() -> AxialSpec {

@@ -4,13 +4,13 @@
 //! It would fail if a hand's stiffness no longer told a novice from an expert, if a hand shook itself to pieces against bone, pushed on it
 //! harder than its skill says, turned the needle inside the skin or redirected for ever, or if anything but the seed, the steps and the forces reached the motion.
 
-use bench::needle::DrivenNeedle;
-use bench::scenes::{paper_axial_spec, training_axial_spec};
 use law::axial::{AxialSpec, Contactor};
 use law::operator::{Felt, Motion, Operator, Plan, Skill};
 use law::puncture::{PunctureEvent, PunctureOutput};
 use law::structures::{Shape, StructureKind, StructureSpec};
 use nalgebra::{Point3, Vector3};
+use trials::needle::DrivenNeedle;
+use trials::scenes::{paper_axial_spec, training_axial_spec};
 
 const DT: f64 = 1e-3;
 const TARGET_M: f64 = 0.025;

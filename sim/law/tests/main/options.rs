@@ -2,8 +2,6 @@
 //!
 //! They would fail if a sheet were alike under every edge, a threshold did not follow its mechanics, or tissue set in motion were felt.
 
-use bench::needle::DrivenNeedle;
-use bench::scenes::{AxialRun, make_layer, needle_through, optioned_axial_spec, training_axial_spec};
 use law::axial::{
     AxialParams, AxialSpec, Breakaway, FibrousSheet, ForceLaw, MaxwellBranch, RateDependence, RuptureCriterion,
 };
@@ -12,6 +10,8 @@ use law::inertia::MovedTissue;
 use law::operator::{Felt, Operator, Plan, Skill};
 use law::soundness::find_unsound_ruptures;
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use trials::needle::DrivenNeedle;
+use trials::scenes::{AxialRun, make_layer, needle_through, optioned_axial_spec, training_axial_spec};
 
 /// A fascia on soft fat, weaker along its fibres, which lie along the patient's y.
 fn fascia() -> AxialSpec {

@@ -4,13 +4,13 @@
 //! They would fail if a dissipation could be negative, a boundary could heal or open out of turn, or some input gave a
 //! force that is not a number.
 
-use bench::scenes::{AxialRun, make_layer, paper_axial_spec};
 use law::axial::{
     AxialParams, AxialSpec, Breakaway, Contactor, FibrousSheet, ForceLaw, Layer, LayerOptions, MaxwellBranch,
     ParamError, RateDependence, RuptureCriterion,
 };
 use law::soundness::Unsound;
 use proptest::prelude::*;
+use trials::scenes::{AxialRun, make_layer, paper_axial_spec};
 
 fn any_layer() -> impl Strategy<Value = Layer> {
     let thickness = prop_oneof![Just(0.0), 0.01..40.0_f64];

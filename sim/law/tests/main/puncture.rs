@@ -3,13 +3,13 @@
 //! It would fail if the axial law were fed anything but the latched displacement, if a track's boundaries healed or leaked into
 //! another's, or if any part of the state were left out of a save.
 
-use bench::needle::{DT, DrivenNeedle};
-use bench::scenes::{paper_axial_spec, training_axial_spec};
 use law::Incidence;
 use law::axial::{AxialInput, AxialParams, AxialScratch, AxialState, PiercingStage};
 use law::operator::needle_pose;
 use law::puncture::{PunctureEvent, PunctureInput, PunctureOutput, PunctureScratch, step};
 use nalgebra::{Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use trials::needle::{DT, DrivenNeedle};
+use trials::scenes::{paper_axial_spec, training_axial_spec};
 
 fn above(x_mm: f64) -> Point3<f64> {
     Point3::new(x_mm * 1e-3, 0.0, 0.003)

@@ -4,8 +4,8 @@
 //! It would fail on another order of ruptures and forces within a tick, another first-sample rule, or another idea
 //! of when the tip cuts.
 
-use bench::scenes::AxialRun;
 use law::axial::{AxialOutput, AxialSpec};
+use trials::scenes::AxialRun;
 
 fn close(found: f64, wanted: f64) -> bool {
     (found - wanted).abs() <= 1e-12_f64.max(1e-9 * wanted.abs())

@@ -1,11 +1,11 @@
 //! Where and at what force boundaries give way: the closed form against the numbers of physics section 2, the law against
 //! the closed form within one tick, and which scenes are sound.
 
-use bench::lateness_m;
-use bench::scenes::{AxialRun, Leg, paper_axial_spec, training_axial_spec};
 use law::axial::{AxialSpec, Contactor, RateDependence};
 use law::closed_form::predict_ruptures;
 use law::soundness::find_unsound_ruptures;
+use trials::lateness_m;
+use trials::scenes::{AxialRun, Leg, paper_axial_spec, training_axial_spec};
 
 #[test]
 fn the_trocars_closed_form_is_the_published_one() {

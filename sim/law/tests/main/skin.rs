@@ -3,13 +3,13 @@
 //! Would fail if the needle met the plane z = 0 instead of the skin, if layers were taken for flat ones, if a path had another length than the
 //! geometry says, or if a needle beside or along the skin gave a force that is no number.
 
-use bench::needle::DrivenNeedle;
-use bench::scenes::training_axial_spec;
 use law::axial::Contactor;
 use law::puncture::{PunctureEvent, PunctureSpec};
 use law::{Incidence, Skin};
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
+use trials::needle::DrivenNeedle;
+use trials::scenes::training_axial_spec;
 
 fn over(skin: Skin) -> DrivenNeedle {
     let spec = PunctureSpec {

@@ -2,10 +2,10 @@
 //!
 //! It would fail if any sequence of motions made a force without end, lost or made energy, or if the motion met nothing.
 
-use bench::needle::DrivenNeedle;
-use bench::scenes::training_axial_spec;
-use bench::soak;
 use law::puncture::PunctureParams;
+use trials::needle::DrivenNeedle;
+use trials::scenes::training_axial_spec;
+use trials::soak;
 
 use crate::structures::one_of_each;
 

@@ -3,11 +3,11 @@
 //! It would fail if a shape were placed or measured in another frame, if only the tip and not the shaft could hit, if
 //! a structure were reported at every tick, or if a broken mesh were believed.
 
-use bench::needle::DrivenNeedle;
-use bench::scenes::paper_axial_spec;
 use law::puncture::{PunctureEvent, PunctureParams, PunctureScratch, PunctureSpec};
 use law::structures::{Shape, StructureKind, StructureSpec, Wall};
 use nalgebra::{Point3, Vector3};
+use trials::needle::DrivenNeedle;
+use trials::scenes::paper_axial_spec;
 
 const MM: f64 = 1e-3;
 

@@ -6,11 +6,11 @@
 //! thickness times its stiffness: 8.75 N for a lamina of 7 mm. From version 4 the tip slides on the surface, and neither is so. These tests
 //! would fail if force jumped anywhere else, or by more, were no number, or gave work away.
 
-use bench::needle::DrivenNeedle;
-use bench::scenes::paper_axial_spec;
 use law::axial::{AxialSpec, ForceLaw};
 use law::structures::{Shape, StructureKind, StructureSpec};
 use nalgebra::{Point3, Vector3};
+use trials::needle::DrivenNeedle;
+use trials::scenes::paper_axial_spec;
 
 const MM: f64 = 1e-3;
 const BONE_N_PER_MM: f64 = 2.5;

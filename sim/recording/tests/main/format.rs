@@ -3,14 +3,16 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use foxglove::schemas::{FrameTransforms, Log, PoseInFrame, SceneUpdate};
+use data_encoding::HEXLOWER;
 use law::structures::Shape;
 use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use nalgebra::{Point3, Vector3};
 use prost::Message;
 use recording::{Event, Writer};
+use sha2::{Digest, Sha256};
 
+use crate::foxglove::{FrameTransforms, Log, PoseInFrame, SceneEntity, SceneUpdate, log};
 use crate::support::{attachments, drawing, file, rupture, sample, session, writer};
 
 /// Every record of a file in order, chunks whole.
@@ -64,6 +66,26 @@ fn topics_have_the_schemas_of_the_contract() {
         assert_eq!(schema.encoding, "protobuf");
         assert!(!schema.data.is_empty(), "{} has no descriptors", schema.name);
     }
+}
+
+/// The schemas that viewers know, byte by byte as the crate foxglove 0.30.3 gave them: SHA-256.
+const VIEWERS_SCHEMAS: [(&str, &str); 4] = [
+    ("foxglove.FrameTransforms", "3833358365a105d961c08f949dd1f1d11a79b944856e209fd1aa7bbfe3eecd84"),
+    ("foxglove.Log", "5dfc92a009d203622d302ecc5bf24b99fc49b1917dbaf6adf9f02ae81878f648"),
+    ("foxglove.PoseInFrame", "e098476322ae4b09d302282a84bd680bf7b857f5ce73e6842f0eda3684c24efc"),
+    ("foxglove.SceneUpdate", "554b56b84b93d7e7af70af415a6bfd74ca23203ba3e6e6c1cc6557269808560e"),
+];
+
+#[test]
+fn the_schemas_of_viewers_are_theirs_byte_by_byte() {
+    let summary = mcap::Summary::read(&file(10)).unwrap().unwrap();
+    let found: BTreeMap<&str, String> = summary
+        .schemas
+        .values()
+        .filter(|schema| schema.name.starts_with("foxglove."))
+        .map(|schema| (schema.name.as_str(), HEXLOWER.encode(&Sha256::digest(&schema.data))))
+        .collect();
+    assert_eq!(found, VIEWERS_SCHEMAS.map(|(name, hash)| (name, hash.to_owned())).into());
 }
 
 #[test]
@@ -288,8 +310,7 @@ fn the_scene_shows_layers_structures_and_needle() {
     let (centre, size) = (muscle.pose.unwrap().position.unwrap().z, muscle.size.unwrap().z);
     assert!((centre + 0.5 * size + 0.0008).abs() < 1e-12);
     assert!((centre - 0.5 * size + 0.0398).abs() < 1e-12);
-    let drawn =
-        |e: &foxglove::schemas::SceneEntity| e.cubes.len() + e.spheres.len() + e.cylinders.len() + e.triangles.len();
+    let drawn = |e: &SceneEntity| e.cubes.len() + e.spheres.len() + e.cylinders.len() + e.triangles.len();
     assert_eq!(entities.iter().map(drawn).collect::<Vec<_>>(), [1, 1, 1, 1, 1, 3, 1, 1]);
     assert_eq!(drawing().structures.len(), 4);
 }
@@ -327,7 +348,7 @@ fn an_event_also_reads_as_a_line_of_the_log() {
         .map(|(_, data)| Log::decode(data.as_slice()).unwrap())
         .collect();
     assert_eq!(lines[0].message, "tip_rupture at 3.021 mm, 1.000 N, boundary 0: skin");
-    assert_eq!(lines[1].level, i32::from(foxglove::schemas::log::Level::Error));
+    assert_eq!(lines[1].level, i32::from(log::Level::Error));
 }
 
 #[test]

@@ -3,10 +3,10 @@
 //! It would fail on a vector that grows with the answers, and on a solver that makes its scratch anew.
 
 use allocation_counter::measure;
-use bench::slabs::{ask_contactor, make_elastic_layer};
 use tissue::FieldModel;
 use tissue::axisymmetric::{Superposed, fit};
 use tissue::volumetric::{Corotational, Effort, MeshSpec3, Patch, Problem3, Volumetric};
+use trials::slabs::{ask_contactor, make_elastic_layer};
 
 #[test]
 fn the_axisymmetric_model_never_allocates_once_it_is_made() {

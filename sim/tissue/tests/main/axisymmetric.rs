@@ -2,12 +2,12 @@
 //!
 //! It would fail on a wrong stiffness or load, on a mesh that misses an interface, and on an estimate that flatters.
 
-use bench::estimates::truth;
-use bench::slabs::{ask_contactor, make_elastic_layer};
 use proptest::prelude::*;
 use serde::Deserialize;
 use tissue::axisymmetric::{Axisymmetric, FittedAxisymmetric, MeshSpec, Superposed, fit, fit_rung};
 use tissue::{ElasticLayer, FieldModel, Load, LoadKind, Problem, Slab};
+use trials::estimates::truth;
+use trials::slabs::{ask_contactor, make_elastic_layer};
 
 #[derive(Deserialize)]
 struct CaseLayer {

@@ -2,9 +2,9 @@
 //!
 //! A quadrature that is too coarse, or a load that is not consistent with the elements, costs an order.
 
-use bench::slabs::{ask_contactor, make_elastic_layer, relative_distance_of_models, solve_beyond_need};
 use tissue::Problem;
 use tissue::axisymmetric::{Axisymmetric, MeshSpec};
+use trials::slabs::{ask_contactor, make_elastic_layer, relative_distance_of_models, solve_beyond_need};
 
 fn errors(problem: &Problem, meshes: impl IntoIterator<Item = MeshSpec>) -> Vec<f64> {
     let truth = solve_beyond_need(problem).expect("a model");

@@ -4,8 +4,6 @@
 //! Would fail on a wrong place of a rupture, a wrong derivative, a bound that is not kept, a constraint that is forgotten, a law
 //! of its own beside the force law, an interval that does not hold the truth, or a wrong minimum that is passed over.
 
-use bench::calibration::{Disturbance, Measurement, Origin, Trialled, sample, try_fit};
-use bench::scenes::{AxialRun, make_layer, needle_through, training_axial_spec};
 use law::axial::{AxialSpec, ForceLaw};
 use law::soundness;
 use proptest::prelude::*;
@@ -14,6 +12,8 @@ use rand_pcg::rand_core::{Rng, SeedableRng};
 use tissue::calibrate::{
     CalibrateError, Curve, Fit, Fresh, Interval, ParameterStanding, Quantity, Start, fit, residual_rms_n,
 };
+use trials::calibration::{Disturbance, Measurement, Origin, Trialled, sample, try_fit};
+use trials::scenes::{AxialRun, make_layer, needle_through, training_axial_spec};
 
 /// A needle without a rim through skin, fat and muscle whose boundaries all give way within 30 mm.
 fn needle() -> AxialSpec {

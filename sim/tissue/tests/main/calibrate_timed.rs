@@ -4,16 +4,16 @@
 //! Would fail on a law of its own beside the force law, an option that is fitted to nothing, a hold or a withdrawal that is passed over,
 //! or an interval that does not hold the truth.
 
-use bench::scenes::{make_layer, needle_through};
-use bench::timed_calibration::{
-    DEEPEST_M, HOLD_S, SAMPLE_S, SPEED_M_PER_S, TimedNoise, along, changed, insertion, liver, sample_timed, sticky_at,
-    try_timed_fit,
-};
 use law::axial::{AxialSpec, ForceLaw, LayerOptions};
 use law::operator::Draw;
 use law::soundness;
 use tissue::calibrate::{
     CalibrateError, Fit, ParameterEstimate, Quantity, TimedCurve, TimedSample, fit_timed, timed_residual_rms_n,
+};
+use trials::scenes::{make_layer, needle_through};
+use trials::timed_calibration::{
+    DEEPEST_M, HOLD_S, SAMPLE_S, SPEED_M_PER_S, TimedNoise, along, changed, insertion, liver, sample_timed, sticky_at,
+    try_timed_fit,
 };
 
 /// Curves whose intervals are held against the truth.

@@ -3,9 +3,9 @@
 //! It would fail on a judge that misses what the mesh misses: the way of judging that recordings of before were made by does. The
 //! thousand scenes of the report (`stylet bench estimates`) begin with those that are tried here.
 
-use bench::estimates::{DrawnTissue, draw, measure, truth};
 use tissue::axisymmetric::fit_by;
 use tissue::{Judging, relative_distance};
+use trials::estimates::{DrawnTissue, draw, measure, truth};
 
 #[test]
 fn no_estimate_is_a_third_of_the_error_and_no_tolerance_is_met_by_word_alone() {

@@ -4,8 +4,6 @@
 //! or not on the layer, a drag that pushes on withdrawal, and a follower that drifts or is thrown by a bad clock.
 
 use allocation_counter::measure;
-use bench::lumps::lower_back_with;
-use bench::scenes::{AxialRun, Leg, in_hold_out_in, paper_axial_spec, training_axial_spec};
 use law::axial::{AxialParams, AxialSpec, forecast_standing, write_loads};
 use law::{Incidence, Skin};
 use tissue::follow::{
@@ -14,6 +12,8 @@ use tissue::follow::{
 };
 use tissue::volumetric::Problem3;
 use tissue::{ElasticLayer, FieldModel, LoadKind, Model};
+use trials::lumps::lower_back_with;
+use trials::scenes::{AxialRun, Leg, in_hold_out_in, paper_axial_spec, training_axial_spec};
 
 /// The lower back of physics section 4 under a needle of 1 mm radius, held 50 mm away.
 pub fn lower_back() -> TissueSpec {

@@ -1,7 +1,6 @@
 //! A skin that bends, and what lies in the layers. It would fail where flat layers were taken for what they are not, where they were left
 //! though they would do, where a claim were below the error, or where a boundary gave way at another place than in three dimensions.
 
-use bench::lumps::{lower_back_with, make_ball, push_everywhere_m, push_in_three_dimensions_m, worst_push_error};
 use law::axial::{AxialParams, AxialSpec};
 use law::closed_form::predict_ruptures;
 use law::{Incidence, Skin};
@@ -9,6 +8,7 @@ use nalgebra::{Point3, Vector3};
 use tissue::Model;
 use tissue::follow::{Field, FollowError, TissueSpec};
 use tissue::planner::PlanError;
+use trials::lumps::{lower_back_with, make_ball, push_everywhere_m, push_in_three_dimensions_m, worst_push_error};
 
 /// Size of a reference's elements near the load, in m.
 const NEAR_M: f64 = 1.1e-3;
@@ -72,7 +72,7 @@ fn on_a_slope_of_12_degrees_boundaries_open_where_they_do_in_three_dimensions() 
 
 /// The training layers as a needle finds them.
 fn along(incidence: &Incidence) -> AxialSpec {
-    let mut spec = bench::scenes::training_axial_spec();
+    let mut spec = trials::scenes::training_axial_spec();
     let mut boundaries_m = Vec::new();
     incidence.lay_layers(spec.layers.iter().map(|layer| layer.thickness_m), &mut boundaries_m);
     for (layer, ends_m) in spec.layers.iter_mut().zip(boundaries_m.windows(2)) {

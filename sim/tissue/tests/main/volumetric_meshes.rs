@@ -2,10 +2,10 @@
 //! within the patch, makes numbers. It would fail where a node that rounds past the radius, or a disc of a block and one ring,
 //! makes a NaN of the mesh.
 
-use bench::slabs::{ask_contactor, make_elastic_layer};
 use proptest::prelude::*;
 use tissue::volumetric::{Grading, MeshSpec3, Problem3, Volumetric, VolumetricError};
 use tissue::{ElasticLayer, FieldModel, LoadKind};
+use trials::slabs::{ask_contactor, make_elastic_layer};
 
 fn log(low: f64, high: f64) -> impl Strategy<Value = f64> {
     (libm::log(low)..libm::log(high)).prop_map(libm::exp)

@@ -5,6 +5,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use haptics::device::{Clocked, Device, DeviceFault, DeviceInfo, Reading};
+#[cfg(feature = "window")]
 use haptics::devices::gamepad;
 use haptics::inverse3::{self, Inverse3};
 use haptics::openhaptics::{self, OpenHaptics};
@@ -67,6 +68,7 @@ pub fn probe_inverse3(options: &inverse3::Inverse3Options) -> DoctorFinding {
 }
 
 /// Gamepads.
+#[cfg(feature = "window")]
 pub fn probe_gamepads() -> DoctorFinding {
     let subject = "gamepads";
     match gamepad::connected() {

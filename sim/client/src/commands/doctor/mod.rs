@@ -93,6 +93,7 @@ pub fn run(args: &DoctorArgs) -> Outcome {
     ];
     findings.push(devices::probe_openhaptics(&args.devices.openhaptics()));
     findings.push(devices::probe_inverse3(&args.devices.inverse3()));
+    #[cfg(feature = "window")]
     findings.push(devices::probe_gamepads());
     findings.extend(args.server.as_ref().map(probes::probe_server));
     findings.push(probes::probe_graphics());

@@ -18,7 +18,8 @@ const HEAD: &str = "\
 Third-party software in Stylet
 
 Stylet itself is licensed under MIT OR Apache-2.0, see LICENSE-MIT and LICENSE-APACHE. Its programs contain the packages below,
-in the versions that Cargo.lock names, unchanged; their sources are at the addresses given and on crates.io. The pages that
+in the versions that Cargo.lock names, unchanged; their sources are at the addresses given and on crates.io. Files of others in our own
+packages are named with their licences below the list. The pages that
 the service sends to browsers contain no code but Stylet's own. The Rust standard library is contained under
 MIT OR Apache-2.0 (https://github.com/rust-lang/rust). SQLite, within libsqlite3-sys, is in the public domain.
 ";
@@ -26,6 +27,11 @@ MIT OR Apache-2.0 (https://github.com/rust-lang/rust). SQLite, within libsqlite3
 /// The packages of others that are linked into some of our programs, by name and version.
 #[must_use]
 pub fn shipped<'a>(metadata: &'a Metadata, programs: &[&str]) -> Vec<&'a Package> {
+    linked(metadata, programs).into_iter().filter(|package| package.source.is_some()).collect()
+}
+
+/// The packages that are linked into some of our programs, ours among them, by name and version.
+fn linked<'a>(metadata: &'a Metadata, programs: &[&str]) -> Vec<&'a Package> {
     let ours = metadata.workspace_packages();
     let mut open: Vec<&PackageId> =
         ours.iter().filter(|package| programs.contains(&package.name.as_str())).map(|package| &package.id).collect();
@@ -37,8 +43,7 @@ pub fn shipped<'a>(metadata: &'a Metadata, programs: &[&str]) -> Vec<&'a Package
         let linked = linked.filter(|dep| dep.dep_kinds.iter().any(|kind| kind.kind == DependencyKind::Normal));
         open.extend(linked.map(|dep| &dep.pkg).filter(|package| seen.insert(package)));
     }
-    let mut found: Vec<_> =
-        seen.into_iter().map(|id| &metadata[id]).filter(|package| package.source.is_some()).collect();
+    let mut found: Vec<_> = seen.into_iter().map(|id| &metadata[id]).collect();
     found.sort_by(|a, b| (&a.name, &a.version).cmp(&(&b.name, &b.version)));
     found
 }
@@ -65,6 +70,9 @@ pub fn notices(metadata: &Metadata, programs: &[&str]) -> Result<String, String>
         licences.add(package)?;
     }
     text.push('\n');
+    for package in linked(metadata, programs).into_iter().filter(|package| package.source.is_none()) {
+        licences.add_vendored(package)?;
+    }
     licences.print(&mut text);
     Ok(text)
 }
@@ -83,11 +91,22 @@ impl Licences {
         find(&folder, DEPTH, &mut files);
         files.extend(package.license_file().map(|file| file.into_std_path_buf()).filter(|file| !files.contains(file)));
         files.sort();
-        let read = |file: &PathBuf| std::fs::read(file).map_err(|error| format!("{}: {error}", file.display()));
         for file in &files {
-            self.add_text(&name, &String::from_utf8_lossy(&read(file)?));
+            self.add_text(&name, &read_text(file)?);
         }
         if files.is_empty() { self.add_standard(&name, package) } else { Ok(()) }
+    }
+
+    /// Adds the licences of files of others in a package of ours: those in its subfolders.
+    fn add_vendored(&mut self, package: &Package) -> Result<(), String> {
+        let folder = package.manifest_path.parent().map(|folder| folder.as_std_path()).unwrap_or(Path::new("."));
+        let mut files = Vec::new();
+        find(folder, DEPTH, &mut files);
+        for file in files.iter().filter(|file| file.parent() != Some(folder)) {
+            let place = file.parent().and_then(|place| place.strip_prefix(folder).ok()).unwrap_or(file);
+            self.add_text(&format!("{} ({})", package.name, place.display()), &read_text(file)?);
+        }
+        Ok(())
     }
 
     fn add_standard(&mut self, name: &str, package: &Package) -> Result<(), String> {
@@ -116,6 +135,11 @@ impl Licences {
                 write!(out, "\n{}\n{}\n\n{}\n", "=".repeat(80), from.join(", "), text.trim_matches('\n').trim_end());
         }
     }
+}
+
+fn read_text(file: &Path) -> Result<String, String> {
+    let bytes = std::fs::read(file).map_err(|error| format!("{}: {error}", file.display()))?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
 /// Files below a folder that look like a licence or a notice.

@@ -2,13 +2,13 @@
 
 use std::hint::black_box;
 
-use bench::scenes::{optioned_axial_spec, training_axial_spec};
 use criterion::{Criterion, criterion_group, criterion_main};
 use law::Incidence;
 use law::axial::{AxialInput, AxialParams, AxialScratch, AxialSpec, AxialState, step};
 use law::operator::needle_pose;
 use law::puncture::{PunctureInput, PunctureParams, PunctureScratch, PunctureSpec, PunctureState};
 use nalgebra::{Point3, Vector3};
+use trials::scenes::{optioned_axial_spec, training_axial_spec};
 
 /// Strokes of 30 mm, 4 s each way at 1 kHz: every stage and both directions.
 fn displacement_m(tick: u32) -> f64 {

@@ -1,11 +1,11 @@
-//! The hard cases of physics section 8, each a named test of what `bench` measures, on every model that it concerns.
+//! The hard cases of physics section 8, each a named test, on every model that it concerns.
 //!
 //! They would fail when a model gives way in one, when a case is tried on fewer models than it concerns, or when a trial of the
 //! report has no test.
 
 use std::collections::BTreeSet;
 
-use bench::{HardCaseTrial, all_trials};
+use trials::{HardCaseTrial, all_trials};
 
 /// What a trial measures keeps its bound.
 #[track_caller]

@@ -2,10 +2,10 @@
 
 use std::hint::black_box;
 
-use bench::slabs::{ask_contactor, make_elastic_layer};
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use tissue::axisymmetric::{Axisymmetric, FittedAxisymmetric, MeshSpec, Superposed, fit};
 use tissue::{FieldModel, Problem};
+use trials::slabs::{ask_contactor, make_elastic_layer};
 
 /// The contactors of lower_back and of stiff_skin_soft_fat, asked at the boundaries.
 fn problems() -> Vec<(String, Problem)> {

@@ -2,7 +2,6 @@
 
 use std::hint::black_box;
 
-use bench::scenes::training_axial_spec;
 use criterion::{Criterion, criterion_group, criterion_main};
 use law::Judging;
 use law::axial::{AxialSpec, Layer};
@@ -11,6 +10,7 @@ use law::puncture::{PunctureInput, PunctureScratch, PunctureSpec, PunctureState}
 use nalgebra::{Point3, Vector3};
 use tissue::follow::{Field, FollowState, TissueSpec, recoil_time_s};
 use tissue::{ElasticLayer, Slab, Specimen, SpecimenSpec};
+use trials::scenes::training_axial_spec;
 
 /// Strokes of 30 mm, 4 s each way at 1 kHz: every stage and both directions.
 fn displacement_m(tick: u32) -> f64 {

@@ -3,11 +3,17 @@
 
 use std::collections::BTreeSet;
 use std::path::Path;
+use std::process::{Command, Output};
 
-use tests::licences::{ACCEPTED, ACCEPTED_FOR_ONE, may_ship, named};
-use tests::{metadata, notices, root};
+use cargo_metadata::Metadata;
+use xtask::licences::{ACCEPTED, ACCEPTED_FOR_ONE, may_ship, named};
+use xtask::{notices, read_metadata, root};
 
 const PROGRAMS: [&str; 2] = ["stylet", "web-admin"];
+
+fn metadata() -> Metadata {
+    read_metadata("").expect("cargo metadata reads the workspace")
+}
 
 #[test]
 fn every_dependency_may_be_shipped() {
@@ -85,6 +91,7 @@ fn notices_hold_a_text_of_everything_that_is_linked() {
         assert!(list.contains(&format!("\n{name}: ")), "{name} is not listed");
         assert!(texts.contains(&name), "{name} has no text");
     }
+    assert!(texts.contains("recording (proto/foxglove)"), "the schemas of viewers have no text");
     for part in ["SIL OPEN FONT LICENSE", "UBUNTU FONT LICENCE", "Mozilla Public License", "Facebook", "Unicode, Inc."]
     {
         assert!(texts.contains(part), "{part} is missing");
@@ -93,6 +100,23 @@ fn notices_hold_a_text_of_everything_that_is_linked() {
     let service = notices::notices(&metadata, &PROGRAMS[1..]).expect("notices");
     assert!(service.contains("\naxum ") && !service.contains("\nwgpu "), "each program has its own");
     assert!(notices::notices(&metadata, &["nobody"]).is_err());
+}
+
+#[test]
+fn notices_are_written_for_a_program() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("THIRD-PARTY.txt");
+    let write = |program: &str| -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_xtask"));
+        command.arg("notices").arg(&out).arg(program).current_dir(root()).output().expect("it starts")
+    };
+    let output = write("web-admin");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = std::fs::read_to_string(&out).expect("notices");
+    assert!(text.contains("\naxum ") && text.contains("Permission is hereby granted"));
+    let output = write("nobody");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("nobody"));
 }
 
 /// The notices say that browsers get no code but our own. A library would be fetched from elsewhere, or bring its notice.

@@ -1,4 +1,0 @@
-//! What the bench measures keeps its bounds.
-
-#[cfg(test)]
-mod hard_cases;

@@ -1,0 +1,32 @@
+//! The shipped scenes, built in, so that every copy of the program reads the same.
+
+use std::path::Path;
+
+use documents::{DocumentError, Scene};
+
+/// The text of every shipped scene.
+pub const SHIPPED_SCENES: [&str; 15] = [
+    include_str!("../../../curricula/scenes/lower-back-paper.toml"),
+    include_str!("../../../curricula/scenes/lower-back-training.toml"),
+    include_str!("../../../curricula/scenes/epidural-71kg.toml"),
+    include_str!("../../../curricula/scenes/lower-back-lean.toml"),
+    include_str!("../../../curricula/scenes/lower-back-obese.toml"),
+    include_str!("../../../curricula/scenes/lower-back-thick-needle.toml"),
+    include_str!("../../../curricula/scenes/lower-back-vessel.toml"),
+    include_str!("../../../curricula/scenes/lower-back-measured-skin.toml"),
+    include_str!("../../../curricula/scenes/liver-18g.toml"),
+    include_str!("../../../curricula/scenes/heart-18g.toml"),
+    include_str!("../../../curricula/scenes/epidural-midline.toml"),
+    include_str!("../../../curricula/scenes/epidural-off-bone.toml"),
+    include_str!("../../../curricula/scenes/epidural-paramedian.toml"),
+    include_str!("../../../curricula/scenes/lumbar-puncture.toml"),
+    include_str!("../../../curricula/scenes/kidney-lower-pole.toml"),
+];
+
+/// Reads every shipped scene.
+///
+/// # Errors
+/// When a document built in is refused.
+pub fn read_shipped_scenes() -> Result<Vec<Scene>, DocumentError> {
+    SHIPPED_SCENES.iter().map(|text| documents::load::read_scene_text(Path::new("shipped scene"), text)).collect()
+}

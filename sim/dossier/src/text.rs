@@ -1,0 +1,110 @@
+//! The dossier in Markdown: published figures, and the value of each scene next to them.
+
+use std::fmt::Write as _;
+
+use crate::compare::{Agreement, DossierLine, SceneDossier};
+use crate::figures::{FIGURES, PublishedFigure};
+use crate::words::{first_upper, say_range, say_value, say_verdict, say_why};
+
+/// The scenes and figures of the README's six lines.
+const README_SCENES: [&str; 2] = ["lower-back-training", "epidural-71kg"];
+const README_FIGURES: [&str; 6] =
+    ["skin_opening_force", "overall_slope", "veress_peak", "flavum_speed", "tearing_share", "friction_share"];
+
+/// The six lines of the README: what was published beside two scenes.
+#[must_use]
+pub fn list_readme_lines(dossiers: &[SceneDossier]) -> Vec<String> {
+    let line = |id: &&str| {
+        let figure = FIGURES.iter().find(|figure| figure.id == *id)?;
+        let scenes = README_SCENES.iter().filter_map(|scene| dossiers.iter().find(|dossier| dossier.scene == *scene));
+        let cells: Vec<String> = scenes
+            .filter_map(|dossier| dossier.lines.iter().find(|line| line.figure.id == *id))
+            .map(say_agreement)
+            .collect();
+        Some(format!("| {} | {} | {} |", figure.title, say_range(figure), cells.join(" | ")))
+    };
+    README_FIGURES.iter().filter_map(line).collect()
+}
+
+/// The dossier in Markdown, without its picture.
+#[must_use]
+pub fn write_dossier_text(dossiers: &[SceneDossier]) -> String {
+    let mut text = format!(
+        "# Beside measurements\n\nMade by `stylet validate --out DIR` with stylet {}.\n\nWhat others have published, and what each scene gives \
+         beside it: a needle goes straight into the layers alone at 5 mm/s. Nothing was tuned to agree, but where a scene was fitted to a \
+         figure, which is said and proves nothing. A value without a spread is nothing to be inside of: its ratio is given. *Clearly above*: a \
+         test told two means apart, and by how much was not published; a scene must be a twentieth above, which such a test would show (our choice). *Read* tells \
+         whether the source's abstract was read here, or the figure was handed down without it.\n\n",
+        env!("CARGO_PKG_VERSION")
+    );
+    let counts = dossiers.iter().map(|dossier| {
+        let count =
+            |of: fn(&Agreement) -> bool| dossier.lines.iter().filter(|line| of(&line.agreement)).count().to_string();
+        [
+            dossier.scene.clone(),
+            count(|agreement| *agreement == Agreement::Inside),
+            count(|agreement| *agreement == Agreement::Outside),
+            count(|agreement| matches!(agreement, Agreement::Beside { .. })),
+            count(|agreement| matches!(agreement, Agreement::Incomparable(_))),
+        ]
+    });
+    let names = ["scene", "inside", "outside", "beside a single value", "not comparable"];
+    text.push_str(&markdown_table(names, &counts.collect::<Vec<_>>()));
+    for (place, figure) in FIGURES.iter().enumerate() {
+        write_figure(&mut text, figure, dossiers.iter().map(|dossier| (dossier.scene.as_str(), &dossier.lines[place])));
+    }
+    text
+}
+
+/// A figure, and the scenes beside it; scenes that are not comparable for the same reason in one line.
+fn write_figure<'a>(
+    text: &mut String,
+    figure: &PublishedFigure,
+    scenes: impl Iterator<Item = (&'a str, &'a DossierLine)>,
+) {
+    let source = figure.source;
+    let doi = if source.doi.is_empty() { String::new() } else { format!(" DOI {}.", source.doi) };
+    let _ = write!(
+        text,
+        "\n## {}: {}\n\n{}. {}.{doi} *{}.*\n\n",
+        figure.title,
+        say_range(figure),
+        first_upper(figure.conditions),
+        source.citation,
+        first_upper(source.known.words())
+    );
+    let (mut compared, mut others) = (Vec::new(), Vec::<(String, Vec<&str>)>::new());
+    for (scene, line) in scenes {
+        if let Agreement::Incomparable(why) = line.agreement {
+            let why = say_why(why);
+            match others.iter_mut().find(|(known, _)| *known == why) {
+                Some((_, scenes)) => scenes.push(scene),
+                None => others.push((why, vec![scene])),
+            }
+        } else {
+            let value = line.value.map_or_else(String::new, |value| say_value(&figure.quantity, value));
+            compared.push([scene.to_owned(), value, say_verdict(line)]);
+        }
+    }
+    if !compared.is_empty() {
+        text.push_str(&markdown_table(["scene", "value", "published"], &compared));
+    }
+    for (why, scenes) in others {
+        let _ = write!(text, "\nNot compared: {}: {why}.\n", scenes.join(", "));
+    }
+}
+
+fn say_agreement(line: &DossierLine) -> String {
+    let Some(value) = line.value else { return "–".to_owned() };
+    format!("{}, {}", say_value(&line.figure.quantity, value), say_verdict(line))
+}
+
+fn markdown_row(cells: &[String]) -> String {
+    format!("| {} |\n", cells.join(" | "))
+}
+
+fn markdown_table<const COLUMNS: usize>(names: [&str; COLUMNS], rows: &[[String; COLUMNS]]) -> String {
+    let head = markdown_row(&names.map(str::to_owned));
+    let rows: String = rows.iter().map(|row| markdown_row(row)).collect();
+    format!("{head}|{}\n{rows}", "---|".repeat(COLUMNS))
+}

@@ -1,0 +1,11 @@
+//! The messages as Rust types, generated from `sim/recording/proto`: `STYLET_UPDATE_MESSAGES=1 cargo test --workspace --test system
+//! messages` writes them anew.
+
+pub(crate) mod stylet {
+    include!("stylet.rs");
+}
+
+#[expect(dead_code, reason = "the schemas of viewers have more than a recording draws")]
+pub(crate) mod foxglove {
+    include!("foxglove.rs");
+}

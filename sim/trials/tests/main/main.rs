@@ -1,0 +1,4 @@
+//! Every hard case keeps its bound.
+
+#[cfg(test)]
+mod hard_cases;
