@@ -4,6 +4,42 @@
 say() { printf '\033[1m%s\033[0m\n' "$*" >&2; }
 die() { printf 'error: %s\n' "$*" >&2; exit 1; }
 
+# Begins a phase; `print_phases` lists what each took.
+phase_names=() phase_starts=()
+phase() {
+    say "$1"
+    phase_names+=("$1")
+    phase_starts+=("$SECONDS")
+}
+
+print_phases() {
+    local n ends=("${phase_starts[@]:1}" "$SECONDS")
+    say "Seconds of each phase"
+    for n in "${!phase_names[@]}"; do
+        printf '%6d  %s\n' "$((ends[n] - phase_starts[n]))" "${phase_names[n]}"
+    done
+    printf '%6d  in all\n' "$SECONDS"
+}
+
+# Lists the 30 slowest tests of reports that nextest has written.
+print_slowest() {
+    say "Seconds of the 30 slowest tests"
+    sed -n 's/.*<testcase name="\([^"]*\)" classname="\([^"]*\)".* time="\([0-9.]*\)".*/\3 \2 \1/p' "$@" \
+        | sort -rn | head -n 30 | awk '{ printf "%8.1f  %s %s\n", $1, $2, $3 }'
+}
+
+# Sums up the closing lines of logs of nextest.
+print_counts() {
+    awk '/^ *Summary \[/ {
+        for (n = 2; n <= NF; n++) {
+            if ($n ~ /^passed/) passed += $(n - 1)
+            if ($n ~ /^(failed|timed)/) failed += $(n - 1)
+            if ($n ~ /^skipped/) skipped += $(n - 1)
+        }
+    }
+    END { printf "%d passed, %d failed, %d skipped\n", passed, failed, skipped }' "$@"
+}
+
 # Installs Debian packages that are missing. As root or with sudo; elsewhere it says what to install.
 need_packages() {
     local missing=() package
@@ -41,6 +77,16 @@ need_rust() {
     found=$(rustc --version | awk '{print $2}')
     [ "$(printf '%s\n%s\n' "$wanted" "$found" | sort -V | head -n 1)" = "$wanted" ] \
         || die "Rust $found is too old: $wanted or newer is needed (rustup update)"
+}
+
+# Finds cargo-nextest in the version that .config/nextest.toml names, or compiles it into the target folder.
+need_nextest() {
+    local wanted tools
+    wanted=$(sed -n 's/^nextest-version = "\(.*\)"/\1/p' .config/nextest.toml)
+    tools=$(realpath -sm "${CARGO_TARGET_DIR:-target}/tools")
+    PATH=$tools/bin:$PATH
+    [ "$(cargo nextest --version 2>/dev/null | awk 'NR == 1 { print $2 }')" = "$wanted" ] \
+        || cargo install --quiet --locked --root "$tools" --version "$wanted" cargo-nextest
 }
 
 # Takes what only a debugger needs out of programs and keeps it beside each as PROGRAM.debug, where gdb finds it by itself.

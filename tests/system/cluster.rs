@@ -56,6 +56,7 @@ fn linters_of_their_kind_refuse_none() {
         "deploy/lint-then-compile",
         "deploy/run",
         "deploy/test",
+        "deploy/test-servers",
         "deploy/wheel",
     ];
     for script in scripts {

@@ -144,7 +144,7 @@ impl GuestAtWindow {
     pub(super) fn sit_down(home: &Path, kept: &Path) -> Self {
         let (display, kept) = (Display::open(), kept.to_string_lossy());
         let play = ["play", EXERCISE, "--device", "operator:constant:10", "--recordings", &kept, "--language", "de"];
-        let play = display.start(&mut at_home(home, &play));
+        let play = display.open_window(&mut at_home(home, &play));
         Self { display, play }
     }
 
@@ -158,12 +158,9 @@ impl GuestAtWindow {
 
     /// Types a code into the first field, and waits until the school has answered.
     pub(super) fn type_code(&self, code: &str) {
-        self.press(&["Tab"]);
-        sleep(Duration::from_secs(3));
-        self.display.write(code);
-        sleep(Duration::from_secs(2));
-        self.press(&["Return"]);
-        sleep(Duration::from_secs(8));
+        self.display.and_settles(|| self.display.press("Tab"));
+        self.display.and_settles(|| self.display.write(code));
+        self.display.and_settles(|| self.display.press("Return"));
     }
 
     /// Goes past the three buttons below the debriefing to what is asked, and answers the first question.

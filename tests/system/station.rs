@@ -10,7 +10,6 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering::SeqCst;
 use std::thread;
-use std::time::Duration;
 
 use recording::{EventKind, Recording};
 use serde_json::{Value, json};
@@ -234,13 +233,10 @@ fn a_trainee_signs_in_in_the_window_is_coached_and_finds_the_attempt_at_school()
     let (display, kept_in) = (Display::open(), kept.to_string_lossy());
     let exercise = "curricula/lower-back-basics/1-feel-the-layers.toml";
     let play = ["play", exercise, "--device", "operator:constant:20", "--recordings", &kept_in];
-    let mut play = display.start(&mut at_home(&home, &play));
-    // Nobody is so fast: what is typed before the field is shown as chosen goes nowhere.
-    let a_moment = || thread::sleep(Duration::from_secs(2));
-    display.press("Tab");
-    a_moment();
-    display.write(&code);
-    a_moment();
+    let mut play = display.open_window(&mut at_home(&home, &play));
+    // What is typed before the field is shown as chosen goes nowhere.
+    display.and_settles(|| display.press("Tab"));
+    display.and_settles(|| display.write(&code));
     display.press("Return");
     // While the school is asked, nothing begins: the attempt would be nobody's.
     display.begin_attempt(&kept);

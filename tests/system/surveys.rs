@@ -95,7 +95,6 @@ pub async fn professional(browser: &Client, link: &str) {
     browser.goto(link).await.expect("the link opens");
     let german = browser.find(Locator::Css("a[hreflang=de]")).await.expect("a choice of languages");
     german.click().await.expect("it is chosen");
-    tokio::time::sleep(std::time::Duration::from_millis(300)).await;
     contains(browser, "what a professional is told", &["freiwillig"]).await;
     inspect(browser, "what a professional is told, in German").await;
     consent(browser).await;

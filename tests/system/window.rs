@@ -3,6 +3,7 @@
 //! does not end by itself, when a killed program loses more than the last second, or when a full disk, a key or the window's close
 //! button loses anything.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
@@ -15,12 +16,16 @@ use recording::{EventKind, Recording};
 use serde_json::Value;
 use tests::{first_exercise, program, root, run_ok};
 use x11rb::connection::Connection;
-use x11rb::protocol::xproto::{ClientMessageEvent, ConnectionExt, EventMask};
+use x11rb::protocol::xproto::{ClientMessageEvent, ConnectionExt, EventMask, ImageFormat};
 
 /// What ends the name of an attempt that is being recorded.
 pub const DRAFT: &str = "stylet-part";
 /// The page before an attempt has some hundreds, a drawn needle tens of thousands.
 const MOST_COLOURS_OF_TEXT: usize = 2000;
+/// A cursor in a text has fewer pixels, and the frame of a field that is chosen more.
+const MOST_OF_A_CURSOR: usize = 120;
+/// So many looks at the screen, ten a second, find the same picture where nothing is under way.
+const STILL: usize = 10;
 /// One window at a time: each is drawn by as many threads as there are cores.
 static ONE_WINDOW: Mutex<()> = Mutex::new(());
 
@@ -60,6 +65,14 @@ impl Display {
         command.spawn().expect("it starts")
     }
 
+    /// Starts a program, and waits until its window is drawn.
+    #[track_caller]
+    pub fn open_window(&self, command: &mut Command) -> Child {
+        let mut program = None;
+        self.and_settles(|| program = Some(self.start(command)));
+        program.expect("it was started")
+    }
+
     /// Presses a key once the window is there.
     pub fn press(&self, key: &str) {
         self.on_window(&["key", key]);
@@ -77,7 +90,23 @@ impl Display {
     /// Waits until there is more than a page of text to be seen.
     #[track_caller]
     fn wait_for_picture(&self) {
-        within(60, "a picture", || Some(()).filter(|()| self.colours() > MOST_COLOURS_OF_TEXT));
+        let colours = || self.screen().into_iter().collect::<BTreeSet<_>>().len();
+        within(60, "a picture", || Some(()).filter(|()| colours() > MOST_COLOURS_OF_TEXT));
+    }
+
+    /// Does something at the window, and waits until it shows what comes of it: another picture, which then stays.
+    #[track_caller]
+    pub fn and_settles(&self, act: impl FnOnce()) {
+        let before = self.screen();
+        act();
+        let mut last = within(60, "another picture", || Some(self.screen()).filter(|now| differs(now, &before)));
+        let mut still = 0;
+        within(60, "a picture that stays", || {
+            let now = self.screen();
+            still = if differs(&now, &last) { 0 } else { still + 1 };
+            last = now;
+            Some(()).filter(|()| still >= STILL)
+        });
     }
 
     /// Types a text once the window is there.
@@ -117,12 +146,20 @@ impl Display {
         output.status.success().then(|| String::from_utf8_lossy(&output.stdout).into_owned())
     }
 
-    /// How many colours the screen shows.
-    fn colours(&self) -> usize {
-        let told =
-            self.tool("import", &["-window", "root", "-format", "%k", "info:"]).expect("a picture of the screen");
-        told.trim().parse().expect("a number of colours")
+    /// The colour of each pixel of the screen.
+    fn screen(&self) -> Vec<[u8; 4]> {
+        let (server, number) = x11rb::connect(Some(&self.number)).expect("the display");
+        let screen = &server.setup().roots[number];
+        let (width, height) = (screen.width_in_pixels, screen.height_in_pixels);
+        let asked = server.get_image(ImageFormat::Z_PIXMAP, screen.root, 0, 0, width, height, u32::MAX);
+        let picture = asked.expect("a request").reply().expect("a picture of the screen");
+        picture.data.as_chunks().0.to_vec()
     }
+}
+
+/// Whether two pictures of the screen differ in more than a cursor that blinks.
+fn differs(one: &[[u8; 4]], other: &[[u8; 4]]) -> bool {
+    one.iter().zip(other).filter(|(one, other)| one != other).count() > MOST_OF_A_CURSOR
 }
 
 impl Drop for Display {

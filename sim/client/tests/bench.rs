@@ -1,16 +1,18 @@
 //! `stylet bench`, shortened: every file it promises is there, and the figures that do not depend on the machine hold.
 
 use std::fs;
+use std::path::Path;
 
 use tempfile::TempDir;
 
 use crate::{repository, stylet, text};
 
 #[test]
-fn the_force_law_is_late_by_at_most_one_tick() {
+fn the_force_law_is_late_by_at_most_one_tick_and_an_encoders_steps_rattle_under_the_first_law_alone() {
     let folder = TempDir::new().expect("a folder");
     let out = folder.path().join("new/folder");
     stylet(&["bench", "force", "--quick", "--out", text(&out)]).ends(0);
+    check_encoder(&out);
     let table = fs::read_to_string(out.join("force-error.csv")).expect("a table");
     for row in table.lines().skip(1) {
         let cells: Vec<&str> = row.split(',').collect();
@@ -32,11 +34,9 @@ fn the_force_law_is_late_by_at_most_one_tick() {
     assert!(fs::read_to_string(out.join("force.md")).expect("a report").contains("ns per tick"));
 }
 
-#[test]
-fn an_encoders_steps_rattle_under_the_first_law_and_not_under_the_second() {
-    let folder = TempDir::new().expect("a folder");
-    stylet(&["bench", "force", "--quick", "--out", text(folder.path())]).ends(0);
-    let table = fs::read_to_string(folder.path().join("force-encoder.csv")).expect("a table");
+/// An encoder's steps rattle under the first law, and not under the second.
+fn check_encoder(out: &Path) {
+    let table = fs::read_to_string(out.join("force-encoder.csv")).expect("a table");
     let rows: Vec<Vec<f64>> =
         table.lines().skip(1).map(|row| row.split(',').map(|cell| cell.parse().expect("a number")).collect()).collect();
     let ideal_n = rows[0][3];
@@ -134,11 +134,9 @@ fn every_hard_case_keeps_its_bound_and_a_shortened_report_says_so() {
     assert!(said.iter().all(|said| report.contains(said)), "{report}");
 }
 
-#[test]
-fn the_planners_choices_keep_their_tolerance_on_the_reference_cases() {
-    let folder = TempDir::new().expect("a folder");
-    stylet(&["bench", "field", "--quick", "--out", text(folder.path())]).ends(0);
-    let table = fs::read_to_string(folder.path().join("field.csv")).expect("a table");
+/// The planner's choices keep their tolerance on the reference cases.
+fn check_choices(out: &Path) {
+    let table = fs::read_to_string(out.join("field.csv")).expect("a table");
     let mut rows = csv::Reader::from_reader(table.as_bytes());
     let (mut chosen, mut models) = (0, std::collections::BTreeSet::new());
     for row in rows.records() {
@@ -158,9 +156,9 @@ fn the_planners_choices_keep_their_tolerance_on_the_reference_cases() {
     }
     assert!(chosen >= 12 && models.len() == 3, "{table}");
     for picture in ["field-time-lower_back.svg", "field-convergence-lower_back.svg", "field-growth.svg"] {
-        assert!(fs::read_to_string(folder.path().join(picture)).expect("a picture").contains("</svg>"), "{picture}");
+        assert!(fs::read_to_string(out.join(picture)).expect("a picture").contains("</svg>"), "{picture}");
     }
-    let report = fs::read_to_string(folder.path().join("field.md")).expect("a report");
+    let report = fs::read_to_string(out.join("field.md")).expect("a report");
     for part in ["What the planner chooses", "An oblique needle", "Growth", "dolfinx", "tests/peers/run"] {
         assert!(report.contains(part), "'{part}' is missing");
     }
@@ -271,7 +269,7 @@ fn bodies_have_the_published_dimensions_and_free_paths_between_their_processes()
 }
 
 /// What a row of the tissue's table tells whatever the machine: case, depth, model, tolerance, unknowns, error and estimate.
-fn told_rows(path: &std::path::Path) -> Vec<csv::StringRecord> {
+fn told_rows(path: &Path) -> Vec<csv::StringRecord> {
     let mut table = csv::Reader::from_path(path).expect("a table");
     let told = |row: csv::StringRecord| [0, 1, 2, 3, 4, 6, 7].iter().map(|&column| row[column].to_owned()).collect();
     table.records().map(|row| told(row.expect("a row"))).collect()
@@ -296,11 +294,8 @@ fn answered(case: &str, asked: &[&str]) -> f64 {
 }
 
 /// The report in the tree is what the program of today computes, row by row.
-#[test]
-fn every_row_of_the_tissues_quick_report_stands_in_the_committed_one() {
-    let folder = TempDir::new().expect("a folder");
-    stylet(&["bench", "field", "--quick", "--out", text(folder.path())]).ends(0);
-    let measured = told_rows(&folder.path().join("field.csv"));
+fn check_committed_rows(out: &Path) {
+    let measured = told_rows(&out.join("field.csv"));
     let committed = told_rows(&repository("sim/bench/reports/field.csv"));
     assert!(
         measured.len() >= 3 * (4 + 3 * 2),
@@ -335,7 +330,7 @@ fn every_error_of_the_tissues_report_is_that_of_stylet_field() {
 }
 
 #[test]
-fn other_solvers_stand_in_the_tissues_plots_and_tables() {
+fn the_tissues_report_keeps_its_tolerances_is_the_committed_one_and_shows_other_solvers() {
     let folder = TempDir::new().expect("a folder");
     let peers = folder.path().join("peers.csv");
     let head = "solver,version,model,dimensions,case,unknowns,relative_error,setup_s,solve_s,machine";
@@ -345,6 +340,8 @@ fn other_solvers_stand_in_the_tissues_plots_and_tables() {
     let out = folder.path().join("out");
     let beside = ["bench", "field", "--quick", "--peers", text(&peers), "--out", text(&out)];
     stylet(&beside).ends(0);
+    check_choices(&out);
+    check_committed_rows(&out);
     let read = |name: &str| fs::read_to_string(out.join(name)).expect("a result");
     let report = read("field.md");
     for part in [
@@ -397,7 +394,7 @@ fn a_hiccup_is_followed_by_force_and_a_lost_device_by_none() {
 fn the_metrics_are_measured_and_the_catalogue_offers_what_the_report_bears_out() {
     let folder = TempDir::new().expect("a folder");
     stylet(&["bench", "metrics", "--quick", "--out", text(folder.path())]).ends(0);
-    let read = |path: &std::path::Path| -> Vec<csv::StringRecord> {
+    let read = |path: &Path| -> Vec<csv::StringRecord> {
         let mut table = csv::Reader::from_path(path).expect("a table");
         table.records().map(|row| row.expect("a row")).collect()
     };

@@ -15,13 +15,16 @@ use uuid::Uuid;
 
 use super::App;
 
-/// The store. It ends when its standard input does, which is with this process.
+/// The store. It ends when its standard input does, which is with this process, unless it is one that other processes share.
 struct BucketServer {
-    _child: Child,
+    _child: Option<Child>,
     address: String,
 }
 
 static SERVER: LazyLock<BucketServer> = LazyLock::new(|| {
+    if let Ok(address) = std::env::var("STYLET_TEST_BUCKETS") {
+        return BucketServer { _child: None, address };
+    }
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let python = std::env::var("STYLET_TEST_PYTHON").unwrap_or_else(|_| "target/venv/bin/python".to_owned());
     let mut command = Command::new(root.join(python));
@@ -30,7 +33,7 @@ static SERVER: LazyLock<BucketServer> = LazyLock::new(|| {
     let mut address = String::new();
     BufReader::new(child.stdout.take().unwrap()).read_line(&mut address).unwrap();
     let address = address.trim().strip_prefix("http://").expect("the store says where it is").to_owned();
-    BucketServer { _child: child, address }
+    BucketServer { _child: Some(child), address }
 });
 
 /// How a bucket refuses.

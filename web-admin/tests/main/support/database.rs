@@ -1,7 +1,7 @@
 //! The database of a test's folder: a file in it, or where the program is built for PostgreSQL one of its own on a server that all tests
 //! share, a copy of one that was migrated once.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use acts::config::Config;
@@ -19,6 +19,33 @@ pub fn program(folder: &Path) -> Command {
     command.env("STYLET_DATA_DIR", folder);
     chosen::tell(&mut command, folder);
     command
+}
+
+/// Gives a service that has no database yet one with its schema: a copy of a file, where the engine has files. A server's database is a
+/// copy already.
+pub async fn place_schema(address: &DatabaseAddress) {
+    if let Ok(file) = address.file()
+        && !file.exists()
+        && file.parent().is_some_and(Path::exists)
+    {
+        std::fs::copy(migrated_file().await, file).unwrap();
+    }
+}
+
+/// A database that has been migrated from nothing, by the first process of this very program.
+async fn migrated_file() -> PathBuf {
+    let (program, folder) = (std::env::current_exe().unwrap(), Path::new(env!("CARGO_TARGET_TMPDIR")));
+    let migrated = folder.join(program.file_name().unwrap()).with_extension("db");
+    let modified = |path: &Path| std::fs::metadata(path).and_then(|file| file.modified());
+    let built = modified(&program).unwrap();
+    if !modified(&migrated).is_ok_and(|made| made >= built) {
+        let own = tempfile::tempdir_in(folder).unwrap();
+        let db = Database::open(&DatabaseAddress::in_folder(own.path())).await.unwrap();
+        db.migrate().await.unwrap();
+        db.close().await;
+        std::fs::rename(own.path().join("stylet.db"), &migrated).unwrap();
+    }
+    migrated
 }
 
 /// Where the database of a folder is.
@@ -109,11 +136,9 @@ mod chosen {
 #[cfg(feature = "postgres")]
 mod chosen {
     use std::collections::BTreeMap;
-    use std::path::PathBuf;
-    use std::sync::atomic::{AtomicUsize, Ordering};
     use std::sync::{LazyLock, Mutex};
 
-    use super::{AssertSqlSafe, Command, Connection, Database, DatabaseAddress, Path};
+    use super::{AssertSqlSafe, Command, Connection, Database, DatabaseAddress, Path, PathBuf};
     use crate::support::postgres::PostgresServer;
 
     /// The server of all tests, and which folder each of its databases is for.
@@ -122,7 +147,6 @@ mod chosen {
     struct SharedServer {
         server: PostgresServer,
         folders: Mutex<BTreeMap<PathBuf, String>>,
-        made: AtomicUsize,
     }
 
     impl SharedServer {
@@ -130,17 +154,20 @@ mod chosen {
         fn start() -> Self {
             let start = async {
                 let server = PostgresServer::start().await.expect("the tests need PostgreSQL");
-                server.execute("CREATE DATABASE template");
-                let address = DatabaseAddress::parse(&server.url("template")).unwrap();
-                let db = Database::open(&address).await.unwrap();
-                db.migrate().await.unwrap();
-                db.close().await;
+                let _alone = server.lock();
+                if !server.databases().iter().any(|name| name == "template") {
+                    let made = server.make_database("template0");
+                    let db = Database::open(&DatabaseAddress::parse(&server.url(&made)).unwrap()).await.unwrap();
+                    db.migrate().await.unwrap();
+                    db.close().await;
+                    server.execute(&format!("ALTER DATABASE {made} RENAME TO template"));
+                }
                 server
             };
             let run = || tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap().block_on(start);
             // A test has a runtime of its own already.
             let server = std::thread::scope(|scope| scope.spawn(run).join().unwrap());
-            Self { server, folders: Mutex::default(), made: AtomicUsize::default() }
+            Self { server, folders: Mutex::default() }
         }
 
         /// The database of a folder; those whose folders are gone go, too.
@@ -148,15 +175,9 @@ mod chosen {
             let mut folders = self.folders.lock().unwrap();
             let gone = folders.extract_if(.., |folder, _| is_gone(folder)).map(|(_, name)| name);
             for name in gone {
-                self.server.execute(&format!("DROP DATABASE {name} WITH (FORCE)"));
+                self.server.drop_database(&name);
             }
-            folders.entry(folder.to_owned()).or_insert_with(|| self.make_copy("template")).clone()
-        }
-
-        fn make_copy(&self, of: &str) -> String {
-            let name = format!("test_{}", self.made.fetch_add(1, Ordering::Relaxed));
-            self.server.execute(&format!("CREATE DATABASE {name} TEMPLATE {of}"));
-            name
+            folders.entry(folder.to_owned()).or_insert_with(|| self.server.make_database("template")).clone()
         }
     }
 
@@ -206,7 +227,7 @@ mod chosen {
     }
 
     pub fn copy_database(from: &Path, to: &Path) {
-        let copy = SERVER.make_copy(&SERVER.database_of(from));
+        let copy = SERVER.server.make_database(&SERVER.database_of(from));
         SERVER.folders.lock().unwrap().insert(to.to_owned(), copy);
     }
 }

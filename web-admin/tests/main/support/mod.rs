@@ -20,7 +20,7 @@ use acts::secret::PasswordCost;
 use acts::{publishing, secret};
 use axum::Router;
 use client::Client;
-use database::{config_in, program};
+use database::{config_in, place_schema, program};
 use model::Role;
 use model::ids::SchoolId;
 use store::Connection;
@@ -74,6 +74,7 @@ impl App {
         // Real hashing, at the least cost there is: what is tested is not its strength.
         config.password_cost = PasswordCost { memory_kib: 8, passes: 1 };
         change(&mut config);
+        place_schema(&config.database).await;
         let state = AppState::open(config, clock).await.unwrap();
         Self { router: routes::router(state.clone()), state, folder }
     }
