@@ -22,6 +22,9 @@ pub(super) struct Catalogue {
     forms: BTreeMap<String, Vec<String>>,
 }
 
+/// How the header begins by which a count chooses a form.
+const HEADER: &[u8] = b"\"Plural-Forms:";
+
 /// By the language's code.
 type Catalogues = BTreeMap<&'static str, Catalogue>;
 
@@ -29,9 +32,11 @@ type Catalogues = BTreeMap<&'static str, Catalogue>;
 static READ: LazyLock<anyhow::Result<Catalogues>> = LazyLock::new(read_all);
 
 impl Catalogue {
-    fn read(code: &str, text: &[u8]) -> anyhow::Result<Self> {
+    fn read(text: &[u8]) -> anyhow::Result<Self> {
         let file = po_file::parse_from_reader(text).map_err(|refused| anyhow::anyhow!("{refused}"))?;
-        let plural = PluralForms::of_language(code, file.metadata.plural_rules.nplurals)?;
+        // Without the header, the parser would take the language for one that has a single form.
+        anyhow::ensure!(text.windows(HEADER.len()).any(|part| part == HEADER), "the header Plural-Forms is missing");
+        let plural = PluralForms::parse(file.metadata.plural_rules.nplurals, &file.metadata.plural_rules.expr)?;
         // A sentence that nobody has translated yet, or that has changed since, is said in English.
         let said = file.messages().filter(|message| message.is_translated() && !message.is_fuzzy());
         Ok(Self { plural, forms: said.map(|message| (message.msgid().to_owned(), forms(message))).collect() })
@@ -62,7 +67,7 @@ fn read_all() -> anyhow::Result<Catalogues> {
         // Read once, and for as long as the program runs.
         all.insert(
             &*code.to_owned().leak(),
-            Catalogue::read(code, &file.data).with_context(|| format!("the catalogue {name}"))?,
+            Catalogue::read(&file.data).with_context(|| format!("the catalogue {name}"))?,
         );
     }
     Ok(all)
@@ -84,4 +89,40 @@ pub(super) fn codes() -> impl Iterator<Item = &'static str> {
 /// When one is broken.
 pub(super) fn check() -> anyhow::Result<()> {
     READ.as_ref().map(drop).map_err(|broken| anyhow::anyhow!("{broken:#}"))
+}
+
+#[cfg(test)]
+mod tests {
+    //! Fails when a catalogue whose plurals cannot be chosen is accepted.
+
+    use super::*;
+
+    fn read(header: &str) -> anyhow::Result<Catalogue> {
+        let text = format!(
+            "msgid \"\"\nmsgstr \"\"\n\"Language: de\\n\"\n{header}\nmsgid \"{{n}} key\"\nmsgid_plural \"{{n}} keys\"\n\
+             msgstr[0] \"{{n}} Schlüssel\"\nmsgstr[1] \"{{n}} Schlüssel alle\"\n"
+        );
+        Catalogue::read(text.as_bytes())
+    }
+
+    #[test]
+    fn the_header_chooses_the_form() {
+        let catalogue = read("\"Plural-Forms: nplurals=2; plural=n != 1;\\n\"\n").unwrap();
+        let said = [0, 1, 2].map(|n| catalogue.say_counted("{n} key", n).unwrap());
+        assert_eq!(said, ["{n} Schlüssel alle", "{n} Schlüssel", "{n} Schlüssel alle"]);
+    }
+
+    #[test]
+    fn a_catalogue_without_a_sound_header_is_refused() {
+        for (header, expected) in [
+            ("", "Plural-Forms is missing"),
+            ("\"Plural-Forms: nplurals=2;\\n\"\n", "plural rule expression does not exist"),
+            ("\"Plural-Forms: nplurals=two; plural=n != 1;\\n\"\n", "nplurals"),
+            ("\"Plural-Forms: nplurals=2; plural=n !! 1;\\n\"\n", "expected an operator at character 3"),
+            ("\"Plural-Forms: nplurals=3; plural=n != 1;\\n\"\n", "no n has form 2"),
+        ] {
+            let refused = format!("{:#}", read(header).unwrap_err());
+            assert!(refused.contains(expected), "{header}: {refused}");
+        }
+    }
 }

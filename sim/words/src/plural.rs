@@ -1,72 +1,228 @@
-//! Which form of a sentence goes with a count: by the Unicode CLDR's rules for the language.
+//! Which form of a sentence goes with a count: by the expression in the header `Plural-Forms` of a catalogue, an expression of C in `n`
+//! (GNU gettext manual, *Additional functions for plural forms*).
 
 use anyhow::Context;
-use icu_locale_core::Locale;
-use icu_plurals::{PluralCategory, PluralRules};
 
-/// Counts in which every category that a whole number can have occurs, in every language of the CLDR.
+/// Counts in which every form of the languages that gettext's manual lists occurs.
 const SAMPLES: [u64; 2] = [201, 1_000_000];
 
-/// The forms of a language's sentences, in the order in which its catalogue has them: the categories that whole numbers have,
-/// from zero, one, two, few and many to other.
+/// The operators, those that bind least first; in a row the longer ones first.
+const OPERATORS: [&[(&str, Operation)]; 6] = [
+    &[("||", |a, b| Some(u64::from(a != 0 || b != 0)))],
+    &[("&&", |a, b| Some(u64::from(a != 0 && b != 0)))],
+    &[("==", |a, b| Some(u64::from(a == b))), ("!=", |a, b| Some(u64::from(a != b)))],
+    &[
+        ("<=", |a, b| Some(u64::from(a <= b))),
+        (">=", |a, b| Some(u64::from(a >= b))),
+        ("<", |a, b| Some(u64::from(a < b))),
+        (">", |a, b| Some(u64::from(a > b))),
+    ],
+    &[("+", u64::checked_add), ("-", u64::checked_sub)],
+    &[("*", u64::checked_mul), ("/", u64::checked_div), ("%", u64::checked_rem)],
+];
+
+/// An operation on two numbers; `None` where its result is no number.
+type Operation = fn(u64, u64) -> Option<u64>;
+
+/// The forms of a catalogue's sentences.
 #[derive(Clone, Debug)]
 pub(super) struct PluralForms {
-    locale: Locale,
-    categories: Vec<PluralCategory>,
+    count: usize,
+    rule: PluralExpression,
+}
+
+#[derive(Clone, Debug)]
+enum PluralExpression {
+    Count,
+    Number(u64),
+    Not(Box<Self>),
+    Operation(Operation, Box<[Self; 2]>),
+    Choice(Box<[Self; 3]>),
 }
 
 impl PluralForms {
-    /// The forms of a language by its code, as `de`; a catalogue has so many.
+    /// Reads an expression that chooses among so many forms.
     ///
     /// # Errors
-    /// When there is no such language, or the catalogue has another number of forms.
-    pub(super) fn of_language(code: &str, count: usize) -> anyhow::Result<Self> {
-        let locale: Locale = code.parse().with_context(|| format!("\"{code}\" is no language's code"))?;
-        let rules = PluralRules::try_new_cardinal((&locale).into())?;
+    /// If it cannot be parsed, or if a count chooses a form that does not exist, or no count chooses one that does.
+    pub(super) fn parse(count: usize, expression: &str) -> anyhow::Result<Self> {
+        let mut parser = Parser { text: expression, rest: expression.trim_start() };
+        let rule = parser.choice().with_context(|| format!("Plural-Forms: plural={expression}"))?;
+        anyhow::ensure!(parser.rest.is_empty(), "Plural-Forms: plural={expression}: {}", parser.place("an operator"));
+        let forms = Self { count, rule };
         let [whole, large] = SAMPLES;
-        let is_taken = |category| (0..whole).chain([large]).any(|n| rules.category_for(n) == category);
-        let categories: Vec<_> = rules.categories().filter(|category| is_taken(*category)).collect();
-        anyhow::ensure!(
-            categories.len() == count,
-            "Plural-Forms: nplurals={count}; \"{code}\" has {}: {categories:?}",
-            categories.len()
-        );
-        Ok(Self { locale, categories })
+        let mut chosen = vec![false; count];
+        for n in (0..whole).chain([large]) {
+            let form = forms.find_form(n);
+            let form =
+                form.with_context(|| format!("Plural-Forms: nplurals={count}; n = {n} has none of these forms"))?;
+            chosen[form] = true;
+        }
+        if let Some(unused) = chosen.iter().position(|chosen| !chosen) {
+            anyhow::bail!("Plural-Forms: nplurals={count}; no n has form {unused}");
+        }
+        Ok(forms)
     }
 
     /// The place of the form that goes with a count.
-    pub(super) fn find_form(&self, count: u64) -> Option<usize> {
-        // The rules cannot be kept where several threads speak; they are looked up in the program's own data.
-        let rules = PluralRules::try_new_cardinal((&self.locale).into()).ok()?;
-        let category = rules.category_for(count);
-        self.categories.iter().position(|has| *has == category)
+    pub(super) fn find_form(&self, n: u64) -> Option<usize> {
+        let form = usize::try_from(self.rule.evaluate(n)?).ok()?;
+        (form < self.count).then_some(form)
+    }
+}
+
+impl PluralExpression {
+    fn evaluate(&self, n: u64) -> Option<u64> {
+        match self {
+            Self::Count => Some(n),
+            Self::Number(number) => Some(*number),
+            Self::Not(operand) => operand.evaluate(n).map(|value| u64::from(value == 0)),
+            Self::Operation(operation, operands) => {
+                let [left, right] = operands.as_ref();
+                operation(left.evaluate(n)?, right.evaluate(n)?)
+            }
+            Self::Choice(parts) => {
+                let [condition, then, otherwise] = parts.as_ref();
+                if condition.evaluate(n)? != 0 { then.evaluate(n) } else { otherwise.evaluate(n) }
+            }
+        }
+    }
+}
+
+struct Parser<'a> {
+    text: &'a str,
+    rest: &'a str,
+}
+
+impl Parser<'_> {
+    /// `condition ? then : otherwise`, or what binds more.
+    fn choice(&mut self) -> anyhow::Result<PluralExpression> {
+        let condition = self.operation(&OPERATORS)?;
+        if !self.take("?") {
+            return Ok(condition);
+        }
+        let then = self.choice()?;
+        self.expect(":")?;
+        Ok(PluralExpression::Choice(Box::new([condition, then, self.choice()?])))
+    }
+
+    /// Operands with operators of the first row between them, from left to right.
+    fn operation(&mut self, rows: &[&[(&str, Operation)]]) -> anyhow::Result<PluralExpression> {
+        let Some((row, tighter)) = rows.split_first() else { return self.operand() };
+        let mut left = self.operation(tighter)?;
+        while let Some((_, operation)) = row.iter().find(|(symbol, _)| self.take(symbol)) {
+            left = PluralExpression::Operation(*operation, Box::new([left, self.operation(tighter)?]));
+        }
+        Ok(left)
+    }
+
+    fn operand(&mut self) -> anyhow::Result<PluralExpression> {
+        if self.take("n") {
+            return Ok(PluralExpression::Count);
+        }
+        if self.take("!") {
+            return Ok(PluralExpression::Not(Box::new(self.operand()?)));
+        }
+        if self.take("(") {
+            let inner = self.choice()?;
+            self.expect(")")?;
+            return Ok(inner);
+        }
+        let digits = self.rest.bytes().take_while(u8::is_ascii_digit).count();
+        let (number, rest) = self.rest.split_at(digits);
+        let number = number.parse().map_err(|_| anyhow::anyhow!(self.place("n, a number, \"!\" or \"(\"")))?;
+        self.rest = rest.trim_start();
+        Ok(PluralExpression::Number(number))
+    }
+
+    /// Takes a symbol and the spaces after it, if it comes next.
+    fn take(&mut self, symbol: &str) -> bool {
+        let after = self.rest.strip_prefix(symbol).map(str::trim_start);
+        self.rest = after.unwrap_or(self.rest);
+        after.is_some()
+    }
+
+    fn expect(&mut self, symbol: &str) -> anyhow::Result<()> {
+        anyhow::ensure!(self.take(symbol), self.place(&format!("\"{symbol}\"")));
+        Ok(())
+    }
+
+    /// What was expected, and where.
+    fn place(&self, expected: &str) -> String {
+        format!("expected {expected} at character {}", self.text.len() - self.rest.len() + 1)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    //! Languages with one, two, three and six forms. Fails when a count gets another form than the language gives it.
+    //! The headers that gettext's manual and its catalogues publish. Fails when a count gets another form than the language gives it,
+    //! or a broken header is accepted.
 
     use super::*;
 
-    fn forms(code: &str, number: usize, counts: &[u64]) -> Vec<usize> {
-        let forms = PluralForms::of_language(code, number).unwrap();
+    const SLAVIC: &str = "n%10==1 && n%100!=11 ? 0 : n%10>=2 && n%10<=4 && (n%100<10 || n%100>=20) ? 1 : 2";
+
+    fn forms(count: usize, expression: &str, counts: &[u64]) -> Vec<usize> {
+        let forms = PluralForms::parse(count, expression).unwrap();
         counts.iter().map(|n| forms.find_form(*n).unwrap()).collect()
     }
 
     #[test]
-    fn known_languages_have_their_forms() {
-        assert_eq!(forms("de", 2, &[0, 1, 2, 21]), [1, 0, 1, 1]);
-        assert_eq!(forms("ja", 1, &[0, 1, 2]), [0, 0, 0]);
-        assert_eq!(forms("pl", 3, &[1, 2, 5, 12, 22, 112, 122]), [0, 1, 2, 2, 1, 2, 1]);
-        assert_eq!(forms("ar", 6, &[0, 1, 2, 3, 11, 100]), [0, 1, 2, 3, 4, 5]);
-        assert_eq!(forms("fr", 3, &[0, 1, 2, 1_000_000]), [0, 0, 2, 1]);
+    fn published_headers_choose_their_languages_forms() {
+        let (polish, arabic) = (
+            "(n==1 ? 0 : n%10>=2 && n%10<=4 && (n%100<10 || n%100>=20) ? 1 : 2)",
+            "n==0 ? 0 : n==1 ? 1 : n==2 ? 2 : n%100>=3 && n%100<=10 ? 3 : n%100>=11 ? 4 : 5",
+        );
+        assert_eq!(forms(2, "n != 1", &[0, 1, 2, 21]), [1, 0, 1, 1], "English and German");
+        assert_eq!(forms(2, "n>1", &[0, 1, 2, 1_000_000]), [0, 0, 1, 1], "French");
+        assert_eq!(
+            forms(3, "(n==0 || n==1) ? 0 : n!=0 && n%1000000==0 ? 1 : 2", &[0, 1, 2, 1_000_000]),
+            [0, 0, 2, 1],
+            "French by the CLDR"
+        );
+        assert_eq!(forms(1, "0", &[0, 1, 2]), [0, 0, 0], "Japanese");
+        assert_eq!(forms(3, polish, &[1, 2, 5, 12, 22, 112, 122]), [0, 1, 2, 2, 1, 2, 1], "Polish");
+        assert_eq!(forms(3, SLAVIC, &[1, 11, 21, 2, 12, 22, 0, 111]), [0, 2, 0, 1, 2, 1, 2, 2], "Russian");
+        assert_eq!(forms(6, arabic, &[0, 1, 2, 3, 11, 100, 103]), [0, 1, 2, 3, 4, 5, 3], "Arabic");
     }
 
     #[test]
-    fn a_catalogue_with_another_number_of_forms_is_refused() {
-        let refused = PluralForms::of_language("pl", 2).unwrap_err().to_string();
-        assert!(refused.contains("nplurals=2") && refused.contains("has 3"), "{refused}");
-        assert!(PluralForms::of_language("no language", 2).is_err());
+    fn operators_bind_as_in_c() {
+        for (expression, expected) in [
+            ("1+2*3-4", 3),
+            ("7/2%2", 1),
+            ("10-4-3", 3),
+            ("1<2==1", 1),
+            ("1||0&&0", 1),
+            ("!n", 1),
+            ("!(n==0)+5*!n", 5),
+            ("n?1:n==0?2:3", 2),
+            (" ( 4 ) ", 4),
+        ] {
+            let mut parser = Parser { text: expression, rest: expression.trim_start() };
+            assert_eq!(parser.choice().unwrap().evaluate(0), Some(expected), "{expression}");
+        }
+    }
+
+    #[test]
+    fn a_broken_expression_is_refused_with_its_place() {
+        for (count, expression, expected) in [
+            (2, "n !=", "expected n, a number, \"!\" or \"(\" at character 5"),
+            (2, "", "character 1"),
+            (2, "n = 1", "expected an operator at character 3"),
+            (2, "n ! 1", "expected an operator at character 3"),
+            (2, "(n != 1", "expected \")\" at character 8"),
+            (2, "n ? 1", "expected \":\" at character 6"),
+            (2, "m != 1", "character 1"),
+            (2, "99999999999999999999", "character 1"),
+            (2, "n", "n = 2 has none of these forms"),
+            (2, "n - 1", "n = 0 has none"),
+            (2, "1 / n", "n = 0 has none"),
+            (3, "n != 1", "no n has form 2"),
+            (2, SLAVIC, "n = 0 has none"),
+        ] {
+            let refused = format!("{:#}", PluralForms::parse(count, expression).unwrap_err());
+            assert!(refused.contains("Plural-Forms") && refused.contains(expected), "{expression}: {refused}");
+        }
     }
 }

@@ -3,6 +3,7 @@
 
 use std::net::IpAddr;
 
+use anyhow::Context;
 use model::ids::{CeremonyId, PasskeyId};
 use model::passkey::PasskeyQuestion;
 use model::{CurrentPerson, PersonKey};
@@ -10,15 +11,16 @@ use serde_json::json;
 use store::audit::AuditEntry;
 use store::passkeys::{KeptPasskey, NewPasskey, PasskeySignature};
 use store::{passkeys, people, second_factors};
-use webauthn_rs::prelude::{Passkey, PasskeyAuthentication, PasskeyRegistration};
 
-use crate::ceremonies::{self, PasskeyChallenge};
 use crate::error::Error;
-use crate::passkey_site::{AnswerRefused, PasskeyOwner, Site};
-use crate::second_factor;
+use crate::relying_party::{
+    AnswerRefused, AssertionRequest, Challenge, CredentialRecord, PasskeyAccount, PasskeyOwner, RelyingParty,
+};
 use crate::second_factor::{Enrolled, SignInProof};
 use crate::service::Service;
 use crate::tokens::checked_name;
+use crate::webauthn_challenges::PasskeyChallenge;
+use crate::{second_factor, webauthn_challenges};
 
 /// Most passkeys that somebody has.
 pub const MOST: usize = 20;
@@ -58,15 +60,19 @@ pub fn no_site() -> Error {
 /// # Errors
 /// When the question cannot be made, or the database fails.
 pub async fn ask(state: &Service, key: PersonKey) -> Result<Option<PasskeyQuestion>, Error> {
-    let Some(site) = state.passkeys.site() else { return Ok(None) };
-    let known = passkeys::list_passkeys(state.db.reader(), key).await?;
+    let Some(party) = state.relying_party.as_deref() else { return Ok(None) };
+    let known = read_records(&passkeys::list_passkeys(state.db.reader(), key).await?)?;
     if known.is_empty() {
         return Ok(None);
     }
-    let known: Vec<Passkey> = known.into_iter().map(|kept| kept.public_key.0).collect();
-    let (options, asked) = site.ask_to_sign(&known)?;
-    let id = ceremonies::begin(state, key.person_id, PasskeyChallenge::ToSign(Box::new(asked))).await?;
-    Ok(Some(PasskeyQuestion { id, options, origin: site.origin().to_owned() }))
+    let (request, options) = party.request_options(Challenge::random()?, &known);
+    let id = webauthn_challenges::begin(state, key.person_id, PasskeyChallenge::ToSign(request)).await?;
+    Ok(Some(PasskeyQuestion { id, options, origin: party.origin().to_owned() }))
+}
+
+fn read_records(kept: &[KeptPasskey]) -> Result<Vec<CredentialRecord>, Error> {
+    let records = kept.iter().map(|kept| CredentialRecord::from_json(&kept.public_key));
+    Ok(records.collect::<Result<_, _>>().context("a passkey in the database cannot be read")?)
 }
 
 /// Whether a passkey has signed what was asked. Each question is good once, and each try is counted.
@@ -75,9 +81,11 @@ pub async fn ask(state: &Service, key: PersonKey) -> Result<Option<PasskeyQuesti
 /// When there were too many tries, or the database fails.
 pub async fn check(state: &Service, key: PersonKey, answer: PasskeyAnswer<'_>) -> Result<PasskeyCheck, Error> {
     second_factor::take_try(state, key, answer.from).await?;
-    let site = state.passkeys.site().ok_or_else(no_site)?;
+    let party = state.relying_party.as_deref().ok_or_else(no_site)?;
     let signed = match take(state, key, answer.question).await? {
-        Some(PasskeyChallenge::ToSign(asked)) => signed(state, key, site, &asked, answer.json).await?,
+        Some(PasskeyChallenge::ToSign(request)) => {
+            verify_signature(state, key, PasskeyResponse { party, request: &request, json: answer.json }).await?
+        }
         _ => PasskeyCheck::Late,
     };
     match signed {
@@ -101,31 +109,37 @@ async fn take(
     question: Option<CeremonyId>,
 ) -> Result<Option<PasskeyChallenge>, Error> {
     let Some(question) = question else { return Ok(None) };
-    ceremonies::take(state, question, key.person_id).await
+    webauthn_challenges::take(state, question, key.person_id).await
 }
 
-async fn signed(
+/// The answer to a request for a signature.
+struct PasskeyResponse<'a> {
+    party: &'a RelyingParty,
+    request: &'a AssertionRequest,
+    json: &'a str,
+}
+
+async fn verify_signature(
     state: &Service,
     key: PersonKey,
-    site: &Site,
-    asked: &PasskeyAuthentication,
-    json: &str,
+    response: PasskeyResponse<'_>,
 ) -> Result<PasskeyCheck, Error> {
-    let result = match site.signed(json, asked) {
-        Ok(result) => result,
+    // Two questions may have been asked at one count, and the passkey may have been removed since: what counts is the present record.
+    let mut tx = state.db.write().await?;
+    let records = read_records(&passkeys::list_passkeys(&mut *tx, key).await?)?;
+    let account = PasskeyAccount { person_id: key.person_id, records: &records };
+    let record = match response.party.verify_assertion(response.json, response.request, account) {
+        Ok(record) => record,
         Err(why) => return Ok(PasskeyCheck::Refused(why)),
     };
-    let mut tx = state.db.write().await?;
-    let kept = passkeys::list_passkeys(&mut *tx, key).await?;
-    // It may have been removed since it was asked.
-    let Some(kept) = kept.into_iter().find(|kept| kept.public_key.cred_id() == result.cred_id()) else {
-        return Ok(PasskeyCheck::Refused(AnswerRefused::Wrong));
+    let json = record.to_json().context("a passkey cannot be written")?;
+    let signature = PasskeySignature {
+        credential_id: record.id(),
+        public_key: &json,
+        count: record.sign_count(),
+        at: state.clock.now(),
     };
-    let mut public_key = kept.public_key.0;
-    public_key.update_credential(&result);
-    let signature = PasskeySignature { public_key: &public_key, count: result.counter(), at: state.clock.now() };
-    // By what is kept now: two questions may have been asked at one count.
-    if !passkeys::take_signature(&mut tx, key, kept.id, signature).await? {
+    if !passkeys::take_signature(&mut tx, key, signature).await? {
         return Ok(PasskeyCheck::Refused(AnswerRefused::Copied));
     }
     tx.commit().await?;
@@ -137,21 +151,20 @@ async fn signed(
 /// # Errors
 /// When the name is not allowed, there are too many, the service has no site, or the database fails.
 pub async fn ask_to_make(state: &Service, person: &CurrentPerson, name: &str) -> Result<PasskeyQuestion, Error> {
-    let site = state.passkeys.site().ok_or_else(no_site)?;
+    let party = state.relying_party.as_deref().ok_or_else(no_site)?;
     let name = checked_name(name)?;
     let (reader, key) = (state.db.reader(), PersonKey::from(person));
-    let known = passkeys::list_passkeys(reader, key).await?;
+    let known = read_records(&passkeys::list_passkeys(reader, key).await?)?;
     if known.len() >= MOST {
         let why = tr!("there are {most} passkeys, the most allowed: remove one that is not used", most = MOST);
         return Err(Error::Unprocessable(why));
     }
     let account = people::find_person(reader, person.id).await?.ok_or(Error::NotFound)?;
     let owner = PasskeyOwner { id: person.id, email: &account.email, name: &person.display_name };
-    let known = known.iter().map(|kept| kept.public_key.cred_id().clone()).collect();
-    let (options, asked) = site.ask_to_make(owner, known)?;
-    let asked = PasskeyChallenge::ToMake { name, state: Box::new(asked) };
-    let id = ceremonies::begin(state, person.id, asked).await?;
-    Ok(PasskeyQuestion { id, options, origin: site.origin().to_owned() })
+    let challenge = Challenge::random()?;
+    let options = party.creation_options(owner, &challenge, &known);
+    let id = webauthn_challenges::begin(state, person.id, PasskeyChallenge::ToMake { name, challenge }).await?;
+    Ok(PasskeyQuestion { id, options, origin: party.origin().to_owned() })
 }
 
 /// Keeps the passkey that was made; the first second factor comes with recovery codes and ends every other sign-in. None where
@@ -165,9 +178,11 @@ pub async fn make(
     answer: PasskeyAnswer<'_>,
 ) -> Result<Option<Enrolled>, Error> {
     let key = PersonKey::from(person);
-    let site = state.passkeys.site().ok_or_else(no_site)?;
+    let party = state.relying_party.as_deref().ok_or_else(no_site)?;
     let made = match take(state, key, answer.question).await? {
-        Some(PasskeyChallenge::ToMake { name, state }) => read_made(site, answer.json, &state).map(|made| (name, made)),
+        Some(PasskeyChallenge::ToMake { name, challenge }) => {
+            party.verify_registration(answer.json, &challenge).ok().map(|made| (name, made))
+        }
         _ => None,
     };
     let Some((name, made)) = made else {
@@ -178,7 +193,9 @@ pub async fn make(
     let codes = if first { Some(second_factor::make_codes(state, key).await?) } else { None };
     let now = state.clock.now();
     let mut tx = state.db.write().await?;
-    let new = NewPasskey { id: PasskeyId::random(), name: &name, public_key: &made, made_at: now };
+    let json = made.to_json().context("a passkey cannot be written")?;
+    let new =
+        NewPasskey { id: PasskeyId::random(), name: &name, credential_id: made.id(), public_key: &json, made_at: now };
     if !passkeys::add_passkey(&mut tx, key, new).await? {
         return Err(Error::Conflict(tr!("this passkey is known here already: make another").to_owned()));
     }
@@ -194,10 +211,6 @@ pub async fn make(
     };
     tx.commit().await?;
     Ok(Some(enrolled))
-}
-
-fn read_made(site: &Site, json: &str, state: &PasskeyRegistration) -> Option<Passkey> {
-    site.made(json, state).ok()
 }
 
 /// One of somebody's passkeys.

@@ -17,9 +17,9 @@ use crate::error::Error;
 use crate::judging::{DraftExaminer, leave_unexamined};
 use crate::lines::Lines;
 use crate::mailer::Mailer;
-use crate::passkey_site::Passkeys;
 use crate::previews::Previews;
 use crate::recording_store::RecordingStore;
+use crate::relying_party::RelyingParty;
 use crate::turns::Turns;
 
 /// What every act may use.
@@ -45,8 +45,8 @@ pub struct Service {
     pub mails: Arc<Notify>,
     /// How often it is noted that an address is held up.
     pub brake_notes: Arc<BrakeNotes>,
-    /// Where this service has passkeys.
-    pub passkeys: Arc<Passkeys>,
+    /// The relying party for passkeys, where browsers have them for this service.
+    pub relying_party: Option<Arc<RelyingParty>>,
     /// Uploads in pieces that somebody is writing to.
     pub turns: Turns,
     /// What drafts come to, and the lines before those who compute it.
@@ -84,7 +84,7 @@ impl Service {
             db,
             replica: ReplicaId::random(),
             clock,
-            passkeys: Arc::new(Passkeys::new(&config)),
+            relying_party: RelyingParty::of(&config).map(Arc::new),
             recordings,
             erased_left: Arc::default(),
             config: Arc::new(config),

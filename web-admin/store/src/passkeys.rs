@@ -3,9 +3,8 @@
 use model::ids::PasskeyId;
 use model::{Moment, PersonKey};
 use sqlx::FromRow;
-use webauthn_rs::prelude::Passkey;
 
-use super::{Connection, Executor, Json, Result};
+use super::{Connection, Executor, Result};
 
 /// A passkey as it is kept.
 #[derive(Clone, Debug, FromRow)]
@@ -14,8 +13,8 @@ pub struct KeptPasskey {
     pub id: PasskeyId,
     /// What its owner calls it.
     pub name: String,
-    /// The public key, with its counter.
-    pub public_key: Json<Passkey>,
+    /// The public key, with its counter, in the JSON of the relying party.
+    pub public_key: String,
     /// When it was added.
     pub made_at: Moment,
     /// When it last signed; absent while it has not since it was added.
@@ -29,8 +28,10 @@ pub struct NewPasskey<'a> {
     pub id: PasskeyId,
     /// What its owner calls it.
     pub name: &'a str,
-    /// The public key.
-    pub public_key: &'a Passkey,
+    /// Id of its credential.
+    pub credential_id: &'a [u8],
+    /// The public key, with its counter, in the JSON of the relying party.
+    pub public_key: &'a str,
     /// When it was added.
     pub made_at: Moment,
 }
@@ -38,8 +39,10 @@ pub struct NewPasskey<'a> {
 /// A signature of a passkey.
 #[derive(Clone, Copy, Debug)]
 pub struct PasskeySignature<'a> {
-    /// The public key as it stands after it.
-    pub public_key: &'a Passkey,
+    /// Id of the passkey's credential.
+    pub credential_id: &'a [u8],
+    /// The public key after the signature, in the JSON of the relying party.
+    pub public_key: &'a str,
     /// How many signatures the authenticator has counted; 0 where it counts none.
     pub count: u32,
     /// When.
@@ -49,7 +52,7 @@ pub struct PasskeySignature<'a> {
 /// Somebody's passkeys, the oldest first.
 ///
 /// # Errors
-/// When the database fails, or holds a key that cannot be read.
+/// When the database fails.
 pub async fn list_passkeys(executor: impl Executor<'_>, key: PersonKey) -> Result<Vec<KeptPasskey>> {
     sqlx::query_as(
         "SELECT id, name, public_key, made_at, last_used_at FROM passkeys
@@ -64,7 +67,7 @@ pub async fn list_passkeys(executor: impl Executor<'_>, key: PersonKey) -> Resul
 /// One of somebody's passkeys.
 ///
 /// # Errors
-/// When the database fails, or holds a key that cannot be read.
+/// When the database fails.
 pub async fn find_passkey(executor: impl Executor<'_>, key: PersonKey, id: PasskeyId) -> Result<Option<KeptPasskey>> {
     sqlx::query_as(
         "SELECT id, name, public_key, made_at, last_used_at FROM passkeys
@@ -87,8 +90,8 @@ pub async fn add_passkey(writer: &mut Connection, key: PersonKey, new: NewPasske
     .bind(key.school_id)
     .bind(key.person_id)
     .bind(new.name)
-    .bind(new.public_key.cred_id().as_slice())
-    .bind(Json(new.public_key))
+    .bind(new.credential_id)
+    .bind(new.public_key)
     .bind(new.made_at)
     .execute(writer)
     .await
@@ -120,20 +123,16 @@ pub async fn remove_passkey(writer: &mut Connection, key: PersonKey, id: Passkey
 
 /// Takes a signature. False where its counter does not go on from the last one's, or there is no such passkey any more: of two
 /// authenticators that hold one key, at least one counts behind the other.
-pub async fn take_signature(
-    writer: &mut Connection,
-    key: PersonKey,
-    id: PasskeyId,
-    signature: PasskeySignature<'_>,
-) -> Result<bool> {
+pub async fn take_signature(writer: &mut Connection, key: PersonKey, signature: PasskeySignature<'_>) -> Result<bool> {
     sqlx::query(
         "UPDATE passkeys SET public_key = $4, sign_count = $5, last_used_at = $6
-         WHERE id = $3 AND person_id = $1 AND school_id = $2 AND (sign_count < $5 OR (sign_count = 0 AND $5 = 0))",
+         WHERE credential_id = $3 AND person_id = $1 AND school_id = $2
+             AND (sign_count < $5 OR (sign_count = 0 AND $5 = 0))",
     )
     .bind(key.person_id)
     .bind(key.school_id)
-    .bind(id)
-    .bind(Json(signature.public_key))
+    .bind(signature.credential_id)
+    .bind(signature.public_key)
     .bind(i64::from(signature.count))
     .bind(signature.at)
     .execute(writer)

@@ -4,8 +4,8 @@
 use std::net::IpAddr;
 
 use acts::error::Error;
-use acts::passkey_site::AnswerRefused;
 use acts::passkeys::{PasskeyAnswer, PasskeyCheck};
+use acts::relying_party::AnswerRefused;
 use acts::second_factor::{SignInProof, TypedCode};
 use acts::{passkeys, second_factor};
 use model::PersonKey;

@@ -76,7 +76,7 @@ pub(super) async fn make_factor_page(
         passkeys: stored::list_passkeys(reader, key).await?.into_iter().map(passkeys::make_passkey_row).collect(),
         codes_left,
         proof,
-        can_add: state.passkeys.site().is_some(),
+        can_add: state.relying_party.is_some(),
         form: FilledForm::default(),
         asked,
         owed,

@@ -1,8 +1,10 @@
 //! A security key in software: makes ES256 passkeys and signs with them, as WebAuthn says, and as wrongly as it is told.
 
+use std::sync::Arc;
+
 use data_encoding::BASE64URL_NOPAD;
-use p256::ecdsa::signature::Signer;
-use p256::ecdsa::{Signature, SigningKey};
+use ring::rand::SystemRandom;
+use ring::signature::{ECDSA_P256_SHA256_ASN1_SIGNING, EcdsaKeyPair, KeyPair};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
@@ -13,7 +15,7 @@ const NEW_KEY: u8 = 1 << 6;
 /// A security key with one passkey.
 #[derive(Clone)]
 pub struct Authenticator {
-    key: SigningKey,
+    key: Arc<EcdsaKeyPair>,
     id: [u8; 16],
     /// Signatures counted; 0 for ever where `counts` is false.
     pub count: u32,
@@ -25,9 +27,11 @@ pub struct Authenticator {
 }
 
 impl Authenticator {
-    /// The one of a number.
+    /// One with a new key, whose id is a number.
     pub fn new(number: u8, origin: &str) -> Self {
-        let key = SigningKey::from_slice(&[number; 32]).unwrap();
+        let (algorithm, random) = (&ECDSA_P256_SHA256_ASN1_SIGNING, SystemRandom::new());
+        let document = EcdsaKeyPair::generate_pkcs8(algorithm, &random).unwrap();
+        let key = Arc::new(EcdsaKeyPair::from_pkcs8(algorithm, document.as_ref(), &random).unwrap());
         Self { key, id: [number; 16], count: 0, counts: true, origin: origin.to_owned(), verifies: true }
     }
 
@@ -56,11 +60,11 @@ impl Authenticator {
         let client = self.client_data("webauthn.get", asked);
         let data = self.data(asked["rpId"].as_str().unwrap(), 0);
         let signed = [&data[..], &Sha256::digest(&client)].concat();
-        let signature: Signature = self.key.sign(&signed);
+        let signature = self.key.sign(&SystemRandom::new(), &signed).unwrap();
         json!({
             "id": encoded(&self.id), "rawId": encoded(&self.id), "type": "public-key",
             "response": { "authenticatorData": encoded(&data), "clientDataJSON": encoded(&client),
-                "signature": encoded(signature.to_der().as_bytes()), "userHandle": null },
+                "signature": encoded(signature.as_ref()), "userHandle": null },
         })
     }
 
@@ -82,8 +86,7 @@ impl Authenticator {
 
     /// As COSE writes it: an EC2 key for ES256 on P-256, x and y.
     fn public_key(&self) -> Vec<u8> {
-        let point = self.key.verifying_key().to_sec1_point(false);
-        let (x, y) = point.as_bytes()[1..].split_at(32);
+        let (x, y) = self.key.public_key().as_ref()[1..].split_at(32);
         [b"\xa5\x01\x02\x03\x26\x20\x01\x21\x58\x20", x, b"\x22\x58\x20", y].concat()
     }
 }

@@ -1,12 +1,12 @@
-//! What was asked of passkeys and not answered yet: each question is good once, and for a while.
+//! Challenges to passkeys that are not answered yet: each is good once, and for a while.
 
 use model::ids::{CeremonyId, PersonId};
 use serde::{Deserialize, Serialize};
 use store::Json;
 use store::ceremonies::{self, PendingCeremony};
-use webauthn_rs::prelude::{PasskeyAuthentication, PasskeyRegistration};
 
 use crate::error::Error;
+use crate::relying_party::{AssertionRequest, Challenge};
 use crate::service::Service;
 
 /// How long an answer is waited for, in s.
@@ -14,18 +14,18 @@ const WAIT_S: i64 = 5 * 60;
 /// Most that are waited for of one person: a page in as many windows.
 const MOST_OF_PERSON: i64 = 8;
 
-/// What an answer is held to.
+/// A request that a passkey is to answer.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum PasskeyChallenge {
     /// A new passkey is to be made.
     ToMake {
-        /// What it is to be called.
+        /// Its name.
         name: String,
-        /// What it is held to.
-        state: Box<PasskeyRegistration>,
+        /// The challenge that its answer must repeat.
+        challenge: Challenge,
     },
     /// A known passkey is to sign.
-    ToSign(Box<PasskeyAuthentication>),
+    ToSign(AssertionRequest),
 }
 
 /// Waits for somebody's answer; the id by which it is taken. In place of their oldest where there are too many.
@@ -67,11 +67,9 @@ mod tests {
     use super::*;
     use crate::clock::Clock;
     use crate::config::Config;
-    use crate::passkey_site;
 
     fn asked_to_make() -> PasskeyChallenge {
-        let state = Box::new(passkey_site::tests::asked_to_make());
-        PasskeyChallenge::ToMake { name: "Key".to_owned(), state }
+        PasskeyChallenge::ToMake { name: "Key".to_owned(), challenge: Challenge::random().unwrap() }
     }
 
     async fn service(folder: &Path) -> (Service, [PersonId; 2]) {

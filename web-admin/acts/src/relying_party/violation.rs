@@ -1,0 +1,66 @@
+//! Why an answer is refused, for the log: one variant for each rule.
+
+/// A rule of WebAuthn, section 7.1 or 7.2, that an answer violates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub(super) enum Violation {
+    /// The answer is no JSON of a public-key credential.
+    #[error("the answer is not the JSON of a public-key credential")]
+    Answer,
+    /// The client data is no JSON, or lacks a member.
+    #[error("the client data cannot be read")]
+    ClientData,
+    /// The client data was made in another ceremony.
+    #[error("the client data is of another type")]
+    Type,
+    /// The client data holds another challenge.
+    #[error("the client data holds another challenge")]
+    Challenge,
+    /// The client data was made by a page of another origin.
+    #[error("the client data is of another origin")]
+    Origin,
+    /// The page was inside another site's.
+    #[error("the client data is of a page inside another origin's")]
+    CrossOrigin,
+    /// The attestation object is no CBOR, or lacks a member.
+    #[error("the attestation object cannot be read")]
+    AttestationObject,
+    /// The authenticator data is too short, too long, or no CBOR where it should be.
+    #[error("the authenticator data cannot be read")]
+    AuthenticatorData,
+    /// The authenticator data is for another relying party.
+    #[error("the authenticator data is for another relying party")]
+    RelyingParty,
+    /// The user was not present.
+    #[error("the user was not present")]
+    NotPresent,
+    /// The user was not verified.
+    #[error("the user was not verified")]
+    NotVerified,
+    /// The flags on backups contradict each other, or the credential record.
+    #[error("the backup flags contradict each other or the credential record")]
+    Backup,
+    /// A registration without a credential, or an assertion with one.
+    #[error("the authenticator data is of another ceremony")]
+    Ceremony,
+    /// The credential's id is empty or too long.
+    #[error("the credential's id is empty or too long")]
+    CredentialId,
+    /// The key is for an algorithm that was not offered.
+    #[error("the key is for an algorithm that was not offered")]
+    Algorithm,
+    /// The key is of the wrong kind or length, or no point of its curve.
+    #[error("the public key is not valid for its algorithm")]
+    PublicKey,
+    /// The credential was not among those asked for, or was removed meanwhile.
+    #[error("the credential was not asked for, or is no longer registered")]
+    NotAllowed,
+    /// The user handle is another person's.
+    #[error("the user handle is another person's")]
+    UserHandle,
+    /// The signature was not made by the credential's key.
+    #[error("the signature is not valid")]
+    Signature,
+    /// The signature counter has not increased.
+    #[error("the signature counter has not increased")]
+    SignCount,
+}
