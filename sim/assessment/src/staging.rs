@@ -117,7 +117,7 @@ impl<'a> Staging<'a> {
     ///
     /// # Errors
     /// When the disk refuses.
-    pub fn record<W: Write>(&self, hand: &mut dyn MotionSource, file: W) -> Result<Simulated, WriteError> {
+    pub fn record<W: Write + Send>(&self, hand: &mut dyn MotionSource, file: W) -> Result<Simulated, WriteError> {
         let mut writer = begin_recording(file, self.session, self.bundle)?;
         let simulated = simulate(&self.specimen, hand, &mut writer, &self.clock())?;
         writer.finish()?;

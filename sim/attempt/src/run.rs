@@ -4,6 +4,7 @@ use std::io::Write;
 
 use recording::error::WriteError;
 use recording::rate::{Ticker, nanoseconds};
+use recording::sample::Energy;
 use recording::write::Writer;
 use recording::{Event, EventKind};
 use tissue::Specimen;
@@ -35,40 +36,47 @@ pub struct Sent {
     pub lateness_us: f32,
 }
 
-/// An attempt on its way into a recording.
-pub struct Run<'a, W: Write> {
+/// The ticks of an attempt, each with what is recorded of it.
+pub(crate) struct RecordedAttempt<'a> {
     attempt: TickedAttempt<'a>,
-    writer: &'a mut Writer<W>,
     ledgers: Ticker,
-    /// The last tick's ledger has not been written.
+    /// The last tick's ledger has not been recorded.
     owed: bool,
     so_far: Simulated,
-    /// What the disk has said. Once it has refused it is not asked again, and the attempt goes on without it.
-    written: Result<(), WriteError>,
 }
 
-impl<'a, W: Write> Run<'a, W> {
-    /// Nothing has been recorded yet.
-    pub fn new(specimen: &'a Specimen, writer: &'a mut Writer<W>) -> Self {
+/// What is recorded of a tick.
+pub(crate) struct RecordedTick {
+    pub tick: Tick,
+    /// The ledger, where one is due.
+    energy: Option<Energy>,
+}
+
+impl RecordedTick {
+    pub fn write<W: Write>(&self, writer: &mut Writer<W>) -> Result<(), WriteError> {
+        writer.sample(&self.tick.sample)?;
+        for event in &self.tick.events {
+            writer.event(event)?;
+        }
+        if let Some(tent) = &self.tick.tent {
+            writer.tent(tent)?;
+        }
+        self.energy.iter().try_for_each(|energy| writer.energy(energy))
+    }
+}
+
+impl<'a> RecordedAttempt<'a> {
+    pub fn new(specimen: &'a Specimen) -> Self {
         let so_far = Simulated { duration_s: 0.0, ticks: 0, ruptures: 0 };
-        let (attempt, ledgers) = (TickedAttempt::new(specimen), Ticker::new(LEDGER_HZ, 0));
-        Self { attempt, writer, ledgers, owed: false, so_far, written: Ok(()) }
+        Self { attempt: TickedAttempt::new(specimen), ledgers: Ticker::new(LEDGER_HZ, 0), owed: false, so_far }
     }
 
-    /// What it has come to so far.
-    #[must_use]
     pub fn so_far(&self) -> Simulated {
         self.so_far
     }
 
-    /// Why nothing is written any more, if the disk has refused.
-    #[must_use]
-    pub fn refused(&self) -> Option<&WriteError> {
-        self.written.as_ref().err()
-    }
-
-    /// Asks the law and records the tick. Without a servo the device takes the whole force.
-    pub fn tick(&mut self, input: &TickInput, sent: Option<&Sent>) -> Tick {
+    /// Asks the law. Without a servo the device takes the whole force.
+    pub fn tick(&mut self, input: &TickInput, sent: Option<&Sent>) -> RecordedTick {
         let mut tick = self.attempt.step(input);
         if let Some(&Sent { device_n, flags, lateness_us }) = sent {
             tick.sample.device_n = device_n;
@@ -79,22 +87,51 @@ impl<'a, W: Write> Run<'a, W> {
         self.so_far.duration_s = input.t_s;
         self.so_far.ticks += 1;
         self.so_far.ruptures += ruptures;
-        if self.written.is_ok() {
-            self.written = self.write(&tick, ruptures > 0);
-        }
-        tick
+        self.owed = true;
+        let is_due = self.ledgers.due(nanoseconds(tick.sample.t_s)) || ruptures > 0;
+        let energy = if is_due { self.take_energy() } else { None };
+        RecordedTick { tick, energy }
     }
 
-    fn write(&mut self, tick: &Tick, ruptured: bool) -> Result<(), WriteError> {
-        self.writer.sample(&tick.sample)?;
-        for event in &tick.events {
-            self.writer.event(event)?;
+    /// The ledger after the last tick, where it has not been recorded.
+    pub fn take_energy(&mut self) -> Option<Energy> {
+        std::mem::take(&mut self.owed).then(|| self.attempt.energy(self.so_far.duration_s))
+    }
+}
+
+/// An attempt on its way into a recording.
+pub struct Run<'a, W: Write> {
+    attempt: RecordedAttempt<'a>,
+    writer: &'a mut Writer<W>,
+    /// What the disk has said. Once it has refused it is not asked again, and the attempt goes on without it.
+    written: Result<(), WriteError>,
+}
+
+impl<'a, W: Write> Run<'a, W> {
+    /// Nothing has been recorded yet.
+    pub fn new(specimen: &'a Specimen, writer: &'a mut Writer<W>) -> Self {
+        Self { attempt: RecordedAttempt::new(specimen), writer, written: Ok(()) }
+    }
+
+    /// What it has come to so far.
+    #[must_use]
+    pub fn so_far(&self) -> Simulated {
+        self.attempt.so_far()
+    }
+
+    /// Why nothing is written any more, if the disk has refused.
+    #[must_use]
+    pub fn refused(&self) -> Option<&WriteError> {
+        self.written.as_ref().err()
+    }
+
+    /// Asks the law and records the tick. Without a servo the device takes the whole force.
+    pub fn tick(&mut self, input: &TickInput, sent: Option<&Sent>) -> Tick {
+        let recorded = self.attempt.tick(input, sent);
+        if self.written.is_ok() {
+            self.written = recorded.write(self.writer);
         }
-        if let Some(tent) = &tick.tent {
-            self.writer.tent(tent)?;
-        }
-        self.owed = true;
-        if self.ledgers.due(nanoseconds(tick.sample.t_s)) || ruptured { self.ledger() } else { Ok(()) }
+        recorded.tick
     }
 
     /// Records an event that comes from outside the force law, a coaching message or a fault, at the last tick.
@@ -122,16 +159,8 @@ impl<'a, W: Write> Run<'a, W> {
     /// # Errors
     /// When the disk has refused.
     pub fn finish(mut self) -> Result<Simulated, WriteError> {
-        std::mem::replace(&mut self.written, Ok(()))?;
-        self.ledger()?;
-        Ok(self.so_far)
-    }
-
-    /// Writes the ledger, if it is owed.
-    fn ledger(&mut self) -> Result<(), WriteError> {
-        if std::mem::take(&mut self.owed) {
-            self.writer.energy(&self.attempt.energy(self.so_far.duration_s))?;
-        }
-        Ok(())
+        self.written?;
+        self.attempt.take_energy().iter().try_for_each(|energy| self.writer.energy(energy))?;
+        Ok(self.attempt.so_far())
     }
 }

@@ -1,6 +1,9 @@
 //! The loop of a headless attempt: a source of motion meets the tissue, and every tick is recorded, in a file or in memory.
 
 use std::io::Write;
+use std::panic::resume_unwind;
+use std::sync::mpsc::sync_channel;
+use std::thread;
 
 use law::operator::{Felt, Motion};
 use recording::error::WriteError;
@@ -8,8 +11,8 @@ use recording::write::Writer;
 use recording::{Recording, Session};
 use tissue::Specimen;
 
-use crate::run::Run;
 pub use crate::run::Simulated;
+use crate::run::{RecordedAttempt, RecordedTick};
 use crate::tick::{TickInput, TickedAttempt};
 
 /// Anything that moves the needle.
@@ -23,6 +26,10 @@ impl MotionSource for law::operator::Operator {
         Self::step(self, dt_s, felt)
     }
 }
+
+/// Ticks are handed over in batches of so many, of which so many may wait to be written.
+const BATCH: usize = 256;
+const WAITING: usize = 4;
 
 /// Rate and length of an attempt.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,11 +62,12 @@ impl Clock {
     }
 }
 
-/// Runs until the source is done or `time_limit_s` has passed, at `tick_hz`. The first sample is the start, at 0 s.
+/// Runs until the source is done or `time_limit_s` has passed, at `tick_hz`. The first sample is the start, at 0 s. What is recorded is
+/// packed and written on a thread of its own, which takes as long as the simulation.
 ///
 /// # Errors
 /// When the clock has no rate, or the disk refuses.
-pub fn simulate<W: Write>(
+pub fn simulate<W: Write + Send>(
     specimen: &Specimen,
     source: &mut dyn MotionSource,
     writer: &mut Writer<W>,
@@ -68,12 +76,27 @@ pub fn simulate<W: Write>(
     if !clock.runs() {
         return Err(WriteError::invalid("tick_hz", clock.tick_hz, "a finite rate above 0 Hz is allowed"));
     }
-    let mut run = Run::new(specimen, writer);
-    clock.drive(source, |input| {
-        let felt = run.tick(input, None).felt;
-        run.refused().is_none().then_some(felt)
-    });
-    run.finish()
+    let mut attempt = RecordedAttempt::new(specimen);
+    thread::scope(|scope| {
+        let (ticks, waiting) = sync_channel::<Vec<RecordedTick>>(WAITING);
+        let writer = &mut *writer;
+        let writing = scope.spawn(move || waiting.iter().flatten().try_for_each(|tick| tick.write(writer)));
+        let mut batch = Vec::with_capacity(BATCH);
+        clock.drive(source, |input| {
+            let recorded = attempt.tick(input, None);
+            let felt = recorded.tick.felt;
+            batch.push(recorded);
+            let is_taken =
+                batch.len() < BATCH || ticks.send(std::mem::replace(&mut batch, Vec::with_capacity(BATCH))).is_ok();
+            is_taken.then_some(felt)
+        });
+        // Nobody takes it where the disk has refused, which is told below.
+        let _ = ticks.send(batch);
+        drop(ticks);
+        writing.join().unwrap_or_else(|panic| resume_unwind(panic))
+    })?;
+    attempt.take_energy().iter().try_for_each(|energy| writer.energy(energy))?;
+    Ok(attempt.so_far())
 }
 
 /// The same in memory, at the session's rate: samples, events and the last ledger. Without a rate above 0 Hz nothing happens.

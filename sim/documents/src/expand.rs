@@ -4,6 +4,8 @@
 //! what it is: text and meshes, as if somebody had written them. So a recording re-simulates whatever later bodies look like.
 
 use std::ops::ControlFlow;
+use std::panic::resume_unwind;
+use std::thread;
 
 use anatomy::{AnatomyPart, Body, BodyEntry, BodyOrder, BodyQuality, LayerOnPath, Level, Posture, Tissue};
 use law::Skin;
@@ -23,6 +25,10 @@ use crate::walk::Walked;
 
 /// Structures farther from the planned needle than this are left out, in m.
 const REACH_M: f64 = 25e-3;
+/// Places along the needle at which the distance to a part's box is asked.
+const STEPS: u32 = 64;
+/// How finely structures are meshed.
+const STRUCTURE_QUALITY: BodyQuality = BodyQuality::Medium;
 /// Tissue thinner than this is taken for the one before it, in mm; so is fat that is thinner than the second.
 const THIN_MM: [f64; 2] = [0.5, 1.5];
 /// Thickness of the dura, in mm. Judged, within 0.3 to 0.6 mm.
@@ -253,12 +259,14 @@ impl EnteredBody {
         let mut expanded = self.with_layers(document);
         let mut files = Files::new();
         let mut structures = Vec::new();
-        for part in AnatomyPart::list() {
-            let Some(kind) = part.kind().filter(|kind| self.parts.contains(kind)) else { continue };
-            let mesh = self.mesh(part, BodyQuality::Medium);
-            if !self.is_within_reach(&mesh) {
-                continue;
-            }
+        let parts = AnatomyPart::list().into_iter().filter_map(|part| Some((part, part.kind()?)));
+        let near: Vec<_> =
+            parts.filter(|(part, kind)| self.parts.contains(kind) && self.may_be_within_reach(*part)).collect();
+        let mut wanted: Vec<_> = near.iter().map(|(part, _)| (*part, STRUCTURE_QUALITY)).collect();
+        wanted.push((AnatomyPart::Skin, BodyQuality::Low));
+        let mut meshes = self.mesh_each(&wanted);
+        let skin = meshes.pop().unwrap_or_default();
+        for ((part, kind), mesh) in near.into_iter().zip(meshes).filter(|(_, mesh)| self.is_within_reach(mesh)) {
             files.push((format!("{}.stl", part.name()), write_stl(&mesh)));
             structures.push(Value::Table(structure_table(part, kind)));
         }
@@ -266,15 +274,30 @@ impl EnteredBody {
             structures.extend(own);
         }
         expanded.insert("structure".to_owned(), Value::Array(structures));
-        files.push((SKIN_FILE.to_owned(), write_stl(&self.mesh(AnatomyPart::Skin, BodyQuality::Low))));
+        files.push((SKIN_FILE.to_owned(), write_stl(&skin)));
         let skin = [("file", SKIN_FILE), ("unit", "mm")].map(|(key, text)| (key.to_owned(), Value::from(text)));
         expanded.insert("skin".to_owned(), Value::Table(skin.into_iter().collect()));
         (expanded, files)
     }
 
-    fn mesh(&self, part: AnatomyPart, quality: BodyQuality) -> Surface {
-        let mesh = self.body.mesh_from(&self.entry, part, quality);
-        (mesh.vertices_m, mesh.triangles)
+    /// The surfaces of parts, each made on a thread of its own.
+    fn mesh_each(&self, wanted: &[(AnatomyPart, BodyQuality)]) -> Vec<Surface> {
+        thread::scope(|scope| {
+            let mesh = |&(part, quality): &(AnatomyPart, BodyQuality)| {
+                scope.spawn(move || self.body.mesh_from(&self.entry, part, quality))
+            };
+            let making: Vec<_> = wanted.iter().map(mesh).collect();
+            let made = making.into_iter().map(|making| making.join().unwrap_or_else(|panic| resume_unwind(panic)));
+            made.map(|mesh| (mesh.vertices_m, mesh.triangles)).collect()
+        })
+    }
+
+    /// Whether a corner of a part's mesh may be near enough to the planned needle: by the box around it, which costs no mesh.
+    fn may_be_within_reach(&self, part: AnatomyPart) -> bool {
+        let step_m = self.depth_m / f64::from(STEPS);
+        let places_m = (0..=STEPS).map(|step| self.direction * (f64::from(step) * step_m));
+        let least_m = |place_m| self.body.least_distance_m(&self.entry, (part, STRUCTURE_QUALITY), &place_m);
+        places_m.map(least_m).any(|least_m| least_m <= REACH_M + step_m)
     }
 
     /// Whether a corner of a mesh is near enough to the planned needle.

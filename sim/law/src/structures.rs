@@ -139,12 +139,10 @@ pub(crate) struct NearestPlace {
 /// How a needle stands to a structure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Meeting {
-    /// Least distance of the shaft, in m; 0 where it touches.
+    /// Least distance of the shaft, in m, or what it is at least where it was not searched; 0 where it touches.
     pub distance_m: f64,
     /// The tip itself is inside.
     pub tip_inside: bool,
-    /// Whether the distance was searched for, or is only known to be so large.
-    pub searched: bool,
 }
 
 /// Where a distance was last searched for, and what it was.
@@ -259,13 +257,13 @@ impl Structure {
         let entry = parry_vector(&shaft.entry_m.coords) - self.position;
         let nearest = self.solid.project(tip, true);
         if nearest.is_inside {
-            return Meeting { distance_m: 0.0, tip_inside: true, searched: true };
+            return Meeting { distance_m: 0.0, tip_inside: true };
         }
         // A segment of no length has no direction for the closest-point search; the tip's own distance also
         // bounds the shaft's from above where that search gives up.
         let from_tip = (nearest.point - tip).length();
         let from_shaft = if entry == tip { from_tip } else { self.shaft_distance(Segment::new(entry, tip)) };
-        Meeting { distance_m: from_shaft.min(from_tip), tip_inside: false, searched: true }
+        Meeting { distance_m: from_shaft.min(from_tip), tip_inside: false }
     }
 
     fn shaft_distance(&self, shaft: Segment) -> f64 {

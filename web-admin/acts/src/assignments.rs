@@ -6,10 +6,12 @@ use model::assignment::{
     Assigned, AssignmentStanding, AssignmentTask, AttemptHistory, SupervisedSessions, TaughtCourse, sort,
 };
 use model::ids::{AssignmentId, CohortId, PersonId, SchoolId};
-use model::{CurrentPerson, Role};
+use model::progress::Course;
+use model::{CurrentPerson, PersonKey, Role};
 use serde_json::json;
 use store::assignments::{ManagedAssignment, NewAssignment};
 use store::audit::AuditEntry;
+use store::curricula::TaughtCurriculum;
 use store::deadlines::{CohortExtension, DeadlineKey, DeadlineKind};
 use store::practice::ByTrainee;
 use store::reports::NamedItem;
@@ -59,34 +61,47 @@ pub async fn withdraw(state: &Service, by: &CurrentPerson, assignment: Assignmen
     Ok(tx.commit().await?)
 }
 
+/// The curricula that a school teaches, each with its course.
+pub async fn taught_curricula(state: &Service, school: SchoolId) -> Result<Vec<(TaughtCurriculum, Course)>, Error> {
+    let reader = state.db.reader();
+    let curricula = curricula::list_taught_curricula(reader, school).await?;
+    let mut steps = curricula::list_course_steps(reader, school).await?;
+    let with_course = |curriculum: TaughtCurriculum| {
+        let course = curriculum.take_course(&mut steps);
+        (curriculum, course)
+    };
+    Ok(curricula.into_iter().map(with_course).collect())
+}
+
 /// The courses of a school, for judging.
 pub async fn taught(state: &Service, school: SchoolId) -> Result<Vec<TaughtCourse>, Error> {
-    let reader = state.db.reader();
-    let mut taught = Vec::new();
-    for curriculum in curricula::list_taught_curricula(reader, school).await? {
-        let course = curricula::find_course(reader, school, &curriculum).await?;
-        taught.push(TaughtCourse { id: curriculum.curriculum_id, course });
-    }
-    Ok(taught)
+    let taught = taught_curricula(state, school).await?.into_iter();
+    Ok(taught.map(|(curriculum, course)| TaughtCourse { id: curriculum.curriculum_id, course }).collect())
 }
 
 /// What is assigned to a trainee and how far they have come, what is due first before.
 pub async fn standings(state: &Service, school: SchoolId, person: PersonId) -> Result<Vec<AssignmentStanding>, Error> {
+    let taught = taught(state, school).await?;
+    let attempts = practice::list_trainee_practice(state.db.reader(), school, person).await?;
+    let tried = AttemptHistory::new(&taught, &attempts, state.clock.now());
+    standings_by(state, PersonKey { school_id: school, person_id: person }, &tried).await
+}
+
+/// The same of a trainee whose attempts are known.
+pub async fn standings_by(
+    state: &Service,
+    PersonKey { school_id: school, person_id: person }: PersonKey,
+    tried: &AttemptHistory<'_>,
+) -> Result<Vec<AssignmentStanding>, Error> {
     let reader = state.db.reader();
     let assigned: Vec<Assigned> = assignments::list_trainee_assignments(reader, school, person).await?;
-    if assigned.is_empty() {
-        return Ok(Vec::new());
-    }
-    let taught = taught(state, school).await?;
-    let attempts = practice::list_trainee_practice(reader, school, person).await?;
     let supervised = match assigned.iter().any(|assigned| assigned.supervised) {
         true => supervisions::list_trainee_supervisions(reader, school, person).await?,
         false => Vec::new(),
     };
     let supervised = supervised.into_iter().collect();
-    let tried = AttemptHistory::new(&taught, &attempts, state.clock.now());
     let mut standings: Vec<AssignmentStanding> =
-        assigned.into_iter().map(|assigned| AssignmentStanding::of(assigned, &tried, &supervised)).collect();
+        assigned.into_iter().map(|assigned| AssignmentStanding::of(assigned, tried, &supervised)).collect();
     sort(&mut standings);
     Ok(standings)
 }

@@ -1,12 +1,16 @@
 //! `web-admin demo`.
 
+use std::thread;
+
+use acts::clock::Clock;
+use acts::config::Config;
 use acts::secret;
 use clap::{Args, value_parser};
 use model::Role;
 
 use super::{CommandFailure, StorageArgs, say_line};
-use crate::demo;
 use crate::demo::{DemoAccount, Demonstration};
+use crate::{AppState, demo};
 
 /// What to make where.
 #[derive(Debug, Args)]
@@ -29,7 +33,9 @@ pub struct DemoArgs {
 
 pub(super) async fn run_demo(args: &DemoArgs) -> Result<(), CommandFailure> {
     let password = args.password.clone().map_or_else(secret::random_password, Ok)?;
-    let state = args.storage.open().await?;
+    let cores = thread::available_parallelism().map_or(1, Into::into);
+    let config = Config { judges: cores, ..args.storage.config()? };
+    let state = AppState::open(config, Clock::system()).await?;
     let wanted = Demonstration { weeks: args.weeks, password, seed: args.seed, crowd: args.crowd };
     let accounts = demo::make_demonstration(&state, &wanted).await?;
     state.db.close().await;

@@ -1,8 +1,8 @@
-//! One attempt of the demonstration: a virtual operator at an exercise, recorded as a station would.
+//! Attempts of the demonstration: a virtual operator at an exercise, recorded as a station would.
 
 use std::fs::File;
 use std::io::BufWriter;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use assessment::attachments;
 use attempt::simulate::{Clock, simulate};
@@ -12,6 +12,9 @@ use model::{Moment, new_id};
 use recording::write::SceneDrawing;
 use recording::{Session, Writer};
 use tissue::Specimen;
+use tokio::task::JoinSet;
+
+use crate::AppState;
 
 /// Servo rate of the demonstration's station, in Hz.
 const TICK_HZ: f64 = 1000.0;
@@ -33,11 +36,41 @@ pub struct AttemptTask {
     pub at: Moment,
 }
 
-/// Performs the task and writes the recording. Returns its length, in s. Blocks.
+/// A recording that waits to be taken in.
+#[derive(Debug)]
+pub struct MadeRecording<T> {
+    /// Who made it.
+    pub by: T,
+    /// Where it is.
+    pub path: PathBuf,
+    /// When the attempt was over.
+    pub ends: Moment,
+}
+
+/// Performs tasks on every core. Returns their recordings in order of time.
 ///
 /// # Errors
-/// When the exercise is refused by the mechanics, or the disk refuses.
-pub fn perform_demo_attempt(task: &AttemptTask, path: &Path) -> anyhow::Result<f64> {
+/// When an exercise is refused by the mechanics, or the disk refuses.
+pub async fn perform_demo_attempts<T: Send + 'static>(
+    state: &AppState,
+    tasks: Vec<(T, AttemptTask)>,
+) -> anyhow::Result<Vec<MadeRecording<T>>> {
+    let mut stations = JoinSet::new();
+    for (by, task) in tasks {
+        let path = state.config.uploads_dir().join(format!("demonstration-{}.part", new_id(task.at)));
+        stations.spawn_blocking(move || {
+            let duration_s = perform_demo_attempt(&task, &path)?;
+            anyhow::Ok(MadeRecording { by, path, ends: task.at.plus_s(duration_s.ceil() as i64) })
+        });
+    }
+    let made: anyhow::Result<Vec<_>> = stations.join_all().await.into_iter().collect();
+    let mut made = made?;
+    made.sort_by_key(|recording| recording.ends);
+    Ok(made)
+}
+
+/// Performs a task and writes the recording. Returns its length, in s. Blocks.
+fn perform_demo_attempt(task: &AttemptTask, path: &Path) -> anyhow::Result<f64> {
     let ExerciseBundle { exercise, scene, .. } = &task.bundle;
     let patient = Patient::draw(scene, task.seed);
     let spec = task.bundle.specimen_spec(&patient);

@@ -2,25 +2,27 @@
 
 use acts::{consents, reviewing};
 use anyhow::Context;
+use indicatif::ProgressBar;
 use law::operator::{Occasion, Skill};
 use model::corridor::WORDING;
-use model::ids::SchoolId;
+use model::ids::{PersonId, SchoolId};
 use model::progress::Course;
 use model::{CurrentPerson, Moment};
 use store::experts::NewDeclaration;
 use store::people::{self, Person};
 use store::{curricula, practice, sessions};
-use tokio::task::JoinSet;
 
 use super::attempt::AttemptTask;
 use super::school::{self, ADMINISTRATOR, COHORTS, EXPERTS};
-use super::{COURSE, MadeAttempt, attempt, current_bundle, take_in};
+use super::{COURSE, current_bundle, practise};
 use crate::AppState;
 
 /// How many exercises of the course they show, from the first.
 const SHOWN: usize = 4;
 /// How often they try until they pass.
 const TRIES: u64 = 3;
+/// Attempts where each passes at once.
+pub(super) const ATTEMPTS: usize = SHOWN * (COHORTS.len() + EXPERTS.len());
 /// An expert is at the station so long before the first trainee, in s after midnight; the attempts so far apart.
 const OPENING_S: i64 = 5 * 3600;
 const APART_S: i64 = 300;
@@ -37,7 +39,12 @@ struct OpenStep {
 ///
 /// # Errors
 /// When the people or the course are missing, or a part of the work fails.
-pub(super) async fn demonstrate(state: &AppState, school: SchoolId, seed: u64) -> anyhow::Result<()> {
+pub(super) async fn demonstrate(
+    state: &AppState,
+    school: SchoolId,
+    seed: u64,
+    progress: &ProgressBar,
+) -> anyhow::Result<()> {
     let administrator = find_expert(state, ADMINISTRATOR).await?.into_current().context("the administrator")?;
     let mut experts = Vec::new();
     for name in COHORTS.iter().map(|cohort| cohort.instructor).chain(EXPERTS) {
@@ -50,9 +57,9 @@ pub(super) async fn demonstrate(state: &AppState, school: SchoolId, seed: u64) -
     for again in 0..TRIES {
         let open = list_open_steps(state, &course, &experts).await?;
         let at = Moment::max(begun, state.clock.now());
-        for made in demonstrate_open_steps(state, &course, &open, at, seed ^ (again << 48)).await? {
-            take_in(state, school, made).await?;
-        }
+        let tasks = plan_open_steps(state, &course, &open, at, seed ^ (again << 48)).await?;
+        progress.inc_length(if again == 0 { 0 } else { tasks.len() as u64 });
+        practise(state, school, tasks, progress).await?;
     }
     for expert in &experts {
         look_through(state, &administrator, expert).await?;
@@ -80,15 +87,15 @@ async fn list_open_steps(state: &AppState, course: &Course, experts: &[Person]) 
     Ok(open)
 }
 
-/// All of it at once, in order of time.
-async fn demonstrate_open_steps(
+/// An attempt at each, one after the other.
+async fn plan_open_steps(
     state: &AppState,
     course: &Course,
     open: &[OpenStep],
     from: Moment,
     seed: u64,
-) -> anyhow::Result<Vec<MadeAttempt>> {
-    let mut stations = JoinSet::new();
+) -> anyhow::Result<Vec<(PersonId, AttemptTask)>> {
+    let mut tasks = Vec::new();
     for (n, OpenStep { expert, person, step }) in open.iter().enumerate() {
         let task = AttemptTask {
             bundle: current_bundle(state, expert.school_id, course, *step).await?,
@@ -98,18 +105,9 @@ async fn demonstrate_open_steps(
             trainee: expert.pseudonym.clone(),
             at: from.plus_s(i64::try_from(n)? * APART_S),
         };
-        let path = state.config.uploads_dir().join(format!("expert-{seed}-{n}.part"));
-        let trainee_id = expert.id;
-        stations.spawn_blocking(move || {
-            let duration_s = attempt::perform_demo_attempt(&task, &path)?;
-            let ends = task.at.plus_s(duration_s.ceil() as i64);
-            anyhow::Ok(MadeAttempt { trainee_id, path, ends })
-        });
+        tasks.push((expert.id, task));
     }
-    let made: anyhow::Result<Vec<_>> = stations.join_all().await.into_iter().collect();
-    let mut made = made?;
-    made.sort_by_key(|attempt| attempt.ends);
-    Ok(made)
+    Ok(tasks)
 }
 
 /// Nobody waits for a review of what an expert has shown.

@@ -15,11 +15,11 @@ mod validation;
 
 use std::path::PathBuf;
 
-use acts::intake::Bearer;
+use acts::intake::{Bearer, RecordingReceipt};
 use acts::recordings::Received;
-use acts::{importing, intake, publishing, surveys};
+use acts::{importing, intake, publishing, replicas, surveys};
 use anyhow::{Context, ensure};
-use attempt::AttemptTask;
+use attempt::{AttemptTask, MadeRecording};
 pub use crowd::ATTEMPTS_EACH;
 use documents::ExerciseBundle;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -33,7 +33,6 @@ use rust_embed::RustEmbed;
 use school::LEARNERS;
 use store::audit::Actor;
 use store::{curricula, exercises, practice};
-use tokio::task::JoinSet;
 
 use crate::{AppState, worker};
 
@@ -71,13 +70,6 @@ struct Slot {
     weeks_left: u32,
 }
 
-/// An attempt that was made and waits to be taken in.
-struct MadeAttempt {
-    trainee_id: PersonId,
-    path: PathBuf,
-    ends: Moment,
-}
-
 /// Makes the school in an empty database. Returns the accounts to sign in with.
 ///
 /// # Errors
@@ -88,17 +80,14 @@ pub async fn make_demonstration(state: &AppState, wanted: &Demonstration) -> any
     let past = state.at(monday);
     let (school, trainees, accounts) = found_school(&past, &wanted.password).await?;
     publish_curricula(&past).await?;
-    experts::demonstrate(&past, school, wanted.seed).await?;
-    validation::hold_validation_study(&past, school, wanted.seed).await?;
     let slots = schedule_attempts(monday, wanted.weeks);
+    let progress = simulation_progress_bar(experts::ATTEMPTS + validation::ATTEMPTS + slots.len());
+    experts::demonstrate(&past, school, wanted.seed, &progress).await?;
+    validation::hold_validation_study(&past, school, wanted.seed, &progress).await?;
     let mut tried = vec![0; trainees.len()];
-    let progress = simulation_progress_bar(slots.len());
     for day in slots.chunk_by(|a, b| day_number(a.at) == day_number(b.at)) {
-        let made = practise_for_day(&past, wanted.seed, &trainees, day, &mut tried).await?;
-        for attempt in made {
-            take_in(&past, school, attempt).await?;
-            progress.inc(1);
-        }
+        let tasks = plan_day(&past, wanted.seed, &trainees, day, &mut tried).await?;
+        practise(&past, school, tasks, &progress).await?;
     }
     progress.finish_and_clear();
     lesson::teach_lesson(&past).await?;
@@ -111,6 +100,8 @@ pub async fn make_demonstration(state: &AppState, wanted: &Demonstration) -> any
     if wanted.crowd > 0 {
         crowd::gather_crowd(state, &trainees[0], wanted).await?;
     }
+    // The service that starts next takes over nothing.
+    replicas::leave(state).await?;
     Ok(accounts)
 }
 
@@ -145,15 +136,15 @@ fn schedule_attempts(monday: Moment, weeks: u32) -> Vec<Slot> {
     slots
 }
 
-/// Lets everybody who comes on a day make an attempt, all at once, and returns them in order of time.
-async fn practise_for_day(
+/// The attempts of those who come on a day.
+async fn plan_day(
     state: &AppState,
     seed: u64,
     trainees: &[Trainee],
     day: &[Slot],
     tried: &mut [u32],
-) -> anyhow::Result<Vec<MadeAttempt>> {
-    let mut stations = JoinSet::new();
+) -> anyhow::Result<Vec<(PersonId, AttemptTask)>> {
+    let mut tasks = Vec::new();
     for slot in day {
         let trainee = &trainees[slot.learner];
         let n = tried[slot.learner];
@@ -170,18 +161,9 @@ async fn practise_for_day(
             trainee: trainee.pseudonym.clone(),
             at: slot.at,
         };
-        let path = state.config.uploads_dir().join(format!("demonstration-{}-{n}.part", slot.learner));
-        let trainee_id = trainee.id;
-        stations.spawn_blocking(move || {
-            let duration_s = attempt::perform_demo_attempt(&task, &path)?;
-            let ends = task.at.plus_s(duration_s.ceil() as i64);
-            anyhow::Ok(MadeAttempt { trainee_id, path, ends })
-        });
+        tasks.push((trainee.id, task));
     }
-    let made: anyhow::Result<Vec<_>> = stations.join_all().await.into_iter().collect();
-    let mut made = made?;
-    made.sort_by_key(|attempt| attempt.ends);
-    Ok(made)
+    Ok(tasks)
 }
 
 /// What the school's own rule says comes next; after the last exercise of both courses, the second from its beginning.
@@ -219,15 +201,27 @@ async fn current_bundle(
     Ok(ExerciseBundle::from_parts(&bytes.exercise, &bytes.scene, &bytes.meshes)?)
 }
 
-/// Takes an attempt in as an upload would, and scores it.
-async fn take_in(state: &AppState, school_id: SchoolId, made: MadeAttempt) -> anyhow::Result<()> {
-    let waited_s = (made.ends.micros() - state.clock.now().micros()) / 1_000_000;
-    state.clock.advance(waited_s.max(0));
-    let (trainee_id, actor) = (Some(made.trainee_id), Actor::Person(made.trainee_id));
-    let bearer = Bearer { school_id, trainee_id, actor, ahead_us: None };
-    let received = tokio::task::spawn_blocking(move || Received::adopt(made.path)).await??;
-    intake::take_in(state, &bearer, received).await.context("an attempt was not taken in")?;
+/// Performs the attempts of people, takes each in as an upload would, and scores all.
+async fn practise(
+    state: &AppState,
+    school_id: SchoolId,
+    tasks: Vec<(PersonId, AttemptTask)>,
+    progress: &ProgressBar,
+) -> anyhow::Result<()> {
+    for MadeRecording { by, path, ends } in attempt::perform_demo_attempts(state, tasks).await? {
+        let bearer = Bearer { school_id, trainee_id: Some(by), actor: Actor::Person(by), ahead_us: None };
+        take_in(state, &bearer, path, ends).await?;
+        progress.inc(1);
+    }
     worker::work_off_jobs(state).await
+}
+
+/// Takes an attempt in as an upload would, once it is over.
+async fn take_in(state: &AppState, bearer: &Bearer, path: PathBuf, ends: Moment) -> anyhow::Result<RecordingReceipt> {
+    let waited_s = (ends.micros() - state.clock.now().micros()) / 1_000_000;
+    state.clock.advance(waited_s.max(0));
+    let received = tokio::task::spawn_blocking(move || Received::adopt(path)).await??;
+    intake::take_in(state, bearer, received).await.context("an attempt was not taken in")
 }
 
 /// Publishes the shipped curricula.

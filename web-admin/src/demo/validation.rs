@@ -2,10 +2,8 @@
 //! codes, uploads and answers by which real ones would.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 
-use acts::intake::{self, Bearer};
-use acts::recordings::Received;
+use acts::intake::Bearer;
 use acts::stations::{self, CallingStation, StationVisit, TypedCode};
 use acts::studies::{self, ParticipantFacts, StudyRequest};
 use acts::study_consents::revision_of_terms;
@@ -13,6 +11,7 @@ use acts::surveys::{self, AnsweredSheet};
 use anyhow::Context;
 use assessment::questionnaire::Answer;
 use documents::ExerciseBundle;
+use indicatif::ProgressBar;
 use law::operator::{Occasion, Skill};
 use model::ids::{RevisionId, SchoolId, StudyId};
 use model::{CurrentPerson, Moment};
@@ -21,16 +20,17 @@ use store::people::Person;
 use store::sessions::Session;
 use store::studies::{self as stored, Study};
 use store::{curricula, instruments};
-use tokio::task::JoinSet;
 
-use super::attempt::{AttemptTask, perform_demo_attempt};
+use super::attempt::{self, AttemptTask, MadeRecording};
 use super::study::{Participant, basis_of_attempt, find_study_owner, invent_answer, scatter_of_seed};
-use super::{COURSE, current_bundle};
+use super::{COURSE, current_bundle, take_in};
 use crate::{AppState, worker};
 
 /// Guests of each group, and attempts of each.
 const EACH: usize = 8;
-const ATTEMPTS: u32 = 2;
+const ATTEMPTS_EACH: u32 = 2;
+/// Attempts of all.
+pub(super) const ATTEMPTS: usize = ATTEMPTS_EACH as usize * EACH * TOLD.len();
 /// Attempts follow each other so closely, in s.
 const APART_S: i64 = 120;
 const TITLE: &str = "Does the simulator tell experts from novices?";
@@ -45,19 +45,16 @@ struct StudyGuest {
     place: usize,
 }
 
-/// A recording of a guest's attempt that waits to be uploaded.
-struct StudyRecording {
-    guest: usize,
-    number: u32,
-    path: PathBuf,
-    ends: Moment,
-}
-
 /// Holds the study.
 ///
 /// # Errors
 /// When the course or an instrument is missing, or a part of the work fails.
-pub(super) async fn hold_validation_study(state: &AppState, school: SchoolId, seed: u64) -> anyhow::Result<()> {
+pub(super) async fn hold_validation_study(
+    state: &AppState,
+    school: SchoolId,
+    seed: u64,
+    progress: &ProgressBar,
+) -> anyhow::Result<()> {
     let owner = find_study_owner(state).await?;
     let taught = curricula::list_taught_curricula(state.db.reader(), school).await?;
     let taught = taught.iter().find(|taught| taught.curriculum_id == COURSE).context("the course is not taught")?;
@@ -67,11 +64,18 @@ pub(super) async fn hold_validation_study(state: &AppState, school: SchoolId, se
     let study = stored::find_visible_study(state.db.reader(), &owner, id).await?.context("the study that was made")?;
     let station = pair_station(state, &owner).await?;
     let guests = invite_guests(state, &owner, &study, &station).await?;
-    for recording in perform_attempts(state, &guests, &bundle, seed).await? {
-        let guest = &guests[recording.guest];
-        let last = recording.number == ATTEMPTS;
-        let session = upload_at_station(state, &station, recording).await?;
-        answer_after(state, &study, guest, &session, last).await?;
+    let tasks = plan_attempts(state.clock.now(), &guests, &bundle, seed)?;
+    let mut taken = Vec::new();
+    for MadeRecording { by, path, ends } in attempt::perform_demo_attempts(state, tasks).await? {
+        let actor = Actor::Station(station.name.clone());
+        let bearer = Bearer { school_id: station.school_id, trainee_id: None, actor, ahead_us: None };
+        taken.push((by, ends, take_in(state, &bearer, path, ends).await?));
+        progress.inc(1);
+    }
+    worker::work_off_jobs(state).await?;
+    for ((guest, number), ends, receipt) in taken {
+        let last = number == ATTEMPTS_EACH;
+        answer_after(&state.at(ends), &study, &guests[guest], receipt.session(), last).await?;
     }
     Ok(studies::close_study(state, &owner, &study, true).await?)
 }
@@ -80,7 +84,7 @@ async fn make_demo_study(state: &AppState, owner: &CurrentPerson, bundle: &Exerc
     let wanted = StudyRequest {
         title: TITLE.to_owned(),
         exercises: vec![bundle.exercise.id.clone()],
-        attempts: ATTEMPTS,
+        attempts: ATTEMPTS_EACH,
         groups: ["Novices", "Intermediates", "Experts"].map(str::to_owned).to_vec(),
         questions: ["Role", "Years of practice"].map(str::to_owned).to_vec(),
         after_each: vec![find_instrument(state, owner, "nasa-tlx").await?],
@@ -129,17 +133,15 @@ async fn invite_guests(
     Ok(guests)
 }
 
-/// Lets every guest make their attempts, all at once, and returns them in order of time.
-async fn perform_attempts(
-    state: &AppState,
+/// Every guest's attempts, each with the guest's place and its number, one after the other.
+fn plan_attempts(
+    begun: Moment,
     guests: &[StudyGuest],
     bundle: &ExerciseBundle,
     seed: u64,
-) -> anyhow::Result<Vec<StudyRecording>> {
-    let mut performed = JoinSet::new();
-    let begun = state.clock.now();
-    let all = (1..=ATTEMPTS).flat_map(|number| (0..guests.len()).map(move |guest| (number, guest)));
-    for (n, (number, guest)) in all.enumerate() {
+) -> anyhow::Result<Vec<((usize, u32), AttemptTask)>> {
+    let all = (1..=ATTEMPTS_EACH).flat_map(|number| (0..guests.len()).map(move |guest| (number, guest)));
+    let task = |(n, (number, guest)): (usize, (u32, usize))| {
         let person = seed.wrapping_mul(11_000_003) ^ guest as u64;
         let task = AttemptTask {
             bundle: bundle.clone(),
@@ -149,17 +151,9 @@ async fn perform_attempts(
             trainee: guests[guest].person.pseudonym.clone(),
             at: begun.plus_s(i64::try_from(n)? * APART_S),
         };
-        let path = state.config.uploads_dir().join(format!("study-{n}.part"));
-        performed.spawn_blocking(move || {
-            let duration_s = perform_demo_attempt(&task, &path)?;
-            let ends = task.at.plus_s(duration_s.ceil() as i64);
-            anyhow::Ok(StudyRecording { guest, number, path, ends })
-        });
-    }
-    let made: anyhow::Result<Vec<_>> = performed.join_all().await.into_iter().collect();
-    let mut made = made?;
-    made.sort_by_key(|recording| recording.ends);
-    Ok(made)
+        Ok(((guest, number), task))
+    };
+    all.enumerate().map(task).collect()
 }
 
 /// People of a group differ, and all learn a little.
@@ -168,22 +162,6 @@ fn skill_of_guest(guest: &StudyGuest, number: u32) -> Skill {
     let own = 0.08 * scatter_of_seed(guest.place as u64 * 3 + guest.group as u64);
     let learned = 0.04 * f64::from(number - 1);
     Skill::novice().towards(&Skill::expert(), (middle + own + learned).clamp(0.0, 1.0))
-}
-
-/// Takes an attempt in as an upload of the station would be, and scores it.
-async fn upload_at_station(
-    state: &AppState,
-    station: &CallingStation,
-    recording: StudyRecording,
-) -> anyhow::Result<Session> {
-    let waited_s = (recording.ends.micros() - state.clock.now().micros()) / 1_000_000;
-    state.clock.advance(waited_s.max(0));
-    let actor = Actor::Station(station.name.clone());
-    let bearer = Bearer { school_id: station.school_id, trainee_id: None, actor, ahead_us: None };
-    let received = tokio::task::spawn_blocking(move || Received::adopt(recording.path)).await??;
-    let kept = intake::take_in(state, &bearer, received).await.context("an attempt of a guest was not taken in")?;
-    worker::work_off_jobs(state).await?;
-    Ok(kept.session().clone())
 }
 
 /// Answers what the study asks after an attempt.

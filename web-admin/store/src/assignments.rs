@@ -259,7 +259,7 @@ pub async fn list_managed_assignments(
          WHERE a.school_id = $1 AND a.withdrawn_at IS NULL AND ($4 IS NULL OR a.id = $4)
            AND ($2 OR a.cohort_id IN (SELECT t.cohort_id FROM cohort_members t WHERE t.person_id = $3 AND t.role = 'instructor')
              OR a.person_id IN (SELECT taught.trainee_id FROM taught_trainees taught WHERE taught.teacher_id = $3))
-         ORDER BY a.made_at DESC, a.id DESC LIMIT $5",
+         ORDER BY a.made_at DESC, a.id DESC LIMIT $5 + 0",
     )
     .bind(by.school_id)
     .bind(by.role == Role::Administrator)

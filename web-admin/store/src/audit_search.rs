@@ -70,7 +70,7 @@ pub async fn search_audit_log<'e>(
 ) -> Result<FoundActs> {
     let window: ReadWindow = sqlx::query_as(
         "SELECT count(*) AS rows, min(seq) AS first
-         FROM (SELECT seq FROM audit_log WHERE school_id = $1 AND seq < $2 ORDER BY seq DESC LIMIT $3) recent",
+         FROM (SELECT seq FROM audit_log WHERE school_id = $1 AND seq < $2 ORDER BY seq DESC LIMIT $3 + 0) recent",
     )
     .bind(search.school)
     .bind(before)
@@ -90,7 +90,7 @@ pub async fn search_audit_log<'e>(
            AND ($5 = '' OR a.object = $5 OR instr(lower(a.actor), lower($5)) > 0
              OR instr(lower(p.display_name), lower($5)) > 0 OR instr(lower(o.display_name), lower($5)) > 0)
            AND a.at >= $6
-         ORDER BY a.seq DESC LIMIT $7",
+         ORDER BY a.seq DESC LIMIT $7 + 0",
     )
     .bind(search.school)
     .bind(before)

@@ -55,7 +55,7 @@ pub async fn note_backup(writer: &mut Connection, backup: &NotedBackup) -> Resul
 pub async fn list_latest_backups(executor: impl Executor<'_>, limit: u32) -> Result<Vec<NotedBackup>> {
     sqlx::query_as(
         "SELECT made_at, file_name, bytes, recordings, keys_sealed, error FROM backups
-         ORDER BY made_at DESC, id DESC LIMIT $1",
+         ORDER BY made_at DESC, id DESC LIMIT $1 + 0",
     )
     .bind(i64::from(limit))
     .fetch_all(executor)

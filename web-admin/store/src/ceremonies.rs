@@ -28,7 +28,7 @@ pub async fn add_ceremony<T: Serialize + Send + Sync>(
 ) -> Result<()> {
     sqlx::query(
         "DELETE FROM ceremonies WHERE person_id = $1 AND id NOT IN (
-             SELECT id FROM ceremonies WHERE person_id = $1 ORDER BY until DESC, id LIMIT $2)",
+             SELECT id FROM ceremonies WHERE person_id = $1 ORDER BY until DESC, id LIMIT $2 + 0)",
     )
     .bind(ceremony.person_id)
     .bind(most - 1)

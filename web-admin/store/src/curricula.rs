@@ -1,5 +1,7 @@
 //! Curricula as they were published, and how far a trainee has come in them.
 
+use std::collections::BTreeMap;
+
 use model::Moment;
 use model::ids::{RevisionId, SchoolId};
 use model::progress::{Course, CourseStep, CurveRule, Mastery};
@@ -64,6 +66,12 @@ pub struct TaughtCurriculum {
 }
 
 impl TaughtCurriculum {
+    /// Its course, taken from among the exercises of several.
+    #[must_use]
+    pub fn take_course(&self, steps: &mut CourseSteps) -> Course {
+        Course { steps: steps.remove(&self.revision_id).unwrap_or_default(), rule: self.mastery() }
+    }
+
     /// Its mastery rule.
     #[must_use]
     pub fn mastery(&self) -> Mastery {
@@ -76,11 +84,21 @@ impl TaughtCurriculum {
 
 #[derive(FromRow)]
 struct CurriculumStepRow {
+    revision_id: RevisionId,
     exercise_id: String,
     #[sqlx(try_from = "StoredTitle")]
     title: String,
     prerequisites: Json<Vec<String>>,
 }
+
+impl From<CurriculumStepRow> for CourseStep {
+    fn from(row: CurriculumStepRow) -> Self {
+        Self { exercise: row.exercise_id, title: row.title, prerequisites: row.prerequisites.0 }
+    }
+}
+
+/// The exercises of curricula, in order, by the curriculum's revision.
+pub type CourseSteps = BTreeMap<RevisionId, Vec<CourseStep>>;
 
 /// The curriculum revision with these bytes, if it was ever published.
 pub async fn find_curriculum_by_hash(
@@ -233,7 +251,7 @@ pub async fn find_course(
     curriculum: &TaughtCurriculum,
 ) -> Result<Course> {
     let rows: Vec<CurriculumStepRow> = sqlx::query_as(
-        "SELECT e.exercise_id, r.title, e.prerequisites
+        "SELECT e.revision_id, e.exercise_id, r.title, e.prerequisites
          FROM curriculum_entries e
          JOIN exercises x ON x.school_id = $1 AND x.exercise_id = e.exercise_id
          JOIN exercise_revisions r ON r.id = x.revision_id
@@ -243,10 +261,24 @@ pub async fn find_course(
     .bind(curriculum.revision_id)
     .fetch_all(executor)
     .await?;
-    let step = |row: CurriculumStepRow| CourseStep {
-        exercise: row.exercise_id,
-        title: row.title,
-        prerequisites: row.prerequisites.0,
-    };
-    Ok(Course { steps: rows.into_iter().map(step).collect(), rule: curriculum.mastery() })
+    Ok(Course { steps: rows.into_iter().map(Into::into).collect(), rule: curriculum.mastery() })
+}
+
+/// The exercises of every curriculum that a school teaches, as [`find_course`] finds those of one.
+pub async fn list_course_steps(executor: impl Executor<'_>, school: SchoolId) -> Result<CourseSteps> {
+    let rows: Vec<CurriculumStepRow> = sqlx::query_as(
+        "SELECT e.revision_id, e.exercise_id, r.title, e.prerequisites
+         FROM curricula c JOIN curriculum_entries e ON e.revision_id = c.revision_id
+         JOIN exercises x ON x.school_id = $1 AND x.exercise_id = e.exercise_id
+         JOIN exercise_revisions r ON r.id = x.revision_id
+         WHERE c.school_id = $1 ORDER BY e.revision_id, e.position",
+    )
+    .bind(school)
+    .fetch_all(executor)
+    .await?;
+    let mut steps = CourseSteps::new();
+    for row in rows {
+        steps.entry(row.revision_id).or_default().push(row.into());
+    }
+    Ok(steps)
 }

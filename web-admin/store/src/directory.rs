@@ -53,7 +53,7 @@ macro_rules! people_by {
                  AND m.person_id = p.id))) listed
              WHERE $7 IS NULL OR state = $7 ORDER BY ",
             $order,
-            " LIMIT $8"
+            " LIMIT $8 + 0"
         )
     };
 }

@@ -126,7 +126,7 @@ pub async fn list_expert_curves(
            WHERE s.school_id = e.school_id AND s.trainee_id = e.person_id AND s.exercise_id = $2 AND g.passed = 1
              AND s.uncounted IS NULL
            ORDER BY s.started_at DESC LIMIT 1)
-         WHERE e.school_id = $1 AND e.withdrawn_at IS NULL ORDER BY e.person_id LIMIT $3",
+         WHERE e.school_id = $1 AND e.withdrawn_at IS NULL ORDER BY e.person_id LIMIT $3 + 0",
     )
     .bind(school)
     .bind(exercise)
@@ -152,7 +152,7 @@ pub async fn list_expert_attempts(
              ORDER BY s.started_at DESC LIMIT 1) AS newest
            FROM expert_declarations e
            WHERE e.school_id = $1 AND e.withdrawn_at IS NULL AND e.person_id <> $3) tried
-         WHERE tried.newest IS NOT NULL ORDER BY tried.person_id LIMIT $4",
+         WHERE tried.newest IS NOT NULL ORDER BY tried.person_id LIMIT $4 + 0",
     )
     .bind(school)
     .bind(exercise)

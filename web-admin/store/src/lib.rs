@@ -3,6 +3,9 @@
 //!
 //! What a viewer may see of trainees is in one place, the view `taught_trainees`.
 //!
+//! A limit that is bound is written `LIMIT $1 + 0`: SQLite looks at the value of a bare parameter when it plans a statement, and therefore
+//! plans it anew at each execution.
+//!
 //! Whatever asks the database fails when the database does; a function says only what else it refuses.
 
 use std::time::Duration;

@@ -47,7 +47,7 @@ pub async fn list_due_mails(executor: impl Executor<'_>, now: Moment, limit: u32
            p.disabled_at IS NULL AND CASE m.kind WHEN 'reminder' THEN s.mails_reminders WHEN 'news' THEN s.mails_news
              ELSE TRUE END AS enabled
          FROM mails m JOIN people p ON p.id = m.person_id JOIN schools s ON s.id = m.school_id
-         WHERE m.next_run_at <= $1 ORDER BY m.next_run_at LIMIT $2",
+         WHERE m.next_run_at <= $1 ORDER BY m.next_run_at LIMIT $2 + 0",
     )
     .bind(now)
     .bind(i64::from(limit))

@@ -144,7 +144,7 @@ pub async fn list_unread_notices(executor: impl Executor<'_>, person: PersonKey,
          LEFT JOIN curriculum_revisions u ON u.id = k.revision_id
          LEFT JOIN rating_rounds o ON o.id = n.round_id
          WHERE n.school_id = $1 AND n.person_id = $2 AND n.read_at IS NULL
-         ORDER BY n.made_at DESC, n.id DESC LIMIT $3",
+         ORDER BY n.made_at DESC, n.id DESC LIMIT $3 + 0",
     )
     .bind(person.school_id)
     .bind(person.person_id)
@@ -255,7 +255,7 @@ pub async fn list_awaited_letters(
            AND p.mail_news = 1 AND p.disabled_at IS NULL AND p.password_hash <> ''
            AND NOT EXISTS (SELECT 1 FROM mails m WHERE m.school_id = n.school_id AND m.person_id = n.person_id
              AND m.kind = 'news' AND (m.next_run_at IS NOT NULL OR m.sent_at > $3))
-         LIMIT $4",
+         LIMIT $4 + 0",
     )
     .bind(times.from)
     .bind(times.to)

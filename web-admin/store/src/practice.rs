@@ -238,8 +238,8 @@ pub async fn list_latest_of_others(
            SELECT DISTINCT other.person_id FROM cohort_members own
            CROSS JOIN cohort_members other
            WHERE other.cohort_id = own.cohort_id AND other.role = 'trainee' AND own.school_id = $1 AND own.person_id = $2
-           AND own.role = 'trainee' AND other.person_id <> $2 LIMIT $4) mates
-         CROSS JOIN practice p WHERE p.school_id = $1 AND p.trainee_id = mates.person_id AND p.exercise_id = $3 LIMIT $5",
+           AND own.role = 'trainee' AND other.person_id <> $2 LIMIT $4 + 0) mates
+         CROSS JOIN practice p WHERE p.school_id = $1 AND p.trainee_id = mates.person_id AND p.exercise_id = $3 LIMIT $5 + 0",
     )
     .bind(school)
     .bind(trainee)

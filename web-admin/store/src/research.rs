@@ -62,7 +62,7 @@ pub async fn list_research_attempts(
          WHERE s.school_id = $1 AND s.id > $2 AND (p.role = 'trainee' OR (p.role <> 'guest' AND EXISTS (
            SELECT 1 FROM expert_declarations d
            WHERE d.school_id = s.school_id AND d.person_id = s.trainee_id AND d.withdrawn_at IS NULL)))
-         ORDER BY s.id LIMIT $3",
+         ORDER BY s.id LIMIT $3 + 0",
     )
     .bind(school)
     .bind(after)

@@ -164,7 +164,7 @@ pub async fn list_due_warnings(executor: impl Executor<'_>, now: Moment, limit: 
            coalesce(p.language, s.letter_language) AS language, s.retention_months AS months,
            s.retention_warn_days AS warn_days
          FROM retention_warnings w JOIN people p ON p.id = w.person_id JOIN schools s ON s.id = w.school_id
-         WHERE w.next_run_at <= $1 ORDER BY w.next_run_at LIMIT $2",
+         WHERE w.next_run_at <= $1 ORDER BY w.next_run_at LIMIT $2 + 0",
     )
     .bind(now)
     .bind(i64::from(limit))

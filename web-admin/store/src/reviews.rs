@@ -57,7 +57,7 @@ macro_rules! waiting {
              FROM (SELECT n.id FROM ",
             $chosen,
             " AND ($8 IS NULL OR n.exercise_id = $8) AND n.school_id = $1 AND n.state = 'scored' AND n.reviewed = 0 AND n.review_rank = $4
-                AND (n.started_at, n.id) > ($5, $6) ORDER BY n.started_at, n.id LIMIT $3) chosen
+                AND (n.started_at, n.id) > ($5, $6) ORDER BY n.started_at, n.id LIMIT $3 + 0) chosen
              CROSS JOIN sessions s
              JOIN grades g ON g.school_id = s.school_id AND g.session_id = s.id
              JOIN people p ON p.school_id = s.school_id AND p.id = s.trainee_id

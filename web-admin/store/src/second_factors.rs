@@ -36,14 +36,24 @@ pub async fn is_second_factor_on(executor: impl Executor<'_>, key: PersonKey) ->
     .await
 }
 
+/// Whether a person `p` of a school `s` must have a second factor by the school's rule, and has none.
+macro_rules! factor_owed {
+    () => {
+        "(s.second_factor_of = 'everybody' OR s.second_factor_of = 'teachers' AND p.role <> 'trainee')
+           AND NOT EXISTS (SELECT 1 FROM second_factors f WHERE f.person_id = p.id AND f.confirmed_at IS NOT NULL)
+           AND NOT EXISTS (SELECT 1 FROM passkeys k WHERE k.person_id = p.id AND k.school_id = p.school_id)"
+    };
+}
+pub(crate) use factor_owed;
+
 /// Whether somebody must have a second factor by their school's rule, and has none.
 pub async fn is_second_factor_owed(executor: impl Executor<'_>, key: PersonKey) -> Result<bool> {
-    sqlx::query_scalar(
+    sqlx::query_scalar(concat!(
         "SELECT EXISTS (SELECT 1 FROM people p JOIN schools s ON s.id = p.school_id
-                        WHERE p.id = $1 AND p.school_id = $2 AND (s.second_factor_of = 'everybody' OR s.second_factor_of = 'teachers' AND p.role <> 'trainee'))
-           AND NOT EXISTS (SELECT 1 FROM second_factors WHERE person_id = $1 AND confirmed_at IS NOT NULL)
-           AND NOT EXISTS (SELECT 1 FROM passkeys WHERE person_id = $1 AND school_id = $2)",
-    )
+                        WHERE p.id = $1 AND p.school_id = $2 AND ",
+        factor_owed!(),
+        ")"
+    ))
     .bind(key.person_id)
     .bind(key.school_id)
     .fetch_one(executor)

@@ -87,7 +87,7 @@ pub async fn list_tallies_in_year(
            AND t.month >= 12 * $2 AND t.month < 12 * $2 + 12 AND c.school_id = $1 AND c.name > $3
            AND ($6 OR EXISTS (SELECT 1 FROM cohort_members m
              WHERE m.cohort_id = c.id AND m.person_id = $5 AND m.role = 'instructor'))
-         GROUP BY c.name, c.id ORDER BY c.name, c.id LIMIT $4",
+         GROUP BY c.name, c.id ORDER BY c.name, c.id LIMIT $4 + 0",
         "SELECT c.id AS cohort_id, c.name AS cohort, y.attempts, y.passes, y.points
          FROM cohorts c CROSS JOIN LATERAL (SELECT CAST(sum(t.attempts) AS BIGINT) AS attempts,
              CAST(sum(t.passes) AS BIGINT) AS passes, sum(t.points) AS points
@@ -96,7 +96,7 @@ pub async fn list_tallies_in_year(
          WHERE c.school_id = $1 AND c.name > $3 AND y.attempts IS NOT NULL
            AND ($6 OR EXISTS (SELECT 1 FROM cohort_members m
              WHERE m.cohort_id = c.id AND m.person_id = $5 AND m.role = 'instructor'))
-         ORDER BY c.name, c.id LIMIT $4",
+         ORDER BY c.name, c.id LIMIT $4 + 0",
     ))
     .bind(viewer.school_id)
     .bind(year)

@@ -9,6 +9,8 @@ use super::{Body, BodyQuality, LayerOnPath};
 
 /// The skin leans as it does on average over so many mm about the entry: what a hand feels as its slope.
 const LEAN_OVER: f64 = 12.0;
+/// The grid on which a part is meshed reaches less than so many cells beyond the part's box.
+const MARGIN_CELLS: f64 = 4.0;
 
 /// A place on a body's skin and the frame of a needle that enters there.
 #[derive(Clone, Copy, Debug)]
@@ -61,5 +63,17 @@ impl Body {
         let mut mesh = self.mesh(part, quality);
         mesh.vertices_m.iter_mut().for_each(|vertex| *vertex = entry.to_own(vertex));
         mesh
+    }
+
+    /// What any corner of a part's mesh is at least away from a place below an entry, both in m: the distance of a box that holds the mesh.
+    #[must_use]
+    pub fn least_distance_m(
+        &self,
+        entry: &BodyEntry,
+        (part, quality): (AnatomyPart, BodyQuality),
+        own_m: &Vector3<f64>,
+    ) -> f64 {
+        let place = self.inner(&(entry.origin_m + entry.to_body(own_m)));
+        (self.part_bounds(part).distance(&place) - MARGIN_CELLS * Self::cell_of(part, quality)) * 1e-3
     }
 }

@@ -142,12 +142,17 @@ impl Body {
     /// The surface of a part, closed, in m.
     #[must_use]
     pub fn mesh(&self, part: AnatomyPart, quality: BodyQuality) -> BodyMesh {
-        let cell = cell_mm(part) * quality.cell_factor();
+        let cell = Self::cell_of(part, quality);
         let mut mesh = surface::mesh_surface(&|p| self.part_distance(part, p), &self.part_bounds(part), cell);
         for vertex in &mut mesh.vertices_m {
             *vertex -= self.origin * 1e-3;
         }
         mesh
+    }
+
+    /// Edge of a grid's cell, in mm.
+    fn cell_of(part: AnatomyPart, quality: BodyQuality) -> f64 {
+        cell_mm(part) * quality.cell_factor()
     }
 
     /// Signed distance from a part's surface, in m; below zero inside. Never more than the true distance by much.

@@ -19,4 +19,4 @@ mod step;
 
 pub use params::{PunctureParams, PunctureSpec};
 pub use state::{PunctureEvent, PunctureInput, PunctureOutput, PunctureScratch, PunctureState};
-pub use step::{held_incidence, measure_intrusion, step, write_loads};
+pub use step::{held_incidence, measure_clearance_m, measure_intrusion, step, write_loads};

@@ -110,8 +110,6 @@ pub struct PunctureOutput {
     pub boundary: usize,
     /// The axis is latched: the tip is in the body.
     pub inside: bool,
-    /// Least distance of the tip, or of the inserted shaft, to any structure that is not a target, in m; infinite if none.
-    pub clearance_m: f64,
 }
 
 impl PunctureState {

@@ -40,7 +40,7 @@ pub fn step(
     survey_structures(params, state, scratch, &side);
     report_hits(state, scratch);
     open_walls(params, state, scratch, &side);
-    hold_on_bone(params, state, &side);
+    hold_on_bone(params, state, scratch, &side);
     assemble_output(params, state, scratch, axial, &side)
 }
 
@@ -132,10 +132,8 @@ fn displacement_m(params: &PunctureParams, state: &PunctureState) -> f64 {
     }
 }
 
-/// Finds how the needle of the last good sample stands to every structure.
-///
-/// What is told is the distance of the nearest, and which are touched. A structure seen far away is not searched again before the
-/// needle can have come nearer to it than to the nearest: this changes no bit of the answer.
+/// Finds which structures the needle of the last good sample touches. One that was seen far away is not searched again before the needle
+/// can have come to it: this changes no bit of the answer.
 fn survey_structures(
     params: &PunctureParams,
     state: &PunctureState,
@@ -144,35 +142,33 @@ fn survey_structures(
 ) {
     let PunctureScratch { meetings, sightings, .. } = scratch;
     meetings.clear();
-    let Some(pose) = &state.last else { return };
-    let tip_m = pose.tip_m + side.bend_m;
-    let shaft = Shaft { entry_m: state.latch.as_ref().map_or(tip_m, |latch| latch.entry_m), tip_m };
-    meetings.extend(sightings.iter().map(|seen| {
-        let least_m = seen.map_or(f64::NEG_INFINITY, |seen| seen.least_m(&shaft));
-        Meeting { distance_m: least_m, tip_inside: false, searched: false }
-    }));
-    let mut nearest_m = f64::INFINITY;
-    while let Some(at) = next_to_search(params, meetings, nearest_m) {
-        let structure = &params.structures[at];
-        let meeting = structure.meet(&shaft);
-        if structure.kind() != StructureKind::Target {
-            nearest_m = nearest_m.min(meeting.distance_m);
+    let Some(shaft) = shaft(state, side) else { return };
+    for (structure, sighting) in params.structures.iter().zip(sightings) {
+        let least_m = sighting.map_or(f64::NEG_INFINITY, |seen: Sighting| seen.least_m(&shaft));
+        if least_m > 0.0 {
+            meetings.push(Meeting { distance_m: least_m, tip_inside: false });
+            continue;
         }
-        sightings[at] = Some(Sighting { shaft, distance_m: meeting.distance_m });
-        meetings[at] = meeting;
+        let meeting = structure.meet(&shaft);
+        *sighting = Some(Sighting { shaft, distance_m: meeting.distance_m });
+        meetings.push(meeting);
     }
 }
 
-/// Of the structures that may be touched, or may be nearer than the nearest found, the one that may be nearest. How near a target is
-/// nobody asks.
-fn next_to_search(params: &PunctureParams, meetings: &[Meeting], nearest_m: f64) -> Option<usize> {
-    let is_open = |&at: &usize| {
-        let (meeting, kind) = (&meetings[at], params.structures[at].kind());
-        let may_be_nearest = kind != StructureKind::Target && meeting.distance_m < nearest_m;
-        !meeting.searched && (meeting.distance_m <= 0.0 || may_be_nearest)
-    };
-    let nearer = |one: &usize, other: &usize| meetings[*one].distance_m.total_cmp(&meetings[*other].distance_m);
-    (0..meetings.len()).filter(is_open).min_by(nearer)
+/// The needle of the last good sample; none before.
+fn shaft(state: &PunctureState, side: &SidewaysNeedle) -> Option<Shaft> {
+    let tip_m = state.last.as_ref()?.tip_m + side.bend_m;
+    Some(Shaft { entry_m: state.latch.as_ref().map_or(tip_m, |latch| latch.entry_m), tip_m })
+}
+
+/// Least distance of the tip, or of the inserted shaft, to any structure that is not a target, in m; infinite if none. A step does not
+/// need it, and it costs a search of each structure.
+#[must_use]
+pub fn measure_clearance_m(params: &PunctureParams, state: &PunctureState) -> f64 {
+    let side = SidewaysNeedle::new(state, params.bend(state.axial.last_output().depth_m));
+    let others = params.structures.iter().filter(|structure| structure.kind() != StructureKind::Target);
+    let distances_m = shaft(state, &side).map(|shaft| others.map(move |other| other.meet(&shaft).distance_m));
+    distances_m.into_iter().flatten().fold(f64::INFINITY, f64::min)
 }
 
 /// Reports each structure that the needle is in now and was not in before.
@@ -196,11 +192,12 @@ fn open_walls(params: &PunctureParams, state: &mut PunctureState, scratch: &Punc
 }
 
 /// Holds the tip on every bone that it pushes on.
-fn hold_on_bone(params: &PunctureParams, state: &mut PunctureState, side: &SidewaysNeedle) {
+fn hold_on_bone(params: &PunctureParams, state: &mut PunctureState, scratch: &PunctureScratch, side: &SidewaysNeedle) {
     let Some(pose) = state.last.as_ref().filter(|_| params.bone_holds()) else { return };
     let tip_m = pose.tip_m + side.bend_m;
-    for (structure, hold) in params.structures.iter().zip(&mut state.holds) {
-        if structure.kind() == StructureKind::Bone {
+    for ((structure, meeting), hold) in params.structures.iter().zip(&scratch.meetings).zip(&mut state.holds) {
+        // Bone that holds no tip takes hold of one that is inside: the survey has just told, and another search would cost as much.
+        if structure.kind() == StructureKind::Bone && (hold.is_some() || meeting.tip_inside) {
             *hold = Hold::follow(hold.as_ref(), structure, &tip_m);
         }
     }
@@ -228,7 +225,6 @@ fn assemble_output(
         stage,
         boundary,
         inside: state.latch.is_some(),
-        clearance_m: target_clearance_m(params, scratch),
     }
 }
 
@@ -256,14 +252,6 @@ fn structure_forces(
         }
     }
     (all_n, bone_n)
-}
-
-fn target_clearance_m(params: &PunctureParams, scratch: &PunctureScratch) -> f64 {
-    let others = params.structures.iter().zip(&scratch.meetings);
-    others
-        .filter(|(structure, _)| structure.kind() != StructureKind::Target)
-        .map(|(_, meeting)| meeting.distance_m)
-        .fold(f64::INFINITY, f64::min)
 }
 
 /// Where the first boundary that is not fully open stands; the last one, when all are. In the air nothing is touched.

@@ -5,7 +5,7 @@
 //! cancels, a tip that does not bend with its needle, or a rigid needle that pays for one that bends.
 
 use law::beam::{Beam, Bend, tube_n_m2};
-use law::puncture::{PunctureEvent, PunctureParams, PunctureState};
+use law::puncture::{PunctureEvent, PunctureParams, PunctureState, measure_clearance_m};
 use law::structures::{Shape, StructureKind, StructureSpec};
 use nalgebra::{DMatrix, DVector, Point3, SMatrix, Vector3};
 use trials::needle::DrivenNeedle;
@@ -245,7 +245,11 @@ fn the_bent_tip_is_what_meets_structures() {
         let mut needle = DrivenNeedle::bending(training_axial_spec(), vec![ball.clone()], bending).unwrap();
         sideways(&mut needle, (1..=60_u32).map(|n| f64::from(n) * 1e-4));
         let output = needle.down(0.006, 0.0, -0.03);
-        (output.clearance_m <= 0.0, output.bend_m.x, needle.scratch.events.contains(&PunctureEvent::Fault))
+        (
+            measure_clearance_m(&needle.params, &needle.state) <= 0.0,
+            output.bend_m.x,
+            needle.scratch.events.contains(&PunctureEvent::Fault),
+        )
     };
     let (rigid, bent) = (hits(None), hits(Some(thin())));
     assert_eq!((rigid.0, rigid.1, rigid.2), (true, 0.0, false));

@@ -46,8 +46,6 @@ pub struct FieldPlan {
     pub model: Model,
     /// Why this one, and its mesh under the load that is worst off.
     pub reason: Phrase,
-    /// How far from the needle the tissue moves by more than the tolerance, in m: no more of it is pictured.
-    pub radius_m: f64,
     /// Unknowns of the largest load's model.
     pub unknowns: usize,
     /// Most bytes held at a time: the largest load's model, which is let go when it has answered, and the responses.
@@ -59,6 +57,22 @@ pub struct FieldPlan {
     pub worst: Option<AttemptLoad>,
 }
 
+/// How far a needle's influence reaches.
+#[derive(Clone, Debug, PartialEq)]
+enum Influence {
+    /// So far, in m.
+    Known(f64),
+    /// Not computed: a picture needs it and an attempt does not.
+    Unknown {
+        /// What is asked of the whole body, under a perpendicular needle.
+        upright: Box<Problem3>,
+        /// What each load does there, in m/N.
+        on_body_m: Vec<(Load, Vec<f64>)>,
+        deepest_m: f64,
+        tolerance: f64,
+    },
+}
+
 /// A tissue that follows the needle, ready for an attempt.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Field {
@@ -67,6 +81,7 @@ pub struct Field {
     /// Those to a needle at the angle of the exercise.
     planned: Responses,
     plan: FieldPlan,
+    influence: Influence,
 }
 
 impl Field {
@@ -102,7 +117,7 @@ impl Field {
     fn by_the_attempt(tissue: &TissueSpec) -> Result<Self, FollowError> {
         let known = KnownAnswers::for_tissue(tissue)?;
         let mut share = 0.5 * tissue.tolerance;
-        let on_body_m: Vec<_> = known.asked.loads.iter().copied().zip(&known.along.answers_m).collect();
+        let on_body_m: Vec<_> = known.asked.loads.iter().copied().zip(known.along.answers_m.iter().cloned()).collect();
         let radius_m =
             reach_of_all(&known.asked.question, &on_body_m, tissue.deepest_m(), share).map_err(PlanError::from)?;
         let mut tries = FINER;
@@ -171,7 +186,6 @@ impl Field {
         let mut plan = FieldPlan {
             model: Model::None,
             reason: Phrase::Data(String::new()),
-            radius_m,
             unknowns: 0,
             bytes: 0,
             expected_relative_error: f64::NEG_INFINITY,
@@ -184,7 +198,8 @@ impl Field {
         })?;
         plan.bytes += on_axis.bytes();
         let planned = on_axis.clone();
-        Ok(Self { follow: FollowParams::new(tissue)?, on_axis: AngledResponses::constant(on_axis), planned, plan })
+        let (follow, on_axis) = (FollowParams::new(tissue)?, AngledResponses::constant(on_axis));
+        Ok(Self { follow, on_axis, planned, plan, influence: Influence::Known(radius_m) })
     }
 
     /// What the follower needs to know.
@@ -203,6 +218,16 @@ impl Field {
     #[must_use]
     pub fn planned(&self) -> &Responses {
         &self.planned
+    }
+
+    /// How far from the needle the tissue moves by more than the tolerance, in m: no more of it is pictured.
+    pub(super) fn reach_m(&self) -> Result<f64, FollowError> {
+        match &self.influence {
+            Influence::Known(radius_m) => Ok(*radius_m),
+            Influence::Unknown { upright, on_body_m, deepest_m, tolerance } => {
+                Ok(reach_of_all(upright, on_body_m, *deepest_m, *tolerance).map_err(PlanError::from)?)
+            }
+        }
     }
 
     /// What it was computed with.
@@ -311,11 +336,14 @@ impl KnownAngles {
         let count = self.nodes.len();
         let tables = (0..count).map(|angle| self.responses(asked, angle)).collect();
         let on_axis = AngledResponses::new(self.flattest_rad, self.nodes.clone(), tables);
-        let upright = Problem3 { tilt_rad: 0.0, ..asked.question.clone() };
-        let upright_m: Vec<Vec<f64>> =
-            (0..asked.loads.len()).map(|load| self.answer_m(asked, load, count).to_vec()).collect();
-        let on_body_m: Vec<_> = asked.loads.iter().copied().zip(&upright_m).collect();
-        let radius_m = reach_of_all(&upright, &on_body_m, tissue.deepest_m(), 0.5 * tissue.tolerance);
+        let upright_m =
+            asked.loads.iter().enumerate().map(|(at, load)| (*load, self.answer_m(asked, at, count).to_vec()));
+        let influence = Influence::Unknown {
+            upright: Box::new(Problem3 { tilt_rad: 0.0, ..asked.question.clone() }),
+            on_body_m: upright_m.collect(),
+            deepest_m: tissue.deepest_m(),
+            tolerance: 0.5 * tissue.tolerance,
+        };
         let mut plan = FieldPlan {
             model: Model::Axisymmetric,
             reason: phrase!(
@@ -326,7 +354,6 @@ impl KnownAngles {
                 count = count,
                 degrees = Phrase::number(self.flattest_rad.to_degrees(), 0)
             ),
-            radius_m: radius_m.map_err(PlanError::from)?,
             unknowns: self.along.unknowns,
             bytes: self.along.bytes + on_axis.bytes(),
             expected_relative_error: 0.0,
@@ -340,7 +367,7 @@ impl KnownAngles {
         };
         plan.judge(asked, asked.places.iter().zip(&self.along.doubts).map(|(place, doubt)| off(*place) + doubt));
         let planned = on_axis.at(libm::cos(tissue.tilt_rad));
-        Ok(Field { follow: FollowParams::new(tissue)?, on_axis, planned, plan })
+        Ok(Field { follow: FollowParams::new(tissue)?, on_axis, planned, plan, influence })
     }
 }
 

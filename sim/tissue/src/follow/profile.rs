@@ -23,7 +23,7 @@ impl Field {
     /// # Errors
     /// As [`Field::new`].
     pub fn profiles(&self, tissue: &TissueSpec) -> Result<Profiles, FollowError> {
-        let radius_m = self.plan().radius_m;
+        let radius_m = self.reach_m()?;
         let radii_m = radii_m(tissue.load_radius_m, radius_m);
         let deepest_m = tissue.deepest_m();
         let patched =

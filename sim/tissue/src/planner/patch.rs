@@ -57,7 +57,7 @@ pub fn find_reach(question: &Problem3, tolerance: f64) -> Result<Reach, Axisymme
 /// When the layers or a load are out of range.
 pub fn reach_of_all(
     question: &Problem3,
-    on_body_m: &[(Load, &Vec<f64>)],
+    on_body_m: &[(Load, Vec<f64>)],
     deepest_m: f64,
     tolerance: f64,
 ) -> Result<f64, AxisymmetricError> {

@@ -19,7 +19,7 @@ use serde::Serialize;
 use store::curricula::TaughtCurriculum;
 use store::exercises::{self, Revision, RevisionBytes};
 use store::pictures::StoredPicture;
-use store::{curricula, pictures, practice, studies};
+use store::{pictures, practice, studies};
 use utoipa::ToSchema;
 
 use super::caller::Caller;
@@ -164,13 +164,11 @@ async fn courses_of_person(
 ) -> Result<Vec<(TaughtCurriculum, Course, Progress)>, Error> {
     let reader = state.db.reader();
     let attempts = practice::list_trainee_practice(reader, school, person).await?;
-    let mut courses = Vec::new();
-    for curriculum in curricula::list_taught_curricula(reader, school).await? {
-        let course = curricula::find_course(reader, school, &curriculum).await?;
+    let judged = |(curriculum, course)| {
         let progress = Progress::of(&course, &attempts, state.clock.now().to_utc());
-        courses.push((curriculum, course, progress));
-    }
-    Ok(courses)
+        (curriculum, course, progress)
+    };
+    Ok(teaching::taught_curricula(state, school).await?.into_iter().map(judged).collect())
 }
 
 fn open_exercises(curriculum: &TaughtCurriculum, course: &Course, progress: &Progress) -> Vec<Assignment> {

@@ -10,7 +10,7 @@ use axum::response::{IntoResponse, Redirect, Response};
 use model::ids::PersonId;
 use model::{CurrentPerson, Moment, Role};
 use pages::school_time;
-use store::{people, schools, second_factors};
+use store::people::{self, BrowsingPerson};
 use tower_sessions::Session;
 
 use super::address::asked_by;
@@ -42,10 +42,18 @@ pub(crate) async fn start_session(
 pub(crate) enum SignInStanding {
     /// Nobody is signed in.
     Stranger,
-    /// Somebody who must have a second factor before anything else.
-    OwesFactor(CurrentPerson),
-    /// Somebody is signed in.
-    SignedIn(CurrentPerson),
+    /// A person who must have a second factor before anything else.
+    OwesFactor(SignedInPerson),
+    /// A person is signed in.
+    SignedIn(SignedInPerson),
+}
+
+/// The person of a browser's session.
+#[derive(Debug)]
+pub(crate) struct SignedInPerson {
+    person: CurrentPerson,
+    /// Time zone of their school.
+    time_zone: String,
 }
 
 /// How a browser's session stands, and with whom.
@@ -56,17 +64,18 @@ pub(crate) async fn standing_of(state: &AppState, session: &Session) -> Result<S
     if signed_in.until.is_none_or(|until| until <= state.clock.now()) {
         return Ok(SignInStanding::Stranger);
     }
-    let person = people::find_person(state.db.reader(), signed_in.person_id).await?;
-    let person = person.filter(|p| p.credential_version == signed_in.credential_version);
-    let Some(person) = person.and_then(people::Person::into_current) else { return Ok(SignInStanding::Stranger) };
-    let owes = second_factors::is_second_factor_owed(state.db.reader(), (&person).into()).await?;
-    Ok(if owes { SignInStanding::OwesFactor(person) } else { SignInStanding::SignedIn(person) })
+    let found = people::find_browsing_person(state.db.reader(), signed_in.person_id).await?;
+    let found = found.filter(|found| found.person.credential_version == signed_in.credential_version);
+    let Some(BrowsingPerson { person, time_zone, owes_factor }) = found else { return Ok(SignInStanding::Stranger) };
+    let Some(person) = person.into_current() else { return Ok(SignInStanding::Stranger) };
+    let signed_in = SignedInPerson { person, time_zone };
+    Ok(if owes_factor { SignInStanding::OwesFactor(signed_in) } else { SignInStanding::SignedIn(signed_in) })
 }
 
 /// The person of a browser's session, if somebody is signed in, may still be, and owes nothing.
 pub(crate) async fn person_of(state: &AppState, session: &Session) -> Result<Option<CurrentPerson>, Error> {
     Ok(match standing_of(state, session).await? {
-        SignInStanding::SignedIn(person) => Some(person),
+        SignInStanding::SignedIn(SignedInPerson { person, .. }) => Some(person),
         SignInStanding::Stranger | SignInStanding::OwesFactor(_) => None,
     })
 }
@@ -91,17 +100,16 @@ pub async fn require_person(
     mut request: Request,
     next: Next,
 ) -> Result<Response, PageError> {
-    let person = match standing_of(&state, &session).await? {
+    let SignedInPerson { person, time_zone } = match standing_of(&state, &session).await? {
         SignInStanding::Stranger => return Ok(to_sign_in(&request)),
         SignInStanding::OwesFactor(_) if !may_while_owing(request.uri().path()) => {
             return Ok(Redirect::to(ENROLMENT).into_response());
         }
-        SignInStanding::OwesFactor(person) | SignInStanding::SignedIn(person) => person,
+        SignInStanding::OwesFactor(signed_in) | SignInStanding::SignedIn(signed_in) => signed_in,
     };
     let (chosen, asker, asked) = (person.language, KnownAsker::from(&person), asked_by(&state, &request));
-    let zone = schools::find_time_zone(state.db.reader(), person.school_id).await?;
     request.extensions_mut().insert(person);
-    let answer = school_time::on_school_clock(&zone, async {
+    let answer = school_time::on_school_clock(&time_zone, async {
         match chosen {
             Some(language) => language::answer_in_language(language, request, next).await,
             None => next.run(request).await,

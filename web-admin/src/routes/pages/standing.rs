@@ -11,7 +11,7 @@ use pages::trainee::CourseFacts;
 use store::curricula::TaughtCurriculum;
 use store::practice::ByTrainee;
 use store::reports::{ExerciseInShort, NamedItem};
-use store::{curricula, practice, proofs, reports, schools};
+use store::{practice, proofs, reports, schools};
 
 use crate::AppState;
 
@@ -40,14 +40,9 @@ impl TaughtCourse {
 
 /// The courses of a school.
 pub(super) async fn taught_courses(state: &AppState, school: SchoolId) -> Result<Vec<TaughtCourse>, Error> {
-    let reader = state.db.reader();
-    let exercises = reports::exercises(reader, school).await?;
-    let mut courses = Vec::new();
-    for curriculum in curricula::list_taught_curricula(reader, school).await? {
-        let course = curricula::find_course(reader, school, &curriculum).await?;
-        courses.push(taught_course(curriculum, course, &exercises));
-    }
-    Ok(courses)
+    let exercises = reports::exercises(state.db.reader(), school).await?;
+    let taught = teaching::taught_curricula(state, school).await?.into_iter();
+    Ok(taught.map(|(curriculum, course)| taught_course(curriculum, course, &exercises)).collect())
 }
 
 fn taught_course(curriculum: TaughtCurriculum, course: Course, exercises: &[ExerciseInShort]) -> TaughtCourse {

@@ -4,17 +4,19 @@ use acts::assignments as teaching;
 use acts::error::Error;
 use assessment::Deduction;
 use axum::extract::{Query, State};
-use model::assignment::AssignmentStanding;
+use model::assignment::{AssignmentStanding, AttemptHistory};
 use model::ids::PersonId;
-use model::progress::{Habits, Progress};
-use model::{CurrentPerson, Moment, Role};
+use model::membership::MembershipRequest;
+use model::progress::{Habits, Progress, ScoredAttempt};
+use model::{CurrentPerson, Moment, Needed, PersonKey, Role};
 use pages::assignments::AssignmentRow;
 use pages::progress::HabitsView;
 use pages::trainee::{CourseView, PageNumbers, TraineePage, needed_in_words};
 use pages::{NavPlace, Shell};
 use serde::Deserialize;
-use store::reports::{ListStretch, ListedAttempt, NamedItem};
-use store::{cohorts, practice, reports, sign_in_codes};
+use store::cohorts::{self, Cohort};
+use store::reports::{self, ListStretch, ListedAttempt, NamedItem};
+use store::{practice, sign_in_codes};
 
 use super::standing::TaughtCourse;
 use super::{PathId, news, rows, standing};
@@ -48,6 +50,47 @@ pub(super) async fn show_trainee(
     Ok(make_trainee_page(&state, shell, &person, trainee, query).await?)
 }
 
+/// What the page tells of a trainee.
+struct TraineeRecord {
+    practised: Vec<ScoredAttempt>,
+    pages: PageNumbers,
+    /// The attempts of the page.
+    listed: Vec<ListedAttempt>,
+    /// The latest attempts, where those of the page are others.
+    recent: Option<Vec<ListedAttempt>>,
+    cohorts: Vec<Cohort>,
+    sign_in_code: Option<Option<Moment>>,
+    requests: Vec<MembershipRequest>,
+}
+
+impl TraineeRecord {
+    /// Reads it over one connection: to take another for each statement costs as much as the statement.
+    async fn read(state: &AppState, trainee: PersonKey, own: bool, query: TraineePageQuery) -> Result<Self, Error> {
+        let PersonKey { school_id: school, person_id: id } = trainee;
+        let mut reader = state.db.reader().acquire().await?;
+        let practised = practice::list_trainee_practice(&mut *reader, school, id).await?;
+        let pages = number_pages(reports::count_attempts(&mut *reader, school, id).await?, query);
+        let stretch = ListStretch { limit: PER_PAGE, offset: pages.page.saturating_sub(1) * PER_PAGE };
+        let listed = reports::attempts_of(&mut *reader, school, id, stretch).await?;
+        let recent = match pages.page {
+            1 => None,
+            _ => Some(reports::attempts_of(&mut *reader, school, id, RECENT).await?),
+        };
+        let cohorts = cohorts::list_cohorts_of_person(&mut *reader, school, id, Role::Trainee).await?;
+        let (mut sign_in_code, mut requests) = (None, Vec::new());
+        if own {
+            sign_in_code = Some(sign_in_codes::find_code_time(&mut *reader, school, id).await?);
+            requests = cohorts::list_membership_requests(&mut *reader, school, None, Some(id)).await?;
+        }
+        Ok(Self { practised, pages, listed, recent, cohorts, sign_in_code, requests })
+    }
+
+    /// The latest attempts, over which habits are looked for.
+    fn latest(&self) -> &[ListedAttempt] {
+        self.recent.as_deref().unwrap_or(&self.listed[..self.listed.len().min(RECENT.limit as usize)])
+    }
+}
+
 /// The page of a trainee whom the visitor may see.
 pub(super) async fn make_trainee_page(
     state: &AppState,
@@ -56,33 +99,27 @@ pub(super) async fn make_trainee_page(
     trainee: NamedItem<PersonId>,
     query: TraineePageQuery,
 ) -> Result<TraineePage, Error> {
-    let (reader, school) = (state.db.reader(), visitor.school_id);
+    let (school, own) = (visitor.school_id, trainee.id == visitor.id);
+    let key = PersonKey { school_id: school, person_id: trainee.id };
     let courses = standing::taught_courses(state, school).await?;
-    let attempts = practice::list_trainee_practice(reader, school, trainee.id).await?;
-    let mut progress = standing::progress_in_courses(&courses, &attempts, state);
+    let record = TraineeRecord::read(state, key, own, query).await?;
+    let mut progress = standing::progress_in_courses(&courses, &record.practised, state);
     let href = format!("/trainees/{}", trainee.id);
-    let (needed, proved) = standing::proved_attempts(state, school, trainee.id, &attempts).await?;
-    let now = state.clock.now().to_utc();
+    let (needed, proved) = match progress.iter().any(|(_, progress)| progress.complete()) {
+        true => standing::proved_attempts(state, school, trainee.id, &record.practised).await?,
+        false => (Needed::Nothing, Vec::new()),
+    };
+    let now = state.clock.now();
     let view = |(i, progress)| {
         let taught: &TaughtCourse = &courses[i];
         let view = CourseView::new(&taught.facts(Some(&href)), &progress, i);
-        match view.complete && !Progress::of(&taught.course, &proved, now).complete() {
+        match view.complete && !Progress::of(&taught.course, &proved, now.to_utc()).complete() {
             true => CourseView { certificate: None, unproved: Some(needed_in_words(needed)), ..view },
             false => view,
         }
     };
-    let pages = number_pages(reports::count_attempts(reader, school, trainee.id).await?, query);
-    let stretch = ListStretch { limit: PER_PAGE, offset: pages.page.saturating_sub(1) * PER_PAGE };
-    let cohorts = cohorts::list_cohorts_of_person(reader, school, trainee.id, Role::Trainee).await?;
-    let own = trainee.id == visitor.id;
-    let sign_in_code = match own {
-        true => Some(sign_in_codes::find_code_time(reader, school, visitor.id).await?.map(Moment::to_utc)),
-        false => None,
-    };
-    let latest = reports::attempts_of(reader, school, trainee.id, RECENT).await?;
-    let requests =
-        if own { cohorts::list_membership_requests(reader, school, None, Some(visitor.id)).await? } else { Vec::new() };
-    let due = teaching::standings(state, school, trainee.id).await?;
+    let judged = standing::judged_courses(&courses);
+    let due = teaching::standings_by(state, key, &AttemptHistory::new(&judged, &record.practised, now)).await?;
     // Those begun come first; before any attempt the school's first course leads.
     let begun = progress.iter().filter(|(_, progress)| progress.attempts() > 0).count();
     let others = progress.split_off(begun.max(1).min(progress.len()));
@@ -91,16 +128,16 @@ pub(super) async fn make_trainee_page(
         news: if own { news::list_news(state, visitor).await? } else { Vec::new() },
         due: due.into_iter().filter(AssignmentStanding::is_open).take(SHOWN_DUE).map(AssignmentRow::own).collect(),
         transcript: format!("{href}/transcript"),
-        requests,
-        habits: habits_of_attempts(&latest),
+        habits: habits_of_attempts(record.latest()),
+        requests: record.requests,
         name: trainee.name,
         own,
-        sign_in_code,
-        cohorts: cohorts.into_iter().map(|c| c.name).collect(),
+        sign_in_code: record.sign_in_code.map(|made| made.map(Moment::to_utc)),
+        cohorts: record.cohorts.into_iter().map(|c| c.name).collect(),
         courses: progress.into_iter().map(&view).collect(),
         others: others.into_iter().map(&view).collect(),
-        attempts: rows::own_rows(reports::attempts_of(reader, school, trainee.id, stretch).await?),
-        pages,
+        attempts: rows::own_rows(record.listed),
+        pages: record.pages,
     })
 }
 

@@ -65,7 +65,7 @@ pub async fn of_assignment(
            CROSS JOIN sessions n
            WHERE n.school_id = $1 AND n.trainee_id = trained.person_id
              AND n.exercise_id = task.exercise_id AND n.started_at >= task.made_at AND n.state = 'scored'
-             AND n.uncounted IS NULL ORDER BY n.started_at DESC, n.id LIMIT $3) chosen
+             AND n.uncounted IS NULL ORDER BY n.started_at DESC, n.id LIMIT $3 + 0) chosen
          CROSS JOIN sessions s
          JOIN people p ON p.school_id = s.school_id AND p.id = s.trainee_id
          LEFT JOIN exercise_revisions x ON x.id = s.revision_id WHERE s.school_id = $1 AND s.id = chosen.id

@@ -50,7 +50,7 @@ pub struct ToGrade {
 /// The next attempts that wait to be looked at.
 pub async fn to_look(executor: impl Executor<'_>, regrading: RegradingId, most: u32) -> Result<Vec<SessionId>> {
     sqlx::query_scalar(
-        "SELECT session_id FROM regrading_lines WHERE regrading_id = $1 AND outcome IS NULL ORDER BY session_id LIMIT $2",
+        "SELECT session_id FROM regrading_lines WHERE regrading_id = $1 AND outcome IS NULL ORDER BY session_id LIMIT $2 + 0",
     )
     .bind(regrading)
     .bind(i64::from(most))
@@ -88,7 +88,7 @@ pub async fn to_grade(executor: impl Executor<'_>, regrading: RegradingId, most:
     sqlx::query_as(
         "SELECT l.session_id, l.assessment, l.before, g.score_id = l.score_id AS current FROM regrading_lines l
          JOIN grades g ON g.school_id = l.school_id AND g.session_id = l.session_id
-         WHERE l.regrading_id = $1 AND l.assessment IS NOT NULL ORDER BY l.session_id LIMIT $2",
+         WHERE l.regrading_id = $1 AND l.assessment IS NOT NULL ORDER BY l.session_id LIMIT $2 + 0",
     )
     .bind(regrading)
     .bind(i64::from(most))
@@ -169,20 +169,20 @@ pub async fn lines(
              AND s.school_id = l.school_id AND s.id = l.session_id AND l.school_id = $1 AND l.regrading_id = $2
              AND l.session_id IN (
                SELECT session_id FROM regrading_lines
-               WHERE regrading_id = $2 AND outcome = wanted.value AND session_id > $4 ORDER BY session_id LIMIT $5)
-             ORDER BY l.session_id LIMIT $5",
+               WHERE regrading_id = $2 AND outcome = wanted.value AND session_id > $4 ORDER BY session_id LIMIT $5 + 0)
+             ORDER BY l.session_id LIMIT $5 + 0",
             "SELECT l.session_id, s.started_at, p.display_name AS trainee, l.before, l.passed_before, l.after, l.passed_after,
                o.score AS overridden, l.outcome, l.why
              FROM json_each($3) wanted
              CROSS JOIN LATERAL (
                SELECT * FROM regrading_lines
                WHERE school_id = $1 AND regrading_id = $2 AND outcome = wanted.value AND session_id > $4
-               ORDER BY session_id LIMIT $5) l
+               ORDER BY session_id LIMIT $5 + 0) l
              CROSS JOIN sessions s
              CROSS JOIN people p
              LEFT JOIN score_overrides o ON o.id = l.override_id WHERE p.school_id = s.school_id AND p.id = s.trainee_id
              AND s.school_id = l.school_id AND s.id = l.session_id
-             ORDER BY l.session_id LIMIT $5",
+             ORDER BY l.session_id LIMIT $5 + 0",
         ))
     .bind(regrading.school_id)
     .bind(regrading.id)

@@ -57,7 +57,7 @@ macro_rules! listed {
              LEFT JOIN grades g ON g.school_id = s.school_id AND g.session_id = s.id
              LEFT JOIN scores c ON c.id = g.score_id ",
             $rest,
-            " ORDER BY s.started_at DESC, s.id DESC LIMIT $3 OFFSET $4"
+            " ORDER BY s.started_at DESC, s.id DESC LIMIT $3 + 0 OFFSET $4"
         )
     };
 }
@@ -157,7 +157,7 @@ pub async fn latest_taught(executor: impl Executor<'_>, viewer: &CurrentPerson) 
             // From the end of the index, until there are enough.
             "(SELECT n.id FROM sessions n WHERE n.school_id = $1 AND n.started_at > -9000000000000000000
                  AND (SELECT role FROM people WHERE people.id = n.trainee_id) = 'trainee'
-               ORDER BY n.started_at DESC, n.id DESC LIMIT $3) chosen
+               ORDER BY n.started_at DESC, n.id DESC LIMIT $3 + 0) chosen
              CROSS JOIN sessions s",
             "WHERE s.school_id = $1 AND s.id = chosen.id AND $2 IS NOT NULL"
         ),
@@ -173,8 +173,8 @@ pub async fn latest_taught(executor: impl Executor<'_>, viewer: &CurrentPerson) 
                            WHERE o.school_id = $1 AND o.trainee_id = taught.trainee_id) AS last
                          FROM taught_trainees taught WHERE taught.teacher_id = $2
                          GROUP BY taught.trainee_id ORDER BY last DESC NULLS LAST LIMIT 1 OFFSET $3 - 1), -9000000000000000000)
-                     ORDER BY l.started_at DESC, l.id DESC LIMIT $3)
-                   ORDER BY n.started_at DESC, n.id DESC LIMIT $3) chosen
+                     ORDER BY l.started_at DESC, l.id DESC LIMIT $3 + 0)
+                   ORDER BY n.started_at DESC, n.id DESC LIMIT $3 + 0) chosen
                  CROSS JOIN sessions s",
                 "WHERE s.school_id = $1 AND s.id = chosen.id"
             ),
@@ -183,8 +183,8 @@ pub async fn latest_taught(executor: impl Executor<'_>, viewer: &CurrentPerson) 
                 "(SELECT n.id FROM (SELECT DISTINCT trainee_id AS person_id FROM taught_trainees WHERE teacher_id = $2) taught
                    CROSS JOIN LATERAL (
                      SELECT l.id, l.started_at FROM sessions l WHERE l.school_id = $1 AND l.trainee_id = taught.person_id
-                     ORDER BY l.started_at DESC, l.id DESC LIMIT $3) n
-                   ORDER BY n.started_at DESC, n.id DESC LIMIT $3) chosen
+                     ORDER BY l.started_at DESC, l.id DESC LIMIT $3 + 0) n
+                   ORDER BY n.started_at DESC, n.id DESC LIMIT $3 + 0) chosen
                  CROSS JOIN sessions s",
                 "WHERE s.school_id = $1 AND s.id = chosen.id"
             ),
@@ -204,7 +204,7 @@ pub async fn latest_at(
             "",
             "(SELECT n.id FROM sessions n WHERE n.school_id = $1 AND n.exercise_id = $5
                  AND (SELECT role FROM people WHERE people.id = n.trainee_id) <> 'guest'
-               ORDER BY n.started_at DESC, n.id DESC LIMIT $3) chosen
+               ORDER BY n.started_at DESC, n.id DESC LIMIT $3 + 0) chosen
              CROSS JOIN sessions s",
             "WHERE s.school_id = $1 AND s.id = chosen.id"
         ),
@@ -217,8 +217,8 @@ pub async fn latest_at(
                    WHERE n.school_id = $1 AND n.id IN (
                      SELECT l.id FROM sessions l
                      WHERE l.school_id = $1 AND l.trainee_id = seen.person_id AND l.exercise_id = $5
-                     ORDER BY l.started_at DESC, l.id DESC LIMIT $3)
-                   ORDER BY n.started_at DESC, n.id DESC LIMIT $3) chosen
+                     ORDER BY l.started_at DESC, l.id DESC LIMIT $3 + 0)
+                   ORDER BY n.started_at DESC, n.id DESC LIMIT $3 + 0) chosen
                  CROSS JOIN sessions s",
                 "WHERE s.school_id = $1 AND s.id = chosen.id"
             ),
@@ -228,8 +228,8 @@ pub async fn latest_at(
                    CROSS JOIN LATERAL (
                      SELECT l.id, l.started_at FROM sessions l
                      WHERE l.school_id = $1 AND l.trainee_id = seen.person_id AND l.exercise_id = $5
-                     ORDER BY l.started_at DESC, l.id DESC LIMIT $3) n
-                   ORDER BY n.started_at DESC, n.id DESC LIMIT $3) chosen
+                     ORDER BY l.started_at DESC, l.id DESC LIMIT $3 + 0) n
+                   ORDER BY n.started_at DESC, n.id DESC LIMIT $3 + 0) chosen
                  CROSS JOIN sessions s",
                 "WHERE s.school_id = $1 AND s.id = chosen.id"
             ),
@@ -257,7 +257,7 @@ pub async fn records_after(
            s.simulator_version, s.claimed_started_at, q.signed, q.resimulated, q.supervised",
         "(SELECT n.id FROM sessions n WHERE n.school_id = $1 AND (n.started_at, n.id) < ($2, $5)
              AND (SELECT role FROM people WHERE people.id = n.trainee_id) <> 'guest'
-           ORDER BY n.started_at DESC, n.id DESC LIMIT $3) chosen
+           ORDER BY n.started_at DESC, n.id DESC LIMIT $3 + 0) chosen
          CROSS JOIN sessions s
          CROSS JOIN proofs q",
         "WHERE s.school_id = $1 AND s.id = chosen.id AND q.school_id = $1 AND q.session_id = chosen.id"

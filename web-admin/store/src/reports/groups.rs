@@ -69,7 +69,7 @@ pub async fn cohorts_in_short(
            (SELECT CAST(coalesce(sum(t.passes), 0) AS BIGINT) FROM tallies t
              WHERE t.school_id = c.school_id AND t.cohort_id = c.id) AS passes
          FROM cohorts c WHERE c.school_id = $1 AND c.name > $4 AND ($3 OR EXISTS (SELECT 1 FROM cohort_members m
-           WHERE m.cohort_id = c.id AND m.person_id = $2 AND m.role = 'instructor')) ORDER BY c.name LIMIT $5",
+           WHERE m.cohort_id = c.id AND m.person_id = $2 AND m.role = 'instructor')) ORDER BY c.name LIMIT $5 + 0",
     )
     .bind(viewer.school_id)
     .bind(viewer.id)

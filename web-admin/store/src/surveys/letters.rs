@@ -51,7 +51,7 @@ pub async fn list_due_survey_letters(
     sqlx::query_as(
         "SELECT l.id, l.school_id, l.survey_id, l.name, l.email, l.response_id, l.tries, s.name AS school
          FROM survey_letters l JOIN schools s ON s.id = l.school_id
-         WHERE l.next_run_at <= $1 ORDER BY l.next_run_at LIMIT $2",
+         WHERE l.next_run_at <= $1 ORDER BY l.next_run_at LIMIT $2 + 0",
     )
     .bind(now)
     .bind(i64::from(limit))
