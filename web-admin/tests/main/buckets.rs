@@ -218,39 +218,47 @@ async fn what_was_ended_or_is_no_recording_leaves_no_piece() {
     assert_eq!(bucket.names(), Vec::<String>::new());
 }
 
-#[tokio::test]
-async fn wherever_the_store_fails_nothing_acknowledged_is_lost_and_nothing_else_is_acknowledged() {
+/// Has the store fail at each of its requests in turn: nothing acknowledged is lost, and nothing else is acknowledged.
+async fn fail_everywhere(how: Refusal) {
     let bucket = TestBucket::new();
     let (app, ada) = begun(&bucket).await;
     let mut ada = app.with_token(&ada.token);
-    for how in [Refusal::Lost, Refusal::Unheard] {
-        for nth in 1.. {
-            let (at_once, in_pieces) = (Attempt::default(), Attempt::default());
-            let (first, second) = (record(&at_once), record(&in_pieces));
-            let path = begin(&mut ada, second.len()).await;
-            bucket.refuse(how, nth);
-            let answer = ada.upload(&first).await;
-            if answer.status != 201 {
-                answer.is_problem(503, "cannot be reached");
-                assert_eq!(answer.header("retry-after"), "10");
-            }
-            let acknowledged = go_on(&mut ada, &path, &second).await;
-            let asked = bucket.mend();
-            if answer.status == 201 {
-                assert_eq!(download(&mut ada, &at_once).await.body, first, "{how:?} {nth}");
-            }
-            assert!(matches!(ada.upload(&first).await.status.as_u16(), 200 | 201), "{how:?} {nth}");
-            let session = Some(in_pieces.session_id.to_string());
-            assert!(acknowledged.is_none() || acknowledged == session, "{how:?} {nth}");
-            assert_eq!(go_on(&mut ada, &path, &second).await, session, "{how:?} {nth}");
-            assert_eq!(download(&mut ada, &in_pieces).await.body, second, "{how:?} {nth}");
-            assert_eq!(findings(&app).await, Vec::<String>::new(), "{how:?} {nth}");
-            if asked < nth {
-                break;
-            }
+    for nth in 1.. {
+        let (at_once, in_pieces) = (Attempt::default(), Attempt::default());
+        let (first, second) = (record(&at_once), record(&in_pieces));
+        let path = begin(&mut ada, second.len()).await;
+        bucket.refuse(how, nth);
+        let answer = ada.upload(&first).await;
+        if answer.status != 201 {
+            answer.is_problem(503, "cannot be reached");
+            assert_eq!(answer.header("retry-after"), "10");
+        }
+        let acknowledged = go_on(&mut ada, &path, &second).await;
+        let asked = bucket.mend();
+        if answer.status == 201 {
+            assert_eq!(download(&mut ada, &at_once).await.body, first, "{how:?} {nth}");
+        }
+        assert!(matches!(ada.upload(&first).await.status.as_u16(), 200 | 201), "{how:?} {nth}");
+        let session = Some(in_pieces.session_id.to_string());
+        assert!(acknowledged.is_none() || acknowledged == session, "{how:?} {nth}");
+        assert_eq!(go_on(&mut ada, &path, &second).await, session, "{how:?} {nth}");
+        assert_eq!(download(&mut ada, &in_pieces).await.body, second, "{how:?} {nth}");
+        assert_eq!(findings(&app).await, Vec::<String>::new(), "{how:?} {nth}");
+        if asked < nth {
+            break;
         }
     }
     assert_eq!(app.files(), Vec::<std::path::PathBuf>::new());
+}
+
+#[tokio::test]
+async fn wherever_the_store_does_nothing_what_was_acknowledged_is_there_and_nothing_else_is_acknowledged() {
+    fail_everywhere(Refusal::Lost).await;
+}
+
+#[tokio::test]
+async fn wherever_the_store_answers_wrongly_what_was_acknowledged_is_there_and_nothing_else_is_acknowledged() {
+    fail_everywhere(Refusal::Unheard).await;
 }
 
 #[tokio::test]
