@@ -1,5 +1,5 @@
 //! Answers, each wrong in one way: fails when a rule of WebAuthn is not checked, when a valid answer is refused, or when a database
-//! that webauthn-rs has written cannot be read.
+//! in the form of webauthn-rs cannot be read.
 
 use ring::rand::SystemRandom;
 use ring::signature::{
@@ -373,8 +373,8 @@ fn a_counter_that_goes_back_is_a_copy_and_nonsense_is_no_answer() {
 }
 
 #[test]
-fn records_of_webauthn_rs_are_read_written_and_used() {
-    let golden = include_str!("../../../../tests/data/passkeys/webauthn-rs-0.6.2.json");
+fn records_in_the_form_of_webauthn_rs_are_read_written_and_used() {
+    let golden = include_str!("../../../../tests/data/passkeys/form-of-webauthn-rs-0.6.2.json");
     let golden: Vec<Value> = serde_json::from_str(golden).unwrap();
     assert_eq!(golden.len(), 4, "ES256 with and without a statement, ES384 and RS256");
     for case in golden {
@@ -392,7 +392,7 @@ fn records_of_webauthn_rs_are_read_written_and_used() {
 
 #[test]
 fn a_new_record_has_the_members_of_the_others() {
-    let golden = include_str!("../../../../tests/data/passkeys/webauthn-rs-0.6.2.json");
+    let golden = include_str!("../../../../tests/data/passkeys/form-of-webauthn-rs-0.6.2.json");
     let golden: Vec<Value> = serde_json::from_str(golden).unwrap();
     let (_, record) = credential(&ECDSA_P256_SHA256_ASN1_SIGNING);
     let written: Value = serde_json::from_str(&record.to_json().unwrap()).unwrap();
