@@ -24,7 +24,6 @@ const UNTIL_ITS_INPUT_ENDS: &str =
 pub struct PostgresServer {
     process: Child,
     folder: TempDir,
-    #[cfg(feature = "postgres")]
     programs: PathBuf,
 }
 
@@ -57,12 +56,7 @@ impl PostgresServer {
             .stdin(Stdio::piped())
             .spawn()
             .unwrap();
-        let server = Self {
-            process,
-            folder,
-            #[cfg(feature = "postgres")]
-            programs,
-        };
+        let server = Self { process, folder, programs };
         server.wait().await;
         Some(server)
     }
@@ -73,14 +67,12 @@ impl PostgresServer {
     }
 
     /// The address of one of its databases.
-    #[cfg(feature = "postgres")]
     pub fn url(&self, database: &str) -> String {
         let folder = self.folder.path().to_str().unwrap().replace('/', "%2F");
         format!("postgres://postgres:secret@{folder}/{database}")
     }
 
     /// Has it do what no transaction can.
-    #[cfg(feature = "postgres")]
     pub fn execute(&self, statement: &str) {
         let mut psql = as_ordinary_user(&self.programs.join("psql"), self.folder.path());
         let psql = psql.args(["-X", "-q", "-U", "postgres", "-h"]).arg(self.folder.path());
