@@ -46,7 +46,7 @@ fn note_stall(error: &anyhow::Error) -> Duration {
 
 /// How long until a job is due; no longer than others, or whoever sets the clock, may be left unnoticed.
 async fn time_until_next_job(state: &AppState) -> Duration {
-    let (now, longest) = (state.clock.now(), Database::listening_period());
+    let (now, longest) = (state.clock.now(), state.db.listening_period());
     let Ok(Some(next)) = jobs::find_next_job_time(state.db.reader(), now).await else { return longest };
     next.duration_since(now).min(longest)
 }

@@ -212,8 +212,8 @@ impl SchoolMove {
         self.remove_erased().await?;
         KillPoint::MoveCopied.pass();
         let mut rows = self.databases.carry().await?;
-        let chain = audit::check_audit_chain(&mut *rows.own_side()).await?;
-        let contradictions = verification::contradictions(rows.own_side()).await?;
+        let chain = audit::check_audit_chain(&mut *rows.target()).await?;
+        let contradictions = verification::contradictions(rows.target()).await?;
         let report = MoveReport {
             findings: [&recordings.findings[..], rows.findings(), &chain.findings, &contradictions].concat(),
             recordings,

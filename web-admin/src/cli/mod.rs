@@ -92,8 +92,8 @@ pub struct StorageArgs {
     /// folder]
     #[arg(long, value_name = "DIR", env = "STYLET_KEYS")]
     keys: Option<PathBuf>,
-    /// Database: a sqlite: URL or a path [default: stylet.db in the data folder]; a postgres:// URL where the program is built for
-    /// PostgreSQL [default: the database stylet]
+    /// Database: a sqlite: URL or a path [default: stylet.db in the data folder], or a postgres:// URL where the program is built for
+    /// PostgreSQL
     #[arg(long, value_name = "URL", env = "STYLET_DATABASE", hide_env_values = true)]
     database: Option<String>,
     /// Recordings: a folder, a file:// URL, or s3://BUCKET/PREFIX with the usual AWS_ variables [default: recordings in the data folder]

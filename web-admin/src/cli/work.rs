@@ -158,7 +158,7 @@ impl Shift {
             tracing::warn!(people = erased, "erased again: they had been erased, and were in the database");
         }
         let buried =
-            if Database::is_shared() { replicas::succeed(&state).await } else { replicas::bury_others(&state).await };
+            if state.db.is_shared() { replicas::succeed(&state).await } else { replicas::bury_others(&state).await };
         buried.map_err(anyhow::Error::from)?;
         replicas::tell_set_aside(&state).await.map_err(anyhow::Error::from)?;
         Ok(Self { state, telemetry, lock: Arc::new(Mutex::new(lock)) })
@@ -176,7 +176,7 @@ impl Shift {
             tokio::spawn(tidy_up(state.clone())),
         ];
         tasks.extend((state.config.judges > 0).then(|| tokio::spawn(worker::run_worker(state.clone()))));
-        if Database::is_shared() {
+        if state.db.is_shared() {
             tasks.push(tokio::spawn(replicas::run(state.service.clone())));
             tasks.push(tokio::spawn(hold_on(Arc::clone(&self.lock))));
         }

@@ -12,7 +12,7 @@ use model::mail::{Mail, MailKind};
 use pages::letters::{self, Reminded};
 use pages::news::NewsItem;
 use store::account_links::Purpose;
-use store::{Database, mails, notices, segments};
+use store::{mails, notices, segments};
 use words::Language;
 
 use crate::AppState;
@@ -32,7 +32,7 @@ pub async fn run_outbox(state: AppState) {
         }
         tokio::select! {
             () = state.mails.notified() => {}
-            () = tokio::time::sleep(Database::listening_period()) => {}
+            () = tokio::time::sleep(state.db.listening_period()) => {}
         }
     }
 }
@@ -65,14 +65,17 @@ async fn deliver_letter(state: &AppState, mail: &Mail) -> Result<(), Error> {
         return Ok(());
     }
     let sent = state.mailer.send(letter, state.clock.now()).await.map_err(|error| format!("{error:#}"));
-    until_database_answers(|| mailing::note_mail(state, mail, &sent)).await
+    until_database_answers(state, || mailing::note_mail(state, mail, &sent)).await
 }
 
 /// Notes what nobody else can know.
-async fn until_database_answers<F: Future<Output = Result<(), Error>>>(note: impl Fn() -> F) -> Result<(), Error> {
+async fn until_database_answers<F: Future<Output = Result<(), Error>>>(
+    state: &AppState,
+    note: impl Fn() -> F,
+) -> Result<(), Error> {
     loop {
         match note().await {
-            Err(Error::DatabaseAway(_)) => tokio::time::sleep(Database::listening_period()).await,
+            Err(Error::DatabaseAway(_)) => tokio::time::sleep(state.db.listening_period()).await,
             noted => return noted,
         }
     }

@@ -8,18 +8,15 @@
 //!
 //! Whatever asks the database fails when the database does; a function says only what else it refuses.
 
-use std::time::Duration;
-
 use model::Moment;
 use serde::{Deserialize, Deserializer};
 use sqlx::Transaction;
 pub use sqlx::migrate::MigrateError;
 
 pub use engine::{
-    AddressRefused, Connection, DatabaseAddress, DatabaseLock, DumpRefused, DumpedDatabase, Engine, Executor, Pool,
-    is_database_away, is_disk_full,
+    AddressRefused, Connection, DatabaseAddress, DatabaseLock, DumpRefused, DumpedDatabase, Engine, EngineKind,
+    Executor, Pool, is_database_away, is_disk_full,
 };
-use engine::{LISTENING_PERIOD, MIGRATIONS, SHARED};
 pub use json::Json;
 
 pub mod account_links;
@@ -109,6 +106,7 @@ pub type Write = Transaction<'static, Engine>;
 pub struct Database {
     writer: Pool,
     reader: Pool,
+    kind: EngineKind,
 }
 
 impl Database {
@@ -125,7 +123,7 @@ impl Database {
     /// # Errors
     /// When a migration fails, or the database is newer than this program.
     pub async fn migrate(&self) -> std::result::Result<(), MigrateError> {
-        MIGRATIONS.run(&self.writer).await?;
+        engine::migrations(self.kind).run(&self.writer).await?;
         Ok(directory::fill_search_texts(&self.writer).await?)
     }
 
@@ -140,19 +138,7 @@ impl Database {
     /// When the file cannot be read, or was never migrated.
     pub async fn count_missing_migrations(&self) -> Result<usize> {
         let newest = self.newest_migration().await?;
-        Ok(MIGRATIONS.iter().filter(|migration| migration.version > newest).count())
-    }
-
-    /// Whether several processes may be at work on one database at a time.
-    #[must_use]
-    pub const fn is_shared() -> bool {
-        SHARED
-    }
-
-    /// Longest between two looks at what others have queued.
-    #[must_use]
-    pub const fn listening_period() -> Duration {
-        LISTENING_PERIOD
+        Ok(engine::migrations(self.kind).iter().filter(|migration| migration.version > newest).count())
     }
 
     /// Connections that read, and refuse to write: that goes through [`Database::write`].

@@ -243,6 +243,7 @@ pub async fn visible_after(
         }
         // From whoever is seen to the newest of each, and from these to the newest of all.
         Role::Instructor | Role::Trainee | Role::Guest => twin!(
+            executor,
             "SELECT s.* FROM (SELECT n.id FROM (SELECT trainee_id AS person_id FROM taught_trainees WHERE teacher_id = $2 UNION SELECT $2) seen
                CROSS JOIN sessions n
                WHERE n.school_id = $1 AND n.id IN (

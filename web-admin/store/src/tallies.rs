@@ -80,6 +80,7 @@ pub async fn list_tallies_in_year(
     limit: u32,
 ) -> Result<Vec<YearOfCohort>> {
     sqlx::query_as(twin!(
+        executor,
         "SELECT c.id AS cohort_id, c.name AS cohort, CAST(sum(t.attempts) AS BIGINT) AS attempts,
            CAST(sum(t.passes) AS BIGINT) AS passes, sum(t.points) AS points
          FROM cohorts c CROSS JOIN tallies t
@@ -116,6 +117,7 @@ pub async fn list_school_tallies_in_year(
     year: i64,
 ) -> Result<Vec<YearOfCohort>> {
     sqlx::query_as(twin!(
+        executor,
         "SELECT c.name AS cohort, c.id AS cohort_id, CAST(sum(t.attempts) AS BIGINT) AS attempts,
            CAST(sum(t.passes) AS BIGINT) AS passes, sum(t.points) AS points
          FROM cohorts c CROSS JOIN tallies t

@@ -11,7 +11,7 @@ use sqlx::FromRow;
 use uuid::Uuid;
 
 use super::{Connection, Json, Pool, Result};
-use crate::engine::twin;
+use crate::engine::{Executor, twin};
 
 /// What stands where a text was. The database's triggers know it, too.
 pub const ERASED: &str = "[erased]";
@@ -256,6 +256,7 @@ pub async fn list_mentions(reader: &Pool, whose: Whose, words: &[String]) -> Res
     let mut found = Vec::new();
     let mut rows = sqlx::query_as::<_, (SessionId, String)>(
         twin!(
+            reader,
             "SELECT c.session_id, c.body FROM comments c JOIN sessions s ON s.school_id = c.school_id AND s.id = c.session_id
              WHERE c.school_id = $1 AND c.author_id <> $2 AND s.trainee_id <> $2
                AND EXISTS (SELECT 1 FROM json_each($3) w WHERE lower(c.body) LIKE w.value)

@@ -118,8 +118,8 @@ async fn an_address_that_is_none_is_refused_at_the_start() {
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn the_key_of_certificates_is_in_a_backup_for_whoever_has_the_passphrase() {
+    only_on!(Sqlite, "a backup holds a file of SQLite");
     let app = app().await;
     let folder = app.folder.path();
     let key = certificates::public_key(folder).unwrap();

@@ -4,10 +4,11 @@
 use acts::verification;
 use model::Role;
 use sqlx::SqlSafeStr;
+use store::EngineKind;
 use store::audit::check_audit_chain;
 
 use super::support::App;
-use super::support::database::drop_trigger;
+use super::support::database::{drop_trigger, engine};
 use super::support::recordings::{Attempt, record};
 
 async fn with_some_rows() -> App {
@@ -38,9 +39,9 @@ async fn what_is_done_is_in_the_log_in_order() {
 #[tokio::test]
 async fn no_statement_alters_or_deletes_a_row() {
     let app = with_some_rows().await;
-    let replaced = match cfg!(feature = "postgres") {
-        true => "INSERT INTO audit_log SELECT * FROM audit_log WHERE seq = 2 ON CONFLICT (seq) DO UPDATE SET actor = 'nobody'",
-        false => {
+    let replaced = match engine() {
+        EngineKind::Postgres => "INSERT INTO audit_log SELECT * FROM audit_log WHERE seq = 2 ON CONFLICT (seq) DO UPDATE SET actor = 'nobody'",
+        EngineKind::Sqlite => {
             "INSERT OR REPLACE INTO audit_log SELECT 2, at, school_id, 'nobody', action, object, details, prev_hash, hash
              FROM audit_log WHERE seq = 2"
         }
@@ -94,8 +95,8 @@ async fn a_dropped_trigger_and_a_cut_tail_are_found() {
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "about SQLite's file")]
 async fn what_is_deleted_is_overwritten() {
+    only_on!(Sqlite, "about SQLite's file");
     let app = App::new().await;
     let mut tx = app.state.db.write().await.unwrap();
     let secure: i64 = sqlx::query_scalar("PRAGMA secure_delete").fetch_one(&mut *tx).await.unwrap();

@@ -448,8 +448,8 @@ fn said(output: &Output) -> String {
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn a_backup_moves_a_school_from_a_folder_into_a_bucket_and_back() {
+    only_on!(Sqlite, "a backup holds a file of SQLite");
     let app = App::new().await;
     let north = app.school("North").await;
     let mut ada = app.with_token(&app.member(north, Role::Trainee, "ada@example.org").await.token);

@@ -37,6 +37,7 @@ async fn left_databases(connection: &mut Connection) -> i64 {
 
 #[tokio::test]
 async fn a_dump_is_looked_through_with_its_recordings_and_leaves_nothing_on_the_server() {
+    only_on!(Postgres, "about a server");
     let _alone = ON_THE_SERVER.lock().await;
     let app = App::new().await;
     let school = app.school("North").await;
@@ -61,6 +62,7 @@ async fn a_dump_is_looked_through_with_its_recordings_and_leaves_nothing_on_the_
 
 #[tokio::test]
 async fn a_dump_that_lacks_something_is_found() {
+    only_on!(Postgres, "about a server");
     let _alone = ON_THE_SERVER.lock().await;
     let app = App::new().await;
     let school = app.school("North").await;

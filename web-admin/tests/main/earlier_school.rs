@@ -31,8 +31,8 @@ async fn signed_in(app: &App, email: &str, password: &str) -> Client {
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn a_school_of_before_is_restored_and_shown() {
+    only_on!(Sqlite, "a backup holds a file of SQLite");
     let folder = tempfile::tempdir().unwrap();
     let restored = succeeds(folder.path(), &["restore", backup().to_str().unwrap()]);
     assert!(restored.contains("2 recordings and the database with 26 audit rows"), "{restored}");
@@ -52,8 +52,8 @@ async fn a_school_of_before_is_restored_and_shown() {
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn attempts_of_before_are_graded_again() {
+    only_on!(Sqlite, "a backup holds a file of SQLite");
     let folder = tempfile::tempdir().unwrap();
     succeeds(folder.path(), &["restore", backup().to_str().unwrap()]);
     let reason = ["--apply", "--reason", "the rubric of today"];
@@ -63,8 +63,8 @@ async fn attempts_of_before_are_graded_again() {
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn a_database_of_before_is_backed_up_and_verified_only_when_it_is_migrated() {
+    only_on!(Sqlite, "a backup holds a file of SQLite");
     let folder = tempfile::tempdir().unwrap();
     let unpacked = Command::new("tar").arg("-xf").arg(backup()).arg("-C").arg(folder.path()).status().unwrap();
     assert!(unpacked.success());

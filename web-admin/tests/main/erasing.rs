@@ -9,13 +9,13 @@ use acts::erasures::ERASURES_FILE;
 use model::Role;
 use model::ids::SessionId;
 use model::texts::TextCounts;
-use store::texts;
 use store::texts::Whose;
+use store::{EngineKind, texts};
 use web_admin::AppState;
 
 use super::every_route::World;
 use super::support::client::{Answer, Client, csrf_in};
-use super::support::database::config_in;
+use super::support::database::{config_in, engine};
 use super::support::recordings::{Attempt, record};
 use super::support::{App, Member, web_admin};
 
@@ -128,15 +128,15 @@ async fn texts_are_counted_looked_through_and_go_only_as_it_is_wished() {
     assert!(history.contains("[erased]") && !history.contains("promised"), "{history}");
     assert!(said.recording().exists(), "recordings stay, unless the school says otherwise");
     // A server overwrites when it gets to it.
-    if cfg!(not(feature = "postgres")) {
+    if engine() == EngineKind::Sqlite {
         let bytes = std::fs::read(said.app.folder.path().join("stylet.db")).unwrap();
         assert!(!bytes.windows(12).any(|part| part == b"Ana trembles"), "free pages are overwritten");
     }
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn a_backup_brings_neither_texts_nor_recordings_back() {
+    only_on!(Sqlite, "a backup holds a file of SQLite");
     let mut said = Said::new().await;
     let backup = said.app.folder.path().join("backup.tar");
     let made = web_admin(said.app.folder.path(), &["backup", "--to", backup.to_str().unwrap()]);
@@ -184,7 +184,7 @@ async fn recordings_go_if_the_schools_rule_says_so_and_nothing_misses_them() {
     let backup = folder.join("after.tar");
     let to_do = [&["verify"][..], &["backup", "--to", backup.to_str().unwrap()]];
     // A backup holds a file of SQLite.
-    for arguments in &to_do[..if cfg!(feature = "postgres") { 1 } else { 2 }] {
+    for arguments in &to_do[..if engine() == EngineKind::Sqlite { 2 } else { 1 }] {
         let done = web_admin(&folder, arguments);
         assert!(done.status.success(), "{}", words(&done));
     }

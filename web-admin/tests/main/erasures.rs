@@ -80,8 +80,8 @@ async fn known(folder: &Path) -> Vec<&'static str> {
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn a_backup_restored_later_brings_nobody_back_who_was_erased_since() {
+    only_on!(Sqlite, "a backup holds a file of SQLite");
     let drill = Drill::new().await;
     let place = tempfile::tempdir().unwrap();
     let said = drill.restore_into(place.path(), &[]);
@@ -107,8 +107,8 @@ async fn a_backup_restored_later_brings_nobody_back_who_was_erased_since() {
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn in_its_own_folder_a_restore_knows_who_was_erased() {
+    only_on!(Sqlite, "a backup holds a file of SQLite");
     let drill = Drill::new().await;
     drill.app.state.db.close().await;
     let folder = drill.app.folder.path();
@@ -121,8 +121,8 @@ async fn in_its_own_folder_a_restore_knows_who_was_erased() {
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn a_database_put_back_by_hand_is_not_served_before_everybody_erased_is_erased_again() {
+    only_on!(Sqlite, "a backup holds a file of SQLite");
     let drill = Drill::new().await;
     let place = tempfile::tempdir().unwrap();
     drill.restore_into(place.path(), &[]);
@@ -137,8 +137,8 @@ async fn a_database_put_back_by_hand_is_not_served_before_everybody_erased_is_er
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn what_the_list_holds_tells_no_name_and_what_was_taken_back_erases_nobody() {
+    only_on!(Sqlite, "a backup holds a file of SQLite");
     let drill = Drill::new().await;
     let text = std::fs::read_to_string(drill.list()).unwrap();
     assert!(text.contains(&drill.ada.person.pseudonym), "{text}");
@@ -165,8 +165,8 @@ async fn what_the_list_holds_tells_no_name_and_what_was_taken_back_erases_nobody
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn a_list_that_cannot_be_read_restores_nothing_and_serves_nobody() {
+    only_on!(Sqlite, "a backup holds a file of SQLite");
     let drill = Drill::new().await;
     let strange = drill.app.folder.path().join("strange");
     std::fs::write(&strange, "Ana Ek, 3 March\n").unwrap();

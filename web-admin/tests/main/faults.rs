@@ -32,8 +32,8 @@ fn offset(service: &Service, token: &str, path: &str) -> (u16, String) {
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "about SQLite's file")]
 async fn after_a_full_disk_the_database_is_written_to_again() {
+    only_on!(Sqlite, "about SQLite's file");
     let app = App::new().await;
     let mut tx = app.state.db.write().await.unwrap();
     // As many pages as there are.
@@ -47,8 +47,8 @@ async fn after_a_full_disk_the_database_is_written_to_again() {
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "about SQLite's file")]
 async fn a_full_disk_is_said_and_once_there_is_room_everything_goes_on() {
+    only_on!(Sqlite, "about SQLite's file");
     let (folder, token) = founded().await;
     let (disk, service) = FailingDisk::under_service(folder.path());
     let bytes = record(&Attempt::default());
@@ -79,8 +79,8 @@ async fn a_full_disk_is_said_and_once_there_is_room_everything_goes_on() {
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "about SQLite's file")]
 async fn no_byte_is_acknowledged_that_the_disk_has_refused() {
+    only_on!(Sqlite, "about SQLite's file");
     for (fault, expected) in [(Fault::Full, 507), (Fault::Broken, 500)] {
         let (folder, token) = founded().await;
         let (disk, service) = FailingDisk::under_service(folder.path());
@@ -102,8 +102,8 @@ async fn no_byte_is_acknowledged_that_the_disk_has_refused() {
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "about SQLite's file")]
 async fn an_upload_whose_row_cannot_be_written_is_still_there() {
+    only_on!(Sqlite, "about SQLite's file");
     let (folder, token) = founded().await;
     let (disk, service) = FailingDisk::under_service(folder.path());
     let attempt = Attempt::default();
@@ -168,8 +168,8 @@ async fn backed_up() -> (App, std::path::PathBuf) {
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn a_restore_that_was_killed_is_gone_on_with_and_never_served_half() {
+    only_on!(Sqlite, "a backup holds a file of SQLite");
     let (_app, backup) = backed_up().await;
     let backup = backup.to_str().unwrap();
     let place = tempfile::tempdir().unwrap();
@@ -196,8 +196,8 @@ async fn a_restore_that_was_killed_is_gone_on_with_and_never_served_half() {
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn a_log_without_its_database_is_not_restored_into() {
+    only_on!(Sqlite, "a backup holds a file of SQLite");
     let (_app, backup) = backed_up().await;
     let place = tempfile::tempdir().unwrap();
     std::fs::write(place.path().join("stylet.db-wal"), "another database's").unwrap();
@@ -206,8 +206,8 @@ async fn a_log_without_its_database_is_not_restored_into() {
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "about SQLite's file")]
 async fn recordings_without_a_database_are_no_new_school_and_one_without_a_row_is_told() {
+    only_on!(Sqlite, "about SQLite's file");
     let (app, _) = backed_up().await;
     let config = config_in(app.folder.path());
     let kept = app.files().into_iter().find(|file| file.extension().is_some_and(|e| e == "mcap")).unwrap();

@@ -221,8 +221,8 @@ async fn what_is_scored_is_scored_once_whenever_the_service_dies() {
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn backups_and_restores_that_were_killed_are_done_over() {
+    only_on!(Sqlite, "a backup holds a file of SQLite");
     let (folder, token) = founded().await;
     let attempts = [Attempt::default(), Attempt::default()];
     let service = Service::start(folder.path());

@@ -7,6 +7,15 @@
     reason = "a test that cannot go on says so and stops"
 )]
 
+/// Ends a test here where the tests are run on the other engine: it is about this one alone, for this reason.
+macro_rules! only_on {
+    ($engine:ident, $why:literal) => {
+        if crate::support::database::engine() != store::EngineKind::$engine {
+            return;
+        }
+    };
+}
+
 mod access;
 mod anchors;
 mod answer_times;
@@ -27,7 +36,6 @@ mod documents;
 mod draft_forms;
 mod draft_instruments;
 mod drafts;
-#[cfg(feature = "postgres")]
 mod dumps;
 mod earlier_school;
 mod engines;
@@ -41,7 +49,6 @@ mod faults;
 mod initial_passwords;
 mod killpoints;
 mod logos;
-#[cfg(feature = "postgres")]
 mod moving;
 mod nonsense;
 mod notices;

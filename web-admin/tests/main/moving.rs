@@ -116,6 +116,7 @@ const ARRIVING: [&str; 4] = ["scores", "sessions", "score_overrides", "exercise_
 
 #[tokio::test]
 async fn a_school_that_went_and_came_back_is_what_it_was() {
+    only_on!(Postgres, "about a server");
     let removal = Removal::new().await;
     let server = tempfile::tempdir().unwrap();
     let first = succeeds(&mut removal.to_file("first"));
@@ -163,6 +164,7 @@ async fn a_school_that_went_and_came_back_is_what_it_was() {
 
 #[tokio::test]
 async fn what_was_moved_is_served_and_found_whole() {
+    only_on!(Postgres, "about a server");
     let removal = Removal::new().await;
     let server = tempfile::tempdir().unwrap();
     succeeds(&mut removal.to_file("first"));
@@ -191,6 +193,7 @@ fn without_marks(page: &str) -> String {
 
 #[tokio::test]
 async fn a_move_that_was_killed_leaves_the_target_empty_and_is_done_over() {
+    only_on!(Postgres, "about a server");
     let removal = Removal::new().await;
     let server = tempfile::tempdir().unwrap();
     succeeds(&mut removal.to_file("first"));
@@ -218,6 +221,7 @@ async fn a_move_that_was_killed_leaves_the_target_empty_and_is_done_over() {
 
 #[tokio::test]
 async fn a_damaged_recording_is_found_and_nothing_is_moved() {
+    only_on!(Postgres, "about a server");
     let removal = Removal::new().await;
     let recording = removal.app.files().into_iter().find(|file| file.extension().is_some_and(|e| e == "mcap")).unwrap();
     let path = removal.app.state.config.recordings_dir.join(&recording);
@@ -237,6 +241,7 @@ async fn a_damaged_recording_is_found_and_nothing_is_moved() {
 
 #[tokio::test]
 async fn what_is_arriving_begins_again_and_a_value_that_cannot_be_kept_is_named() {
+    only_on!(Postgres, "about a server");
     let removal = Removal::new().await;
     let server = tempfile::tempdir().unwrap();
     succeeds(&mut removal.to_file("first"));
@@ -267,6 +272,7 @@ fn is_taken(mut stream: TcpStream) -> bool {
 
 #[tokio::test]
 async fn a_school_is_served_until_its_recordings_are_copied_and_moved_when_that_stops() {
+    only_on!(Postgres, "about a server");
     let (folder, token) = founded().await;
     let service = Service::start(folder.path());
     let bytes = record(&Attempt::default());
@@ -298,6 +304,7 @@ async fn a_school_is_served_until_its_recordings_are_copied_and_moved_when_that_
 
 #[tokio::test]
 async fn wrong_ends_are_named() {
+    only_on!(Postgres, "about a server");
     let folder = tempfile::tempdir().unwrap();
     let refused = |from: &str, to: &str| {
         let output = web_admin(folder.path(), &["move", "--from", from, "--to", to]);

@@ -64,8 +64,8 @@ impl Drill {
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn a_backup_of_a_running_service_brings_everything_back() {
+    only_on!(Sqlite, "a backup holds a file of SQLite");
     let drill = Drill::new().await;
     let made = drill.back_up();
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
@@ -87,8 +87,8 @@ async fn a_backup_of_a_running_service_brings_everything_back() {
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn an_administrator_reads_when_the_last_backup_was_made_and_how_large_it_is() {
+    only_on!(Sqlite, "a backup holds a file of SQLite");
     let drill = Drill::new().await;
     assert!(drill.back_up().status.success());
     let page = drill.page_of_backups().await;
@@ -98,8 +98,8 @@ async fn an_administrator_reads_when_the_last_backup_was_made_and_how_large_it_i
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn an_administrator_reads_why_a_backup_failed() {
+    only_on!(Sqlite, "a backup holds a file of SQLite");
     let drill = Drill::new().await;
     assert!(drill.page_of_backups().await.contains("No backup has been made yet"));
     let file = drill.app.files().into_iter().find(|file| file.extension().is_some_and(|e| e == "mcap")).unwrap();
@@ -110,8 +110,8 @@ async fn an_administrator_reads_why_a_backup_failed() {
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn nothing_is_ever_overwritten() {
+    only_on!(Sqlite, "a backup holds a file of SQLite");
     let drill = Drill::new().await;
     let folder = drill.app.folder.path();
     assert!(drill.back_up().status.success());
@@ -125,8 +125,8 @@ async fn nothing_is_ever_overwritten() {
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn a_damaged_backup_restores_nothing() {
+    only_on!(Sqlite, "a backup holds a file of SQLite");
     let drill = Drill::new().await;
     assert!(drill.back_up().status.success());
     let whole = std::fs::read(&drill.backup).unwrap();
@@ -147,8 +147,8 @@ async fn a_damaged_backup_restores_nothing() {
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "a backup holds a file of SQLite")]
 async fn a_lost_recording_is_named_and_no_backup_is_kept() {
+    only_on!(Sqlite, "a backup holds a file of SQLite");
     let drill = Drill::new().await;
     let file = drill.app.files().into_iter().find(|file| file.extension().is_some_and(|e| e == "mcap")).unwrap();
     std::fs::remove_file(drill.app.state.config.recordings_dir.join(&file)).unwrap();
@@ -160,8 +160,8 @@ async fn a_lost_recording_is_named_and_no_backup_is_kept() {
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "about SQLite's file")]
 async fn a_database_with_flipped_bytes_is_not_served() {
+    only_on!(Sqlite, "about SQLite's file");
     let drill = Drill::new().await;
     let folder = drill.app.folder.path();
     drill.app.state.db.close().await;

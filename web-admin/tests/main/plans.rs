@@ -86,8 +86,8 @@ fn scans(sql: &str, plan: &[String], few: &[String]) -> Vec<String> {
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "PostgreSQL's plans are read beside the engines")]
 async fn every_query_of_a_big_table_uses_an_index() {
+    only_on!(Sqlite, "PostgreSQL's plans are read beside the engines");
     let app = App::new().await;
     let few: Vec<String> =
         sqlx::query_scalar("SELECT name FROM sqlite_master WHERE type = 'index' AND sql LIKE '%WHERE%'")
@@ -115,8 +115,8 @@ async fn plan(app: &App, sql: &str) -> sqlx::Result<Vec<String>> {
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "PostgreSQL's plans are read beside the engines")]
 async fn the_latest_assignments_are_found_without_sorting_all_of_them() {
+    only_on!(Sqlite, "PostgreSQL's plans are read beside the engines");
     let app = App::new().await;
     let statements = stored_statements(TwinPlace::First).into_iter().map(|statement| statement.sql);
     let lists: Vec<String> = statements

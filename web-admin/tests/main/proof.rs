@@ -232,8 +232,8 @@ async fn a_signature_counts_while_its_station_is_paired_and_only_for_what_it_was
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "there was no PostgreSQL before")]
 async fn a_database_of_before_counts_again_without_what_was_forged() {
+    only_on!(Sqlite, "there was no PostgreSQL before");
     let world = World::new().await;
     let (honest, forged, far) = (attempt_at(NOW), Attempt { bundle: &FORGED, ..attempt_at(NOW) }, attempt_at(NOW));
     for attempt in [&honest, &forged, &far] {
@@ -264,8 +264,8 @@ async fn a_database_of_before_counts_again_without_what_was_forged() {
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "there was no PostgreSQL before")]
 async fn motions_of_before_are_compared_when_nothing_else_waits() {
+    only_on!(Sqlite, "there was no PostgreSQL before");
     let world = World::new().await;
     let eve = world.app.member(world.school, Role::Trainee, "eve@example.org").await;
     let first = attempt_at(NOW);

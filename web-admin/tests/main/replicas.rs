@@ -5,16 +5,13 @@ use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-#[cfg(feature = "postgres")]
 use acts::config::Config;
-#[cfg(feature = "postgres")]
 use acts::locks::DataLock;
 use acts::replicas::{self, Colleagues, Duty};
 use acts::{brakes, scoring};
 use model::Role;
 use serde_json::Value;
 use store::jobs::{self, JobQuery};
-#[cfg(feature = "postgres")]
 use store::locks::LockError;
 use web_admin::{AppState, worker};
 
@@ -119,16 +116,15 @@ async fn who_guesses_has_no_more_tries_at_two_services_than_at_one() {
 }
 
 /// Ends the connections of whoever has joined, as a server does that is started anew.
-#[cfg(feature = "postgres")]
 async fn forget_joined(app: &App) {
     let forget = "SELECT pg_terminate_backend(pid, 5000) FROM pg_stat_activity
                   WHERE datname = current_database() AND application_name LIKE 'web-admin serve%'";
     sqlx::query(forget).execute(app.state.db.reader()).await.unwrap();
 }
 
-#[cfg(feature = "postgres")]
 #[tokio::test]
 async fn a_server_that_knows_nobody_any_more_is_told_again_unless_another_has_the_database() {
+    only_on!(Postgres, "about a server");
     let app = App::new().await;
     let (ours, theirs) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let config = |folder: &tempfile::TempDir| Config {

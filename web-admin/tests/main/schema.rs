@@ -7,8 +7,8 @@ use sqlx::{Connection, SqliteConnection};
 use super::support::App;
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "about SQLite's file")]
 async fn every_table_is_strict_and_the_journal_is_a_write_ahead_log() {
+    only_on!(Sqlite, "about SQLite's file");
     let app = App::new().await;
     let reader = app.state.db.reader();
     let loose: Vec<String> = sqlx::query_scalar(
@@ -32,8 +32,8 @@ async fn migrating_again_changes_nothing_and_nothing_is_wrong() {
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "about SQLite's file")]
 async fn a_row_that_points_nowhere_is_found() {
+    only_on!(Sqlite, "about SQLite's file");
     let app = App::new().await;
     let careless = SqliteConnectOptions::new().filename(app.folder.path().join("stylet.db")).foreign_keys(false);
     let mut connection = SqliteConnection::connect_with(&careless).await.unwrap();

@@ -458,8 +458,8 @@ fn migrations_before(number: u32, folder: &Path) {
 }
 
 #[tokio::test]
-#[cfg_attr(feature = "postgres", ignore = "there was no PostgreSQL before")]
 async fn what_was_queued_before_is_still_sent() {
+    only_on!(Sqlite, "there was no PostgreSQL before");
     let folder = tempfile::tempdir().unwrap();
     migrations_before(180, &folder.path().join("migrations"));
     let file = format!("sqlite://{}", folder.path().join("stylet.db").display());

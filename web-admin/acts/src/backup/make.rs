@@ -146,7 +146,7 @@ fn beside(to: &Path, suffix: &str) -> PathBuf {
 
 /// Brings the copy up to date where an earlier program has written it, checks it, takes out of it what is still arriving, and tells which recordings belong to it.
 async fn settle(copy: &Path) -> anyhow::Result<(Vec<RecordingFile>, VerificationReport)> {
-    let db = Database::open_existing(&DatabaseAddress::of_file(copy)?).await?;
+    let db = Database::open_existing(&DatabaseAddress::of_file(copy)).await?;
     db.migrate().await?;
     let mut tx = db.write().await?;
     uploads::forget_unfinished(&mut tx).await?;

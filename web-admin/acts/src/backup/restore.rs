@@ -193,7 +193,7 @@ fn check_manifest(folder: &Path, manifest: &Manifest) -> anyhow::Result<()> {
 
 /// Brings what may be a backup by an earlier program up to date, and checks it whole.
 async fn verified(database: &Path, recordings: &RecordingStore) -> Result<VerificationReport, RestoreRefused> {
-    let db = Database::open_existing(&DatabaseAddress::of_file(database)?).await?;
+    let db = Database::open_existing(&DatabaseAddress::of_file(database)).await?;
     db.migrate().await.map_err(anyhow::Error::from)?;
     let report = verification::everything(&db, recordings).await;
     db.close().await;

@@ -3,20 +3,24 @@
 use std::fmt;
 use std::path::Path;
 
-use super::chosen;
+use super::sqlite;
 
-/// The engines that the service can be built for: the schemes of their addresses, and what a path leads to.
+/// The engines that this program speaks to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum EngineKind {
+pub enum EngineKind {
+    /// SQLite: a file.
     Sqlite,
+    /// PostgreSQL: a server.
+    #[cfg(feature = "postgres")]
     Postgres,
 }
 
 impl EngineKind {
-    /// Of an address; none where it has another scheme.
+    /// Of an address, by its scheme, or of a path; none where this program speaks to no such engine.
     pub(crate) fn of(given: &str) -> Option<Self> {
         match given.split_once(':') {
             Some(("sqlite", _)) => Some(Self::Sqlite),
+            #[cfg(feature = "postgres")]
             Some(("postgres" | "postgresql", rest)) if rest.starts_with("//") => Some(Self::Postgres),
             Some((_, rest)) if rest.starts_with("//") => None,
             _ => Some(Self::Sqlite),
@@ -24,7 +28,7 @@ impl EngineKind {
     }
 }
 
-/// Where a database is, as the engine of this program reads it. What is shown of it has no password.
+/// Where a database is, as its engine reads it. What is shown of it has no password.
 #[derive(Clone, PartialEq, Eq)]
 pub struct DatabaseAddress(String);
 
@@ -32,18 +36,24 @@ impl DatabaseAddress {
     /// An address as given: for SQLite a `sqlite:` URL or a path, for PostgreSQL a `postgres:` URL.
     ///
     /// # Errors
-    /// When it is one of another engine.
+    /// When it is one of an engine that this program does not speak to.
     pub fn parse(given: &str) -> Result<Self, AddressRefused> {
-        if EngineKind::of(given) != Some(chosen::KIND) {
+        if EngineKind::of(given).is_none() {
             return Err(AddressRefused { address: without_password(given) });
         }
-        Ok(Self(if given.contains(':') { given.to_owned() } else { chosen::address_of(Path::new(given)) }))
+        Ok(Self(if given.contains(':') { given.to_owned() } else { sqlite::address_of(Path::new(given)) }))
     }
 
     /// Where the database of a data folder is, unless another place is said.
     #[must_use]
     pub fn in_folder(folder: &Path) -> Self {
-        Self(chosen::address_in(folder))
+        Self(sqlite::address_of(&folder.join("stylet.db")))
+    }
+
+    /// Which engine it leads to.
+    #[must_use]
+    pub fn kind(&self) -> EngineKind {
+        EngineKind::of(&self.0).unwrap_or(EngineKind::Sqlite)
     }
 
     /// As the engine reads it, with its password: for the environment of a program that is to open it, and for nobody's eyes.
@@ -89,7 +99,7 @@ impl fmt::Debug for DatabaseAddress {
     }
 }
 
-/// An address of an engine that this program is not built for.
+/// An address of an engine that this program does not speak to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AddressRefused {
     /// What was given, without its password.
@@ -97,8 +107,13 @@ pub struct AddressRefused {
 }
 
 impl AddressRefused {
-    /// What is allowed, and how to build the other program.
-    pub const ALLOWED: &str = chosen::ALLOWED;
+    /// What is allowed.
+    #[cfg(feature = "postgres")]
+    pub const ALLOWED: &str = "allowed is a sqlite: URL, a path, or a postgres:// URL";
+    /// What is allowed, and how to build the program that allows more.
+    #[cfg(not(feature = "postgres"))]
+    pub const ALLOWED: &str = "this program is built for SQLite: allowed is a sqlite: URL or a path; one for a postgres:// URL, too, is \
+                               built by `cargo build --release -p web-admin --features postgres`";
 }
 
 /// An address as it may be told: who, where and which, and neither a password nor what stands behind a question mark, which may be one.
@@ -158,14 +173,12 @@ mod tests {
 
     #[test]
     fn an_address_of_another_engine_is_refused() {
-        let (own, other) = match chosen::KIND {
-            EngineKind::Sqlite => ("/data/x.db", "postgres://ada:secret@host/db"),
-            EngineKind::Postgres => ("postgresql://ada:secret@host/db", "sqlite:x.db"),
-        };
-        assert!(!format!("{0} {0:?}", DatabaseAddress::parse(own).unwrap()).contains("secret"));
-        for refused in [other, "mysql://ada:secret@host/db"] {
-            let AddressRefused { address } = DatabaseAddress::parse(refused).unwrap_err();
-            assert!(!address.contains("secret"), "{address}");
-        }
+        assert_eq!(DatabaseAddress::parse("/data/x.db").unwrap().as_url(), "sqlite:///data/x.db");
+        let given = "postgres://ada:secret@host/db";
+        #[cfg(feature = "postgres")]
+        assert!(!format!("{0} {0:?}", DatabaseAddress::parse(given).unwrap()).contains("secret"));
+        #[cfg(not(feature = "postgres"))]
+        assert_eq!(DatabaseAddress::parse(given).unwrap_err().address, "postgres://ada@host/db");
+        assert_eq!(DatabaseAddress::parse("mysql://ada:secret@host/db").unwrap_err().address, "mysql://ada@host/db");
     }
 }

@@ -6,8 +6,8 @@ use std::process::{Command, Stdio};
 use sqlx::{AssertSqlSafe, ConnectOptions};
 use uuid::Uuid;
 
-use super::DumpRefused;
-use super::address::DatabaseAddress;
+use super::address::{DatabaseAddress, EngineKind};
+use super::{DumpRefused, postgres};
 use crate::{Database, Result};
 
 /// What the names of such databases begin with.
@@ -25,8 +25,11 @@ impl DumpedDatabase {
     /// Puts a dump into a new database of a server, as `pg_restore` reads it, and brings that up to date.
     ///
     /// # Errors
-    /// When no database can be made there, or what is in the file is no dump, or not whole.
+    /// When it is no server, no database can be made there, or what is in the file is no dump, or not whole.
     pub async fn restore(file: &Path, beside: &DatabaseAddress) -> std::result::Result<Self, DumpRefused> {
+        if beside.kind() == EngineKind::Sqlite {
+            return Err(DumpRefused::on_sqlite(file));
+        }
         let refused = |why: String| DumpRefused { file: file.to_owned(), why };
         let name = format!("{PREFIX}{}", Uuid::new_v4().simple());
         let program = beside.for_program(&name).ok_or_else(|| {
@@ -73,7 +76,7 @@ impl DumpedDatabase {
 }
 
 async fn drop_database(beside: &DatabaseAddress, name: &str) -> Result<()> {
-    let mut connection = beside.options()?.connect().await?;
+    let mut connection = postgres::options(beside)?.connect().await?;
     let statement = format!("DROP DATABASE IF EXISTS {name} WITH (FORCE)");
     sqlx::raw_sql(AssertSqlSafe(statement)).execute(&mut connection).await.map(drop)
 }

@@ -1,33 +1,30 @@
-//! The database engine that this program is built for. Everything else in the storage says [`Connection`], [`Executor`] and [`Pool`]:
-//! types of one engine, chosen when the program is built, so that no row passes through a form between both.
+//! The database engines: SQLite, and PostgreSQL with the feature `postgres`. The rest of the storage uses [`Connection`], [`Executor`] and
+//! [`Pool`]; the address chooses the engine at run time. A row stays the engine's own until its values are decoded.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 mod address;
+mod answers;
+mod database;
+mod driver;
 #[cfg(feature = "postgres")]
 mod dump;
 #[cfg(feature = "postgres")]
 mod postgres;
 mod rows;
-#[cfg(not(feature = "postgres"))]
 mod sqlite;
+mod values;
 
-#[cfg(feature = "postgres")]
-use postgres as chosen;
-#[cfg(not(feature = "postgres"))]
-use sqlite as chosen;
-
-#[cfg(feature = "postgres")]
-pub(crate) use address::EngineKind;
 pub(crate) use address::without_password;
-pub use address::{AddressRefused, DatabaseAddress};
-#[cfg(feature = "postgres")]
-pub(crate) use chosen::WRITING;
-pub use chosen::{DatabaseLock, DumpedDatabase, Engine, is_database_away, is_disk_full};
-pub(crate) use chosen::{
-    LISTENING_PERIOD, MIGRATIONS, SHARED, is_table_there, keep_more_in_memory, refresh_statistics, resume_triggers,
-    suspend_triggers,
+pub use address::{AddressRefused, DatabaseAddress, EngineKind};
+pub(crate) use answers::AnswerRow;
+pub use database::{DatabaseLock, DumpedDatabase, is_database_away, is_disk_full};
+pub(crate) use database::{
+    is_table_there, keep_more_in_memory, migrations, refresh_statistics, resume_triggers, suspend_triggers,
 };
+pub use driver::{Connection, Engine};
+#[cfg(feature = "postgres")]
+pub(crate) use postgres::{WRITING, options as postgres_options};
 pub(crate) use rows::{TableColumns, add_missing_rows};
 
 /// Why a dump could not be looked at.
@@ -40,31 +37,56 @@ pub struct DumpRefused {
     pub why: String,
 }
 
-/// Of two twins of a statement the engine's own: SQLite's stands first, PostgreSQL's after it.
-#[cfg(not(feature = "postgres"))]
-macro_rules! twin {
-    ($first:expr, $second:expr $(,)?) => {
-        $first
-    };
+impl DumpRefused {
+    /// Because the database is SQLite's.
+    fn on_sqlite(file: &Path) -> Self {
+        let why = "a dump is verified on the PostgreSQL server that --database names, and this database is SQLite's; of SQLite there are \
+                   no dumps, and a copy of its database is verified by --database";
+        Self { file: file.to_owned(), why: why.to_owned() }
+    }
 }
-#[cfg(feature = "postgres")]
+
+/// Chooses by the engine of a connection, a pool, a database or an address: the first expression is SQLite's, the second PostgreSQL's.
 macro_rules! twin {
-    ($first:expr, $second:expr $(,)?) => {
-        $second
+    ($to:expr, $first:expr, $second:expr $(,)?) => {
+        match $to.kind() {
+            $crate::engine::EngineKind::Sqlite => $first,
+            #[cfg(feature = "postgres")]
+            $crate::engine::EngineKind::Postgres => $second,
+        }
     };
 }
 pub(crate) use twin;
 
-/// A connection that writes or reads.
-pub type Connection = <Engine as sqlx::Database>::Connection;
+/// Does the same with the variant of either engine.
+macro_rules! native {
+    ($of:ident, $value:expr, $own:ident => $does:expr) => {
+        match $value {
+            $of::Sqlite($own) => $does,
+            #[cfg(feature = "postgres")]
+            $of::Postgres($own) => $does,
+        }
+    };
+}
+use native;
 
 /// Several connections.
 pub type Pool = sqlx::Pool<Engine>;
 
-/// A row of an answer.
-pub(crate) type AnswerRow = <Engine as sqlx::Database>::Row;
-
 /// Whatever a statement may be given to: a connection, a pool, a transaction.
-pub trait Executor<'e>: sqlx::Executor<'e, Database = Engine> {}
+pub trait Executor<'e>: sqlx::Executor<'e, Database = Engine> {
+    /// Which engine it leads to.
+    fn kind(&self) -> EngineKind;
+}
 
-impl<'e, E: sqlx::Executor<'e, Database = Engine>> Executor<'e> for E {}
+impl<'e> Executor<'e> for &'e mut Connection {
+    fn kind(&self) -> EngineKind {
+        Connection::kind(self)
+    }
+}
+
+impl<'e> Executor<'e> for &Pool {
+    fn kind(&self) -> EngineKind {
+        self.connect_options().kind()
+    }
+}

@@ -105,7 +105,7 @@ impl CarriedRows {
     }
 
     /// None is there.
-    pub fn own_side(&mut self) -> &mut Connection {
+    pub fn target(&mut self) -> &mut Connection {
         match *self {}
     }
 

@@ -4,13 +4,14 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use sqlx::migrate::Migrator;
-use sqlx::{ConnectOptions, Connection as _, Sqlite, SqliteConnection};
+use sqlx::postgres::PgConnection;
+use sqlx::{ConnectOptions, Connection as _, Postgres, Sqlite, SqliteConnection};
 
 use super::columns::{TablePlan, list_tables};
 use super::postgres_end::TableSender;
 use super::sqlite_end::TableWriter;
 use super::{CarriedTable, MoveError, postgres_end, sqlite_end};
-use crate::engine::{EngineKind, MIGRATIONS, WRITING, without_password};
+use crate::engine::{AddressRefused, EngineKind, WRITING, migrations, postgres_options, without_password};
 use crate::locks::{FileLock, LockError};
 use crate::sessions::{RECORDINGS, RecordingFile};
 use crate::{Connection, Database, DatabaseAddress, DatabaseLock, Result};
@@ -61,7 +62,7 @@ impl DatabaseMove {
         };
         let server = DatabaseAddress::parse(server).map_err(|refused| MoveError::Refused {
             place: refused.address,
-            why: crate::AddressRefused::ALLOWED.to_owned(),
+            why: AddressRefused::ALLOWED.to_owned(),
         })?;
         let file = sqlite_end::parse_file(file).map_err(|why| MoveError::Failed { place: file.to_owned(), why })?;
         Ok(Self { file, server, direction })
@@ -119,8 +120,8 @@ impl DatabaseMove {
         opened.map_err(|why| MoveError::Failed { place: self.file_name(), why })
     }
 
-    async fn connect(&self) -> std::result::Result<Connection, MoveError> {
-        let connect = async { self.server.options()?.connect().await };
+    async fn connect(&self) -> std::result::Result<PgConnection, MoveError> {
+        let connect = async { postgres_options(&self.server)?.connect().await };
         connect.await.map_err(|why| MoveError::Failed { place: self.server.to_string(), why })
     }
 
@@ -139,15 +140,15 @@ impl DatabaseMove {
         match self.direction {
             MoveDirection::ToPostgres => {
                 let newest = sqlite_end::newest_migration(&mut file).await.map_err(failed_source)?;
-                self.check_version(newest, &sqlite_end::MIGRATIONS)?;
+                self.check_version(newest, migrations(EngineKind::Sqlite))?;
                 self.refuse_rows(postgres_end::holds_rows(&mut server).await.map_err(failed_target)?)?;
-                MIGRATIONS.run(&mut server).await.map_err(|why| failed_target(why.into()))
+                migrations(EngineKind::Postgres).run(&mut server).await.map_err(|why| failed_target(why.into()))
             }
             MoveDirection::ToSqlite => {
                 let newest = postgres_end::newest_migration(&mut server).await.map_err(failed_source)?;
-                self.check_version(newest, &MIGRATIONS)?;
+                self.check_version(newest, migrations(EngineKind::Postgres))?;
                 self.refuse_rows(sqlite_end::holds_rows(&mut file).await.map_err(failed_target)?)?;
-                sqlite_end::MIGRATIONS.run(&mut file).await.map_err(|why| failed_target(why.into()))
+                migrations(EngineKind::Sqlite).run(&mut file).await.map_err(|why| failed_target(why.into()))
             }
         }
     }
@@ -178,7 +179,9 @@ impl DatabaseMove {
             MoveDirection::ToPostgres => {
                 sqlx::query_as::<Sqlite, _>(RECORDINGS).fetch_all(&mut self.open_file().await?).await
             }
-            MoveDirection::ToSqlite => sqlx::query_as(RECORDINGS).fetch_all(&mut self.connect().await?).await,
+            MoveDirection::ToSqlite => {
+                sqlx::query_as::<Postgres, _>(RECORDINGS).fetch_all(&mut self.connect().await?).await
+            }
         };
         listed.map_err(|why| MoveError::Failed { place: self.source(), why })
     }
@@ -202,14 +205,18 @@ impl DatabaseMove {
             MoveDirection::ToSqlite => carry_to_sqlite(&mut file, &mut server, &plans).await,
         };
         let (tables, findings) = carried.map_err(failed)?;
-        let mut carried =
-            CarriedRows { file, server, direction: self.direction, tables, findings, forgotten_uploads: 0 };
+        let (file, server) = (Connection::Sqlite(file), Connection::Postgres(server));
+        let (source, target) = match self.direction {
+            MoveDirection::ToPostgres => (file, server),
+            MoveDirection::ToSqlite => (server, file),
+        };
+        let mut carried = CarriedRows { source, target, tables, findings, forgotten_uploads: 0 };
         carried.forgotten_uploads = carried.forget_uploads().await.map_err(failed)?;
         Ok(carried)
     }
 
     /// Whoever writes waits until this connection ends, and what is read was there at one moment.
-    async fn begin_on_server(&self, server: &mut Connection) -> Result<()> {
+    async fn begin_on_server(&self, server: &mut PgConnection) -> Result<()> {
         // Before the transaction, whose moment is that of its first statement.
         sqlx::query("SELECT pg_advisory_lock($1)").bind(WRITING).execute(&mut *server).await?;
         let begin = match self.direction {
@@ -239,7 +246,7 @@ const ARRIVAL: &str = "rowid";
 
 async fn carry_to_postgres(
     file: &mut SqliteConnection,
-    server: &mut Connection,
+    server: &mut PgConnection,
     plans: &[TablePlan],
 ) -> Result<(Vec<CarriedTable>, Vec<String>)> {
     let references = postgres_end::make_room(server, plans).await?;
@@ -260,7 +267,7 @@ async fn carry_to_postgres(
 
 async fn carry_to_sqlite(
     file: &mut SqliteConnection,
-    server: &mut Connection,
+    server: &mut PgConnection,
     plans: &[TablePlan],
 ) -> Result<(Vec<CarriedTable>, Vec<String>)> {
     let triggers = sqlite_end::make_room(file, plans).await?;
@@ -293,9 +300,8 @@ fn compare_tables(read: &[CarriedTable], written: &[CarriedTable]) -> Vec<String
 /// Rows that are carried and compared, and not kept yet.
 #[derive(Debug)]
 pub struct CarriedRows {
-    file: SqliteConnection,
-    server: Connection,
-    direction: MoveDirection,
+    source: Connection,
+    target: Connection,
     tables: Vec<CarriedTable>,
     findings: Vec<String>,
     forgotten_uploads: u64,
@@ -320,24 +326,16 @@ impl CarriedRows {
         self.forgotten_uploads
     }
 
-    /// The side that the program's own statements read. Its rows are those of the other one.
-    pub fn own_side(&mut self) -> &mut Connection {
-        &mut self.server
+    /// The database that they were carried into.
+    pub fn target(&mut self) -> &mut Connection {
+        &mut self.target
     }
 
     async fn forget_uploads(&mut self) -> Result<u64> {
-        let forget = "DELETE FROM upload_pieces WHERE upload_id IN (SELECT id FROM uploads WHERE session_id IS NULL)";
+        let pieces = "DELETE FROM upload_pieces WHERE upload_id IN (SELECT id FROM uploads WHERE session_id IS NULL)";
+        sqlx::query(pieces).execute(&mut self.target).await?;
         let uploads = "DELETE FROM uploads WHERE session_id IS NULL";
-        match self.direction {
-            MoveDirection::ToPostgres => {
-                postgres_end::execute(&mut self.server, forget).await?;
-                postgres_end::execute(&mut self.server, uploads).await
-            }
-            MoveDirection::ToSqlite => {
-                sqlite_end::execute(&mut self.file, forget).await?;
-                sqlite_end::execute(&mut self.file, uploads).await
-            }
-        }
+        Ok(sqlx::query(uploads).execute(&mut self.target).await?.rows_affected())
     }
 
     /// Keeps the rows in the target. Until this is called, and where it is not, nothing is in it.
@@ -346,11 +344,8 @@ impl CarriedRows {
     /// When the target does not answer, or has no room.
     pub async fn keep(mut self) -> Result<()> {
         // The source lets go when its connection ends: until the rows are kept, nobody writes to it.
-        match self.direction {
-            MoveDirection::ToPostgres => postgres_end::execute(&mut self.server, "COMMIT").await?,
-            MoveDirection::ToSqlite => sqlite_end::execute(&mut self.file, "COMMIT").await?,
-        };
-        self.file.close().await?;
-        self.server.close().await
+        sqlx::raw_sql("COMMIT").execute(&mut self.target).await?;
+        self.source.close().await?;
+        self.target.close().await
     }
 }

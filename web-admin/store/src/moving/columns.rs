@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 
 use sqlx::FromRow;
+use sqlx::postgres::PgConnection;
 
-use crate::{Connection, Result};
+use crate::Result;
 
 /// What the values of a column are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,7 +79,7 @@ struct ListedColumn {
 
 /// Every table but that of the migrations, with the columns that are not computed of others. A column that is none of ours is told
 /// by its name.
-pub(super) async fn list_tables(connection: &mut Connection) -> Result<std::result::Result<Vec<TablePlan>, String>> {
+pub(super) async fn list_tables(connection: &mut PgConnection) -> Result<std::result::Result<Vec<TablePlan>, String>> {
     let listed: Vec<ListedColumn> = sqlx::query_as(
         "SELECT c.relname::TEXT AS table, a.attname::TEXT AS column, format_type(a.atttypid, NULL) AS kind,
              array_position(i.indkey::INT2[], a.attnum) AS key_place, a.attidentity <> '' AS is_identity

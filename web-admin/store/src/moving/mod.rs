@@ -1,6 +1,6 @@
 //! A school's rows on their way from one engine to the other: table by table, as they are, in one transaction, and compared afterwards.
 //!
-//! A program that is built for PostgreSQL carries SQLite's driver, too, and moves both ways. The other one says how to build it.
+//! A program that speaks to both moves both ways. One that speaks to SQLite alone says how to build the other.
 
 #[cfg(not(feature = "postgres"))]
 mod absent;

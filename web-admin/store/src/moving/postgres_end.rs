@@ -2,32 +2,35 @@
 
 use futures::TryStreamExt;
 use sqlx::AssertSqlSafe;
-use sqlx::postgres::PgCopyIn;
+use sqlx::postgres::{PgConnection, PgCopyIn};
 
 use super::CarriedTable;
 use super::columns::{TablePlan, ValueKind};
 use super::tuples::{HEADER, RowReader, TRAILER, TableTally};
-use crate::engine::is_table_there;
-use crate::{Connection, Result};
+use crate::Result;
 
 /// So many bytes are sent at once.
 const PIECE: usize = 1 << 16;
 
 /// Does what no value is part of.
-pub(super) async fn execute(connection: &mut Connection, statement: impl Into<String>) -> Result<u64> {
+pub(super) async fn execute(connection: &mut PgConnection, statement: impl Into<String>) -> Result<u64> {
     Ok(sqlx::raw_sql(AssertSqlSafe(statement.into())).execute(connection).await?.rows_affected())
 }
 
 /// The newest migration that a database has had; none where it is none of the service's.
-pub(super) async fn newest_migration(connection: &mut Connection) -> Result<Option<i64>> {
+pub(super) async fn newest_migration(connection: &mut PgConnection) -> Result<Option<i64>> {
     if !is_table_there(&mut *connection, "_sqlx_migrations").await? {
         return Ok(None);
     }
     sqlx::query_scalar("SELECT max(version) FROM _sqlx_migrations").fetch_one(connection).await
 }
 
+async fn is_table_there(connection: &mut PgConnection, name: &str) -> Result<bool> {
+    sqlx::query_scalar("SELECT to_regclass($1) IS NOT NULL").bind(name).fetch_one(connection).await
+}
+
 /// Whether a school is in a database, or was.
-pub(super) async fn holds_rows(connection: &mut Connection) -> Result<bool> {
+pub(super) async fn holds_rows(connection: &mut PgConnection) -> Result<bool> {
     for table in ["schools", "audit_log"] {
         if is_table_there(&mut *connection, table).await? {
             let count = format!("SELECT count(*) > 0 FROM {table}");
@@ -41,7 +44,7 @@ pub(super) async fn holds_rows(connection: &mut Connection) -> Result<bool> {
 
 /// Hands on every row of a table in its binary form, in an order that both engines have. SQLite does not keep the sign of zero: it is left out here.
 pub(super) async fn read_table(
-    connection: &mut Connection,
+    connection: &mut PgConnection,
     table: &TablePlan,
     mut take: impl AsyncFnMut(&[u8]) -> Result<()>,
 ) -> Result<CarriedTable> {
@@ -69,7 +72,7 @@ pub(super) async fn read_table(
 
 /// Has triggers not fire, takes references out, and all that migrations have left; what puts the references back, which looks through
 /// all rows at once.
-pub(super) async fn make_room(connection: &mut Connection, tables: &[TablePlan]) -> Result<Vec<String>> {
+pub(super) async fn make_room(connection: &mut PgConnection, tables: &[TablePlan]) -> Result<Vec<String>> {
     let references: Vec<ForeignKey> = sqlx::query_as(
         "SELECT conrelid::regclass::TEXT AS table, quote_ident(conname) AS name, pg_get_constraintdef(oid) AS definition
          FROM pg_constraint WHERE contype = 'f' AND connamespace = current_schema()::regnamespace ORDER BY conrelid, conname",
@@ -97,7 +100,7 @@ struct ForeignKey {
 }
 
 /// Whether what the schema keeps by itself happens when rows are written.
-async fn set_triggers(connection: &mut Connection, tables: &[TablePlan], does: &str) -> Result<()> {
+async fn set_triggers(connection: &mut PgConnection, tables: &[TablePlan], does: &str) -> Result<()> {
     for table in tables {
         execute(connection, format!("ALTER TABLE \"{}\" {does} TRIGGER USER", table.name)).await?;
     }
@@ -106,7 +109,7 @@ async fn set_triggers(connection: &mut Connection, tables: &[TablePlan], does: &
 
 /// Puts references and triggers back, counts on from the last row that has arrived, and lets the planner know what is there: whoever
 /// asks before the server has looked by itself would wait for long.
-pub(super) async fn settle(connection: &mut Connection, tables: &[TablePlan], references: Vec<String>) -> Result<()> {
+pub(super) async fn settle(connection: &mut PgConnection, tables: &[TablePlan], references: Vec<String>) -> Result<()> {
     for reference in references {
         execute(connection, reference).await?;
     }
@@ -123,12 +126,12 @@ pub(super) async fn settle(connection: &mut Connection, tables: &[TablePlan], re
 
 /// Writes rows of a table.
 pub(super) struct TableSender<'a> {
-    copy: PgCopyIn<&'a mut Connection>,
+    copy: PgCopyIn<&'a mut PgConnection>,
     waiting: Vec<u8>,
 }
 
 impl<'a> TableSender<'a> {
-    pub async fn begin(connection: &'a mut Connection, table: &TablePlan) -> Result<Self> {
+    pub async fn begin(connection: &'a mut PgConnection, table: &TablePlan) -> Result<Self> {
         let copy = format!("COPY \"{}\" ({}) FROM STDIN (FORMAT binary)", table.name, table.column_list());
         Ok(Self { copy: connection.copy_in_raw(&copy).await?, waiting: HEADER.to_vec() })
     }

@@ -5,7 +5,6 @@ use std::str::FromStr;
 use std::time::Duration;
 
 use futures::TryStreamExt;
-use sqlx::migrate::Migrator;
 use sqlx::query::Query;
 use sqlx::sqlite::{SqliteArguments, SqliteConnectOptions, SqliteSynchronous};
 use sqlx::{AssertSqlSafe, ConnectOptions, Sqlite, SqliteConnection};
@@ -14,9 +13,6 @@ use super::CarriedTable;
 use super::columns::{TablePlan, ValueKind};
 use super::tuples::{FieldReader, TableTally, append_row};
 use crate::{Error, Result};
-
-/// Everything that makes the schema.
-pub(super) static MIGRATIONS: Migrator = sqlx::migrate!("../../migrations");
 
 /// Rows that a query may be ahead of whoever reads them.
 const ROWS: usize = 1024;

@@ -159,6 +159,7 @@ pub async fn lines(
 ) -> Result<Vec<RegradingLine>> {
     // A page of each outcome is put in order: however many attempts there are, no more are read. Cross joins keep this order.
     sqlx::query_as(twin!(
+            executor,
             "SELECT l.session_id, s.started_at, p.display_name AS trainee, l.before, l.passed_before, l.after, l.passed_after,
                o.score AS overridden, l.outcome, l.why
              FROM json_each($3) wanted

@@ -162,6 +162,7 @@ pub async fn latest_taught(executor: impl Executor<'_>, viewer: &CurrentPerson) 
             "WHERE s.school_id = $1 AND s.id = chosen.id AND $2 IS NOT NULL"
         ),
         _ => twin!(
+            executor,
             listed!(
                 "",
                 "(SELECT n.id FROM (SELECT DISTINCT trainee_id AS person_id FROM taught_trainees WHERE teacher_id = $2) taught
@@ -210,6 +211,7 @@ pub async fn latest_at(
         ),
         // As in [`latest_taught`], with their own.
         Role::Instructor | Role::Trainee | Role::Guest => twin!(
+            executor,
             listed!(
                 "",
                 "(SELECT n.id FROM (SELECT trainee_id AS person_id FROM taught_trainees WHERE teacher_id = $2 UNION SELECT $2) seen

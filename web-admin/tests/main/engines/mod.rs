@@ -1,7 +1,6 @@
 //! Two engines, one storage. Fails when the schemas of SQLite and PostgreSQL differ in a table, a column, a key, an index or a trigger,
 //! when one lets pass what the other refuses, when they say so in other words, or when a statement is none to PostgreSQL.
 
-#[cfg(feature = "postgres")]
 mod plans;
 mod promises;
 mod schema;

@@ -65,6 +65,7 @@ fn whole_reads(plan: &Value, tables: &BTreeMap<String, String>) -> Vec<String> {
 
 #[tokio::test]
 async fn every_query_of_a_big_table_uses_an_index_on_postgresql() {
+    only_on!(Postgres, "about a server");
     let app = crowded().await;
     let mut connection = connect(app.folder.path()).await;
     // Of these a crowd has none, and what an empty table is read by says nothing.

@@ -1,4 +1,4 @@
-//! The database of a test's folder: a file in it, or where the program is built for PostgreSQL one of its own on a server that all tests
+//! The database of a test's folder: a file in it, or where `STYLET_TEST_ENGINE` is `postgres` one of its own on a server that all tests
 //! share, a copy of one that was migrated once.
 
 use std::path::{Path, PathBuf};
@@ -6,7 +6,26 @@ use std::process::Command;
 
 use acts::config::Config;
 use sqlx::{AssertSqlSafe, Connection as _};
-use store::{Connection, Database, DatabaseAddress};
+use store::{Connection, Database, DatabaseAddress, EngineKind};
+
+/// The engine that the tests are run on.
+pub fn engine() -> EngineKind {
+    match std::env::var("STYLET_TEST_ENGINE").as_deref() {
+        Err(_) | Ok("sqlite") => EngineKind::Sqlite,
+        Ok("postgres") => EngineKind::Postgres,
+        Ok(other) => panic!("STYLET_TEST_ENGINE={other}; allowed are sqlite and postgres"),
+    }
+}
+
+/// Has that engine's own module do something.
+macro_rules! chosen {
+    ($does:ident($($given:expr),*) $(.$wait:tt)?) => {
+        match engine() {
+            EngineKind::Sqlite => on_sqlite::$does($($given),*)$(.$wait)?,
+            EngineKind::Postgres => on_postgres::$does($($given),*)$(.$wait)?,
+        }
+    };
+}
 
 /// A service's configuration in a folder.
 pub fn config_in(folder: &Path) -> Config {
@@ -17,7 +36,7 @@ pub fn config_in(folder: &Path) -> Config {
 pub fn program(folder: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_web-admin"));
     command.env("STYLET_DATA_DIR", folder);
-    chosen::tell(&mut command, folder);
+    chosen!(tell(&mut command, folder));
     command
 }
 
@@ -50,47 +69,45 @@ async fn migrated_file() -> PathBuf {
 
 /// Where the database of a folder is.
 pub fn address_of(folder: &Path) -> DatabaseAddress {
-    chosen::address_of(folder)
+    chosen!(address_of(folder))
 }
 
 /// As a command is told of it.
-#[cfg(feature = "postgres")]
 pub fn url_of(folder: &Path) -> String {
-    chosen::url_of(folder)
+    chosen!(url_of(folder))
 }
 
 /// Another text whenever another connection has changed the database.
 pub async fn version(watch: &mut Connection) -> String {
-    chosen::version(watch).await
+    chosen!(version(watch).await)
 }
 
 /// Has a trigger of a table keep its promise no more.
 pub fn drop_trigger(trigger: &str, table: &str) -> AssertSqlSafe<String> {
-    AssertSqlSafe(chosen::drop_trigger(trigger, table))
+    AssertSqlSafe(chosen!(drop_trigger(trigger, table)))
 }
 
 /// Does what a trigger of the audit log forbids, which is as it was afterwards.
 pub async fn shrink_audit_log(connection: &mut Connection, statement: &str) {
-    sqlx::raw_sql(AssertSqlSafe(chosen::shrinking(statement))).execute(connection).await.unwrap();
+    sqlx::raw_sql(AssertSqlSafe(chosen!(shrinking(statement)))).execute(connection).await.unwrap();
 }
 
 /// Every row of a table, as text, in order.
 pub async fn rows_of(db: &Database, table: &str) -> Vec<String> {
-    chosen::rows_of(db, table).await
+    chosen!(rows_of(db, table).await)
 }
 
 /// Gives a folder the database of another, which nobody has open.
 pub fn copy_database(from: &Path, to: &Path) {
-    chosen::copy_database(from, to);
+    chosen!(copy_database(from, to));
 }
 
 /// A connection to the database of a folder that writes whatever it is told.
 pub async fn connect(folder: &Path) -> Connection {
-    Connection::connect(&chosen::url_of(folder)).await.unwrap()
+    Connection::connect(&chosen!(url_of(folder))).await.unwrap()
 }
 
-#[cfg(not(feature = "postgres"))]
-mod chosen {
+mod on_sqlite {
     use super::{AssertSqlSafe, Command, Connection, Database, DatabaseAddress, Path};
 
     pub fn url_of(folder: &Path) -> String {
@@ -133,8 +150,7 @@ mod chosen {
     }
 }
 
-#[cfg(feature = "postgres")]
-mod chosen {
+mod on_postgres {
     use std::collections::BTreeMap;
     use std::sync::{LazyLock, Mutex};
 

@@ -1,7 +1,6 @@
 //! A PostgreSQL for tests: a folder, a socket in it, and no port; gone with the process, or shared by the processes of all tests, which
 //! `deploy/test-servers` has started. The server refuses to be run by root, so that there it is given to `nobody`.
 
-#[cfg(feature = "postgres")]
 use std::fs::File;
 use std::os::unix::fs::chown;
 use std::os::unix::process::CommandExt;
@@ -53,7 +52,6 @@ impl PostgresServer {
     }
 
     /// The address of one of its databases.
-    #[cfg(feature = "postgres")]
     pub fn url(&self, database: &str) -> String {
         let folder = self.folder.to_str().unwrap().replace('/', "%2F");
         format!("postgres://postgres:secret@{folder}/{database}")
@@ -95,7 +93,6 @@ impl PostgresServer {
     }
 
     /// Waits for every other process that holds it.
-    #[cfg(feature = "postgres")]
     pub fn lock(&self) -> File {
         let file = File::create(self.folder.join("lock")).unwrap();
         file.lock().unwrap();

@@ -133,7 +133,8 @@ fn chosen(tokens: &[Token], of: TwinPlace) -> Vec<Token> {
     let mut at = 0;
     while at < tokens.len() {
         if tokens[at].is("twin") && tokens.get(at + 1).is_some_and(|token| token.is_sign('!')) {
-            let (first, second, end) = twins(tokens, at + 3);
+            let to = tokens[at..].iter().position(|token| token.is_sign(',')).expect("what the twins are for");
+            let (first, second, end) = twins(tokens, at + to + 1);
             found.extend_from_slice(if of == TwinPlace::First { first } else { second });
             at = end;
         } else {
@@ -243,7 +244,8 @@ fn unseen(tokens: &[Token], macros: &BTreeMap<String, Pieces>) -> Vec<String> {
 
 #[test]
 fn the_check_sees_of_twins_the_one_that_is_meant() {
-    let source = tokens(r#"f(twin!(m!("SELECT 1", ","), "SELECT 2",)); twin!("SELECT 3", m!("SELECT 4", "x"))"#);
+    let source =
+        tokens(r#"f(twin!(to, m!("SELECT 1", ","), "SELECT 2",)); twin!(to, "SELECT 3", m!("SELECT 4", "x"))"#);
     let texts =
         |of| -> Vec<String> { chosen(&source, of).iter().filter_map(|t| t.text().map(str::to_owned)).collect() };
     assert_eq!(texts(TwinPlace::First), ["SELECT 1", ",", "SELECT 3"]);
