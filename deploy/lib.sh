@@ -1,6 +1,10 @@
 # Shared by deploy/run and deploy/test: finds or installs what the build needs. Sourced, not run.
 # shellcheck shell=bash
 
+# What the tests try besides what ships by default: one list, so that no call of cargo compiles a crate again with other features.
+# shellcheck disable=SC2034 # Used where this is sourced.
+tested_features=stylet/reports
+
 say() { printf '\033[1m%s\033[0m\n' "$*" >&2; }
 die() { printf 'error: %s\n' "$*" >&2; exit 1; }
 
