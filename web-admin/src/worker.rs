@@ -8,7 +8,7 @@ use acts::replicas::{self, Duty};
 use acts::shares::{Bench, Shares};
 use acts::{clock, motions, regrading, scoring};
 use store::jobs::{Job, JobQuery, JobReturn};
-use store::{Database, jobs, schools, tries};
+use store::{jobs, schools, tries};
 use tokio::task::{JoinError, JoinSet};
 
 use crate::AppState;

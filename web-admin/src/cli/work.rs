@@ -23,7 +23,6 @@ use acts::{
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use rustix::process::{getpid, kill_process};
-use store::Database;
 use store::locks::LockError;
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::sync::Mutex;

@@ -36,7 +36,7 @@ pub(super) async fn work_off_retention_letters(state: &AppState) -> Result<(), E
 async fn deliver_retention_letter(state: &AppState, letter: &RetentionLetter) -> Result<(), Error> {
     let _in_hand = state.letter_in_hand.lock().await;
     let sent = send_retention_letter(state, letter).await.map_err(|error| format!("{error:#}"));
-    until_database_answers(|| mailing::note_retention_letter(state, letter, &sent)).await
+    until_database_answers(state, || mailing::note_retention_letter(state, letter, &sent)).await
 }
 
 async fn send_retention_letter(state: &AppState, letter: &RetentionLetter) -> anyhow::Result<()> {

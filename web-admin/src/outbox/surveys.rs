@@ -41,5 +41,5 @@ async fn deliver_survey_letter(state: &AppState, letter: &SurveyLetter) -> Resul
     let (name, email) = (letter.name.clone(), letter.email.clone());
     let sent = state.mailer.send(Letter { id: letter.id, name, email, subject, body }, now).await;
     let sent = sent.map_err(|error| format!("{error:#}"));
-    until_database_answers(|| mailing::note_survey_letter(state, letter, &sent)).await
+    until_database_answers(state, || mailing::note_survey_letter(state, letter, &sent)).await
 }

@@ -9,7 +9,7 @@ use sqlx::error::BoxDynError;
 #[cfg(feature = "postgres")]
 use sqlx::postgres::{PgArguments, PgTypeInfo, PgValue, PgValueRef, Postgres};
 use sqlx::sqlite::{Sqlite, SqliteArguments, SqliteTypeInfo, SqliteValue, SqliteValueRef};
-use sqlx::{Decode, Encode, Type, ValueRef as _};
+use sqlx::{Decode, Encode, Type};
 use uuid::Uuid;
 
 use super::driver::Engine;

@@ -13,6 +13,11 @@ use crate::plans::{BIG, LISTED, WHOLE};
 use crate::support::database::connect;
 use crate::support::statements::{StoredStatement, TwinPlace, stored_statements};
 
+/// The plan within the answer to `EXPLAIN`, which is JSON.
+fn plan_in(explained: &str) -> Value {
+    serde_json::from_str::<Value>(explained).unwrap()[0]["Plan"].clone()
+}
+
 /// The plan of a statement, whatever is asked of it.
 async fn plan(connection: &mut Connection, sql: &str) -> Result<Value, String> {
     const KINDS: [&str; 3] = ["uuid", "text", "bigint"];
@@ -47,7 +52,7 @@ async fn plan(connection: &mut Connection, sql: &str) -> Result<Value, String> {
         .await
         .map_err(|error| error.to_string());
     sqlx::raw_sql("DEALLOCATE asked").execute(connection).await.unwrap();
-    explained.map(|row| row.get::<Value, _>(0)[0]["Plan"].clone())
+    explained.map(|row| plan_in(&row.get_unchecked::<String, _>(0)))
 }
 
 /// Reads of a plan that go through a big table from end to end. What an index of few rows holds may be read whole.
