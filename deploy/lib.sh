@@ -18,7 +18,7 @@ phase() {
 
 print_phases() {
     local n ends=("${phase_starts[@]:1}" "$SECONDS")
-    say "Seconds of each phase"
+    echo "Seconds of each phase"
     for n in "${!phase_names[@]}"; do
         printf '%6d  %s\n' "$((ends[n] - phase_starts[n]))" "${phase_names[n]}"
     done
@@ -27,7 +27,7 @@ print_phases() {
 
 # Lists the 30 slowest tests of reports that nextest has written.
 print_slowest() {
-    say "Seconds of the 30 slowest tests"
+    echo "Seconds of the 30 slowest tests"
     sed -n 's/.*<testcase name="\([^"]*\)" classname="\([^"]*\)".* time="\([0-9.]*\)".*/\3 \2 \1/p' "$@" \
         | sort -rn | head -n 30 | awk '{ printf "%8.1f  %s %s\n", $1, $2, $3 }'
 }
