@@ -30,6 +30,7 @@ mod research_tables;
 mod roster_journey;
 mod screenshots;
 mod second_factor;
+mod speed;
 mod station;
 mod statistics;
 mod study_figures;

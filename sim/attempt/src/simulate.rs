@@ -90,7 +90,7 @@ pub fn simulate<W: Write + Send>(
                 batch.len() < BATCH || ticks.send(std::mem::replace(&mut batch, Vec::with_capacity(BATCH))).is_ok();
             is_taken.then_some(felt)
         });
-        // Nobody takes it where the disk has refused, which is told below.
+        // Fails where the disk has refused; the join below returns that error.
         let _ = ticks.send(batch);
         drop(ticks);
         writing.join().unwrap_or_else(|panic| resume_unwind(panic))

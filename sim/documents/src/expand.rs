@@ -25,7 +25,7 @@ use crate::walk::Walked;
 
 /// Structures farther from the planned needle than this are left out, in m.
 const REACH_M: f64 = 25e-3;
-/// Places along the needle at which the distance to a part's box is asked.
+/// Places along the needle at which the distance to a part is asked.
 const STEPS: u32 = 64;
 /// How finely structures are meshed.
 const STRUCTURE_QUALITY: BodyQuality = BodyQuality::Medium;
@@ -292,7 +292,7 @@ impl EnteredBody {
         })
     }
 
-    /// Whether a corner of a part's mesh may be near enough to the planned needle: by the box around it, which costs no mesh.
+    /// Whether a corner of a part's mesh may be near enough to the planned needle: by its shape, which costs no mesh.
     fn may_be_within_reach(&self, part: AnatomyPart) -> bool {
         let step_m = self.depth_m / f64::from(STEPS);
         let places_m = (0..=STEPS).map(|step| self.direction * (f64::from(step) * step_m));

@@ -9,8 +9,10 @@ use super::{Body, BodyQuality, LayerOnPath};
 
 /// The skin leans as it does on average over so many mm about the entry: what a hand feels as its slope.
 const LEAN_OVER: f64 = 12.0;
-/// The grid on which a part is meshed reaches less than so many cells beyond the part's box.
-const MARGIN_CELLS: f64 = 4.0;
+/// A mesh is off its shape by less than so many cells of its grid.
+const MARGIN_CELLS: f64 = 2.0;
+/// Shapes are at most so many times as steep as a distance, where they are joined.
+const STEEPEST: f64 = 1.3;
 
 /// A place on a body's skin and the frame of a needle that enters there.
 #[derive(Clone, Copy, Debug)]
@@ -65,7 +67,7 @@ impl Body {
         mesh
     }
 
-    /// What any corner of a part's mesh is at least away from a place below an entry, both in m: the distance of a box that holds the mesh.
+    /// What any corner of a part's mesh is at least away from a place below an entry, both in m: by the part's shape, which costs no mesh.
     #[must_use]
     pub fn least_distance_m(
         &self,
@@ -74,6 +76,17 @@ impl Body {
         own_m: &Vector3<f64>,
     ) -> f64 {
         let place = self.inner(&(entry.origin_m + entry.to_body(own_m)));
-        (self.part_bounds(part).distance(&place) - MARGIN_CELLS * Self::cell_of(part, quality)) * 1e-3
+        let off_mesh = MARGIN_CELLS * Self::cell_of(part, quality);
+        let bone = match part {
+            AnatomyPart::LastThoracic => Some(0),
+            AnatomyPart::Vertebra(level) => Some(level as usize + 1),
+            _ => None,
+        };
+        let distance = match bone {
+            // What is kept off the bone above is only farther.
+            Some(at) => self.column[at].shape_distance(&place),
+            None => self.part_distance(part, &place),
+        };
+        (distance / STEEPEST - off_mesh) * 1e-3
     }
 }

@@ -30,6 +30,11 @@ impl ColumnBone {
         if aside > ASIDE { aside } else { self.bone.distance(p) }
     }
 
+    /// The same by the bone's shape, however far the place is.
+    pub(super) fn shape_distance(&self, p: &Place) -> f64 {
+        self.bone.distance(p)
+    }
+
     /// A box that holds the bone.
     pub(super) fn bounds(&self) -> Bounds {
         self.bounds

@@ -74,16 +74,20 @@ struct SimulationSummary {
     ticks: u64,
     ruptures: u64,
     bytes: u64,
+    /// Of the whole, until the first tick.
+    prepared_s: f64,
     wall_s: f64,
     times_real_time: f64,
 }
 
 /// Runs the command.
 pub fn run(args: &SimulateArgs) -> Outcome {
+    let started = clock::instant();
     let bundle = ExerciseBundle::read(&args.exercise)?;
     let session = session(args, &bundle);
-    let started = clock::instant();
-    let simulated = record(args, &session, &bundle)?;
+    let staging = Staging::new(&bundle, &session).map_err(|error| Failure::refused(&args.exercise, error))?;
+    let prepared_s = started.elapsed().as_secs_f64();
+    let simulated = record(args, &bundle, &staging)?;
     let wall_s = started.elapsed().as_secs_f64();
     let summary = SimulationSummary {
         recording: args.out.display().to_string(),
@@ -96,6 +100,7 @@ pub fn run(args: &SimulateArgs) -> Outcome {
         ticks: simulated.ticks,
         ruptures: simulated.ruptures,
         bytes: fs::metadata(&args.out).map_or(0, |metadata| metadata.len()),
+        prepared_s,
         wall_s,
         times_real_time: simulated.duration_s / wall_s,
     };
@@ -106,8 +111,7 @@ pub fn run(args: &SimulateArgs) -> Outcome {
 }
 
 /// Simulates and writes, under a temporary name until all is on disk.
-fn record(args: &SimulateArgs, session: &Session, bundle: &ExerciseBundle) -> Result<Simulated, Failure> {
-    let staging = Staging::new(bundle, session).map_err(|error| Failure::refused(&args.exercise, error))?;
+fn record(args: &SimulateArgs, bundle: &ExerciseBundle, staging: &Staging<'_>) -> Result<Simulated, Failure> {
     for unsound in staging.unsound() {
         output::print_warning(format_args!("{}: unsound scene: {unsound}", args.exercise.display()));
     }
@@ -138,10 +142,11 @@ fn session(args: &SimulateArgs, bundle: &ExerciseBundle) -> Session {
 }
 
 fn report(summary: &SimulationSummary) -> Outcome {
-    let SimulationSummary { recording, session_id, duration_s, ruptures, wall_s, times_real_time, .. } = summary;
+    let SimulationSummary { recording, session_id, duration_s, ruptures, prepared_s, wall_s, times_real_time, .. } =
+        summary;
     let megabytes = summary.bytes as f64 * 1e-6;
     output::print_line(format_args!(
-        "{recording}: {duration_s:.2} s simulated in {wall_s:.2} s ({times_real_time:.0} × real time), \
+        "{recording}: {duration_s:.2} s simulated in {wall_s:.2} s ({times_real_time:.0} × real time; preparing took {prepared_s:.2} s), \
          {ruptures} ruptures, {megabytes:.2} MB, session {session_id}"
     ))
 }

@@ -196,7 +196,7 @@ fn hold_on_bone(params: &PunctureParams, state: &mut PunctureState, scratch: &Pu
     let Some(pose) = state.last.as_ref().filter(|_| params.bone_holds()) else { return };
     let tip_m = pose.tip_m + side.bend_m;
     for ((structure, meeting), hold) in params.structures.iter().zip(&scratch.meetings).zip(&mut state.holds) {
-        // Bone that holds no tip takes hold of one that is inside: the survey has just told, and another search would cost as much.
+        // Bone that holds no tip takes hold of one that is inside: the survey knows, and a second search would cost as much.
         if structure.kind() == StructureKind::Bone && (hold.is_some() || meeting.tip_inside) {
             *hold = Hold::follow(hold.as_ref(), structure, &tip_m);
         }

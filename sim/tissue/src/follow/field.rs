@@ -221,7 +221,10 @@ impl Field {
     }
 
     /// How far from the needle the tissue moves by more than the tolerance, in m: no more of it is pictured.
-    pub(super) fn reach_m(&self) -> Result<f64, FollowError> {
+    ///
+    /// # Errors
+    /// As [`Field::new`].
+    pub fn reach_m(&self) -> Result<f64, FollowError> {
         match &self.influence {
             Influence::Known(radius_m) => Ok(*radius_m),
             Influence::Unknown { upright, on_body_m, deepest_m, tolerance } => {

@@ -50,7 +50,7 @@ pub(super) async fn show_trainee(
     Ok(make_trainee_page(&state, shell, &person, trainee, query).await?)
 }
 
-/// What the page tells of a trainee.
+/// The rows that the page of a trainee shows.
 struct TraineeRecord {
     practised: Vec<ScoredAttempt>,
     pages: PageNumbers,

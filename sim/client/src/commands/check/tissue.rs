@@ -45,12 +45,12 @@ impl TissuePlan {
         let Some(tissue) = scene.tissue_spec(&Patient::nominal(scene), planned) else { return Ok(Self::none(scene)) };
         let (field, setup_s) = timing::once(|| Field::new(&tissue));
         let field = field?;
-        let FieldPlan { model, reason, radius_m, unknowns, bytes, expected_relative_error, worst } =
-            field.plan().clone();
+        let radius_mm = field.reach_m()? * 1e3;
+        let FieldPlan { model, reason, unknowns, bytes, expected_relative_error, worst } = field.plan().clone();
         Ok(Self {
             model: model.name(),
             reason: reason.to_string(),
-            radius_mm: radius_m * 1e3,
+            radius_mm,
             unknowns,
             bytes,
             expected_relative_error,
