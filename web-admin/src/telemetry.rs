@@ -15,13 +15,13 @@ use opentelemetry_otlp::{MetricExporter, Protocol, SpanExporter, WithExportConfi
 use opentelemetry_sdk::Resource;
 use opentelemetry_sdk::metrics::SdkMeterProvider;
 use opentelemetry_sdk::trace::SdkTracerProvider;
+use routes_base::monitoring::{MetricFamily, MetricFigure, MetricKind};
 use tracing::Subscriber;
 use tracing_subscriber::Layer;
 use tracing_subscriber::filter::filter_fn;
 use tracing_subscriber::registry::LookupSpan;
 
 use crate::AppState;
-use crate::monitoring::{MetricFamily, MetricFigure, MetricKind};
 use crate::routes::health::list_families;
 
 /// Variables of which one at least names a collector.
