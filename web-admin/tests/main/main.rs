@@ -15,6 +15,7 @@ mod assignments;
 mod audit;
 mod audit_page;
 mod belonging;
+#[cfg(feature = "replicas")]
 mod buckets;
 mod bulk;
 mod certificates;
@@ -41,7 +42,7 @@ mod faults;
 mod initial_passwords;
 mod killpoints;
 mod logos;
-#[cfg(feature = "postgres")]
+#[cfg(feature = "replicas")]
 mod moving;
 mod nonsense;
 mod notices;
@@ -79,6 +80,7 @@ mod study_keeping;
 mod support;
 mod survey_letters;
 mod surveys;
+#[cfg(feature = "replicas")]
 mod telemetry;
 mod tokens;
 mod tus;

@@ -1,6 +1,4 @@
-//! Traces and figures for a collector that speaks OTLP, where the environment names one by the variables of the OpenTelemetry specification
-//! (`OTEL_EXPORTER_OTLP_ENDPOINT` and those beside it). The figures are those of `/metrics`. A span of a request tells its route's pattern and
-//! never who asks, from where, or for what.
+//! Spans and figures, sent to a collector that the environment names.
 
 use std::sync::{Arc, PoisonError, RwLock};
 use std::time::Duration;
@@ -21,12 +19,10 @@ use tracing_subscriber::Layer;
 use tracing_subscriber::filter::filter_fn;
 use tracing_subscriber::registry::LookupSpan;
 
+use super::name_collectors;
 use crate::AppState;
 use crate::routes::health::list_families;
 
-/// Variables of which one at least names a collector.
-const ENDPOINTS: [&str; 3] =
-    ["OTEL_EXPORTER_OTLP_ENDPOINT", "OTEL_EXPORTER_OTLP_TRACES_ENDPOINT", "OTEL_EXPORTER_OTLP_METRICS_ENDPOINT"];
 /// What the program is called where `OTEL_SERVICE_NAME` does not say.
 const NAME: &str = "web-admin";
 /// How often the figures are taken; they are sent every minute, unless `OTEL_METRIC_EXPORT_INTERVAL` says otherwise.
@@ -44,9 +40,7 @@ impl Telemetry {
     /// # Errors
     /// When a variable makes no sense.
     pub(crate) fn of_environment() -> anyhow::Result<Option<Self>> {
-        let value = |name: &str| std::env::var(name).ok().filter(|value| !value.is_empty());
-        let named = ENDPOINTS.into_iter().filter_map(|name| Some(format!("{name}={}", value(name)?)));
-        let named: Vec<String> = named.collect();
+        let named = name_collectors();
         if named.is_empty() {
             return Ok(None);
         }
