@@ -3,7 +3,7 @@
 
 # What the tests try besides what ships by default: one list, so that no call of cargo compiles a crate again with other features.
 # shellcheck disable=SC2034 # Used where this is sourced.
-tested_features=stylet/reports
+tested_features=stylet/reports,web-admin/replicas
 
 say() { printf '\033[1m%s\033[0m\n' "$*" >&2; }
 die() { printf 'error: %s\n' "$*" >&2; exit 1; }

@@ -114,7 +114,7 @@ impl School {
         };
         school
             .web_admin(&["migrate"])
-            .context("a program that is built with --features web-admin/postgres is needed")?;
+            .context("a program that is built with --features web-admin/replicas is needed")?;
         let curricula = root().join("curricula");
         school.web_admin(&["curricula", "import", &curricula.to_string_lossy(), "--school", "North"])?;
         Ok(school)

@@ -4,22 +4,12 @@
 //!
 //! Whatever asks the database fails when the database does; a function says only what else it refuses.
 
-#[macro_use(sentence, tr, trn)]
-extern crate words;
-
 pub mod cli;
-pub mod demo;
-pub mod error;
-mod examining;
-pub mod export;
-pub mod monitoring;
-pub mod outbox;
-mod refusals;
 pub mod research;
 pub mod routes;
 pub mod serving;
-pub mod startup;
 mod telemetry;
-pub mod worker;
 
-pub use startup::AppState;
+pub use demo;
+pub use routes_base::AppState;
+pub use worker::{self, outbox};

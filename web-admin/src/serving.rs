@@ -11,8 +11,8 @@ use std::time::Duration;
 use axum::Router;
 use axum::body::Body;
 use axum::http::Request;
-use hyper_util::rt::{TokioExecutor, TokioIo, TokioTimer};
-use hyper_util::server::conn::auto::Builder;
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::server::graceful::GracefulShutdown;
 use hyper_util::service::TowerToHyperService;
 use rustix::net::sockopt;
@@ -109,8 +109,8 @@ pub async fn serve_connections(
 ) {
     let (places, guests) = (Arc::new(Semaphore::new(limits.whole)), Guests::default());
     let graceful = GracefulShutdown::new();
-    let mut builder = Builder::new(TokioExecutor::new()).http1_only();
-    builder.http1().timer(TokioTimer::new()).header_read_timeout(limits.head);
+    let mut builder = http1::Builder::new();
+    builder.timer(TokioTimer::new()).header_read_timeout(limits.head);
     let mut services = app.into_make_service_with_connect_info::<SocketAddr>();
     let mut stop = std::pin::pin!(stop);
     loop {
@@ -125,7 +125,7 @@ pub async fn serve_connections(
         let Ok(service) = Service::<SocketAddr>::call(&mut services, address).await;
         let service = service.map_request(|request: Request<_>| request.map(Body::new));
         let connection = builder.serve_connection(TokioIo::new(stream), TowerToHyperService::new(service));
-        let connection = graceful.watch(connection.into_owned());
+        let connection = graceful.watch(connection);
         tokio::spawn(async move {
             let _guest = guest;
             // A connection that breaks has nobody left to be told.

@@ -2,6 +2,11 @@
 
 use std::collections::BTreeMap;
 
+/// Why a program that is built without the feature `replicas` takes no bucket, and how to build the other one.
+#[cfg(not(feature = "replicas"))]
+pub(crate) const UNBUILT: &str = "this program is built without buckets: allowed is a path or a file:// URL; one for a s3:// URL is built by \
+                                  `cargo build --release -p web-admin --features replicas`";
+
 /// What the variables that say how to get in begin with.
 const VARIABLES: &str = "AWS_";
 

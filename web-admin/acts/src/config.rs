@@ -260,12 +260,15 @@ pub fn recordings_place(
     given: &str,
     environment: impl IntoIterator<Item = (String, String)>,
 ) -> Result<RecordingsPlace, ConfigError> {
+    #[cfg(feature = "replicas")]
     const ALLOWED: &str =
         "allowed is a path, a file:// URL, or s3://BUCKET/PREFIX of letters, digits, \"-\", \"_\", \".\" and \"/\"";
+    #[cfg(not(feature = "replicas"))]
+    const ALLOWED: &str = crate::bucket_address::UNBUILT;
     let refused = |scheme| ConfigError { option: "--recordings", value: format!("{scheme}://…"), allowed: ALLOWED };
     match given.split_once("://") {
         Some(("file", path)) => Ok(RecordingsPlace::Folder(PathBuf::from(path))),
-        Some(("s3", address)) => {
+        Some(("s3", address)) if cfg!(feature = "replicas") => {
             let address = BucketAddress::parse(address, environment);
             address.map(RecordingsPlace::Bucket).ok_or_else(|| refused("s3"))
         }
@@ -321,8 +324,12 @@ mod tests {
         let place = |given| recordings_place(given, []);
         assert_eq!(place("file:///r").unwrap(), RecordingsPlace::Folder(PathBuf::from("/r")));
         assert_eq!(place("r").unwrap(), RecordingsPlace::Folder(PathBuf::from("r")));
-        let RecordingsPlace::Bucket(address) = place("s3://bucket/north").unwrap() else { panic!("a bucket") };
-        assert_eq!(address.to_string(), "s3://bucket/north");
+        #[cfg(feature = "replicas")]
+        assert!(
+            matches!(place("s3://bucket/north"), Ok(RecordingsPlace::Bucket(at)) if at.to_string() == "s3://bucket/north")
+        );
+        #[cfg(not(feature = "replicas"))]
+        assert!(place("s3://bucket/north").unwrap_err().to_string().contains("--features replicas"));
         for refused in ["s3://", "s3://user:secret@bucket", "https://user:secret@host/bucket"] {
             let said = place(refused).unwrap_err().to_string();
             assert!(said.contains("--recordings") && !said.contains("secret"), "{said}");

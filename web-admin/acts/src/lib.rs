@@ -98,6 +98,7 @@ pub use service::Service;
 pub const SPANS: &str = "spans";
 
 /// Says which cryptography TLS goes by, for what does not say so itself.
+#[cfg(feature = "replicas")]
 pub fn settle_tls() {
     // Another part of the program may have said so before: then it is said.
     let _ = rustls::crypto::ring::default_provider().install_default();

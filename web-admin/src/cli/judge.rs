@@ -8,7 +8,7 @@ use acts::judging::JudgeQuestion;
 use clap::Args;
 use rustix::process::{Resource, Rlimit, nice, setrlimit};
 
-use crate::examining::examine_draft;
+use routes_base::examine_draft;
 
 /// By how much it is nicer than the service that has started it.
 const BEHIND_PAGES: i32 = 10;

@@ -262,7 +262,7 @@ async fn run_command(command: WebAdminCommand) -> Result<(), CommandFailure> {
         WebAdminCommand::Certificate(command) => certificate::run_certificate(&command),
         WebAdminCommand::Bench(args) => bench::run_bench(&args).await,
         WebAdminCommand::Openapi => {
-            let description = crate::routes::api::description();
+            let description = routes_api::description();
             say_line(serde_json::to_string_pretty(&description).map_err(anyhow::Error::from)?);
             Ok(())
         }

@@ -7,9 +7,8 @@ use axum::http::{HeaderMap, HeaderValue, Method, StatusCode};
 use axum::middleware::Next;
 use axum::response::Response;
 use pages::deed::{Deed, saying_done};
+use routes_base::AppState;
 use tower_sessions::cookie::{Cookie, SameSite};
-
-use crate::AppState;
 
 const NAME: &str = "stylet_done";
 

@@ -11,15 +11,13 @@ use axum::http::{HeaderMap, StatusCode, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
+use routes_api::bearer_token;
+use routes_base::error::ApiError;
+use routes_base::monitoring::{MetricFamily, MetricFigure};
+use routes_base::{AppState, Routes};
 use store::service::{self, Totals};
 use tracing::field::Empty;
 use tracing::{Instrument, Span};
-
-use crate::AppState;
-use crate::error::ApiError;
-use crate::monitoring::{MetricFamily, MetricFigure};
-use crate::routes::Routes;
-use crate::routes::api::bearer_token;
 
 /// `/healthz`, `/readyz` and `/metrics`.
 #[must_use]

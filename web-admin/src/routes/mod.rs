@@ -9,6 +9,10 @@ use axum::extract::Request;
 use axum::http::{HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::middleware::{Next, from_fn, from_fn_with_state};
 use axum::response::Response;
+use routes_base::auth::{refuse_nul, require_person, settle_stranger};
+use routes_base::error::{ApiError, PageError};
+use routes_base::language::settle_language;
+use routes_base::{AppState, Routes, get};
 use tower_http::CompressionLevel;
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::compression::CompressionLayer;
@@ -18,22 +22,10 @@ use tower_http::timeout::{RequestBodyTimeoutLayer, TimeoutLayer};
 use tower_sessions::cookie::SameSite;
 use tower_sessions::{Expiry, SessionManagerLayer};
 
-use crate::AppState;
-use crate::error::{ApiError, PageError};
-
-pub mod api;
-pub mod auth;
+mod assets;
 mod deeds;
-mod forms;
 pub mod health;
-pub mod language;
-mod listed;
-pub mod pages;
-mod stored_files;
-pub mod survey;
-pub mod well_known;
-
-pub use listed::Routes;
+mod well_known;
 
 /// Nothing from elsewhere runs or is shown, nobody frames us, forms only come back here.
 const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; style-src 'self'; script-src 'self'; img-src 'self' data:; \
@@ -58,25 +50,24 @@ pub fn router(state: AppState) -> Router {
 #[must_use]
 pub fn all_routes(state: &AppState) -> Routes {
     // Layers also wrap the fallback: a stranger is asked to sign in at every address, whether it exists or not.
-    let signed_in = pages::page_routes().merge(auth::signed_in_routes()).around(|pages| {
+    let signed_in = page_routes().around(|pages| {
         pages
             .fallback(nothing_here)
             .layer(from_fn_with_state(state.clone(), deeds::say_deeds))
-            .layer(from_fn_with_state(state.clone(), auth::require_person))
+            .layer(from_fn_with_state(state.clone(), require_person))
     });
     // A recording is compressed already, and a range of it must stay a range of its bytes.
     let packable = DefaultPredicate::new().and(NotForContentType::new("application/octet-stream"));
     signed_in
-        .merge(auth::sign_in_routes())
-        .merge(language::language_routes())
-        .merge(survey::survey_link_routes())
-        .merge(pages::asset_routes())
-        .merge(pages::linked_routes())
-        .around(|all| all.layer(from_fn(refuse_nul)))
-        .around(|all| all.layer(from_fn(language::settle_language)))
-        .around(|all| all.layer(from_fn_with_state(state.clone(), auth::settle_stranger)))
+        .merge(routes_people::sign_in_routes())
+        .merge(routes_surveys::survey_link_routes())
+        .merge(routes_scoring::linked_routes())
+        .route("/assets/{file}", get(assets::serve_asset))
+        .around(|all| all.layer(from_fn(refuse_nul_in_address)))
+        .around(|all| all.layer(from_fn(settle_language)))
+        .around(|all| all.layer(from_fn_with_state(state.clone(), settle_stranger)))
         .around(|all| all.layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, PAGE_TIMEOUT)))
-        .nest("/api/v1", api::api_routes(state).around(|api| api.layer(from_fn(limit_call))))
+        .nest("/api/v1", routes_api::api_routes(state).around(|api| api.layer(from_fn(limit_call))))
         .around(|all| all.layer(with_cookies(state)))
         .merge(health::health_routes())
         .merge(well_known::well_known_routes())
@@ -90,12 +81,20 @@ pub fn all_routes(state: &AppState) -> Routes {
         })
 }
 
+/// Pages for a person who is signed in.
+fn page_routes() -> Routes {
+    routes_training::training_routes()
+        .merge(routes_people::people_routes())
+        .merge(routes_scoring::scoring_routes())
+        .merge(routes_surveys::survey_routes())
+}
+
 /// Refuses an address with U+0000 in it, which no text holds and no server of databases takes: as a form that holds one.
-async fn refuse_nul(request: Request, next: Next) -> Result<Response, PageError> {
+async fn refuse_nul_in_address(request: Request, next: Next) -> Result<Response, PageError> {
     const NUL: &str = "%00";
     match request.uri() {
         address if address.path().contains(NUL) => Err(PageError(Error::NotFound)),
-        address if address.query().is_some_and(|asked| asked.contains(NUL)) => Err(PageError(auth::refuse_nul())),
+        address if address.query().is_some_and(|asked| asked.contains(NUL)) => Err(PageError(refuse_nul())),
         _ => Ok(next.run(request).await),
     }
 }
@@ -119,7 +118,7 @@ fn with_cookies(state: &AppState) -> SessionManagerLayer<WebSessions> {
         .with_http_only(true)
         .with_same_site(SameSite::Lax)
         .with_secure(state.config.behind_tls)
-        // When it ends is the service's to say: [`auth::session_end`].
+        // When it ends is the service's to say: [`routes_base::auth::start_session`].
         .with_expiry(Expiry::OnSessionEnd)
 }
 

@@ -8,12 +8,10 @@ use axum::response::IntoResponse;
 use axum::routing::get;
 use model::certificate_note::CertificateNote;
 use pages::certificate::{CertificateCheckPage, CheckOutcome};
+use routes_base::error::{ApiError, PageError};
+use routes_base::language::settle_language;
+use routes_base::{AppState, Routes};
 use serde::Deserialize;
-
-use super::Routes;
-use super::language::settle_language;
-use crate::AppState;
-use crate::error::{ApiError, PageError};
 
 /// Their addresses.
 #[must_use]

@@ -14,6 +14,7 @@ use acts::killpoints::{KillPoint, VARIABLE};
 use model::SessionKey;
 use store::{Database, scores, sessions};
 
+#[cfg(feature = "replicas")]
 use super::support::bucket::TestBucket;
 use super::support::database::{address_of, program};
 use super::support::recordings::{Attempt, record};
@@ -57,12 +58,20 @@ type Surroundings = BTreeMap<String, String>;
 const FOLDER: Surroundings = BTreeMap::new();
 
 /// Recordings lie in a bucket that is new.
+#[cfg(feature = "replicas")]
 fn in_bucket() -> Surroundings {
     let bucket = TestBucket::new();
     let mut around = bucket.environment();
     around.insert("STYLET_RECORDINGS".to_owned(), bucket.url());
     around
 }
+
+/// Every kind of place that recordings lie in.
+const PLACES: &[fn() -> Surroundings] = &[
+    || FOLDER,
+    #[cfg(feature = "replicas")]
+    in_bucket,
+];
 
 /// Starts a service, which dies where it is told to.
 fn serve(folder: &Path, around: &Surroundings, kill_at: Option<KillPoint>) -> Service {
@@ -203,6 +212,7 @@ async fn what_arrives_at_once_outlives_a_death_at_every_point() {
     kill_on(Way::Arriving, || FOLDER).await;
 }
 
+#[cfg(feature = "replicas")]
 #[tokio::test]
 async fn what_arrives_in_a_bucket_outlives_a_death_at_every_point() {
     for way in [Way::Arriving, Way::InPieces] {
@@ -241,7 +251,7 @@ async fn backups_and_restores_that_were_killed_are_done_over() {
         let left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
         assert!(!left.iter().any(|name| name.to_string_lossy().starts_with("backup.tar.")), "{left:?}");
     }
-    for (point, around) in points(Way::Restore).flat_map(|point| [(point, FOLDER), (point, in_bucket())]) {
+    for (point, around) in points(Way::Restore).flat_map(|point| PLACES.iter().map(move |place| (point, place()))) {
         let place = tempfile::tempdir().unwrap();
         assert!(killed(&web_admin(place.path(), &around, &["restore", to], Some(point))), "{}", point.name());
         let served = web_admin(place.path(), &around, &["serve", "--listen", "127.0.0.1:0"], None);

@@ -24,6 +24,7 @@ mod assignments;
 mod audit;
 mod audit_page;
 mod belonging;
+#[cfg(feature = "replicas")]
 mod buckets;
 mod bulk;
 mod certificates;
@@ -86,6 +87,7 @@ mod study_keeping;
 mod support;
 mod survey_letters;
 mod surveys;
+#[cfg(feature = "replicas")]
 mod telemetry;
 mod tokens;
 mod tus;

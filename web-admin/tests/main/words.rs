@@ -39,13 +39,14 @@ const KNOWN: [&str; 17] = [
 ];
 
 /// Where sentences are said.
-const SAID_IN: [&str; 16] = [
+const SAID_IN: [&str; 17] = [
     "pages/templates",
     "pages/src",
     "../sim/words/src",
     "model/src",
     "acts/src",
     "src",
+    "routes",
     "../sim/phrase/src",
     "../sim/law/src",
     "../sim/tissue/src",

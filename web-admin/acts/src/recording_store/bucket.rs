@@ -13,7 +13,7 @@ use futures::{StreamExt, TryStreamExt};
 use object_store::aws::{AmazonS3, AmazonS3Builder, AmazonS3ConfigKey};
 use object_store::path::Path as ObjectName;
 use object_store::{
-    BackoffConfig, ClientOptions, GetOptions, MultipartUpload, ObjectMeta, ObjectStore, ObjectStoreExt, RetryConfig,
+    BackoffConfig, ClientOptions, GetOptions, MultipartUpload, ObjectStore, ObjectStoreExt, RetryConfig,
 };
 use sha2::{Digest, Sha256};
 use tokio::fs::File;
@@ -29,6 +29,8 @@ use crate::removing::PartFile;
 const PART_BYTES: u64 = 16 << 20;
 /// Files that are sent at once; others wait.
 const MOST_SENT: usize = 4;
+/// Codes by which stores say that they have no room: the status of HTTP for it, and what MinIO and Ceph call it.
+const FULL: [&str; 3] = ["507 Insufficient Storage", "StorageFull", "QuotaExceeded"];
 /// Longest silence of the store.
 const SILENCE: Duration = Duration::from_secs(30);
 /// How often what has failed is tried again before it is said, ...
@@ -89,7 +91,7 @@ impl Bucket {
     }
 
     /// A file of this machine that goes with what is given.
-    pub(super) fn new_part(&self) -> PartFile {
+    fn new_part(&self) -> PartFile {
         PartFile { path: self.passing.join(format!("{}.part", Uuid::new_v4())), kept: false }
     }
 
@@ -160,11 +162,11 @@ impl Bucket {
         Ok(size)
     }
 
-    /// What is known of an object without its bytes; none where there is none.
-    pub(super) async fn find(&self, name: &str) -> Result<Option<ObjectMeta>, StoreError> {
+    /// Size of an object, in bytes; none where there is no such object.
+    pub(super) async fn find_size(&self, name: &str) -> Result<Option<u64>, StoreError> {
         match self.objects.head(&self.full_name(name)).await.map_err(StoreError::from) {
             Err(StoreError::Missing) => Ok(None),
-            found => found.map(Some),
+            found => Ok(Some(found?.size)),
         }
     }
 
@@ -218,6 +220,24 @@ impl Bucket {
             }
         }
         Ok(())
+    }
+}
+
+impl StoreError {
+    /// Why something was not written or listed. What is missing then is the bucket.
+    pub(super) fn of_writing(error: object_store::Error) -> Self {
+        let said = anyhow::Error::new(error);
+        let text = format!("{said:#}");
+        if FULL.iter().any(|code| text.contains(code)) { Self::Full(said) } else { Self::Away(said) }
+    }
+}
+
+impl From<object_store::Error> for StoreError {
+    fn from(error: object_store::Error) -> Self {
+        match error {
+            object_store::Error::NotFound { .. } => Self::Missing,
+            error => Self::of_writing(error),
+        }
     }
 }
 

@@ -3,6 +3,7 @@
 //! In a bucket recordings, pieces of uploads and replays lie beside each other. Whatever must be a file to be read is fetched for
 //! as long as somebody reads it; a file that is sent goes by a folder of this machine, too.
 
+#[cfg_attr(not(feature = "replicas"), path = "no_bucket.rs")]
 mod bucket;
 mod error;
 mod stored;

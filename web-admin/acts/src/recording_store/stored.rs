@@ -30,8 +30,8 @@ pub struct StoredObject {
 impl StoredFile {
     /// An object of a bucket; none where there is none.
     pub(super) async fn in_bucket(bucket: &Bucket, name: String) -> Result<Option<Self>, StoreError> {
-        let found = bucket.find(&name).await?;
-        let object = found.map(|found| StoredObject { bucket: bucket.clone(), name, size: found.size });
+        let size = bucket.find_size(&name).await?;
+        let object = size.map(|size| StoredObject { bucket: bucket.clone(), name, size });
         Ok(object.map(Self::Remote))
     }
 

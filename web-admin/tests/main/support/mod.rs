@@ -1,6 +1,7 @@
 //! What the tests share: a service in a folder of its own, clients, and recordings of real, short attempts.
 
 pub mod authenticator;
+#[cfg(feature = "replicas")]
 pub mod bucket;
 pub mod client;
 pub mod database;

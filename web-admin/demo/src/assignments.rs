@@ -1,0 +1,84 @@
+//! What the demonstration's instructors have asked for: something due soon, and something that is late, with more time
+//! for one trainee.
+
+use acts::{assignments, deadlines, schools};
+use anyhow::Context;
+use model::assignment::AssignmentTask;
+use model::ids::AssignmentId;
+use model::{CurrentPerson, Moment, due};
+use routes_base::AppState;
+use store::assignments::{self as stored, NewAssignment};
+use store::schools::{SchoolSettings, find_school_settings};
+use store::{cohorts, people};
+use worker::outbox;
+
+use crate::DAY_S;
+use crate::school::{self, ADMINISTRATOR, COHORTS, LEARNERS};
+
+/// Where the school is.
+const TIME_ZONE: &str = "Europe/Berlin";
+
+/// Assigns.
+///
+/// # Errors
+/// When the people are missing, or the database fails.
+pub async fn assign_demo_tasks(state: &AppState, now: Moment) -> anyhow::Result<()> {
+    let administrator = find_demo_person(state, ADMINISTRATOR).await?.into_current().context("an administrator")?;
+    let settled = find_school_settings(state.db.reader(), administrator.school_id).await?;
+    let settled = SchoolSettings { time_zone: TIME_ZONE.to_owned(), ..settled };
+    schools::settle_school(state, &administrator, &settled).await?;
+    let instructor = find_demo_person(state, COHORTS[0].instructor).await?.into_current().context("an instructor")?;
+    let course = AssignmentTask::Course(super::COURSE.to_owned());
+    make_demo_assignment(state, &instructor, course, now, now.plus_s(DAY_S)).await?;
+    let exercise = AssignmentTask::Exercise("reach-the-muscle".to_owned());
+    let late =
+        make_demo_assignment(state, &instructor, exercise, now.plus_s(-14 * DAY_S), now.plus_s(-2 * DAY_S)).await?;
+    let listed = stored::list_managed_assignments(state.db.reader(), &instructor, Some(late), 1).await?;
+    let absent =
+        LEARNERS.iter().find(|learner| learner.cohort == 0 && learner.absent_weeks > 0).context("an absent one")?;
+    let absent = find_demo_person(state, absent.name).await?.id;
+    let listed = listed.first().context("what was just assigned")?;
+    Ok(deadlines::extend(state, &instructor, assignments::dated(listed), absent, 7).await?)
+}
+
+/// Writes to whoever has something due by tomorrow: the letters are files in the mail folder.
+///
+/// # Errors
+/// When the database fails, or a letter cannot be written.
+pub async fn remind_demo_people(state: &AppState, now: Moment) -> anyhow::Result<()> {
+    let now = state.at(now);
+    deadlines::remind(&now).await?;
+    Ok(outbox::work_off_letters(&now).await?)
+}
+
+async fn find_demo_person(state: &AppState, name: &str) -> anyhow::Result<people::Person> {
+    people::find_person_by_email(state.db.reader(), &school::email_of(name))
+        .await?
+        .context("somebody of the demonstration is missing")
+}
+
+/// Assigns a task to the first cohort at one moment, due at six in the evening of another's day.
+async fn make_demo_assignment(
+    state: &AppState,
+    by: &CurrentPerson,
+    task: AssignmentTask,
+    made: Moment,
+    due_at: Moment,
+) -> anyhow::Result<AssignmentId> {
+    let day = due::local(due_at, TIME_ZONE).machine;
+    let due = due::read(&format!("{}T18:00", day.get(..10).context("a date")?), TIME_ZONE)?;
+    let cohorts = cohorts::list_cohorts(state.db.reader(), by.school_id).await?;
+    let cohort = cohorts.into_iter().find(|cohort| cohort.name == COHORTS[0].name).context("the first cohort")?;
+    let new = NewAssignment {
+        task,
+        cohort_id: Some(cohort.id),
+        person_id: None,
+        since_only: false,
+        supervised: false,
+        attempt_limit: None,
+        due: Some((due.local, due.at)),
+        time_zone: TIME_ZONE.to_owned(),
+    };
+    let then = state.at(made);
+    Ok(assignments::make(&then, by, &new).await?)
+}

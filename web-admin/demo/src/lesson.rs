@@ -1,0 +1,95 @@
+//! What an instructor of the demonstration has said and judged: comments, an answer, an override, reviews.
+
+use acts::{comments, reviewing};
+use anyhow::Context;
+use attempt::{AttemptCurve, MarkKind};
+use model::comment::{Comment, CommentKind};
+use model::ids::SessionId;
+use model::review::ReviewFilter;
+use model::{CurrentPerson, Role};
+use routes_base::AppState;
+use store::grades::NewOverride;
+use store::people::{self, Person};
+use store::reviews::WaitingReview;
+use store::sessions::{self, Session};
+use store::{reports, reviews, scores};
+
+use crate::school::{self, COHORTS};
+
+/// How many attempts are left in the queue.
+const LEFT: usize = 6;
+/// How long after the last attempt the instructor sits down to it, in s.
+const LATER_S: i64 = 3600;
+
+/// Lets the first cohort's instructor teach on what has been tried.
+pub async fn teach_lesson(state: &AppState) -> anyhow::Result<()> {
+    state.clock.advance(LATER_S);
+    let reader = state.db.reader();
+    let instructor = people::find_person_by_email(reader, &school::email_of(COHORTS[0].instructor)).await?;
+    let instructor = instructor.and_then(Person::into_current).context("the first instructor")?;
+    let mut waiting = list_waiting(state, &instructor).await?;
+    waiting.sort_by_key(|attempt| attempt.started_at);
+    for old in &waiting[..waiting.len().saturating_sub(LEFT)] {
+        let session = pick_attempt(state, &instructor, old.id).await?;
+        reviewing::set_reviewed(state, &instructor, &session, true).await?;
+    }
+    let latest = reports::latest_taught(reader, &instructor).await?;
+    let mut scored = latest.iter().filter(|listed| listed.score.is_some());
+    if let Some(first) = scored.next() {
+        comment_on(state, &instructor, &pick_attempt(state, &instructor, first.id).await?).await?;
+    }
+    if let Some(second) = scored.find(|listed| listed.passed == Some(false)) {
+        let session = pick_attempt(state, &instructor, second.id).await?;
+        let reason = "Held still for a question of mine: the time does not count. Seen at the station.";
+        let new = NewOverride { grade: Some((75.0, true)), reason, made_by: instructor.id };
+        reviewing::override_grade(state, &instructor, &session, &new).await?;
+    }
+    Ok(())
+}
+
+/// Everything that waits for somebody.
+async fn list_waiting(state: &AppState, instructor: &CurrentPerson) -> anyhow::Result<Vec<WaitingReview>> {
+    let mut waiting: Vec<WaitingReview> = Vec::new();
+    loop {
+        let after = waiting.last().map(WaitingReview::place);
+        let next = reviews::list_review_queue(state.db.reader(), instructor, &ReviewFilter::default(), after).await?;
+        if next.is_empty() {
+            return Ok(waiting);
+        }
+        waiting.extend(next);
+    }
+}
+
+async fn pick_attempt(state: &AppState, viewer: &CurrentPerson, id: SessionId) -> anyhow::Result<Session> {
+    sessions::find_visible_session(state.db.reader(), viewer, id).await?.context("a taught attempt")
+}
+
+/// A comment at each of the moments that are worth one.
+async fn comment_on(state: &AppState, instructor: &CurrentPerson, session: &Session) -> anyhow::Result<()> {
+    let Some(curve) = scores::find_curve(state.db.reader(), session.key()).await? else { return Ok(()) };
+    let trainee = people::find_person(state.db.reader(), session.trainee_id).await?.and_then(Person::into_current);
+    let trainee = trainee.filter(|person| person.role == Role::Trainee).context("who tried")?;
+    let at = |kind| moment_in_attempt(&curve, kind);
+    let said = [
+        (instructor, CommentKind::Praise, at(MarkKind::Contact), "Straight on to the skin, and no pause before it."),
+        (instructor, CommentKind::Teaching, at(MarkKind::TipRupture), "The first pop: only the stylet is through yet."),
+        (
+            instructor,
+            CommentKind::Error,
+            at(MarkKind::RimRupture),
+            "You push on after the second pop. Stop, then go on.",
+        ),
+        (&trainee, CommentKind::Question, at(MarkKind::Confirm), "How could I have known here that I was deep enough?"),
+    ];
+    for (who, kind, from_s, body) in said {
+        let Some(from_s) = from_s.filter(|from_s| *from_s <= session.duration_s) else { continue };
+        comments::add_comment(state, who, session, &Comment { kind, from_s, to_s: None, body: body.to_owned() })
+            .await?;
+    }
+    Ok(())
+}
+
+/// The first moment of a kind, in s.
+fn moment_in_attempt(curve: &AttemptCurve, kind: MarkKind) -> Option<f64> {
+    curve.marks.iter().find(|mark| mark.kind == kind).map(|mark| mark.t_s)
+}

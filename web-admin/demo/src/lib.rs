@@ -1,0 +1,262 @@
+//! The demonstration school: people, a course, and weeks of attempts that are really simulated, taken in and scored by the
+//! very code that serves a real school.
+
+mod assignments;
+mod attempt;
+mod crowd;
+mod experts;
+mod lesson;
+mod people;
+mod raters;
+mod rubric;
+pub mod school;
+mod study;
+mod validation;
+
+use std::path::PathBuf;
+
+use acts::intake::{Bearer, RecordingReceipt};
+use acts::recordings::Received;
+use acts::{importing, intake, publishing, replicas, surveys};
+use anyhow::{Context, ensure};
+use attempt::{AttemptTask, MadeRecording};
+pub use crowd::ATTEMPTS_EACH;
+use documents::ExerciseBundle;
+use indicatif::{ProgressBar, ProgressStyle};
+use law::operator::Occasion;
+use model::Moment;
+use model::ids::{PersonId, SchoolId};
+use model::progress::{Course, Progress};
+pub use people::DemoAccount;
+use people::{Trainee, found_school};
+use routes_base::AppState;
+use rust_embed::RustEmbed;
+use school::LEARNERS;
+use store::audit::Actor;
+use store::{curricula, exercises, practice};
+
+const DAY_S: i64 = 86_400;
+/// The first attempt of a day begins at nine in the morning, UTC; the next ones a quarter of an hour apart.
+const OPENING_S: i64 = 9 * 3600;
+const SLOT_S: i64 = 900;
+/// The course that everybody practises. The school teaches every shipped course; the others wait for whoever looks around.
+const COURSE: &str = "lower-back-basics";
+/// The course of whoever has mastered that one: on a whole patient.
+const NEXT_COURSE: &str = "lumbar-epidural-on-a-body";
+
+/// The shipped curricula, so that the program needs no folder beside it.
+#[derive(RustEmbed)]
+#[folder = "../../curricula"]
+struct Curricula;
+
+/// What to make.
+#[derive(Clone, Debug)]
+pub struct Demonstration {
+    /// Weeks of practice before now, 1 to 26.
+    pub weeks: u32,
+    /// Password of every account.
+    pub password: String,
+    /// Seed of every patient and hand.
+    pub seed: u64,
+    /// Generated trainees to measure pages on, beside the others.
+    pub crowd: u32,
+}
+
+/// An attempt that is to be made.
+struct Slot {
+    learner: usize,
+    at: Moment,
+    weeks_left: u32,
+}
+
+/// Makes the school in an empty database. Returns the accounts to sign in with.
+///
+/// # Errors
+/// When somebody is in the database already, or a part of the work fails.
+pub async fn make_demonstration(state: &AppState, wanted: &Demonstration) -> anyhow::Result<Vec<DemoAccount>> {
+    let now = state.clock.now();
+    let monday = last_monday(now).plus_s(-7 * DAY_S * i64::from(wanted.weeks));
+    let past = state.at(monday);
+    let (school, trainees, accounts) = found_school(&past, &wanted.password).await?;
+    publish_curricula(&past).await?;
+    let slots = schedule_attempts(monday, wanted.weeks);
+    let progress = simulation_progress_bar(experts::ATTEMPTS + validation::ATTEMPTS + slots.len());
+    experts::demonstrate(&past, school, wanted.seed, &progress).await?;
+    validation::hold_validation_study(&past, school, wanted.seed, &progress).await?;
+    let mut tried = vec![0; trainees.len()];
+    for day in slots.chunk_by(|a, b| day_number(a.at) == day_number(b.at)) {
+        let tasks = plan_day(&past, wanted.seed, &trainees, day, &mut tried).await?;
+        practise(&past, school, tasks, &progress).await?;
+    }
+    progress.finish_and_clear();
+    lesson::teach_lesson(&past).await?;
+    rubric::change_rubric(&past).await?;
+    raters::hold_rating_round(&past).await?;
+    study::hold_study(&past, school, &trainees).await?;
+    assignments::assign_demo_tasks(&past, now).await?;
+    raters::mark_pops(&past, now).await?;
+    assignments::remind_demo_people(&past, now).await?;
+    if wanted.crowd > 0 {
+        crowd::gather_crowd(state, &trainees[0], wanted).await?;
+    }
+    // The service that starts next takes over nothing.
+    replicas::leave(state).await?;
+    Ok(accounts)
+}
+
+fn simulation_progress_bar(attempts: usize) -> ProgressBar {
+    let style = ProgressStyle::with_template("simulating and scoring {pos}/{len} attempts {wide_bar} {eta}");
+    ProgressBar::new(attempts as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+fn day_number(at: Moment) -> i64 {
+    at.micros().div_euclid(DAY_S * 1_000_000)
+}
+
+/// Midnight, UTC, of the last Monday that is over. The epoch was a Thursday.
+fn last_monday(now: Moment) -> Moment {
+    let day = day_number(now);
+    Moment::from_micros((day - (day + 3).rem_euclid(7)) * DAY_S * 1_000_000)
+}
+
+/// Every attempt, in order of time.
+fn schedule_attempts(monday: Moment, weeks: u32) -> Vec<Slot> {
+    let mut slots = Vec::new();
+    for (week, weekday) in (0..weeks).flat_map(|week| (0..7_u8).map(move |weekday| (week, weekday))) {
+        let weeks_left = weeks - 1 - week;
+        let coming = (0..LEARNERS.len()).filter(|&learner| LEARNERS[learner].comes(weekday, weeks_left));
+        let midnight = monday.plus_s((i64::from(week) * 7 + i64::from(weekday)) * DAY_S + OPENING_S);
+        slots.extend(coming.zip(0_i64..).map(|(learner, n)| Slot {
+            learner,
+            at: midnight.plus_s(n * SLOT_S),
+            weeks_left,
+        }));
+    }
+    slots
+}
+
+/// The attempts of those who come on a day.
+async fn plan_day(
+    state: &AppState,
+    seed: u64,
+    trainees: &[Trainee],
+    day: &[Slot],
+    tried: &mut [u32],
+) -> anyhow::Result<Vec<(PersonId, AttemptTask)>> {
+    let mut tasks = Vec::new();
+    for slot in day {
+        let trainee = &trainees[slot.learner];
+        let n = tried[slot.learner];
+        tried[slot.learner] += 1;
+        let task = AttemptTask {
+            bundle: next_exercise(state, trainee, n).await?,
+            skill: LEARNERS[slot.learner].skill(n, slot.weeks_left),
+            seed: seed.wrapping_mul(1_000_003) ^ ((slot.learner as u64) << 32) ^ u64::from(n),
+            occasion: Occasion {
+                person: seed.wrapping_mul(1_000_003) ^ slot.learner as u64,
+                day: day_number(slot.at).unsigned_abs(),
+                attempt: u64::from(n),
+            },
+            trainee: trainee.pseudonym.clone(),
+            at: slot.at,
+        };
+        tasks.push((trainee.id, task));
+    }
+    Ok(tasks)
+}
+
+/// What the school's own rule says comes next; after the last exercise of both courses, the second from its beginning.
+async fn next_exercise(state: &AppState, trainee: &Trainee, n: u32) -> anyhow::Result<ExerciseBundle> {
+    let reader = state.db.reader();
+    let taught = curricula::list_taught_curricula(reader, trainee.school_id).await?;
+    let attempts = practice::list_trainee_practice(reader, trainee.school_id, trainee.id).await?;
+    let course = async |id: &str| {
+        let practised = taught.iter().find(|taught| taught.curriculum_id == id).context("the course is not taught")?;
+        anyhow::Ok(curricula::find_course(reader, trainee.school_id, practised).await?)
+    };
+    let next = |course: &Course| Progress::of(course, &attempts, state.clock.now().to_utc()).next;
+    let first = course(COURSE).await?;
+    if let Some(step) = next(&first) {
+        return current_bundle(state, trainee.school_id, &first, step).await;
+    }
+    let second = course(NEXT_COURSE).await?;
+    let step = next(&second).unwrap_or(n as usize % second.steps.len());
+    current_bundle(state, trainee.school_id, &second, step).await
+}
+
+async fn current_bundle(
+    state: &AppState,
+    school: SchoolId,
+    course: &Course,
+    step: usize,
+) -> anyhow::Result<ExerciseBundle> {
+    let exercise = &course.steps[step].exercise;
+    let reader = state.db.reader();
+    let revision = exercises::find_current_revision(reader, school, exercise)
+        .await?
+        .context("the course names no such exercise")?;
+    let bytes =
+        exercises::read_exercise_bytes(reader, school, revision.id).await?.context("a revision without documents")?;
+    Ok(ExerciseBundle::from_parts(&bytes.exercise, &bytes.scene, &bytes.meshes)?)
+}
+
+/// Performs the attempts of people, takes each in as an upload would, and scores all.
+async fn practise(
+    state: &AppState,
+    school_id: SchoolId,
+    tasks: Vec<(PersonId, AttemptTask)>,
+    progress: &ProgressBar,
+) -> anyhow::Result<()> {
+    for MadeRecording { by, path, ends } in attempt::perform_demo_attempts(state, tasks).await? {
+        let bearer = Bearer { school_id, trainee_id: Some(by), actor: Actor::Person(by), ahead_us: None };
+        take_in(state, &bearer, path, ends).await?;
+        progress.inc(1);
+    }
+    worker::work_off_jobs(state).await
+}
+
+/// Takes an attempt in as an upload would, once it is over.
+async fn take_in(state: &AppState, bearer: &Bearer, path: PathBuf, ends: Moment) -> anyhow::Result<RecordingReceipt> {
+    let waited_s = (ends.micros() - state.clock.now().micros()) / 1_000_000;
+    state.clock.advance(waited_s.max(0));
+    let received = tokio::task::spawn_blocking(move || Received::adopt(path)).await??;
+    intake::take_in(state, bearer, received).await.context("an attempt was not taken in")
+}
+
+/// Publishes the shipped curricula.
+async fn publish_curricula(state: &AppState) -> anyhow::Result<()> {
+    let folder = state.config.data_dir.join("curricula");
+    for name in Curricula::iter() {
+        let file = Curricula::get(&name).context("an embedded document")?;
+        let path = folder.join(&*name);
+        std::fs::create_dir_all(path.parent().context("a folder")?)?;
+        std::fs::write(&path, &file.data).with_context(|| path.display().to_string())?;
+    }
+    let instruments = surveys::documents_in(&folder)?;
+    importing::import_instruments(state, None, &instruments).await?;
+    let courses = publishing::courses_in(&folder)?;
+    ensure!(!courses.is_empty(), "no course is shipped");
+    for course in courses {
+        importing::import_course(state, None, &course).await?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    //! The calendar of the demonstration. Fails when attempts fall into the future, or out of order.
+
+    use crate::*;
+
+    #[test]
+    fn weeks_begin_on_monday_and_end_before_now() {
+        let saturday = Moment::from_micros(1_795_269_600_000_000); // 2026-11-21 14:00 UTC
+        let monday = last_monday(saturday);
+        assert_eq!(monday.to_string(), "2026-11-16T00:00:00Z");
+        let slots = schedule_attempts(monday.plus_s(-14 * DAY_S), 2);
+        assert!(slots.iter().all(|slot| slot.at < monday));
+        assert!(slots.is_sorted_by_key(|slot| slot.at));
+        let comes = |name: &str| slots.iter().any(|slot| LEARNERS[slot.learner].name == name);
+        assert!(comes("Ada Okafor") && !comes("Nina Castellano") && !comes("Daria Novak"));
+    }
+}

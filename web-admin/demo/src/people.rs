@@ -1,0 +1,74 @@
+//! The people of the demonstration school and how they sign in.
+
+use acts::generating::{self, GeneratedPerson};
+use anyhow::{Context, ensure};
+use model::Role;
+use model::ids::{PersonId, SchoolId};
+use routes_base::AppState;
+use store::people;
+
+use crate::school::{self, ADMINISTRATOR, COHORTS, EXPERTS, LEARNERS};
+
+/// The registrar's number of the first trainee; the others' follow.
+const FIRST_NUMBER: u32 = 2_025_001;
+
+/// A trainee of the demonstration.
+#[derive(Clone, Debug)]
+pub struct Trainee {
+    /// Their id.
+    pub id: PersonId,
+    /// Their school.
+    pub school_id: SchoolId,
+    /// What recordings say instead of a name.
+    pub pseudonym: String,
+}
+
+/// An account to sign in with.
+#[derive(Clone, Debug)]
+pub struct DemoAccount {
+    /// What it may do.
+    pub role: Role,
+    /// Whose it is.
+    pub name: &'static str,
+    /// Address to sign in with.
+    pub email: String,
+}
+
+/// Founds the school: an administrator, the cohorts with their instructors, and the trainees in the order of
+/// [`LEARNERS`].
+///
+/// # Errors
+/// When there are people already, or the database fails.
+pub async fn found_school(
+    state: &AppState,
+    password: &str,
+) -> anyhow::Result<(SchoolId, Vec<Trainee>, Vec<DemoAccount>)> {
+    let anybody = people::count_people(state.db.reader()).await?;
+    ensure!(
+        anybody == 0,
+        "{}: people are here already; a demonstration needs an empty folder",
+        state.config.data_dir.display()
+    );
+    let people = list_everybody();
+    let founded = generating::found_school(state, school::SCHOOL, &people, password).await?;
+    let school_id = founded.first().context("somebody")?.school_id;
+    let trainees = founded.into_iter().filter(|person| person.role == Role::Trainee);
+    let trainees = trainees.map(|person| Trainee { id: person.id, school_id, pseudonym: person.pseudonym }).collect();
+    let account = |person: GeneratedPerson| DemoAccount { role: person.role, name: person.name, email: person.email };
+    Ok((school_id, trainees, people.into_iter().map(account).collect()))
+}
+
+/// Everybody, in the order in which they are added.
+fn list_everybody() -> Vec<GeneratedPerson> {
+    let person =
+        |name, role, cohort| GeneratedPerson { name, email: school::email_of(name), role, cohort, registrar_id: None };
+    let mut people = vec![person(ADMINISTRATOR, Role::Administrator, None)];
+    people.extend(COHORTS.iter().map(|cohort| person(cohort.instructor, Role::Instructor, Some(cohort.name))));
+    people.extend(EXPERTS.map(|expert| person(expert, Role::Instructor, None)));
+    let learner = |(learner, number): (&school::Learner, u32)| GeneratedPerson {
+        registrar_id: Some(number.to_string()),
+        ..person(learner.name, Role::Trainee, Some(COHORTS[learner.cohort].name))
+    };
+    people.extend(LEARNERS.iter().zip(FIRST_NUMBER..).map(learner));
+    people
+}

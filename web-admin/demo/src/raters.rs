@@ -1,0 +1,125 @@
+//! Ratings and marked pops of the demonstration: made by a program from the attempts, through the doors of a real school,
+//! and labelled as generated.
+
+use acts::ratings::Rated;
+use acts::{deadlines, ratings, segments};
+use anyhow::Context;
+use assessment::questionnaire::Answer;
+use documents::instrument::ScaleKind;
+use model::{CurrentPerson, Moment, due};
+use routes_base::AppState;
+use store::ratings::{self as stored, NewRound};
+use store::reports::{self, ListedAttempt};
+use store::segments::{self as traces, NewTask};
+use store::{instruments, practice, schools};
+
+use crate::DAY_S;
+use crate::experts::find_expert;
+use crate::school::{COHORTS, EXPERTS, LEARNERS};
+use crate::study::scatter_of_seed;
+
+/// Attempts that are rated.
+const RATED: usize = 8;
+/// Trainees who have marked the traces.
+const MARKERS: usize = 5;
+
+async fn find_rater(state: &AppState, name: &str) -> anyhow::Result<CurrentPerson> {
+    find_expert(state, name).await?.into_current().context("somebody who may sign in")
+}
+
+/// The first instructor asks three others for ratings of the latest attempts; the last one has one left.
+///
+/// # Errors
+/// When the people or the instrument are missing, or the database fails.
+pub(super) async fn hold_rating_round(state: &AppState) -> anyhow::Result<()> {
+    let reader = state.db.reader();
+    let asking = find_rater(state, COHORTS[0].instructor).await?;
+    let latest = reports::latest_taught(reader, &asking).await?;
+    let rated: Vec<ListedAttempt> = latest.into_iter().filter(|listed| listed.score.is_some()).take(RATED).collect();
+    let instrument = instruments::find_current_instrument(reader, asking.school_id, "global-rating-puncture").await?;
+    let (Some(instrument), 2..) = (instrument, rated.len()) else { return Ok(()) };
+    let mut raters = Vec::new();
+    for name in [COHORTS[1].instructor, EXPERTS[0], EXPERTS[1]] {
+        raters.push(find_rater(state, name).await?);
+    }
+    let new = NewRound {
+        revision_id: instrument.id,
+        title: "How the latest attempts look to others".to_owned(),
+        generated: true,
+        sessions: rated.iter().map(|listed| listed.id).collect(),
+        raters: raters.iter().map(|rater| rater.id).collect(),
+    };
+    let round = ratings::make(state, &asking, &new).await?;
+    for (place, rater) in raters.iter().enumerate() {
+        let own = stored::own(reader, rater, round).await?;
+        let left = usize::from(place + 1 == raters.len());
+        for rating in &own[left..] {
+            let mut open = ratings::open(state, rater, rating.id).await?;
+            let known = rated.iter().position(|listed| listed.id == rating.session_id).context("a rated attempt")?;
+            let score = rated[known].score.unwrap_or_default() / 100.0;
+            invent_rating(&mut open, score, place as u64, known as u64);
+            open.finish(state, rater).await?;
+        }
+    }
+    Ok(())
+}
+
+/// Points that follow from the score, from how strict the rater is, and from chance.
+fn invent_rating(open: &mut Rated, score: f64, rater: u64, attempt: u64) {
+    for (at, item) in open.instrument.items.iter().enumerate() {
+        let Some(ScaleKind::Likert { points, .. }) = open.instrument.scale(item) else { continue };
+        let chance = 0.10 * scatter_of_seed(attempt * 31 + rater * 7)
+            + 0.12 * scatter_of_seed(attempt * 101 + rater * 13 + at as u64);
+        let share = (0.05 + 0.85 * score + 0.08 * scatter_of_seed(rater + 500) + chance).clamp(0.0, 1.0);
+        open.rating.answers.0[at] = Some(Answer::Number(1.0 + (share * (f64::from(*points) - 1.0)).round()));
+    }
+}
+
+/// The first instructor lets their trainees mark the pops of two attempts of their own by tomorrow; some have, and one has
+/// longer.
+///
+/// # Errors
+/// When the people are missing, or the database fails.
+pub(super) async fn mark_pops(state: &AppState, now: Moment) -> anyhow::Result<()> {
+    let reader = state.db.reader();
+    let asking = find_rater(state, COHORTS[0].instructor).await?;
+    let shown = practice::list_trainee_practice(reader, asking.school_id, asking.id).await?;
+    let sessions = shown.iter().filter(|attempt| attempt.passed).take(2).map(|attempt| attempt.session).collect();
+    let cohort = reports::cohorts(reader, &asking).await?.into_iter().next().context("a cohort")?;
+    let time_zone = schools::find_time_zone(reader, asking.school_id).await?;
+    let day = due::local(now.plus_s(DAY_S), &time_zone).machine;
+    let due = due::read(&format!("{}T18:00", day.get(..10).context("a date")?), &time_zone)?;
+    let new = NewTask {
+        title: "Where are the pops?".to_owned(),
+        cohort_id: cohort.id,
+        due: Some((due.local, due.at)),
+        time_zone,
+        sessions,
+    };
+    let task = segments::make(state, &asking, &new).await?;
+    let traces = traces::list_traces(reader, asking.school_id, task).await?;
+    let trainees = LEARNERS.iter().filter(|learner| learner.cohort == 0).take(MARKERS);
+    for (place, learner) in (0_u64..).zip(trainees) {
+        let trainee = find_rater(state, learner.name).await?;
+        for (n, trace) in (0_u64..).zip(&traces) {
+            let pops = segments::truth(state, asking.school_id, trace).await?;
+            let marked = invent_marks(&pops, place * 10 + n);
+            segments::mark(state, &trainee, trace, marked, true).await?;
+        }
+    }
+    let last = LEARNERS.iter().rfind(|learner| learner.cohort == 0).context("somebody who has not")?;
+    let (last, task) = (find_rater(state, last.name).await?, segments::task(state, &asking, task).await?);
+    Ok(deadlines::extend(state, &asking, segments::dated(&task), last.id, 3).await?)
+}
+
+/// Marks near the pops, as steady as a hand on a trace is; now and then one is overlooked.
+fn invent_marks(pops: &[f64], seed: u64) -> Vec<f64> {
+    let near = |(n, pop): (u64, &f64)| {
+        let missed = scatter_of_seed(seed * 97 + n * 11) > 0.8;
+        let moment: f64 = pop + 0.11 * scatter_of_seed(seed * 53 + n) + 0.03 * scatter_of_seed(seed + n * 71);
+        (!missed).then(|| (moment.max(0.0) * 100.0).round() / 100.0)
+    };
+    let mut marks: Vec<f64> = (0_u64..).zip(pops).filter_map(near).collect();
+    marks.sort_by(f64::total_cmp);
+    marks
+}

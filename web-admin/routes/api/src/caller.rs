@@ -1,0 +1,148 @@
+//! Who is calling, settled before anything else of a request is read.
+
+use acts::error::{Error, tell_in_full};
+use acts::secret;
+use acts::stations::CallingStation;
+use axum::extract::{FromRequestParts, Request, State};
+use axum::http::header::AUTHORIZATION;
+use axum::http::request::Parts;
+use axum::http::{HeaderMap, Method};
+use axum::middleware::Next;
+use axum::response::Response;
+use model::CurrentPerson;
+use model::ids::SchoolId;
+use routes_base::AppState;
+use routes_base::auth::{asked_by, person_of};
+use routes_base::error::ApiError;
+use routes_base::refusals::{KnownAsker, RequestFacts};
+use store::audit::Actor;
+use store::people::{self, Person};
+use store::tokens::{self, Token};
+use store::uploads::UploadOwner;
+use tower_sessions::Session;
+
+/// Who is calling.
+#[derive(Clone, Debug)]
+pub(super) enum Caller {
+    /// A person, by their own token or signed in.
+    Person(CurrentPerson),
+    /// A training station, which uploads for whoever the recording names.
+    Station(CallingStation),
+}
+
+impl Caller {
+    pub(super) const fn school_id(&self) -> SchoolId {
+        match self {
+            Self::Person(person) => person.school_id,
+            Self::Station(station) => station.school_id,
+        }
+    }
+
+    pub(super) fn actor(&self) -> Actor {
+        match self {
+            Self::Person(person) => Actor::Person(person.id),
+            Self::Station(station) => Actor::Station(station.name.clone()),
+        }
+    }
+
+    /// For the log of refusals.
+    fn asker(&self) -> KnownAsker {
+        match self {
+            Self::Person(person) => person.into(),
+            Self::Station(station) => station.into(),
+        }
+    }
+
+    /// The person; a station is nobody in particular.
+    pub(super) const fn person(&self) -> Result<&CurrentPerson, Error> {
+        match self {
+            Self::Person(person) => Ok(person),
+            Self::Station(_) => Err(Error::Forbidden("a station's token uploads, and reads no attempts")),
+        }
+    }
+
+    /// The station; a person is none.
+    pub(super) const fn station(&self) -> Result<&CallingStation, Error> {
+        match self {
+            Self::Station(station) => Ok(station),
+            Self::Person(_) => Err(Error::Forbidden("this needs the token of a training station")),
+        }
+    }
+
+    /// As the owner of an upload in pieces.
+    pub(super) fn owner(&self) -> UploadOwner {
+        let (person_id, station_id) = match self {
+            Self::Person(person) => (Some(person.id), None),
+            Self::Station(station) => (None, Some(station.id)),
+        };
+        UploadOwner { school_id: self.school_id(), person_id, station_id }
+    }
+}
+
+/// Lets callers with a valid token pass, and the signed-in where nothing is changed: a cookie goes along with any
+/// request a browser makes, also one that another site made it make.
+pub(super) async fn require_caller(
+    State(state): State<AppState>,
+    session: Session,
+    mut request: Request,
+    next: Next,
+) -> Result<Response, ApiError> {
+    let reads = matches!(*request.method(), Method::GET | Method::HEAD);
+    let asked = asked_by(&state, &request);
+    let caller = match bearer_token(request.headers()) {
+        Some(token) => Some(caller_of_request(&state, token, &asked).await?),
+        None if reads => person_of(&state, &session).await?.map(Caller::Person),
+        None => None,
+    };
+    let caller = caller.ok_or(Error::Unauthorized)?;
+    let asker = caller.asker();
+    request.extensions_mut().insert(caller);
+    let answer = next.run(request).await;
+    state.refusals.note(asker, &asked, &answer);
+    Ok(answer)
+}
+
+/// Whose token this is. One that is nobody's, or is good no more, is written down.
+async fn caller_of_request(state: &AppState, token: &str, asked: &RequestFacts) -> Result<Caller, Error> {
+    let found = caller_of_token(state, token).await.and_then(|caller| caller.ok_or(Error::Unauthorized));
+    if let Err(Error::Unauthorized | Error::Expired(_)) = &found {
+        state.refusals.note_token(asked);
+    }
+    found
+}
+
+/// The bearer token of a request.
+#[must_use]
+pub fn bearer_token(headers: &HeaderMap) -> Option<&str> {
+    let (scheme, token) = headers.get(AUTHORIZATION)?.to_str().ok()?.split_once(' ')?;
+    scheme.eq_ignore_ascii_case("bearer").then_some(token.trim())
+}
+
+async fn caller_of_token(state: &AppState, token: &str) -> Result<Option<Caller>, Error> {
+    let Some(token) = tokens::find_token(state.db.reader(), &secret::token_sha256(token)).await? else {
+        return Ok(None);
+    };
+    if let Some(end) = token.expires_at.filter(|end| *end <= state.clock.now()) {
+        let why = format!("this token expired at {end}; make another on the page of your account, under \"Programs\"");
+        return Err(Error::Expired(why));
+    }
+    if let Some(id) = token.person_id {
+        // Whoever only reads is not kept from it by a disk that takes no writes.
+        if let Err(error) = acts::stations::note_token_use(state, &token).await {
+            tracing::warn!(cause = tell_in_full(&error), "the use of a token was not noted");
+        }
+        let person = people::find_person(state.db.reader(), id).await?;
+        return Ok(person.and_then(Person::into_current).map(Caller::Person));
+    }
+    acts::stations::note_station_sight(state, &token).await?;
+    let Token { id, school_id, station, .. } = token;
+    Ok(Some(Caller::Station(CallingStation { school_id, id: id.into(), name: station.unwrap_or_default() })))
+}
+
+impl<S: Send + Sync> FromRequestParts<S> for Caller {
+    type Rejection = ApiError;
+
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Self::Rejection> {
+        parts.extensions.get::<Self>().cloned().ok_or(ApiError(Error::Unauthorized))
+    }
+}

@@ -1,0 +1,125 @@
+//! The OpenAPI description: what handlers say of themselves, and what is the same for all of them.
+
+use routes_base::error::ProblemDocument;
+use utoipa::OpenApi;
+use utoipa::openapi::content::{Content, ContentBuilder};
+use utoipa::openapi::path::{Operation, PathItem};
+use utoipa::openapi::response::{Response, ResponseBuilder};
+use utoipa::openapi::schema::{KnownFormat, ObjectBuilder, SchemaFormat, Type};
+use utoipa::openapi::security::{Http, HttpAuthScheme, SecurityScheme};
+use utoipa::openapi::{OpenApi as Description, Ref, RefOr, Required};
+
+/// How refusals are sent (RFC 9457).
+const PROBLEM: &str = "application/problem+json";
+/// How recordings and frames are sent.
+const BYTES: &str = "application/octet-stream";
+/// How a piece of an upload is sent.
+const PIECE: &str = "application/offset+octet-stream";
+
+#[derive(OpenApi)]
+#[openapi(
+    info(title = "Stylet", description = "Recordings in, scores out."),
+    servers((url = "/api/v1")),
+    security(("token" = [])),
+    components(schemas(ProblemDocument))
+)]
+struct ApiDescription;
+
+/// The description of endpoints that describe themselves, with what holds for every one of them: who has to say who they are, how
+/// refusals are sent, and what a status means.
+pub(super) fn describe_api(endpoints: Description) -> Description {
+    let mut description = ApiDescription::openapi();
+    description.merge(endpoints);
+    let components = description.components.get_or_insert_default();
+    components.add_security_scheme("token", SecurityScheme::Http(Http::new(HttpAuthScheme::Bearer)));
+    for item in description.paths.paths.values_mut() {
+        let answers_head = item.head.is_some();
+        operations_of_path(item).for_each(|operation| complete_operation(operation, answers_head));
+    }
+    description
+}
+
+fn operations_of_path(item: &mut PathItem) -> impl Iterator<Item = &mut Operation> {
+    let PathItem { get, put, post, delete, options, head, patch, .. } = item;
+    [get, put, post, delete, options, head, patch].into_iter().flatten()
+}
+
+fn complete_operation(operation: &mut Operation, answers_head: bool) {
+    // An operation with a list of its own asks for nothing.
+    let needs_token = operation.security.is_none();
+    let responses = &mut operation.responses.responses;
+    if needs_token {
+        responses.entry("401".to_owned()).or_insert_with(describe_refusal);
+        responses.entry("403".to_owned()).or_insert_with(describe_refusal);
+    }
+    if !answers_head {
+        responses.entry("default".to_owned()).or_insert_with(describe_refusal);
+    }
+    for (status, response) in responses {
+        if let RefOr::T(response) = response {
+            finish_description(status, response);
+        }
+    }
+    if let Some(RefOr::T(body)) = &mut operation.request_body {
+        body.required = Some(Required::True);
+        body.content.iter_mut().for_each(|(media_type, content)| show_bytes(media_type, content));
+    }
+}
+
+fn describe_refusal() -> RefOr<Response> {
+    let content = ContentBuilder::new().schema(Some(Ref::from_schema_name("Problem"))).build();
+    RefOr::T(ResponseBuilder::new().content(PROBLEM, content).build())
+}
+
+/// Says what a status means where its handler does not, and how its body is sent.
+fn finish_description(status: &str, response: &mut Response) {
+    if response.description.is_empty() {
+        meaning_of_status(status).clone_into(&mut response.description);
+    }
+    let is_problem = |content: &RefOr<Content>| match content {
+        RefOr::T(Content { schema: Some(RefOr::Ref(schema)), .. }) => schema.ref_location.ends_with("/Problem"),
+        _ => false,
+    };
+    if response.content.get("application/json").is_some_and(is_problem)
+        && let Some(content) = response.content.shift_remove("application/json")
+    {
+        response.content.insert(PROBLEM.to_owned(), content);
+    }
+    response.content.iter_mut().for_each(|(media_type, content)| show_bytes(media_type, content));
+}
+
+/// Bytes are a schema, too: a generator makes a file of it.
+fn show_bytes(media_type: &str, content: &mut RefOr<Content>) {
+    if let RefOr::T(content) = content
+        && content.schema.is_none()
+        && [BYTES, PIECE].contains(&media_type)
+    {
+        let bytes = ObjectBuilder::new().schema_type(Type::String);
+        let bytes = bytes.format(Some(SchemaFormat::KnownFormat(KnownFormat::Binary))).build();
+        content.schema = Some(bytes.into());
+    }
+}
+
+/// What a status means, as `acts::error::Error` has it.
+const fn meaning_of_status(status: &str) -> &'static str {
+    match status.as_bytes() {
+        b"200" => "Done",
+        b"201" => "Made",
+        b"202" => "Waiting: ask again",
+        b"204" => "Done; there is nothing to add",
+        b"206" => "The range of bytes that was asked for",
+        b"400" => "The request makes no sense; `detail` says what is allowed",
+        b"401" => "No bearer token, or one that is not good; one that has expired is told so",
+        b"403" => "Not for this caller",
+        b"404" => "There is no such thing, or it is another school's",
+        b"409" => "It contradicts what is stored",
+        b"410" => "It was there, and is no more",
+        b"412" => "Another version of tus than 1.0.0",
+        b"413" => "The body is larger than allowed",
+        b"415" => "The body is of a kind that is not taken",
+        b"416" => "There is no such range of bytes",
+        b"422" => "The body was understood and is wrong",
+        b"429" => "Too many attempts; Retry-After says when to try again",
+        _ => "Refused for another reason, which `detail` names",
+    }
+}

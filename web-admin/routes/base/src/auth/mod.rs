@@ -1,0 +1,17 @@
+//! Who is asking, and whether a form is from a page of ours.
+
+mod address;
+mod browser;
+mod csrf;
+mod current;
+mod stranger;
+mod upload;
+
+pub use address::{ClientAddress, asked_by};
+pub use browser::{Browser, PageHead, Visit};
+pub use csrf::{Csrf, CsrfForm, NoFields, OpenForm, begin_token, refuse_nul};
+pub use current::{
+    Administrator, SignInStanding, Teacher, Visitor, person_of, require_person, standing_of, start_session,
+};
+pub use stranger::{StrangerToken, settle_stranger};
+pub use upload::{CsrfFileForm, CsrfUpload, SentFile};

@@ -1,0 +1,226 @@
+//! Tables as CSV (RFC 4180, UTF-8), safe to open in a spreadsheet.
+
+use std::collections::BTreeMap;
+
+use anyhow::ensure;
+use axum::body::Body;
+use axum::http::HeaderName;
+use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
+use axum::response::{IntoResponse, Response};
+use futures::future::ready;
+use futures::{StreamExt, TryStream, TryStreamExt};
+use model::ids::PersonId;
+
+/// How numbers and cells are told apart.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CsvDialect {
+    /// A full stop in numbers, commas between cells (RFC 4180).
+    #[default]
+    Point,
+    /// A comma in numbers, semicolons between cells: as spreadsheets expect in most of Europe.
+    Comma,
+}
+
+impl CsvDialect {
+    const fn delimiter(self) -> u8 {
+        match self {
+            Self::Point => b',',
+            Self::Comma => b';',
+        }
+    }
+
+    fn print_number(self, number: f64) -> String {
+        match self {
+            Self::Point => number.to_string(),
+            Self::Comma => number.to_string().replace('.', ","),
+        }
+    }
+}
+
+/// One cell of a table.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CsvCell {
+    /// Text, which a spreadsheet must not take for a formula.
+    Text(String),
+    /// A number, with a full stop.
+    Number(f64),
+    /// Nothing: a figure that does not exist.
+    Empty,
+}
+
+impl From<&str> for CsvCell {
+    fn from(text: &str) -> Self {
+        Self::Text(text.to_owned())
+    }
+}
+
+impl From<String> for CsvCell {
+    fn from(text: String) -> Self {
+        Self::Text(text)
+    }
+}
+
+impl From<f64> for CsvCell {
+    fn from(number: f64) -> Self {
+        Self::Number(number)
+    }
+}
+
+impl From<Option<f64>> for CsvCell {
+    fn from(number: Option<f64>) -> Self {
+        number.map_or(Self::Empty, Self::Number)
+    }
+}
+
+impl From<bool> for CsvCell {
+    fn from(yes: bool) -> Self {
+        Self::from(if yes { "yes" } else { "no" })
+    }
+}
+
+impl CsvCell {
+    fn print(&self, dialect: CsvDialect) -> String {
+        match self {
+            Self::Text(text) => neutralise_cell(text),
+            Self::Number(number) => dialect.print_number(*number),
+            Self::Empty => String::new(),
+        }
+    }
+}
+
+/// A text that no spreadsheet takes for a formula: one that begins like a formula gets an apostrophe before it, which
+/// spreadsheets take for "this is text".
+#[must_use]
+pub fn neutralise_cell(text: &str) -> String {
+    let formula = text.trim_start_matches(' ').starts_with(['=', '+', '-', '@', '\t', '\r', '\n']);
+    if formula { format!("'{text}") } else { text.to_owned() }
+}
+
+/// A table as CSV: a line of names, then the rows.
+///
+/// # Errors
+/// When a row has not as many cells as there are names.
+pub fn write_csv(names: &[&str], rows: &[Vec<CsvCell>]) -> anyhow::Result<String> {
+    write_csv_as(CsvDialect::Point, names, rows)
+}
+
+/// A table as CSV of a dialect.
+///
+/// # Errors
+/// When a row has not as many cells as there are names.
+pub fn write_csv_as(dialect: CsvDialect, names: &[&str], rows: &[Vec<CsvCell>]) -> anyhow::Result<String> {
+    let heading = write_lines(dialect, [names.iter().map(|name| (*name).to_owned())])?;
+    Ok(heading + &stream_lines(dialect, names.len(), rows)?)
+}
+
+/// The rows of a table as lines, each of so many cells.
+fn stream_lines(dialect: CsvDialect, width: usize, rows: &[Vec<CsvCell>]) -> anyhow::Result<String> {
+    let crooked = rows.iter().find(|row| row.len() != width);
+    ensure!(crooked.is_none(), "a row of {} cells under {width} names", crooked.map_or(0, Vec::len));
+    write_lines(dialect, rows.iter().map(|row| row.iter().map(|cell| cell.print(dialect))))
+}
+
+fn write_lines(
+    dialect: CsvDialect,
+    rows: impl IntoIterator<Item = impl Iterator<Item = String>>,
+) -> anyhow::Result<String> {
+    let mut writer = csv::WriterBuilder::new()
+        .delimiter(dialect.delimiter())
+        .terminator(csv::Terminator::CRLF)
+        .from_writer(Vec::new());
+    for row in rows {
+        writer.write_record(row)?;
+    }
+    Ok(String::from_utf8(writer.into_inner()?)?)
+}
+
+/// A table as a file to be saved under a name.
+///
+/// # Errors
+/// When a row has not as many cells as there are names.
+pub fn download_csv(file: &str, names: &[&str], rows: &[Vec<CsvCell>]) -> anyhow::Result<Response> {
+    download_csv_as(CsvDialect::Point, file, names, rows)
+}
+
+/// A table of a dialect as a file to be saved under a name.
+///
+/// # Errors
+/// When a row has not as many cells as there are names.
+pub fn download_csv_as(
+    dialect: CsvDialect,
+    file: &str,
+    names: &[&str],
+    rows: &[Vec<CsvCell>],
+) -> anyhow::Result<Response> {
+    Ok((csv_headers(file), write_csv_as(dialect, names, rows)?).into_response())
+}
+
+/// A table of any length as a file to be saved under a name: its rows are written as they come, some at a time.
+///
+/// # Errors
+/// Never, but for those of writing a line of names. What fails later breaks the answer off, so that no client takes it for whole.
+pub fn stream_csv(
+    file: &str,
+    names: &[&str],
+    rows: impl TryStream<Ok = Vec<Vec<CsvCell>>, Error = anyhow::Error> + Send + 'static,
+) -> anyhow::Result<Response> {
+    let (heading, width) = (write_csv(names, &[])?, names.len());
+    let bodies = rows.and_then(move |rows| ready(stream_lines(CsvDialect::Point, width, &rows))).inspect_err(|cause| {
+        tracing::error!(cause = format!("{cause:#}"), "an export broke off");
+    });
+    let body = Body::from_stream(futures::stream::once(async { Ok(heading) }).chain(bodies.into_stream()));
+    Ok((csv_headers(file), body).into_response())
+}
+
+/// The same file with the mark by which Excel knows UTF-8.
+#[must_use]
+pub fn mark_byte_order(file: Response) -> Response {
+    let (parts, body) = file.into_parts();
+    let marked = futures::stream::once(async { Ok("\u{feff}".into()) }).chain(body.into_data_stream());
+    Response::from_parts(parts, Body::from_stream(marked))
+}
+
+fn csv_headers(file: &str) -> [(HeaderName, String); 2] {
+    let safe: String = file.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '-' }).collect();
+    let disposition = format!("attachment; filename=\"{safe}.csv\"");
+    [(CONTENT_TYPE, "text/csv; charset=utf-8".to_owned()), (CONTENT_DISPOSITION, disposition)]
+}
+
+/// The columns `trainee_id` and `pseudonym`: two people may have one name.
+#[must_use]
+pub fn trainee_cells(id: PersonId, pseudonyms: &BTreeMap<PersonId, String>) -> Vec<CsvCell> {
+    let pseudonym = pseudonyms.get(&id).map_or(CsvCell::Empty, |known| CsvCell::from(known.as_str()));
+    vec![CsvCell::from(id.to_string()), pseudonym]
+}
+
+#[cfg(test)]
+mod tests {
+    //! A name that is a formula must stay a name, whatever opens the file; a negative number stays a number.
+
+    use super::*;
+
+    #[test]
+    fn formulas_become_text_and_numbers_stay_numbers() {
+        let row = vec![
+            CsvCell::from("=HYPERLINK(\"http://x\")"),
+            CsvCell::from("  @SUM(1)"),
+            CsvCell::from("Müller, \"Ana\""),
+            CsvCell::from(-1.5),
+            CsvCell::from(None),
+        ];
+        let text = write_csv(&["a", "b", "c", "d", "e"], &[row]).expect("five cells under five names");
+        assert_eq!(text, "a,b,c,d,e\r\n\"'=HYPERLINK(\"\"http://x\"\")\",'  @SUM(1),\"Müller, \"\"Ana\"\"\",-1.5,\r\n");
+    }
+
+    #[test]
+    fn a_decimal_comma_goes_with_semicolons() {
+        let row = vec![CsvCell::from("Müller; Ana"), CsvCell::from(-1.5), CsvCell::from("1,5")];
+        let text = write_csv_as(CsvDialect::Comma, &["a", "b", "c"], &[row]).expect("three cells under three names");
+        assert_eq!(text, "a;b;c\r\n\"Müller; Ana\";-1,5;1,5\r\n");
+    }
+
+    #[test]
+    fn a_crooked_table_is_refused() {
+        assert!(write_csv(&["a", "b"], &[vec![CsvCell::from("only one")]]).is_err());
+    }
+}

@@ -1,0 +1,140 @@
+//! What somebody may not have is refused, and written down: who asked, for what, from where.
+//!
+//! An object of another school, or of a cohort that is none of theirs, is answered like one that does not exist, so each of these is noted: which
+//! of them it was, the answer does not tell, and neither does the time it takes.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::net::IpAddr;
+use std::num::NonZeroU32;
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+use acts::brake_notes::quota;
+use acts::stations::CallingStation;
+use axum::extract::{MatchedPath, Request};
+use axum::http::Method;
+use axum::response::Response;
+use governor::{DefaultKeyedRateLimiter, RateLimiter};
+use model::CurrentPerson;
+use model::ids::{PersonId, StationId};
+use uuid::Uuid;
+
+use crate::error::Denied;
+
+/// Refusals of one asker that are written down one by one, and the pace afterwards: nobody fills the log.
+const NOTE_BURST: NonZeroU32 = NonZeroU32::new(20).unwrap();
+const NOTE_PERIOD: Duration = Duration::from_secs(30);
+
+/// Who asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Asker {
+    /// A person, by id.
+    Person(PersonId),
+    /// A training station, by id.
+    Station(StationId),
+    /// Somebody whose token is none, or is good no more.
+    Stranger(IpAddr),
+}
+
+impl fmt::Display for Asker {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Person(id) => id.fmt(f),
+            Self::Station(id) => id.fmt(f),
+            Self::Stranger(_) => f.write_str("stranger"),
+        }
+    }
+}
+
+/// Who asked, and as what.
+#[derive(Clone, Copy, Debug)]
+pub struct KnownAsker {
+    who: Asker,
+    role: &'static str,
+}
+
+impl From<&CurrentPerson> for KnownAsker {
+    fn from(person: &CurrentPerson) -> Self {
+        Self { who: Asker::Person(person.id), role: person.role.as_str() }
+    }
+}
+
+impl From<&CallingStation> for KnownAsker {
+    fn from(station: &CallingStation) -> Self {
+        Self { who: Asker::Station(station.id), role: "station" }
+    }
+}
+
+/// What was asked for, and from where.
+#[derive(Debug)]
+pub struct RequestFacts {
+    method: Method,
+    /// As it is registered, with names in place of ids; absent where there is no such address.
+    route: Option<MatchedPath>,
+    /// The last id in the address.
+    object: Option<Uuid>,
+    from: IpAddr,
+}
+
+impl RequestFacts {
+    /// By a request that is about to be answered.
+    pub fn by(request: &Request, from: IpAddr) -> Self {
+        let parts = request.uri().path().rsplit('/');
+        Self {
+            method: request.method().clone(),
+            route: request.extensions().get::<MatchedPath>().cloned(),
+            object: parts.filter_map(|part| part.parse().ok()).next(),
+            from,
+        }
+    }
+}
+
+/// Writes refusals down, each asker's so many.
+#[derive(Debug)]
+pub struct RefusalLog {
+    pace: DefaultKeyedRateLimiter<Asker>,
+    untold: Mutex<BTreeMap<Asker, u64>>,
+}
+
+impl Default for RefusalLog {
+    fn default() -> Self {
+        Self { pace: RateLimiter::keyed(quota(NOTE_PERIOD, NOTE_BURST)), untold: Mutex::default() }
+    }
+}
+
+impl RefusalLog {
+    /// Writes down what somebody was refused, where that is what the answer says.
+    pub fn note(&self, asker: KnownAsker, asked: &RequestFacts, answer: &Response) {
+        // An address that nothing answers at is nobody's to be refused.
+        if answer.extensions().get::<Denied>().is_some() && asked.route.is_some() {
+            self.write(asker, asked, answer.status().as_u16());
+        }
+    }
+
+    /// Writes down that a token was shown that is none, or is good no more.
+    pub fn note_token(&self, asked: &RequestFacts) {
+        self.write(KnownAsker { who: Asker::Stranger(asked.from), role: "none" }, asked, 401);
+    }
+
+    fn write(&self, KnownAsker { who, role }: KnownAsker, asked: &RequestFacts, status: u16) {
+        if self.pace.check_key(&who).is_err() {
+            *self.untold.lock().unwrap_or_else(PoisonError::into_inner).entry(who).or_default() += 1;
+            return;
+        }
+        let RequestFacts { method, route, object, from } = asked;
+        let route = route.as_ref().map_or("none", MatchedPath::as_str);
+        let object = object.map(|id| id.to_string()).unwrap_or_default();
+        tracing::warn!(%who, role, %method, route, object, status, %from, "refused: not theirs, or not there");
+    }
+
+    /// Tells how many refusals were not written down one by one, and forgets whoever was refused nothing for a while.
+    pub fn tidy(&self) {
+        let untold = std::mem::take(&mut *self.untold.lock().unwrap_or_else(PoisonError::into_inner));
+        for (who, count) in untold {
+            tracing::warn!(%who, count, "refused more often than is written down one by one");
+        }
+        self.pace.retain_recent();
+        self.pace.shrink_to_fit();
+    }
+}

@@ -1,0 +1,88 @@
+//! Surveys, as pages and programs ask them: when, in which language, under which terms.
+
+use acts::error::Error;
+use acts::surveys::instrument_of;
+use axum::http::HeaderMap;
+use axum::http::header::ACCEPT_LANGUAGE;
+use model::ids::PersonId;
+use model::survey::Survey;
+use model::{CurrentPerson, PersonKey};
+use pages::survey::form::Terms;
+use store::surveys::Practised;
+use store::{sessions, studies, surveys};
+use words::Language;
+
+use crate::AppState;
+
+/// How many attempts somebody has yet to make before a survey is asked: those of a study that asks it at its end.
+///
+/// # Errors
+/// When the database fails.
+pub async fn open_attempts(state: &AppState, survey: &Survey, person: PersonId) -> Result<u32, Error> {
+    let person = PersonKey { school_id: survey.school_id, person_id: person };
+    match survey.study_id.filter(|_| survey.at_end) {
+        Some(study) => Ok(studies::count_open_attempts(state.db.reader(), person, study).await?),
+        None => Ok(0),
+    }
+}
+
+/// What is asked after an attempt of the visitor's own and not answered yet: title, address and minutes.
+///
+/// # Errors
+/// When the database fails.
+pub async fn list_surveys_after(
+    state: &AppState,
+    person: &CurrentPerson,
+    session: &sessions::Session,
+) -> Result<Vec<(String, String, f64)>, Error> {
+    if person.id != session.trainee_id {
+        return Ok(Vec::new());
+    }
+    let reader = state.db.reader();
+    let mut found = Vec::new();
+    for survey in surveys::after_attempt(reader, Practised::by(session), state.clock.now()).await? {
+        let open = open_attempts(state, &survey, person.id).await? == 0;
+        if open && !surveys::answered(reader, &survey, person.id, Some(session.id)).await? {
+            let minutes = instrument_of(state, &survey).await?.duration_min;
+            found.push((survey.title, format!("/surveys/{}?session={}", survey.id, session.id), minutes));
+        }
+    }
+    Ok(found)
+}
+
+/// The languages that somebody would like: what a browser asks for, and first what they have chosen here.
+#[must_use]
+pub fn preferred_languages(headers: &HeaderMap) -> String {
+    let asked = headers.get(ACCEPT_LANGUAGE).and_then(|value| value.to_str().ok()).unwrap_or_default();
+    // Without a choice, English is spoken where there are no pages in any language asked for; an instrument may know it.
+    match words::current() {
+        Language::ENGLISH => asked.to_owned(),
+        chosen => format!("{chosen},{asked}"),
+    }
+}
+
+/// What somebody is told before the first question.
+#[must_use]
+pub fn terms_of_survey(answering: &TermsOf<'_>, wanted: &str) -> Terms {
+    let language = answering.instrument.language_for(wanted).to_owned();
+    Terms {
+        title: answering.survey.title.clone(),
+        intro: answering.instrument.intro.as_ref().map_or_else(String::new, |w| w.in_language(&language).to_owned()),
+        duration_min: answering.instrument.duration_min,
+        questions: answering.instrument.items.len(),
+        identity: answering.survey.identity,
+        after_attempt: answering.after_attempt,
+        language,
+    }
+}
+
+/// What the terms are of.
+#[derive(Clone, Copy, Debug)]
+pub struct TermsOf<'a> {
+    /// The survey.
+    pub survey: &'a Survey,
+    /// What it asks.
+    pub instrument: &'a documents::Instrument,
+    /// It is asked after an attempt.
+    pub after_attempt: bool,
+}

@@ -1,0 +1,28 @@
+//! What an administrator keeps running: settings, origins, backups, retention, the audit log.
+
+use axum::extract::DefaultBodyLimit;
+use routes_base::{Routes, get, post};
+
+mod audit;
+mod backups;
+mod logo;
+mod origins;
+mod retention;
+mod settings;
+
+/// Their addresses.
+pub(crate) fn operation_routes() -> Routes {
+    Routes::new()
+        .route("/admin/certificate-needs", post(settings::set_certificate_needs))
+        .route("/admin/origins", get(origins::show_origins).merge(post(origins::set_origins)))
+        .route("/admin/settings", get(settings::show_settings).merge(post(settings::put_settings)))
+        .route("/school/logo", get(logo::serve_logo))
+        .route("/admin/settings/logo", post(logo::put_logo).layer(DefaultBodyLimit::max(2 * logo::MOST_LOGO_BYTES)))
+        .route("/admin/settings/logo/remove", post(logo::remove_logo))
+        .route("/admin/settings/test-letter", post(settings::send_test_letter))
+        .route("/admin/audit", get(audit::show_audit_log))
+        .route("/admin/audit.csv", get(audit::download_audit_log))
+        .route("/admin/backups", get(backups::show_backups))
+        .route("/admin/retention", get(retention::show_retention).merge(post(retention::set_retention)))
+        .route("/people/{id}/hold", post(retention::hold_person))
+}

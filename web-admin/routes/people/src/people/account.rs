@@ -1,0 +1,109 @@
+//! `/account`: one's own details, password and data.
+
+use acts::error::Error;
+use acts::{accounts, brakes, passwords};
+use axum::extract::State;
+use axum::http::header;
+use axum::response::{IntoResponse, Redirect, Response};
+use model::password_refused::PasswordRefused;
+use model::{CurrentPerson, Moment};
+use pages::account::AccountPage;
+use pages::{NavPlace, Shell};
+use routes_base::auth::{Csrf, CsrfForm, Visitor, start_session};
+use routes_base::error::PageError;
+use routes_base::forms::FormAnswer;
+use routes_base::{AppState, language};
+use serde::Deserialize;
+use store::{cohorts, directory, exports, notices, people, schools, second_factors, sign_in_codes};
+use tower_sessions::Session;
+use words::Language;
+
+pub(super) async fn show_account(
+    State(state): State<AppState>,
+    Visitor(person): Visitor,
+    csrf: Csrf,
+) -> Result<AccountPage, PageError> {
+    Ok(make_account_page(&state, &person, &csrf).await?)
+}
+
+async fn make_account_page(state: &AppState, person: &CurrentPerson, csrf: &Csrf) -> Result<AccountPage, Error> {
+    let reader = state.db.reader();
+    let known = directory::find_directory_entry(reader, person.school_id, person.id).await?.ok_or(Error::NotFound)?;
+    Ok(AccountPage {
+        shell: Shell::new(person, csrf.token(), NavPlace::Account),
+        school: schools::find_school_name(reader, person.school_id).await?,
+        email: known.email,
+        pseudonym: known.pseudonym,
+        cohorts: known.cohorts,
+        requests: cohorts::list_membership_requests(reader, person.school_id, None, Some(person.id)).await?,
+        acts: cohorts::list_membership_acts(reader, person.school_id, person.id).await?,
+        language: person.language,
+        mailed: notices::wants_news_letters(reader, person.into()).await?,
+        second_factor: second_factors::is_second_factor_on(reader, person.into()).await?,
+        practice: format!("/trainees/{}", person.id),
+        sign_in_code: sign_in_codes::find_code_time(reader, person.school_id, person.id).await?.map(Moment::to_utc),
+        refused: None,
+    })
+}
+
+#[derive(Deserialize)]
+pub(super) struct OwnPasswordForm {
+    old: String,
+    password: String,
+    again: String,
+}
+
+/// Sets a new password, which ends every other sign-in.
+pub(super) async fn set_own_password(
+    State(state): State<AppState>,
+    Visitor(person): Visitor,
+    session: Session,
+    csrf: Csrf,
+    CsrfForm(form): CsrfForm<OwnPasswordForm>,
+) -> Result<FormAnswer<AccountPage>, PageError> {
+    brakes::take_own(&state, person.id).await?;
+    let shown = make_account_page(&state, &person, &csrf).await?;
+    let own = [person.display_name.as_str(), &shown.email, &shown.school];
+    let refused = match passwords::check_typed(&form.password, &form.again, &own) {
+        Err(refused) => refused,
+        Ok(()) if accounts::change_own_password(&state, &person, &form.old, &form.password).await? => {
+            let known = people::find_person(state.db.reader(), person.id).await?.ok_or(Error::NotFound)?;
+            start_session(&session, known.id, known.credential_version, state.clock.now()).await?;
+            return Ok(FormAnswer::lead_to("/account"));
+        }
+        Ok(()) => PasswordRefused::WrongOld,
+    };
+    Ok(FormAnswer::Refused(AccountPage { refused: Some(refused), ..shown }))
+}
+
+#[derive(Deserialize)]
+pub(super) struct LanguageForm {
+    language: String,
+}
+
+/// Sets the language that the visitor reads in; nothing chosen is what their browser asks for.
+pub(super) async fn set_own_language(
+    State(state): State<AppState>,
+    Visitor(person): Visitor,
+    CsrfForm(form): CsrfForm<LanguageForm>,
+) -> Result<Redirect, PageError> {
+    let code = form.language.as_str();
+    let chosen = Some(code).filter(|code| !code.is_empty());
+    let chosen = chosen.map(|code| Language::named(code).ok_or_else(|| language::refuse_language(code))).transpose()?;
+    accounts::set_language(&state, &person, chosen).await?;
+    Ok(Redirect::to("/account"))
+}
+
+/// Everything held about whoever asks, as a file.
+pub(super) async fn export_own_data(
+    State(state): State<AppState>,
+    Visitor(person): Visitor,
+) -> Result<Response, PageError> {
+    let held = exports::of_person(state.db.reader(), person.school_id, person.id).await?.ok_or(Error::NotFound)?;
+    let body = serde_json::to_string_pretty(&held).map_err(anyhow::Error::from)?;
+    let headers = [
+        (header::CONTENT_TYPE, "application/json"),
+        (header::CONTENT_DISPOSITION, "attachment; filename=\"stylet-my-data.json\""),
+    ];
+    Ok((headers, body).into_response())
+}

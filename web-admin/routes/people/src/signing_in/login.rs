@@ -1,0 +1,151 @@
+//! The sign-in page, and signing out.
+
+use acts::error::Error;
+use acts::signing_in::{note_refused_sign_in, note_way_in};
+use acts::{accounts, brakes, secret};
+use axum::extract::{Query, State};
+use axum::response::{IntoResponse, Redirect, Response};
+use pages::login::LoginPage;
+use routes_base::auth::{ClientAddress, Csrf, CsrfForm, NoFields, SignInStanding, Visitor, standing_of};
+use routes_base::error::{PageError, finish_answer, status_of};
+use routes_base::{AppState, Routes, get, post};
+use serde::Deserialize;
+use store::people::{self, Credentials};
+use tower_sessions::Session;
+
+use super::{half, join};
+
+/// `/login` and the ways to a password, for anybody.
+#[must_use]
+pub fn sign_in_routes() -> Routes {
+    Routes::new()
+        .route("/login", get(show_sign_in).merge(post(sign_in)))
+        .merge(half::code_routes())
+        .merge(join::password_routes())
+}
+
+/// `/logout`, for whoever is signed in.
+#[must_use]
+pub fn signed_in_routes() -> Routes {
+    Routes::new().route("/logout", post(sign_out_browser))
+}
+
+#[derive(Deserialize)]
+struct NextQuery {
+    #[serde(default)]
+    next: String,
+}
+
+async fn show_sign_in(
+    State(state): State<AppState>,
+    session: Session,
+    csrf: Csrf,
+    Query(query): Query<NextQuery>,
+) -> Result<Response, PageError> {
+    if !matches!(standing_of(&state, &session).await?, SignInStanding::Stranger) {
+        return Ok(Redirect::to(own_path(&query.next)).into_response());
+    }
+    let next = own_path(&query.next).to_owned();
+    Ok(LoginPage { error: None, email: String::new(), csrf: csrf.token().to_owned(), next }.into_response())
+}
+
+#[derive(Deserialize)]
+struct LoginForm {
+    email: String,
+    password: String,
+    #[serde(default)]
+    next: String,
+}
+
+async fn sign_in(
+    State(state): State<AppState>,
+    session: Session,
+    csrf: Csrf,
+    ClientAddress(address): ClientAddress,
+    CsrfForm(form): CsrfForm<LoginForm>,
+) -> Result<Response, PageError> {
+    if let Err(refused) = brakes::take_sign_in(&state, address, &form.email).await {
+        if matches!(refused, Error::TooMany { .. }) && state.brake_notes.is_worth_noting(address) {
+            note_refused_sign_in(&state, &form.email, address, "sign_in.blocked").await?;
+        }
+        return show_sign_in_again(&csrf, &form, refused);
+    }
+    let Some(known) = check_password(&state, &form).await? else {
+        note_refused_sign_in(&state, &form.email, address, "sign_in.failed").await?;
+        return show_sign_in_again(&csrf, &form, Error::Unauthorized);
+    };
+    brakes::welcome(&state, address, &form.email).await?;
+    let person = people::find_person(state.db.reader(), known.id).await?.ok_or(Error::NotFound)?;
+    let to = match known.initial_until {
+        Some(until) if until <= state.clock.now() => {
+            return show_sign_in_again(&csrf, &form, refuse_outworn_password());
+        }
+        Some(_) => accounts::use_initial_password(&state, &person).await?,
+        None => half::enter_session(&state, &session, &person, &form.next).await?,
+    };
+    Ok(Redirect::to(&to).into_response())
+}
+
+/// What whoever comes too late with a password that was made for them is told.
+fn refuse_outworn_password() -> Error {
+    let why = tr!(
+        "this password was made for you to sign in with once, and is too old now: ask for a link below, and choose your own"
+    );
+    Error::Expired(why.to_owned())
+}
+
+/// Whose address and password these are. Takes as long for an unknown address as for a wrong password.
+async fn check_password(state: &AppState, form: &LoginForm) -> Result<Option<Credentials>, Error> {
+    let known = people::find_credentials(state.db.reader(), &form.email).await?;
+    let (password, cost) = (form.password.clone(), state.config.password_cost);
+    let hash = known.as_ref().and_then(|known| known.password_hash.clone());
+    let fits = state.hash(move || match hash {
+        Some(hash) => Ok(secret::password_fits(&password, &hash)),
+        None => secret::hash_password(&password, cost).map(|_| false),
+    });
+    let fits = fits.await??;
+    Ok(known.filter(|known| fits && known.disabled_at.is_none()))
+}
+
+/// The sign-in page once more, saying why.
+fn show_sign_in_again(csrf: &Csrf, form: &LoginForm, why: Error) -> Result<Response, PageError> {
+    let csrf = csrf.token().to_owned();
+    let words = match &why {
+        Error::Unauthorized => tr!("The address or the password is wrong.").to_owned(),
+        other => tr!("Not signed in: {why}.", why = other.said()),
+    };
+    let next = own_path(&form.next).to_owned();
+    let page = LoginPage { error: Some(words), email: form.email.clone(), csrf, next };
+    Ok(finish_answer(&why, (status_of(&why), page).into_response()))
+}
+
+/// Signs out: the session is gone, here and in the browser.
+async fn sign_out_browser(
+    State(state): State<AppState>,
+    Visitor(person): Visitor,
+    session: Session,
+    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+) -> Result<Redirect, PageError> {
+    session.flush().await?;
+    note_way_in(&state, person.id, "person.signed_out").await?;
+    Ok(Redirect::to("/login"))
+}
+
+/// A path of this site, or its start: never an address elsewhere, which `//host` and `/\\host` are to a browser.
+pub(crate) fn own_path(next: &str) -> &str {
+    let plain = next.bytes().all(|b| b.is_ascii_alphanumeric() || b"/-_.~".contains(&b));
+    if plain && next.starts_with('/') && !next.starts_with("//") { next } else { "/" }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::own_path;
+
+    #[test]
+    fn nobody_is_sent_elsewhere() {
+        assert_eq!(own_path("/sessions/1"), "/sessions/1");
+        for elsewhere in ["//evil.example", "/\\evil.example", "https://evil.example", "", "evil", "/a?b=//c"] {
+            assert_eq!(own_path(elsewhere), "/", "{elsewhere}");
+        }
+    }
+}

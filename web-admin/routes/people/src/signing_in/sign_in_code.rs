@@ -1,0 +1,66 @@
+//! `/sign-in-code`: the code by which one signs in at a station. It is made by a form and shown by a page that may be loaded again: for
+//! that the browser's session holds it for a while, sealed, for the database keeps no code that can be read.
+
+use acts::error::Error;
+use acts::{sealing, stations};
+use axum::extract::State;
+use axum::response::{IntoResponse, Redirect, Response};
+use data_encoding::HEXLOWER;
+use model::Moment;
+use model::ids::PersonId;
+use pages::trainee::SignInCodePage;
+use pages::{NavPlace, Shell};
+use routes_base::AppState;
+use routes_base::auth::{Csrf, CsrfForm, NoFields, Visitor};
+use routes_base::error::PageError;
+use serde::{Deserialize, Serialize};
+use tower_sessions::Session;
+
+/// Where a session holds a code.
+const SHOWN_KEY: &str = "sign_in_code";
+/// How long a code is shown, in min.
+const SHOWN_MIN: i64 = 10;
+
+/// A code that is shown.
+#[derive(Debug, Serialize, Deserialize)]
+struct ShownCode {
+    /// Whose.
+    person: PersonId,
+    /// The code, sealed, in hexadecimal.
+    sealed: String,
+    /// Until when it is shown.
+    until: Moment,
+}
+
+/// Makes the visitor's sign-in code, in place of the one before.
+pub(super) async fn make_sign_in_code(
+    State(state): State<AppState>,
+    Visitor(person): Visitor,
+    session: Session,
+    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+) -> Result<Redirect, PageError> {
+    let code = stations::make_sign_in_code(&state, &person).await?;
+    let sealed = sealing::seal(&state.config.keys_dir, person.id.uuid().as_bytes(), code.as_bytes())?;
+    let until = state.clock.now().plus_s(SHOWN_MIN * 60);
+    let shown = ShownCode { person: person.id, sealed: HEXLOWER.encode(&sealed), until };
+    session.insert(SHOWN_KEY, shown).await.map_err(Error::from)?;
+    Ok(Redirect::to("/sign-in-code"))
+}
+
+/// Shows the code that was just made; leads to where one is made, where none was.
+pub(super) async fn show_sign_in_code(
+    State(state): State<AppState>,
+    Visitor(person): Visitor,
+    session: Session,
+    csrf: Csrf,
+) -> Result<Response, PageError> {
+    let shown: Option<ShownCode> = session.get(SHOWN_KEY).await.map_err(Error::from)?;
+    let Some(shown) = shown.filter(|shown| shown.person == person.id && state.clock.now() < shown.until) else {
+        return Ok(Redirect::to("/account").into_response());
+    };
+    let sealed = HEXLOWER.decode(shown.sealed.as_bytes()).map_err(anyhow::Error::from)?;
+    let code = sealing::open(&state.config.keys_dir, person.id.uuid().as_bytes(), &sealed)?;
+    let shell = Shell::new(&person, csrf.token(), NavPlace::Home);
+    let code = String::from_utf8(code).map_err(anyhow::Error::from)?;
+    Ok(SignInCodePage { shell, code, minutes: SHOWN_MIN }.into_response())
+}

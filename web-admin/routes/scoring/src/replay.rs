@@ -1,0 +1,271 @@
+//! `/sessions/{id}/replay`: an attempt to be watched again, and what is said about it.
+
+use acts::error::Error;
+use acts::{comments as said, consents, notices};
+use attempt::AttemptCurve;
+use axum::extract::{Path, Query, State};
+use axum::response::{IntoResponse, Redirect, Response};
+use model::comment::{Comment, TypedComment};
+use model::expert_way::GhostStretch;
+use model::ids::{CommentId, SessionId};
+use model::notice::NoticePlace;
+use model::review::{AskedReviews, ReviewFilter};
+use model::{CurrentPerson, Moment, Role, comment, corridor, expert_way};
+use pages::experts::BesideExperts;
+use pages::form::FilledForm;
+use pages::replay::{CommentForm, CommentView, NamedHappenings, OtherAttempt, ReplayPage, ReviewLook, Utterance};
+use pages::session::Drawing;
+use pages::{NavPlace, Shell, format};
+use routes_base::AppState;
+use routes_base::addresses::PathId;
+use routes_base::auth::{Csrf, CsrfForm, NoFields, Visit, Visitor};
+use routes_base::error::PageError;
+use routes_base::forms::FormAnswer;
+use serde::Deserialize;
+use store::comments::CommentRecord;
+use store::experts::{self};
+use store::scores::{self};
+use store::sessions::{self, Session, SessionState};
+use store::{comments, reports, reviews};
+
+use crate::sessions as attempts;
+
+/// What the address may add.
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct ReplayQuery {
+    /// An attempt to lay over it; empty for none.
+    #[serde(default)]
+    with: String,
+    /// The second at which it opens; empty for the beginning.
+    #[serde(default)]
+    t: String,
+    /// By which part of the review queue it was come to.
+    #[serde(flatten)]
+    asked: AskedReviews,
+}
+
+pub(super) async fn show_replay(
+    State(state): State<AppState>,
+    Visitor(person): Visitor,
+    PathId(id): PathId<SessionId>,
+    csrf: Csrf,
+    Query(query): Query<ReplayQuery>,
+) -> Result<ReplayPage, PageError> {
+    let session = find_visible_attempt(&state, &person, id).await?;
+    let person = notices::note_read(&state, person, NoticePlace::Replay(id)).await?;
+    Ok(make_replay_page(&state, Visit::new(&person, &csrf), &session, CommentForm::default(), query).await?)
+}
+
+/// An attempt that a person may see.
+async fn find_visible_attempt(state: &AppState, person: &CurrentPerson, id: SessionId) -> Result<Session, Error> {
+    sessions::find_visible_session(state.db.reader(), person, id).await?.ok_or(Error::NotFound)
+}
+
+async fn make_replay_page(
+    state: &AppState,
+    Visit { person, csrf }: Visit<'_>,
+    session: &Session,
+    form: CommentForm,
+    query: ReplayQuery,
+) -> Result<ReplayPage, Error> {
+    let reader = state.db.reader();
+    let key = session.key();
+    let curve = scores::find_curve(reader, key).await?;
+    let said = comments::list_session_comments(reader, key).await?;
+    let beside = match &curve {
+        Some(curve) => compare_with_experts(state, session, curve).await?,
+        None => None,
+    };
+    let happened = NamedHappenings::new(curve.as_ref(), &query.t, session.duration_s);
+    Ok(ReplayPage {
+        shell: Shell::new(person, csrf.token(), NavPlace::Elsewhere),
+        session: session.id,
+        exercise: attempts::title_of_exercise(state, session).await?,
+        trainee: attempts::name_of_trainee(state, person, session).await?,
+        started_at: session.started_at.to_utc(),
+        duration_s: session.duration_s,
+        drawing: curve.as_ref().map(|curve| Drawing::new(curve).leading_to("")),
+        happened: match beside.as_ref().filter(|_| query.with == EXPERTS) {
+            Some(beside) => happened.beside(beside.ghost.clone(), beside.shown.experts),
+            None => happened,
+        },
+        experts: beside.map(|beside| beside.shown),
+        consent: match person.role {
+            Role::Trainee | Role::Guest => None,
+            _ => Some(experts::list_consents(reader, person.school_id, person.id).await?.map(Moment::to_utc)),
+        },
+        look: look_at(state, person, session, &query).await?,
+        comments: comment_views(&said, person),
+        form,
+        others: other_attempts(state, person, session, query.with.parse().ok()).await?,
+    })
+}
+
+/// The step through the review queue, for whoever teaches.
+async fn look_at(
+    state: &AppState,
+    person: &CurrentPerson,
+    session: &Session,
+    query: &ReplayQuery,
+) -> Result<Option<ReviewLook>, Error> {
+    if !person.role.teaches() || session.state != SessionState::Scored {
+        return Ok(None);
+    }
+    let reviewed = reviews::find_review(state.db.reader(), session.key()).await?.is_some();
+    Ok(Some(ReviewLook { reviewed, filter: ReviewFilter::asked(&query.asked) }))
+}
+
+/// What the address names in place of an attempt, for the experts' median.
+const EXPERTS: &str = "experts";
+
+/// An attempt beside the experts, and the way of their median.
+struct ExpertsBeside {
+    shown: BesideExperts,
+    ghost: Vec<GhostStretch>,
+}
+
+async fn compare_with_experts(
+    state: &AppState,
+    session: &Session,
+    curve: &AttemptCurve,
+) -> Result<Option<ExpertsBeside>, Error> {
+    let experts = experts::list_expert_curves(state.db.reader(), session.school_id, &session.exercise_id).await?;
+    Ok(corridor::corridor(curve, &experts).map(|made| ExpertsBeside {
+        shown: BesideExperts::new(curve, &made, &expert_way::compare_by_layer(curve, &experts)),
+        ghost: expert_way::median_way(curve, &experts),
+    }))
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct ConsentForm {
+    #[serde(default)]
+    consent: String,
+}
+
+/// Gives or takes back the visitor's own consent to be one of the experts.
+pub(super) async fn change_own_consent(
+    State(state): State<AppState>,
+    Visitor(person): Visitor,
+    CsrfForm(form): CsrfForm<ConsentForm>,
+) -> Result<Redirect, PageError> {
+    if person.role == Role::Trainee {
+        return Err(Error::Forbidden(tr!("the corridor is of those who teach")).into());
+    }
+    match form.consent.as_str() {
+        "given" => consents::give_own_consent(&state, &person, words::say(corridor::WORDING)).await?,
+        "withdrawn" => consents::withdraw_consent(&state, &person, person.id).await?,
+        other => {
+            let why = format!("consent: \"{other}\"; allowed are given and withdrawn");
+            return Err(Error::BadRequest(why).into());
+        }
+    }
+    Ok(Redirect::to("/review"))
+}
+
+/// Attempts at the same exercise that the visitor may see, the trainee's own among them.
+async fn other_attempts(
+    state: &AppState,
+    person: &CurrentPerson,
+    session: &Session,
+    chosen: Option<SessionId>,
+) -> Result<Vec<OtherAttempt>, Error> {
+    let listed = reports::latest_at(state.db.reader(), person, &session.exercise_id).await?;
+    let scored = listed.into_iter().filter(|other| other.id != session.id && other.score.is_some());
+    let label = |other: &reports::ListedAttempt| {
+        let score = other.score.map_or_else(String::new, format::format_points);
+        format!("{}, {}, {score}", other.trainee, format::format_date_time(other.started_at.to_utc()))
+    };
+    Ok(scored.map(|o| OtherAttempt { session: o.id, label: label(&o), chosen: Some(o.id) == chosen }).collect())
+}
+
+/// Comments with their answers.
+fn comment_views(kept: &[CommentRecord], visitor: &CurrentPerson) -> Vec<CommentView> {
+    let said = |kept: &CommentRecord| Utterance {
+        body: kept.body.clone(),
+        author: kept.author.clone(),
+        at: kept.made_at.to_utc(),
+        own: kept.author_id == visitor.id,
+    };
+    let answers = |id: CommentId| kept.iter().filter(move |k| k.answers == Some(id)).map(|k| (k.id, said(k))).collect();
+    let view = |k: &CommentRecord| {
+        let (kind, from_s) = k.kind.zip(k.from_s)?;
+        Some(CommentView { id: k.id, kind, from_s, to_s: k.to_s, said: said(k), answers: answers(k.id) })
+    };
+    kept.iter().filter_map(view).collect()
+}
+
+/// Adds a comment; what is refused is shown again as it was typed.
+pub(super) async fn add_comment(
+    State(state): State<AppState>,
+    Visitor(person): Visitor,
+    PathId(id): PathId<SessionId>,
+    csrf: Csrf,
+    CsrfForm(typed): CsrfForm<TypedComment>,
+) -> Result<FormAnswer<ReplayPage>, PageError> {
+    let session = find_visible_attempt(&state, &person, id).await?;
+    match Comment::parse(&typed, session.duration_s) {
+        Ok(comment) => {
+            let made = said::add_comment(&state, &person, &session, &comment).await?;
+            Ok(FormAnswer::Answered(redirect_to_comment(id, made)))
+        }
+        Err(refused) => {
+            let form = CommentForm { fields: FilledForm::refused(typed, refused.to_string()), answers: None };
+            Ok(FormAnswer::Refused(make_commented_page(&state, Visit::new(&person, &csrf), &session, form).await?))
+        }
+    }
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct CommentAnswerForm {
+    #[serde(default)]
+    body: String,
+}
+
+/// Answers a comment.
+pub(super) async fn answer_comment(
+    State(state): State<AppState>,
+    Visitor(person): Visitor,
+    path: Result<Path<(SessionId, CommentId)>, axum::extract::rejection::PathRejection>,
+    csrf: Csrf,
+    CsrfForm(typed): CsrfForm<CommentAnswerForm>,
+) -> Result<FormAnswer<ReplayPage>, PageError> {
+    let Path((id, comment)) = path.map_err(|_| Error::NotFound)?;
+    let session = find_visible_attempt(&state, &person, id).await?;
+    let body = match comment::words(&typed.body) {
+        Ok(body) => body,
+        Err(refused) => {
+            let typed = TypedComment { body: typed.body, ..TypedComment::default() };
+            let form = CommentForm { fields: FilledForm::refused(typed, refused.to_string()), answers: Some(comment) };
+            let page = make_commented_page(&state, Visit::new(&person, &csrf), &session, form).await?;
+            return Ok(FormAnswer::Refused(page));
+        }
+    };
+    let made = said::answer_comment(&state, &person, &session, comment, &body).await?;
+    Ok(FormAnswer::Answered(redirect_to_comment(id, made)))
+}
+
+/// Takes back what the visitor said themselves.
+pub(super) async fn withdraw_comment(
+    State(state): State<AppState>,
+    Visitor(person): Visitor,
+    path: Result<Path<(SessionId, CommentId)>, axum::extract::rejection::PathRejection>,
+    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+) -> Result<Response, PageError> {
+    let Path((id, add_comment)) = path.map_err(|_| Error::NotFound)?;
+    let session = find_visible_attempt(&state, &person, id).await?;
+    said::withdraw_comment(&state, &person, &session, add_comment).await?;
+    Ok(Redirect::to(&format!("/sessions/{id}/replay#comments")).into_response())
+}
+
+fn redirect_to_comment(session: SessionId, comment: CommentId) -> Response {
+    Redirect::to(&format!("/sessions/{session}/replay#comment-{comment}")).into_response()
+}
+
+async fn make_commented_page(
+    state: &AppState,
+    visit: Visit<'_>,
+    session: &Session,
+    form: CommentForm,
+) -> Result<ReplayPage, Error> {
+    make_replay_page(state, visit, session, form, ReplayQuery::default()).await
+}

@@ -1,0 +1,275 @@
+//! The data of a study as files: a row for each attempt, and what every column means.
+
+use std::collections::BTreeMap;
+
+use acts::error::Error;
+use assessment::catalogue::newest_definition;
+use assessment::questionnaire::{Answer, Scorer};
+use axum::extract::{Path, State};
+use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
+use axum::response::{IntoResponse, Response};
+use documents::Instrument;
+use documents::instrument::{Combine, ScaleKind, ScoreKey};
+use model::survey::results::answers_of;
+use pages::format;
+use routes_base::AppState;
+use routes_base::auth::Teacher;
+use routes_base::error::PageError;
+use routes_base::export::{CsvCell, download_csv};
+use serde::Serialize;
+use serde_json::json;
+use store::scores::MetricOfMany;
+use store::studies::StudyAttempt;
+
+use super::find_own_study;
+use super::results::{AnsweredSurvey, GatheredStudy};
+
+/// Longest name of a column: SPSS takes 64 bytes.
+const LONGEST_NAME: usize = 60;
+
+/// A column of the table, as the codebook tells it.
+#[derive(Debug, Serialize)]
+struct StudyColumn {
+    /// ASCII: a letter, then letters, digits and underscores.
+    name: String,
+    /// What it is.
+    label: String,
+    /// Its unit, where it has one.
+    unit: String,
+    /// `numeric` or `string`.
+    kind: &'static str,
+    /// What its values mean.
+    values: BTreeMap<String, String>,
+    /// How it is computed.
+    formula: String,
+    #[serde(skip)]
+    cells: Vec<CsvCell>,
+}
+
+impl StudyColumn {
+    fn new(name: &str, label: &str, kind: &'static str, cells: Vec<CsvCell>) -> Self {
+        let (unit, values, formula) = (String::new(), BTreeMap::new(), String::new());
+        Self { name: name_of_column(name), label: label.to_owned(), unit, kind, values, formula, cells }
+    }
+}
+
+/// A name that R and SPSS take.
+fn name_of_column(text: &str) -> String {
+    let safe = text.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' });
+    safe.take(LONGEST_NAME).collect()
+}
+
+/// A file of a study.
+pub(super) async fn serve_export(
+    State(state): State<AppState>,
+    Teacher(person): Teacher,
+    Path((id, file)): Path<(String, String)>,
+) -> Result<Response, PageError> {
+    let id = id.parse().map_err(|_| Error::NotFound)?;
+    let gathered = GatheredStudy::read(&state, find_own_study(&state, &person, id).await?).await?;
+    let columns = columns_of_study(&gathered);
+    match file.as_str() {
+        "study.csv" => {
+            let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
+            let rows: Vec<Vec<CsvCell>> = (0..gathered.attempts.len())
+                .map(|at| columns.iter().map(|column| column.cells[at].clone()).collect())
+                .collect();
+            Ok(download_csv("study", &names, &rows)?)
+        }
+        "study.json" => {
+            let body =
+                serde_json::to_string_pretty(&codebook_of_study(&gathered, &columns)).map_err(anyhow::Error::from)?;
+            let disposition = "attachment; filename=\"study.json\"";
+            Ok(([(CONTENT_TYPE, "application/json"), (CONTENT_DISPOSITION, disposition)], body).into_response())
+        }
+        _ => Err(Error::NotFound.into()),
+    }
+}
+
+fn codebook_of_study(gathered: &GatheredStudy, columns: &[StudyColumn]) -> serde_json::Value {
+    let study = &gathered.study;
+    let found = |exercise: &store::studies::StudyExercise| {
+        (exercise.exercise_id.clone(), gathered.findings(&exercise.exercise_id))
+    };
+    let answered = |answered: &AnsweredSurvey| {
+        json!({
+            "instrument": answered.instrument.id,
+            "instrument_sha256": answered.instrument.sha256,
+            "asked": if answered.survey.at_end { "after the last attempt" } else { "after each attempt" },
+            "results": gathered.survey_results(answered),
+        })
+    };
+    json!({
+        "title": study.title,
+        "generated": study.generated,
+        "groups": study.groups.0,
+        "experts": study.groups.0.last(),
+        "attempts_at_each_exercise": study.attempts,
+        "consent": study.consent,
+        "controller": study.controller,
+        "contact": study.contact,
+        "kept_months": study.kept_months,
+        "missing": "empty",
+        "table": "study.csv: a row for each attempt",
+        "columns": columns,
+        "findings": gathered.exercises.iter().map(found).collect::<BTreeMap<_, _>>(),
+        "findings_note": "People are compared, each by the mean of their attempts: the last group against the first. p of Mann and Whitney, \
+                          p_holm by Holm over all metrics of the exercise, Hedges' g and the area under the curve with 95 % intervals.",
+        "surveys": gathered.answered.iter().map(answered).collect::<Vec<_>>(),
+    })
+}
+
+fn columns_of_study(gathered: &GatheredStudy) -> Vec<StudyColumn> {
+    let mut columns = columns_of_participants(gathered);
+    columns.extend(columns_of_attempts(&gathered.attempts));
+    columns.extend(gathered.metrics.iter().map(|metric| column_of_metric(metric, gathered.attempts.len())));
+    for (place, answered) in gathered.answered.iter().enumerate() {
+        columns.extend(columns_of_answers(answered, place + 1, &gathered.attempts));
+    }
+    let mut names: BTreeMap<String, usize> = BTreeMap::new();
+    for column in &mut columns {
+        let count = names.entry(column.name.clone()).or_default();
+        *count += 1;
+        if *count > 1 {
+            column.name = format!("{}_{count}", column.name);
+        }
+    }
+    columns
+}
+
+fn columns_of_participants(gathered: &GatheredStudy) -> Vec<StudyColumn> {
+    let of_each = |cell: &dyn Fn(&store::studies::StudyParticipant) -> CsvCell| -> Vec<CsvCell> {
+        let known = |attempt: &StudyAttempt| gathered.participants.iter().find(|p| p.person_id == attempt.person_id);
+        gathered.attempts.iter().map(|attempt| known(attempt).map_or(CsvCell::Empty, cell)).collect()
+    };
+    let pseudonyms = of_each(&|participant| participant.pseudonym.as_str().into());
+    let groups = of_each(&|participant| CsvCell::Number(f64::from(participant.group_place) + 1.0));
+    let names = gathered.study.groups.0.iter().enumerate();
+    let group = StudyColumn {
+        values: names.map(|(at, name)| ((at + 1).to_string(), name.clone())).collect(),
+        ..StudyColumn::new("group", "Group, from the least experienced to the experts", "numeric", groups)
+    };
+    let mut columns = vec![StudyColumn::new("participant", "Pseudonym", "string", pseudonyms), group];
+    for (at, question) in gathered.study.questions.0.iter().enumerate() {
+        let cells = of_each(&|participant| participant.facts.0.get(at).map_or(CsvCell::Empty, |f| f.as_str().into()));
+        columns.push(StudyColumn::new(&format!("fact{}", at + 1), question, "string", cells));
+    }
+    columns
+}
+
+fn columns_of_attempts(attempts: &[StudyAttempt]) -> Vec<StudyColumn> {
+    let of_each = |cell: &dyn Fn(&StudyAttempt) -> CsvCell| attempts.iter().map(cell).collect::<Vec<_>>();
+    let column = |name: &str, label: &str, kind, cell: &dyn Fn(&StudyAttempt) -> CsvCell| {
+        StudyColumn::new(name, label, kind, of_each(cell))
+    };
+    let passed = StudyColumn {
+        values: [("0".to_owned(), "not passed".to_owned()), ("1".to_owned(), "passed".to_owned())].into(),
+        ..column("passed", "Passed", "numeric", &|attempt| CsvCell::Number(f64::from(u8::from(attempt.passed))))
+    };
+    let score = StudyColumn {
+        unit: "points of 100".to_owned(),
+        formula: "100 less the points lost by the rubric of the exercise; an override counts in place of it".to_owned(),
+        ..column("score", "Score", "numeric", &|attempt| CsvCell::Number(attempt.score))
+    };
+    vec![
+        column("exercise", "Exercise", "string", &|attempt| attempt.exercise_id.as_str().into()),
+        column("attempt", "Attempt at the exercise, from 1", "numeric", &|attempt| {
+            CsvCell::Number(attempt.number.into())
+        }),
+        column("began", "Begin, UTC", "string", &|attempt| {
+            format::format_machine_time(attempt.started_at.to_utc()).into()
+        }),
+        column("session", "Attempt as the service knows it", "string", &|attempt| {
+            attempt.session_id.to_string().into()
+        }),
+        score,
+        passed,
+    ]
+}
+
+fn column_of_metric(metric: &MetricOfMany, attempts: usize) -> StudyColumn {
+    let mut cells = vec![CsvCell::Empty; attempts];
+    for found in &metric.found.0 {
+        if let Some(cell) = cells.get_mut(found.0) {
+            *cell = found.value().into();
+        }
+    }
+    StudyColumn {
+        unit: metric.unit.clone(),
+        formula: newest_definition(&metric.id).map_or("", |known| known.definition).to_owned(),
+        ..StudyColumn::new(&format!("m_{}", metric.id), &metric.label, "numeric", cells)
+    }
+}
+
+/// The answers to a survey of a study, each beside the attempt after which it was given, and its scores.
+fn columns_of_answers(answered: &AnsweredSurvey, place: usize, attempts: &[StudyAttempt]) -> Vec<StudyColumn> {
+    let given = |attempt: &StudyAttempt| {
+        let given = answered.submitted.iter().find(|given| given.session_id == Some(attempt.session_id));
+        given.map(|given| &given.answers.0)
+    };
+    let instrument = &answered.instrument;
+    let mut columns = Vec::new();
+    for (at, item) in instrument.items.iter().enumerate() {
+        let cell = |attempt: &StudyAttempt| match given(attempt).and_then(|answers| answers.get(at)?.as_ref()) {
+            None => CsvCell::Empty,
+            Some(Answer::Number(number)) => CsvCell::Number(*number),
+            Some(Answer::Text(text)) => text.as_str().into(),
+            Some(Answer::Several(ids)) => ids.join(";").into(),
+        };
+        let kind = match instrument.scale(item) {
+            Some(ScaleKind::Likert { .. } | ScaleKind::Slider { .. } | ScaleKind::Number { .. }) => "numeric",
+            _ => "string",
+        };
+        let (name, text) = (format!("q{place}_{}", item.id), item.text.in_language(words::current().code()));
+        columns.push(StudyColumn {
+            values: answers_of(instrument, item).into_iter().collect(),
+            ..StudyColumn::new(&name, text, kind, attempts.iter().map(cell).collect())
+        });
+    }
+    for (key, scorer) in instrument.scores.iter().zip(Scorer::all(instrument)) {
+        let score = |attempt: &StudyAttempt| given(attempt).and_then(|answers| scorer.score(answers).ok()).into();
+        let name = format!("s{place}_{}", key.id);
+        columns.push(StudyColumn {
+            formula: formula_of_score(instrument, key),
+            ..StudyColumn::new(
+                &name,
+                key.title.in_language(words::current().code()),
+                "numeric",
+                attempts.iter().map(score).collect(),
+            )
+        });
+    }
+    columns
+}
+
+/// How a score is made of answers, in a line.
+fn formula_of_score(instrument: &Instrument, key: &ScoreKey) -> String {
+    let reversed = |id: &&String| key.reversed.contains(id);
+    let item = |id: &String| if reversed(&id) { format!("reversed({id})") } else { id.clone() };
+    let items: Vec<String> = key.items.iter().map(item).collect();
+    let combined = match key.combine {
+        Combine::Sum => "sum",
+        Combine::Mean => "mean",
+        Combine::PairWeighted => "mean weighted by the pairs",
+    };
+    let shift = if key.shift == 0.0 { String::new() } else { format!(", each plus {}", key.shift) };
+    let (least, greatest) = assessment::questionnaire::score_range(instrument, key);
+    format!(
+        "{} * {combined} of ({}){shift}, plus {}; from {least} to {greatest}; reversed is least plus largest less the answer",
+        key.factor,
+        items.join(", "),
+        key.offset
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_such_as_statistics_programs_take() {
+        assert_eq!(name_of_column("q2_c-entry"), "q2_c_entry");
+        assert_eq!(name_of_column("m_peak_force_layer_n.skin"), "m_peak_force_layer_n_skin");
+        assert_eq!(name_of_column(&"x".repeat(99)).len(), LONGEST_NAME);
+    }
+}

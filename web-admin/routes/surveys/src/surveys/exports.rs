@@ -1,0 +1,191 @@
+//! Exports of a survey: the same rows as the results, as files.
+
+use acts::error::Error;
+use acts::surveys::instrument_of;
+use assessment::questionnaire::Answer;
+use axum::extract::{Path, State};
+use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
+use axum::response::{IntoResponse, Response};
+use documents::Instrument;
+use documents::instrument::{Item, ScaleKind};
+use futures::stream;
+use model::ids::SurveyId;
+use model::survey::Survey;
+use model::survey::results::{ResponseRow, Results, answers_of};
+use routes_base::auth::Visitor;
+use routes_base::error::PageError;
+use routes_base::export::{CsvCell, write_csv};
+use routes_base::{AppState, export};
+use serde_json::json;
+use store::surveys as stored;
+use store::surveys::SubmittedResponse;
+
+use super::results::rows_of_responses;
+use super::{find_school_survey, owns_survey};
+
+/// What is known of a response beside its answers.
+const FACTS: [&str; 9] =
+    ["response", "role", "who", "language", "submitted", "exercise", "device", "simulator_version", "pseudonym"];
+
+/// Responses that are written at once.
+const AT_ONCE: usize = 500;
+
+/// Columns of the long table.
+const LONG: [&str; 11] = [
+    "response",
+    "role",
+    "who",
+    "language",
+    "submitted",
+    "exercise",
+    "device",
+    "simulator_version",
+    "pseudonym",
+    "item",
+    "answer",
+];
+
+/// What an export is made of.
+struct SurveyExport<'a> {
+    survey: &'a Survey,
+    instrument: &'a Instrument,
+    rows: &'a [ResponseRow<'a>],
+}
+
+/// A file of a survey. Single answers are for its owner: anybody else could count the groups that are hidden.
+pub(super) async fn serve_export(
+    State(state): State<AppState>,
+    Visitor(person): Visitor,
+    Path((id, file)): Path<(String, String)>,
+) -> Result<Response, PageError> {
+    let id = id.parse::<SurveyId>().map_err(|_| Error::NotFound)?;
+    let survey = find_school_survey(&state, &person, id).await?;
+    let instrument = instrument_of(&state, &survey).await?;
+    let owner = owns_survey(&person, &survey);
+    let submitted = stored::submitted(state.db.reader(), &survey).await?;
+    let name = format!("{}-{}", instrument.id, file.trim_end_matches(".csv"));
+    match file.as_str() {
+        "answers-wide.csv" | "answers-long.csv" if !owner => {
+            return Err(Error::Forbidden(tr!("single answers are for the owner of the survey")).into());
+        }
+        "answers-wide.csv" => return Ok(wide_table(&name, instrument, submitted)?),
+        "answers-long.csv" => {
+            return Ok(export::stream_csv(&name, &LONG, stream::iter(long_table(instrument, submitted)))?);
+        }
+        _ => {}
+    }
+    let rows = rows_of_responses(&instrument, &submitted);
+    let study = SurveyExport { survey: &survey, instrument: &instrument, rows: &rows };
+    let (media_type, body) = match file.as_str() {
+        "codebook.csv" => ("text/csv; charset=utf-8", study.codebook()?),
+        "results.json" => ("application/json", study.results(owner)?),
+        _ => return Err(Error::NotFound.into()),
+    };
+    let disposition = format!("attachment; filename=\"{}-{file}\"", instrument.id);
+    Ok(([(CONTENT_TYPE, media_type), (CONTENT_DISPOSITION, &disposition)], body).into_response())
+}
+
+fn write_answer(answer: Option<&Answer>) -> CsvCell {
+    match answer {
+        None => CsvCell::Empty,
+        Some(Answer::Number(number)) => CsvCell::Number(*number),
+        Some(Answer::Text(text)) => text.as_str().into(),
+        Some(Answer::Several(ids)) => ids.join(";").into(),
+    }
+}
+
+fn response_facts(given: &SubmittedResponse) -> Vec<CsvCell> {
+    let known = |text: &Option<String>| text.as_deref().map_or(CsvCell::Empty, CsvCell::from);
+    vec![
+        given.id.to_string().into(),
+        given.role.as_str().into(),
+        known(&given.who),
+        given.language.as_str().into(),
+        given.submitted_at.to_utc().date().to_string().into(),
+        known(&given.exercise_id),
+        known(&given.device),
+        known(&given.simulator_version),
+        known(&given.pseudonym),
+    ]
+}
+
+/// A row for each answer, response by response: they are written as they are taken, for there may be millions.
+fn long_table(
+    instrument: Instrument,
+    submitted: Vec<SubmittedResponse>,
+) -> impl Iterator<Item = anyhow::Result<Vec<Vec<CsvCell>>>> {
+    submitted.into_iter().map(move |given| {
+        let row = |(item, answer): (&Item, &Option<Answer>)| {
+            response_facts(&given).into_iter().chain([item.id.as_str().into(), write_answer(answer.as_ref())]).collect()
+        };
+        Ok(instrument.items.iter().zip(&given.answers.0).map(row).collect())
+    })
+}
+
+/// A row for each response with its scores, some at a time.
+fn wide_table(file: &str, instrument: Instrument, submitted: Vec<SubmittedResponse>) -> anyhow::Result<Response> {
+    let items = instrument.items.iter().map(|item| item.id.clone());
+    let scores = instrument.scores.iter().map(|key| format!("score_{}", key.id));
+    let names: Vec<String> = FACTS.map(str::to_owned).into_iter().chain(items).chain(scores).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let count = instrument.items.len();
+    let row = move |(given, row): (&SubmittedResponse, ResponseRow<'_>)| -> Vec<CsvCell> {
+        let answers = (0..count).map(|at| given.answers.0.get(at).and_then(Option::as_ref));
+        let scores = row.scores.iter().map(|score| CsvCell::from(*score));
+        response_facts(given).into_iter().chain(answers.map(write_answer)).chain(scores).collect()
+    };
+    let starts = (0..submitted.len()).step_by(AT_ONCE);
+    let some = starts.map(move |from| {
+        let part = &submitted[from..submitted.len().min(from + AT_ONCE)];
+        Ok(part.iter().zip(rows_of_responses(&instrument, part)).map(row).collect())
+    });
+    export::stream_csv(file, &names, stream::iter(some))
+}
+
+impl SurveyExport<'_> {
+    /// What every column of the wide table means: name, type and measure as R and SPSS know them, label, values.
+    fn codebook(&self) -> anyhow::Result<String> {
+        let row = |cells: [&str; 5]| cells.into_iter().chain(["empty"]).map(CsvCell::from).collect::<Vec<_>>();
+        let mut rows: Vec<Vec<CsvCell>> = FACTS.iter().map(|fact| row([fact, "string", "nominal", fact, ""])).collect();
+        for item in &self.instrument.items {
+            let (kind, measure) = match self.instrument.scale(item) {
+                Some(ScaleKind::Likert { .. }) => ("numeric", "ordinal"),
+                Some(ScaleKind::Slider { .. } | ScaleKind::Number { .. }) => ("numeric", "scale"),
+                _ => ("string", "nominal"),
+            };
+            let values = answers_of(self.instrument, item);
+            let values: Vec<String> = values.into_iter().map(|(id, label)| format!("{id} = {label}")).collect();
+            rows.push(row([
+                &item.id,
+                kind,
+                measure,
+                item.text.in_language(words::current().code()),
+                &values.join("; "),
+            ]));
+        }
+        for key in &self.instrument.scores {
+            rows.push(row([
+                &format!("score_{}", key.id),
+                "numeric",
+                "scale",
+                key.title.in_language(words::current().code()),
+                "",
+            ]));
+        }
+        write_csv(&["variable", "type", "measure", "label", "values", "missing"], &rows)
+    }
+
+    fn results(&self, owner: bool) -> anyhow::Result<String> {
+        let all: Vec<&ResponseRow<'_>> = self.rows.iter().collect();
+        let found = Results::new(self.instrument, &all, owner);
+        let file = json!({
+            "survey": self.survey.title,
+            "instrument": self.instrument.id,
+            "instrument_sha256": self.instrument.sha256,
+            "identity": self.survey.identity,
+            "generated": self.survey.generated,
+            "results": found,
+        });
+        Ok(serde_json::to_string_pretty(&file)?)
+    }
+}

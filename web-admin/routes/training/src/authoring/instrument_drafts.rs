@@ -1,0 +1,108 @@
+//! Instruments being written: how their drafts begin, what they look like to whoever answers, and how a course comes to ask one.
+
+use acts::drafting;
+use acts::drafting::Checked;
+use acts::error::Error;
+use acts::surveys::list_titled_instruments;
+use axum::extract::{Path, Query, State};
+use axum::response::{IntoResponse, Redirect, Response};
+use model::authoring::EditedDocument;
+use model::ids::{DraftId, SchoolId};
+use pages::people::SelectOption;
+use pages::survey::form::{FormPage, respond_in_language};
+use routes_base::AppState;
+use routes_base::addresses::PathId;
+use routes_base::auth::{CsrfForm, NoFields, Teacher};
+use routes_base::error::PageError;
+use serde::Deserialize;
+use store::drafts::{DocumentDraft, DraftKind};
+use store::{drafts, instruments};
+
+use super::drafts::CourseForm;
+
+/// Which page of a draft's questions is looked at, and in which language.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct QuestionsQuery {
+    lang: String,
+    page: usize,
+}
+
+/// Where the questions of a draft are looked at.
+pub(super) fn questions_href(draft: DraftId, language: &str) -> String {
+    format!("/drafts/{draft}/questions?lang={language}")
+}
+
+/// Nothing, and the instruments of a school, to copy one.
+pub(super) async fn list_originals(
+    state: &AppState,
+    school: SchoolId,
+    chosen: &str,
+) -> Result<Vec<SelectOption>, Error> {
+    let known = list_titled_instruments(state, school).await?;
+    let none = SelectOption {
+        value: String::new(),
+        label: tr!("None: without questions").to_owned(),
+        chosen: chosen.is_empty(),
+    };
+    let option = |known: instruments::InstrumentRevision| SelectOption {
+        chosen: known.instrument_id == chosen,
+        value: known.instrument_id,
+        label: known.title,
+    };
+    Ok(std::iter::once(none).chain(known.into_iter().map(option)).collect())
+}
+
+/// The languages in which the draft of an instrument can be looked at.
+pub(super) fn list_seen_languages(draft: &DocumentDraft) -> Vec<String> {
+    match draft.kind {
+        DraftKind::Instrument => {
+            EditedDocument::from_text(&draft.texts.document).map(|text| text.languages()).unwrap_or_default()
+        }
+        DraftKind::Exercise | DraftKind::Course => Vec::new(),
+    }
+}
+
+/// Opens the draft of an instrument.
+pub(super) async fn draft_instrument(
+    State(state): State<AppState>,
+    Teacher(person): Teacher,
+    Path(id): Path<String>,
+    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+) -> Result<Redirect, PageError> {
+    let draft = drafting::open_instrument(&state, &person, &id).await?;
+    Ok(Redirect::to(&format!("/drafts/{draft}")))
+}
+
+/// Opens the draft of a course, where an instrument is chosen for its exercises.
+pub(super) async fn ask_in_course(
+    State(state): State<AppState>,
+    Teacher(person): Teacher,
+    Path(id): Path<String>,
+    CsrfForm(CourseForm { course }): CsrfForm<CourseForm>,
+) -> Result<Redirect, PageError> {
+    instruments::find_current_instrument(state.db.reader(), person.school_id, &id).await?.ok_or(Error::NotFound)?;
+    let draft = drafting::open_course(&state, &person, &course).await?;
+    Ok(Redirect::to(&format!("/drafts/{draft}#f-exercise")))
+}
+
+/// The questions of a draft as whoever answers sees them; the draft itself where it is none that could be published.
+pub(super) async fn show_questions(
+    State(state): State<AppState>,
+    Teacher(person): Teacher,
+    PathId(id): PathId<DraftId>,
+    Query(asked): Query<QuestionsQuery>,
+) -> Result<Response, PageError> {
+    let draft = drafts::find_draft(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
+    let href = format!("/drafts/{id}");
+    if draft.kind != DraftKind::Instrument {
+        return Err(Error::NotFound.into());
+    }
+    match drafting::check(&state, person.school_id, &draft).await? {
+        Checked::Instrument(instrument) => {
+            let language = instrument.language_for(&asked.lang);
+            Ok(respond_in_language(language, FormPage::of_draft(&instrument, &href, language, asked.page)))
+        }
+        _ => Ok(Redirect::to(&href).into_response()),
+    }
+}

@@ -1,0 +1,150 @@
+//! A certificate that a course was mastered.
+
+use acts::certificates;
+use acts::error::Error;
+use askama::Template;
+use axum::extract::{Path, State};
+use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
+use axum::response::{IntoResponse, Response};
+use data_encoding::BASE64;
+use model::certificate::{Certificate, Statement, sign_statement};
+use model::certificate_note::CertificateNote;
+use model::ids::{PersonId, SchoolId};
+use model::progress::{Course, Mastery, Progress, StepState};
+use model::{CurrentPerson, Needed, PersonKey};
+use pages::certificate::CertificatePage;
+use pages::format;
+use pages::trainee::{needed_in_words, rule_in_words};
+use routes_base::AppState;
+use routes_base::auth::{CsrfForm, NoFields, Visitor};
+use routes_base::error::PageError;
+use store::curricula::TaughtCurriculum;
+use store::reports::NamedItem;
+use store::{curricula, logos, people, practice, reports, schools};
+use time::OffsetDateTime;
+use words::Language;
+
+use crate::training::standing;
+
+/// What a certificate does not say.
+const SCOPE: &str = "Simulated performance only; no statement about competence with patients.";
+
+/// Issues a certificate where the whole course is mastered.
+pub(super) async fn issue_certificate(
+    State(state): State<AppState>,
+    Visitor(person): Visitor,
+    Path((id, course)): Path<(String, String)>,
+    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+) -> Result<Response, PageError> {
+    let id: PersonId = id.parse().map_err(|_| Error::NotFound)?;
+    let trainee = reports::trainee(state.db.reader(), &person, id).await?.ok_or(Error::NotFound)?;
+    let taught = curricula::list_taught_curricula(state.db.reader(), person.school_id).await?;
+    let curriculum = taught.into_iter().find(|c| c.curriculum_id == course).ok_or(Error::NotFound)?;
+    let earned = earned_by_trainee(&state, &person, &trainee, &curriculum).await?;
+    let key = certificates::signing_key(&state.config.keys_dir)?;
+    let certificate = sign_statement(&key, &earned.statement)?;
+    let query = earned.note().signed_query(&key).map_err(anyhow::Error::from)?;
+    let check_href = format!("{}/certificate?{query}", state.config.address());
+    let theirs =
+        people::find_language(state.db.reader(), PersonKey { school_id: person.school_id, person_id: trainee.id })
+            .await?;
+    let language = theirs.unwrap_or_else(words::current);
+    let file = format!("certificate-{}.html", curriculum.curriculum_id);
+    let page = words::within(language, || earned.page(&certificate, &file, check_href))?;
+    certificates::note_issued(&state, &person, trainee.id, &curriculum).await?;
+    let disposition = format!("attachment; filename=\"{file}\"");
+    Ok(([(CONTENT_TYPE, "text/html; charset=utf-8".to_owned()), (CONTENT_DISPOSITION, disposition)], page)
+        .into_response())
+}
+
+/// What a trainee has earned.
+struct Earned {
+    /// The school's logo, as an address that holds it.
+    logo: Option<String>,
+    statement: Statement,
+    rule: Mastery,
+    needed: Needed,
+    mastered: Vec<(String, OffsetDateTime)>,
+    issued_at: OffsetDateTime,
+}
+
+impl Earned {
+    /// What the code on the page says.
+    fn note(&self) -> CertificateNote {
+        CertificateNote {
+            note: CertificateNote::VERSION,
+            school: self.statement.school.clone(),
+            trainee: self.statement.trainee.clone(),
+            course: self.statement.course.clone(),
+            issued_at: self.statement.issued_at.clone(),
+        }
+    }
+
+    /// The page, in the language that is spoken here.
+    fn page(self, certificate: &Certificate, file: &str, check_href: String) -> anyhow::Result<String> {
+        let page = CertificatePage {
+            logo: self.logo,
+            rule: rule_in_words(&self.rule),
+            needed: needed_in_words(self.needed),
+            statement: self.statement,
+            mastered: self.mastered,
+            issued_at: self.issued_at,
+            file: file.to_owned(),
+            key: certificate.public_key.clone(),
+            json: certificate.in_page()?,
+            check_href,
+        };
+        Ok(page.render()?)
+    }
+}
+
+/// The logo of a school within an address: whoever is handed the certificate has nothing else.
+async fn logo_of_school(state: &AppState, school: SchoolId) -> Result<Option<String>, Error> {
+    let logo = logos::find_logo(state.db.reader(), school).await?;
+    Ok(logo.map(|logo| format!("data:{};base64,{}", logo.media_type, BASE64.encode(&logo.bytes))))
+}
+
+async fn earned_by_trainee(
+    state: &AppState,
+    person: &CurrentPerson,
+    trainee: &NamedItem<PersonId>,
+    curriculum: &TaughtCurriculum,
+) -> Result<Earned, Error> {
+    let (reader, school) = (state.db.reader(), person.school_id);
+    let course = curricula::find_course(reader, school, curriculum).await?;
+    let attempts = practice::list_trainee_practice(reader, school, trainee.id).await?;
+    let (needed, proved) = standing::proved_attempts(state, school, trainee.id, &attempts).await?;
+    let now = state.clock.now();
+    let progress = Progress::of(&course, &proved, now.to_utc());
+    if !progress.complete() {
+        let why = tr!(
+            "a certificate is issued when every exercise of the course is mastered; the school certifies by: {needed}",
+            needed = needed_in_words(needed)
+        );
+        return Err(Error::Conflict(why));
+    }
+    let mastered = mastered_steps(&course, &progress);
+    let statement = Statement {
+        format: Statement::FORMAT,
+        school: schools::find_school_name(reader, school).await?,
+        trainee: trainee.name.clone(),
+        curriculum_id: curriculum.curriculum_id.clone(),
+        course: curriculum.title.clone(),
+        curriculum_sha256: curriculum.sha256.clone(),
+        rule: words::within(Language::ENGLISH, || rule_in_words(&course.rule)),
+        attempts: Some(words::within(Language::ENGLISH, || needed_in_words(needed)).to_owned()),
+        exercises: mastered.iter().map(|(title, on)| (title.clone(), format::format_machine_time(on))).collect(),
+        issued_at: now.to_string(),
+        scope: SCOPE.to_owned(),
+    };
+    let logo = logo_of_school(state, school).await?;
+    Ok(Earned { logo, statement, rule: course.rule, needed, mastered, issued_at: now.to_utc() })
+}
+
+fn mastered_steps(course: &Course, progress: &Progress) -> Vec<(String, OffsetDateTime)> {
+    let mastered = course.steps.iter().zip(&progress.steps).filter_map(|(step, done)| match done.state {
+        StepState::Mastered { on } => Some((step.title.clone(), on)),
+        _ => None,
+    });
+    mastered.collect()
+}

@@ -1,0 +1,166 @@
+//! Who is in a cohort: administrators decide it; its instructors ask, and the trainee or an administrator answers.
+
+use acts::cohorts::{self as membership, RequestKey};
+use acts::error::Error;
+use axum::extract::rejection::PathRejection;
+use axum::extract::{Path, State};
+use axum::response::Redirect;
+use model::ids::{CohortId, PersonId, SchoolId};
+use model::roster::is_name;
+use model::{CurrentPerson, Role};
+use pages::form::FilledForm;
+use pages::people::{CohortPeoplePage, UnknownAddress};
+use pages::{NavPlace, Shell};
+use routes_base::AppState;
+use routes_base::addresses::PathId;
+use routes_base::auth::{Csrf, CsrfForm, NoFields, Teacher, Visitor};
+use routes_base::error::PageError;
+use routes_base::forms::FormAnswer;
+use serde::Deserialize;
+use store::cohorts::{self};
+use store::reports;
+use store::reports::NamedItem;
+
+#[derive(Deserialize)]
+pub(super) struct CohortForm {
+    name: String,
+}
+
+/// Makes a cohort; an instructor teaches what they have made.
+pub(super) async fn make_cohort(
+    State(state): State<AppState>,
+    Teacher(person): Teacher,
+    CsrfForm(form): CsrfForm<CohortForm>,
+) -> Result<Redirect, PageError> {
+    let name = form.name.trim();
+    if !is_name(name) {
+        let why = tr!(
+            "the cohort's name: “{name}”; allowed are 1 to 120 characters, not beginning with = + - or @",
+            name = name
+        );
+        return Err(Error::Unprocessable(why).into());
+    }
+    let cohort = membership::make_cohort(&state, &person, name).await?;
+    Ok(Redirect::to(&format!("/cohorts/{}/people", cohort.id)))
+}
+
+/// A cohort that the visitor may change.
+async fn find_taught_cohort(
+    state: &AppState,
+    person: &CurrentPerson,
+    id: CohortId,
+) -> Result<NamedItem<CohortId>, Error> {
+    let cohorts = reports::cohorts(state.db.reader(), person).await?;
+    cohorts.into_iter().find(|cohort| cohort.id == id).ok_or(Error::NotFound)
+}
+
+pub(super) async fn show_cohort_people(
+    State(state): State<AppState>,
+    Visitor(person): Visitor,
+    PathId(id): PathId<CohortId>,
+    csrf: Csrf,
+) -> Result<CohortPeoplePage, PageError> {
+    let cohort = find_taught_cohort(&state, &person, id).await?;
+    Ok(make_people_page(&state, Shell::new(&person, csrf.token(), NavPlace::Cohorts), person.school_id, cohort).await?)
+}
+
+async fn make_people_page(
+    state: &AppState,
+    shell: Shell,
+    school: SchoolId,
+    cohort: NamedItem<CohortId>,
+) -> Result<CohortPeoplePage, Error> {
+    let mut members = Vec::new();
+    for role in [Role::Instructor, Role::Trainee] {
+        let named = reports::members(state.db.reader(), school, cohort.id, role).await?;
+        members.extend(named.into_iter().map(|person| (person.id.to_string(), person.name, role)));
+    }
+    let href = format!("/cohorts/{}", cohort.id);
+    let requests = cohorts::list_membership_requests(state.db.reader(), school, Some(cohort.id), None).await?;
+    Ok(CohortPeoplePage { shell, href, name: cohort.name, members, requests, email: FilledForm::default() })
+}
+
+#[derive(Deserialize)]
+pub(super) struct MemberForm {
+    email: String,
+}
+
+/// Adds somebody of the school, where an administrator does it, else asks for them. Whoever is of another school is answered
+/// like nobody.
+pub(super) async fn add_to_cohort(
+    State(state): State<AppState>,
+    Visitor(person): Visitor,
+    PathId(id): PathId<CohortId>,
+    csrf: Csrf,
+    CsrfForm(form): CsrfForm<MemberForm>,
+) -> Result<FormAnswer<CohortPeoplePage>, PageError> {
+    let cohort = find_taught_cohort(&state, &person, id).await?;
+    if !membership::add_member(&state, &person, id, form.email.trim()).await? {
+        let page =
+            make_people_page(&state, Shell::new(&person, csrf.token(), NavPlace::Cohorts), person.school_id, cohort)
+                .await?;
+        let email = FilledForm::refused(form.email, UnknownAddress);
+        return Ok(FormAnswer::Refused(CohortPeoplePage { email, ..page }));
+    }
+    Ok(FormAnswer::lead_to(&format!("/cohorts/{id}/people")))
+}
+
+#[derive(Deserialize)]
+pub(super) struct RequestAnswerForm {
+    answer: String,
+}
+
+impl RequestAnswerForm {
+    fn joins(&self) -> Result<bool, Error> {
+        match self.answer.as_str() {
+            "yes" => Ok(true),
+            "no" => Ok(false),
+            other => Err(Error::BadRequest(format!("answer: \"{other}\"; allowed are yes and no"))),
+        }
+    }
+}
+
+/// An administrator's answer where somebody is asked for; whoever teaches the cohort may take the question back.
+pub(super) async fn answer_request(
+    State(state): State<AppState>,
+    Visitor(person): Visitor,
+    path: Result<Path<(CohortId, PersonId)>, PathRejection>,
+    CsrfForm(form): CsrfForm<RequestAnswerForm>,
+) -> Result<Redirect, PageError> {
+    let Path((id, asked)) = path.map_err(|_| Error::NotFound)?;
+    find_taught_cohort(&state, &person, id).await?;
+    if form.answer == "yes" && person.role != Role::Administrator {
+        return Err(Error::Forbidden(tr!("only the trainee or an administrator says yes")).into());
+    }
+    let request = RequestKey { cohort_id: id, person_id: asked };
+    membership::answer_request(&state, &person, request, form.joins()?).await?;
+    Ok(Redirect::to(&format!("/cohorts/{id}/people")))
+}
+
+/// A trainee's own answer.
+pub(super) async fn answer_own_request(
+    State(state): State<AppState>,
+    Visitor(person): Visitor,
+    PathId(cohort): PathId<CohortId>,
+    CsrfForm(form): CsrfForm<RequestAnswerForm>,
+) -> Result<Redirect, PageError> {
+    // Who teaches would see the trainees of others: that is not theirs to agree to.
+    if form.answer == "yes" && person.role != Role::Trainee {
+        return Err(Error::Forbidden(tr!("an administrator decides who teaches a cohort")).into());
+    }
+    let request = RequestKey { cohort_id: cohort, person_id: person.id };
+    membership::answer_request(&state, &person, request, form.joins()?).await?;
+    Ok(Redirect::to("/account#cohorts"))
+}
+
+pub(super) async fn remove_from_cohort(
+    State(state): State<AppState>,
+    Visitor(person): Visitor,
+    path: Result<Path<(CohortId, PersonId)>, PathRejection>,
+    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+) -> Result<Redirect, PageError> {
+    let Path((id, member)) = path.map_err(|_| Error::NotFound)?;
+    find_taught_cohort(&state, &person, id).await?;
+    membership::remove_member(&state, &person, id, member).await?;
+    Ok(Redirect::to(&format!("/cohorts/{id}/people")))
+}

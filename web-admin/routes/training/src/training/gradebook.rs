@@ -1,0 +1,167 @@
+//! `/cohorts/{id}/gradebook`: a cohort against what is assigned to it.
+
+use std::collections::BTreeMap;
+
+use acts::assignments::{self as teaching, CohortStandings};
+use acts::error::Error;
+use axum::extract::{Query, State};
+use axum::response::Response;
+use model::assignment::{Assigned, AssignmentStage, AssignmentStanding, AssignmentTally};
+use model::due::local;
+use model::ids::{CohortId, PersonId};
+use model::{CurrentPerson, Moment};
+use pages::assignments::{AssignmentRow, DueLine};
+use pages::gradebook::{GradebookColumn, GradebookPage, GradebookRow};
+use pages::{NavPlace, Shell, format};
+use routes_base::AppState;
+use routes_base::addresses::PathId;
+use routes_base::auth::{Csrf, Visitor};
+use routes_base::error::PageError;
+use routes_base::export::{CsvCell, CsvDialect, download_csv_as, mark_byte_order, neutralise_cell};
+use serde::Deserialize;
+use store::reports;
+use store::reports::NamedItem;
+
+use super::{cohorts, standing};
+
+/// What is due within as many seconds is due soon.
+const SOON_S: i64 = 7 * 86_400;
+
+fn href_of(assigned: &Assigned) -> String {
+    format!("/assignments/{}", assigned.id)
+}
+
+fn due_line(assigned: &Assigned, to: &str, tally: AssignmentTally) -> DueLine {
+    DueLine {
+        href: href_of(assigned),
+        title: assigned.title.clone(),
+        to: to.to_owned(),
+        due: assigned.due_at.map(|at| local(at, &assigned.time_zone)),
+        tally,
+    }
+}
+
+/// Every assignment of a cohort with how those stand to whom it was given, those of single trainees last.
+fn tallied<'a>(
+    found: &'a CohortStandings,
+    cohort: &'a str,
+) -> impl Iterator<Item = (&'a Assigned, &'a str, AssignmentTally)> {
+    let with_cohort = found.assigned.iter().enumerate().map(move |(at, assigned)| {
+        let of_all = found.trainees.iter().map(move |trainee| &trainee.with_cohort[at]);
+        (assigned, cohort, AssignmentTally::of(of_all))
+    });
+    let alone = found.trainees.iter().flat_map(|of| {
+        let tally = |own: &AssignmentStanding| AssignmentTally::of(std::iter::once(own));
+        of.alone.iter().map(move |own| (&own.assigned, of.trainee.name.as_str(), tally(own)))
+    });
+    with_cohort.chain(alone)
+}
+
+/// What is assigned to a cohort and to its trainees.
+pub(crate) fn list_assignments_of_cohort(found: &CohortStandings, cohort: &str) -> Vec<DueLine> {
+    tallied(found, cohort).map(|(assigned, to, tally)| due_line(assigned, to, tally)).collect()
+}
+
+/// Of that, what is due soon and what somebody has not done in time.
+pub(crate) fn list_pressing_assignments(found: &CohortStandings, cohort: &str, now: Moment) -> Vec<DueLine> {
+    let soon = now.plus_s(SOON_S);
+    let is_pressing = |(assigned, _, tally): &(&Assigned, &str, AssignmentTally)| {
+        tally.late > 0 || (tally.done < tally.of && assigned.due_at.is_some_and(|due| now <= due && due <= soon))
+    };
+    tallied(found, cohort).filter(is_pressing).map(|(assigned, to, tally)| due_line(assigned, to, tally)).collect()
+}
+
+/// What both the page and its file are made of.
+struct CohortGradebook {
+    cohort: NamedItem<CohortId>,
+    found: CohortStandings,
+    registrar_ids: BTreeMap<PersonId, String>,
+}
+
+async fn find_gradebook(state: &AppState, person: &CurrentPerson, id: CohortId) -> Result<CohortGradebook, Error> {
+    let (reader, school) = (state.db.reader(), person.school_id);
+    let cohort = reports::cohort(reader, person, id).await?.ok_or(Error::NotFound)?;
+    let courses = teaching::taught(state, school).await?;
+    let practised = standing::practice_of_cohort(state, school, cohort).await?;
+    let found = practised.standing(&courses, state.clock.now()).assignments(state, school).await?;
+    let registrar_ids = reports::registrar_ids(reader, school, id).await?;
+    Ok(CohortGradebook { cohort: practised.cohort, found, registrar_ids })
+}
+
+pub(crate) async fn show_gradebook(
+    State(state): State<AppState>,
+    Visitor(person): Visitor,
+    PathId(id): PathId<CohortId>,
+    csrf: Csrf,
+) -> Result<GradebookPage, PageError> {
+    let CohortGradebook { cohort, found, mut registrar_ids } = find_gradebook(&state, &person, id).await?;
+    let of_cohort = tallied(&found, &cohort.name).take(found.assigned.len());
+    let columns = of_cohort.map(|(assigned, to, tally)| {
+        let DueLine { href, title, due, tally, .. } = due_line(assigned, to, tally);
+        GradebookColumn { href, title, due, tally }
+    });
+    let columns = columns.collect();
+    let alone = list_assignments_of_cohort(&found, &cohort.name).split_off(found.assigned.len());
+    let rows = found.trainees.into_iter().map(|of| GradebookRow {
+        href: format!("/trainees/{}", of.trainee.id),
+        registrar_id: registrar_ids.remove(&of.trainee.id),
+        name: of.trainee.name,
+        cells: of.with_cohort.into_iter().map(AssignmentRow::own).collect(),
+    });
+    Ok(GradebookPage {
+        shell: Shell::new(&person, csrf.token(), NavPlace::Cohorts),
+        href: cohorts::cohort_href(&cohort),
+        name: cohort.name,
+        columns,
+        rows: rows.collect(),
+        alone,
+    })
+}
+
+/// How the file is to be written.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(crate) struct GradebookQuery {
+    /// 1: with a byte-order mark, without which Excel takes UTF-8 for something else.
+    bom: u8,
+    /// 1: with a comma in numbers, and semicolons between cells.
+    comma: u8,
+}
+
+/// Points as a person writes them: whole.
+fn points_cell(points: Option<f64>) -> CsvCell {
+    points.map_or(CsvCell::Empty, |points| CsvCell::Number(points.round()))
+}
+
+pub(crate) async fn download_gradebook(
+    State(state): State<AppState>,
+    Visitor(person): Visitor,
+    PathId(id): PathId<CohortId>,
+    Query(query): Query<GradebookQuery>,
+) -> Result<Response, PageError> {
+    let CohortGradebook { cohort, found, registrar_ids } = find_gradebook(&state, &person, id).await?;
+    let mut names = vec![tr!("Registrar’s number").to_owned(), tr!("Name").to_owned()];
+    for assigned in &found.assigned {
+        let parts = [tr!("state"), tr!("best score"), tr!("attempts"), tr!("done on")];
+        names.extend(parts.map(|part| neutralise_cell(&format!("{}: {part}", assigned.title))));
+    }
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let mut rows = Vec::new();
+    for of in found.trainees {
+        let number = registrar_ids.get(&of.trainee.id).map_or(CsvCell::Empty, |number| CsvCell::from(number.as_str()));
+        let mut row = vec![number, CsvCell::from(of.trainee.name)];
+        for cell in of.with_cohort.into_iter().map(AssignmentRow::own) {
+            let done_on = match &cell.stage {
+                AssignmentStage::Done { on, .. } => CsvCell::from(format::format_date(*on)),
+                _ => CsvCell::Empty,
+            };
+            let attempts = CsvCell::Number(cell.attempts as f64);
+            row.extend([CsvCell::from(cell.say_state()), points_cell(cell.best), attempts, done_on]);
+        }
+        rows.push(row);
+    }
+    let dialect = if query.comma == 1 { CsvDialect::Comma } else { CsvDialect::Point };
+    let file = format!("gradebook-{}", cohort.name);
+    let file = download_csv_as(dialect, &file, &names, &rows).map_err(Error::from)?;
+    Ok(if query.bom == 1 { mark_byte_order(file) } else { file })
+}

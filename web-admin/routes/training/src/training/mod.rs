@@ -1,0 +1,38 @@
+//! What to train, with whom, and how far everybody has come.
+
+use routes_base::{Routes, get, pictures, post};
+
+mod assignments;
+mod cohort_people;
+pub(crate) mod cohorts;
+mod exercise;
+pub(crate) mod gradebook;
+pub(crate) mod news;
+pub(crate) mod rows;
+pub(crate) mod standing;
+pub(crate) mod trainees;
+mod transcript;
+
+/// Their addresses.
+pub(crate) fn course_routes() -> Routes {
+    Routes::new()
+        .route("/curricula", get(exercise::show_curricula))
+        .route("/exercises/{id}", get(exercise::show_exercise))
+        .route("/exercises/{id}/pictures/{number}", get(pictures::serve_exercise_picture))
+        .route("/cohorts", get(cohorts::list_cohorts).merge(post(cohort_people::make_cohort)))
+        .route("/cohorts/{id}", get(cohorts::show_cohort))
+        .route("/cohorts/{id}/gradebook", get(gradebook::show_gradebook))
+        .route("/cohorts/{id}/gradebook.csv", get(gradebook::download_gradebook))
+        .route("/cohorts/{id}/people", get(cohort_people::show_cohort_people).merge(post(cohort_people::add_to_cohort)))
+        .route("/cohorts/{id}/people/{person}/answer", post(cohort_people::answer_request))
+        .route("/cohorts/{id}/people/{person}/remove", post(cohort_people::remove_from_cohort))
+        .route("/account/cohorts/{cohort}", post(cohort_people::answer_own_request))
+        .route("/trainees/{id}", get(trainees::show_trainee))
+        .route("/trainees/{id}/transcript", get(transcript::show_transcript))
+        .route("/news/read", post(news::mark_all_read))
+        .route("/account/news", post(news::choose_letters))
+        .route("/assignments", get(assignments::list_assignments).merge(post(assignments::make_assignment)))
+        .route("/assignments/{id}", get(assignments::show_assignment))
+        .route("/assignments/{id}/extend", post(assignments::extend_assignment))
+        .route("/assignments/{id}/withdraw", post(assignments::withdraw_assignment))
+}

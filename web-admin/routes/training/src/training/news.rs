@@ -1,0 +1,54 @@
+//! What is new for the visitor.
+
+use acts::error::Error;
+use acts::notices as told;
+use axum::extract::State;
+use axum::response::Redirect;
+use model::CurrentPerson;
+use model::notice::NoticePlace;
+use pages::news::NewsItem;
+use routes_base::AppState;
+use routes_base::auth::{CsrfForm, NoFields, Visitor};
+use routes_base::error::PageError;
+use serde::Deserialize;
+use store::notices;
+
+/// Most of what is new that the home page lists.
+const SHOWN: u32 = 20;
+
+/// What is new for the visitor, the newest first.
+pub(crate) async fn list_news(state: &AppState, person: &CurrentPerson) -> Result<Vec<NewsItem>, Error> {
+    if person.news == 0 {
+        return Ok(Vec::new());
+    }
+    let unread = notices::list_unread_notices(state.db.reader(), person.into(), SHOWN).await?;
+    Ok(NewsItem::list(&unread))
+}
+
+/// Marks everything as read.
+pub(crate) async fn mark_all_read(
+    State(state): State<AppState>,
+    Visitor(person): Visitor,
+    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+) -> Result<Redirect, PageError> {
+    told::note_read(&state, person, NoticePlace::Everywhere).await?;
+    Ok(Redirect::to("/"))
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(default)]
+#[derive(Default)]
+pub(crate) struct NewsLetterForm {
+    #[serde(deserialize_with = "pages::form::read_ticked_box")]
+    mailed: bool,
+}
+
+/// Sets whether the visitor is mailed what is new for them.
+pub(crate) async fn choose_letters(
+    State(state): State<AppState>,
+    Visitor(person): Visitor,
+    CsrfForm(form): CsrfForm<NewsLetterForm>,
+) -> Result<Redirect, PageError> {
+    told::choose_news_letters(&state, &person, form.mailed).await?;
+    Ok(Redirect::to("/account#news"))
+}

@@ -1,0 +1,168 @@
+//! Where trainees stand in the courses of their school.
+
+use acts::assignments::{self as teaching, CohortStandings, PractisedTrainee};
+use acts::error::Error;
+use model::assignment::{AttemptHistory, TaughtCourse as JudgedCourse};
+use model::ids::{CohortId, PersonId, SchoolId};
+use model::progress::{Course, Progress, ScoredAttempt};
+use model::{CurrentPerson, Moment, Needed, Role};
+use pages::cohort::TraineeRow;
+use pages::trainee::CourseFacts;
+use routes_base::AppState;
+use store::curricula::TaughtCurriculum;
+use store::practice::ByTrainee;
+use store::reports::{ExerciseInShort, NamedItem};
+use store::{practice, proofs, reports, schools};
+
+/// A course with what its pages tell.
+pub(crate) struct TaughtCourse {
+    /// Id in its document.
+    pub id: String,
+    /// Title.
+    pub title: String,
+    /// What it teaches.
+    pub description: String,
+    /// Exercises and rule.
+    pub course: Course,
+    /// The pass mark of each exercise, 0–100, in the course's order.
+    pub pass_marks: Vec<f64>,
+    /// The difficulty of each exercise, 1–5, in the course's order.
+    pub difficulties: Vec<u8>,
+}
+
+impl TaughtCourse {
+    /// What the views need; with the trainee's page where they are for one trainee.
+    pub fn facts<'a>(&'a self, trainee: Option<&'a str>) -> CourseFacts<'a> {
+        CourseFacts { trainee, id: &self.id, title: &self.title, course: &self.course, pass_marks: &self.pass_marks }
+    }
+}
+
+/// The courses of a school.
+pub(crate) async fn taught_courses(state: &AppState, school: SchoolId) -> Result<Vec<TaughtCourse>, Error> {
+    let exercises = reports::exercises(state.db.reader(), school).await?;
+    let taught = teaching::taught_curricula(state, school).await?.into_iter();
+    Ok(taught.map(|(curriculum, course)| taught_course(curriculum, course, &exercises)).collect())
+}
+
+fn taught_course(curriculum: TaughtCurriculum, course: Course, exercises: &[ExerciseInShort]) -> TaughtCourse {
+    let TaughtCurriculum { curriculum_id: id, title, description, .. } = curriculum;
+    let known = |id: &str| exercises.iter().find(|e| e.exercise_id == id);
+    let of_each = || course.steps.iter().map(|step| known(&step.exercise));
+    let pass_marks = of_each().map(|e| e.map_or(0.0, |e| e.pass_mark)).collect();
+    let difficulties = of_each().map(|e| e.map_or(1, |e| e.difficulty)).collect();
+    TaughtCourse { id, title, description, course, pass_marks, difficulties }
+}
+
+/// Of each course, what attempts are judged by.
+pub(crate) fn judged_courses(courses: &[TaughtCourse]) -> Vec<JudgedCourse> {
+    courses.iter().map(|taught| JudgedCourse { id: taught.id.clone(), course: taught.course.clone() }).collect()
+}
+
+/// A trainee's progress in every course, the one tried last first, each with the course's index.
+pub(crate) fn progress_in_courses(
+    courses: &[TaughtCourse],
+    attempts: &[ScoredAttempt],
+    state: &AppState,
+) -> Vec<(usize, Progress)> {
+    let now = state.clock.now().to_utc();
+    let mut progress: Vec<(usize, Progress)> =
+        courses.iter().enumerate().map(|(i, taught)| (i, Progress::of(&taught.course, attempts, now))).collect();
+    progress.sort_by_key(|(i, p)| (std::cmp::Reverse(p.last_at), *i));
+    progress
+}
+
+/// What a school asks to be proved of an attempt that certifies, and those of a trainee's attempts of which it is.
+pub(crate) async fn proved_attempts(
+    state: &AppState,
+    school: SchoolId,
+    trainee: PersonId,
+    attempts: &[ScoredAttempt],
+) -> Result<(Needed, Vec<ScoredAttempt>), Error> {
+    let needed = schools::certificate_needs(state.db.reader(), school).await?;
+    let enough = proofs::list_proved_sessions(state.db.reader(), school, trainee, needed).await?;
+    Ok((needed, attempts.iter().filter(|attempt| enough.contains(&attempt.session)).cloned().collect()))
+}
+
+/// A cohort and everything that its trainees have practised.
+pub(crate) struct PractisedCohort {
+    /// The cohort.
+    pub cohort: NamedItem<CohortId>,
+    trainees: Vec<NamedItem<PersonId>>,
+    practised: ByTrainee,
+}
+
+/// What the trainees of every cohort that somebody teaches have practised. Thousands of attempts take time to read, so each cohort's are
+/// read on a task of their own.
+pub(crate) async fn practice_of_cohorts(
+    state: &AppState,
+    person: &CurrentPerson,
+) -> Result<Vec<PractisedCohort>, Error> {
+    let school = person.school_id;
+    let read = |cohort| {
+        let state = state.clone();
+        tokio::spawn(async move { practice_of_cohort(&state, school, cohort).await })
+    };
+    let reading: Vec<_> = reports::cohorts(state.db.reader(), person).await?.into_iter().map(read).collect();
+    let mut practised = Vec::with_capacity(reading.len());
+    for cohort in reading {
+        practised.push(cohort.await??);
+    }
+    Ok(practised)
+}
+
+/// What a cohort's trainees have practised.
+pub(crate) async fn practice_of_cohort(
+    state: &AppState,
+    school: SchoolId,
+    cohort: NamedItem<CohortId>,
+) -> Result<PractisedCohort, Error> {
+    let reader = state.db.reader();
+    let trainees = reports::members(reader, school, cohort.id, Role::Trainee).await?;
+    let practised = practice::list_cohort_practice(reader, school, cohort.id).await?;
+    Ok(PractisedCohort { cohort, trainees, practised })
+}
+
+impl PractisedCohort {
+    /// Where its trainees stand in the courses.
+    pub fn standing<'a>(&'a self, taught: &'a [JudgedCourse], now: Moment) -> CohortStanding<'a> {
+        let of = |trainee: &'a NamedItem<PersonId>| {
+            let attempts = self.practised.get(&trainee.id).map_or(&[][..], Vec::as_slice);
+            PractisedTrainee { trainee, history: AttemptHistory::new(taught, attempts, now) }
+        };
+        CohortStanding { cohort: self.cohort.id, trainees: self.trainees.iter().map(of).collect() }
+    }
+}
+
+/// The trainees of a cohort by name, and where they stand.
+pub(crate) struct CohortStanding<'a> {
+    cohort: CohortId,
+    trainees: Vec<PractisedTrainee<'a>>,
+}
+
+impl CohortStanding<'_> {
+    /// Everybody's progress in the course that they are on.
+    pub fn main(&self) -> impl Iterator<Item = &Progress> {
+        self.trainees.iter().filter_map(|of| of.history.main_course().map(|course| of.history.in_course(course)))
+    }
+
+    /// Name and progress of everybody in a course.
+    pub fn in_course(&self, course: usize) -> Vec<(&str, &Progress)> {
+        self.trainees.iter().map(|of| (of.trainee.name.as_str(), of.history.in_course(course))).collect()
+    }
+
+    /// The rows of those whose progress in the course that they are on is wanted.
+    pub fn rows(&self, courses: &[TaughtCourse], wanted: impl Fn(&Progress) -> bool) -> Vec<TraineeRow> {
+        let row = |of: &PractisedTrainee<'_>| {
+            let course = of.history.main_course()?;
+            let main = of.history.in_course(course);
+            let href = || format!("/trainees/{}", of.trainee.id);
+            wanted(main).then(|| TraineeRow::new(href(), of.trainee.name.clone(), &courses[course].facts(None), main))
+        };
+        self.trainees.iter().filter_map(row).collect()
+    }
+
+    /// How far they have come with what is assigned to them.
+    pub async fn assignments(&self, state: &AppState, school: SchoolId) -> Result<CohortStandings, Error> {
+        teaching::cohort_standings(state, school, self.cohort, &self.trainees).await
+    }
+}

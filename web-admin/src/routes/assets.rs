@@ -1,0 +1,31 @@
+//! The style sheet and pictures.
+
+use acts::error::Error;
+use axum::extract::{Path, RawQuery};
+use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, ETAG, IF_NONE_MATCH};
+use axum::http::{HeaderMap, StatusCode};
+use axum::response::{IntoResponse, Response};
+use pages::assets;
+use routes_base::error::PageError;
+
+/// Under the address that holds its hash an asset never changes; under any other it is asked for again.
+const FOREVER: &str = "public, max-age=31536000, immutable";
+const ASK_AGAIN: &str = "public, no-cache";
+
+/// An asset, or 304 where the browser has it.
+pub(super) async fn serve_asset(
+    Path(name): Path<String>,
+    RawQuery(query): RawQuery,
+    asked: HeaderMap,
+) -> Result<Response, PageError> {
+    let (file, hash) = assets::find_asset(&name).ok_or(PageError(Error::NotFound))?;
+    let tag = format!("\"{hash}\"");
+    let named = query.as_deref().and_then(|q| q.strip_prefix("v=")) == Some(hash.as_str());
+    let caching = if named { FOREVER } else { ASK_AGAIN };
+    if asked.get(IF_NONE_MATCH).is_some_and(|known| known.as_bytes() == tag.as_bytes()) {
+        return Ok((StatusCode::NOT_MODIFIED, [(ETAG, tag.as_str()), (CACHE_CONTROL, caching)]).into_response());
+    }
+    let media_type = file.metadata.mimetype().to_owned();
+    let headers = [(CONTENT_TYPE, media_type.as_str()), (ETAG, &tag), (CACHE_CONTROL, caching)];
+    Ok((headers, file.data.into_owned()).into_response())
+}

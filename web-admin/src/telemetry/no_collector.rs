@@ -1,0 +1,42 @@
+//! A program that is built without the feature `replicas` sends nothing to a collector, and refuses to start where one is named.
+
+use std::convert::Infallible;
+
+use anyhow::bail;
+use tracing_subscriber::layer::Identity;
+
+use super::name_collectors;
+use crate::AppState;
+
+/// What sends spans and figures: nothing.
+pub(crate) struct Telemetry(Infallible);
+
+impl Telemetry {
+    /// None.
+    ///
+    /// # Errors
+    /// When the environment names a collector.
+    pub(crate) fn of_environment() -> anyhow::Result<Option<Self>> {
+        let named = name_collectors();
+        if named.is_empty() {
+            return Ok(None);
+        }
+        bail!(
+            "{}: this program is built without collectors; the one with them is built by \
+             `cargo build --release -p web-admin --features replicas`",
+            named.join(", ")
+        )
+    }
+
+    pub(crate) fn layer(&self) -> Identity {
+        match self.0 {}
+    }
+
+    pub(crate) fn send_figures(&self, _state: AppState) -> std::future::Ready<()> {
+        match self.0 {}
+    }
+
+    pub(crate) fn end(self) {
+        match self.0 {}
+    }
+}

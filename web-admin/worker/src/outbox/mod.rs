@@ -1,0 +1,137 @@
+//! The queue of mails: each is made when it is sent, so that no link lies in the database. Each goes out at most once: it leaves the queue
+//! before it is handed over. Of one whose sender dies in between, nobody can know whether it went; pages say so.
+
+use acts::error::{Error, tell_in_full};
+use acts::mailer::Letter;
+use acts::replicas::{self, Duty};
+use acts::{accounts, assignments, mailing};
+use model::PersonKey;
+use model::assignment::{AssignmentStage, AssignmentStanding};
+use model::ids::DatedId;
+use model::mail::{Mail, MailKind};
+use pages::letters::{self, Reminded};
+use pages::news::NewsItem;
+use routes_base::AppState;
+use store::account_links::Purpose;
+use store::{mails, notices, segments};
+use words::Language;
+
+mod retention;
+mod surveys;
+
+/// Most of what is new that a letter lists.
+const SHOWN_NEWS: u32 = 20;
+/// Mails of one look.
+pub(super) const BATCH: u32 = 50;
+/// Sends what is due, now and then and when rung.
+pub async fn run_outbox(state: AppState) {
+    loop {
+        if let Err(error) = replicas::do_duty(&state, Duty::Letters, work_off_letters(&state)).await {
+            tracing::warn!(cause = tell_in_full(&error), "mails could not be sent");
+        }
+        tokio::select! {
+            () = state.mails.notified() => {}
+            () = tokio::time::sleep(state.db.listening_period()) => {}
+        }
+    }
+}
+
+/// Sends what is due.
+///
+/// # Errors
+/// When the database fails; a mail that cannot be sent waits for its next try.
+pub async fn work_off_letters(state: &AppState) -> Result<(), Error> {
+    accounts::answer_asked(state).await?;
+    loop {
+        let due = mails::list_due_mails(state.db.reader(), state.clock.now(), BATCH).await?;
+        if due.is_empty() {
+            surveys::work_off_survey_letters(state).await?;
+            return retention::work_off_retention_letters(state).await;
+        }
+        for mail in due {
+            deliver_letter(state, &mail).await?;
+        }
+    }
+}
+
+async fn deliver_letter(state: &AppState, mail: &Mail) -> Result<(), Error> {
+    let language = mail.language.as_deref().and_then(Language::named).unwrap_or(Language::ENGLISH);
+    let letter = words::speaking(language, compose_letter(state, mail)).await?;
+    let Some(letter) = letter else { return mailing::withdraw_mail(state, mail).await };
+    let _in_hand = state.letter_in_hand.lock().await;
+    // Whoever was held up for long may have been taken for dead: then another sends them.
+    if !mailing::claim_mail(state, mail).await? {
+        return Ok(());
+    }
+    let sent = state.mailer.send(letter, state.clock.now()).await.map_err(|error| format!("{error:#}"));
+    until_database_answers(state, || mailing::note_mail(state, mail, &sent)).await
+}
+
+/// Notes what nobody else can know.
+async fn until_database_answers<F: Future<Output = Result<(), Error>>>(
+    state: &AppState,
+    note: impl Fn() -> F,
+) -> Result<(), Error> {
+    loop {
+        match note().await {
+            Err(Error::DatabaseAway(_)) => tokio::time::sleep(state.db.listening_period()).await,
+            noted => return noted,
+        }
+    }
+}
+
+/// The letter of a mail; none where it is not wanted any more.
+async fn compose_letter(state: &AppState, mail: &Mail) -> Result<Option<Letter>, Error> {
+    if !mail.enabled {
+        return Ok(None);
+    }
+    let (subject, body) = match mail.kind {
+        MailKind::Invitation => {
+            letters::write_invitation(mail, &mailing::make_link(state, mail, Purpose::Invitation).await?)
+        }
+        MailKind::Reset => letters::write_reset_letter(mail, &mailing::make_link(state, mail, Purpose::Reset).await?),
+        MailKind::SecondFactorOff => {
+            letters::write_factor_off_letter(mail, &format!("{}/account/second-factor", state.config.address()))
+        }
+        MailKind::News => match compose_news_letter(state, mail).await? {
+            Some(parts) => parts,
+            None => return Ok(None),
+        },
+        MailKind::Reminder => match compose_reminder(state, mail).await? {
+            Some(parts) => parts,
+            None => return Ok(None),
+        },
+    };
+    Ok(Some(Letter { id: mail.id, name: mail.name.clone(), email: mail.email.clone(), subject, body }))
+}
+
+/// What is new for somebody; none where they have read it by now.
+async fn compose_news_letter(state: &AppState, mail: &Mail) -> Result<Option<(String, String)>, Error> {
+    let whom = PersonKey { school_id: mail.school_id, person_id: mail.person_id };
+    let unread = notices::list_unread_notices(state.db.reader(), whom, SHOWN_NEWS).await?;
+    let items = NewsItem::list(&unread);
+    Ok((!items.is_empty()).then(|| letters::write_news_letter(mail, &items, &state.config.address())))
+}
+
+/// A reminder of what is still to be done: an assignment, or a task to mark pops.
+async fn compose_reminder(state: &AppState, mail: &Mail) -> Result<Option<(String, String)>, Error> {
+    let (is_meant, address) = (|id: DatedId| Some(id) == mail.assignment_id, &state.config.address());
+    let standings = assignments::standings(state, mail.school_id, mail.person_id).await?;
+    if let Some(AssignmentStanding { assigned, stage, .. }) =
+        standings.iter().find(|s| is_meant(s.assigned.id.into()) && s.is_open())
+    {
+        let remind = |due_at| {
+            let of = Reminded { title: &assigned.title, due_at, time_zone: &assigned.time_zone, stage };
+            letters::write_reminder(mail, of, &format!("{address}/assignments"))
+        };
+        return Ok(assigned.due_at.map(remind));
+    }
+    let tasks = segments::list_trainee_tasks(state.db.reader(), mail.school_id, mail.person_id).await?;
+    let still = tasks.iter().find(|task| is_meant(task.id.into()) && task.sent < task.traces);
+    let remind = |(task, due_at): (&segments::SegmentTask, _)| {
+        let stage = &AssignmentStage::Open { left: None, mastered: None };
+        let of = Reminded { title: &task.title, due_at, time_zone: &task.time_zone, stage };
+        letters::write_reminder(mail, of, &format!("{address}/segments/{}", task.id))
+    };
+    Ok(still.and_then(|task| Some((task, task.due_at?))).map(remind))
+}

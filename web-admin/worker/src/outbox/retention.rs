@@ -1,0 +1,51 @@
+//! Letters to whoever is to be erased because they do nothing any more. They alone stay in the queue until they are known to be out: to be
+//! warned twice is better than to be erased unwarned.
+
+use acts::error::Error;
+use acts::mailer::Letter;
+use acts::mailing;
+use acts::replicas::{self, Duty};
+use model::mail::RetentionLetter;
+use pages::letters;
+use routes_base::AppState;
+use store::retention;
+use words::Language;
+
+use super::{BATCH, until_database_answers};
+
+/// Sends the letters that are due.
+///
+/// # Errors
+/// When the database fails; a letter that cannot be sent waits for its next try.
+pub(super) async fn work_off_retention_letters(state: &AppState) -> Result<(), Error> {
+    loop {
+        let due = retention::list_due_warnings(state.db.reader(), state.clock.now(), BATCH).await?;
+        if due.is_empty() {
+            return Ok(());
+        }
+        for letter in due {
+            // Whoever was held up for long may have been taken for dead: then another sends them.
+            if !replicas::is_on_duty(state, Duty::Letters).await? {
+                return Ok(());
+            }
+            deliver_retention_letter(state, &letter).await?;
+        }
+    }
+}
+
+async fn deliver_retention_letter(state: &AppState, letter: &RetentionLetter) -> Result<(), Error> {
+    let _in_hand = state.letter_in_hand.lock().await;
+    let sent = send_retention_letter(state, letter).await.map_err(|error| format!("{error:#}"));
+    until_database_answers(state, || mailing::note_retention_letter(state, letter, &sent)).await
+}
+
+async fn send_retention_letter(state: &AppState, letter: &RetentionLetter) -> anyhow::Result<()> {
+    // Whoever set the rule has taken it back: the next look calls the warning off.
+    let Some(months) = letter.months else { return Ok(()) };
+    let language = letter.language.as_deref().and_then(Language::named).unwrap_or(Language::ENGLISH);
+    let link = format!("{}/login", state.config.address());
+    let (subject, body) =
+        words::speaking(language, async { letters::write_retention_letter(letter, months, &link) }).await;
+    let (name, email) = (letter.name.clone(), letter.email.clone());
+    state.mailer.send(Letter { id: letter.id, name, email, subject, body }, state.clock.now()).await
+}
