@@ -14,7 +14,7 @@ use recording::{Session, Writer};
 use tissue::Specimen;
 use tokio::task::JoinSet;
 
-use crate::AppState;
+use routes_base::AppState;
 
 /// Servo rate of the demonstration's station, in Hz.
 const TICK_HZ: f64 = 1000.0;
