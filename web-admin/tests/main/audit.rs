@@ -108,7 +108,7 @@ async fn scores_and_revisions_stay_as_they_are() {
     let app = with_some_rows().await;
     let school = app.school("North").await;
     app.publish(school).await;
-    web_admin::worker::work_off_jobs(&app.state).await.unwrap();
+    worker::work_off_jobs(&app.state).await.unwrap();
     for statement in [
         "UPDATE scores SET score = 100",
         "DELETE FROM scores",

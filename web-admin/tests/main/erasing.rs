@@ -51,7 +51,7 @@ impl Said {
         let (attempt, other) = (Attempt::default(), Attempt::default());
         assert_eq!(app.with_token(&ana.token).upload(&record(&attempt)).await.status, 201);
         assert_eq!(app.with_token(&bo.token).upload(&record(&other)).await.status, 201);
-        web_admin::worker::work_off_jobs(&app.state).await.unwrap();
+        worker::work_off_jobs(&app.state).await.unwrap();
         let mut head = app.signed_in("head@example.org").await;
         let page = format!("/people/{}", ana.person.id);
         let named = [("name", "Ana Özil"), ("email", "ana@example.org"), ("role", "trainee")];

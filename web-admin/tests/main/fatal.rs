@@ -133,7 +133,7 @@ async fn who_was_fatal_once_goes_last_and_a_stop_is_no_death() {
     begin(&app, first).await;
     let set_aside = die(&app).await;
     assert_eq!(set_aside.iter().map(|found| found.id).collect::<Vec<_>>(), [first.id.uuid()]);
-    web_admin::worker::work_off_jobs(&app.state).await.unwrap();
+    worker::work_off_jobs(&app.state).await.unwrap();
     assert_eq!(due().await, None, "set aside, it is due no more");
     assert_eq!(jobs::count_jobs(app.state.db.reader()).await.unwrap(), 1, "and it is kept");
 }

@@ -251,7 +251,7 @@ fn a_service_that_is_about_to_stop_says_so_and_still_serves() {
 #[tokio::test]
 async fn a_score_that_is_not_what_the_log_tells_of_is_found() {
     let drill = Drill::new().await;
-    web_admin::worker::work_off_jobs(&drill.app.state).await.unwrap();
+    worker::work_off_jobs(&drill.app.state).await.unwrap();
     let verify = || web_admin(drill.app.folder.path(), &["verify"]);
     assert!(verify().status.success(), "{:?}", verify());
     let mut tx = drill.app.state.db.write().await.unwrap();

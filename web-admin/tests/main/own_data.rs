@@ -201,7 +201,7 @@ async fn a_file_tells_reasons_consents_and_who_was_there_and_no_secret() {
     app.publish(school).await;
     let attempt = Attempt::default();
     assert_eq!(app.with_token(&ana.token).upload(&record(&attempt)).await.status, 201);
-    web_admin::worker::work_off_jobs(&app.state).await.unwrap();
+    worker::work_off_jobs(&app.state).await.unwrap();
     let mut teaching = app.signed_in("teacher@example.org").await;
     let page = format!("/sessions/{}", attempt.session_id);
     let csrf = csrf_in(&teaching.get(&page).await.text());
