@@ -110,7 +110,7 @@ impl Channels {
         let topic = Topic::of_name(&channel.topic);
         if let Some(topic) = topic {
             let schema = self.schemas.get(&channel.schema_id).map_or("none", String::as_str);
-            let allowed = topic.schema().name;
+            let allowed = topic.message_name();
             if schema != allowed || channel.message_encoding != "protobuf" {
                 let what = format!("topic {}", channel.topic);
                 let why = format!("schema {schema} as {}, allowed is {allowed} as protobuf", channel.message_encoding);

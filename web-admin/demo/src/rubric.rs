@@ -128,7 +128,7 @@ mod tests {
     //! The demonstration must have a re-grading worth looking at: somebody has another result. Fails when the mark is changed
     //! by too little for anybody, when it leaves 0 to 100, or when something else in the document changes.
 
-    use crate::RubricChange;
+    use super::RubricChange;
 
     #[test]
     fn the_mark_is_changed_to_where_somebody_has_another_result() {

@@ -101,7 +101,7 @@ pub fn email_of(name: &str) -> String {
 mod tests {
     //! Fails when a name makes an address that cannot be typed, or when somebody gets worse by practising.
 
-    use crate::*;
+    use super::*;
 
     #[test]
     fn every_address_is_plain_and_unique() {

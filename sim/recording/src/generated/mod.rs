@@ -5,7 +5,6 @@ pub(crate) mod stylet {
     include!("stylet.rs");
 }
 
-#[expect(dead_code, reason = "the schemas of viewers have more than a recording draws")]
 pub(crate) mod foxglove {
     include!("foxglove.rs");
 }

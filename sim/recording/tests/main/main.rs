@@ -7,7 +7,6 @@
 mod budget;
 mod damage;
 /// The messages of viewers as this crate writes them.
-#[expect(dead_code, reason = "the schemas of viewers have more than a recording draws")]
 mod foxglove {
     include!("../../src/generated/foxglove.rs");
 }

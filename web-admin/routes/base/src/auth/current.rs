@@ -49,7 +49,7 @@ pub enum SignInStanding {
 
 /// The person of a browser's session.
 #[derive(Debug)]
-pub(crate) struct SignedInPerson {
+pub struct SignedInPerson {
     person: CurrentPerson,
     /// Time zone of their school.
     time_zone: String,
