@@ -52,7 +52,8 @@ const ROUND: Duration = Duration::from_millis(300);
 /// A figure of the last run is at least so much of that of the run before it.
 const LEAST: f64 = 0.9;
 
-/// What is done in a second: `amount` tells what a repetition did.
+/// How much a second does: a repetition of `amount` returns its own share.
+#[expect(clippy::disallowed_methods, reason = "it measures")]
 fn rate(mut amount: impl FnMut() -> f64) -> f64 {
     let (begun, mut done) = (Instant::now(), 0.0);
     while begun.elapsed() < ROUND {
@@ -68,7 +69,7 @@ fn factorise() -> f64 {
     1.0
 }
 
-/// What is done in a second, and its ratio to the fixed computation's, in the median of several rounds of both in turn.
+/// The rate of `amount` per second and its ratio to the fixed computation's: the median of several rounds of both in turn.
 fn measure(mut amount: impl FnMut() -> f64) -> [f64; 2] {
     amount();
     let mut rounds: Vec<[f64; 2]> = (0..ROUNDS)

@@ -5,6 +5,7 @@ pub(crate) mod stylet {
     include!("stylet.rs");
 }
 
+#[expect(clippy::enum_variant_names, reason = "the schema names them so")]
 pub(crate) mod foxglove {
     include!("foxglove.rs");
 }

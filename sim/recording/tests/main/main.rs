@@ -7,6 +7,7 @@
 mod budget;
 mod damage;
 /// The messages of viewers as this crate writes them.
+#[expect(clippy::enum_variant_names, reason = "the schema names them so")]
 mod foxglove {
     include!("../../src/generated/foxglove.rs");
 }
