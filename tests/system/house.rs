@@ -340,6 +340,13 @@ fn only_the_clock_reads_the_clock() {
 }
 
 #[test]
+fn mechanics_start_no_thread() {
+    for (path, text) in ["sim/law/src", "sim/tissue/src", "sim/anatomy/src"].into_iter().flat_map(shipped) {
+        assert!(!text.contains("thread::"), "{} starts a thread: its callers may", path.display());
+    }
+}
+
+#[test]
 fn one_module_answers_refused_forms() {
     for (path, text) in shipped("web-admin/src").chain(shipped("web-admin/routes")) {
         let inside = path.ends_with("base/src/error.rs") || path.ends_with("base/src/forms.rs");

@@ -296,7 +296,8 @@ impl EnteredBody {
     fn may_be_within_reach(&self, part: AnatomyPart) -> bool {
         let step_m = self.depth_m / f64::from(STEPS);
         let places_m = (0..=STEPS).map(|step| self.direction * (f64::from(step) * step_m));
-        let least_m = |place_m| self.body.least_distance_m(&self.entry, (part, STRUCTURE_QUALITY), &place_m);
+        let body_m = |own_m: Vector3<f64>| self.entry.origin_m + self.entry.to_body(&own_m);
+        let least_m = |own_m| self.body.least_distance_m(part, STRUCTURE_QUALITY, &body_m(own_m));
         places_m.map(least_m).any(|least_m| least_m <= REACH_M + step_m)
     }
 

@@ -67,15 +67,10 @@ impl Body {
         mesh
     }
 
-    /// What any corner of a part's mesh is at least away from a place below an entry, both in m: by the part's shape, which costs no mesh.
+    /// A lower bound of the distance from a place of the body to any corner of a part's mesh, in m: by the part's shape, which costs no mesh.
     #[must_use]
-    pub fn least_distance_m(
-        &self,
-        entry: &BodyEntry,
-        (part, quality): (AnatomyPart, BodyQuality),
-        own_m: &Vector3<f64>,
-    ) -> f64 {
-        let place = self.inner(&(entry.origin_m + entry.to_body(own_m)));
+    pub fn least_distance_m(&self, part: AnatomyPart, quality: BodyQuality, body_m: &Point3<f64>) -> f64 {
+        let place = self.inner(body_m);
         let off_mesh = MARGIN_CELLS * Self::cell_of(part, quality);
         let bone = match part {
             AnatomyPart::LastThoracic => Some(0),

@@ -5,9 +5,6 @@
 //! carried by several stations, each on its own vertical with its share of the strip, as Lagrange's polynomials interpolate
 //! between them.
 
-use std::panic::resume_unwind;
-use std::thread;
-
 use super::assembly::{ElementGrid, Stiffness};
 use super::load::{AxisStation, across, stations};
 use super::mesh::Spans;
@@ -68,16 +65,6 @@ struct HarmonicMesh<const N: usize> {
 impl<const N: usize> HarmonicMesh<N> {
     fn factorise(&self, slab: &Slab) -> Result<Cholesky, AxisymmetricError> {
         self.grid.factorise(slab, self.stiffness)
-    }
-
-    /// The answer to 1 N at each station, and the bytes that the factor held.
-    fn factorise_and_solve(
-        &self,
-        slab: &Slab,
-        stations: &[AxisStation],
-    ) -> Result<(Harmonic<N>, usize), AxisymmetricError> {
-        let factor = self.factorise(slab)?;
-        Ok((self.solve(&factor, stations), factor.bytes()))
     }
 
     /// Solves 1 N at each station.
@@ -161,15 +148,15 @@ impl HarmonicMeshes {
         &self.into.grid.axial
     }
 
-    /// What 1 N does at each station, and the bytes that the factors held: each harmonic on a thread of its own.
+    /// What 1 N does at each station, and the most bytes that a factor held: one harmonic after the other, so that the factors of both are
+    /// never held together.
     pub fn solve_each(&self, stations: &[AxisStation]) -> Result<(SolvedStations, usize), AxisymmetricError> {
-        let (into, along) = thread::scope(|scope| {
-            let into = scope.spawn(|| self.into.factorise_and_solve(&self.slab, stations));
-            let along = self.along.factorise_and_solve(&self.slab, stations);
-            (into.join().unwrap_or_else(|panic| resume_unwind(panic)), along)
-        });
-        let ((into, into_bytes), (along, along_bytes)) = (into?, along?);
-        Ok((SolvedStations { into, along }, into_bytes + along_bytes))
+        let factor = self.into.factorise(&self.slab)?;
+        let (into, bytes) = (self.into.solve(&factor, stations), factor.bytes());
+        drop(factor);
+        let factor = self.along.factorise(&self.slab)?;
+        let along = self.along.solve(&factor, stations);
+        Ok((SolvedStations { into, along }, bytes.max(factor.bytes())))
     }
 }
 
