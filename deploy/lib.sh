@@ -29,7 +29,7 @@ print_phases() {
 print_slowest() {
     echo "Seconds of the 30 slowest tests"
     sed -n 's/.*<testcase name="\([^"]*\)" classname="\([^"]*\)".* time="\([0-9.]*\)".*/\3 \2 \1/p' "$@" \
-        | sort -rn | head -n 30 | awk '{ printf "%8.1f  %s %s\n", $1, $2, $3 }'
+        | sort -rn | awk 'NR <= 30 { printf "%8.1f  %s %s\n", $1, $2, $3 }'
 }
 
 # Sums up the closing lines of logs of nextest.

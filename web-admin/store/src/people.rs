@@ -6,7 +6,7 @@ use model::{CurrentPerson, Moment, PersonKey, Role};
 use sqlx::FromRow;
 use words::Language;
 
-use super::second_factors::factor_owed;
+use super::second_factors::with_factor_owed;
 use super::{Connection, Executor, Result, account_links};
 
 /// A person, without what they sign in with.
@@ -165,13 +165,12 @@ pub async fn find_person(executor: impl Executor<'_>, id: PersonId) -> Result<Op
 
 /// The same as each request of a browser needs them.
 pub async fn find_browsing_person(executor: impl Executor<'_>, id: PersonId) -> Result<Option<BrowsingPerson>> {
-    sqlx::query_as(concat!(
+    sqlx::query_as(with_factor_owed!(
         "SELECT p.id, p.school_id, p.role, p.email, p.display_name, p.pseudonym, p.credential_version, p.disabled_at,
            p.language, s.time_zone,
            (SELECT count(*) FROM notices n
             WHERE n.school_id = p.school_id AND n.person_id = p.id AND n.read_at IS NULL) AS news,
            (SELECT l.version FROM school_logos l WHERE l.school_id = p.school_id) AS logo, ",
-        factor_owed!(),
         " AS owes_factor
          FROM people p JOIN schools s ON s.id = p.school_id WHERE p.id = $1"
     ))

@@ -36,22 +36,25 @@ pub async fn is_second_factor_on(executor: impl Executor<'_>, key: PersonKey) ->
     .await
 }
 
-/// Whether a person `p` of a school `s` must have a second factor by the school's rule, and has none.
-macro_rules! factor_owed {
-    () => {
-        "(s.second_factor_of = 'everybody' OR s.second_factor_of = 'teachers' AND p.role <> 'trainee')
-           AND NOT EXISTS (SELECT 1 FROM second_factors f WHERE f.person_id = p.id AND f.confirmed_at IS NOT NULL)
-           AND NOT EXISTS (SELECT 1 FROM passkeys k WHERE k.person_id = p.id AND k.school_id = p.school_id)"
+/// A statement around the condition that a person `p` of a school `s` must have a second factor by the school's rule, and has none.
+macro_rules! with_factor_owed {
+    ($before:literal, $after:literal) => {
+        concat!(
+            $before,
+            "(s.second_factor_of = 'everybody' OR s.second_factor_of = 'teachers' AND p.role <> 'trainee')
+             AND NOT EXISTS (SELECT 1 FROM second_factors f WHERE f.person_id = p.id AND f.confirmed_at IS NOT NULL)
+             AND NOT EXISTS (SELECT 1 FROM passkeys k WHERE k.person_id = p.id AND k.school_id = p.school_id)",
+            $after
+        )
     };
 }
-pub(crate) use factor_owed;
+pub(crate) use with_factor_owed;
 
-/// Whether somebody must have a second factor by their school's rule, and has none.
+/// Whether a person must have a second factor by their school's rule, and has none.
 pub async fn is_second_factor_owed(executor: impl Executor<'_>, key: PersonKey) -> Result<bool> {
-    sqlx::query_scalar(concat!(
+    sqlx::query_scalar(with_factor_owed!(
         "SELECT EXISTS (SELECT 1 FROM people p JOIN schools s ON s.id = p.school_id
                         WHERE p.id = $1 AND p.school_id = $2 AND ",
-        factor_owed!(),
         ")"
     ))
     .bind(key.person_id)

@@ -41,13 +41,32 @@ fn acts_in_sources() -> BTreeSet<String> {
     found
 }
 
-/// Endings of files, a layer of a metric, and what OpenTelemetry calls an outcome and a version: no acts.
-const NO_ACTS: [&str; 13] =
-    ["bin", "csv", "db", "html", "json", "jsonl", "md", "sh", "skin", "status_code", "toml", "txt", "version"];
+/// Endings of files and of an example's address, a layer of a metric, and what OpenTelemetry calls an outcome and a version: no acts.
+const NO_ACTS: [&str; 15] = [
+    "bin",
+    "csv",
+    "db",
+    "html",
+    "json",
+    "jsonl",
+    "md",
+    "org",
+    "rs",
+    "sh",
+    "skin",
+    "status_code",
+    "toml",
+    "txt",
+    "version",
+];
+/// What a browser calls a passkey that is made, and one that signs: no theme of acts.
+const WEBAUTHN: &str = "webauthn.";
 
 #[test]
 fn every_act_has_words_and_a_theme() {
-    let is_act = |word: &&String| !NO_ACTS.iter().any(|ending| word.ends_with(&format!(".{ending}")));
+    let is_act = |word: &&String| {
+        !word.starts_with(WEBAUTHN) && !NO_ACTS.iter().any(|ending| word.ends_with(&format!(".{ending}")))
+    };
     let acts = acts_in_sources();
     let acts: Vec<&String> = acts.iter().filter(is_act).collect();
     assert!(acts.len() > 90, "{acts:?}");
