@@ -113,7 +113,7 @@ impl AddressRefused {
     /// What is allowed, and how to build the program that allows more.
     #[cfg(not(feature = "postgres"))]
     pub const ALLOWED: &str = "this program is built for SQLite: allowed is a sqlite: URL or a path; one for a postgres:// URL, too, is \
-                               built by `cargo build --release -p web-admin --features postgres`";
+                               built by `cargo build --release -p web-admin --features replicas`";
 }
 
 /// An address as it may be told: who, where and which, and neither a password nor what stands behind a question mark, which may be one.

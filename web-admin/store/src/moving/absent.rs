@@ -27,7 +27,7 @@ impl DatabaseMove {
         Err(MoveError::Refused {
             place: format!("{} to {}", without_password(from), without_password(to)),
             why: "this program is built for SQLite alone; one that moves is built by \
-                  `cargo build --release -p web-admin --features postgres`"
+                  `cargo build --release -p web-admin --features replicas`"
                 .to_owned(),
         })
     }
