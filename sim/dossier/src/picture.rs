@@ -92,7 +92,8 @@ fn draw_row(svg: &mut String, dossiers: &[SceneDossier], place: usize, y: f64) {
         let apart = (index as f64 - (dossiers.len() as f64 - 1.0) / 2.0) * 0.5 / dossiers.len() as f64;
         draw_point(svg, index, place_of_ratio(value / middle), y + HEIGHT_OF_ROW * apart);
     }
-    draw_label(svg, &format!("{}: {}", figure.title, say_range(figure)), 16.0, y + 4.0);
+    draw_label(svg, figure.title, 16.0, y - 4.0);
+    draw_label(svg, &say_range(figure), 16.0, y + 13.0);
 }
 
 /// The place of a ratio on the logarithmic axis; of the nearest end, if it lies beyond.
