@@ -35,6 +35,8 @@ pub struct Bearer {
     pub school_id: SchoolId,
     /// Whose attempt it is; where absent, whoever the recording names by pseudonym.
     pub trainee_id: Option<PersonId>,
+    /// The station that brings it, where one does.
+    pub station_id: Option<StationId>,
     /// For the audit log.
     pub actor: Actor,
     /// How far their clock is ahead of ours, in µs, where they have told it.
@@ -149,7 +151,7 @@ async fn describe(
     let claim = Claim {
         began: Moment::from(named.started_at),
         duration_s,
-        ahead_us: bearer.ahead_us,
+        ahead_us: bearer.ahead_us.filter(|_| may_set_clock(bearer, signer.as_ref())),
         paired_at: signer.as_ref().map(|station| station.created_at),
     };
     let started_at = claim.believed(received_at);
@@ -189,6 +191,11 @@ async fn describe(
     })
 }
 
+/// What is signed is believed far back, so that nobody's clock moves it but that of the station which has signed it.
+fn may_set_clock(bearer: &Bearer, signer: Option<&Signer>) -> bool {
+    signer.is_none_or(|signer| bearer.station_id == Some(signer.id))
+}
+
 /// Whose attempt it is. A recording that names somebody belongs to them, and nobody else brings it as their own.
 async fn trainee(state: &Service, bearer: &Bearer, named: &str) -> Result<PersonId, Error> {
     let Some(id) = bearer.trainee_id else { return by_pseudonym(state, bearer.school_id, named).await };
@@ -201,9 +208,13 @@ async fn trainee(state: &Service, bearer: &Bearer, named: &str) -> Result<Person
     )))
 }
 
-/// The station that has signed it, where it is one of this school's that is paired now, and its signature is right.
+/// The station that has signed it, where it is one of this school's that is paired now, and its signature is right. What names nobody is
+/// nobody's proof: anybody could bring it as their own.
 async fn signer(state: &Service, school: SchoolId, told: &RecordingFacts) -> Result<Option<Signer>, Error> {
     let (Some(signature), Some(motion)) = (&told.signature, &told.motion) else { return Ok(None) };
+    if told.session.trainee.is_empty() {
+        return Ok(None);
+    }
     let station =
         stations::find_station_signer(state.db.reader(), school, StationId::from_uuid(signature.station)).await?;
     let signed = signature::signed_statement(&told.session, signature.station, motion);

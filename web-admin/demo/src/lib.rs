@@ -208,7 +208,8 @@ async fn practise(
     progress: &ProgressBar,
 ) -> anyhow::Result<()> {
     for MadeRecording { by, path, ends } in attempt::perform_demo_attempts(state, tasks).await? {
-        let bearer = Bearer { school_id, trainee_id: Some(by), actor: Actor::Person(by), ahead_us: None };
+        let actor = Actor::Person(by);
+        let bearer = Bearer { school_id, trainee_id: Some(by), station_id: None, actor, ahead_us: None };
         take_in(state, &bearer, path, ends).await?;
         progress.inc(1);
     }

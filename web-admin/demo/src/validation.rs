@@ -68,7 +68,8 @@ pub(super) async fn hold_validation_study(
     let mut taken = Vec::new();
     for MadeRecording { by, path, ends } in attempt::perform_demo_attempts(state, tasks).await? {
         let actor = Actor::Station(station.name.clone());
-        let bearer = Bearer { school_id: station.school_id, trainee_id: None, actor, ahead_us: None };
+        let (school_id, station_id) = (station.school_id, Some(station.id));
+        let bearer = Bearer { school_id, trainee_id: None, station_id, actor, ahead_us: None };
         taken.push((by, ends, take_in(state, &bearer, path, ends).await?));
         progress.inc(1);
     }

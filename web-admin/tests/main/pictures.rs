@@ -222,6 +222,10 @@ async fn what_is_no_picture_is_refused_in_words_and_nothing_typed_is_lost() {
         }
     }
     assert_eq!(typed_in(&client.get(&draft).await.text()), before, "nothing was saved");
+    let text = "#".repeat(2 * 1024 * 1024 + 1);
+    let refused = send_picture(client, &draft, cut, &[("document", &text)]).await;
+    assert_eq!(refused.status, 422, "only the file may be larger than 2 MB");
+    assert!(refused.text().contains("more than 2 MB of text"), "{}", refused.text());
     let csrf = csrf_in(&client.get(&draft).await.text());
     let plain = client.form(&format!("{draft}/pictures"), &[("csrf", &csrf)]).await;
     assert_eq!(plain.status, 400, "a form that brings no file");

@@ -9,6 +9,7 @@ use model::{CurrentPerson, Moment, Role, SessionKey};
 use serde_json::json;
 use store::{practice, proofs, sessions, tallies};
 use time::OffsetDateTime;
+use time::format_description::well_known::Rfc3339;
 use time::macros::datetime;
 use web_admin::worker;
 
@@ -195,7 +196,12 @@ async fn a_signature_counts_while_its_station_is_paired_and_only_for_what_it_was
         worker::work_off_jobs(&world.app.state).await.unwrap();
         proofs::find_proof(reader, SessionKey { school_id: world.school, id: attempt.session_id }).await.unwrap()
     };
-    let signed = |started_at| Attempt { station: Some(station.clone()), ..attempt_at(started_at) };
+    let trainee = world.ada.person.pseudonym.clone();
+    let signed = |started_at| Attempt {
+        station: Some(station.clone()),
+        trainee: trainee.clone(),
+        ..attempt_at(started_at)
+    };
     let honest = signed(NOW);
     let told = world.upload(&world.ada, &honest).await.json();
     assert_eq!(told["signed_by_station"], true, "{told}");
@@ -208,10 +214,13 @@ async fn a_signature_counts_while_its_station_is_paired_and_only_for_what_it_was
     let other_key = Station { key: SigningKey::from_bytes(&[8; 32]), ..station.clone() };
     let stranger = Station { id: StationId::random(), ..station.clone() };
     for forger in [other_key, stranger] {
-        let forged = Attempt { station: Some(forger), ..attempt_at(NOW) };
+        let forged = Attempt { station: Some(forger), ..signed(NOW) };
         assert_eq!(world.upload(&world.ada, &forged).await.json()["signed_by_station"], false);
         assert!(!proof(&forged).await.signed);
     }
+    let nameless = Attempt { trainee: String::new(), ..signed(NOW) };
+    assert_eq!(world.upload(&world.ada, &nameless).await.json()["signed_by_station"], false, "it names nobody");
+    assert!(!proof(&nameless).await.signed);
     // A station vouches for what the hand did; forces that do not follow from it are no proof.
     let spoilt = signed(NOW);
     assert_eq!(world.app.with_token(&world.ada.token).upload(&tampered(&spoilt)).await.status, 201);
@@ -223,6 +232,15 @@ async fn a_signature_counts_while_its_station_is_paired_and_only_for_what_it_was
     world.upload(&world.ada, &before).await;
     assert_eq!(world.began(&offline).await, (offline.started_at, None));
     assert_eq!(world.began(&before).await, (NOW, Some(before.started_at)));
+    // Whoever carries it there has a clock of their own, which says nothing of when it was recorded.
+    let carried = signed(NOW + time::Duration::hours(2));
+    let fast = world.app.state.clock.now().to_utc() + time::Duration::days(2);
+    let request = axum::http::Request::post("/api/v1/sessions")
+        .header("content-type", "application/octet-stream")
+        .header("stylet-clock", fast.format(&Rfc3339).unwrap())
+        .body(axum::body::Body::from(record(&carried)));
+    assert_eq!(world.app.with_token(&world.ada.token).send(request.unwrap()).await.status, 201);
+    assert_eq!(world.began(&carried).await, (carried.started_at, None));
     let mut head = world.app.signed_in("head@example.org").await;
     let csrf = csrf_in(&head.get("/admin").await.text());
     head.form(&format!("/admin/stations/{}/revoke", station.id), &[("csrf", &csrf)]).await;

@@ -344,11 +344,13 @@ impl Window {
             Steered::Itself | Steered::Window(_) => &info.name,
         };
         let maker = Maker { device: name, device_max_force_n: info.max_force_n, seed, tick_hz: TICK_HZ };
-        let trainee = self.desk.signed_in().map_or_else(|| station.trainee.clone(), |who| who.trainee);
+        let signed_in = self.desk.signed_in();
+        let is_program = matches!(station.device, open::DeviceChoice::Operator(_));
+        // The station vouches for whoever has signed in by code, and for no program's hand.
+        let key = station.key.clone().filter(|_| signed_in.is_some() && !is_program);
+        let trainee = signed_in.map_or_else(|| station.trainee.clone(), |who| who.trainee);
         let session = Session { trainee, ..maker.session(&bundle) };
         let path = station.folder.join(format!("{}.mcap", session.session_id));
-        // A program's hand is nobody's.
-        let key = station.key.clone().filter(|_| !matches!(station.device, open::DeviceChoice::Operator(_)));
         let live =
             Live::start(live::LiveTrial { bundle, specimen, session, path, key }, opened.mapping, opened.driven)?;
         Ok(Box::new(TrialScreen::new(live, opened.steered, opened.passed_over, station.guided)))

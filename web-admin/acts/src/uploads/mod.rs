@@ -218,7 +218,7 @@ async fn bearer(state: &Service, upload: &Upload) -> Result<Bearer, Error> {
         (None, None) => return Err(anyhow::anyhow!("an upload without an owner").into()),
     };
     let (trainee_id, ahead_us) = (upload.person_id, upload.clock_offset_us);
-    Ok(Bearer { school_id: upload.school_id, trainee_id, actor, ahead_us })
+    Ok(Bearer { school_id: upload.school_id, trainee_id, station_id: upload.station_id, actor, ahead_us })
 }
 
 /// Throws away what has expired and what nobody knows, and makes attempts of what was whole when the service stopped.

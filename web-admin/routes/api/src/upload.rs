@@ -14,6 +14,7 @@ use futures::{StreamExt, TryStreamExt};
 use model::Moment;
 use routes_base::AppState;
 use routes_base::error::{ApiError, ProblemDocument};
+use store::uploads::UploadOwner;
 use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 
@@ -63,8 +64,8 @@ fn content_digest(headers: &HeaderMap) -> Result<Option<Checksum>, Error> {
 }
 
 fn bearer_of_caller(caller: &Caller) -> Bearer {
-    let trainee_id = caller.person().ok().map(|person| person.id);
-    Bearer { school_id: caller.school_id(), trainee_id, actor: caller.actor(), ahead_us: None }
+    let UploadOwner { school_id, person_id, station_id } = caller.owner();
+    Bearer { school_id, trainee_id: person_id, station_id, actor: caller.actor(), ahead_us: None }
 }
 
 /// How far the sender's clock is ahead of ours, in µs, where the header tells it.

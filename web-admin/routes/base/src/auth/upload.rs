@@ -13,6 +13,9 @@ use tower_sessions::Session;
 use super::csrf;
 use crate::error::PageError;
 
+/// Most bytes of all fields beside the file together: as many as a form without a file may have.
+const MOST_TEXT_BYTES: usize = 2 * 1024 * 1024;
+
 /// A form with a file, whose field `csrf` holds the session's token; anything else is refused with 403. The token comes
 /// before the file, so that nothing of a stranger's file is read.
 #[derive(Clone, Debug)]
@@ -83,7 +86,7 @@ async fn read_request<S: Send + Sync>(request: Request, state: &S, most_bytes: u
 
 async fn read_parts(mut parts: Multipart, session: Option<Session>, most_bytes: usize) -> Result<SentParts, Error> {
     let (mut fields, mut file) = (Vec::new(), SentFile::default());
-    let (mut genuine, mut read) = (false, 0);
+    let (mut genuine, mut read, mut left_bytes) = (false, 0, MOST_TEXT_BYTES);
     while let Some(part) = parts.next_field().await.map_err(refuse_upload)? {
         read += 1;
         if read > csrf::MOST_FIELDS {
@@ -94,7 +97,7 @@ async fn read_parts(mut parts: Multipart, session: Option<Session>, most_bytes: 
             Some(_) if !genuine => break,
             Some(name) => file = read_file(part, name, most_bytes).await?,
             None => {
-                let text = part.text().await.map_err(refuse_upload)?;
+                let text = read_text(part, &mut left_bytes).await?;
                 if name == "csrf" {
                     genuine = csrf::is_genuine(session.as_ref(), &text).await?;
                 }
@@ -103,6 +106,20 @@ async fn read_parts(mut parts: Multipart, session: Option<Session>, most_bytes: 
         }
     }
     if genuine { Ok(SentParts { fields, file }) } else { Err(csrf::refuse_form()) }
+}
+
+/// The text of a field, which is subtracted from the bytes that are left to the form's fields.
+async fn read_text(mut part: Field<'_>, left_bytes: &mut usize) -> Result<String, Error> {
+    let mut text = Vec::new();
+    while let Some(piece) = part.chunk().await.map_err(refuse_upload)? {
+        *left_bytes = left_bytes.checked_sub(piece.len()).ok_or_else(too_much_text)?;
+        text.extend_from_slice(&piece);
+    }
+    Ok(String::from_utf8_lossy(&text).into_owned())
+}
+
+fn too_much_text() -> Error {
+    Error::Unprocessable(tr!("The fields of the form hold more than 2 MB of text, the most allowed beside a file.").to_owned())
 }
 
 /// A file, and no more of it than is kept of one.
