@@ -191,7 +191,7 @@ async fn describe(
     })
 }
 
-/// What is signed is believed far back, so that nobody's clock moves it but that of the station which has signed it.
+/// The time of a signed recording is trusted far into the past, so only the clock of the station that signed it may correct it.
 fn may_set_clock(bearer: &Bearer, signer: Option<&Signer>) -> bool {
     signer.is_none_or(|signer| bearer.station_id == Some(signer.id))
 }
@@ -208,8 +208,8 @@ async fn trainee(state: &Service, bearer: &Bearer, named: &str) -> Result<Person
     )))
 }
 
-/// The station that has signed it, where it is one of this school's that is paired now, and its signature is right. What names nobody is
-/// nobody's proof: anybody could bring it as their own.
+/// The station that has signed it, where it is one of this school's that is paired now, and its signature is right. A recording
+/// without a trainee proves nothing: any trainee could upload it.
 async fn signer(state: &Service, school: SchoolId, told: &RecordingFacts) -> Result<Option<Signer>, Error> {
     let (Some(signature), Some(motion)) = (&told.signature, &told.motion) else { return Ok(None) };
     if told.session.trainee.is_empty() {

@@ -197,11 +197,8 @@ async fn a_signature_counts_while_its_station_is_paired_and_only_for_what_it_was
         proofs::find_proof(reader, SessionKey { school_id: world.school, id: attempt.session_id }).await.unwrap()
     };
     let trainee = world.ada.person.pseudonym.clone();
-    let signed = |started_at| Attempt {
-        station: Some(station.clone()),
-        trainee: trainee.clone(),
-        ..attempt_at(started_at)
-    };
+    let signed =
+        |started_at| Attempt { station: Some(station.clone()), trainee: trainee.clone(), ..attempt_at(started_at) };
     let honest = signed(NOW);
     let told = world.upload(&world.ada, &honest).await.json();
     assert_eq!(told["signed_by_station"], true, "{told}");
@@ -219,7 +216,7 @@ async fn a_signature_counts_while_its_station_is_paired_and_only_for_what_it_was
         assert!(!proof(&forged).await.signed);
     }
     let nameless = Attempt { trainee: String::new(), ..signed(NOW) };
-    assert_eq!(world.upload(&world.ada, &nameless).await.json()["signed_by_station"], false, "it names nobody");
+    assert_eq!(world.upload(&world.ada, &nameless).await.json()["signed_by_station"], false, "no trainee is named");
     assert!(!proof(&nameless).await.signed);
     // A station vouches for what the hand did; forces that do not follow from it are no proof.
     let spoilt = signed(NOW);
@@ -232,7 +229,7 @@ async fn a_signature_counts_while_its_station_is_paired_and_only_for_what_it_was
     world.upload(&world.ada, &before).await;
     assert_eq!(world.began(&offline).await, (offline.started_at, None));
     assert_eq!(world.began(&before).await, (NOW, Some(before.started_at)));
-    // Whoever carries it there has a clock of their own, which says nothing of when it was recorded.
+    // The uploader's clock is not the clock of the station that recorded the attempt.
     let carried = signed(NOW + time::Duration::hours(2));
     let fast = world.app.state.clock.now().to_utc() + time::Duration::days(2);
     let request = axum::http::Request::post("/api/v1/sessions")

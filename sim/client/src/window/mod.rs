@@ -346,7 +346,7 @@ impl Window {
         let maker = Maker { device: name, device_max_force_n: info.max_force_n, seed, tick_hz: TICK_HZ };
         let signed_in = self.desk.signed_in();
         let is_program = matches!(station.device, open::DeviceChoice::Operator(_));
-        // The station vouches for whoever has signed in by code, and for no program's hand.
+        // The station signs attempts of trainees who have signed in by code, and none of a program.
         let key = station.key.clone().filter(|_| signed_in.is_some() && !is_program);
         let trainee = signed_in.map_or_else(|| station.trainee.clone(), |who| who.trainee);
         let session = Session { trainee, ..maker.session(&bundle) };

@@ -119,7 +119,9 @@ async fn read_text(mut part: Field<'_>, left_bytes: &mut usize) -> Result<String
 }
 
 fn too_much_text() -> Error {
-    Error::Unprocessable(tr!("The fields of the form hold more than 2 MB of text, the most allowed beside a file.").to_owned())
+    Error::Unprocessable(
+        tr!("The fields of the form hold more than 2 MB of text, the most allowed beside a file.").to_owned(),
+    )
 }
 
 /// A file, and no more of it than is kept of one.
