@@ -8,6 +8,8 @@ use crate::service::Service;
 
 /// Longest that reading what has just arrived may take.
 const LONGEST_READING: Duration = Duration::from_secs(60);
+/// Longest that reading a workbook may take.
+const LONGEST_WORKBOOK: Duration = Duration::from_secs(10);
 
 /// Has a question answered. Dropped, the helper that works on it is ended.
 ///
@@ -30,6 +32,7 @@ pub async fn ask_within(state: &Service, question: JudgeQuestion, most: Duration
         JudgeQuestion::Recording(_) => helper.time,
         JudgeQuestion::Arrival(_) => helper.time.min(LONGEST_READING),
         JudgeQuestion::Draft(_) => state.config.preview_time,
+        JudgeQuestion::Workbook(_) => helper.time.min(LONGEST_WORKBOOK),
     };
     ask_helper(Helper { time: time.min(most), ..helper.clone() }, &question).await
 }

@@ -20,7 +20,7 @@ use crate::recording_store::RecordingStore;
 use crate::recordings::Received;
 use crate::scanning::ScanVerdict;
 use crate::service::Service;
-use crate::{asking, holds, keys};
+use crate::{asking, holds, keys, motions};
 
 /// Longest wait until it is one's turn to be read.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -269,7 +269,7 @@ async fn keep(
         tx.commit().await?;
         return Ok(kept);
     }
-    find_repeated(&mut tx, &mut session).await?;
+    find_repeated(state, &mut tx, &mut session).await?;
     let received = place_file(state, received, &session, sent).await?;
     KillPoint::RecordingLinked.pass();
     sessions::insert_session(&mut tx, &session).await?;
@@ -289,12 +289,20 @@ async fn keep(
     Ok(RecordingReceipt::Now(session))
 }
 
-/// Looks whether the same motion was brought before and counts. What counts nowhere anyway repeats nothing.
-async fn find_repeated(tx: &mut Connection, session: &mut Session) -> Result<(), Error> {
+/// Looks for an attempt of the same motion that counts. One of the two is a duplicate from now on: the later, or an unsigned copy of a
+/// signed attempt. An attempt that does not count is not compared.
+async fn find_repeated(state: &Service, tx: &mut Connection, session: &mut Session) -> Result<(), Error> {
     let Some(motion) = session.motion_sha256.as_deref().filter(|_| session.uncounted.is_none()) else { return Ok(()) };
-    if let Some(first) = sessions::find_session_of_motion(tx, session.school_id, motion).await? {
-        (session.uncounted, session.repeats) = (Some(Uncounted::Duplicate), Some(first));
+    let Some(first) = sessions::find_session_of_motion(&mut *tx, session.school_id, motion).await? else {
+        return Ok(());
+    };
+    if session.signed_by.is_some() {
+        let first = sessions::find_session(&mut *tx, session.school_id, first).await?.ok_or(Error::NotFound)?;
+        if first.signed_by.is_none() {
+            return Ok(motions::mark_duplicate(state, tx, session.key(), &first).await?);
+        }
     }
+    (session.uncounted, session.repeats) = (Some(Uncounted::Duplicate), Some(first));
     Ok(())
 }
 

@@ -54,20 +54,26 @@ async fn compare(state: &Service, tx: &mut Connection, session: &Session, motion
         let other = sessions::find_session(&mut *tx, own.school_id, same).await?.context("an attempt that is gone")?;
         let is_first = motions::find_earlier_motion(&mut *tx, own, other.key()).await?;
         let (first, later) = if is_first { (session, &other) } else { (&other, session) };
-        repeat(state, tx, first.key(), later).await?;
+        mark_duplicate(state, tx, first.key(), later).await?;
     }
     Ok(motions::set_motion(tx, own, motion).await?)
 }
 
-async fn repeat(state: &Service, tx: &mut Connection, first: SessionKey, later: &Session) -> anyhow::Result<()> {
-    motions::mark_repeated(tx, later.key(), first).await?;
-    if later.state == SessionState::Scored {
-        practice::refresh_practice(tx, later.key()).await?;
+/// Marks an attempt that has counted as a duplicate of another, and subtracts it from its trainee's sums.
+pub(crate) async fn mark_duplicate(
+    state: &Service,
+    tx: &mut Connection,
+    original: SessionKey,
+    duplicate: &Session,
+) -> anyhow::Result<()> {
+    motions::mark_repeated(tx, duplicate.key(), original).await?;
+    if duplicate.state == SessionState::Scored {
+        practice::refresh_practice(tx, duplicate.key()).await?;
     }
-    AuditEntry::new(later.school_id, Actor::Worker, "session.repeats", later.id)
-        .with(json!({ "repeats": first.id }))
+    AuditEntry::new(duplicate.school_id, Actor::Worker, "session.repeats", duplicate.id)
+        .with(json!({ "repeats": original.id }))
         .append(tx, state.clock.now())
         .await?;
-    tracing::warn!(session = %later.id, first = %first.id, "an attempt of before repeats another's motion, and counts no more");
+    tracing::warn!(session = %duplicate.id, original = %original.id, "an attempt is a duplicate and no longer counts");
     Ok(())
 }

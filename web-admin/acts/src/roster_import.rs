@@ -1,12 +1,13 @@
 //! Rosters, from a file to people: looked at first, then imported exactly as they were shown, all or nothing.
 
 use std::collections::BTreeMap;
+use std::time::Duration;
 
-use data_encoding::HEXLOWER;
+use data_encoding::{BASE64, HEXLOWER};
 use model::ids::{CohortId, PersonId, RosterId, SchoolId};
 use model::roster::{
     LineOutcome, MappingDoubt, Roster, RosterChange, RosterDifference, RosterEntry, RosterMapping, RosterOutcome,
-    RosterRequest, RosterTable,
+    RosterRequest, RosterTable, Unreadable, is_workbook,
 };
 use model::{CurrentPerson, PersonKey, Role};
 use serde_json::json;
@@ -17,12 +18,15 @@ use store::directory::{self, Details};
 use store::rosters::{About, NewRosterDraft, RosterDraft};
 use store::{Connection, audit, rosters};
 
-use crate::accounts;
 use crate::error::Error;
+use crate::judging::{JudgeAnswer, JudgeQuestion};
 use crate::service::Service;
+use crate::{accounts, asking};
 
 /// How long a roster waits to be confirmed, in s.
 pub const DRAFT_LIFETIME_S: i64 = 86_400;
+/// Longest wait for a turn to have a workbook read.
+const PATIENCE: Duration = Duration::from_secs(10);
 
 /// A roster that was looked at.
 #[derive(Clone, Debug)]
@@ -66,7 +70,7 @@ pub async fn keep(
     body: &[u8],
     wanted: &RosterRequest,
 ) -> Result<RosterId, Error> {
-    let table = parse(body).await?;
+    let table = parse(state, by.school_id, body).await?;
     let known = rosters::find_roster_mapping(state.db.reader(), by.school_id, &headings_sha256(&table)).await?;
     let guess = table.guess();
     let certain = guess.doubts.is_empty().then_some(guess.mapping);
@@ -84,9 +88,23 @@ fn headings_sha256(table: &RosterTable) -> [u8; 32] {
     Sha256::digest(table.headings.join("\u{1f}")).into()
 }
 
-async fn parse(body: &[u8]) -> Result<RosterTable, Error> {
-    let body = body.to_vec();
-    let parsed = tokio::task::spawn_blocking(move || RosterTable::read(&body)).await?;
+/// Reads a file. A workbook is read by a helper with limits of memory and time, when it is the school's turn.
+async fn parse(state: &Service, school: SchoolId, body: &[u8]) -> Result<RosterTable, Error> {
+    let parsed = if is_workbook(body) {
+        let place = state.helpers.enter(school, PATIENCE).await;
+        let _place = place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })?;
+        match asking::ask(state, JudgeQuestion::Workbook(BASE64.encode(body))).await? {
+            JudgeAnswer::Sheet(sheet) => sheet.and_then(RosterTable::of_sheet),
+            JudgeAnswer::Died(how) => {
+                tracing::warn!(%school, how, "a helper died of a workbook, which was refused");
+                Err(Unreadable::TooMuch)
+            }
+            other => return Err(anyhow::anyhow!("a workbook was to be read, and the answer was {other:?}").into()),
+        }
+    } else {
+        let body = body.to_vec();
+        tokio::task::spawn_blocking(move || RosterTable::read(&body)).await?
+    };
     parsed.map_err(|refused| Error::Unprocessable(refused.to_string()))
 }
 
@@ -96,7 +114,7 @@ async fn parse(body: &[u8]) -> Result<RosterTable, Error> {
 /// When there is none, or the database fails.
 pub async fn look_at_columns(state: &Service, school: SchoolId, id: RosterId) -> Result<RosterColumnsLook, Error> {
     let draft = rosters::find_roster(state.db.reader(), school, id).await?.ok_or(Error::NotFound)?;
-    let table = parse(&draft.body).await?;
+    let table = parse(state, school, &draft.body).await?;
     let guess = table.guess();
     let (mapping, doubts) = match draft.wanted.0.mapping {
         Some(said) => (said, Vec::new()),
@@ -118,7 +136,7 @@ pub async fn assign_columns(
     let now = state.clock.now();
     // A workbook takes a while to be read: nobody waits for the database meanwhile.
     let draft = rosters::find_roster(state.db.reader(), by.school_id, id).await?.ok_or(Error::NotFound)?;
-    let table = parse(&draft.body).await?;
+    let table = parse(state, by.school_id, &draft.body).await?;
     if !mapping.fits(table.headings.len()) {
         return Err(Error::BadRequest("a column is missing or chosen twice".to_owned()));
     }
@@ -139,17 +157,21 @@ pub async fn assign_columns(
 /// When there is none, or the database fails.
 pub async fn preview(state: &Service, school: SchoolId, id: RosterId) -> Result<Option<RosterPreview>, Error> {
     let draft = rosters::find_roster(state.db.reader(), school, id).await?.ok_or(Error::NotFound)?;
+    if draft.wanted.0.mapping.is_none() {
+        return Ok(None);
+    }
+    let table = parse(state, school, &draft.body).await?;
     let mut connection = state.db.reader().acquire().await?;
-    look(&mut connection, school, draft).await
+    look(&mut connection, school, draft, table).await
 }
 
 async fn look(
     connection: &mut Connection,
     school: SchoolId,
     draft: RosterDraft,
+    table: RosterTable,
 ) -> Result<Option<RosterPreview>, Error> {
     let Some(mapping) = draft.wanted.0.mapping.clone() else { return Ok(None) };
-    let table = parse(&draft.body).await?;
     let roster = table.people(&mapping);
     let about = about(&roster, &draft.wanted.0);
     let known = rosters::list_known_people(connection, school, &about).await?;
@@ -194,10 +216,13 @@ pub async fn confirm(
     digest: &str,
     invite: bool,
 ) -> Result<Option<RosterDifference>, Error> {
+    // The file of a roster never changes, so it is read before the database is locked.
+    let draft = rosters::find_roster(state.db.reader(), by.school_id, id).await?.ok_or(Error::NotFound)?;
+    let table = parse(state, by.school_id, &draft.body).await?;
     let mut tx = state.db.write().await?;
     let draft = rosters::find_roster(&mut *tx, by.school_id, id).await?.ok_or(Error::NotFound)?;
     let Some(RosterPreview { difference, .. }) =
-        look(&mut tx, by.school_id, draft).await?.filter(|preview| preview.digest == digest)
+        look(&mut tx, by.school_id, draft, table).await?.filter(|preview| preview.digest == digest)
     else {
         return Ok(None);
     };

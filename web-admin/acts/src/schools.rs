@@ -73,7 +73,7 @@ pub async fn settle_school(service: &Service, by: &CurrentPerson, settings: &Sch
 /// # Errors
 /// When it is no picture that can be had (422).
 pub async fn put_logo(service: &Service, by: &CurrentPerson, sent: Vec<u8>) -> Result<(), Error> {
-    let copied = tokio::task::spawn_blocking(move || picture::copy_logo(&sent)).await?;
+    let copied = service.parse(move || picture::copy_logo(&sent)).await?;
     let copy = copied.map_err(|why| Error::Unprocessable(tr!("the logo: {why}", why = words::phrase(&why))))?;
     let [width, height] = copy.size;
     let sha256 = HEXLOWER.encode(&Sha256::digest(&copy.bytes));

@@ -21,6 +21,7 @@ use sha2::{Digest, Sha256};
 use store::jobs::{JobHold, JobReturn};
 use store::{Connection, jobs, tries, uploads as rows};
 
+use super::people::send;
 use super::support::failing_disk::{FailingDisk, Fault};
 use super::support::recordings::{Attempt, record};
 use super::support::service::{Service, answer, founded};
@@ -220,6 +221,24 @@ async fn what_came_at_once_and_kills_its_reader_is_tried_twice_and_the_service_l
     assert_eq!(ada.upload(&bytes).await.status, 201, "asked to, the service tries it again");
     let left: i64 = sqlx::query_scalar("SELECT count(*) FROM readings").fetch_one(app.state.db.reader()).await.unwrap();
     assert_eq!(left, 0, "what its reader outlives is forgotten");
+}
+
+#[tokio::test]
+async fn a_workbook_that_takes_all_memory_is_refused_and_the_service_lives() {
+    let app = App::with(Clock::system(), |config| {
+        let program = env!("CARGO_BIN_EXE_web-admin").into();
+        config.helper = Some(Helper { program, memory_mb: 300, time: Duration::from_secs(60) });
+    })
+    .await;
+    let school = app.school("North").await;
+    app.member(school, Role::Administrator, "head@example.org").await;
+    let mut head = app.signed_in("head@example.org").await;
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/rosters");
+    // 20 000 formats of cells share a font with a name of 4 MB, which the library copies for each: 80 GB from 11 kB.
+    let refused = send(&mut head, &std::fs::read(folder.join("fonts.xlsx")).unwrap(), &[]).await;
+    assert_eq!(refused.status, 422);
+    assert!(refused.text().contains("the workbook is too large"), "{}", refused.text());
+    assert_eq!(send(&mut head, &std::fs::read(folder.join("excel.xlsx")).unwrap(), &[]).await.status, 303);
 }
 
 #[tokio::test]

@@ -151,6 +151,29 @@ async fn a_copy_that_does_not_count_does_not_keep_the_true_one_from_counting() {
 }
 
 #[tokio::test]
+async fn a_signed_attempt_counts_although_an_unsigned_copy_was_uploaded_first() {
+    let world = World::new().await;
+    world.app.member(world.school, Role::Administrator, "head@example.org").await;
+    let eve = world.app.member(world.school, Role::Trainee, "eve@example.org").await;
+    let trainee = world.ada.person.pseudonym.clone();
+    let original = Attempt { station: Some(world.pair().await), trainee, ..attempt_at(NOW) };
+    let copy = Attempt { session_id: SessionId::random(), hand: Some(original.session_id), ..attempt_at(NOW) };
+    assert_eq!(world.upload(&eve, &copy).await.status, 201);
+    assert_eq!(world.counted(&eve).await, 1);
+    let told = world.upload(&world.ada, &original).await.json();
+    assert_eq!((told.get("uncounted"), &told["signed_by_station"]), (None, &json!(true)), "{told}");
+    assert_eq!((world.counted(&world.ada).await, world.counted(&eve).await), (1, 0));
+    let listed = world.app.with_token(&eve.token).get("/api/v1/sessions").await.json()["sessions"][0].clone();
+    assert_eq!(listed["uncounted"], "duplicate");
+    let again = Attempt { session_id: SessionId::random(), hand: Some(original.session_id), ..original };
+    assert_eq!(
+        world.upload(&world.ada, &again).await.json()["uncounted"],
+        "duplicate",
+        "of two signed ones the first counts"
+    );
+}
+
+#[tokio::test]
 async fn an_attempt_is_believed_within_bounds_and_its_claim_is_kept() {
     let world = World::new().await;
     let long_ago = attempt_at(datetime!(2026-01-01 0:00 UTC));

@@ -10,10 +10,12 @@ pub use arrival::{RecordingFacts, ReportedRecording};
 use assessment::{Assessment, assess, own_exercise};
 use attempt::AttemptCurve;
 use attempt::verify::verify_recording;
+use data_encoding::BASE64;
 use documents::{ExerciseBundle, Patient};
 pub use draft::{DraftQuestion, publishable, same_id};
 use model::count_i64;
 use model::draft::{DraftRemark, DraftVerdict};
+use model::roster::{Unreadable, WorkbookSheet};
 use recording::{ReadError, Recording};
 use serde::{Deserialize, Serialize};
 use store::exercises::RevisionBytes;
@@ -31,6 +33,8 @@ pub enum JudgeQuestion {
     Arrival(PathBuf),
     /// What a draft of an exercise comes to.
     Draft(Box<DraftQuestion>),
+    /// The first sheet of a workbook, in base64.
+    Workbook(String),
 }
 
 /// What is to be made of a recording.
@@ -77,6 +81,8 @@ pub enum JudgeAnswer {
     Told(Box<ReportedRecording>),
     /// The draft comes to this.
     Examined(Box<DraftVerdict>),
+    /// The sheet, or why the workbook is refused.
+    Sheet(Result<WorkbookSheet, Unreadable>),
     /// It never will be answered.
     Permanent(String),
     /// It may be, later.
@@ -112,6 +118,10 @@ pub fn answer(question: JudgeQuestion, examine_draft: DraftExaminer) -> JudgeAns
             Err(unreadable) => JudgeAnswer::Permanent(unreadable.to_string()),
         },
         JudgeQuestion::Draft(question) => JudgeAnswer::Examined(Box::new(examine_draft(&question))),
+        JudgeQuestion::Workbook(base64) => match BASE64.decode(base64.as_bytes()) {
+            Ok(bytes) => JudgeAnswer::Sheet(WorkbookSheet::read(&bytes)),
+            Err(error) => JudgeAnswer::Permanent(error.to_string()),
+        },
     }
 }
 

@@ -23,6 +23,7 @@ pub use difference::{
     Leaving, LineOutcome, RosterChange, RosterDifference, RosterOutcome, RosterRequest, SchoolPerson,
 };
 pub use mapping::{GroupSplit, MappingDoubt, MappingGuess, RosterMapping};
+pub use sheet::{WorkbookSheet, is_workbook};
 pub use table::RosterTable;
 
 /// Most lines taken at once.
@@ -33,7 +34,7 @@ pub const MAX_COLUMNS: usize = 500;
 const MAX_CHARS: usize = 120;
 
 /// Why a file is refused whole.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 pub enum Unreadable {
     /// It has no line but the heading, or not even that.
     #[error("{}", tr!("the file has no people in it"))]

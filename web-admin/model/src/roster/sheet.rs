@@ -5,7 +5,7 @@ use std::io::{Cursor, Read};
 use std::panic;
 
 use calamine::{DataRef, Reader, Xlsx};
-use csv::StringRecord;
+use serde::{Deserialize, Serialize};
 use zip::ZipArchive;
 
 use super::{MAX_COLUMNS, MAX_ROWS, Unreadable};
@@ -19,21 +19,32 @@ const MAX_PARTS: usize = 1000;
 /// Most digits of the number of strings that a workbook announces: room is made for so many.
 const MAX_DIGITS: usize = 6;
 
+/// The first sheet of a workbook: its rows that are not empty, each with its number from 1.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct WorkbookSheet(pub(super) Vec<(u64, Vec<String>)>);
+
+impl WorkbookSheet {
+    /// Reads a workbook. What the library allocates is not bounded by the size of the file, so untrusted files are read in a process
+    /// with a limit of memory.
+    ///
+    /// # Errors
+    /// When the file is no workbook or is too large.
+    pub fn read(bytes: &[u8]) -> Result<Self, Unreadable> {
+        measure(bytes)?;
+        // A panic of the library on a broken workbook is a refusal.
+        panic::catch_unwind(|| read_cells(bytes)).unwrap_or(Err(Unreadable::NotSheet)).map(Self)
+    }
+}
+
 /// Whether a file is an archive, as workbooks are since 2007.
-pub(super) fn is_workbook(bytes: &[u8]) -> bool {
+#[must_use]
+pub fn is_workbook(bytes: &[u8]) -> bool {
     bytes.starts_with(b"PK\x03\x04")
 }
 
 /// Whether a file is a workbook of before 2007.
 pub(super) fn is_old_workbook(bytes: &[u8]) -> bool {
     bytes.starts_with(&[0xD0, 0xCF, 0x11, 0xE0])
-}
-
-/// The rows of the first sheet that are not empty, with their numbers from 1.
-pub(super) fn read(bytes: &[u8]) -> Result<Vec<(u64, StringRecord)>, Unreadable> {
-    measure(bytes)?;
-    // The reader is not ours: where a broken workbook makes it give up, the workbook is refused, and the service goes on.
-    panic::catch_unwind(|| read_cells(bytes)).unwrap_or(Err(Unreadable::NotSheet))
 }
 
 /// Unpacks every part, keeps none, and refuses what is too large.
@@ -67,7 +78,7 @@ fn announces_too_many(part: &[u8]) -> bool {
     })
 }
 
-fn read_cells(bytes: &[u8]) -> Result<Vec<(u64, StringRecord)>, Unreadable> {
+fn read_cells(bytes: &[u8]) -> Result<Vec<(u64, Vec<String>)>, Unreadable> {
     let mut book: Xlsx<_> = Xlsx::new(Cursor::new(bytes)).map_err(|_| Unreadable::NotSheet)?;
     let name = book.sheet_names().first().cloned().ok_or(Unreadable::NotSheet)?;
     let mut cells = book.worksheet_cells_reader(&name).map_err(|_| Unreadable::NotSheet)?;
@@ -107,12 +118,12 @@ struct SheetRow {
 }
 
 impl SheetRow {
-    fn finish(self, rows: &mut Vec<(u64, StringRecord)>) -> Result<(), Unreadable> {
+    fn finish(self, rows: &mut Vec<(u64, Vec<String>)>) -> Result<(), Unreadable> {
         if rows.len() > MAX_ROWS + 100 {
             return Err(Unreadable::TooLong);
         }
         if !self.fields.is_empty() {
-            rows.push((self.line, StringRecord::from(self.fields)));
+            rows.push((self.line, self.fields));
         }
         Ok(())
     }

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use csv::StringRecord;
 
 use super::columns::meaning;
+use super::sheet::WorkbookSheet;
 use super::{MAX_COLUMNS, MAX_ROWS, Roster, RosterMapping, RosterRow, Unreadable, entry, refuse_repeats, sheet, text};
 
 /// How many rows may stand above the headings.
@@ -30,8 +31,19 @@ impl RosterTable {
         if sheet::is_old_workbook(bytes) {
             return Err(Unreadable::OldExcel);
         }
-        let rows = if sheet::is_workbook(bytes) { sheet::read(bytes)? } else { read_csv(bytes)? };
-        Self::of_rows(rows)
+        if sheet::is_workbook(bytes) {
+            Self::of_sheet(WorkbookSheet::read(bytes)?)
+        } else {
+            Self::of_rows(read_csv(bytes)?)
+        }
+    }
+
+    /// The table of a workbook's first sheet.
+    ///
+    /// # Errors
+    /// When it is refused whole, saying why.
+    pub fn of_sheet(WorkbookSheet(rows): WorkbookSheet) -> Result<Self, Unreadable> {
+        Self::of_rows(rows.into_iter().map(|(line, cells)| (line, StringRecord::from(cells))).collect())
     }
 
     /// Finds the headings, and leaves out what is empty.

@@ -88,12 +88,24 @@ impl CsvCell {
     }
 }
 
-/// A text that no spreadsheet takes for a formula: one that begins like a formula gets an apostrophe before it, which
-/// spreadsheets take for "this is text".
+/// A text that no spreadsheet reads as a formula: an apostrophe, which spreadsheets read as "this is text", precedes a formula at the
+/// beginning, and after each character at which a spreadsheet with another separator may split the cell.
 #[must_use]
 pub fn neutralise_cell(text: &str) -> String {
-    let formula = text.trim_start_matches(' ').starts_with(['=', '+', '-', '@', '\t', '\r', '\n']);
-    if formula { format!("'{text}") } else { text.to_owned() }
+    let mut safe = String::with_capacity(text.len() + 1);
+    if text.trim_start_matches(' ').starts_with(['=', '+', '-', '@', '\t', '\r', '\n']) {
+        safe.push('\'');
+    }
+    let mut previous = None;
+    for c in text.chars() {
+        let is_split = previous.is_some_and(|previous| matches!(previous, ',' | ';' | '\t' | '\r' | '\n'));
+        if is_split && matches!(c, '=' | '+' | '-' | '@') {
+            safe.push('\'');
+        }
+        safe.push(c);
+        previous = Some(c);
+    }
+    safe
 }
 
 /// A table as CSV: a line of names, then the rows.
@@ -210,6 +222,12 @@ mod tests {
         ];
         let text = write_csv(&["a", "b", "c", "d", "e"], &[row]).expect("five cells under five names");
         assert_eq!(text, "a,b,c,d,e\r\n\"'=HYPERLINK(\"\"http://x\"\")\",'  @SUM(1),\"Müller, \"\"Ana\"\"\",-1.5,\r\n");
+    }
+
+    #[test]
+    fn a_cell_that_is_split_at_another_separator_holds_no_formula() {
+        assert_eq!(neutralise_cell("Ana;=1+1,@x\n-2"), "Ana;'=1+1,'@x\n'-2");
+        assert_eq!(neutralise_cell("good; a - b = c"), "good; a - b = c");
     }
 
     #[test]
