@@ -99,30 +99,31 @@ def attack_relabelled_recording(world):
 
 
 def attack_forged_signature(world):
-    """signatures by an unknown station, by another key, of another motion, and of altered forces"""
+    """signatures by an unknown station, by another key, of another motion, and of a recording without a trainee"""
     town, key = world.town, Ed25519PrivateKey.generate()
-    station = pair(town, key)
-    tape = world.recording(device="mouse").sign(station, key)
+    station, ada = pair(town, key), world.town.template.pseudonyms["ada"]
+    tape = world.recording(device="mouse", trainee=ada).sign(station, key)
     first = world.upload("ada", tape)
     honest(first.status == 201 and first.json["signed_by_station"] is True, f"a station's signature is right: {first}")
-    other = world.recording(device="mouse")
+    other = world.recording(device="mouse", trainee=ada)
     others = {
         "an unknown station": other.another().sign("00000000-0000-4000-8000-000000000000", key),
         "another key": other.another().sign(station, Ed25519PrivateKey.generate()),
     }
-    moved = world.recording(device="mouse")
+    moved = world.recording(device="mouse", trainee=ada)
     moved.metadata["stylet.signature"] = dict(tape.metadata["stylet.signature"])
     others["another motion"] = moved
+    others["a station, of nobody's attempt"] = world.recording(device="mouse", trainee="").sign(station, key)
     for what, forgery in others.items():
         answer = world.upload("ada", forgery)
         refuse(answer.json.get("signed_by_station") is not True, f"signed by {what}: {answer}")
-    return "none of three counts as signed"
+    return "none of four counts as signed"
 
 
 def attack_forces_that_do_not_follow(world):
     """a signed recording whose forces were halved afterwards"""
     town, key = world.town, Ed25519PrivateKey.generate()
-    station = pair(town, key)
+    station, ada = pair(town, key), world.town.template.pseudonyms["ada"]
 
     def proof(tape):
         honest(world.upload("ada", tape).status == 201, "it is taken")
@@ -133,9 +134,9 @@ def attack_forces_that_do_not_follow(world):
         sample.tip_n *= 0.5
         sample.force_n.z *= 0.5
 
-    kept = proof(world.recording(device="mouse").sign(station, key))
+    kept = proof(world.recording(device="mouse", trainee=ada).sign(station, key))
     honest(kept["signed"] and kept["resimulated"], f"an honest one is proved: {kept}")
-    altered = world.recording(device="mouse").fresh().edit("/needle/sample", halve).sign(station, key)
+    altered = world.recording(device="mouse", trainee=ada).fresh().edit("/needle/sample", halve).sign(station, key)
     found = proof(altered)
     refuse(not found["signed"] and not found["resimulated"], f"it counts as proved: {found}")
     return f"not proved: {found}"
