@@ -208,6 +208,11 @@ async fn wrong_words_are_refused_with_what_is_allowed() {
         let request = tus("POST", UPLOADS).header("upload-length", 9).header("upload-metadata", metadata);
         ada.send(request.body(Body::empty()).unwrap()).await.is_problem(400, "base64");
     }
+    let long = format!("name {}", "QUFB".repeat(1024));
+    let request = tus("POST", UPLOADS).header("upload-length", 9).header("upload-metadata", long);
+    ada.send(request.body(Body::empty()).unwrap()).await.is_problem(400, "at most 4096");
+    let request = tus("POST", UPLOADS).header("upload-length", 9).header("upload-concat", "partial");
+    ada.send(request.body(Body::empty()).unwrap()).await.is_problem(400, "upload-concat");
     let path = begin(&mut ada, 9).await;
     let typed = tus("PATCH", &path).header("upload-offset", 0).header("content-type", "application/octet-stream");
     ada.send(typed.body(Body::from("a")).unwrap()).await.is_problem(415, "offset+octet-stream");

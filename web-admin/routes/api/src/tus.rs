@@ -40,11 +40,15 @@ const SPOKEN: HeaderName = HeaderName::from_static("tus-version");
 const OFFSET: HeaderName = HeaderName::from_static("upload-offset");
 const LENGTH: HeaderName = HeaderName::from_static("upload-length");
 const METADATA: HeaderName = HeaderName::from_static("upload-metadata");
+const CONCAT: HeaderName = HeaderName::from_static("upload-concat");
 const EXPIRES: HeaderName = HeaderName::from_static("upload-expires");
 const CHECKSUM: HeaderName = HeaderName::from_static("upload-checksum");
 const OVERRIDE: HeaderName = HeaderName::from_static("x-http-method-override");
 /// Ours: the attempt that a whole upload has become. Without it, nothing has been acknowledged.
 const SESSION: HeaderName = HeaderName::from_static("stylet-session");
+
+/// Most bytes of `Upload-Metadata`, which is stored with the upload.
+const MOST_METADATA_BYTES: usize = 4096;
 
 /// The endpoints of callers with a token.
 pub(super) fn caller_endpoints() -> OpenApiRouter<AppState> {
@@ -116,6 +120,10 @@ pub(super) async fn create_upload(
     headers: HeaderMap,
     body: Body,
 ) -> Result<Response, ApiError> {
+    if headers.contains_key(CONCAT) {
+        let why = format!("{CONCAT}: uploads cannot be concatenated here; allowed extensions are {EXTENSIONS}");
+        return Err(Error::BadRequest(why).into());
+    }
     let length = header_number(&headers, &LENGTH)?;
     match length {
         0 => return Err(Error::Unprocessable("Upload-Length: 0; a recording was expected".to_owned()).into()),
@@ -234,6 +242,12 @@ fn parse_metadata(headers: &HeaderMap) -> Result<String, Error> {
         Error::BadRequest(format!("Upload-Metadata: {allowed}"))
     };
     let header = header.to_str().map_err(|_| refused())?;
+    if header.len() > MOST_METADATA_BYTES {
+        let length = header.len();
+        return Err(Error::BadRequest(format!(
+            "Upload-Metadata: {length} bytes; at most {MOST_METADATA_BYTES} are allowed"
+        )));
+    }
     // Clients send it empty where they have nothing to say.
     if header.trim().is_empty() {
         return Ok(String::new());
