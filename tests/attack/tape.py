@@ -16,6 +16,7 @@ from mcap.writer import CompressionType, Writer
 MAGIC = b"\x89MCAP0\r\n"
 HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK = 1, 2, 3, 4, 5, 6
 ATTACHMENT, METADATA, DATA_END = 9, 12, 15
+INTERRUPTED = 9
 
 
 @dataclass
@@ -95,14 +96,30 @@ class Tape:
                 digest.update(struct.pack("<8dB", s.t_s, p.x, p.y, p.z, q.x, q.y, q.z, q.w, bool(s.flags & 4)))
         return digest.digest()
 
+    def conditions(self):
+        """SHA-256 of what the device did with the force, and of what ended the attempt."""
+        flags, interruptions, kinds = hashlib.sha256(), hashlib.sha256(), {}
+        for topic, _, data in self.messages:
+            kind = kinds.setdefault(topic, self.kind(topic)) if topic in ("/needle/sample", "/events") else None
+            if topic == "/needle/sample":
+                flags.update(struct.pack("<I", kind.FromString(data).flags))
+            elif topic == "/events" and (event := kind.FromString(data)).kind == INTERRUPTED:
+                words = event.text.encode()
+                interruptions.update(struct.pack("<dQ", event.t_s, len(words)) + words)
+        return hashlib.sha256(flags.digest() + interruptions.digest()).digest()
+
     def sign(self, station, key):
         """Signs as docs/recordings.md says, by an Ed25519 key."""
         session, began = self.session, moment(self.session["started_at"])
         thickness = [float(part) for part in session["patient_thickness_mm"].strip("[]").split(",") if part.strip()]
-        fields = [b"stylet.signature 1", uuid.UUID(station).bytes, uuid.UUID(session["session_id"]).bytes]
-        fields += [session[name].encode() for name in ("exercise_id", "exercise_sha256", "scene_sha256", "device", "trainee")]
-        fields += [began.to_bytes(16, "little", signed=True), struct.pack("<Q", int(session["seed"]))]
-        fields += [struct.pack(f"<{len(thickness)}d", *thickness), self.motion()]
+        fields = [b"stylet.signature 2", uuid.UUID(station).bytes, uuid.UUID(session["session_id"]).bytes]
+        texts = ("exercise_id", "exercise_sha256", "scene_sha256", "simulator_version", "git", "device")
+        fields += [session[name].encode() for name in texts]
+        fields += [struct.pack("<d", float(session["device_max_force_n"]))]
+        fields += [struct.pack("<I", int(session[name])) for name in ("law", "field")]
+        fields += [struct.pack("<d", float(session["tick_hz"])), struct.pack("<Q", int(session["seed"]))]
+        fields += [session["trainee"].encode(), began.to_bytes(16, "little", signed=True)]
+        fields += [struct.pack(f"<{len(thickness)}d", *thickness), self.motion(), self.conditions()]
         signed = b"".join(struct.pack("<I", len(part)) + part for part in fields)
         self.metadata["stylet.signature"] = {"station": station, "ed25519": key.sign(signed).hex()}
         return self

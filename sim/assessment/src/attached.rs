@@ -50,6 +50,25 @@ pub fn verify_own(recording: &Recording) -> Result<Verification, AssessError> {
     Ok(verify_recording(recording, &specimen))
 }
 
+/// The first attachment that the documents of a recording do not name, or that is larger than a document may be, with what is allowed.
+#[must_use]
+pub fn find_needless_attachment(recording: &Recording) -> Option<String> {
+    let named = documents::list_named_texts(recording.attachment(SCENE_ATTACHMENT).unwrap_or_default());
+    recording.attachments.iter().find_map(|attachment| {
+        let Attachment { name, data, .. } = attachment;
+        match (name.as_str(), name.strip_prefix(MESH_PREFIX)) {
+            (EXERCISE_ATTACHMENT | SCENE_ATTACHMENT, _) if data.len() <= documents::MOST_BYTES => None,
+            (EXERCISE_ATTACHMENT | SCENE_ATTACHMENT, _) => {
+                Some(format!("attachment {name}: {} bytes; at most {} are allowed", data.len(), documents::MOST_BYTES))
+            }
+            (_, Some(mesh)) if named.contains(mesh) => None,
+            _ => Some(format!(
+                "attachment {name}: no document names it; allowed are {EXERCISE_ATTACHMENT}, {SCENE_ATTACHMENT} and the scene's meshes"
+            )),
+        }
+    })
+}
+
 /// The exercise that a recording carries.
 ///
 /// # Errors

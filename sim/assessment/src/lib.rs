@@ -54,7 +54,7 @@ pub mod void;
 mod worth;
 
 pub use absent::Absent;
-pub use attached::{attachments, own_exercise, verify_own};
+pub use attached::{attachments, find_needless_attachment, own_exercise, verify_own};
 pub use catalogue::{Definition, Direction, Metric};
 pub use cause::{Deduction, DeductionCause, FailureCause, HardFailure, words};
 pub use coach::Coach;

@@ -2,6 +2,7 @@
 
 use std::cmp::Ordering;
 
+use recording::sample::{Energy, flags};
 use recording::{Event, EventKind, Follows, Recording, Sample, Tent};
 use tissue::Specimen;
 
@@ -29,6 +30,11 @@ pub struct Verification {
     pub largest_tent_deviation_m: f64,
     /// Steps of the field that the recording lacks, or the other way round.
     pub tent_differences: u64,
+    /// Ledgers of the recording that the re-simulation has otherwise or at no such moment; one more where a signed recording does not end
+    /// with one.
+    pub ledger_differences: u64,
+    /// Ticks that only one of the two has inside the body.
+    pub inside_differences: u64,
 }
 
 impl Verification {
@@ -36,7 +42,13 @@ impl Verification {
     #[must_use]
     pub fn exact(&self) -> bool {
         let largest = self.largest_deviation_n.max(self.largest_depth_deviation_m).max(self.largest_tent_deviation_m);
-        largest <= 0.0 && self.event_differences + self.tent_differences == 0
+        largest <= 0.0 && self.count_differences() == 0
+    }
+
+    /// Events, steps of the field, ledgers and ticks in which the recording is not what its input makes of this scene.
+    #[must_use]
+    pub fn count_differences(&self) -> u64 {
+        self.event_differences + self.tent_differences + self.ledger_differences + self.inside_differences
     }
 }
 
@@ -60,13 +72,23 @@ pub fn verify_recording(recording: &Recording, specimen: &Specimen) -> Verificat
         tents: recording.tents.len() as u64,
         largest_tent_deviation_m: 0.0,
         tent_differences: 0,
+        ledger_differences: 0,
+        inside_differences: 0,
     };
     let mut tents = Vec::new();
+    let mut ledgers = recording.energies.iter().peekable();
     for recorded in &recording.samples {
         let tick = attempt.step(&TickInput::from(recorded));
+        while let Some(energy) = ledgers.next_if(|energy| energy.t_s <= recorded.t_s) {
+            verification.ledger_differences += u64::from(!is_same_ledger(energy, &attempt.energy(recorded.t_s)));
+        }
         events.extend(tick.events.into_iter().filter(is_comparable));
         verification.compare(recorded, &tick.sample, device_takes_all);
         tents.extend(tick.tent);
+    }
+    verification.ledger_differences += ledgers.count() as u64;
+    if recording.signature.is_some() && ends_without_ledger(recording) {
+        verification.ledger_differences += 1;
     }
     let recorded: Vec<&Event> = recording.events.iter().filter(|e| is_comparable(e)).collect();
     verification.event_differences = count_event_differences(&recorded, &events);
@@ -84,6 +106,7 @@ impl Verification {
             }
             self.note(force_deviation(a.into(), b.into()), recorded.t_s, channel);
         }
+        self.inside_differences += u64::from((recorded.flags ^ again.flags) & flags::INSIDE != 0);
         let depth_m = force_deviation(recorded.depth_m.into(), again.depth_m.into());
         let x_m = force_deviation(recorded.x_m, again.x_m);
         let bends = recorded.bend_m.into_iter().zip(again.bend_m);
@@ -115,6 +138,18 @@ impl Verification {
             self.note(largest_deviation(&a.drag_n, &b.drag_n), a.t_s, "drag_n");
         }
     }
+}
+
+/// The metrics of energy are those of the last ledger. One that was cut ends before it, and is not signed.
+fn ends_without_ledger(recording: &Recording) -> bool {
+    let last = recording.samples.last().map(|sample| sample.t_s);
+    last.is_some() && recording.energies.last().map(|energy| energy.t_s) != last
+}
+
+/// Whether two ledgers are of the same moment and have dissipated the same in each layer. The sums beside the layers judge nothing, and
+/// not every earlier program has kept them.
+fn is_same_ledger(recorded: &Energy, again: &Energy) -> bool {
+    recorded.t_s.total_cmp(&again.t_s).is_eq() && recorded.ledger.layers == again.ledger.layers
 }
 
 /// Every force of a sample, in N.

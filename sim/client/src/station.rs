@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use data_encoding::{HEXLOWER, HEXLOWER_PERMISSIVE};
 use ed25519_dalek::{Signer, SigningKey};
-use recording::{MotionDigest, Session, Signature, signature};
+use recording::{AttemptHashes, Session, Signature, signature};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use tempfile::Builder;
@@ -120,9 +120,9 @@ impl StationKey {
     }
 
     /// Signs what a hand has done in a session.
-    pub fn sign(&self, session: &Session, motion: &MotionDigest) -> Option<Signature> {
+    pub fn sign(&self, session: &Session, hashes: &AttemptHashes) -> Option<Signature> {
         let key = SigningKey::from_bytes(&seed(&self.key)?);
-        let signed = key.sign(&signature::signed_statement(session, self.station, &motion.sha256()));
+        let signed = key.sign(&signature::signed_statement(session, self.station, hashes));
         Some(Signature { station: self.station, ed25519: HEXLOWER.encode(&signed.to_bytes()) })
     }
 }

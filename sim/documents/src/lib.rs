@@ -58,5 +58,6 @@ pub use patient::Patient;
 pub use planned::PlannedNeedle;
 pub use schema::document_schema;
 pub use segmentation::{SegmentationEntry, SegmentationLabel, SegmentationLabels};
+pub use source::{MOST_BYTES, list_named_texts};
 pub use structure_names::{SHIPPED_STRUCTURE_NAMES, name_structure};
 pub use wording::Wording;

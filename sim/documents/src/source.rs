@@ -1,13 +1,16 @@
 //! The text of a document and the places in it.
 
+use std::collections::BTreeSet;
+
 use data_encoding::HEXLOWER;
 use phrase::{Phrase, phrase};
 use sha2::{Digest, Sha256};
+use toml::{Table, Value};
 
 use crate::error::{DocumentError, Issue};
 
 /// Most bytes of a document: bounds the work that a hostile one, full of mistakes, can ask for.
-const MOST_BYTES: usize = 256 * 1024;
+pub const MOST_BYTES: usize = 256 * 1024;
 
 /// A document's text, with the name people know it by.
 #[derive(Clone, Debug)]
@@ -68,6 +71,26 @@ pub(crate) fn find_position(text: &str, offset: usize) -> (usize, usize) {
     let before = text.get(..offset).unwrap_or(text);
     let start = before.rfind('\n').map_or(0, |at| at + 1);
     (1 + before.matches('\n').count(), 1 + before[start..].chars().count())
+}
+
+/// Every text that stands in a document as a value, a file's name among them; none where it is no TOML.
+#[must_use]
+pub fn list_named_texts(document: &[u8]) -> BTreeSet<String> {
+    let mut found = BTreeSet::new();
+    let text = std::str::from_utf8(document).ok().filter(|text| text.len() <= MOST_BYTES);
+    if let Some(table) = text.and_then(|text| text.parse::<Table>().ok()) {
+        collect_texts(&Value::Table(table), &mut found);
+    }
+    found
+}
+
+fn collect_texts(value: &Value, found: &mut BTreeSet<String>) {
+    match value {
+        Value::String(text) => drop(found.insert(text.clone())),
+        Value::Array(values) => values.iter().for_each(|value| collect_texts(value, found)),
+        Value::Table(table) => table.iter().for_each(|(_, value)| collect_texts(value, found)),
+        _ => {}
+    }
 }
 
 /// Finds the bytes of a file that a document names, or says why not.

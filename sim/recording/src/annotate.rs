@@ -4,6 +4,7 @@ use std::io::Write;
 
 use mcap::records::op;
 use prost::Message;
+use serde::{Deserialize, Serialize};
 
 use crate::error::ReadError;
 use crate::event::{Event, EventKind};
@@ -14,7 +15,7 @@ use crate::wire::EventMessage;
 use crate::write::start_unix_ns;
 
 /// Something that was said about a moment.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Annotation {
     /// The moment since the start, in s.
     pub t_s: f64,

@@ -27,7 +27,7 @@ pub use budget::Budget;
 pub use error::{ReadError, WriteError};
 pub use event::{Event, EventKind};
 pub use law::axial::Contactor;
-pub use motion::MotionDigest;
+pub use motion::{AttemptHashes, ConditionsDigest, MotionDigest};
 pub use read::Recording;
 pub use sample::{Energy, Sample};
 pub use session::{Attachment, Session};

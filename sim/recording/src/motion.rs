@@ -1,7 +1,10 @@
-//! What a hand has done, as one number: it tells an attempt from a copy of it, whatever the copy's file says beside it.
+//! What a hand has done, as one number: it tells an attempt from a copy of it, whatever the copy's file says beside it. And the conditions
+//! under which it was done, which do not follow from the motion.
 
+use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use crate::event::{Event, EventKind};
 use crate::sample::{Sample, flags};
 
 /// The hash of a motion while it is being made.
@@ -29,6 +32,66 @@ impl MotionDigest {
     #[must_use]
     pub fn sha256(&self) -> [u8; 32] {
         self.0.clone().finalize().into()
+    }
+}
+
+/// The hash of an attempt's conditions while it is being made: what the device has done with the force, and what has ended the attempt.
+#[derive(Clone, Debug, Default)]
+pub struct ConditionsDigest {
+    flags: Sha256,
+    interruptions: Sha256,
+}
+
+impl ConditionsDigest {
+    /// The conditions of an attempt, its samples and events in order of time.
+    #[must_use]
+    pub fn from_attempt(samples: &[Sample], events: &[Event]) -> Self {
+        let mut conditions = Self::default();
+        samples.iter().for_each(|sample| conditions.add_sample(sample));
+        events.iter().for_each(|event| conditions.add_event(event));
+        conditions
+    }
+
+    /// Adds a tick.
+    pub fn add_sample(&mut self, sample: &Sample) {
+        self.flags.update(sample.flags.to_le_bytes());
+    }
+
+    /// Adds an event. Only an interruption counts: coaching and faults judge nothing, and every other event follows from the motion.
+    pub fn add_event(&mut self, event: &Event) {
+        if event.kind == EventKind::Interrupted {
+            self.interruptions.update(event.t_s.to_bits().to_le_bytes());
+            self.interruptions.update((event.text.len() as u64).to_le_bytes());
+            self.interruptions.update(&event.text);
+        }
+    }
+
+    /// SHA-256 of two hashes: of the flags of every tick so far as four bytes, little-endian, and of the interruptions, each as its time
+    /// as a double, the length of its words as eight bytes, little-endian, and its words.
+    #[must_use]
+    pub fn sha256(&self) -> [u8; 32] {
+        let parts = [self.flags.clone().finalize(), self.interruptions.clone().finalize()];
+        Sha256::digest(parts.concat()).into()
+    }
+}
+
+/// What a station signs of an attempt beside its session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AttemptHashes {
+    /// Of the motion: [`MotionDigest::sha256`].
+    pub motion: [u8; 32],
+    /// Of the conditions: [`ConditionsDigest::sha256`].
+    pub conditions: [u8; 32],
+}
+
+impl AttemptHashes {
+    /// Of an attempt, its samples and events in order of time.
+    #[must_use]
+    pub fn of_attempt(samples: &[Sample], events: &[Event]) -> Self {
+        Self {
+            motion: MotionDigest::from_samples(samples).sha256(),
+            conditions: ConditionsDigest::from_attempt(samples, events).sha256(),
+        }
     }
 }
 

@@ -1,19 +1,20 @@
 //! The metadata record `stylet.signature`: a station vouches for what a hand has done at it.
 //!
-//! What is signed is who did what, when and on which documents. Forces and events are not: they follow from it, and
-//! whoever asks for a proof re-simulates them.
+//! What is signed is who did what, when, on which documents and under which conditions. Forces, events and energies are not: they follow
+//! from it, and whoever asks for a proof re-simulates them.
 
 use std::collections::BTreeMap;
 
 use uuid::Uuid;
 
 use crate::error::ReadError;
+use crate::motion::AttemptHashes;
 use crate::session::Session;
 
 /// Name of the metadata record.
 pub const RECORD: &str = "stylet.signature";
 /// Begins what is signed, so that the signature of one thing is never taken for that of another.
-const DOMAIN: &str = "stylet.signature 1";
+const DOMAIN: &str = "stylet.signature 2";
 
 /// A station's signature.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -50,25 +51,50 @@ impl Signature {
     }
 }
 
-/// What a station signs of a session and of its motion: fields in this order, each after its length in bytes as four bytes,
-/// little-endian.
+/// What a station signs of an attempt: fields in this order, each after its length in bytes as four bytes, little-endian. Numbers are
+/// little-endian, and doubles keep every bit.
 #[must_use]
-pub fn signed_statement(session: &Session, station: Uuid, motion_sha256: &[u8; 32]) -> Vec<u8> {
-    let started_ns = session.started_at.unix_timestamp_nanos();
-    let thickness = session.patient_thickness_mm.iter().flat_map(|mm| mm.to_bits().to_le_bytes()).collect();
-    let fields: [Vec<u8>; 12] = [
+pub fn signed_statement(session: &Session, station: Uuid, hashes: &AttemptHashes) -> Vec<u8> {
+    // Without `..`: a new field of a session cannot be forgotten here.
+    let Session {
+        session_id,
+        exercise_id,
+        exercise_sha256,
+        scene_sha256,
+        simulator_version,
+        git,
+        device,
+        device_max_force_n,
+        law,
+        judging,
+        tick_hz,
+        seed,
+        trainee,
+        started_at,
+        patient_thickness_mm,
+    } = session;
+    let text = |text: &String| text.clone().into_bytes();
+    let double = |number: &f64| number.to_bits().to_le_bytes().to_vec();
+    let fields: [Vec<u8>; 19] = [
         DOMAIN.into(),
         station.as_bytes().to_vec(),
-        session.session_id.as_bytes().to_vec(),
-        session.exercise_id.clone().into_bytes(),
-        session.exercise_sha256.clone().into_bytes(),
-        session.scene_sha256.clone().into_bytes(),
-        session.device.clone().into_bytes(),
-        session.trainee.clone().into_bytes(),
-        started_ns.to_le_bytes().to_vec(),
-        session.seed.to_le_bytes().to_vec(),
-        thickness,
-        motion_sha256.to_vec(),
+        session_id.as_bytes().to_vec(),
+        text(exercise_id),
+        text(exercise_sha256),
+        text(scene_sha256),
+        text(simulator_version),
+        text(git),
+        text(device),
+        double(device_max_force_n),
+        u32::from(*law).to_le_bytes().to_vec(),
+        judging.number().to_le_bytes().to_vec(),
+        double(tick_hz),
+        seed.to_le_bytes().to_vec(),
+        text(trainee),
+        started_at.unix_timestamp_nanos().to_le_bytes().to_vec(),
+        patient_thickness_mm.iter().flat_map(double).collect(),
+        hashes.motion.to_vec(),
+        hashes.conditions.to_vec(),
     ];
     fields.iter().flat_map(|field| length_bytes(field).into_iter().chain(field.iter().copied())).collect()
 }

@@ -13,7 +13,7 @@ use crate::drawing::{draw_pose, draw_scene, draw_transforms, log_line};
 use crate::error::WriteError;
 use crate::event::Event;
 use crate::metadata;
-use crate::motion::MotionDigest;
+use crate::motion::{AttemptHashes, ConditionsDigest, MotionDigest};
 use crate::rate::{Ticker, nanoseconds};
 use crate::sample::{Energy, Sample};
 use crate::session::{Attachment, Session};
@@ -38,6 +38,7 @@ pub struct Writer<W: Write> {
     drawing: SceneDrawing,
     window: SummaryWindow,
     motion: MotionDigest,
+    conditions: ConditionsDigest,
     /// Time of the last sample since the start, in ns.
     elapsed_ns: u64,
     flushes: Ticker,
@@ -90,6 +91,7 @@ impl<W: Write> Writer<W> {
             drawing: drawing.clone(),
             window: SummaryWindow::EMPTY,
             motion: MotionDigest::default(),
+            conditions: ConditionsDigest::default(),
             elapsed_ns: 0,
             flushes: Ticker::new(2, 1),
             summaries: Ticker::new(100, 1),
@@ -116,6 +118,7 @@ impl<W: Write> Writer<W> {
         self.elapsed_ns = now_ns;
         self.window.add(sample);
         self.motion.add(sample);
+        self.conditions.add_sample(sample);
         self.put(Topic::Sample, now_ns, &NeedleSample::from(sample))?;
         if self.drawings.due(now_ns) {
             self.put_drawing()?;
@@ -134,6 +137,7 @@ impl<W: Write> Writer<W> {
     /// When the disk refuses.
     pub fn event(&mut self, event: &Event) -> Result<(), WriteError> {
         let at_ns = nanoseconds(event.t_s);
+        self.conditions.add_event(event);
         self.put(Topic::Events, at_ns, &EventMessage::from(event))?;
         self.put(Topic::Log, at_ns, &log_line(event, self.start_ns.saturating_add(at_ns)))
     }
@@ -162,10 +166,10 @@ impl<W: Write> Writer<W> {
         Ok(self.mcap.write_metadata(&Metadata { name: name.to_owned(), metadata })?)
     }
 
-    /// What the hand has done so far.
+    /// What a signature covers of the attempt so far.
     #[must_use]
-    pub fn motion(&self) -> &MotionDigest {
-        &self.motion
+    pub fn hashes(&self) -> AttemptHashes {
+        AttemptHashes { motion: self.motion.sha256(), conditions: self.conditions.sha256() }
     }
 
     /// Writes a station's signature, behind the last sample.

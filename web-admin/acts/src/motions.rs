@@ -34,7 +34,7 @@ async fn read(state: &Service, session: &Session) -> anyhow::Result<Option<Strin
     let recording = state.recordings.fetch(&session.recording_path).await?;
     match asking::ask(state, JudgeQuestion::Arrival(recording.path().to_owned())).await? {
         JudgeAnswer::Told(reported) => {
-            Ok(RecordingFacts::try_from(*reported)?.motion.map(|hash| HEXLOWER.encode(&hash)))
+            Ok(RecordingFacts::try_from(*reported)?.hashes.map(|hashes| HEXLOWER.encode(&hashes.motion)))
         }
         other => {
             tracing::warn!(session = %session.id, answer = format!("{other:?}"), "a motion of before is compared with none");

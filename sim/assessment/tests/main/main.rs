@@ -9,6 +9,7 @@ mod learning;
 mod questionnaire;
 mod scoring;
 mod shaft;
+mod signed;
 mod simulated;
 mod statistics;
 mod support;

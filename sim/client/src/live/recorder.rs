@@ -193,7 +193,7 @@ fn write(
     }
     let simulated = run.finish().map_err(|error| error.to_string())?;
     draft.metadata(SERVO_RECORD, servo).map_err(|error| error.to_string())?;
-    if let Some(signature) = trial.key.as_ref().and_then(|key| key.sign(&trial.session, draft.motion())) {
+    if let Some(signature) = trial.key.as_ref().and_then(|key| key.sign(&trial.session, &draft.hashes())) {
         draft.sign(&signature).map_err(|error| error.to_string())?;
     }
     let file = draft.finish().map_err(|error| error.to_string())?;

@@ -59,7 +59,8 @@ impl PictureKind {
     }
 
     /// The kind that a file's first bytes say.
-    fn of_bytes(bytes: &[u8]) -> Option<Self> {
+    #[must_use]
+    pub fn of_bytes(bytes: &[u8]) -> Option<Self> {
         if bytes.starts_with(marks::PNG_SIGNATURE) {
             Some(Self::Png)
         } else if bytes.starts_with(&[0xff, 0xd8, 0xff]) {

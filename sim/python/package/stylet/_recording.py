@@ -213,7 +213,8 @@ def verify(recording: PathLike | Recording) -> dict[str, Any]:
     -------
     dict
         What `stylet verify --json` prints. `largest_deviation_n`, `largest_depth_deviation_m`, `largest_tent_deviation_m`,
-        `event_differences` and `tent_differences` are all 0 where the recording is, to the bit, what its input makes of its scene.
+        `event_differences`, `tent_differences`, `ledger_differences` and `inside_differences` are all 0 where the recording is, to the
+        bit, what its input makes of its scene.
 
     Raises
     ------

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use anyhow::Context;
-use recording::{MotionDigest, Recording, Session, Signature};
+use recording::{AttemptHashes, Recording, Session, Signature};
 use serde::{Deserialize, Serialize};
 
 /// What a recording says of itself.
@@ -15,8 +15,8 @@ pub struct RecordingFacts {
     pub duration_s: f64,
     /// It is whole.
     pub complete: bool,
-    /// SHA-256 of what the hand did; absent without samples.
-    pub motion: Option<[u8; 32]>,
+    /// Hashes of what the hand did and under which conditions; absent without samples.
+    pub hashes: Option<AttemptHashes>,
     /// A station's signature, where there is one.
     pub signature: Option<Signature>,
 }
@@ -27,7 +27,7 @@ impl From<Recording> for RecordingFacts {
         Self {
             duration_s: last.map_or(0.0, |sample| sample.t_s),
             complete: recording.complete,
-            motion: last.map(|_| MotionDigest::from_samples(&recording.samples).sha256()),
+            hashes: last.map(|_| AttemptHashes::of_attempt(&recording.samples, &recording.events)),
             signature: recording.signature,
             session: recording.session,
         }
@@ -40,7 +40,7 @@ pub struct ReportedRecording {
     session: BTreeMap<String, String>,
     duration_s: f64,
     complete: bool,
-    motion: Option<[u8; 32]>,
+    hashes: Option<AttemptHashes>,
     signature: Option<BTreeMap<String, String>>,
 }
 
@@ -52,7 +52,7 @@ impl TryFrom<&RecordingFacts> for ReportedRecording {
             session: told.session.to_text().context("metadata that were just read")?,
             duration_s: told.duration_s,
             complete: told.complete,
-            motion: told.motion,
+            hashes: told.hashes,
             signature: told.signature.as_ref().map(Signature::to_text),
         })
     }
@@ -66,7 +66,7 @@ impl TryFrom<ReportedRecording> for RecordingFacts {
             session: Session::from_text(&reported.session)?,
             duration_s: reported.duration_s,
             complete: reported.complete,
-            motion: reported.motion,
+            hashes: reported.hashes,
             signature: reported.signature.as_ref().map(Signature::from_text).transpose()?,
         })
     }

@@ -117,21 +117,29 @@ fn session(attempt: &Attempt, patient: &Patient) -> Session {
     }
 }
 
+fn document(name: &str, data: &[u8]) -> Attachment {
+    Attachment { name: name.to_owned(), media_type: "application/toml".to_owned(), data: data.to_vec() }
+}
+
 fn attachments(bundle: &ExerciseBundle) -> Vec<Attachment> {
-    let document = |name: &str, data: &[u8]| Attachment {
-        name: name.to_owned(),
-        media_type: "application/toml".to_owned(),
-        data: data.to_vec(),
-    };
     vec![document(EXERCISE_ATTACHMENT, &bundle.exercise_bytes), document(SCENE_ATTACHMENT, &bundle.scene_bytes)]
 }
 
 /// Records an attempt; `spoil` may add to what is written before it ends.
 fn write(attempt: &Attempt, spoil: impl FnOnce(&mut Writer<Cursor<Vec<u8>>>), moves: bool) -> Vec<u8> {
+    write_with(attempt, &attachments(attempt.bundle), spoil, moves)
+}
+
+fn write_with(
+    attempt: &Attempt,
+    attachments: &[Attachment],
+    spoil: impl FnOnce(&mut Writer<Cursor<Vec<u8>>>),
+    moves: bool,
+) -> Vec<u8> {
     let patient = Patient::draw(&EXERCISE.scene, attempt.seed);
     let params = Specimen::new(EXERCISE.specimen_spec(&patient)).unwrap();
     let (sink, session) = (Cursor::new(Vec::new()), session(attempt, &patient));
-    let mut writer = Writer::create(sink, &session, &attachments(attempt.bundle), &SceneDrawing::default()).unwrap();
+    let mut writer = Writer::create(sink, &session, attachments, &SceneDrawing::default()).unwrap();
     if moves {
         let beside_m = attempt.hand.unwrap_or(attempt.session_id).uuid().as_u128() as u32;
         let mut hand =
@@ -140,7 +148,7 @@ fn write(attempt: &Attempt, spoil: impl FnOnce(&mut Writer<Cursor<Vec<u8>>>), mo
     }
     spoil(&mut writer);
     if let Some(Station { id, key }) = &attempt.station {
-        let signed = signature::signed_statement(&session, id.uuid(), &writer.motion().sha256());
+        let signed = signature::signed_statement(&session, id.uuid(), &writer.hashes());
         let ed25519 = HEXLOWER.encode(&key.sign(&signed).to_bytes());
         writer.sign(&Signature { station: id.uuid(), ed25519 }).unwrap();
     }
@@ -150,6 +158,13 @@ fn write(attempt: &Attempt, spoil: impl FnOnce(&mut Writer<Cursor<Vec<u8>>>), mo
 /// A whole attempt.
 pub fn record(attempt: &Attempt) -> Vec<u8> {
     write(attempt, |_| {}, true)
+}
+
+/// An attempt whose recording carries one file more.
+pub fn with_attachment(attempt: &Attempt, name: &str, data: &[u8]) -> Vec<u8> {
+    let mut attachments = attachments(attempt.bundle);
+    attachments.push(document(name, data));
+    write_with(attempt, &attachments, |_| {}, true)
 }
 
 /// An attempt whose last force is not what the tissue answered.
