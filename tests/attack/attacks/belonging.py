@@ -175,3 +175,30 @@ def attack_uploads_of_others(world):
     status(town.stranger().tus("HEAD", path), 401)
     honest(town.program("ada").tus("PATCH", path, recording, upload_offset=0).status == 204, "she ends it")
     return "404, and 401 for a stranger"
+
+
+def attack_study_of_anybody(world):
+    """an instructor adds somebody else's trainee to a study by address, says yes for her, reads her attempts, and answers in her place"""
+    town = world.own_town()
+    colleague = town.browser("colleague")
+    fields = [("title", "A study"), ("exercise", "only"), ("attempts", "3"), ("groups", "One\r\nTwo"), ("questions", ""),
+              ("after", "nasa-tlx"), ("consent", "I take part."), ("controller", "North"), ("contact", "a@example.org"), ("kept", "12")]
+    made = colleague.press("/studies/new", fields, page="/studies/new")
+    honest(made.status == 303, f"a study is made: {made}")
+    study, ada = made.header("location"), town.person("ada")
+    asked = colleague.press(f"{study}/participants", {"email": "ada@example.org", "group": "0", "consent": "yes"}, page=study)
+    honest(asked.status == 303, f"she is asked: {asked}")
+    world.scored("ada", town)
+    rows = lambda: len(colleague.get(f"{study}/results/study.csv").text.splitlines()) - 1
+    refuse(rows() == 0, "she is in it without a word of hers")
+    status(colleague.press(f"/account{study}/join", {"terms": "x"}), 404)
+    status(colleague.press(f"{study}/participants/{ada}/links", page=study), 404)
+    terms = re.search(r'name="terms" value="([^"]+)"', town.browser("ada").get("/account/studies").text).group(1)
+    agreed = town.browser("ada").press(f"/account{study}/join", {"terms": terms})
+    honest(agreed.status == 303, f"she agrees: {agreed}")
+    refuse(rows() == 0, "what she did before she agreed is in it")
+    world.scored("ada", town)
+    honest(rows() == 1, "what she does from then on is in it")
+    status(colleague.press(f"{study}/participants/{ada}/links", page=study), 404)
+    honest(town.browser("ada").press(f"/account{study}/leave").status == 303 and rows() == 0, "she leaves it")
+    return "nothing before she agrees, and nobody answers for her"

@@ -7,12 +7,15 @@ use serde_json::json;
 use store::audit::AuditEntry;
 use store::studies::{self, NewParticipant, NewStudy, Study, StudyAttempt, StudyLines, StudyPlan};
 use store::surveys::{self, NewResponse, NewSurvey, StudyOccasion};
-use store::{Connection, people, sign_in_codes};
+use store::{Connection, Write, directory, people, sign_in_codes};
 
+use crate::erasing::{self, Eraser};
+use crate::erasures::ErasureScope;
 use crate::error::Error;
 use crate::secret;
 use crate::service::Service;
 use crate::stations::give_sign_in_code;
+use crate::study_consents::revision_of_terms;
 use crate::surveys::{SurveyLink, link_expiry};
 
 /// A study as somebody wants it.
@@ -164,7 +167,7 @@ pub async fn change_study(
     Ok(tx.commit().await?)
 }
 
-/// What is known of somebody who is to take part, and has agreed.
+/// What is known of somebody who is asked to take part.
 #[derive(Clone, Debug)]
 pub struct ParticipantFacts {
     /// The place of their group in the study's.
@@ -189,7 +192,7 @@ fn open_study(study: &Study) -> Result<&Study, Error> {
     }
 }
 
-/// Adds a guest, who has agreed, and makes their code.
+/// Adds a guest, and makes the code with which they agree at a station.
 ///
 /// # Errors
 /// [`Error::Conflict`] when the study has ended.
@@ -220,7 +223,7 @@ pub async fn add_guest(
     Ok(GuestCode { pseudonym: guest.pseudonym, code })
 }
 
-/// Adds somebody of the school, who has agreed.
+/// Asks somebody of the school to take part: they answer signed in, by [`join_study`].
 ///
 /// # Errors
 /// [`Error::Unprocessable`] when nobody of the school has the address or they take part already; [`Error::Conflict`] when the
@@ -249,7 +252,7 @@ pub async fn add_member(
         added_by: by.id,
     };
     if !join(&mut tx, by, new, now).await? {
-        return Err(Error::Unprocessable(tr!("{name} takes part already", name = person.display_name)));
+        return Err(Error::Unprocessable(tr!("{name} takes part already, or is asked to", name = person.display_name)));
     }
     Ok(tx.commit().await?)
 }
@@ -263,9 +266,39 @@ async fn join(
     if !studies::add_participant(writer, new, now).await? {
         return Ok(false);
     }
-    let details = json!({ "person": new.person_id, "group": new.group_place, "consent": new.study.consent });
-    AuditEntry::by(by, "study.joined", new.study.id).with(details).append(writer, now).await?;
+    let details = json!({ "person": new.person_id, "group": new.group_place });
+    AuditEntry::by(by, "study.asked", new.study.id).with(details).append(writer, now).await?;
     Ok(true)
+}
+
+/// Agrees to take part in a study that one was asked for, to the terms that were shown.
+///
+/// # Errors
+/// [`Error::NotFound`] when they are not asked any more; [`Error::Conflict`] when the terms are others by now.
+pub async fn join_study(state: &Service, by: &CurrentPerson, study: StudyId, terms: &str) -> Result<(), Error> {
+    let now = state.clock.now();
+    let mut tx = state.db.write().await?;
+    let asked = studies::list_study_requests(&mut *tx, by.into()).await?;
+    let study = asked.into_iter().find(|asked| asked.id == study).ok_or(Error::NotFound)?;
+    if terms != revision_of_terms(&study) {
+        return Err(Error::Conflict(tr!("what you would agree to has changed: read it again").to_owned()));
+    }
+    studies::note_consent(&mut tx, &study, by.id, now).await?;
+    let details = json!({ "terms_sha256": terms, "consent": study.consent });
+    AuditEntry::by(by, "study.consented", study.id).with(details).append(&mut tx, now).await?;
+    Ok(tx.commit().await?)
+}
+
+/// Declines to take part in a study that one was asked for, or leaves it.
+///
+/// # Errors
+/// [`Error::NotFound`] when they neither are asked nor take part.
+pub async fn leave_study(state: &Service, by: &CurrentPerson, study: StudyId) -> Result<(), Error> {
+    let mut tx = state.db.write().await?;
+    let mut own = studies::list_study_requests(&mut *tx, by.into()).await?;
+    own.extend(studies::list_joined_studies(&mut *tx, by.into()).await?);
+    let study = own.into_iter().find(|own| own.id == study).ok_or(Error::NotFound)?;
+    take_out(state, by, &study, by.id, tx).await
 }
 
 /// Makes a guest another code, in place of the one they had.
@@ -285,7 +318,7 @@ pub async fn renew_guest_code(
 }
 
 /// Takes somebody out of a study who withdraws their consent: what they told and answered for it goes, and a guest signs in
-/// no more.
+/// no more. A guest's recordings go, too, where that is wished; those of somebody of the school are theirs.
 ///
 /// # Errors
 /// [`Error::NotFound`] when they do not take part.
@@ -294,9 +327,28 @@ pub async fn withdraw_participant(
     by: &CurrentPerson,
     study: &Study,
     person: PersonId,
+    erase_recordings: bool,
+) -> Result<(), Error> {
+    let tx = state.db.write().await?;
+    take_out(state, by, study, person, tx).await?;
+    let guest = directory::find_anybody(state.db.reader(), by.school_id, person).await?;
+    match guest.filter(|known| known.role == Role::Guest && erase_recordings) {
+        Some(guest) => {
+            let everything = ErasureScope { written: true, about: true, recordings: true };
+            erasing::erase(state, Eraser::person(by), &guest, by.school_id, everything).await
+        }
+        None => Ok(()),
+    }
+}
+
+async fn take_out(
+    state: &Service,
+    by: &CurrentPerson,
+    study: &Study,
+    person: PersonId,
+    mut tx: Write,
 ) -> Result<(), Error> {
     let now = state.clock.now();
-    let mut tx = state.db.write().await?;
     let guest = studies::find_participant(&mut *tx, study, person).await?.ok_or(Error::NotFound)?.name.is_none();
     studies::withdraw_participant(&mut tx, study, person, now).await?;
     if guest {
@@ -309,10 +361,11 @@ pub async fn withdraw_participant(
     Ok(tx.commit().await?)
 }
 
-/// Makes links to what a participant was asked and has not answered: for each attempt, and at the end for the last.
+/// Makes links to what a guest was asked and has not begun to answer: for each attempt, and at the end for the last. Somebody of the
+/// school answers signed in.
 ///
 /// # Errors
-/// When the database fails.
+/// [`Error::NotFound`] when they are no guest who takes part.
 pub async fn make_answer_links(
     state: &Service,
     by: &CurrentPerson,
@@ -320,7 +373,8 @@ pub async fn make_answer_links(
     person: PersonId,
 ) -> Result<Vec<SurveyLink>, Error> {
     let (reader, now) = (state.db.reader(), state.clock.now());
-    let found = studies::find_participant(reader, open_study(study)?, person).await?.ok_or(Error::NotFound)?;
+    let found = studies::find_participant(reader, open_study(study)?, person).await?;
+    let found = found.filter(|found| found.name.is_none()).ok_or(Error::NotFound)?;
     let attempts = studies::list_study_attempts(reader, study).await?;
     let own: Vec<&StudyAttempt> = attempts.iter().filter(|attempt| attempt.person_id == found.person_id).collect();
     let asked = studies::list_study_surveys(reader, study).await?;
@@ -354,7 +408,7 @@ async fn link_to_answer(
     let token_sha256 = secret::token_sha256(&token);
     let begun = surveys::draft_of(&mut *writer, survey.school_id, survey.id, attempt.person_id, session).await?;
     if let Some(begun) = begun {
-        let open = matches!(begun.state, ResponseState::Invited | ResponseState::Begun);
+        let open = begun.state == ResponseState::Invited;
         if open {
             surveys::set_token(writer, begun.school_id, begun.id, &token_sha256).await?;
         }

@@ -35,6 +35,8 @@ pub struct AccountPage {
     pub language: Option<Language>,
     /// They are mailed what is new for them.
     pub mailed: bool,
+    /// How many studies they are asked to take part in.
+    pub study_requests: usize,
     /// They have a second factor.
     pub second_factor: bool,
     /// The page of their own attempts.
@@ -117,6 +119,7 @@ mod tests {
                 .to_vec(),
             language: None,
             mailed: true,
+            study_requests: 1,
             second_factor: false,
             practice: "/trainees/1".to_owned(),
             sign_in_code: None,

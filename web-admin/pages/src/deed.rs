@@ -11,12 +11,14 @@ tokio::task_local! {
 pub struct Deed(usize);
 
 /// The routes whose forms say here that they were taken. Others say it on the page to which they lead, or show what came of them.
-pub const SAID_HERE: [&str; 37] = [
+pub const SAID_HERE: [&str; 39] = [
     "/account/cohorts/{cohort}",
     "/account/language",
     "/account/news",
     "/account/second-factor/passkeys/{id}/remove",
     "/account/second-factor/passkeys/{id}/rename",
+    "/account/studies/{id}/join",
+    "/account/studies/{id}/leave",
     "/account/tokens/{id}/revoke",
     "/admin/origins",
     "/admin/stations/{id}/revoke",

@@ -35,6 +35,13 @@ impl NewsItem {
         Self { words, href: notice.href(), at: notice.made_at.to_utc() }
     }
 
+    /// Somebody asks to take part in a study.
+    #[must_use]
+    pub fn of_study(owner: &str, title: &str, at: OffsetDateTime) -> Self {
+        let words = tr!("{name} asks you to take part in the study “{title}”", name = owner, title = title);
+        Self { words, href: "/account/studies".to_owned(), at }
+    }
+
     /// Notices in words: what one person did several times on the same page is one item, the newest.
     #[must_use]
     pub fn list(notices: &[Notice]) -> Vec<Self> {

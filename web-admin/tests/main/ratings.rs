@@ -5,6 +5,7 @@
 use acts::surveys;
 use model::Role;
 use model::ids::SessionId;
+use store::studies::{self, NewParticipant, NewStudy};
 use web_admin::worker;
 
 use super::support::client::{Answer, Client, csrf_in};
@@ -282,4 +283,38 @@ async fn a_round_that_was_taken_back_is_gone_for_everybody() {
     let grade = teacher.get(&format!("/sessions/{}/grade", school.attempts[0])).await.text();
     assert!(!grade.contains("Global rating"), "{grade}");
     assert!(!near.get("/review").await.text().contains("Rate 2"));
+}
+
+#[tokio::test]
+async fn a_rater_who_runs_a_study_with_the_trainee_is_marked() {
+    let school = School::new().await;
+    let far = school.raters[1].person.clone().into_current().unwrap();
+    let (app, now) = (&school.app, school.app.state.clock.now());
+    let lines = ["One".to_owned()];
+    let new = NewStudy {
+        school_id: far.school_id,
+        title: "A study",
+        owner_id: far.id,
+        attempts: 3,
+        groups: &lines,
+        questions: &[],
+        consent: "I take part.",
+        controller: "North",
+        contact: "a@example.org",
+        kept_months: 12,
+        generated: false,
+    };
+    let id = app.write(async |tx| studies::insert_study(tx, &new, now).await.unwrap()).await;
+    let study = studies::find_visible_study(app.state.db.reader(), &far, id).await.unwrap().unwrap();
+    let ada =
+        NewParticipant { study: &study, person_id: school.ada.person.id, group_place: 0, facts: &[], added_by: far.id };
+    assert!(app.write(async |tx| studies::add_participant(tx, ada, now).await.unwrap()).await);
+    let mut teacher = school.teacher().await;
+    school.round(&mut teacher).await;
+    let marked: i64 = sqlx::query_scalar("SELECT count(*) FROM ratings WHERE may_know AND rater_id = $1")
+        .bind(far.id)
+        .fetch_one(app.state.db.reader())
+        .await
+        .unwrap();
+    assert_eq!(marked, 3, "who is asked to take part may be known to whoever asks");
 }

@@ -232,10 +232,55 @@ async fn whoever_leaves_is_out_with_all_they_said() {
     );
 }
 
+/// Somebody of the school answers what they are asked on their own page.
+pub(super) async fn answer_request(client: &mut Client, answer: &str) -> Answer {
+    let page = client.get("/account/studies").await.text();
+    let is_answer = |value: &&str| value.starts_with("/account/studies/") && value.ends_with(answer);
+    let path = page.split('"').rfind(is_answer).expect("somebody asks").to_owned();
+    let terms = page.split("name=\"terms\" value=\"").nth(1).map(|rest| rest.split('"').next().unwrap().to_owned());
+    client.form(&path, &[("csrf", &csrf_in(&page)), ("terms", terms.as_deref().unwrap_or_default())]).await
+}
+
+/// What a station is answered that brings an attempt of somebody.
+async fn bring(day: &mut StudyDay, pseudonym: &str) -> Answer {
+    let attempt = Attempt { trainee: pseudonym.to_owned(), ..Attempt::default() };
+    day.station.upload(&record(&attempt)).await
+}
+
 #[tokio::test]
-async fn people_of_the_school_take_part_and_answer_by_link_afterwards() {
+async fn no_recording_is_kept_of_a_guest_who_never_agreed_or_has_withdrawn_or_was_erased() {
     let mut day = StudyDay::new().await;
-    let fields = |email| [("email", email), ("group", "0"), ("consent", "yes")];
+    let code = day.guest().await;
+    let sql = "SELECT pseudonym FROM people WHERE role = 'guest'";
+    let guest: String = sqlx::query_scalar(sql).fetch_one(day.school.app.state.db.reader()).await.unwrap();
+    bring(&mut day, &guest).await.is_problem(451, "has not agreed");
+    assert_eq!(day.sign_in(&code).await.status, 200);
+    assert_eq!(bring(&mut day, &guest).await.status, 201, "once they have agreed it is kept");
+    let page = day.teacher.get(&day.study.clone()).await.text();
+    let path = page.split("action=\"").find(|rest| rest.contains("/withdraw\"")).unwrap().split('"').next().unwrap();
+    assert_eq!(day.post(path, &[("erase", "yes")]).await.status, 303);
+    bring(&mut day, &guest).await.is_problem(451, "was erased");
+    let left = "SELECT count(*) FROM sessions WHERE recording_erased_at IS NULL";
+    assert_eq!((day.count(left).await, day.school.app.files().len()), (0, 0), "their recordings go where it is wished");
+}
+
+#[tokio::test]
+async fn who_has_withdrawn_keeps_nothing_new_here_and_what_was_made_stays_where_that_is_wished() {
+    let mut day = StudyDay::new().await;
+    let code = day.guest().await;
+    let guest = day.sign_in(&code).await.json()["trainee"].as_str().unwrap().to_owned();
+    assert_eq!(bring(&mut day, &guest).await.status, 201);
+    let page = day.teacher.get(&day.study.clone()).await.text();
+    let path = page.split("action=\"").find(|rest| rest.contains("/withdraw\"")).unwrap().split('"').next().unwrap();
+    assert_eq!(day.post(path, &[]).await.status, 303);
+    bring(&mut day, &guest).await.is_problem(451, "has withdrawn");
+    assert_eq!(day.count("SELECT count(*) FROM sessions WHERE recording_erased_at IS NULL").await, 1);
+}
+
+#[tokio::test]
+async fn people_of_the_school_are_asked_and_take_part_once_they_have_agreed_signed_in() {
+    let mut day = StudyDay::new().await;
+    let fields = |email| [("email", email), ("group", "0")];
     assert_eq!(day.add(&fields("nobody@example.org")).await.status, 422);
     assert_eq!(day.add(&fields("other@example.org")).await.status, 303);
     assert_eq!(day.add(&fields("other@example.org")).await.status, 422, "once");
@@ -246,22 +291,53 @@ async fn people_of_the_school_take_part_and_answer_by_link_afterwards() {
     let page = other.get("/sign-in-code").await.text();
     let code = page.split("code-to-type\">").nth(1).unwrap().split('<').next().unwrap().to_owned();
     let signed_in = day.sign_in(&code).await.json();
+    let before = day.attempt(&signed_in["trainee"]).await;
+    let table = format!("{}/results/study.csv", day.study);
+    assert_eq!(day.teacher.get(&table).await.text().lines().count(), 1, "who is only asked is not in it");
+    assert!(other.get("/").await.text().contains("asks you to take part in the study"), "they are told");
+    assert!(!other.get(&format!("/sessions/{before}")).await.text().contains("NASA"), "nothing is asked yet");
+    let csrf = csrf_in(&other.get("/account/studies").await.text());
+    let join = format!("/account{}/join", day.study);
+    let unread = other.form(&join, &[("csrf", &csrf), ("terms", "of another text")]).await;
+    assert_eq!(unread.status, 409, "{}", unread.text());
+    let mut third = day.school.app.signed_in("ada@example.org").await;
+    let csrf = csrf_in(&third.get("/account/studies").await.text());
+    assert_eq!(third.form(&join, &[("csrf", &csrf), ("terms", "x")]).await.status, 404, "who was not asked");
+    assert_eq!(answer_request(&mut other, "join").await.status, 303);
+    assert_eq!(day.teacher.get(&table).await.text().lines().count(), 2, "now they take part");
     let session = day.attempt(&signed_in["trainee"]).await;
     let own = other.get(&format!("/sessions/{session}")).await.text();
     assert!(own.contains("/surveys/") && own.contains("NASA"), "asked on the attempt's own page: {own}");
+    let page = day.teacher.get(&day.study.clone()).await.text();
+    assert!(page.contains("1 of 2") && !page.contains("/links\""), "what they did before is not in it: {page}");
+    let path = page.split("action=\"").find(|rest| rest.contains("/withdraw\"")).unwrap().split('"').next().unwrap();
+    let links = path.replace("/withdraw", "/links");
+    assert_eq!(day.post(&links, &[]).await.status, 404, "nobody answers in their place");
+    assert_eq!(answer_request(&mut other, "leave").await.status, 303);
+    assert_eq!(day.teacher.get(&table).await.text().lines().count(), 1, "they have left");
+    assert_eq!(day.post(&format!("{}/close", day.study), &[("closed", "true")]).await.status, 303);
+    assert_eq!(day.add(&fields("ada@example.org")).await.status, 409, "it has ended");
+}
+
+#[tokio::test]
+async fn a_guest_answers_by_link_what_nobody_has_begun() {
+    let mut day = StudyDay::new().await;
+    let code = day.guest().await;
+    let signed_in = day.sign_in(&code).await.json();
+    day.attempt(&signed_in["trainee"]).await;
     let page = day.teacher.get(&day.study.clone()).await.text();
     let path = page.split("formaction=\"").find(|rest| rest.contains("/links\"")).unwrap().split('"').next().unwrap();
     let links = day.post(path, &[]).await.text();
     let link = links.split("href=\"http://localhost").nth(1).unwrap().split('"').next().unwrap().to_owned();
     let mut browser = day.school.app.stranger();
     assert_eq!(send(&mut browser, &link, &[("do", "begin"), ("consent", "yes"), ("lang", "en")]).await.status, 303);
+    let again = day.post(path, &[]).await.text();
+    assert!(!again.contains("attempt 1"), "what was begun is the guest's alone: {again}");
     let sent = send(&mut browser, &link, &[("do", "send"), ("page", "0"), ("q.mental", "40")]).await;
     assert_eq!(sent.status, 303, "{}", sent.text());
     let tied =
         "SELECT count(*) FROM survey_responses r JOIN sessions s ON s.id = r.session_id WHERE r.state = 'submitted'";
     assert_eq!(day.count(tied).await, 1);
-    assert_eq!(day.post(&format!("{}/close", day.study), &[("closed", "true")]).await.status, 303);
-    assert_eq!(day.add(&fields("ada@example.org")).await.status, 409, "it has ended");
 }
 
 #[tokio::test]

@@ -37,6 +37,37 @@ pub struct StudyRow {
     pub created_at: OffsetDateTime,
 }
 
+/// `/account/studies`: the studies that the visitor is asked for, and those that they take part in.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "study/own.html")]
+pub struct OwnStudiesPage {
+    /// Frame.
+    pub shell: Shell,
+    /// Those that they are asked for.
+    pub asked: Vec<OwnStudyCard>,
+    /// Those that they take part in.
+    pub joined: Vec<OwnStudyCard>,
+}
+
+/// A study as those see it who take part or are asked to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OwnStudyCard {
+    /// Where the answer goes.
+    pub href: String,
+    /// Title.
+    pub title: String,
+    /// Who runs it.
+    pub owner: String,
+    /// Attempts asked at each of its exercises.
+    pub attempts: u32,
+    /// What participants agree to.
+    pub consent: String,
+    /// Who answers for the data, whom to ask, and how long they are kept.
+    pub terms: Vec<(&'static str, String)>,
+    /// The revision of these terms.
+    pub revision: String,
+}
+
 /// The form of a new study.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "study/new.html")]
@@ -183,9 +214,9 @@ pub struct ParticipantRow {
     pub attempts: u32,
     /// Answers sent.
     pub answers: u32,
-    /// When they agreed.
-    pub consented_at: OffsetDateTime,
-    /// When they left.
+    /// When they agreed; absent while they are asked.
+    pub agreed_at: Option<OffsetDateTime>,
+    /// When they left or declined.
     pub withdrawn_at: Option<OffsetDateTime>,
     /// A code that was not used yet.
     pub has_code: bool,
@@ -204,7 +235,7 @@ pub struct ParticipantForm {
     /// What they told, in the order of the questions.
     #[serde(rename = "fact")]
     pub facts: Vec<String>,
-    /// They have read what they agree to, and agree.
+    /// A guest has read what they agree to, and agrees.
     #[serde(deserialize_with = "read_ticked_box")]
     pub consent: bool,
 }
@@ -250,9 +281,9 @@ impl StudyPage {
         self.form.typed.facts.get(*at).map_or("", String::as_str)
     }
 
-    /// Those who have not left.
+    /// Those who have agreed and not left.
     fn taking_part(&self) -> usize {
-        self.participants.iter().filter(|row| row.withdrawn_at.is_none()).count()
+        self.participants.iter().filter(|row| row.agreed_at.is_some() && row.withdrawn_at.is_none()).count()
     }
 }
 
@@ -274,7 +305,7 @@ mod tests {
             facts: "surgeon, 12".to_owned(),
             attempts: 2,
             answers: 1,
-            consented_at: samples::NOW,
+            agreed_at: withdrawn_at.is_none().then_some(samples::NOW),
             withdrawn_at,
             has_code: name.is_none(),
         }
@@ -310,6 +341,36 @@ mod tests {
         let erased = StudyPage { ends: StudyDataEnd::Erased(samples::NOW), ..study(vec![], false) };
         let html = samples::keep_page("study-erased", &erased);
         assert!(!html.contains("/change") && !html.contains("/close"), "{html}");
+    }
+
+    #[test]
+    fn who_is_asked_has_not_agreed_and_gets_no_links() {
+        let asked = ParticipantRow { agreed_at: None, ..row(Some("Ana Ek"), None) };
+        let html = samples::keep_page("study-asked", &study(vec![asked], true));
+        assert!(html.contains("0 participants") && html.contains("asked"), "{html}");
+        assert!(!html.contains("/participants/2/links"), "{html}");
+        let guest = samples::keep_page("study-guest", &study(vec![row(None, None)], true));
+        assert!(guest.contains("/participants/2/links"), "{guest}");
+    }
+
+    #[test]
+    fn somebody_answers_for_themselves_to_the_terms_that_are_shown() {
+        let card = OwnStudyCard {
+            href: "/account/studies/1".to_owned(),
+            title: "Is it like a patient?".to_owned(),
+            owner: "Ana Ek".to_owned(),
+            attempts: 3,
+            consent: "I take part.\nI can leave.".to_owned(),
+            terms: vec![("Contact", "ethics@example.org".to_owned())],
+            revision: "abc".to_owned(),
+        };
+        let shell = samples::shell(Role::Trainee);
+        let page = OwnStudiesPage { shell: shell.clone(), asked: vec![card.clone()], joined: vec![card] };
+        let html = samples::keep_page("own-studies", &page);
+        assert!(html.contains("value=\"abc\"") && html.contains("I can leave.") && html.contains("ethics@"), "{html}");
+        assert_eq!(html.matches("/account/studies/1/leave").count(), 2, "declined, or left: {html}");
+        assert_eq!(html.matches("/account/studies/1/join").count(), 1, "{html}");
+        samples::keep_page("own-studies-none", &OwnStudiesPage { shell, asked: vec![], joined: vec![] });
     }
 
     #[test]

@@ -87,7 +87,7 @@ const ABOUT: [RecordKind; 21] = [
     kind("password_links", "SELECT purpose, expires_at FROM account_links WHERE school_id = $1 AND person_id = $2"),
     kind(
         "studies",
-        "SELECT u.title, u.controller, u.contact, u.consent, t.facts AS facts_json, t.added_at, t.consented_at, t.withdrawn_at
+        "SELECT u.title, u.controller, u.contact, u.consent, t.facts AS facts_json, t.added_at, t.agreed_at, t.withdrawn_at
          FROM study_participants t JOIN studies u ON u.id = t.study_id WHERE t.school_id = $1 AND t.person_id = $2",
     ),
     kind("sign_in_codes", "SELECT made_at FROM sign_in_codes WHERE school_id = $1 AND person_id = $2"),

@@ -129,8 +129,8 @@ async fn add_rating(
     mark_knowledge(writer, school, id).await
 }
 
-/// Marks a rating whose rater may see the attempt otherwise: they teach the trainee, are an administrator, or have asked. What
-/// was marked once stays so.
+/// Marks a rating whose rater may see the attempt otherwise: they teach the trainee, are an administrator, have asked, or run a study in
+/// which the trainee takes part. What was marked once stays so.
 async fn mark_knowledge(writer: &mut Connection, school: SchoolId, id: RatingId) -> Result<()> {
     sqlx::query(
         "UPDATE ratings SET may_know = TRUE WHERE school_id = $1 AND id = $2 AND finished_at IS NULL AND (
@@ -138,7 +138,11 @@ async fn mark_knowledge(writer: &mut Connection, school: SchoolId, id: RatingId)
            OR EXISTS (SELECT 1 FROM rating_rounds o WHERE o.id = ratings.round_id AND o.made_by = ratings.rater_id)
            OR EXISTS (SELECT 1 FROM sessions s
              JOIN taught_trainees taught ON taught.trainee_id = s.trainee_id
-             WHERE s.school_id = $1 AND s.id = ratings.session_id AND taught.teacher_id = ratings.rater_id))",
+             WHERE s.school_id = $1 AND s.id = ratings.session_id AND taught.teacher_id = ratings.rater_id)
+           OR EXISTS (SELECT 1 FROM sessions s
+             JOIN study_participants t ON t.school_id = s.school_id AND t.person_id = s.trainee_id
+             JOIN studies u ON u.school_id = t.school_id AND u.id = t.study_id
+             WHERE s.school_id = $1 AND s.id = ratings.session_id AND u.owner_id = ratings.rater_id))",
     )
     .bind(school)
     .bind(id)

@@ -204,6 +204,40 @@ pub async fn find_study_of_guest(
     .await
 }
 
+/// The open studies that a person is asked to take part in, the latest first.
+pub async fn list_study_requests(
+    executor: impl Executor<'_>,
+    PersonKey { school_id: school, person_id: person }: PersonKey,
+) -> Result<Vec<Study>> {
+    sqlx::query_as(study!(
+        "JOIN study_participants t ON t.school_id = u.school_id AND t.study_id = u.id
+         WHERE t.school_id = $1 AND t.person_id = $2 AND t.withdrawn_at IS NULL AND t.agreed_at IS NULL
+           AND u.closed_at IS NULL
+         ORDER BY t.added_at DESC, u.id"
+    ))
+    .bind(school)
+    .bind(person)
+    .fetch_all(executor)
+    .await
+}
+
+/// The studies that a person has agreed to and whose data are kept, the latest first.
+pub async fn list_joined_studies(
+    executor: impl Executor<'_>,
+    PersonKey { school_id: school, person_id: person }: PersonKey,
+) -> Result<Vec<Study>> {
+    sqlx::query_as(study!(
+        "JOIN study_participants t ON t.school_id = u.school_id AND t.study_id = u.id
+         WHERE t.school_id = $1 AND t.person_id = $2 AND t.withdrawn_at IS NULL AND t.agreed_at IS NOT NULL
+           AND u.erased_at IS NULL
+         ORDER BY t.added_at DESC, u.id"
+    ))
+    .bind(school)
+    .bind(person)
+    .fetch_all(executor)
+    .await
+}
+
 /// The exercises of a study, in order.
 pub async fn list_study_exercises(executor: impl Executor<'_>, study: &Study) -> Result<Vec<StudyExercise>> {
     sqlx::query_as(

@@ -21,9 +21,9 @@ pub struct StudyParticipant {
     pub group_place: u32,
     /// What the study asked them, in the order of its questions.
     pub facts: Json<Vec<String>>,
-    /// When they agreed.
-    pub consented_at: Moment,
-    /// When they left.
+    /// When they agreed themselves; absent while they are asked.
+    pub agreed_at: Option<Moment>,
+    /// When they left or declined.
     pub withdrawn_at: Option<Moment>,
     /// A guest's code that was not used yet.
     pub has_code: bool,
@@ -35,7 +35,7 @@ pub struct StudyParticipant {
     pub answers: u32,
 }
 
-/// Somebody who is to take part, and has agreed.
+/// Somebody who is asked to take part.
 #[derive(Clone, Copy, Debug)]
 pub struct NewParticipant<'a> {
     /// The study.
@@ -50,7 +50,7 @@ pub struct NewParticipant<'a> {
     pub added_by: PersonId,
 }
 
-/// Adds somebody to a study. Whoever had left is back. False where they take part already.
+/// Asks somebody to take part in a study, also whoever had left. False where they take part or are asked already.
 ///
 /// # Errors
 /// When somebody is of another school, or the database fails.
@@ -60,7 +60,7 @@ pub async fn add_participant(writer: &mut Connection, new: NewParticipant<'_>, n
          VALUES ($1, $2, $3, $4, $5, $6, $7, $6)
          ON CONFLICT (study_id, person_id) DO UPDATE SET group_place = excluded.group_place, facts = excluded.facts,
            added_at = excluded.added_at, added_by = excluded.added_by, consented_at = excluded.consented_at,
-           withdrawn_at = NULL WHERE study_participants.withdrawn_at IS NOT NULL",
+           agreed_at = NULL, withdrawn_at = NULL WHERE study_participants.withdrawn_at IS NOT NULL",
     )
     .bind(new.study.school_id)
     .bind(new.study.id)
@@ -79,13 +79,13 @@ macro_rules! participant {
     ($rest:literal) => {
         concat!(
             "SELECT t.person_id, p.pseudonym, CASE WHEN p.role <> 'guest' THEN p.display_name END AS name, t.group_place,
-               t.facts, t.consented_at, t.withdrawn_at,
+               t.facts, t.agreed_at, t.withdrawn_at,
                EXISTS (SELECT 1 FROM sign_in_codes c WHERE c.person_id = t.person_id AND p.role = 'guest') AS has_code,
                (SELECT CAST(coalesce(sum(min(n.made, u.attempts)), 0) AS BIGINT) FROM (
                  SELECT count(*) AS made FROM sessions s
                  JOIN study_exercises e ON e.study_id = t.study_id AND e.revision_id = s.revision_id
                  WHERE s.school_id = t.school_id AND s.trainee_id = t.person_id AND s.uncounted IS NULL
-                   AND s.received_at >= t.added_at GROUP BY s.revision_id) n) AS attempts,
+                   AND s.received_at >= t.agreed_at GROUP BY s.revision_id) n) AS attempts,
                (SELECT count(*) FROM surveys v JOIN survey_responses r ON r.survey_id = v.id AND r.person_id = t.person_id
                  WHERE v.school_id = t.school_id AND v.study_id = t.study_id AND r.state = 'submitted') AS answers
              FROM study_participants t JOIN studies u ON u.id = t.study_id
@@ -114,7 +114,7 @@ pub async fn count_participants(executor: impl Executor<'_>, study: &Study) -> R
         .await
 }
 
-/// Somebody who takes part and has not left.
+/// Somebody who takes part or is asked to, and has not left.
 pub async fn find_participant(
     executor: impl Executor<'_>,
     study: &Study,
@@ -128,10 +128,10 @@ pub async fn find_participant(
         .await
 }
 
-/// Notes that somebody who takes part has agreed themselves. False where they do not take part.
+/// Notes that somebody who was asked has agreed themselves; who had agreed before goes on. False where they were not asked.
 pub async fn note_consent(writer: &mut Connection, study: &Study, person: PersonId, now: Moment) -> Result<bool> {
     sqlx::query(
-        "UPDATE study_participants SET consented_at = $4
+        "UPDATE study_participants SET agreed_at = coalesce(agreed_at, $4)
          WHERE school_id = $1 AND study_id = $2 AND person_id = $3 AND withdrawn_at IS NULL",
     )
     .bind(study.school_id)
@@ -214,7 +214,7 @@ pub async fn list_study_attempts(executor: impl Executor<'_>, study: &Study) -> 
            JOIN study_exercises e ON e.study_id = $2 AND e.revision_id = s.revision_id
            JOIN grades g ON g.school_id = s.school_id AND g.session_id = s.id
            WHERE s.school_id = $1 AND s.trainee_id = t.person_id
-             AND s.state = 'scored' AND s.uncounted IS NULL AND s.received_at >= t.added_at AND t.school_id = $1
+             AND s.state = 'scored' AND s.uncounted IS NULL AND s.received_at >= t.agreed_at AND t.school_id = $1
              AND t.study_id = $2 AND t.withdrawn_at IS NULL) numbered
          WHERE number <= $3 ORDER BY group_place, added_at, person_id, started_at, session_id",
     )
@@ -234,10 +234,11 @@ pub async fn count_open_attempts(
     sqlx::query_scalar(
         "SELECT CAST(coalesce(sum(max(0, u.attempts - (SELECT count(*) FROM sessions s
              WHERE s.school_id = $1 AND s.trainee_id = $2 AND s.revision_id = e.revision_id AND s.uncounted IS NULL
-               AND s.received_at >= t.added_at))), 0) AS BIGINT)
+               AND s.received_at >= t.agreed_at))), 0) AS BIGINT)
          FROM study_participants t JOIN studies u ON u.id = t.study_id
          JOIN study_exercises e ON e.study_id = t.study_id
-         WHERE t.school_id = $1 AND t.person_id = $2 AND t.study_id = $3 AND t.withdrawn_at IS NULL",
+         WHERE t.school_id = $1 AND t.person_id = $2 AND t.study_id = $3 AND t.agreed_at IS NOT NULL
+           AND t.withdrawn_at IS NULL",
     )
     .bind(school)
     .bind(person)
@@ -257,7 +258,7 @@ pub async fn list_studied_exercises(
          JOIN studies u ON u.id = t.study_id AND u.closed_at IS NULL
          JOIN study_exercises e ON e.study_id = t.study_id
          JOIN exercise_revisions r ON r.school_id = e.school_id AND r.id = e.revision_id
-         WHERE t.school_id = $1 AND t.person_id = $2 AND t.withdrawn_at IS NULL",
+         WHERE t.school_id = $1 AND t.person_id = $2 AND t.agreed_at IS NOT NULL AND t.withdrawn_at IS NULL",
     )
     .bind(school)
     .bind(person)

@@ -145,7 +145,7 @@ pub async fn after_attempt(executor: impl Executor<'_>, practised: Practised<'_>
            AND ($3 IS NULL OR NOT EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = s.id)
              OR EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = s.id AND e.exercise_id = $3))
            AND CASE WHEN s.study_id IS NOT NULL THEN EXISTS (SELECT 1 FROM study_participants t
-               WHERE t.study_id = s.study_id AND t.person_id = $2 AND t.withdrawn_at IS NULL)
+               WHERE t.study_id = s.study_id AND t.person_id = $2 AND t.agreed_at IS NOT NULL AND t.withdrawn_at IS NULL)
              WHEN EXISTS (SELECT 1 FROM survey_cohorts sc WHERE sc.survey_id = s.id) THEN
                EXISTS (SELECT 1 FROM survey_cohorts sc JOIN cohort_members m ON m.cohort_id = sc.cohort_id
                WHERE sc.survey_id = s.id AND m.person_id = $2 AND m.role = 'trainee')

@@ -14,7 +14,7 @@ use routes_base::error::PageError;
 use routes_base::forms::FormAnswer;
 use routes_base::{AppState, language};
 use serde::Deserialize;
-use store::{cohorts, directory, exports, notices, people, schools, second_factors, sign_in_codes};
+use store::{cohorts, directory, exports, notices, people, schools, second_factors, sign_in_codes, studies};
 use tower_sessions::Session;
 use words::Language;
 
@@ -39,6 +39,7 @@ async fn make_account_page(state: &AppState, person: &CurrentPerson, csrf: &Csrf
         acts: cohorts::list_membership_acts(reader, person.school_id, person.id).await?,
         language: person.language,
         mailed: notices::wants_news_letters(reader, person.into()).await?,
+        study_requests: studies::list_study_requests(reader, person.into()).await?.len(),
         second_factor: second_factors::is_second_factor_on(reader, person.into()).await?,
         practice: format!("/trainees/{}", person.id),
         sign_in_code: sign_in_codes::find_code_time(reader, person.school_id, person.id).await?.map(Moment::to_utc),

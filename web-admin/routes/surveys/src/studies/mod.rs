@@ -3,6 +3,7 @@
 mod change;
 mod exports;
 mod make;
+mod own;
 mod results;
 
 use acts::error::Error;
@@ -15,7 +16,7 @@ use axum::response::{IntoResponse, Redirect, Response};
 use model::ids::{PersonId, StudyId};
 use model::retention::{Now, RetentionAction};
 use model::{CurrentPerson, Moment, count_u32, line};
-use pages::form::FilledForm;
+use pages::form::{FilledForm, read_ticked_box};
 use pages::study::{
     GuestCodePage, ParticipantForm, ParticipantRow, StudiesPage, StudyDataEnd, StudyDone, StudyPage, StudyRow,
     kept_in_words,
@@ -34,9 +35,12 @@ use store::studies::{self, Study, StudyExercise, StudyParticipant};
 /// Longest answer to a question of a study, in characters.
 const LONGEST_FACT: usize = 200;
 
-/// Below `/studies`, for whoever teaches.
+/// Below `/studies`, for whoever teaches, and below `/account/studies`, for whoever is asked.
 pub(super) fn study_routes() -> Routes {
     Routes::new()
+        .route("/account/studies", get(own::list_own_studies))
+        .route("/account/studies/{id}/join", post(own::join_study))
+        .route("/account/studies/{id}/leave", post(own::leave_study))
         .route("/studies", get(list_studies))
         .route("/studies/new", get(make::show_new_study).merge(post(make::make_study)))
         .route("/studies/{id}", get(show_study))
@@ -143,7 +147,7 @@ fn participant_row(study: &Study, href: &str, found: StudyParticipant) -> Partic
         facts: told.join(" · "),
         attempts: found.attempts,
         answers: found.answers,
-        consented_at: found.consented_at.to_utc(),
+        agreed_at: found.agreed_at.map(Moment::to_utc),
         withdrawn_at: found.withdrawn_at.map(Moment::to_utc),
         has_code: found.has_code,
     }
@@ -210,7 +214,8 @@ async fn add_participant(
 }
 
 fn read_participant(study: &Study, form: &ParticipantForm) -> Result<ParticipantFacts, String> {
-    if !form.consent {
+    // Somebody of the school agrees signed in.
+    if form.email.is_empty() && !form.consent {
         return Err(tr!("Nobody takes part who has not agreed.").to_owned());
     }
     let group_place = form.group.parse().ok().filter(|place| (*place as usize) < study.groups.0.len());
@@ -295,14 +300,22 @@ async fn make_links(
     })
 }
 
+#[derive(Deserialize)]
+#[serde(default)]
+#[derive(Default)]
+struct WithdrawForm {
+    #[serde(deserialize_with = "read_ticked_box")]
+    erase: bool,
+}
+
 async fn withdraw_participant(
     State(state): State<AppState>,
     Teacher(person): Teacher,
     Path(place): Path<ParticipantPlace>,
-    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+    CsrfForm(form): CsrfForm<WithdrawForm>,
 ) -> Result<Redirect, PageError> {
     let (study, participant) = find_place(&state, &person, &place).await?;
-    acting::withdraw_participant(&state, &person, &study, participant).await?;
+    acting::withdraw_participant(&state, &person, &study, participant, form.erase).await?;
     Ok(Redirect::to(&format!("/studies/{}?done=left#participants", study.id)))
 }
 

@@ -52,7 +52,7 @@ impl GatheredStudy {
         let reader = state.db.reader();
         let exercises = studies::list_study_exercises(reader, &study).await?;
         let mut participants = studies::list_participants(reader, &study).await?;
-        participants.retain(|participant| participant.withdrawn_at.is_none());
+        participants.retain(|participant| participant.agreed_at.is_some() && participant.withdrawn_at.is_none());
         let attempts = studies::list_study_attempts(reader, &study).await?;
         let sessions: Vec<_> = attempts.iter().map(|attempt| attempt.session_id).collect();
         let mut metrics = scores::metrics_of_many(reader, study.school_id, &sessions).await?;

@@ -11,18 +11,21 @@ use routes_base::AppState;
 use routes_base::auth::{CsrfForm, NoFields, Visitor};
 use routes_base::error::PageError;
 use serde::Deserialize;
-use store::notices;
+use store::{notices, studies};
 
 /// Most of what is new that the home page lists.
 const SHOWN: u32 = 20;
 
 /// What is new for the visitor, the newest first.
 pub(crate) async fn list_news(state: &AppState, person: &CurrentPerson) -> Result<Vec<NewsItem>, Error> {
-    if person.news == 0 {
-        return Ok(Vec::new());
+    let reader = state.db.reader();
+    let asked = studies::list_study_requests(reader, person.into()).await?;
+    let mut items: Vec<NewsItem> =
+        asked.iter().map(|study| NewsItem::of_study(&study.owner, &study.title, study.created_at.to_utc())).collect();
+    if person.news > 0 {
+        items.extend(NewsItem::list(&notices::list_unread_notices(reader, person.into(), SHOWN).await?));
     }
-    let unread = notices::list_unread_notices(state.db.reader(), person.into(), SHOWN).await?;
-    Ok(NewsItem::list(&unread))
+    Ok(items)
 }
 
 /// Marks everything as read.
