@@ -38,6 +38,8 @@ pub enum Outlook {
     Later,
     /// This recording will never be taken.
     Never,
+    /// This recording is to be kept nowhere: whoever made it was erased, has withdrawn, or never agreed.
+    Unwanted,
 }
 
 /// Why an attempt was not delivered.
@@ -93,12 +95,14 @@ impl Reply {
         let outlook = match self.status {
             408 | 423 | 425 | 429 | 460 | 500.. => Outlook::Soon,
             409 | 413 | 415 | 422 => Outlook::Never,
+            451 => Outlook::Unwanted,
             _ => Outlook::Later,
         };
         let advice = match self.status {
             401 if self.says_expired() => "; recordings wait here until there is another token (--token-file)",
             401 => "; pair this station again (stylet pair), or use another token",
             409 | 413 | 415 | 422 => "; refused for good",
+            451 => "; removed here",
             _ => "",
         };
         Trouble { outlook, status: Some(self.status), detail: self.words() + advice }
@@ -141,8 +145,10 @@ fn explain_refusal(status: u16, body: Option<&Value>) -> String {
         409 => "the service has another recording of this session",
         413 => "the recording is larger than the service allows",
         422 => "the service cannot use this recording",
+        424 => "the service sets this recording aside",
         423 => "another program is sending this recording",
         429 => "the service asks us to slow down",
+        451 => "this recording is not to be kept",
         460 => "the piece was damaged on its way",
         500.. => "the service failed",
         _ => "not what the service should say",

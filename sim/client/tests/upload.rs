@@ -97,6 +97,23 @@ fn a_recording_arrives_in_checked_pieces_with_its_token_and_leaves_the_outbox() 
 }
 
 #[test]
+fn what_is_to_be_kept_nowhere_leaves_the_outbox_and_the_users_own_file_stays() {
+    let body = r#"{"title":"Unavailable For Legal Reasons","status":451,"detail":"this guest has withdrawn"}"#;
+    let service = StandIn::answering(&[answer("451 Unavailable For Legal Reasons", "application/problem+json", body)]);
+    let desk = Desk::new();
+    let run = desk.upload(&service.address, &[]).ends(1);
+    run.says(&["this guest has withdrawn", "removed here"]);
+    assert_eq!(desk.waiting(), serde_json::json!([]));
+    assert!(desk.file().exists(), "what this station has not recorded itself is its user's");
+}
+
+#[test]
+fn what_the_service_sets_aside_waits() {
+    let (_, waiting) = refused("424 Failed Dependency", "it is read no more");
+    assert_eq!(waiting["state"], "waiting", "{waiting}");
+}
+
+#[test]
 fn what_was_cut_off_goes_on_where_it_broke_without_counting_as_a_failure() {
     let cut = String::new();
     let head = |offset: usize| arrived(offset).replace("204 No Content", "200 OK");

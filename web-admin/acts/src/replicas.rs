@@ -150,10 +150,14 @@ pub async fn succeed(service: &Service) -> Result<(), Error> {
     Ok(tokio::fs::write(&file, service.replica.to_string()).await?)
 }
 
-/// Counts what a dead replica had begun as deaths, and leaves what it held to whoever takes it.
+/// Leaves what a dead replica held to whoever takes it. What it had begun counts as deaths where it read recordings itself; where helpers do,
+/// whatever has ended the service was no recording.
 async fn bury(service: &Service, dead: ReplicaId) -> Result<(), Error> {
     let mut tx = service.db.write().await?;
-    tries::bury_replica(&mut tx, dead).await?;
+    match service.config.helper {
+        Some(_) => tries::release_replica(&mut tx, dead).await?,
+        None => tries::bury_replica(&mut tx, dead).await?,
+    }
     tx.commit().await?;
     tracing::warn!(replica = %dead, "a service has ended without a word: what it had in hand is taken over");
     service.jobs.notify_one();

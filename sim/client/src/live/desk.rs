@@ -254,7 +254,7 @@ fn explain_refusal(reply: &Reply) -> Phrase {
 /// # Errors
 /// When the outbox refuses it: it stays where it is.
 pub fn deliver(outbox: &Outbox, recording: &Path, pairing: Pairing) -> Result<Call<Phrase>, Failure> {
-    let kept = outbox.keep(recording, Some(&pairing.server))?;
+    let kept = outbox.keep_own(recording, &pairing.server)?;
     Ok(send(outbox.clone(), kept.id, pairing))
 }
 
@@ -275,6 +275,7 @@ fn send(outbox: Outbox, id: String, pairing: Pairing) -> Call<Phrase> {
         let deliveries = outbox.send_due(&access, PATIENCE).map_err(Phrase::data)?;
         match deliveries.iter().find(|delivery| delivery.id == id) {
             Some(delivery) if delivery.delivered => Ok(phrase!("delivered to {school}", school = &pairing.school)),
+            Some(delivery) if delivery.is_removed() => Err(phrase!("removed here: {why}", why = &delivery.detail)),
             Some(delivery) => Err(phrase!("waits in the outbox: {why}", why = &delivery.detail)),
             None => Err(phrase!("waits in the outbox")),
         }

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use tempfile::Builder;
 use time::OffsetDateTime;
 
-use super::sheet;
+use super::{identify, sheet};
 use crate::clock;
 use crate::service::{Outlook, Trouble};
 
@@ -23,6 +23,9 @@ const LONGEST_WAIT: Duration = Duration::from_secs(15 * 60);
 pub struct Note {
     /// What the file was called.
     pub name: String,
+    /// Where this station has recorded it, and it may lie still.
+    #[serde(default)]
+    pub source: Option<PathBuf>,
     /// Since when it waits.
     #[serde(with = "time::serde::rfc3339")]
     pub kept_at: OffsetDateTime,
@@ -74,6 +77,7 @@ impl Entry {
         let note = fs::read(note_of(&file)).ok().and_then(|text| serde_json::from_slice(&text).ok());
         let blank = || Note {
             name: file.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
+            source: None,
             kept_at: clock::now(),
             server: None,
             upload: None,
@@ -125,6 +129,27 @@ impl Entry {
             }
         }
         Ok(())
+    }
+
+    /// Takes the attempt out of the outbox, and removes the file that it was kept from, where that still holds the same bytes.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub(super) fn remove_everywhere(&self) -> io::Result<()> {
+        if let Some(source) = &self.note.source {
+            match identify(source) {
+                Ok(id) if id == self.id => fs::remove_file(source)?,
+                // It was moved or written over: that is nothing of ours.
+                _ => {}
+            }
+        }
+        self.remove()
+    }
+
+    /// Notes where the recording lies beside the outbox.
+    pub(super) fn note_source(&mut self, source: &Path) -> io::Result<()> {
+        self.note.source = Some(std::path::absolute(source)?);
+        self.save()
     }
 
     fn save(&self) -> io::Result<()> {

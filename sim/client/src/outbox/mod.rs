@@ -70,6 +70,17 @@ impl Outbox {
         })
     }
 
+    /// The same with what this station has recorded itself: where the service says that it is not to be kept, both files are removed.
+    ///
+    /// # Errors
+    /// As those of [`Outbox::keep`].
+    pub fn keep_own(&self, recording: &Path, server: &str) -> Result<Entry, Failure> {
+        let mut entry = self.keep(recording, Some(server))?;
+        let noted = entry.note_source(recording);
+        noted.map_err(|error| Failure::work(format_args!("{}: {error}", self.folder.display())))?;
+        Ok(entry)
+    }
+
     /// What waits, in the order in which it was kept.
     ///
     /// # Errors

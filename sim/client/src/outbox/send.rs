@@ -47,6 +47,9 @@ const HELD_WAIT: Duration = Duration::from_secs(5);
 /// HTTP's word for it.
 const LOCKED: u16 = 423;
 
+/// HTTP's word for what is to be kept nowhere.
+const UNWANTED: u16 = 451;
+
 /// How often one call tries, and how long it waits.
 #[derive(Clone, Copy, Debug)]
 pub struct Patience {
@@ -77,6 +80,13 @@ pub struct Delivery {
     pub detail: String,
 }
 
+impl Delivery {
+    /// It is kept nowhere, as the service has asked.
+    pub fn is_removed(&self) -> bool {
+        self.status == Some(UNWANTED)
+    }
+}
+
 /// Sends attempts, one after the other, while no other program does.
 pub struct Post<'a> {
     access: &'a Access,
@@ -101,13 +111,17 @@ impl<'a> Post<'a> {
         let (tries, sent) = self.persevere(entry);
         let noted = match &sent {
             Ok(_) => entry.remove(),
+            Err(trouble) if trouble.outlook == Outlook::Unwanted => entry.remove_everywhere(),
             Err(trouble) => entry.failed(trouble),
         };
         noted.map_err(|error| Failure::work(format_args!("{}: {error}", entry.file.display())))?;
         let (session_id, status, refused, detail) = match sent {
             Ok(session) if entry.is_answers() => (Some(session), None, false, "taken".to_owned()),
             Ok(session) => (Some(session.clone()), None, false, format!("session {session}")),
-            Err(trouble) => (None, trouble.status, trouble.outlook == Outlook::Never, trouble.detail),
+            Err(trouble) => {
+                let refused = matches!(trouble.outlook, Outlook::Never | Outlook::Unwanted);
+                (None, trouble.status, refused, trouble.detail)
+            }
         };
         let detail = if tries > 1 { format!("{detail} (after {tries} tries)") } else { detail };
         let (recording, id) = (entry.note.name.clone(), entry.id.clone());

@@ -82,6 +82,9 @@ pub fn report(deliveries: &[Delivery], outbox: &Outbox, json: bool) -> Outcome {
         match (delivery.delivered, json) {
             (true, false) => output::print_line(format_args!("{name}: delivered: {detail}"))?,
             (true, true) => {}
+            (false, _) if delivery.is_removed() => {
+                output::print_error(format_args!("{name}: not delivered: {detail}"));
+            }
             (false, _) => {
                 let folder = outbox.folder().display();
                 output::print_error(format_args!("{name}: not delivered: {detail}; kept in the outbox {folder}"));
