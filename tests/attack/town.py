@@ -97,6 +97,8 @@ class Service:
         self.options, self.environment = list(options), environment or {}
         if gentle and "--reserve-mb" not in self.options:
             self.options += ["--reserve-mb", "10"]
+        if gentle and "--database-reserve-mb" not in self.options:
+            self.options += ["--database-reserve-mb", "5"]
         self.log = self.data.with_suffix(".log")
         self.child = None
         self.start()

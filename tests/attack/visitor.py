@@ -115,6 +115,14 @@ class Visitor:
     def upload(self, recording, headers=None):
         return self.send("POST", "/api/v1/sessions", recording, {"Content-Type": "application/octet-stream", **(headers or {})})
 
+    def attach(self, path, fields, name, content, page="/account"):
+        """A form with a file, as a page of the service would send it."""
+        parts = [f'--x\r\nContent-Disposition: form-data; name="{key}"\r\n\r\n{value}\r\n'.encode()
+                 for key, value in [("csrf", self.csrf(page)), *fields.items()]]
+        head = f'--x\r\nContent-Disposition: form-data; name="{name}"; filename="{name}"\r\n\r\n'.encode()
+        body = b"".join([*parts, head, content, b"\r\n--x--\r\n"])
+        return self.send("POST", path, body, {"Content-Type": "multipart/form-data; boundary=x"})
+
     def tus(self, method, path="/api/v1/uploads", body=b"", **headers):
         """A request of tus; `upload_length=7` is the header Upload-Length."""
         named = {key.replace("_", "-"): str(value) for key, value in headers.items()}

@@ -346,6 +346,38 @@ fn mechanics_start_no_thread() {
     }
 }
 
+/// What decodes a stranger's bytes, and the files that may have it done. A helper does it, with limits of memory and time, but for what a
+/// helper has read at its arrival.
+const DECODERS: &[(&str, &[&str])] = &[
+    ("WorkbookSheet::read", &["acts/src/judging/mod.rs", "model/src/roster/table.rs"]),
+    ("picture::copy_", &["acts/src/judging/mod.rs"]),
+    ("copy_logo", &["acts/src/judging/mod.rs"]),
+    ("recording_files::read", &["acts/src/judging/mod.rs", "acts/src/recordings.rs"]),
+    ("annotate::annotate", &["acts/src/judging/mod.rs"]),
+    ("Recording::read", &["acts/src/recording_files.rs"]),
+    // Only a re-grading that lacks a metric reads a recording once more, two at once.
+    ("recordings::with(", &["acts/src/regrading/mod.rs"]),
+];
+/// Crates that decode files. Only these of ours use them.
+const DECODING_CRATES: &[(&str, &[&str])] = &[
+    ("calamine", &["model/src/roster/sheet.rs"]),
+    ("zip::", &["model/src/roster/sheet.rs"]),
+    ("image::", &[]),
+    ("mcap::", &[]),
+];
+
+#[test]
+fn what_strangers_send_is_decoded_where_a_death_harms_nobody() {
+    for (path, text) in service_but("demo") {
+        // Tests beside the code make what they read.
+        let shipped = text.split("#[cfg(test)]").next().unwrap_or_default();
+        for (decoder, allowed) in DECODERS.iter().chain(DECODING_CRATES) {
+            let is_allowed = allowed.iter().any(|file| path.ends_with(file));
+            assert!(is_allowed || !shipped.contains(decoder), "{}: {decoder} runs in a helper alone", path.display());
+        }
+    }
+}
+
 #[test]
 fn one_module_answers_refused_forms() {
     for (path, text) in shipped("web-admin/src").chain(shipped("web-admin/routes")) {

@@ -5,6 +5,7 @@ import hashlib
 import shutil
 import struct
 import subprocess
+import zlib
 
 import tape as tapes
 from tape import attachment, by_hand, channel_of, chunk, message, metadata, record
@@ -243,3 +244,29 @@ def attack_committed_bombs(world):
         refuse(answer.status in ((201, 409, 413, 422) if cheap else (413, 422)), f"{file.name}: {answer}")
     honest(shutil.disk_usage(world.town.data).free > 0, "there is room")
     return f"{len(files)} refused"
+
+
+@alone
+def attack_workbook_and_logo(world):
+    """a workbook of 6 kB that asks for 80 GB, and logos of 16 megapixels, at once; limits: 100 MB, an honest page 1 s"""
+    town = world.own_town("--judge-mb", "600")
+    head = town.browser("head")
+    roster = b"name,email\nNew,new@example.org\n"
+    send = lambda content: head.attach("/people/roster", {"cohort": "Spring"}, "file", content, page="/people/roster")
+    honest(send(roster).status in (200, 303), f"a roster is shown: {send(roster)}")
+    bomb = (ROOT / "web-admin/tests/data/rosters/fonts.xlsx").read_bytes()
+    with world.watch(town, "teacher") as watched:
+        got = [send(bomb).status for _ in range(3)]
+        got += [head.attach("/admin/settings/logo", {}, "logo", wide_png(), page="/admin/settings").status for _ in range(3)]
+    refuse(town.service.is_running and set(got) <= {303, 422, 503}, f"answers {got}")
+    return f"{got}; {world.hold(watched, 100)}"
+
+
+def wide_png(side=4000):
+    """A grey picture that packs well."""
+    def block(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    rows = zlib.compress(b"\0" * (side + 1) * side, 9)
+    header = struct.pack(">IIBBBBB", side, side, 8, 0, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + block(b"IHDR", header) + block(b"IDAT", rows) + block(b"IEND", b"")

@@ -1,6 +1,7 @@
 """Much of something small: fields, sign-ins, uploads, connections, half requests, slow readers."""
 
 import concurrent.futures
+import os
 import socket
 import time
 
@@ -111,6 +112,40 @@ def attack_disk_filled(world):
     honest(world.upload("ada", tape).status == 201, "elsewhere it is taken")
     honest(town.browser("ada").get("/account").status == 200, "pages are read")
     return f"507: {answer.json.get('title', '')}"
+
+
+@alone
+def attack_room_promised_twice(world):
+    """uploads begun by several trainees for more than the disk has above its reserve, filled in pieces; an honest page 1 s"""
+    disk = os.statvfs(world.programs.folder)
+    room = 90_000_000
+    town = world.own_town("--reserve-mb", str((disk.f_bavail * disk.f_frsize - room) // 1_000_000))
+    begun = [(name, town.program(name).tus("POST", upload_length=25_000_000)) for name in ("ada", "ben", "eve") * 4]
+    taken = [(name, answer.header("location")) for name, answer in begun if answer.status == 201]
+    honest(taken, "a first one is begun")
+    refuse(len(taken) * 25_000_000 <= room, f"{len(taken)} of 25 MB were promised {room // 1_000_000} MB")
+    refuse({answer.status for _, answer in begun} <= {201, 507}, f"answers {[answer.status for _, answer in begun]}")
+    piece = os.urandom(25_000_000)
+    for name, place in taken:
+        filled = town.program(name).tus("PATCH", place, piece, upload_offset=0)
+        refuse(filled.status in (204, 422, 507), f"a piece: {filled}")
+    honest(town.browser("ada").get("/account").status == 200, "she signs in when it is full")
+    for name, place in taken:
+        honest(town.program(name).tus("DELETE", place).status in (204, 404, 410), "an upload is ended")
+    honest(town.program("ada").tus("POST", upload_length=25_000_000).status == 201, "there is room again")
+    return f"{len(taken)} of 12 begun, then 507"
+
+
+def attack_ballast(world):
+    """a valid recording with attachments that no document names, again and again; limits of a trainee's share"""
+    town = world.own_town("--person-attempts", "3")
+    ballast = world.recording()
+    ballast.attachments.append(("mesh/ballast.stl", "model/stl", os.urandom(2_000_000)))
+    status(world.upload("ada", ballast, town), 422)
+    got = [world.upload("ada", world.recording(), town).status for _ in range(5)]
+    refuse(got == [201, 201, 201, 429, 429], f"answers {got}")
+    honest(world.upload("ben", world.recording(), town).status == 201, "others may bring theirs")
+    return f"422, and {got}"
 
 
 @alone

@@ -2,6 +2,7 @@
 
 import hashlib
 import re
+import shutil
 
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
@@ -53,6 +54,28 @@ def attack_forged_mastery(world):
     world.scored("ada", town, world.expert())
     honest(certificate(town, "ada").status == 200, "one honest pass gives the certificate")
     return "kept as unpublished, certificate 409"
+
+
+def attack_replaced_exercise(world):
+    """a pass at an exercise that the school has replaced by a harder one, and then the certificate"""
+    town = world.own_town()
+    needs(town, "nothing")
+    settings = {"name": "North", "time_zone": "UTC", "letter_language": "en", "replaced_grace_days": "0"}
+    honest(town.browser("head").press("/admin/settings", settings, page="/admin/settings").status == 303, "no grace")
+    folder = town.programs.folder / f"harder-{town.data.name}"
+    shutil.copytree(town.template.exercise.parent.parent, folder)
+    harder = folder / "course/only.toml"
+    harder.write_text(re.sub(r"(?m)^pass_mark = .*$", "pass_mark = 41", harder.read_text()))
+    town.service.stop()
+    town.programs.run("curricula", "import", folder, "--school", "North", "--data-dir", town.data)
+    town.service.start()
+    town.signed_in = {}
+    old = world.upload("ada", world.expert(), town)
+    refuse(old.json.get("uncounted") == "unpublished", f"the old one counts: {old}")
+    status(certificate(town, "ada"), 409)
+    world.scored("ada", town, world.expert(harder))
+    honest(certificate(town, "ada").status == 200, "a pass at the new one gives the certificate")
+    return "kept as uncounted, certificate 409"
 
 
 def attack_documents_that_are_not_their_hash(world):
@@ -140,6 +163,63 @@ def attack_forces_that_do_not_follow(world):
     found = proof(altered)
     refuse(not found["signed"] and not found["resimulated"], f"it counts as proved: {found}")
     return f"not proved: {found}"
+
+
+def attack_signed_fields_edited(world):
+    """a signed recording whose energies, marks, interruption, field, rate or device's force were changed afterwards"""
+    town, key = world.town, Ed25519PrivateKey.generate()
+    station, ada = pair(town, key), world.town.template.pseudonyms["ada"]
+
+    def signed():
+        return world.recording(device="mouse", trainee=ada).fresh().sign(station, key)
+
+    def proof(tape):
+        honest(world.upload("ada", tape).status == 201, "it is taken")
+        town.wait_scored(tape.session_id)
+        return town.program("ada").get(f"/api/v1/sessions/{tape.session_id}/score").json["proof"]
+
+    def spare(ledger):
+        for layer in ledger.layers:
+            layer.lateral_j = 0
+
+    def unfelt(sample):
+        sample.flags |= 1 << 16
+
+    def interrupt(event):
+        event.kind, event.text = tapes.INTERRUPTED, "device lost"
+
+    def session(**changed):
+        tape = signed()
+        tape.session.update(changed)
+        return tape
+
+    kept = proof(signed())
+    honest(kept["signed"] and kept["resimulated"], f"an honest one is proved: {kept}")
+    for what, tape in {
+        "energies": signed().edit("/needle/energy", spare),
+        "marks": signed().edit("/needle/sample", unfelt),
+        "the way the field was judged": session(field="1"),
+        "the rate": session(tick_hz="500"),
+        "the device's force": session(device_max_force_n="3.3"),
+    }.items():
+        found = proof(tape)
+        refuse(not (found["signed"] and found["resimulated"]), f"proved with other {what}: {found}")
+    ended = signed().edit("/events", interrupt)
+    taken = world.upload("ada", ended)
+    refuse(taken.json.get("signed_by_station") is not True, f"signed with an interruption that did not happen: {taken}")
+    return "none of six is proved"
+
+
+def attack_unsigned_copy_first(world):
+    """an unsigned copy of a signed attempt, brought before it"""
+    town, key = world.town, Ed25519PrivateKey.generate()
+    station, ada = pair(town, key), world.town.template.pseudonyms["ada"]
+    tape = world.recording(device="mouse", trainee=ada)
+    copy = world.upload("ada", tape.another())
+    honest(copy.status == 201 and not copy.json.get("uncounted"), f"a copy alone counts: {copy}")
+    original = world.upload("ada", tape.sign(station, key))
+    refuse(not original.json.get("uncounted") and original.json["signed_by_station"], f"the signed one does not count: {original}")
+    return "the signed one counts"
 
 
 def attack_certificate_without_proof(world):

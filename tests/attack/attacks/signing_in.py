@@ -1,5 +1,6 @@
 """Passwords, sessions, links and codes, and whoever guesses them."""
 
+import concurrent.futures
 import re
 import statistics
 import time
@@ -250,3 +251,26 @@ def attack_password_alone(world):
     page = town.browser("head").get("/account").text.lower()
     refuse("second factor" in page or "passkey" in page or "authenticator" in page, "no second factor can be set up")
     return "a second factor can be asked for"
+
+
+@alone
+def attack_strangers_at_the_door(world):
+    """300 strangers who guess at once with addresses that nobody has; limits: who signed in before waits 3 s, no row of the audit log each"""
+    town = world.own_town()
+    ada = town.browser("ada")
+    rows = town.one("SELECT count(*) FROM audit_log")
+
+    def guess(number):
+        return town.stranger(timeout=120).sign_in(f"nobody{number}@example.org", "a wrong password").status
+
+    with concurrent.futures.ThreadPoolExecutor(100) as pool:
+        guesses = pool.map(guess, range(300))
+        time.sleep(1)
+        again, took = world.within(3, lambda: ada.sign_in("ada@example.org"), "signing in again")
+        got = set(guesses)
+    honest(again.status == 303, f"she is in: {again}")
+    refuse(got <= {401, 408, 429, 503}, f"answers {got}")
+    grown = town.one("SELECT count(*) FROM audit_log") - rows
+    refuse(grown < 10, f"{grown} rows in the audit log")
+    honest(town.one("SELECT sum(tries) FROM unknown_sign_ins") > 0, "they are counted")
+    return f"{sorted(got)}, she waits {took:.1f} s"

@@ -8,8 +8,8 @@ use crate::service::Service;
 
 /// Longest that reading what has just arrived may take.
 const LONGEST_READING: Duration = Duration::from_secs(60);
-/// Longest that reading a workbook may take.
-const LONGEST_WORKBOOK: Duration = Duration::from_secs(10);
+/// Longest that reading a workbook or a picture may take.
+const LONGEST_FILE: Duration = Duration::from_secs(10);
 
 /// Has a question answered. Dropped, the helper that works on it is ended.
 ///
@@ -32,7 +32,8 @@ pub async fn ask_within(state: &Service, question: JudgeQuestion, most: Duration
         JudgeQuestion::Recording(_) => helper.time,
         JudgeQuestion::Arrival(_) => helper.time.min(LONGEST_READING),
         JudgeQuestion::Draft(_) => state.config.preview_time,
-        JudgeQuestion::Workbook(_) => helper.time.min(LONGEST_WORKBOOK),
+        JudgeQuestion::Workbook(_) | JudgeQuestion::Picture(_) => helper.time.min(LONGEST_FILE),
+        JudgeQuestion::Annotate(_) => helper.time.min(LONGEST_READING),
     };
     ask_helper(Helper { time: time.min(most), ..helper.clone() }, &question).await
 }

@@ -109,7 +109,11 @@ pub async fn take_sign_in(service: &Service, address: IpAddr, email: &str) -> Re
     press_all(service, &used).await
 }
 
-async fn is_known(service: &Service, address: IpAddr, email: &str) -> Result<bool, Error> {
+/// Whether the right password of an account came from an address before.
+///
+/// # Errors
+/// When the database fails.
+pub async fn is_known(service: &Service, address: IpAddr, email: &str) -> Result<bool, Error> {
     let until = brakes::find_brake(service.db.reader(), &known_key(address, email)).await?;
     Ok(until.is_some_and(|until| until > service.clock.now()))
 }

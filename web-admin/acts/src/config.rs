@@ -32,7 +32,7 @@ impl std::fmt::Debug for MailTo {
     }
 }
 
-/// How much may be announced and not have arrived.
+/// How many uploads, and how many bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct UploadQuota {
     /// Uploads.
@@ -71,12 +71,16 @@ pub struct Config {
     pub preview_time: Duration,
     /// Who scans what arrives for malware; none where nobody does.
     pub scanner: Option<Scanner>,
-    /// Free room on the disk, in bytes, below which no upload is taken.
+    /// Free room on the disk of the recordings, in bytes, below which no upload is taken.
     pub reserve_bytes: u64,
+    /// Free room on the disk of the data folder, in bytes, that nothing but the database may take.
+    pub database_reserve_bytes: u64,
     /// Uploads in pieces that an owner may have begun and not ended, and their announced bytes.
     pub owner_quota: UploadQuota,
     /// As many of all owners of a school together.
     pub school_quota: UploadQuota,
+    /// Attempts of a person that are taken within 24 hours, and the bytes of all their recordings.
+    pub person_quota: UploadQuota,
     /// Longest silence within a body before it is given up.
     pub upload_silence: Duration,
     /// How long an upload in pieces is kept after its last piece, in s.
@@ -123,11 +127,13 @@ impl Config {
             max_upload_bytes: 512 * 1024 * 1024,
             owner_quota: UploadQuota { uploads: 32, bytes: 4_000_000_000 },
             school_quota: UploadQuota { uploads: 2000, bytes: 100_000_000_000 },
+            person_quota: UploadQuota { uploads: 500, bytes: 20_000_000_000 },
             judges: 1,
             helper: None,
             preview_time: Duration::from_secs(10),
             scanner: None,
             reserve_bytes: 1_000_000_000,
+            database_reserve_bytes: 200_000_000,
             upload_silence: Duration::from_secs(30),
             upload_lifetime_s: 48 * 3600,
             password_cost: PasswordCost::RECOMMENDED,

@@ -71,12 +71,26 @@ pub enum Error {
         /// When to try again, in s.
         retry_after_s: u64,
     },
+    /// Too many sign in at this moment.
+    #[error("too many sign in at this moment; try again in {retry_after_s} s")]
+    Crowded {
+        /// When to try again, in s.
+        retry_after_s: u64,
+    },
     /// The scanner for malware has said nothing of it. The cause goes to the log.
     #[error("the scanner for malware says nothing of this now, so it was not taken in; send it again later")]
     Unscanned(#[source] anyhow::Error),
     /// Whoever worked on it has died of it, or took too long; how. The cause goes to the log.
     #[error("this could not be worked on to its end; it is tried once more when it is sent again, and then set aside")]
     Deadly(String),
+    /// Whoever read it has died of it twice: it is read no more until whoever runs the service lets it be tried again.
+    #[error(
+        "whoever read this recording has died of it twice: it is read no more, and whoever runs the service was told; keep it until they have let it be tried again"
+    )]
+    SetAside,
+    /// Whoever it is of was erased, has withdrawn or never agreed: it is not to be kept, here or elsewhere.
+    #[error("{0}")]
+    Unwanted(&'static str),
     /// More was begun than one may have begun at once.
     #[error("{0}")]
     OverQuota(String),
@@ -138,6 +152,9 @@ impl Error {
             Self::Unscored(why) => tr!("this attempt was not scored: {why}", why = why),
             Self::Timeout => tr!("the body stopped arriving").to_owned(),
             Self::TooMany { retry_after_s } => tr!("too many attempts; try again in {wait} s", wait = retry_after_s),
+            Self::Crowded { retry_after_s } => {
+                tr!("too many sign in at this moment; try again in {wait} s", wait = retry_after_s)
+            }
             Self::Busy { retry_after_s } => {
                 tr!("others of this school are before this; try again in {wait} s", wait = retry_after_s)
             }

@@ -4,14 +4,14 @@ use std::time::Duration;
 
 use data_encoding::HEXLOWER;
 use model::began::Claim;
-use model::ids::{PersonId, ReaderId, SchoolId, SessionId, StationId, UploadId};
-use model::{Moment, SessionKey, Uncounted, count_i64};
+use model::ids::{PersonId, ReaderId, RevisionId, SchoolId, SessionId, StationId, UploadId};
+use model::{Moment, PersonKey, SessionKey, Uncounted, count_i64};
 use recording::signature;
 use serde_json::{Value, json};
 use store::audit::{Actor, AuditEntry};
 use store::sessions::{self, Session, SessionState};
 use store::stations::{self, Signer};
-use store::{Connection, exercises, jobs, people, tries, uploads};
+use store::{Connection, exercises, jobs, people, schools, tries, uploads};
 
 use crate::error::Error;
 use crate::judging::{JudgeAnswer, JudgeQuestion, RecordingFacts};
@@ -20,13 +20,10 @@ use crate::recording_store::RecordingStore;
 use crate::recordings::Received;
 use crate::scanning::ScanVerdict;
 use crate::service::Service;
-use crate::{asking, holds, keys, motions};
+use crate::{asking, holds, keys, motions, room};
 
 /// Longest wait until it is one's turn to be read.
 const PATIENCE: Duration = Duration::from_secs(20);
-/// What is said of what was fatal twice.
-pub const SET_ASIDE: &str =
-    "whoever read this recording has died of it twice: it is read no more, and whoever runs the service was told";
 
 /// Who brings a recording.
 #[derive(Clone, Debug)]
@@ -107,7 +104,7 @@ async fn read_counted(state: &Service, school: SchoolId, received: &Received) ->
     let mut tx = state.db.write().await?;
     let begun = tries::begin_reading(&mut tx, school, &received.sha256, state.replica, state.clock.now()).await?;
     if begun.deaths >= tries::MOST_DEATHS {
-        return Err(Error::Unprocessable(SET_ASIDE.to_owned()));
+        return Err(Error::SetAside);
     }
     tx.commit().await?;
     KillPoint::ReadingBegun.pass();
@@ -145,9 +142,10 @@ async fn describe(
 ) -> Result<Session, Error> {
     let (school_id, received_at) = (bearer.school_id, state.clock.now());
     let trainee_id = trainee(state, bearer, &told.session.trainee).await?;
+    refuse_unwanted(state, PersonKey { school_id, person_id: trainee_id }).await?;
     let revision_id = exercises::by_documents(state.db.reader(), school_id, &told.session).await?;
     let signer = signer(state, school_id, &told).await?;
-    let RecordingFacts { session: named, duration_s, complete, motion, .. } = told;
+    let RecordingFacts { session: named, duration_s, complete, hashes, .. } = told;
     let claim = Claim {
         began: Moment::from(named.started_at),
         duration_s,
@@ -155,6 +153,10 @@ async fn describe(
         paired_at: signer.as_ref().map(|station| station.created_at),
     };
     let started_at = claim.believed(received_at);
+    let is_given = match revision_id {
+        Some(revision) => was_given(state, school_id, revision, started_at).await?,
+        None => false,
+    };
     Ok(Session {
         id: SessionId::from_uuid(named.session_id),
         school_id,
@@ -183,12 +185,21 @@ async fn describe(
         verify_deviation_n: None,
         verify_event_differences: None,
         verify_flagged: None,
-        uncounted: revision_id.is_none().then_some(Uncounted::Unpublished),
-        motion_sha256: motion.map(|hash| HEXLOWER.encode(&hash)),
+        uncounted: (!is_given).then_some(Uncounted::Unpublished),
+        motion_sha256: hashes.map(|hashes| HEXLOWER.encode(&hashes.motion)),
         repeats: None,
         signed_by: signer.map(|station| station.id),
         recording_erased_at: None,
     })
+}
+
+/// Whether the school gave this revision of an exercise at a moment, or had replaced it so shortly before that it still counts.
+async fn was_given(state: &Service, school: SchoolId, revision: RevisionId, at: Moment) -> Result<bool, Error> {
+    const DAY_S: i64 = 24 * 3600;
+    let reader = state.db.reader();
+    let Some(replaced_at) = exercises::find_replacement_time(reader, school, revision).await? else { return Ok(true) };
+    let grace_days = schools::find_school_settings(reader, school).await?.replaced_grace_days;
+    Ok(at <= replaced_at.plus_s(i64::from(grace_days) * DAY_S))
 }
 
 /// The time of a signed recording is trusted far into the past, so only the clock of the station that signed it may correct it.
@@ -208,16 +219,29 @@ async fn trainee(state: &Service, bearer: &Bearer, named: &str) -> Result<Person
     )))
 }
 
+/// Refuses what is not to be kept, in words that let a station remove it.
+async fn refuse_unwanted(state: &Service, trainee: PersonKey) -> Result<(), Error> {
+    let consent = people::find_recording_consent(state.db.reader(), trainee).await?;
+    if consent.is_erased {
+        return Err(Error::Unwanted("whoever made this attempt was erased: remove the recording, it is not kept here"));
+    }
+    if consent.is_missing {
+        let why = "this guest has not agreed to take part in a study, or has withdrawn: remove the recording, it is not kept here";
+        return Err(Error::Unwanted(why));
+    }
+    Ok(())
+}
+
 /// The station that has signed it, where it is one of this school's that is paired now, and its signature is right. A recording
 /// without a trainee proves nothing: any trainee could upload it.
 async fn signer(state: &Service, school: SchoolId, told: &RecordingFacts) -> Result<Option<Signer>, Error> {
-    let (Some(signature), Some(motion)) = (&told.signature, &told.motion) else { return Ok(None) };
+    let (Some(signature), Some(hashes)) = (&told.signature, &told.hashes) else { return Ok(None) };
     if told.session.trainee.is_empty() {
         return Ok(None);
     }
     let station =
         stations::find_station_signer(state.db.reader(), school, StationId::from_uuid(signature.station)).await?;
-    let signed = signature::signed_statement(&told.session, signature.station, motion);
+    let signed = signature::signed_statement(&told.session, signature.station, hashes);
     Ok(station.filter(|station| keys::is_signed(&station.public_key, &signed, &signature.ed25519)))
 }
 
@@ -269,6 +293,8 @@ async fn keep(
         tx.commit().await?;
         return Ok(kept);
     }
+    let whose = (session.school_id, session.trainee_id);
+    room::ensure_person_quota(&mut *tx, state, whose, received.size).await?;
     find_repeated(state, &mut tx, &mut session).await?;
     let received = place_file(state, received, &session, sent).await?;
     KillPoint::RecordingLinked.pass();

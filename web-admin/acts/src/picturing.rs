@@ -2,15 +2,18 @@
 
 use std::collections::BTreeSet;
 
-use documents::picture::{self, MOST_PICTURES, MOST_SENT_BYTES, PictureCopy, PictureFile};
+use documents::picture::{MOST_PICTURES, MOST_SENT_BYTES, PictureCopy, PictureFile};
 use model::CurrentPerson;
 use model::authoring::{EditedDocument, FieldSort};
+use model::ids::SchoolId;
 use store::drafts::Texts;
 use store::{drafts, pictures};
 
 use crate::authoring::SeenDraft;
+use crate::copying::copy_picture;
 use crate::drafting::{SaveOutcome, draft_editor};
 use crate::error::{Error, refuse_trainees};
+use crate::room::ensure_database_room;
 use crate::service::Service;
 
 /// A picture that somebody sends for a briefing.
@@ -36,6 +39,7 @@ pub async fn add_picture(
     sent: SentPicture,
 ) -> Result<SaveOutcome, Error> {
     refuse_trainees(person)?;
+    ensure_database_room(state)?;
     let school = person.school_id;
     drafts::find_draft(state.db.reader(), school, seen.id).await?.ok_or(Error::NotFound)?;
     let mut document = EditedDocument::from_text(&texts.document)
@@ -48,7 +52,7 @@ pub async fn add_picture(
         )));
     }
     let alt = sent.alt.trim().to_owned();
-    let PictureCopy { kind, size, bytes } = copy_sent(state, sent).await?;
+    let PictureCopy { kind, size, bytes } = copy_sent(state, school, sent).await?;
     let mut tx = state.db.write().await?;
     let at_hand = pictures::list_draft_pictures(&mut *tx, school, seen.id).await?;
     let taken: BTreeSet<&str> =
@@ -74,7 +78,7 @@ fn refuse(why: &str) -> Error {
 }
 
 /// The pixels of what was sent, and nothing else of it.
-async fn copy_sent(state: &Service, sent: SentPicture) -> Result<PictureCopy, Error> {
+async fn copy_sent(state: &Service, school: SchoolId, sent: SentPicture) -> Result<PictureCopy, Error> {
     if sent.is_cut {
         return Err(Error::Unprocessable(tr!(
             "The picture is larger than {most} MB: send a smaller one.",
@@ -84,8 +88,7 @@ async fn copy_sent(state: &Service, sent: SentPicture) -> Result<PictureCopy, Er
     if sent.bytes.is_empty() {
         return Err(refuse(tr!("Choose a picture first.")));
     }
-    let copied = state.parse(move || picture::copy_picture(&sent.bytes)).await?;
-    copied.map_err(|why| Error::Unprocessable(words::phrase(&why)))
+    copy_picture(state, school, &sent.bytes, false).await?.map_err(Error::Unprocessable)
 }
 
 /// The names of the pictures in a draft's text.

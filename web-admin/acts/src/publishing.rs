@@ -147,7 +147,7 @@ pub async fn exercise(
     };
     let before = exercises::find_current_revision(&mut *writer, school, &exercise.id).await?.map(|current| current.id);
     if before != Some(revision) {
-        exercises::make_current(writer, school, &exercise.id, revision).await?;
+        exercises::make_current(writer, school, &exercise.id, revision, now).await?;
         let details = json!({ "revision": revision, "sha256": exercise.sha256, "before": before });
         publisher.did("exercise.published", &exercise.id).with(details).append(writer, publisher.now).await?;
     }

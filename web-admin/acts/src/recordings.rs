@@ -1,8 +1,9 @@
 //! Recordings on disk: taken in piece by piece, kept only when they are whole on the disk, read a few at a time.
 
 use std::fs::File;
-use std::io::{BufWriter, ErrorKind, Write};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use bytes::Bytes;
 use data_encoding::HEXLOWER;
@@ -10,7 +11,7 @@ use futures::StreamExt;
 use futures::stream::BoxStream;
 use model::comment::CommentKind;
 use model::ids::{CommentId, UploadId};
-use recording::annotate::{Annotation, annotate};
+use recording::annotate::Annotation;
 use recording::{ReadError, Recording};
 use sha2::{Digest, Sha256};
 use store::comments;
@@ -18,12 +19,18 @@ use store::sessions::Session;
 use tokio::io::AsyncWriteExt;
 use uuid::Uuid;
 
+use crate::asking;
 use crate::checksum::Checksum;
 use crate::error::Error;
+use crate::judging::{AnnotationQuestion, JudgeAnswer, JudgeQuestion};
 use crate::recording_files::{hash_file, read};
 use crate::recording_store::{Bucket, LocalRecording, StoredFile};
 use crate::removing::PartFile;
+use crate::room::{LOOK_BYTES, ensure_room};
 use crate::service::Service;
+
+/// Longest wait until a helper makes a copy with remarks.
+const PATIENCE: Duration = Duration::from_secs(20);
 
 /// An upload that has arrived and is on the disk, but is not kept yet.
 #[derive(Debug)]
@@ -98,21 +105,6 @@ impl Received {
     }
 }
 
-/// Refuses what would take the disk of the recordings below its reserve.
-///
-/// # Errors
-/// When it would, or the disk cannot be asked.
-pub fn ensure_room(state: &Service, wanted_bytes: u64) -> Result<(), Error> {
-    let disk = rustix::fs::statvfs(&state.config.recordings_dir).map_err(std::io::Error::from)?;
-    let free_bytes = disk.f_bavail.saturating_mul(disk.f_frsize);
-    let needed_bytes = state.config.reserve_bytes.saturating_add(wanted_bytes);
-    if free_bytes < needed_bytes {
-        let cause = anyhow::anyhow!("{free_bytes} bytes are free, {needed_bytes} are needed with the reserve");
-        return Err(Error::NoRoom(cause));
-    }
-    Ok(())
-}
-
 /// Bytes as they come, some at a time.
 pub type Chunks = BoxStream<'static, anyhow::Result<Bytes>>;
 
@@ -129,12 +121,12 @@ pub struct Arriving {
 /// # Errors
 /// When it is too large, stops arriving, is not what its checksum says, or the disk refuses. Nothing is left behind.
 pub async fn receive(state: &Service, body: Arriving, checksum: Option<Checksum>) -> Result<Received, Error> {
-    ensure_room(state, body.announced_bytes)?;
+    ensure_room(state, body.announced_bytes).await?;
     let (config, mut checksum) = (&state.config, checksum);
     let path = config.uploads_dir().join(format!("{}.part", Uuid::new_v4()));
     let mut file = tokio::fs::File::create_new(&path).await?;
     let part = PartFile { path, kept: false };
-    let (mut hash, mut size) = (Sha256::new(), 0_u64);
+    let (mut hash, mut size, mut looked_at) = (Sha256::new(), 0_u64, 0_u64);
     let mut chunks = body.chunks;
     while let Some(chunk) =
         tokio::time::timeout(config.upload_silence, chunks.next()).await.map_err(|_| Error::Timeout)?
@@ -149,7 +141,12 @@ pub async fn receive(state: &Service, body: Arriving, checksum: Option<Checksum>
             checksum.update(&chunk);
         }
         file.write_all(&chunk).await?;
+        if size - looked_at >= LOOK_BYTES {
+            ensure_room(state, body.announced_bytes.saturating_sub(size)).await?;
+            looked_at = size;
+        }
     }
+    ensure_room(state, 0).await?;
     if checksum.is_some_and(|checksum| !checksum.fits()) {
         return Err(Error::Unprocessable("the body is not what Content-Digest says: it was not kept".to_owned()));
     }
@@ -219,16 +216,17 @@ impl Copied {
 pub async fn with_comments(state: &Service, session: &Session) -> Result<Copied, Error> {
     let said = comments::list_session_comments(state.db.reader(), session.key()).await?;
     let remarks = remarks(&said);
-    ensure_room(state, session.recording_size.unsigned_abs())?;
+    ensure_room(state, session.recording_size.unsigned_abs()).await?;
     let part = PartFile { path: state.config.uploads_dir().join(format!("{}.part", Uuid::new_v4())), kept: false };
+    let place = state.helpers.enter(session.school_id, PATIENCE).await;
+    let _place = place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })?;
     let recording = fetch(state, session).await?;
-    let copied = state.parse(move || {
-        let sink = BufWriter::new(File::create_new(&part.path)?);
-        let mut copy = annotate(&std::fs::read(recording.path())?, sink, &remarks).map_err(anyhow::Error::from)?;
-        copy.flush()?;
-        Ok(Copied(part))
-    });
-    copied.await?
+    let (recorded, copy) = (recording.path().to_owned(), part.path.clone());
+    let question = JudgeQuestion::Annotate(AnnotationQuestion { recording: recorded, copy, remarks });
+    match asking::ask(state, question).await? {
+        JudgeAnswer::Annotated => Ok(Copied(part)),
+        other => Err(anyhow::anyhow!("a recording was to be copied with remarks, and the answer was {other:?}").into()),
+    }
 }
 
 /// Comments as remarks; an answer stands where its comment does.

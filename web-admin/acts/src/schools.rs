@@ -1,7 +1,6 @@
 //! What a school settles for itself. Each act is an administrator's, and the audit log keeps it.
 
 use data_encoding::HEXLOWER;
-use documents::picture;
 use model::due::DueRefused;
 use model::{CurrentPerson, FactorRule, Needed, due, line};
 use serde_json::{Value, json};
@@ -12,9 +11,11 @@ use store::retention::{self, Settings};
 use store::schools::SchoolSettings;
 use store::{Write, logos, origins, schools, second_factors};
 
+use crate::copying::copy_picture;
 use crate::error::Error;
 use crate::mailer::Letter;
 use crate::mailing::LetterResult;
+use crate::room::ensure_database_room;
 use crate::service::Service;
 
 /// Notes in the audit log what was settled, and ends the transaction.
@@ -31,6 +32,15 @@ async fn settle(
 
 /// Longest name of a school, in characters.
 const LONGEST_NAME: usize = 120;
+
+/// Most days in which an attempt still counts at a revision that was replaced.
+const MOST_GRACE_DAYS: u32 = 365;
+
+/// Why so many days are not allowed.
+#[must_use]
+pub fn refuse_grace(typed: &str) -> String {
+    tr!("days: “{days}”; allowed are 0 to {most}", days = typed, most = MOST_GRACE_DAYS)
+}
 
 /// Settles what a school is called, which clock it keeps and what it writes. What was assigned before keeps the time zone in which its
 /// due date was said.
@@ -52,6 +62,9 @@ pub async fn settle_school(service: &Service, by: &CurrentPerson, settings: &Sch
     if !due::is_zone(&settings.time_zone) {
         return Err(Error::Unprocessable(DueRefused::NoZone(settings.time_zone.clone()).to_string()));
     }
+    if settings.replaced_grace_days > MOST_GRACE_DAYS {
+        return Err(Error::Unprocessable(refuse_grace(&settings.replaced_grace_days.to_string())));
+    }
     let mut tx = service.db.write().await?;
     if !schools::put_school_settings(&mut tx, by.school_id, settings).await? {
         let why = tr!("the name: another school here is called “{name}”", name = settings.name);
@@ -64,6 +77,7 @@ pub async fn settle_school(service: &Service, by: &CurrentPerson, settings: &Sch
         "mails_reminders": settings.mails_reminders,
         "mails_news": settings.mails_news,
         "shows_others": settings.shows_others,
+        "replaced_grace_days": settings.replaced_grace_days,
     });
     settle(service, tx, by, "school.settled", told).await
 }
@@ -73,8 +87,9 @@ pub async fn settle_school(service: &Service, by: &CurrentPerson, settings: &Sch
 /// # Errors
 /// When it is no picture that can be had (422).
 pub async fn put_logo(service: &Service, by: &CurrentPerson, sent: Vec<u8>) -> Result<(), Error> {
-    let copied = service.parse(move || picture::copy_logo(&sent)).await?;
-    let copy = copied.map_err(|why| Error::Unprocessable(tr!("the logo: {why}", why = words::phrase(&why))))?;
+    ensure_database_room(service)?;
+    let copied = copy_picture(service, by.school_id, &sent, true).await?;
+    let copy = copied.map_err(|why| Error::Unprocessable(tr!("the logo: {why}", why = why)))?;
     let [width, height] = copy.size;
     let sha256 = HEXLOWER.encode(&Sha256::digest(&copy.bytes));
     let logo = SchoolLogo {

@@ -14,6 +14,8 @@ use crate::error::Error;
 use crate::service::Service;
 use crate::{brakes, sealing, secret};
 
+/// How long a secret that was offered may be turned on, in s.
+const OFFER_LIFETIME_S: i64 = 30 * 60;
 /// Recovery codes that are made at once.
 const RECOVERY_CODES: usize = 10;
 /// Letters of a recovery code, 5 bits each, behind the brake and a slow hash.
@@ -79,14 +81,16 @@ pub async fn offer(state: &Service, person: &CurrentPerson) -> Result<bool, Erro
     Ok(offered)
 }
 
-/// The secret that is offered and not on yet.
+/// The secret that was offered shortly before and is not on yet.
 ///
 /// # Errors
 /// When it cannot be opened, or the database fails.
 pub async fn offered(state: &Service, key: PersonKey) -> Result<Option<TotpSecret>, Error> {
+    // It was offered to whoever had typed the password: who finds the browser open later has not.
+    let since = state.clock.now().plus_s(-OFFER_LIFETIME_S);
     let found = second_factors::find_second_factor(state.db.reader(), key)
         .await?
-        .filter(|factor| factor.confirmed_at.is_none());
+        .filter(|factor| factor.confirmed_at.is_none() && factor.made_at > since);
     found.map(|factor| opened(state, key, &factor.sealed_secret)).transpose()
 }
 

@@ -100,6 +100,33 @@ pub fn same(a: &str, b: &str) -> bool {
     a.iter().zip(&b).fold(0, |differences, (x, y)| differences | (x ^ y)) == 0
 }
 
+/// A secret in hexadecimal as a page shows it: masked with random bytes that stand before it, so that no two pages show the same. A page
+/// that is compressed together with what a stranger chose tells by its length what repeats in it (BREACH).
+///
+/// # Errors
+/// When it is no hexadecimal, or the operating system's random source fails.
+pub fn mask(secret: &str) -> anyhow::Result<String> {
+    let secret = HEXLOWER.decode(secret.as_bytes())?;
+    let mut shown = Vec::with_capacity(2 * secret.len());
+    while shown.len() < secret.len() {
+        shown.extend(random_16()?);
+    }
+    shown.truncate(secret.len());
+    for (at, byte) in secret.iter().enumerate() {
+        shown.push(byte ^ shown[at]);
+    }
+    Ok(HEXLOWER.encode(&shown))
+}
+
+/// The secret that was masked; none where it was not.
+#[must_use]
+pub fn unmask(shown: &str) -> Option<String> {
+    let bytes = HEXLOWER.decode(shown.as_bytes()).ok()?;
+    let (mask, masked) = bytes.split_at(bytes.len() / 2);
+    let secret: Vec<u8> = mask.iter().zip(masked).map(|(a, b)| a ^ b).collect();
+    (mask.len() == masked.len()).then(|| HEXLOWER.encode(&secret))
+}
+
 /// Hashes a password with a fresh salt, in PHC form. Takes tens of milliseconds: call it where blocking is allowed.
 ///
 /// # Errors
@@ -154,6 +181,17 @@ impl PasswordCost {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_masked_secret_looks_different_each_time_and_is_the_same() {
+        let secret = random_hex().unwrap();
+        let (one, other) = (mask(&secret).unwrap(), mask(&secret).unwrap());
+        assert!(one != other && !one.contains(&secret[..16]), "{one} {other}");
+        assert_eq!((unmask(&one), unmask(&other)), (Some(secret.clone()), Some(secret.clone())));
+        assert_ne!(unmask(&secret), Some(secret), "what is not masked is no token");
+        assert_eq!((unmask("abc"), unmask("zz"), unmask("ab")), (None, None, None));
+        assert!(mask("no hexadecimal").is_err());
+    }
 
     #[test]
     fn only_the_right_password_fits() {

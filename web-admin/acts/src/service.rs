@@ -4,11 +4,12 @@ use std::fs::DirBuilder;
 use std::os::unix::fs::DirBuilderExt;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
 use anyhow::Context;
 use model::ids::ReplicaId;
 use store::{Database, MigrateError};
-use tokio::sync::{Notify, Semaphore};
+use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore};
 
 use crate::brake_notes::BrakeNotes;
 use crate::clock::Clock;
@@ -21,6 +22,9 @@ use crate::previews::Previews;
 use crate::recording_store::RecordingStore;
 use crate::relying_party::RelyingParty;
 use crate::turns::Turns;
+
+/// Longest that somebody waits until their password is hashed.
+const LONGEST_WAIT: Duration = Duration::from_secs(2);
 
 /// What every act may use.
 #[derive(Clone, Debug)]
@@ -59,6 +63,8 @@ pub struct Service {
     pub parsing: Arc<Semaphore>,
     /// How many passwords may be hashed at once: each takes 19 MiB and a core.
     pub hashing: Arc<Semaphore>,
+    /// How many passwords of whoever signs in where they never did before.
+    pub hashing_strangers: Arc<Semaphore>,
     /// Looks at a draft where no helper does; whoever has no pages to draw it leaves it.
     pub examine_draft: DraftExaminer,
 }
@@ -99,6 +105,7 @@ impl Service {
             exports: Arc::new(Lines::new(4, 1)),
             parsing: Arc::new(Semaphore::new(2)),
             hashing: Arc::new(Semaphore::new(2)),
+            hashing_strangers: Arc::new(Semaphore::new(1)),
             examine_draft: leave_unexamined,
         })
     }
@@ -106,9 +113,20 @@ impl Service {
     /// Hashes where blocking is allowed, when those before are done.
     ///
     /// # Errors
-    /// When the work could not be run.
+    /// [`Error::Crowded`] when too many are before it, or the work could not be run.
     pub async fn hash<T: Send + 'static>(&self, work: impl FnOnce() -> T + Send + 'static) -> Result<T, Error> {
-        in_turn(&self.hashing, work).await
+        soon(&self.hashing, work).await
+    }
+
+    /// Hashes for whoever signs in where they never did before: however many they are, nobody else waits for them.
+    ///
+    /// # Errors
+    /// As [`Service::hash`].
+    pub async fn hash_for_stranger<T: Send + 'static>(
+        &self,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, Error> {
+        soon(&self.hashing_strangers, work).await
     }
 
     /// Holds a recording in memory where blocking is allowed, when there is room for it.
@@ -131,12 +149,29 @@ fn tell_newer(error: MigrateError) -> anyhow::Error {
     }
 }
 
+/// Works where blocking is allowed, when there is a place for it before long.
+async fn soon<T: Send + 'static>(
+    places: &Arc<Semaphore>,
+    work: impl FnOnce() -> T + Send + 'static,
+) -> Result<T, Error> {
+    // Only the wait is bounded: what has begun is ended.
+    let place = tokio::time::timeout(LONGEST_WAIT, Arc::clone(places).acquire_owned()).await;
+    let place = place.map_err(|_| Error::Crowded { retry_after_s: LONGEST_WAIT.as_secs() })?;
+    block(place.map_err(anyhow::Error::from)?, work).await
+}
+
 /// Works where blocking is allowed, when there is a place for it.
 async fn in_turn<T: Send + 'static>(
     places: &Arc<Semaphore>,
     work: impl FnOnce() -> T + Send + 'static,
 ) -> Result<T, Error> {
-    let place = Arc::clone(places).acquire_owned().await.map_err(anyhow::Error::from)?;
+    block(Arc::clone(places).acquire_owned().await.map_err(anyhow::Error::from)?, work).await
+}
+
+async fn block<T: Send + 'static>(
+    place: OwnedSemaphorePermit,
+    work: impl FnOnce() -> T + Send + 'static,
+) -> Result<T, Error> {
     let work = tokio::task::spawn_blocking(move || {
         let _place = place;
         work()

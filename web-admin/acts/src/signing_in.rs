@@ -3,9 +3,10 @@
 use std::net::IpAddr;
 
 use data_encoding::HEXLOWER;
-use model::ids::PersonId;
+use model::ids::{PersonId, SchoolId};
+use serde_json::json;
 use store::audit::{Actor, AuditEntry};
-use store::people;
+use store::{brakes, people};
 
 use crate::error::Error;
 use crate::secret;
@@ -19,15 +20,35 @@ pub async fn note_way_in(service: &Service, person: PersonId, action: &str) -> R
     Ok(tx.commit().await?)
 }
 
-/// Writes down that somebody did not get in: in the log with the network address, in the audit log, which keeps for ever, without.
-/// An address that nobody has is told by its hash alone: passwords are typed into the wrong field. Costs the same for both.
+/// Writes down that somebody did not get in: in the log with the network address; in the audit log, which keeps for ever, without. Tries with
+/// an address that nobody has are counted by the hour: [`note_unknown_sign_ins`] writes them down.
 pub async fn note_refused_sign_in(service: &Service, email: &str, from: IpAddr, action: &str) -> Result<(), Error> {
+    let now = service.clock.now();
     let mut tx = service.db.write().await?;
     let person = people::find_person_by_email(&mut *tx, email).await?;
-    let school_id = person.as_ref().map(|person| person.school_id);
+    match &person {
+        Some(person) => {
+            AuditEntry::new(person.school_id, Actor::Stranger, action, person.id).append(&mut tx, now).await?;
+        }
+        None => brakes::count_unknown_sign_in(&mut tx, now).await?,
+    }
+    tx.commit().await?;
+    // A password may have been typed into the wrong field: its hash tells enough.
     let hash = HEXLOWER.encode(&secret::token_sha256(&email.to_lowercase()));
     let object = person.map_or_else(|| format!("address {}", &hash[..16]), |person| person.id.to_string());
     tracing::warn!(%from, action, object, "somebody did not get in");
-    AuditEntry::new(school_id, Actor::Stranger, action, object).append(&mut tx, service.clock.now()).await?;
+    Ok(())
+}
+
+/// Writes down how many tries to sign in with an address that nobody has there were in each hour that is over.
+pub async fn note_unknown_sign_ins(service: &Service) -> Result<(), Error> {
+    let now = service.clock.now();
+    let mut tx = service.db.write().await?;
+    for hour in brakes::take_unknown_sign_ins(&mut tx, now).await? {
+        AuditEntry::new(None::<SchoolId>, Actor::Worker, "sign_in.unknown_failed", hour.begins_at.to_string())
+            .with(json!({ "tries": hour.tries }))
+            .append(&mut tx, now)
+            .await?;
+    }
     Ok(tx.commit().await?)
 }

@@ -6,12 +6,14 @@ use crate::error::Error;
 use crate::regrading::exercise::PREVIEW_LIFETIME_S;
 use crate::roster_import::DRAFT_LIFETIME_S;
 use crate::service::Service;
+use crate::signing_in::note_unknown_sign_ins;
 
 /// How long it is kept that a recording was fatal to whoever read it, in s.
 const READING_LIFETIME_S: i64 = 90 * 24 * 3600;
 
-/// Throws away links that are no longer good, and rosters and re-gradings that nobody confirmed.
+/// Writes down how often unknown addresses were tried, and throws away links that are no longer good, and rosters and re-gradings that nobody confirmed.
 pub async fn forget_expired(service: &Service) -> Result<(), Error> {
+    note_unknown_sign_ins(service).await?;
     let now = service.clock.now();
     let mut tx = service.db.write().await?;
     account_links::forget_expired(&mut tx, now).await?;

@@ -207,6 +207,7 @@ pub(super) fn session_page() -> SessionPage {
         ruling: None,
         drawing: Some(Drawing::new(&curve()).leading_to("/sessions/0190/replay")),
         uncounted: Some((Uncounted::Duplicate, Some("/sessions/0180".to_owned()))),
+        is_replaced: false,
         verification: VerificationResult::Same,
         signed_by: Some("Skills lab 2".to_owned()),
         supervised_by: None,

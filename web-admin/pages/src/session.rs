@@ -38,6 +38,8 @@ pub struct SessionPage {
     pub drawing: Option<Drawing>,
     /// Why it counts nowhere, and the page of the attempt that it repeats, where the visitor may see that.
     pub uncounted: Option<(Uncounted, Option<String>)>,
+    /// The school has published its exercise, and replaced it before the attempt.
+    pub is_replaced: bool,
     /// The server's re-simulation.
     pub verification: VerificationResult,
     /// The paired station that has signed it.

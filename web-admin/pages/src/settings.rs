@@ -64,6 +64,14 @@ pub struct SettingsForm {
     /// Trainees see figures of the others of their cohort.
     #[serde(deserialize_with = "read_ticked_box")]
     pub shows_others: bool,
+    /// Days in which an attempt still counts at a revision that was replaced.
+    #[serde(default = "usual_grace_days", deserialize_with = "read_trimmed_text")]
+    pub replaced_grace_days: String,
+}
+
+/// As a school has them that has settled nothing.
+fn usual_grace_days() -> String {
+    "7".to_owned()
 }
 
 impl SettingsPage {
@@ -118,6 +126,7 @@ mod tests {
             letter_language: "de".to_owned(),
             mails_reminders: true,
             mails_news: false,
+            replaced_grace_days: "7".to_owned(),
             shows_others: true,
         };
         let mut page = SettingsPage {

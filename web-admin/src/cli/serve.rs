@@ -39,6 +39,9 @@ pub struct ServeArgs {
     /// Free room on the disk of the recordings, in MB, below which no upload is taken
     #[arg(long, value_name = "MB", default_value_t = 1000)]
     reserve_mb: u64,
+    /// Free room on the disk of the data folder, in MB, that nothing but the database may take
+    #[arg(long, value_name = "MB", default_value_t = 200)]
+    database_reserve_mb: u64,
     /// Uploads in pieces that a person or a station may have begun and not ended
     #[arg(long, value_name = "N", default_value_t = 32, value_parser = clap::value_parser!(u64).range(1..))]
     owner_uploads: u64,
@@ -51,6 +54,12 @@ pub struct ServeArgs {
     /// As --owner-mb, for all of a school together
     #[arg(long, value_name = "MB", default_value_t = 100_000, value_parser = clap::value_parser!(u64).range(1..))]
     school_mb: u64,
+    /// Attempts of a trainee that are taken within 24 hours
+    #[arg(long, value_name = "N", default_value_t = 500, value_parser = clap::value_parser!(u64).range(1..))]
+    person_attempts: u64,
+    /// What all recordings of a trainee may come to, in MB
+    #[arg(long, value_name = "MB", default_value_t = 20_000, value_parser = clap::value_parser!(u64).range(1..))]
+    person_mb: u64,
     /// Longest that looking what a draft of an exercise comes to may take, in s
     #[arg(long, value_name = "S", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=20))]
     preview_s: u64,
@@ -67,9 +76,11 @@ pub(super) async fn run_serve(args: &ServeArgs) -> Result<(), CommandFailure> {
     config.metrics_token.clone_from(&args.metrics_token);
     config.max_upload_bytes = args.max_upload_mb * 1_000_000;
     config.reserve_bytes = args.reserve_mb.saturating_mul(1_000_000);
+    config.database_reserve_bytes = args.database_reserve_mb.saturating_mul(1_000_000);
     let quota = |uploads, mb: u64| UploadQuota { uploads, bytes: mb.saturating_mul(1_000_000) };
     config.owner_quota = quota(args.owner_uploads, args.owner_mb);
     config.school_quota = quota(args.school_uploads, args.school_mb);
+    config.person_quota = quota(args.person_attempts, args.person_mb);
     config.preview_time = Duration::from_secs(args.preview_s);
     config.allowed_origins = args.allow_origin.iter().map(|given| origin(given)).collect::<Result<_, _>>()?;
     let shift = Shift::begin(&args.work, config, "web-admin serve").await?;

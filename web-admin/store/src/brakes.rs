@@ -1,6 +1,7 @@
 //! Tries to guess something, and until when they count.
 
 use model::Moment;
+use sqlx::FromRow;
 
 use super::{Connection, Executor, Result};
 
@@ -27,4 +28,40 @@ pub async fn put_brake(writer: &mut Connection, key_sha256: &[u8; 32], until: Mo
 /// Forgets tries that count no more.
 pub async fn forget_brakes(writer: &mut Connection, now: Moment) -> Result<()> {
     sqlx::query("DELETE FROM brakes WHERE until < $1").bind(now).execute(writer).await.map(drop)
+}
+
+/// An hour, in µs.
+const HOUR_US: i64 = 3600 * 1_000_000;
+
+/// Tries to sign in with addresses that nobody has, in an hour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
+pub struct UnknownSignIns {
+    /// When the hour began.
+    pub begins_at: Moment,
+    /// How many.
+    pub tries: i64,
+}
+
+fn hour_of(now: Moment) -> Moment {
+    Moment::from_micros(now.micros() - now.micros().rem_euclid(HOUR_US))
+}
+
+/// Counts a try to sign in with an address that nobody has.
+pub async fn count_unknown_sign_in(writer: &mut Connection, now: Moment) -> Result<()> {
+    sqlx::query(
+        "INSERT INTO unknown_sign_ins (begins_at, tries) VALUES ($1, 1)
+         ON CONFLICT (begins_at) DO UPDATE SET tries = unknown_sign_ins.tries + 1",
+    )
+    .bind(hour_of(now))
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// Takes the counts of the hours that are over, the first first.
+pub async fn take_unknown_sign_ins(writer: &mut Connection, now: Moment) -> Result<Vec<UnknownSignIns>> {
+    let over = sqlx::query_as("DELETE FROM unknown_sign_ins WHERE begins_at < $1 RETURNING begins_at, tries");
+    let mut over: Vec<UnknownSignIns> = over.bind(hour_of(now)).fetch_all(writer).await?;
+    over.sort_by_key(|hour| hour.begins_at);
+    Ok(over)
 }

@@ -233,7 +233,7 @@ pub async fn change_details(
     .map(drop)
 }
 
-/// Changes what somebody may do, and with it what they are in their cohorts: an administrator is in none.
+/// Changes what somebody may do. They leave their cohorts: who learned in one does not teach it from then on, nor the other way round.
 pub async fn change_role(writer: &mut Connection, school: SchoolId, id: PersonId, role: Role) -> Result<()> {
     sqlx::query("UPDATE people SET role = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)
@@ -241,16 +241,7 @@ pub async fn change_role(writer: &mut Connection, school: SchoolId, id: PersonId
         .bind(role)
         .execute(&mut *writer)
         .await?;
-    if role == Role::Administrator {
-        return leave_all_cohorts(writer, school, id).await;
-    }
-    sqlx::query("UPDATE cohort_members SET role = $3 WHERE school_id = $1 AND person_id = $2")
-        .bind(school)
-        .bind(id)
-        .bind(role)
-        .execute(writer)
-        .await
-        .map(drop)
+    leave_all_cohorts(writer, school, id).await
 }
 
 async fn leave_all_cohorts(writer: &mut Connection, school: SchoolId, id: PersonId) -> Result<()> {

@@ -160,13 +160,24 @@ async fn insert_mesh(
         .map(drop)
 }
 
-/// Makes a revision the one that trainees are given.
+/// Makes a revision the one that trainees are given from a moment on, in place of the one before.
 pub async fn make_current(
     writer: &mut Connection,
     school: SchoolId,
     exercise_id: &str,
     revision: RevisionId,
+    now: Moment,
 ) -> Result<()> {
+    sqlx::query(
+        "INSERT INTO replaced_revisions (revision_id, replaced_at)
+         SELECT revision_id, $3 FROM exercises WHERE school_id = $1 AND exercise_id = $2",
+    )
+    .bind(school)
+    .bind(exercise_id)
+    .bind(now)
+    .execute(&mut *writer)
+    .await?;
+    sqlx::query("DELETE FROM replaced_revisions WHERE revision_id = $1").bind(revision).execute(&mut *writer).await?;
     sqlx::query(
         "INSERT INTO exercises (school_id, exercise_id, revision_id) VALUES ($1, $2, $3)
          ON CONFLICT (school_id, exercise_id) DO UPDATE SET revision_id = excluded.revision_id",
@@ -177,6 +188,22 @@ pub async fn make_current(
     .execute(writer)
     .await
     .map(drop)
+}
+
+/// When another revision took the place of this one, if it did.
+pub async fn find_replacement_time(
+    executor: impl Executor<'_>,
+    school: SchoolId,
+    revision: RevisionId,
+) -> Result<Option<Moment>> {
+    sqlx::query_scalar(
+        "SELECT p.replaced_at FROM replaced_revisions p JOIN exercise_revisions r ON r.id = p.revision_id
+         WHERE r.school_id = $1 AND r.id = $2",
+    )
+    .bind(school)
+    .bind(revision)
+    .fetch_optional(executor)
+    .await
 }
 
 /// The revision of an exercise that trainees are given.

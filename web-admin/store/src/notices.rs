@@ -64,15 +64,19 @@ pub async fn list_teachers_of(executor: impl Executor<'_>, trainee: PersonKey) -
     .await
 }
 
-/// Whoever has a part in what is said on a comment: who made it, who answered it, whose attempt it is.
+/// Whoever has a part in what is said on a comment and still sees the attempt: who made it, who answered it, whose attempt it is.
 pub async fn list_speakers_on(
     executor: impl Executor<'_>,
     session: SessionKey,
     comment: CommentId,
 ) -> Result<Vec<PersonId>> {
     sqlx::query_scalar(
-        "SELECT author_id FROM comments
-         WHERE school_id = $1 AND session_id = $2 AND (id = $3 OR answers = $3) AND withdrawn_at IS NULL
+        "SELECT c.author_id FROM comments c
+         JOIN sessions s ON s.school_id = c.school_id AND s.id = c.session_id
+         JOIN people p ON p.school_id = c.school_id AND p.id = c.author_id
+         WHERE c.school_id = $1 AND c.session_id = $2 AND (c.id = $3 OR c.answers = $3) AND c.withdrawn_at IS NULL
+           AND p.disabled_at IS NULL AND (p.role = 'administrator' OR p.id = s.trainee_id OR EXISTS (
+             SELECT 1 FROM taught_trainees t WHERE t.trainee_id = s.trainee_id AND t.teacher_id = p.id))
          UNION SELECT trainee_id FROM sessions WHERE school_id = $1 AND id = $2",
     )
     .bind(session.school_id)

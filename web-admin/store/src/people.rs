@@ -213,6 +213,32 @@ pub async fn by_pseudonym(executor: impl Executor<'_>, school: SchoolId, name: &
     .await
 }
 
+/// Whether recordings of somebody may be kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
+pub struct RecordingConsent {
+    /// They were erased.
+    pub is_erased: bool,
+    /// A guest who has agreed to no study, or has withdrawn.
+    pub is_missing: bool,
+}
+
+/// Whether recordings of a person may be kept.
+pub async fn find_recording_consent(
+    executor: impl Executor<'_>,
+    PersonKey { school_id: school, person_id: person }: PersonKey,
+) -> Result<RecordingConsent> {
+    sqlx::query_as(
+        "SELECT p.erased_at IS NOT NULL AS is_erased,
+           p.role = 'guest' AND NOT EXISTS (SELECT 1 FROM study_participants t WHERE t.school_id = p.school_id
+             AND t.person_id = p.id AND t.agreed_at IS NOT NULL AND t.withdrawn_at IS NULL) AS is_missing
+         FROM people p WHERE p.school_id = $1 AND p.id = $2",
+    )
+    .bind(school)
+    .bind(person)
+    .fetch_one(executor)
+    .await
+}
+
 /// What signing in with an address compares with.
 pub async fn find_credentials(executor: impl Executor<'_>, email: &str) -> Result<Option<Credentials>> {
     sqlx::query_as(

@@ -51,6 +51,9 @@ pub struct SchoolSettings {
     pub mails_news: bool,
     /// Trainees see figures of the others of their cohort beside their own.
     pub shows_others: bool,
+    /// Days in which an attempt still counts at a revision that was replaced.
+    #[sqlx(try_from = "i64")]
+    pub replaced_grace_days: u32,
 }
 
 /// What a school has settled.
@@ -59,7 +62,9 @@ pub struct SchoolSettings {
 /// When there is none, or the database fails.
 pub async fn find_school_settings(executor: impl Executor<'_>, id: SchoolId) -> Result<SchoolSettings> {
     sqlx::query_as(
-        "SELECT name, time_zone, letter_language, mails_reminders, mails_news, shows_others FROM schools WHERE id = $1",
+        "SELECT name, time_zone, letter_language, mails_reminders, mails_news, shows_others,
+           replaced_grace_days
+         FROM schools WHERE id = $1",
     )
     .bind(id)
     .fetch_one(executor)
@@ -70,7 +75,7 @@ pub async fn find_school_settings(executor: impl Executor<'_>, id: SchoolId) -> 
 pub async fn put_school_settings(writer: &mut Connection, id: SchoolId, settings: &SchoolSettings) -> Result<bool> {
     sqlx::query(
         "UPDATE schools SET name = $2, time_zone = $3, letter_language = $4, mails_reminders = $5, mails_news = $6,
-           shows_others = $7
+           shows_others = $7, replaced_grace_days = $8
          WHERE id = $1 AND NOT EXISTS (SELECT 1 FROM schools WHERE name = $2 AND id <> $1)",
     )
     .bind(id)
@@ -80,6 +85,7 @@ pub async fn put_school_settings(writer: &mut Connection, id: SchoolId, settings
     .bind(settings.mails_reminders)
     .bind(settings.mails_news)
     .bind(settings.shows_others)
+    .bind(i64::from(settings.replaced_grace_days))
     .execute(writer)
     .await
     .map(|done| done.rows_affected() == 1)

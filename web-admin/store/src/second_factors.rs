@@ -11,17 +11,21 @@ use super::{Connection, Executor, Result};
 pub struct SecondFactor {
     /// The secret, sealed.
     pub sealed_secret: Vec<u8>,
+    /// When it was offered.
+    pub made_at: Moment,
     /// Since when codes are asked for; absent while it is only offered.
     pub confirmed_at: Option<Moment>,
 }
 
 /// Somebody's second factor, on or only offered.
 pub async fn find_second_factor(executor: impl Executor<'_>, key: PersonKey) -> Result<Option<SecondFactor>> {
-    sqlx::query_as("SELECT sealed_secret, confirmed_at FROM second_factors WHERE person_id = $1 AND school_id = $2")
-        .bind(key.person_id)
-        .bind(key.school_id)
-        .fetch_optional(executor)
-        .await
+    sqlx::query_as(
+        "SELECT sealed_secret, made_at, confirmed_at FROM second_factors WHERE person_id = $1 AND school_id = $2",
+    )
+    .bind(key.person_id)
+    .bind(key.school_id)
+    .fetch_optional(executor)
+    .await
 }
 
 /// Whether more than the password is asked for when somebody signs in: an app's code, or a passkey.

@@ -201,6 +201,34 @@ pub async fn find_session_of_motion(
         .await
 }
 
+/// What is kept of a person's recordings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
+pub struct KeptRecordings {
+    /// How many have come since a moment.
+    pub today: i64,
+    /// Bytes of all that were not erased.
+    pub bytes: i64,
+}
+
+/// Counts a person's recordings that came since a moment, and the bytes of all.
+pub async fn sum_kept_recordings(
+    executor: impl Executor<'_>,
+    school: SchoolId,
+    trainee: PersonId,
+    since: Moment,
+) -> Result<KeptRecordings> {
+    sqlx::query_as(
+        "SELECT CAST(coalesce(sum(CASE WHEN received_at > $3 THEN 1 ELSE 0 END), 0) AS BIGINT) AS today,
+                CAST(coalesce(sum(CASE WHEN recording_erased_at IS NULL THEN recording_size ELSE 0 END), 0) AS BIGINT) AS bytes
+         FROM sessions WHERE school_id = $1 AND trainee_id = $2",
+    )
+    .bind(school)
+    .bind(trainee)
+    .bind(since)
+    .fetch_one(executor)
+    .await
+}
+
 /// An attempt of a school, whoever asks.
 pub async fn find_session(executor: impl Executor<'_>, school: SchoolId, id: SessionId) -> Result<Option<Session>> {
     sqlx::query_as("SELECT * FROM sessions WHERE school_id = $1 AND id = $2")

@@ -101,6 +101,16 @@ pub async fn count_unfinished_uploads(executor: impl Executor<'_>, owner: Upload
     .await
 }
 
+/// Bytes that uploads which have begun, of all schools, may still bring.
+pub async fn sum_promised(executor: impl Executor<'_>, now: Moment) -> Result<i64> {
+    sqlx::query_scalar(
+        "SELECT CAST(coalesce(sum(length - received), 0) AS BIGINT) FROM uploads WHERE session_id IS NULL AND expires_at > $1",
+    )
+    .bind(now)
+    .fetch_one(executor)
+    .await
+}
+
 /// An upload of an owner.
 pub async fn find_upload(executor: impl Executor<'_>, owner: UploadOwner, id: UploadId) -> Result<Option<Upload>> {
     sqlx::query_as(

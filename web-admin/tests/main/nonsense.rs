@@ -13,7 +13,7 @@ use serde_json::Value;
 
 use super::every_route::{Visitor, World, rows};
 use super::support::App;
-use super::support::client::{Client, encoded};
+use super::support::client::{Client, csrf_in, encoded};
 
 /// What nobody should send: nothing, too much, numbers beyond every type, days that do not exist or are too far away, other alphabets,
 /// and what means something to a shell, a database, a header, a path or a browser.
@@ -323,5 +323,36 @@ async fn a_form_of_very_many_fields_is_refused_before_it_is_read() {
         let answer = stranger.send(request.body(Body::from(body.clone())).unwrap()).await;
         assert_eq!(answer.status, 400, "{path}: {}", answer.text());
         assert!(answer.text().contains("5000 fields"), "{path}: {}", answer.text());
+    }
+}
+
+/// Bytes of a text that no form takes: more than two megabytes.
+const TOO_MUCH: usize = 2_100_000;
+
+/// A form with a picture, whose fields beside it hold too much.
+fn long_upload(path: &str, csrf: &str) -> Request<Body> {
+    let text = "a".repeat(TOO_MUCH);
+    let part =
+        |name: &str, value: &str| format!("--x\r\nContent-Disposition: form-data; name=\"{name}\"\r\n\r\n{value}\r\n");
+    let body = format!("{}{}--x--\r\n", part("csrf", csrf), part("document", &text));
+    let request = Request::post(path).header(header::CONTENT_TYPE, "multipart/form-data; boundary=x");
+    request.body(Body::from(body)).unwrap()
+}
+
+#[tokio::test]
+async fn no_form_takes_more_than_two_megabytes_of_text() {
+    let world = World::new().await;
+    let app = world.open().await;
+    let visitor = world.visitors.iter().find(|visitor| visitor.column == "admin").unwrap();
+    let mut admin = client(&app, visitor, false);
+    let csrf = csrf_in(&admin.get("/account").await.text());
+    let text = "a".repeat(TOO_MUCH);
+    for row in rows().into_iter().filter(|row| row.method == Method::POST && !row.path.starts_with("/api/")) {
+        let path = world.filled(row.path);
+        let plain = admin.form(&path, &[("csrf", &csrf), ("document", &text)]).await;
+        let upload = admin.send(long_upload(&path, &csrf)).await;
+        for answer in [plain.status.as_u16(), upload.status.as_u16()] {
+            assert!((400..500).contains(&answer), "{path}: {answer}");
+        }
     }
 }

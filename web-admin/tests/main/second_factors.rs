@@ -487,3 +487,14 @@ async fn what_was_queued_before_is_still_sent() {
     assert_eq!(kept, expected);
     assert_eq!(app.state.db.integrity().await.unwrap(), Vec::<String>::new());
 }
+
+#[tokio::test]
+async fn what_was_offered_long_ago_is_turned_on_by_nobody() {
+    let (app, school) = app().await;
+    app.member(school, Role::Trainee, "ada@example.org").await;
+    let mut ada = app.signed_in("ada@example.org").await;
+    let device = Device { secret: begin(&mut ada).await, codes: Vec::new() };
+    app.state.clock.advance(31 * 60);
+    let late = send(&mut ada, PAGE, &format!("{PAGE}/confirm"), &[("code", &device.code(&app))]).await;
+    assert!(late.status == 409 && !ada.get(PAGE).await.text().contains("secret="), "{}", late.text());
+}

@@ -4,23 +4,28 @@
 mod arrival;
 mod draft;
 
+use std::fs::File;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 pub use arrival::{RecordingFacts, ReportedRecording};
-use assessment::{Assessment, assess, own_exercise};
+use assessment::{Assessment, assess, find_needless_attachment, own_exercise};
 use attempt::AttemptCurve;
 use attempt::verify::verify_recording;
 use data_encoding::BASE64;
+use documents::picture::{self, PictureCopy};
 use documents::{ExerciseBundle, Patient};
 pub use draft::{DraftQuestion, publishable, same_id};
 use model::count_i64;
 use model::draft::{DraftRemark, DraftVerdict};
 use model::roster::{Unreadable, WorkbookSheet};
+use recording::annotate::Annotation;
 use recording::{ReadError, Recording};
 use serde::{Deserialize, Serialize};
 use store::exercises::RevisionBytes;
 use store::sessions::Verified;
 use tissue::Specimen;
+use words::Language;
 
 use crate::{recording_files, replay_files};
 
@@ -35,6 +40,41 @@ pub enum JudgeQuestion {
     Draft(Box<DraftQuestion>),
     /// The first sheet of a workbook, in base64.
     Workbook(String),
+    /// A copy of a picture.
+    Picture(PictureQuestion),
+    /// A copy of a recording with remarks in it.
+    Annotate(AnnotationQuestion),
+}
+
+/// A picture that somebody sent.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct PictureQuestion {
+    /// What is in it, in base64.
+    pub base64: String,
+    /// It becomes a logo, else a picture of a briefing.
+    pub is_logo: bool,
+    /// Code of the language in which it is refused.
+    pub language: String,
+}
+
+/// A recording, and what is to stand in a copy of it.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct AnnotationQuestion {
+    /// The recording.
+    pub recording: PathBuf,
+    /// The copy, which is not there yet.
+    pub copy: PathBuf,
+    /// The remarks.
+    pub remarks: Vec<Annotation>,
+}
+
+/// A copy of a picture.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct CopiedPicture {
+    /// Width and height, in pixels.
+    pub size: [u32; 2],
+    /// What is in it, in base64.
+    pub base64: String,
 }
 
 /// What is to be made of a recording.
@@ -83,6 +123,10 @@ pub enum JudgeAnswer {
     Examined(Box<DraftVerdict>),
     /// The sheet, or why the workbook is refused.
     Sheet(Result<WorkbookSheet, Unreadable>),
+    /// The copy of the picture, or why it is refused.
+    Copied(Result<CopiedPicture, String>),
+    /// The copy with remarks is where it was wanted.
+    Annotated,
     /// It never will be answered.
     Permanent(String),
     /// It may be, later.
@@ -108,11 +152,8 @@ pub fn leave_unexamined(_: &DraftQuestion) -> DraftVerdict {
 pub fn answer(question: JudgeQuestion, examine_draft: DraftExaminer) -> JudgeAnswer {
     match question {
         JudgeQuestion::Recording(brief) => make_of(brief),
-        JudgeQuestion::Arrival(path) => match recording_files::read(&path).map(RecordingFacts::from) {
-            Ok(told) => match ReportedRecording::try_from(&told) {
-                Ok(reported) => JudgeAnswer::Told(Box::new(reported)),
-                Err(error) => JudgeAnswer::Permanent(format!("{error:#}")),
-            },
+        JudgeQuestion::Arrival(path) => match recording_files::read(&path) {
+            Ok(recording) => tell_of(recording),
             Err(ReadError::Io(error)) => JudgeAnswer::Passing(error.to_string()),
             Err(scarce @ ReadError::OutOfMemory) => JudgeAnswer::Died(scarce.to_string()),
             Err(unreadable) => JudgeAnswer::Permanent(unreadable.to_string()),
@@ -122,6 +163,38 @@ pub fn answer(question: JudgeQuestion, examine_draft: DraftExaminer) -> JudgeAns
             Ok(bytes) => JudgeAnswer::Sheet(WorkbookSheet::read(&bytes)),
             Err(error) => JudgeAnswer::Permanent(error.to_string()),
         },
+        JudgeQuestion::Picture(question) => match BASE64.decode(question.base64.as_bytes()) {
+            Ok(bytes) => JudgeAnswer::Copied(copy_picture(&bytes, &question)),
+            Err(error) => JudgeAnswer::Permanent(error.to_string()),
+        },
+        JudgeQuestion::Annotate(question) => match annotate(&question) {
+            Ok(()) => JudgeAnswer::Annotated,
+            Err(error) => JudgeAnswer::Passing(format!("{error:#}")),
+        },
+    }
+}
+
+fn copy_picture(bytes: &[u8], question: &PictureQuestion) -> Result<CopiedPicture, String> {
+    let copied = if question.is_logo { picture::copy_logo(bytes) } else { picture::copy_picture(bytes) };
+    let language = Language::named(&question.language).unwrap_or(Language::ENGLISH);
+    let PictureCopy { size, bytes, .. } = copied.map_err(|why| words::within(language, || words::phrase(&why)))?;
+    Ok(CopiedPicture { size, base64: BASE64.encode(&bytes) })
+}
+
+fn annotate(question: &AnnotationQuestion) -> anyhow::Result<()> {
+    let sink = BufWriter::new(File::create_new(&question.copy)?);
+    let mut copy = recording::annotate::annotate(&std::fs::read(&question.recording)?, sink, &question.remarks)?;
+    Ok(copy.flush()?)
+}
+
+/// What a recording that has arrived says of itself, or why it is not taken.
+fn tell_of(recording: Recording) -> JudgeAnswer {
+    if let Some(why) = find_needless_attachment(&recording) {
+        return JudgeAnswer::Permanent(why);
+    }
+    match ReportedRecording::try_from(&RecordingFacts::from(recording)) {
+        Ok(reported) => JudgeAnswer::Told(Box::new(reported)),
+        Err(error) => JudgeAnswer::Permanent(format!("{error:#}")),
     }
 }
 
@@ -189,7 +262,7 @@ fn resimulate(recording: &Recording, bundle: &ExerciseBundle) -> Result<Verified
     let found = verify_recording(recording, &params);
     Ok(Verified {
         deviation_n: found.largest_deviation_n,
-        event_differences: count_i64(found.event_differences),
+        event_differences: count_i64(found.count_differences()),
         exact: found.exact(),
     })
 }

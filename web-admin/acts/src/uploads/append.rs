@@ -13,6 +13,7 @@ use crate::error::Error;
 use crate::killpoints::KillPoint;
 use crate::recordings::Chunks;
 use crate::removing::PartFile;
+use crate::room::{self, LOOK_BYTES};
 use crate::service::Service;
 use crate::turns::Turn;
 
@@ -88,9 +89,11 @@ async fn write(state: &Service, upload: Upload, piece: UploadPiece, turn: &mut T
         (Some(checksum), Ok(())) if !checksum.fits() => Err(Error::ChecksumMismatch),
         (_, Err(too_large @ Error::TooLarge { .. })) => Err(too_large),
         // What the disk or the store has refused, and what was written after it, is not there: back to what was received.
-        (_, Err(refused @ (Error::Internal(_) | Error::NoRoom(_) | Error::StoreAway(_) | Error::DatabaseAway(_)))) => {
+        (_, Err(refused @ Error::NoRoom(_))) => {
+            writing.cut().await?;
             Err(refused)
         }
+        (_, Err(refused @ (Error::Internal(_) | Error::StoreAway(_) | Error::DatabaseAway(_)))) => Err(refused),
         (_, broken) => {
             writing.settle().await?;
             broken.map(|()| writing.upload)
@@ -109,6 +112,7 @@ async fn nothing_more(state: &Service, upload: Upload, body: Chunks, turn: &mut 
 
 impl Writing<'_> {
     async fn take(&mut self, mut chunks: Chunks, checksum: &mut Option<Checksum>) -> Result<(), Error> {
+        let mut looked_at = self.end;
         while let Some(chunk) = next(self.state, self.turn, &mut chunks).await? {
             let length = i64::try_from(chunk.len()).map_err(anyhow::Error::from)?;
             if length > self.upload.length - self.end {
@@ -117,13 +121,24 @@ impl Writing<'_> {
             }
             self.file.write_all(&chunk).await?;
             self.end += length;
+            if (self.end - looked_at).unsigned_abs() >= LOOK_BYTES {
+                room::ensure_reserve(self.state)?;
+                looked_at = self.end;
+            }
             match checksum {
                 Some(checksum) => checksum.update(&chunk),
                 None if self.end - self.upload.received >= CHECKPOINT_BYTES => self.settle().await?,
                 None => {}
             }
         }
-        Ok(())
+        room::ensure_reserve(self.state)
+    }
+
+    /// Gives the disk back what is not counted as received.
+    async fn cut(&mut self) -> Result<(), Error> {
+        self.file.flush().await?;
+        let counted = if self.spool.is_some() { 0 } else { self.upload.received.unsigned_abs() };
+        Ok(self.file.set_len(counted).await?)
     }
 
     /// Puts what was written on the disk or into the bucket, and then says so in the upload's row.

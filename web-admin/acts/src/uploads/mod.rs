@@ -17,7 +17,8 @@ use crate::error::{Error, tell_in_full};
 use crate::holds;
 use crate::intake::{self, Bearer};
 use crate::killpoints::KillPoint;
-use crate::recordings::{self, Received};
+use crate::recordings::Received;
+use crate::room;
 use crate::service::Service;
 use crate::turns::Turn;
 
@@ -42,7 +43,6 @@ pub struct Announced {
 /// # Errors
 /// When the disk or the database refuses.
 pub async fn begin(state: &Service, owner: UploadOwner, announced: Announced) -> Result<Upload, Error> {
-    recordings::ensure_room(state, announced.length)?;
     let now = state.clock.now();
     let upload = Upload {
         id: UploadId::made_at(now),
@@ -66,6 +66,10 @@ pub async fn begin(state: &Service, owner: UploadOwner, announced: Announced) ->
     for (whose, quota, who) in counted {
         ensure_quota(uploads::count_unfinished_uploads(&mut *tx, whose).await?, announced.length, quota, who)?;
     }
+    if let Some(person) = owner.person_id {
+        room::ensure_person_quota(&mut *tx, state, (owner.school_id, person), announced.length).await?;
+    }
+    room::ensure_room(state, announced.length).await?;
     pieces::begin(state, upload.id).await?;
     KillPoint::UploadMade.pass();
     uploads::insert_upload(&mut tx, &upload).await?;
@@ -109,7 +113,7 @@ async fn look(state: &Service, owner: UploadOwner, id: UploadId, resting: bool) 
     let upload = uploads::find_upload(state.db.reader(), owner, id).await?.ok_or(Error::NotFound)?;
     let lost = resting && upload.session_id.is_none() && pieces::is_lost(state, id).await?;
     if upload.is_set_aside() {
-        return Err(Error::Unprocessable(intake::SET_ASIDE.to_owned()));
+        return Err(Error::SetAside);
     }
     if upload.expires_at <= state.clock.now() || lost {
         return Err(Error::Gone("this upload has expired: begin another"));
@@ -247,13 +251,13 @@ pub async fn tidy(state: &Service) -> Result<(), Error> {
     pieces::clear_unknown(state).await
 }
 
-/// Forgets an upload. Its row goes first: whoever comes back is told that it is gone, and what is left of its bytes is thrown away.
+/// Forgets an upload. Its bytes go first, so that a full disk has room for writing the rest down: an upload without bytes is gone already
+/// for whoever comes back.
 async fn remove(state: &Service, upload: &Upload) -> Result<(), Error> {
+    throw_away(state, upload.id).await;
     let mut tx = state.db.write().await?;
     uploads::remove_upload(&mut tx, upload.school_id, upload.id).await?;
-    tx.commit().await?;
-    throw_away(state, upload.id).await;
-    Ok(())
+    Ok(tx.commit().await?)
 }
 
 /// Removes the bytes of an upload that nobody needs. Where they stay, they are thrown away later.

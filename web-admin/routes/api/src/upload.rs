@@ -5,6 +5,7 @@ use acts::error::Error;
 use acts::intake;
 use acts::intake::{Bearer, RecordingReceipt};
 use acts::recordings::{self, Arriving};
+use acts::room;
 use axum::Json;
 use axum::body::{Body, HttpBody};
 use axum::extract::State;
@@ -31,6 +32,10 @@ use crate::sessions::SessionView;
               (status = 409, body = ProblemDocument, description = "Another recording of this session, or somebody else's attempt"),
               (status = 413, body = ProblemDocument), (status = 415, body = ProblemDocument),
               (status = 422, body = ProblemDocument, description = "No recording, or one in which a scanner has found malware"),
+              (status = 424, body = ProblemDocument, description = "Whoever read it has died of it twice; keep it until it is let be tried again"),
+              (status = 429, body = ProblemDocument, description = "More than a person may bring in a day, or have in all"),
+              (status = 451, body = ProblemDocument, description = "Of somebody who was erased, has withdrawn, or never agreed; remove it"),
+              (status = 507, body = ProblemDocument, description = "The disk is down to its reserve"),
               (status = 503, body = ProblemDocument, description = "Not its turn in time, whoever read it has died, or the scanner or the store does not answer; Retry-After")))]
 pub(super) async fn upload_recording(
     State(state): State<AppState>,
@@ -41,6 +46,10 @@ pub(super) async fn upload_recording(
     check_upload_headers(&headers, state.config.max_upload_bytes)?;
     let ahead_us = read_clock_ahead(&headers, state.clock.now())?;
     let digest = content_digest(&headers)?;
+    if let Some(person) = caller.owner().person_id {
+        let (whose, announced) = ((caller.owner().school_id, person), body.size_hint().lower());
+        room::ensure_person_quota(state.db.reader(), &state, whose, announced).await?;
+    }
     let received = recordings::receive(&state, receive_recording(body), digest).await?;
     let bearer = Bearer { ahead_us, ..bearer_of_caller(&caller) };
     // A task of its own: the server drops a handler whose client has gone, and a try that was begun must be ended.

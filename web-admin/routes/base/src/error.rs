@@ -27,6 +27,8 @@ pub fn status_of(error: &Error) -> StatusCode {
     match error {
         Error::NotFound | Error::Unscored(_) => StatusCode::NOT_FOUND,
         Error::Gone(_) => StatusCode::GONE,
+        Error::Unwanted(_) => StatusCode::UNAVAILABLE_FOR_LEGAL_REASONS,
+        Error::SetAside => StatusCode::FAILED_DEPENDENCY,
         Error::Unauthorized | Error::Expired(_) => StatusCode::UNAUTHORIZED,
         Error::Forbidden(_) => StatusCode::FORBIDDEN,
         Error::BadRequest(_) => StatusCode::BAD_REQUEST,
@@ -40,9 +42,12 @@ pub fn status_of(error: &Error) -> StatusCode {
         Error::Unprocessable(_) => StatusCode::UNPROCESSABLE_ENTITY,
         Error::Timeout => StatusCode::REQUEST_TIMEOUT,
         Error::TooMany { .. } | Error::OverQuota(_) => StatusCode::TOO_MANY_REQUESTS,
-        Error::Busy { .. } | Error::Deadly(_) | Error::Unscanned(_) | Error::StoreAway(_) | Error::DatabaseAway(_) => {
-            StatusCode::SERVICE_UNAVAILABLE
-        }
+        Error::Busy { .. }
+        | Error::Crowded { .. }
+        | Error::Deadly(_)
+        | Error::Unscanned(_)
+        | Error::StoreAway(_)
+        | Error::DatabaseAway(_) => StatusCode::SERVICE_UNAVAILABLE,
         Error::NoRoom(_) => StatusCode::INSUFFICIENT_STORAGE,
         Error::Internal(_) => StatusCode::INTERNAL_SERVER_ERROR,
     }
@@ -51,7 +56,9 @@ pub fn status_of(error: &Error) -> StatusCode {
 /// Finishes an answer: what only its headers can say, that somebody was refused, and the one log line of an internal error.
 pub fn finish_answer(error: &Error, mut response: Response) -> Response {
     let retry_after_s = match error {
-        Error::TooMany { retry_after_s } | Error::Busy { retry_after_s } => Some(*retry_after_s),
+        Error::TooMany { retry_after_s } | Error::Busy { retry_after_s } | Error::Crowded { retry_after_s } => {
+            Some(*retry_after_s)
+        }
         Error::Deadly(_) => Some(AFTER_DEATH_S),
         Error::Unscanned(_) => Some(UNSCANNED_S),
         Error::StoreAway(_) => Some(STORE_AWAY_S),

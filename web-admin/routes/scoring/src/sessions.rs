@@ -58,6 +58,7 @@ pub(super) async fn show_session(
         drawing: curve.as_ref().map(|curve| Drawing::new(curve).leading_to(&replay_href)),
         replay_href,
         uncounted: why_uncounted(&state, &person, &session).await?,
+        is_replaced: session.uncounted == Some(Uncounted::Unpublished) && session.revision_id.is_some(),
         verification: verification_of_session(&session),
         signed_by: name_of_signer(&state, &session).await?,
         supervised_by: supervisions::find_supervision(reader, key).await?.map(|there| there.by),

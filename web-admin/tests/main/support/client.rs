@@ -145,6 +145,11 @@ pub fn encoded(fields: &[(&str, &str)]) -> String {
 }
 
 /// The value of the hidden field `csrf`.
+/// A page without its token, which looks different each time.
+pub fn without_csrf(page: &str) -> String {
+    page.replace(&csrf_in(page), "")
+}
+
 pub fn csrf_in(page: &str) -> String {
     let field = page.split("name=\"csrf\"").nth(1).unwrap_or_else(|| panic!("no csrf field in {page}"));
     field.split("value=\"").nth(1).unwrap().split('"').next().unwrap().to_owned()

@@ -25,7 +25,7 @@ pub async fn begin_token(session: &Session) -> Result<(), Error> {
     Ok(session.insert(KEY, secret::random_hex()?).await?)
 }
 
-/// The CSRF token, for the hidden field `csrf` of every form: the session's, or a stranger's.
+/// The CSRF token, for the hidden field `csrf` of every form: the session's, or a stranger's, masked.
 #[derive(Clone, Debug)]
 pub struct Csrf(String);
 
@@ -46,8 +46,8 @@ impl Csrf {
 
     async fn of(session: &Session, stranger: &StrangerToken) -> Result<Self, Error> {
         match session.get::<String>(KEY).await? {
-            Some(token) => Ok(Self(token)),
-            None => Ok(Self(stranger.token()?)),
+            Some(token) => Ok(Self(secret::mask(&token)?)),
+            None => Ok(Self(secret::mask(&stranger.token()?)?)),
         }
     }
 }
@@ -94,14 +94,14 @@ pub fn refuse_nul() -> Error {
 pub(super) async fn is_genuine(session: Option<&Session>, sent: &str) -> Result<bool, Error> {
     let Some(session) = session else { return Ok(false) };
     let known = session.get::<String>(KEY).await?;
-    Ok(known.is_some_and(|known| secret::same(sent, &known)))
+    Ok(known.zip(secret::unmask(sent)).is_some_and(|(known, sent)| secret::same(&sent, &known)))
 }
 
 /// Whether a token is the session's, or, where the session has none, the stranger's.
 async fn is_ours(session: &Session, stranger: &StrangerToken, sent: &str) -> Result<bool, Error> {
     match session.get::<String>(KEY).await? {
         Some(_) => is_genuine(Some(session), sent).await,
-        None => Ok(stranger.is(sent)),
+        None => Ok(secret::unmask(sent).is_some_and(|sent| stranger.is(&sent))),
     }
 }
 

@@ -61,9 +61,18 @@ pub(super) async fn make_settings_page(
 }
 
 fn form_of_settings(settled: SchoolSettings) -> SettingsForm {
-    let SchoolSettings { name, time_zone, letter_language, mails_reminders, mails_news, shows_others } = settled;
+    let SchoolSettings {
+        name,
+        time_zone,
+        letter_language,
+        mails_reminders,
+        mails_news,
+        shows_others,
+        replaced_grace_days,
+    } = settled;
     let letter_language = letter_language.unwrap_or_else(|| Language::ENGLISH.code().to_owned());
-    SettingsForm { name, time_zone, letter_language, mails_reminders, mails_news, shows_others }
+    let replaced_grace_days = replaced_grace_days.to_string();
+    SettingsForm { name, time_zone, letter_language, mails_reminders, mails_news, shows_others, replaced_grace_days }
 }
 
 /// Settles the school's name, clock and letters.
@@ -75,6 +84,11 @@ pub(super) async fn put_settings(
 ) -> Result<FormAnswer<SettingsPage>, PageError> {
     let code = form.letter_language.as_str();
     let spoken = Language::named(code).ok_or_else(|| language::refuse_language(code))?;
+    let Ok(replaced_grace_days) = form.replaced_grace_days.parse() else {
+        let why = settling::refuse_grace(&form.replaced_grace_days);
+        let sent = Some(FilledForm::refused(form, why));
+        return Ok(FormAnswer::Refused(make_settings_page(&state, Visit::new(&person, &csrf), sent).await?));
+    };
     let settings = SchoolSettings {
         name: form.name.clone(),
         time_zone: form.time_zone.clone(),
@@ -82,6 +96,7 @@ pub(super) async fn put_settings(
         mails_reminders: form.mails_reminders,
         mails_news: form.mails_news,
         shows_others: form.shows_others,
+        replaced_grace_days,
     };
     match split_refusal(settling::settle_school(&state, &person, &settings).await)? {
         Ok(()) => Ok(FormAnswer::lead_to("/admin/settings?saved=true")),

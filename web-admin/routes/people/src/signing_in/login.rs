@@ -1,5 +1,7 @@
 //! The sign-in page, and signing out.
 
+use std::net::IpAddr;
+
 use acts::error::Error;
 use acts::signing_in::{note_refused_sign_in, note_way_in};
 use acts::{accounts, brakes, secret};
@@ -70,7 +72,11 @@ async fn sign_in(
         }
         return show_sign_in_again(&csrf, &form, refused);
     }
-    let Some(known) = check_password(&state, &form).await? else {
+    let known = match check_password(&state, address, &form).await {
+        Err(crowded @ Error::Crowded { .. }) => return show_sign_in_again(&csrf, &form, crowded),
+        checked => checked?,
+    };
+    let Some(known) = known else {
         note_refused_sign_in(&state, &form.email, address, "sign_in.failed").await?;
         return show_sign_in_again(&csrf, &form, Error::Unauthorized);
     };
@@ -95,15 +101,18 @@ fn refuse_outworn_password() -> Error {
 }
 
 /// Whose address and password these are. Takes as long for an unknown address as for a wrong password.
-async fn check_password(state: &AppState, form: &LoginForm) -> Result<Option<Credentials>, Error> {
+async fn check_password(state: &AppState, address: IpAddr, form: &LoginForm) -> Result<Option<Credentials>, Error> {
     let known = people::find_credentials(state.db.reader(), &form.email).await?;
     let (password, cost) = (form.password.clone(), state.config.password_cost);
     let hash = known.as_ref().and_then(|known| known.password_hash.clone());
-    let fits = state.hash(move || match hash {
+    let check = move || match hash {
         Some(hash) => Ok(secret::password_fits(&password, &hash)),
         None => secret::hash_password(&password, cost).map(|_| false),
-    });
-    let fits = fits.await??;
+    };
+    let fits = match brakes::is_known(state, address, &form.email).await? {
+        true => state.hash(check).await??,
+        false => state.hash_for_stranger(check).await??,
+    };
     Ok(known.filter(|known| fits && known.disabled_at.is_none()))
 }
 

@@ -1,0 +1,85 @@
+//! Room on the disks, and who may take it: what arrives leaves a reserve free, and the last of the disk is the database's alone.
+
+use std::path::Path;
+
+use model::count_i64;
+use model::ids::{PersonId, SchoolId};
+use store::{sessions, uploads};
+
+use crate::config::UploadQuota;
+use crate::error::Error;
+use crate::service::Service;
+
+/// Bytes that are written between two looks at the disk.
+pub(crate) const LOOK_BYTES: u64 = 8 << 20;
+/// The time in which a person's attempts are counted, in s.
+const DAY_S: i64 = 24 * 3600;
+
+/// Refuses what would take a disk below its reserve, with what was promised to uploads that have begun.
+///
+/// # Errors
+/// When it would, or a disk or the database cannot be asked.
+pub async fn ensure_room(state: &Service, wanted_bytes: u64) -> Result<(), Error> {
+    let promised = uploads::sum_promised(state.db.reader(), state.clock.now()).await?.unsigned_abs();
+    ensure_free(&state.config.recordings_dir, state.config.reserve_bytes, promised.saturating_add(wanted_bytes))?;
+    ensure_database_room(state)
+}
+
+/// Refuses to write on where the reserve of the recordings' disk has been reached: for uploads that were promised their room.
+///
+/// # Errors
+/// When it was, or a disk cannot be asked.
+pub fn ensure_reserve(state: &Service) -> Result<(), Error> {
+    ensure_free(&state.config.recordings_dir, state.config.reserve_bytes, 0)?;
+    ensure_database_room(state)
+}
+
+/// Refuses what is large where the database has only its own reserve left. Signing in, and removing things, need that.
+///
+/// # Errors
+/// When it was reached, or the disk cannot be asked.
+pub fn ensure_database_room(state: &Service) -> Result<(), Error> {
+    ensure_free(&state.config.data_dir, state.config.database_reserve_bytes, 0)
+}
+
+fn ensure_free(folder: &Path, reserve_bytes: u64, wanted_bytes: u64) -> Result<(), Error> {
+    let disk = rustix::fs::statvfs(folder).map_err(std::io::Error::from)?;
+    let free_bytes = disk.f_bavail.saturating_mul(disk.f_frsize);
+    let needed_bytes = reserve_bytes.saturating_add(wanted_bytes);
+    if free_bytes < needed_bytes {
+        let cause = anyhow::anyhow!(
+            "{free_bytes} bytes are free on the disk of {}, {needed_bytes} are needed with the reserve",
+            folder.display()
+        );
+        return Err(Error::NoRoom(cause));
+    }
+    Ok(())
+}
+
+/// Refuses a recording beyond what a person may have brought in a day, or have in all.
+///
+/// # Errors
+/// When it is, or the database fails.
+pub async fn ensure_person_quota(
+    executor: impl store::Executor<'_>,
+    state: &Service,
+    (school, person): (SchoolId, PersonId),
+    size: u64,
+) -> Result<(), Error> {
+    let UploadQuota { uploads: most, bytes: most_bytes } = state.config.person_quota;
+    let day_ago = state.clock.now().plus_s(-DAY_S);
+    let kept = sessions::sum_kept_recordings(executor, school, person, day_ago).await?;
+    if kept.today >= count_i64(most) {
+        return Err(Error::OverQuota(format!(
+            "{} attempts of this trainee came within 24 hours; {most} are allowed",
+            kept.today
+        )));
+    }
+    if kept.bytes.unsigned_abs().saturating_add(size) > most_bytes {
+        let bytes = kept.bytes;
+        return Err(Error::OverQuota(format!(
+            "this trainee's recordings come to {bytes} bytes; with this one of {size} bytes that is more than {most_bytes}"
+        )));
+    }
+    Ok(())
+}
