@@ -8,7 +8,7 @@ use serde::Serialize;
 #[serde(rename_all = "lowercase")]
 #[cfg_attr(feature = "sqlx", sqlx(type_name = "text", rename_all = "lowercase"))]
 pub enum Uncounted {
-    /// The school never published its exercise.
+    /// The school did not give its exercise when it was made: it had never published it, or replaced it before.
     Unpublished,
     /// The same motion was brought before, under another id.
     Duplicate,
