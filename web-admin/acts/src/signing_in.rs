@@ -3,6 +3,7 @@
 use std::net::IpAddr;
 
 use data_encoding::HEXLOWER;
+use model::email::normalize_email;
 use model::ids::PersonId;
 use store::audit::{Actor, AuditEntry};
 use store::people;
@@ -25,7 +26,7 @@ pub async fn note_refused_sign_in(service: &Service, email: &str, from: IpAddr, 
     let mut tx = service.db.write().await?;
     let person = people::find_person_by_email(&mut *tx, email).await?;
     let school_id = person.as_ref().map(|person| person.school_id);
-    let hash = HEXLOWER.encode(&secret::token_sha256(&email.to_lowercase()));
+    let hash = HEXLOWER.encode(&secret::token_sha256(&normalize_email(email)));
     let object = person.map_or_else(|| format!("address {}", &hash[..16]), |person| person.id.to_string());
     tracing::warn!(%from, action, object, "somebody did not get in");
     AuditEntry::new(school_id, Actor::Stranger, action, object).append(&mut tx, service.clock.now()).await?;
