@@ -70,6 +70,10 @@ impl TrajectoryTable {
         let refuse = |error: csv::Error| refuse_table(&file, &bytes, &error);
         let mut reader = ReaderBuilder::new().trim(Trim::All).comment(Some(b'#')).from_reader(&bytes[..]);
         let header = placed(&bytes, reader.headers().map_err(refuse)?.clone());
+        if let Some(name) = other_separator(&header) {
+            let why = format!("{name} between columns; commas are allowed there, and points in numbers (0.5, not 0,5)");
+            return Err(refused(format_args!("{file}:{}", line_of(&header)), why));
+        }
         let rows = reader.records().map(|row| row.map(|row| placed(&bytes, row)).map_err(refuse));
         let rows: Vec<_> = rows.collect::<Result<_, _>>()?;
         if rows.is_empty() {
@@ -151,7 +155,14 @@ impl TrajectoryTable {
             _ => "",
         };
         let wrong = |allowed: &str| self.wrong(line_of(row), format_args!("{name} = {text}{unit}; {allowed}"));
-        let value: f64 = text.parse().map_err(|_| wrong("a number is allowed"))?;
+        let value: f64 = text.parse().map_err(|_| {
+            let is_comma = text.replace(',', ".").parse::<f64>().is_ok();
+            wrong(if is_comma {
+                "a number is allowed, with a point where this has a comma"
+            } else {
+                "a number is allowed"
+            })
+        })?;
         match find_fault(value, unit) {
             Some(allowed) => Err(wrong(allowed)),
             None => Ok(value),
@@ -243,6 +254,15 @@ pub fn read_axial(path: &Path) -> Result<Vec<AxialSample>, TrajectoryError> {
     Ok(table.numbers(columns)?.into_iter().map(|(t_s, [x_m])| AxialSample { t_s, x_m }).collect())
 }
 
+/// What parts the columns of a header that commas do not part.
+fn other_separator(header: &StringRecord) -> Option<&'static str> {
+    let whole = header.get(0).filter(|_| header.len() == 1)?;
+    [(';', "semicolons"), ('\t', "tabs")]
+        .into_iter()
+        .find(|(separator, _)| whole.contains(*separator))
+        .map(|(_, name)| name)
+}
+
 fn line_of(row: &StringRecord) -> u64 {
     row.position().map_or(1, csv::Position::line)
 }
@@ -278,7 +298,8 @@ fn explain(error: &csv::Error) -> String {
         csv::ErrorKind::Io(error) => error.to_string(),
         csv::ErrorKind::Utf8 { .. } => "the row is not UTF-8 text".to_owned(),
         csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
-            format!("{len} fields; {expected_len} are allowed, as in the header")
+            let hint = if len > expected_len { " (numbers are written with a point, not a comma)" } else { "" };
+            format!("{len} fields; {expected_len} are allowed, as in the header{hint}")
         }
         _ => error.to_string(),
     }

@@ -267,6 +267,19 @@ fn what_is_no_curve_is_refused_with_its_place() {
 }
 
 #[test]
+fn decimal_commas_are_called_so() {
+    let refused = |curve: &str, parts: &[&str]| Place::new(curve).calibrate(&[]).refused(parts);
+    let points = "points in numbers (0.5, not 0,5)";
+    refused("depth_m;force_n\n0,001;0,5\n", &["curve.csv:1: semicolons between columns", points]);
+    refused("# measured\ndepth_m\tforce_n\n0.001\t0.5\n", &["curve.csv:2: tabs between columns", points]);
+    refused("depth_m,force_n\n0,001,0,5\n", &["curve.csv:2: 4 fields; 2 are allowed", "with a point, not a comma"]);
+    refused(
+        "depth_m,force_n\n\"0,001\",\"0,5\"\n",
+        &["curve.csv:2: depth_m = 0,001 m", "a point where this has a comma"],
+    );
+}
+
+#[test]
 fn a_curve_that_is_no_slow_insertion_is_refused_with_the_reason() {
     let refused = |samples: &[(f64, f64)], parts: &[&str]| Place::new(&csv(samples)).calibrate(&[]).refused(parts);
     let insertion = law(32.0, 32.0);

@@ -24,6 +24,17 @@ pub enum ReadError {
         /// What is wrong.
         why: String,
     },
+    /// A chunk is compressed in a way that is not read here; the file may be whole.
+    #[error(
+        "byte {offset}: a chunk is compressed by \"{compression}\"; allowed: zstd, or none. Rewrite the file, as \
+         \"mcap compress FILE --output NEW\" does"
+    )]
+    Compression {
+        /// Offset in the file.
+        offset: u64,
+        /// What the chunk names.
+        compression: String,
+    },
     /// There was not enough memory to unpack it; nothing is said of the file.
     #[error("not enough memory to unpack a chunk")]
     OutOfMemory,

@@ -151,7 +151,10 @@ impl ChunkReader {
         mut visit: impl FnMut(RecordFrame<'_>) -> Result<(), ReadError>,
     ) -> Result<(), ReadError> {
         let &RecordFrame { offset, data, .. } = chunk;
-        check_chunk(data).map_err(|error| chunk.damaged(error))?;
+        check_chunk(data).map_err(|error| match error {
+            McapError::UnsupportedCompression(compression) => ReadError::Compression { offset, compression },
+            error => chunk.damaged(error),
+        })?;
         let buffer = self.reader.insert(PREFIX_BYTES + data.len());
         buffer[0] = op::CHUNK;
         buffer[1..PREFIX_BYTES].copy_from_slice(&(data.len() as u64).to_le_bytes());
@@ -172,10 +175,13 @@ impl ChunkReader {
     }
 }
 
-/// A chunk must be compressed as the contract says and fill its record exactly: the library would skip bytes behind it.
+/// How chunks may be compressed; the empty text says not at all.
+const COMPRESSIONS: [&str; 2] = ["zstd", ""];
+
+/// A chunk must be compressed in a known way and fill its record exactly: the library would skip bytes behind it.
 fn check_chunk(data: &[u8]) -> Result<(), McapError> {
     match parse_record(op::CHUNK, data)? {
-        Record::Chunk { header, .. } if header.compression != "zstd" => {
+        Record::Chunk { header, .. } if !COMPRESSIONS.contains(&header.compression.as_str()) => {
             Err(McapError::UnsupportedCompression(header.compression))
         }
         Record::Chunk { header, data: records } => {
@@ -195,6 +201,38 @@ fn check_chunk(data: &[u8]) -> Result<(), McapError> {
 pub(crate) fn chunk_header_bytes(compression: &str) -> usize {
     // Start and end time, uncompressed size, checksum, the string with its length, compressed size.
     8 + 8 + 8 + 4 + 4 + compression.len() + 8
+}
+
+/// Most bytes of the name of a compression.
+const LONGEST_COMPRESSION: usize = 16;
+
+/// What the header of a chunk claims, and as much of the file as it claims.
+pub(crate) struct ChunkSpan<'a> {
+    /// How its records are compressed.
+    pub(crate) compression: &'a str,
+    /// Bytes of its records, unpacked and as they are stored.
+    pub(crate) unpacked: u64,
+    pub(crate) stored: u64,
+    /// Its header and its records.
+    pub(crate) data: &'a [u8],
+}
+
+impl<'a> ChunkSpan<'a> {
+    /// Reads the header behind opcode and length. Looks at the name first: a search tries every byte of a damaged stretch.
+    pub(crate) fn read(bytes: &'a [u8]) -> Option<Self> {
+        let number = |at: usize| Some(u64::from_le_bytes(*bytes.get(at..)?.first_chunk()?));
+        let length = u32::from_le_bytes(*bytes.get(28..)?.first_chunk()?) as usize;
+        let name = bytes.get(32..32 + Some(length).filter(|length| *length <= LONGEST_COMPRESSION)?)?;
+        let compression = std::str::from_utf8(name).ok()?;
+        let (unpacked, stored) = (number(16)?, number(32 + length)?);
+        let whole = chunk_header_bytes(compression).checked_add(usize::try_from(stored).ok()?)?;
+        Some(Self { compression, unpacked, stored, data: bytes.get(..whole)? })
+    }
+
+    /// Whether it can be unpacked here.
+    pub(crate) fn is_known(&self) -> bool {
+        COMPRESSIONS.contains(&self.compression)
+    }
 }
 
 /// A record of the data section. The library makes room for a text of whatever length it claims, up to 4 GB, before it looks

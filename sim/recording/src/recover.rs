@@ -11,7 +11,7 @@ use mcap::write::{Metadata, NoSeek};
 use mcap::{MAGIC, McapError};
 
 use crate::error::ReadError;
-use crate::frames::{ChunkReader, PREFIX_BYTES, RecordFrame, chunk_header_bytes, parse_attachment, parse_record};
+use crate::frames::{ChunkReader, ChunkSpan, PREFIX_BYTES, RecordFrame, parse_attachment, parse_record};
 use crate::read::Contents;
 use crate::topics::{Topic, declare};
 use crate::{metadata, write};
@@ -59,6 +59,9 @@ pub fn recover<W: Read + Write + Seek>(mut source: impl Read, sink: W) -> Result
         let why = format!("the recovered file reads back {} of {messages} messages", reopened.messages);
         return Err(ReadError::NotARecording(why));
     }
+    if messages == 0 {
+        return Err(ReadError::NotARecording(format!("no message in it is whole: {damage}")));
+    }
     let samples = reopened.samples.len() as u64;
     Ok(Recovered { messages, samples, bytes_read: bytes.len() as u64, damage })
 }
@@ -93,6 +96,7 @@ pub(crate) fn find_records(bytes: &[u8]) -> Result<FoundRecords<'_>, ReadError> 
                 at += length;
             }
             None => {
+                refuse_unknown_compression(&bytes[at..], at as u64)?;
                 found.skip(at as u64);
                 at += 1;
             }
@@ -101,15 +105,31 @@ pub(crate) fn find_records(bytes: &[u8]) -> Result<FoundRecords<'_>, ReadError> 
     Ok(found)
 }
 
+/// Refuses a chunk that is whole by its lengths and compressed in a way that is not read here: nothing is damaged, and what it holds
+/// would be lost.
+fn refuse_unknown_compression(bytes: &[u8], offset: u64) -> Result<(), ReadError> {
+    let span = bytes.get(PREFIX_BYTES..).filter(|_| bytes[0] == op::CHUNK).and_then(ChunkSpan::read);
+    match span.filter(|span| !span.is_known() && bytes[1..PREFIX_BYTES] == (span.data.len() as u64).to_le_bytes()) {
+        Some(span) => Err(ReadError::Compression { offset, compression: span.compression.to_owned() }),
+        None => Ok(()),
+    }
+}
+
 /// The record that begins here, with its length, if there is a good one.
 fn good_record<'a>(bytes: &'a [u8], offset: u64, chunks: &mut ChunkReader) -> Option<(RecordFrame<'a>, usize)> {
     let (&opcode, rest) = bytes.split_first()?;
     let (length, rest) = rest.split_first_chunk::<8>()?;
-    let data = usize::try_from(u64::from_le_bytes(*length)).ok().and_then(|length| rest.get(..length));
+    let claimed = u64::from_le_bytes(*length);
+    let data = usize::try_from(claimed).ok().and_then(|length| rest.get(..length));
     let good = match opcode {
         // The header inside a chunk says how long it is, and its checksum that this is so.
         op::CHUNK => {
-            let data = chunk_data(rest)?;
+            let ChunkSpan { data, unpacked, stored, compression } =
+                ChunkSpan::read(rest).filter(ChunkSpan::is_known)?;
+            // One that is not compressed may have no checksum: then its lengths must agree.
+            if compression.is_empty() && (unpacked != stored || claimed != data.len() as u64) {
+                return None;
+            }
             let frame = RecordFrame { offset, opcode, data };
             return chunks.walk(&frame, |_| Ok(())).is_ok().then_some((frame, PREFIX_BYTES + data.len()));
         }
@@ -129,19 +149,6 @@ fn good_record<'a>(bytes: &'a [u8], offset: u64, chunks: &mut ChunkReader) -> Op
 fn index_fits(data: &[u8]) -> bool {
     let length = data.get(2..6).and_then(|bytes| bytes.first_chunk::<4>());
     length.is_some_and(|length| u64::from(u32::from_le_bytes(*length)) + 6 == data.len() as u64)
-}
-
-/// The bytes of a chunk that begins here, by what its header says.
-fn chunk_data(bytes: &[u8]) -> Option<&[u8]> {
-    // Anything else is refused, and looking for this first makes the search through a damaged stretch quick.
-    const COMPRESSION: &[u8] = b"\x04\0\0\0zstd";
-    let header = bytes.get(..chunk_header_bytes("zstd"))?;
-    let (compression, size) = header.get(28..)?.split_at(COMPRESSION.len());
-    let size = u64::from_le_bytes(*size.first_chunk()?);
-    if compression != COMPRESSION {
-        return None;
-    }
-    bytes.get(..header.len().checked_add(usize::try_from(size).ok()?)?)
 }
 
 impl FoundRecords<'_> {

@@ -4,6 +4,7 @@
 use std::net::IpAddr;
 
 use model::Moment;
+use model::email::normalize_email;
 use model::ids::PersonId;
 use store::{Connection, Executor, brakes};
 
@@ -84,7 +85,7 @@ async fn press_all(service: &Service, brakes: &[Brake]) -> Result<(), Error> {
 }
 
 fn pair(address: IpAddr, email: &str) -> String {
-    format!("{address} {}", email.to_lowercase())
+    format!("{address} {}", normalize_email(email))
 }
 
 fn known_key(address: IpAddr, email: &str) -> [u8; 32] {
@@ -104,7 +105,7 @@ pub async fn take_sign_in(service: &Service, address: IpAddr, email: &str) -> Re
         Brake::new(PAIR, &format!("pair {}", pair(address, email))),
     ];
     if !is_known(service, address, email).await? {
-        used.push(Brake::new(STRANGERS, &format!("strangers {}", email.to_lowercase())));
+        used.push(Brake::new(STRANGERS, &format!("strangers {}", normalize_email(email))));
     }
     press_all(service, &used).await
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use http::Uri;
-use model::roster::is_email;
+use model::email::is_email;
 use store::{AddressRefused, DatabaseAddress};
 
 use crate::bucket_address::BucketAddress;

@@ -8,6 +8,7 @@ use anyhow::Context;
 use lettre::message::{Mailbox, Message};
 use lettre::{AsyncSmtpTransport, AsyncTransport, Tokio1Executor};
 use model::Moment;
+use model::email::email_in_ascii;
 use model::ids::LetterId;
 
 use crate::config::{Config, MailTo};
@@ -81,7 +82,10 @@ impl Mailer {
         let since = now.duration_since(Moment::from_micros(0));
         let message = Message::builder()
             .from(self.from.clone())
-            .to(Mailbox::new(Some(letter.name), letter.email.parse().context("the address cannot be written to")?))
+            .to(Mailbox::new(
+                Some(letter.name),
+                email_in_ascii(&letter.email).parse().context("the address cannot be written to")?,
+            ))
             .subject(letter.subject)
             .date(SystemTime::UNIX_EPOCH + since)
             .message_id(Some(format!("<{}@{}>", letter.id, self.from.email.domain())))

@@ -4,6 +4,7 @@
 
 use std::sync::LazyLock;
 
+use model::folding::compose_text;
 use model::limits::MIN_PASSWORD;
 use model::password_refused::PasswordRefused;
 
@@ -72,7 +73,7 @@ fn is_often_chosen(password: &str) -> bool {
 /// As [`check`], and when the two are not the same.
 pub fn check_typed(password: &str, again: &str, own: &[&str]) -> Result<(), PasswordRefused> {
     check(password, own)?;
-    if password == again { Ok(()) } else { Err(PasswordRefused::Different) }
+    if compose_text(password) == compose_text(again) { Ok(()) } else { Err(PasswordRefused::Different) }
 }
 
 fn longest_first<'a>(words: impl Iterator<Item = &'a str>) -> Vec<String> {

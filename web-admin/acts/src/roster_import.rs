@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use data_encoding::{BASE64, HEXLOWER};
+use model::email::email_in_ascii;
 use model::ids::{CohortId, PersonId, RosterId, SchoolId};
 use model::roster::{
     LineOutcome, MappingDoubt, Roster, RosterChange, RosterDifference, RosterEntry, RosterMapping, RosterOutcome,
@@ -172,11 +173,14 @@ async fn look(
     table: RosterTable,
 ) -> Result<Option<RosterPreview>, Error> {
     let Some(mapping) = draft.wanted.0.mapping.clone() else { return Ok(None) };
-    let roster = table.people(&mapping);
-    let about = about(&roster, &draft.wanted.0);
+    let mut roster = table.people(&mapping);
+    let mut wanted = draft.wanted.0;
+    let cohorts = cohorts::list_cohorts(&mut *connection, school).await?;
+    roster.spell_cohorts(cohorts.into_iter().map(|cohort| cohort.name), &mut wanted.cohort);
+    let about = about(&roster, &wanted);
     let known = rosters::list_known_people(connection, school, &about).await?;
     let unusable = rosters::taken_elsewhere(connection, school, &about.emails).await?;
-    let difference = RosterDifference::of(&roster, &known, &unusable, &draft.wanted.0);
+    let difference = RosterDifference::of(&roster, &known, &unusable, &wanted);
     let shown = serde_json::to_vec(&difference).map_err(anyhow::Error::from)?;
     let digest = HEXLOWER.encode(&Sha256::digest(shown));
     let headings = table.headings;
@@ -190,17 +194,21 @@ async fn look(
     }))
 }
 
-/// Whom a roster names, and whoever is in the cohorts that they are to leave where it does not.
-fn about<'a>(roster: &'a Roster, wanted: &'a RosterRequest) -> About<'a> {
+/// Whom a roster names, in whatever spelling an earlier version has stored them, and whoever is in the cohorts that they are to leave where
+/// it does not.
+fn about(roster: &Roster, wanted: &RosterRequest) -> About {
     let entries = || roster.rows.iter().filter_map(|row| row.entry.as_ref().ok());
     let filled = entries().flat_map(|entry| {
         let else_all = wanted.cohort.iter().filter(|_| entry.cohorts.is_empty());
         entry.cohorts.iter().chain(else_all)
     });
     About {
-        emails: entries().map(|entry| entry.email.as_str()).collect(),
-        numbers: entries().filter_map(|entry| entry.registrar_id.as_deref()).collect(),
-        cohorts: filled.filter(|_| wanted.remove_missing).map(String::as_str).collect(),
+        emails: entries().flat_map(|entry| [entry.email.clone(), email_in_ascii(&entry.email)]).collect(),
+        numbers: entries()
+            .filter_map(|entry| entry.registrar_id.as_deref())
+            .flat_map(|number| [number.to_owned(), number.to_uppercase(), number.to_lowercase()])
+            .collect(),
+        cohorts: filled.filter(|_| wanted.remove_missing).cloned().collect(),
     }
 }
 
@@ -267,7 +275,7 @@ impl Import<'_> {
         match &line.outcome {
             RosterOutcome::New => self.add(entry, invite).await,
             RosterOutcome::Changed { person, changes } => self.change(entry, *person, changes).await,
-            RosterOutcome::Unchanged | RosterOutcome::Refused(_) => Ok(()),
+            RosterOutcome::Unchanged | RosterOutcome::Together(_) | RosterOutcome::Refused(_) => Ok(()),
         }
     }
 

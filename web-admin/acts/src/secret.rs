@@ -6,6 +6,7 @@ use argon2::password_hash::phc::{Output, ParamsString, PasswordHash, Salt};
 use argon2::password_hash::try_generate_salt;
 use argon2::{Algorithm, Argon2, Block, Params, Version};
 use data_encoding::HEXLOWER;
+use model::folding::compose_text;
 use sha2::{Digest, Sha256};
 
 /// 32 random bytes from the operating system, in hexadecimal.
@@ -134,7 +135,8 @@ pub fn unmask(shown: &str) -> Option<String> {
 pub fn hash_password(password: &str, cost: PasswordCost) -> anyhow::Result<String> {
     let (argon2, salt) = (argon2(cost)?, random_16()?);
     let mut hash = [0; Params::DEFAULT_OUTPUT_LEN];
-    hash_into(&argon2, password.as_bytes(), &salt, &mut hash).map_err(|e| anyhow::anyhow!("argon2: {e}"))?;
+    hash_into(&argon2, compose_text(password).as_bytes(), &salt, &mut hash)
+        .map_err(|e| anyhow::anyhow!("argon2: {e}"))?;
     let told = |e: argon2::password_hash::phc::Error| anyhow::anyhow!("argon2: {e}");
     let phc = PasswordHash {
         algorithm: Algorithm::Argon2id.ident(),
@@ -146,11 +148,14 @@ pub fn hash_password(password: &str, cost: PasswordCost) -> anyhow::Result<Strin
     Ok(phc.to_string())
 }
 
-/// Whether a password has this hash. A hash that cannot be read fits no password.
+/// Whether a password has this hash, however its letters are composed. A hash that cannot be read fits no password.
 #[must_use]
 pub fn password_fits(password: &str, hash: &str) -> bool {
-    PasswordHash::new(hash)
-        .is_ok_and(|parsed| hash_of(password, &parsed).is_some_and(|found| parsed.hash == Some(found)))
+    let Ok(parsed) = PasswordHash::new(hash) else { return false };
+    let fits = |password: &str| hash_of(password, &parsed).is_some_and(|found| parsed.hash == Some(found));
+    let composed = compose_text(password);
+    // An earlier version has hashed what was typed as it was.
+    fits(&composed) || composed != password && fits(password)
 }
 
 /// The hash of a password by the salt and at the cost of another. Whoever compares two does so in constant time.

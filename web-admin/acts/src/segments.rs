@@ -2,7 +2,7 @@
 
 use model::ids::{PersonId, SchoolId, TaskId, TraceId};
 use model::segments::{MarksVerdict, TraceOutcome, pops};
-use model::{CurrentPerson, Role, SessionKey};
+use model::{CurrentPerson, Role, SessionKey, due};
 use serde_json::json;
 use store::audit::AuditEntry;
 use store::deadlines::{DeadlineKey, DeadlineKind};
@@ -143,7 +143,7 @@ fn outcome(mut outcome: TraceOutcome, traces: &[(Trace, Vec<f64>)], marks: &[Mar
         let own = marks.iter().find(|marks| marks.person_id == person && marks.trace_id == trace.id);
         let Some((own, sent_at)) = own.and_then(|own| Some((own, own.sent_at?))) else { continue };
         outcome.sent += 1;
-        outcome.late |= outcome.due_at.is_some_and(|due| due < sent_at);
+        outcome.late |= outcome.due_at.is_some_and(|due| due::is_past(due, sent_at));
         outcome.verdict = outcome.verdict.join(MarksVerdict::of(pops, &own.marks));
     }
     outcome

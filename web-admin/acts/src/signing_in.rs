@@ -3,6 +3,7 @@
 use std::net::IpAddr;
 
 use data_encoding::HEXLOWER;
+use model::email::normalize_email;
 use model::ids::{PersonId, SchoolId};
 use serde_json::json;
 use store::audit::{Actor, AuditEntry};
@@ -34,7 +35,7 @@ pub async fn note_refused_sign_in(service: &Service, email: &str, from: IpAddr, 
     }
     tx.commit().await?;
     // A password may have been typed into the wrong field: its hash tells enough.
-    let hash = HEXLOWER.encode(&secret::token_sha256(&email.to_lowercase()));
+    let hash = HEXLOWER.encode(&secret::token_sha256(&normalize_email(email)));
     let object = person.map_or_else(|| format!("address {}", &hash[..16]), |person| person.id.to_string());
     tracing::warn!(%from, action, object, "somebody did not get in");
     Ok(())

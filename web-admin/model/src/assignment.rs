@@ -11,8 +11,8 @@ use time::OffsetDateTime;
 
 use super::Moment;
 use super::progress::{Course, Progress, ScoredAttempt, StepState};
-use crate::count_u32;
 use crate::ids::{AssignmentId, PersonId, SessionId};
+use crate::{count_u32, due};
 
 /// What is to be trained.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -222,7 +222,7 @@ impl AssignmentStanding {
             AssignmentTask::Course(_) => None,
         };
         let done = matches!(stage, AssignmentStage::Done { .. });
-        let overdue = !done && assigned.due_at.is_some_and(|due| due < tried.now);
+        let overdue = !done && assigned.due_at.is_some_and(|due| due::is_past(due, tried.now));
         let unconfirmed = if done { Vec::new() } else { tried.unconfirmed(&assigned, supervised) };
         Self { assigned, stage, overdue, attempts, best, unconfirmed }
     }
@@ -235,7 +235,7 @@ impl AssignmentStanding {
 }
 
 fn late(on: OffsetDateTime, assigned: &Assigned) -> bool {
-    assigned.due_at.is_some_and(|due| due < Moment::from(on))
+    assigned.due_at.is_some_and(|due| due::is_past(due, Moment::from(on)))
 }
 
 fn exercise_stage(

@@ -7,6 +7,9 @@ use words::dates;
 
 use super::Moment;
 
+/// A minute, in µs.
+const MINUTE_US: i64 = 60_000_000;
+
 /// A due date as it was said, and what it means.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DueDate {
@@ -119,6 +122,18 @@ pub fn extended(local: &str, zone_name: &str, days: i64) -> Result<Moment, DueRe
     Ok(moment(zone.to_ambiguous_timestamp(later).compatible().map_err(|_| refused())?))
 }
 
+/// Whether something is late that is due at a moment: the minute that is named counts whole, so that 23:59 ends with the day.
+#[must_use]
+pub fn is_past(due: Moment, at: Moment) -> bool {
+    at.micros() >= due.micros() - due.micros().rem_euclid(MINUTE_US) + MINUTE_US
+}
+
+/// Returns the earliest whole minute that is not past at a moment, for comparing many.
+#[must_use]
+pub fn earliest_open(at: Moment) -> Moment {
+    Moment::from_micros(at.micros() - at.micros().rem_euclid(MINUTE_US))
+}
+
 /// When a day begins on a school's clock, so many days later; none where it is no date, as 2026-11-30.
 #[must_use]
 pub fn find_day_start(said: &str, zone_name: &str, days_later: i32) -> Option<Moment> {
@@ -199,6 +214,23 @@ mod tests {
         assert_eq!(later.micros() - due.at.micros(), (7 * 24 - 1) * 3_600_000_000, "an hour is skipped on the way");
         let skipped = extended("2026-03-28T02:30:00", BERLIN, 1).unwrap();
         assert_eq!(local(skipped, BERLIN).words, "29 Mar 2026, 03:30");
+    }
+
+    #[test]
+    fn the_minute_of_a_deadline_counts_whole() {
+        let due = read("2026-11-30T23:59", BERLIN).unwrap().at;
+        let seconds = |after: i64| Moment::from_micros(due.micros() + after * 1_000_000);
+        for after in [-1, 0, 1, 59] {
+            assert!(!is_past(due, seconds(after)) && earliest_open(seconds(after)) <= due, "{after}");
+        }
+        for after in [60, 61, 3600] {
+            assert!(is_past(due, seconds(after)) && earliest_open(seconds(after)) > due, "{after}");
+        }
+        assert_eq!(
+            find_day_start("2026-12-01", BERLIN, 0),
+            Some(seconds(60)),
+            "the day and its last minute end together"
+        );
     }
 
     #[test]

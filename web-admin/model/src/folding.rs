@@ -20,6 +20,29 @@ pub fn fold_text(text: &str) -> String {
     })
 }
 
+/// Returns a text with its letters composed, as keyboards differ in whether they send "ä" as one character or as two.
+#[must_use]
+pub fn compose_text(text: &str) -> String {
+    text.nfc().collect()
+}
+
+/// Returns what two names have in common that a reader takes for one: case, width, spaces and the way a letter is composed are no
+/// difference; marks are.
+#[must_use]
+pub fn look_alike_key(text: &str) -> String {
+    let folded: String = text.nfkc().flat_map(char::to_lowercase).nfkc().collect();
+    folded.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// Returns what a list of names is sorted by where readers look for the family: its last word, then the rest. What follows a comma is a
+/// degree.
+#[must_use]
+pub fn family_sort_key(name: &str) -> String {
+    let bare = name.split(',').next().unwrap_or_default().trim();
+    let (given, family) = bare.rsplit_once(char::is_whitespace).unwrap_or(("", bare));
+    fold_text(&format!("{family} {given}"))
+}
+
 const fn plain_letters(letter: char) -> Option<&'static str> {
     Some(match letter {
         'ß' => "ss",
@@ -98,6 +121,25 @@ mod tests {
             assert!(finds(typed, name), "{typed} finds {name}: {}", make_search_text(name, "", None));
         }
         assert!(!finds("grosser anna", "Jörg Größer"), "every word is asked for");
+    }
+
+    #[test]
+    fn a_list_of_names_is_sorted_by_family() {
+        let mut names =
+            ["Ada Okafor", "Bruno Keller", "Jörg von der Aue", "Zoe Öztürk", "Cher", "Ana Berg, MD", "Ada Berg"];
+        names.sort_by_key(|name| family_sort_key(name));
+        assert_eq!(
+            names,
+            ["Jörg von der Aue", "Ada Berg", "Ana Berg, MD", "Cher", "Bruno Keller", "Ada Okafor", "Zoe Öztürk"]
+        );
+    }
+
+    #[test]
+    fn names_that_look_alike_have_one_key() {
+        for other in ["GRUPPE ä", "Gruppe a\u{308}", " Gruppe\u{a0}\u{2003}Ä", "Ｇruppe Ä"] {
+            assert_eq!(look_alike_key(other), look_alike_key("Gruppe Ä"), "{other:?}");
+        }
+        assert_ne!(look_alike_key("Gruppe A"), look_alike_key("Gruppe Ä"));
     }
 
     #[test]

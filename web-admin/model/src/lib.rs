@@ -17,6 +17,7 @@ pub mod count;
 pub mod directory;
 pub mod draft;
 pub mod due;
+pub mod email;
 pub mod expert_way;
 pub mod folding;
 pub mod ids;

@@ -1,5 +1,7 @@
 //! A line of text that people are shown: a name, a title, a label. One rule for all says which characters it may not hold.
 
+use unicode_normalization::UnicodeNormalization;
+
 /// Longest title, in characters.
 const LONGEST_TITLE: usize = 200;
 
@@ -18,6 +20,37 @@ pub fn is_strange(c: char) -> bool {
             c,
             '\u{061C}' | '\u{200E}' | '\u{200F}' | '\u{2028}'..='\u{202E}' | '\u{2066}'..='\u{2069}' | '\u{FEFF}'
         )
+}
+
+/// Whether a character is not seen at all (Unicode's `Default_Ignorable_Code_Point`): two texts that differ in it look the same.
+#[must_use]
+pub const fn is_invisible(c: char) -> bool {
+    matches!(
+        c,
+        '\u{00AD}' | '\u{034F}' | '\u{061C}' | '\u{115F}' | '\u{1160}' | '\u{17B4}' | '\u{17B5}' | '\u{180B}'..='\u{180F}'
+            | '\u{200B}'..='\u{200F}' | '\u{202A}'..='\u{202E}' | '\u{2060}'..='\u{206F}' | '\u{3164}'
+            | '\u{FE00}'..='\u{FE0F}' | '\u{FEFF}' | '\u{FFA0}' | '\u{FFF0}'..='\u{FFF8}' | '\u{E0000}'..='\u{E0FFF}'
+    )
+}
+
+/// Returns the text of a field as it is kept: composed, with one plain space between words, and without what word processors leave
+/// behind unseen. Joiners stay: scripts and signs need them.
+#[must_use]
+pub fn tidy(text: &str) -> String {
+    let seen = text.nfc().filter(|c| !matches!(c, '\u{00AD}' | '\u{200B}' | '\u{2060}' | '\u{FEFF}'));
+    let mut tidy = String::with_capacity(text.len());
+    for c in seen {
+        match c {
+            // A line's end stays, so that whoever checks the text sees it.
+            c if c.is_whitespace() && !c.is_control() => {
+                if !tidy.ends_with(' ') {
+                    tidy.push(' ');
+                }
+            }
+            c => tidy.push(c),
+        }
+    }
+    tidy.trim().to_owned()
 }
 
 /// Why a line of a field is refused that holds such a character.
@@ -52,6 +85,15 @@ pub fn on_one_line(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn texts_that_look_the_same_are_tidied_into_one() {
+        for other in ["Jo\u{308}rg Ek", " Jörg\u{a0} Ek", "\u{feff}Jörg\u{200b} Ek\u{ad}", "Jörg   Ek "] {
+            assert_eq!(tidy(other), "Jörg Ek", "{other:?}");
+        }
+        assert_eq!(tidy("می\u{200c}خواهم"), "می\u{200c}خواهم", "a joiner of a script stays");
+        assert!(tidy("Ana\nEk").contains('\n'), "a line's end is refused, not joined");
+    }
 
     #[test]
     fn what_turns_a_line_around_or_ends_it_is_no_title() {

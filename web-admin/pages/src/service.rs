@@ -21,6 +21,19 @@ pub struct ServicePage {
     pub counts: Vec<(i64, &'static str)>,
     /// Recordings that failed to be scored at least once.
     pub failing: i64,
+    /// Letters that could not be sent, the latest first.
+    pub letters: Vec<FailedLetterRow>,
+}
+
+/// A letter that could not be sent.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FailedLetterRow {
+    /// The page of whom it was for, where they are a person of the school.
+    pub href: Option<String>,
+    /// Their name, or the address.
+    pub name: String,
+    /// Why.
+    pub why: String,
 }
 
 /// What a look through the database came to.
@@ -59,8 +72,18 @@ mod tests {
             check: DatabaseCheck::Whole,
             counts: vec![(28, "trainees"), (2, "stations")],
             failing: 1,
+            letters: vec![FailedLetterRow {
+                href: Some("/people/1".to_owned()),
+                name: "Ana <Ek>".to_owned(),
+                why: "550 no such mailbox".to_owned(),
+            }],
         };
         let html = samples::keep_page("service", &page);
+        assert!(html.contains("1 letter could not be sent") && html.contains("Ana &#60;Ek&#62;"), "{html}");
+        let well = ServicePage { failing: 0, letters: Vec::new(), ..page.clone() };
+        assert!(samples::keep_page("service-well", &well).contains("No failures"));
+        let unsent = samples::keep_page("service-unsent", &ServicePage { failing: 0, ..page.clone() });
+        assert!(!unsent.contains("No failures"), "a letter that failed is a failure");
         assert!(html.contains("4.2\u{a0}MB") && html.contains("/admin/audit"), "{html}");
         let check = DatabaseCheck::Going { tables_read: 41, tables: 63, rows_read: 0, rows: 912_000 };
         let html = samples::keep_page("service-being-checked", &ServicePage { check, ..page.clone() });

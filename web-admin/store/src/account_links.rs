@@ -1,6 +1,7 @@
 //! Links by which somebody sets their password, once: only their hashes are here.
 
 use model::Moment;
+use model::email::normalize_email;
 use model::ids::{PersonId, SchoolId};
 use sqlx::FromRow;
 
@@ -125,7 +126,7 @@ const LONGEST_ADDRESS: usize = 254;
 pub async fn ask_for_link(writer: &mut Connection, email: &str, now: Moment) -> Result<()> {
     let kept = if email.len() > LONGEST_ADDRESS { "" } else { email };
     sqlx::query("INSERT INTO asked_links (email, asked_at) VALUES ($1, $2) ON CONFLICT (email) DO NOTHING")
-        .bind(kept.to_lowercase())
+        .bind(normalize_email(kept))
         .bind(now)
         .execute(writer)
         .await

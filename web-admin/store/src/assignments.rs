@@ -3,7 +3,7 @@
 use model::assignment::{Assigned, AssignmentTask};
 use model::count::StoredCount;
 use model::ids::{AssignmentId, CohortId, PersonId, SchoolId};
-use model::{CurrentPerson, Moment, Role};
+use model::{CurrentPerson, Moment, Role, due};
 use sqlx::FromRow;
 
 use super::{Connection, Executor, Result};
@@ -184,7 +184,7 @@ pub async fn find_same_assignment(
     .bind(course)
     .bind(new.cohort_id)
     .bind(new.person_id)
-    .bind(now)
+    .bind(due::earliest_open(now))
     .fetch_optional(executor)
     .await
 }

@@ -1,6 +1,7 @@
 //! The people of a school as its administrator looks them up and changes them.
 
 use model::directory::{AccountState, DirectoryEntry, PeopleKey, PeopleOrder};
+use model::email::normalize_email;
 use model::folding::{fold_text, make_search_text};
 use model::ids::{CohortId, LetterId, PersonId, SchoolId};
 use model::{Moment, Role};
@@ -209,7 +210,7 @@ pub async fn change_details(
         sqlx::query_as("SELECT email <> $3, registrar_id FROM people WHERE school_id = $1 AND id = $2")
             .bind(school)
             .bind(id)
-            .bind(details.email.to_lowercase())
+            .bind(normalize_email(details.email))
             .fetch_optional(&mut *writer)
             .await?;
     let Some((moved, number)) = known else { return Ok(()) };
@@ -224,7 +225,7 @@ pub async fn change_details(
     .bind(school)
     .bind(id)
     .bind(details.name)
-    .bind(details.email.to_lowercase())
+    .bind(normalize_email(details.email))
     .bind(make_search_text(details.name, details.email, number))
     .bind(fold_text(details.name))
     .bind(number)

@@ -3,6 +3,7 @@
 use model::Moment;
 use model::ids::{DatedId, LetterId, PersonId, SchoolId};
 use model::mail::{Mail, MailKind, MailTrouble};
+use sqlx::FromRow;
 
 use super::{Connection, Executor, Result};
 
@@ -81,6 +82,38 @@ pub async fn mark_mail_failed(writer: &mut Connection, id: LetterId, error: &str
         .execute(writer)
         .await
         .map(drop)
+}
+
+/// A letter that could not be sent.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct FailedLetter {
+    /// To whom; absent where it went to an address alone.
+    pub person_id: Option<PersonId>,
+    /// Their name, or the address.
+    pub name: String,
+    /// Why.
+    pub error: String,
+}
+
+/// The letters of a school that could not be sent and that no later one to the same person has made up for, the latest first.
+pub async fn list_failed_letters(
+    executor: impl Executor<'_>,
+    school: SchoolId,
+    limit: u32,
+) -> Result<Vec<FailedLetter>> {
+    sqlx::query_as(
+        "SELECT person_id, name, error FROM (SELECT m.id, m.person_id, p.display_name AS name, m.error
+           FROM mails m JOIN people p ON p.id = m.person_id
+           WHERE m.school_id = $1 AND m.error IS NOT NULL AND m.sent_at IS NULL
+             AND NOT EXISTS (SELECT 1 FROM mails l WHERE l.school_id = m.school_id AND l.person_id = m.person_id
+               AND l.id > m.id AND l.sent_at IS NOT NULL)
+         UNION ALL SELECT s.id, NULL AS person_id, s.email AS name, s.error FROM survey_letters s
+           WHERE s.school_id = $1 AND s.error IS NOT NULL AND s.sent_at IS NULL) failed ORDER BY id DESC LIMIT $2 + 0",
+    )
+    .bind(school)
+    .bind(i64::from(limit))
+    .fetch_all(executor)
+    .await
 }
 
 /// Takes back a mail that is no longer wanted.

@@ -1,5 +1,6 @@
 //! People and their passwords' hashes.
 
+use model::email::{email_in_ascii, normalize_email};
 use model::folding::{fold_text, make_search_text};
 use model::ids::{PersonId, SchoolId};
 use model::{CurrentPerson, Moment, PersonKey, Role};
@@ -113,7 +114,7 @@ pub async fn add_person(writer: &mut Connection, person: &NewPerson<'_>, now: Mo
     .bind(id)
     .bind(person.school_id)
     .bind(person.role)
-    .bind(person.email.to_lowercase())
+    .bind(normalize_email(person.email))
     .bind(person.display_name)
     .bind(pseudonym)
     .bind(person.password_hash)
@@ -190,13 +191,16 @@ pub async fn find_registrar_id(executor: impl Executor<'_>, school: SchoolId, id
     Ok(found.flatten())
 }
 
-/// A person of any school by address, whatever its case.
+/// A person of any school by address, however it is spelled. One that an earlier version has stored in another spelling is found by that,
+/// and comes first.
 pub async fn find_person_by_email(executor: impl Executor<'_>, email: &str) -> Result<Option<Person>> {
     sqlx::query_as(
         "SELECT id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at, language
-         FROM people WHERE email = $1",
+         FROM people WHERE email IN ($1, $2, $3) ORDER BY email <> $1 LIMIT 1",
     )
     .bind(email.to_lowercase())
+    .bind(normalize_email(email))
+    .bind(email_in_ascii(&normalize_email(email)))
     .fetch_optional(executor)
     .await
 }
@@ -244,9 +248,11 @@ pub async fn find_credentials(executor: impl Executor<'_>, email: &str) -> Resul
     sqlx::query_as(
         "SELECT id, nullif(password_hash, '') AS password_hash, credential_version, disabled_at,
            password_initial_until AS initial_until
-         FROM people WHERE email = $1",
+         FROM people WHERE email IN ($1, $2, $3) ORDER BY email <> $1 LIMIT 1",
     )
     .bind(email.to_lowercase())
+    .bind(normalize_email(email))
+    .bind(email_in_ascii(&normalize_email(email)))
     .fetch_optional(executor)
     .await
 }

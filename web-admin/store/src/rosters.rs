@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use model::email::normalize_email;
 use model::ids::{PersonId, RosterId, SchoolId};
 use model::roster::{RosterEntry, RosterMapping, RosterRequest, SchoolPerson};
 use model::{Moment, Role};
@@ -144,20 +145,20 @@ struct KnownRow {
 
 /// Whom a roster may be about.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct About<'a> {
+pub struct About {
     /// Whoever has one of these addresses,
-    pub emails: BTreeSet<&'a str>,
+    pub emails: BTreeSet<String>,
     /// or one of these numbers of the registrar's,
-    pub numbers: BTreeSet<&'a str>,
+    pub numbers: BTreeSet<String>,
     /// or is in a cohort of one of these names.
-    pub cohorts: BTreeSet<&'a str>,
+    pub cohorts: BTreeSet<String>,
 }
 
 /// The people of a school whom a roster may be about, with their cohorts; those made anonymous are nobody.
 pub async fn list_known_people(
     connection: &mut Connection,
     school: SchoolId,
-    about: &About<'_>,
+    about: &About,
 ) -> Result<Vec<SchoolPerson>> {
     let rows: Vec<KnownRow> = sqlx::query_as(
         "SELECT p.id, p.registrar_id, p.email, p.display_name, p.role, p.disabled_at IS NULL AS enabled
@@ -205,11 +206,11 @@ pub async fn list_known_people(
     Ok(rows.into_iter().map(person).collect())
 }
 
-/// Which of these addresses people of other schools have.
+/// Which of these addresses people of other schools have, in their one spelling.
 pub async fn taken_elsewhere(
     executor: impl Executor<'_>,
     school: SchoolId,
-    emails: &BTreeSet<&str>,
+    emails: &BTreeSet<String>,
 ) -> Result<BTreeSet<String>> {
     let taken: Vec<String> = sqlx::query_scalar(
         "SELECT p.email FROM json_each($2) asked JOIN people p ON p.email = asked.value WHERE p.school_id <> $1",
@@ -218,7 +219,7 @@ pub async fn taken_elsewhere(
     .bind(Json(emails))
     .fetch_all(executor)
     .await?;
-    Ok(taken.into_iter().collect())
+    Ok(taken.iter().map(|email| normalize_email(email)).collect())
 }
 
 /// Adds the person of a line, without a password.

@@ -88,6 +88,7 @@ mod stations;
 mod studies;
 mod study_keeping;
 mod support;
+mod survey_exports;
 mod survey_letters;
 mod surveys;
 #[cfg(feature = "replicas")]

@@ -72,7 +72,7 @@ pub(super) async fn post(client: &mut Client, page: &str, path: &str, fields: &[
 }
 
 /// The mails that have gone out, as text.
-async fn mails(app: &App) -> Vec<String> {
+pub(super) async fn mails(app: &App) -> Vec<String> {
     outbox::work_off_letters(&app.state).await.unwrap();
     let MailTo::Folder(folder) = &app.state.config.mail else { panic!("mail goes to a folder") };
     let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
@@ -83,7 +83,7 @@ async fn mails(app: &App) -> Vec<String> {
 }
 
 /// The path of the link in a mail.
-fn link_in(mail: &str) -> String {
+pub(super) fn link_in(mail: &str) -> String {
     let rest = mail.split("/join/").nth(1).unwrap_or_else(|| panic!("no link in {mail}"));
     format!("/join/{}", rest.split_whitespace().next().unwrap())
 }

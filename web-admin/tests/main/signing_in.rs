@@ -359,3 +359,37 @@ async fn tries_with_unknown_addresses_are_counted_by_the_hour() {
     let told = "SELECT CAST(details ->> 'tries' AS BIGINT) FROM audit_log WHERE action = 'sign_in.unknown_failed'";
     assert_eq!(count(told).await, 3);
 }
+
+#[tokio::test]
+async fn a_second_tab_with_the_form_leads_where_it_would_have() {
+    let app = app().await;
+    let mut ada = app.stranger();
+    let stale = ada.csrf().await;
+    assert_eq!(ada.sign_in("ada@example.org", PASSWORD).await.status, 303);
+    let fields = |email, next| [("csrf", stale.as_str()), ("email", email), ("password", PASSWORD), ("next", next)];
+    for (email, next, to) in [("ADA@example.org", "/account", "/account"), ("ada@example.org", "//evil.example", "/")] {
+        let second = ada.form("/login", &fields(email, next)).await;
+        assert_eq!((second.status.as_u16(), second.header("location")), (303, to));
+    }
+    let other = ada.form("/login", &fields("eve@example.org", "/")).await;
+    assert_eq!(other.status, 403, "somebody else is signed in here");
+    let again = app.stranger().form("/login", &fields("ada@example.org", "/account")).await;
+    assert_eq!(again.status, 403);
+    let page = again.text();
+    assert!(page.contains("out of date") && page.contains("value=\"ada@example.org\""), "the form again: {page}");
+}
+
+#[tokio::test]
+async fn a_password_is_the_same_however_a_keyboard_composes_it() {
+    let (composed, apart) = ("Übergrößenträger 27", "U\u{308}bergro\u{308}ßentra\u{308}ger 27");
+    for kept in [composed, apart] {
+        let app = app().await;
+        let person = people::find_person_by_email(app.state.db.reader(), "ada@example.org").await.unwrap().unwrap();
+        let hash = secret::hash_password(kept, app.state.config.password_cost).unwrap();
+        assert!(app.write(async |tx| people::set_password(tx, person.id, &hash).await.unwrap()).await);
+        for typed in [composed, apart] {
+            assert_eq!(app.stranger().sign_in("ada@example.org", typed).await.status, 303, "{kept:?} {typed:?}");
+        }
+        assert_eq!(app.stranger().sign_in("ada@example.org", "Ubergroßentrager 27").await.status, 401);
+    }
+}

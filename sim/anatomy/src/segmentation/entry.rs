@@ -6,6 +6,8 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use super::error::SegmentationError;
 use super::map::LabelMap;
 
+/// Widest gap between labels, in m, that is taken for a seam. Our choice.
+const WIDEST_SEAM_M: f64 = 5e-3;
 /// A stated entry may be so far from the skin, in m: a few voxels, or a point that somebody has clicked.
 const NEAR_M: f64 = 0.02;
 /// The skin's direction is a mean over so much around the entry, in m: more than steps of voxels, less than a body's curvature.
@@ -136,10 +138,23 @@ pub struct MeasuredLayer {
     pub thickness_m: f64,
     /// The body, or the image, ends below it, or the search does.
     pub is_last: bool,
+    /// The label of what lies below it, where that has no name: the layers end there.
+    pub unnamed_below: Option<u16>,
 }
 
-/// The layers along the skin's normal at an entry, from the skin down. `is_layer` says which labels are layers; whatever else is met belongs
-/// to the layer around it.
+/// What a label is to whoever goes through it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LabelRole {
+    /// A layer.
+    Layer,
+    /// A structure, which lies within the layer around it.
+    Structure,
+    /// Nothing that was named.
+    Unnamed,
+}
+
+/// The layers along the skin's normal at an entry, from the skin down, as far as labels have a name: what is not named may be anything, as
+/// the organs below the muscles of a back. Seams between labels, and structures, belong to the layer above.
 ///
 /// At each depth below the skin the label that most of 61 rays meet counts, all within three voxels of the normal.
 ///
@@ -149,7 +164,7 @@ pub struct MeasuredLayer {
 pub fn measure_layers(
     map: &LabelMap,
     frame: &EntryFrame,
-    is_layer: &dyn Fn(u16) -> bool,
+    role: &dyn Fn(u16) -> LabelRole,
 ) -> Result<Vec<MeasuredLayer>, SegmentationError> {
     let edges_m = map.edges_m();
     let [shortest_m, longest_m] =
@@ -159,17 +174,34 @@ pub fn measure_layers(
     let rays = rays_about(frame, longest_m);
     let starts: Vec<_> = rays.iter().filter_map(|from| find_skin(map, &to_index, frame, from, step_m)).collect();
     let mut runs: Vec<(u16, f64)> = Vec::new();
+    let (mut unnamed_m, mut unnamed_below) = (0.0, None);
     let steps = (DEEPEST_M / step_m) as usize;
     for step in 0..steps {
         let depth_m = (step as f64 + 0.5) * step_m;
         let met = starts.iter().map(|start| map.label_at(&to_index, &(start - frame.normal * depth_m)));
         let Some(most) = most_frequent(met) else { break };
-        match (runs.last_mut(), most) {
-            (_, 0) => break,
-            (Some((label, thickness_m)), next) if *label == next || !is_layer(next) => *thickness_m += step_m,
-            (_, next) if is_layer(next) => runs.push((next, step_m)),
+        if most == 0 {
+            break;
+        }
+        match (role(most), runs.last_mut()) {
             // What lies above the first layer belongs to it.
-            _ => {}
+            (LabelRole::Structure | LabelRole::Unnamed, None) => {}
+            (LabelRole::Layer, None) => runs.push((most, step_m)),
+            (LabelRole::Unnamed, Some(_)) => {
+                unnamed_m += step_m;
+                if unnamed_m > WIDEST_SEAM_M {
+                    unnamed_below = Some(most);
+                    break;
+                }
+            }
+            (found, Some((label, thickness_m))) => {
+                *thickness_m += std::mem::take(&mut unnamed_m);
+                if found == LabelRole::Structure || *label == most {
+                    *thickness_m += step_m;
+                } else {
+                    runs.push((most, step_m));
+                }
+            }
         }
     }
     let runs = drop_stairs(runs, LEAST_LAYER * shortest_m);
@@ -178,6 +210,7 @@ pub fn measure_layers(
         label,
         thickness_m,
         is_last: at + 1 == count,
+        unnamed_below: unnamed_below.filter(|_| at + 1 == count),
     };
     if count == 0 { Err(SegmentationError::NoLayers) } else { Ok(runs.into_iter().enumerate().map(layer).collect()) }
 }

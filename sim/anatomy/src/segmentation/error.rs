@@ -20,7 +20,9 @@ pub enum SegmentationError {
         allowed: &'static str,
     },
     /// A voxel that holds no label.
-    #[error("voxel {index:?} holds {value}; allowed: whole numbers from 0 to 65535, for it is a map of labels")]
+    #[error(
+        "voxel {index:?} holds {value}; allowed: whole numbers from 0 to 65535, for it is a map of labels; around the body NaN or one negative number"
+    )]
     NoLabel {
         /// Indices of the voxel, from 0.
         index: [usize; 3],

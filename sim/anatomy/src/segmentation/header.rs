@@ -11,6 +11,8 @@ use super::error::SegmentationError;
 const MOST_ALONG: i64 = 4096;
 /// Most voxels in all: 512 × 512 × 512, which are 256 MiB of labels.
 pub(super) const MOST_VOXELS: usize = 1 << 27;
+/// Bytes behind a header that say whether extensions follow.
+const EXTENSION_FLAG: usize = 4;
 /// Bytes that may lie between header and image.
 const MOST_OFFSET: f64 = 1e6;
 /// Edges that a voxel may have, in m.
@@ -227,13 +229,17 @@ impl Fields<'_> {
             false => f64::from(f32::from_bits(self.unsigned(108, 4) as u32)),
         };
         let length = self.bytes.len() as f64;
+        // Some programs leave it out, and mean right behind the header and its four bytes of extension.
+        if offset == 0.0 {
+            return Ok(EXTENSION_FLAG);
+        }
         if offset >= length && offset <= length + MOST_OFFSET {
             return Ok((offset - length) as usize);
         }
         Err(SegmentationError::Header {
             field: "vox_offset",
             value: offset.to_string(),
-            allowed: "allowed: behind the header, by at most 1000000 bytes",
+            allowed: "allowed: 0, or behind the header, by at most 1000000 bytes",
         })
     }
 

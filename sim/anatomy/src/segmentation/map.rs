@@ -13,6 +13,9 @@ const GZIP: [u8; 2] = [0x1f, 0x8b];
 /// So many voxels have room before the first is read: a header alone can ask for no more memory.
 const FIRST_ROOM: usize = 1 << 20;
 
+/// How far from a whole number a label may be: slopes are stored in 32 bits.
+const WHOLE: f64 = 1e-3;
+
 /// Labels of voxels, and where they are. 0 is outside the body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LabelMap {
@@ -117,17 +120,30 @@ fn read_plain(mut source: impl Read) -> Result<LabelMap, SegmentationError> {
     })
 }
 
+/// What fills an image around the body, where it is not 0: programs write what is no number, or one that no label is, as CT's −1024.
+#[derive(Default)]
+struct Filling(Option<f64>);
+
+impl Filling {
+    /// Whether a value fills the image. The first negative number does, and no other: a label that is wrong is no filling.
+    fn is(&mut self, value: f64) -> bool {
+        value.is_nan() || value < 0.0 && value.is_finite() && (*self.0.get_or_insert(value) - value).abs() <= WHOLE
+    }
+}
+
 /// Reads a row of voxels at a time.
 fn read_labels(mut source: impl Read, header: &Header) -> Result<Vec<u16>, SegmentationError> {
     let [along, across, deep] = header.size;
     let voxels = along * across * deep;
     debug_assert!(voxels <= MOST_VOXELS, "the header was checked");
     let mut labels = Vec::with_capacity(voxels.min(FIRST_ROOM));
+    let mut filling = Filling::default();
     let mut row = vec![0; along * header.stored.bytes()];
     for at in 0..across * deep {
         fill(&mut source, &mut row)?;
         for (column, stored) in row.chunks_exact(header.stored.bytes()).enumerate() {
             let label = label_of(stored, header)
+                .or_else(|value| if filling.is(value) { Ok(0) } else { Err(value) })
                 .map_err(|value| SegmentationError::NoLabel { index: [column, at % across, at / across], value })?;
             labels.push(label);
         }
@@ -149,6 +165,5 @@ fn label_of(stored: &[u8], header: &Header) -> Result<u16, f64> {
     };
     let scaled = value * header.slope + header.intercept;
     let label = libm::round(scaled);
-    // Slopes are stored in 32 bits.
-    if (0.0..=65535.0).contains(&label) && (scaled - label).abs() <= 1e-3 { Ok(label as u16) } else { Err(scaled) }
+    if (0.0..=65535.0).contains(&label) && (scaled - label).abs() <= WHOLE { Ok(label as u16) } else { Err(scaled) }
 }

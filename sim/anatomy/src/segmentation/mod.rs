@@ -12,7 +12,7 @@ mod smooth;
 mod survey;
 
 pub use body::BODY;
-pub use entry::{EntryFrame, MeasuredLayer, measure_layers};
+pub use entry::{EntryFrame, LabelRole, MeasuredLayer, measure_layers};
 pub use error::SegmentationError;
 pub use header::{Orientation, Placement};
 pub use map::LabelMap;

@@ -39,6 +39,44 @@ fn every_version_order_and_orientation_gives_the_same_map() {
     assert_eq!(none.orientation(), Orientation::Pixdim);
 }
 
+/// A file of real numbers, some of them another value.
+fn reals(values: &[(usize, f32)]) -> Vec<u8> {
+    let written = small(1.0);
+    let mut bytes = written.bytes(PLAIN)[..352].to_vec();
+    bytes[70..72].copy_from_slice(&16_i16.to_le_bytes());
+    let mut all: Vec<f32> = written.labels.iter().map(|label| f32::from(*label)).collect();
+    for (at, value) in values {
+        all[*at] = *value;
+    }
+    bytes.extend(all.iter().flat_map(|value| value.to_le_bytes()));
+    bytes
+}
+
+#[test]
+fn what_fills_an_image_around_the_body_is_outside_it() {
+    let background = {
+        let mut written = small(1.0);
+        written.labels[..3].fill(0);
+        read(&written.bytes(PLAIN)).unwrap()
+    };
+    for fill in [f32::NAN, -1024.0, -1.0] {
+        assert_eq!(read(&reals(&[(0, fill), (1, fill), (2, fill)])).unwrap(), background, "{fill}");
+    }
+    assert_eq!(read(&reals(&[(0, f32::NAN), (1, -1024.0), (2, -1024.0)])).unwrap(), background);
+    for wrong in [
+        [(0, -1024.0), (1, -3.0)],
+        [(0, f32::INFINITY), (1, 0.0)],
+        [(0, 0.0), (1, f32::NEG_INFINITY)],
+        [(0, 0.0), (1, 1.5)],
+    ] {
+        let told = read(&reals(&wrong)).unwrap_err().to_string();
+        assert!(told.contains("around the body NaN or one negative number"), "{told}");
+    }
+    let mut unset = small(1.0).bytes(PLAIN);
+    unset[108..112].fill(0);
+    assert_eq!(read(&unset).unwrap(), read(&small(1.0).bytes(PLAIN)).unwrap(), "an offset that is left out");
+}
+
 fn refusal(change: impl FnOnce(&mut Vec<u8>)) -> String {
     let mut bytes = small(1.0).bytes(PLAIN);
     change(&mut bytes);

@@ -5,7 +5,7 @@
 //! axis of the image.
 
 use anatomy::segmentation::{
-    BODY, EntryFrame, LabelMap, LabelMesh, MeshRequest, SegmentationError, measure_layers, mesh_label,
+    BODY, EntryFrame, LabelMap, LabelMesh, LabelRole, MeshRequest, SegmentationError, measure_layers, mesh_label,
 };
 use anatomy::{check_manifold, volume_m3};
 use nalgebra::{Matrix3, Point3, Vector3};
@@ -184,7 +184,7 @@ fn layers_are_as_thick_along_the_skins_normal_as_they_were_made() {
         let normal_deg = libm::acos(frame.normal.dot(&(phantom.turn * Vector3::z()))).to_degrees();
         println!("skin off by {off_mm:.3} mm, normal by {normal_deg:.2}°");
         assert!(off_mm.abs() < 0.5 * EDGES_MM[2] && normal_deg < 1.5);
-        let layers = measure_layers(&map, &frame, &|label| label <= MUSCLE).unwrap();
+        let layers = measure_layers(&map, &frame, &role).unwrap();
         let found: Vec<_> = layers.iter().map(|layer| (layer.label, layer.thickness_m * 1e3)).collect();
         println!("{found:?}");
         let wanted = [(SKIN, FAT_AT_MM), (FAT, MUSCLE_AT_MM - FAT_AT_MM), (MUSCLE, SKIN_MM + 24.0 - MUSCLE_AT_MM)];
@@ -195,6 +195,50 @@ fn layers_are_as_thick_along_the_skins_normal_as_they_were_made() {
             assert!((mm - wanted_mm).abs() < EDGES_MM[2], "{label}: {mm} mm, not {wanted_mm}");
         }
     }
+}
+
+/// The layers of the phantom; all else in it is a structure.
+fn role(label: u16) -> LabelRole {
+    if label <= MUSCLE { LabelRole::Layer } else { LabelRole::Structure }
+}
+
+/// A slab of labels from the skin down, each so many voxels of 2 mm thick, with air around it.
+fn slab(labels: &[(u16, usize)]) -> LabelMap {
+    let (wide, deep) = (24, labels.iter().map(|(_, count)| count).sum::<usize>() + 4);
+    let column: Vec<u16> = labels.iter().rev().flat_map(|(label, count)| std::iter::repeat_n(*label, *count)).collect();
+    let at = |i: usize, j: usize, k: usize| {
+        let is_inside = [i, j].iter().all(|at| (2..wide - 2).contains(at));
+        if is_inside { k.checked_sub(2).and_then(|k| column.get(k)).copied().unwrap_or(0) } else { 0 }
+    };
+    let all = (0..deep).flat_map(|k| (0..wide).flat_map(move |j| (0..wide).map(move |i| (i, j, k))));
+    let labels = all.map(|(i, j, k)| at(i, j, k)).collect();
+    let written = Written {
+        size: [wide, wide, deep],
+        steps_mm: Matrix3::identity() * 2.0,
+        origin_mm: Vector3::new(-23.0, -23.0, -2.0 * (deep as f64 - 3.0)),
+        labels,
+    };
+    read(&written.bytes(PLAIN)).unwrap()
+}
+
+#[test]
+fn layers_end_at_tissue_without_a_name() {
+    const UNNAMED: u16 = 99;
+    let measured = |labels: &[(u16, usize)]| {
+        let map = slab(labels);
+        let skin = mesh(&map.body(), BODY);
+        let frame = EntryFrame::new(&skin.surface, Point3::new(0.0, 0.0, 0.0), None).unwrap();
+        let role = |label| if label == UNNAMED { LabelRole::Unnamed } else { role(label) };
+        let layers = measure_layers(&map, &frame, &role).unwrap();
+        let told: Vec<_> = layers.iter().map(|layer| (layer.label, (layer.thickness_m * 1e3).round())).collect();
+        (told, layers.last().unwrap().unnamed_below)
+    };
+    // Down to the belly, and out of it.
+    let through = [(SKIN, 2), (FAT, 5), (MUSCLE, 15), (UNNAMED, 40), (FAT, 5), (SKIN, 2)];
+    assert_eq!(measured(&through), (vec![(SKIN, 4.0), (FAT, 10.0), (MUSCLE, 30.0)], Some(UNNAMED)));
+    // A seam and a structure belong to the layer above.
+    let seam = [(SKIN, 2), (UNNAMED, 1), (FAT, 5), (MUSCLE, 5), (ELLIPSOID, 6), (MUSCLE, 5)];
+    assert_eq!(measured(&seam), (vec![(SKIN, 6.0), (FAT, 10.0), (MUSCLE, 32.0)], None));
 }
 
 #[test]

@@ -9,6 +9,7 @@ use phrase::{Phrase, phrase};
 use tobj::LoadOptions;
 
 use super::Raw;
+use super::text_stl::{join_solids, text_of};
 
 /// The triangles of a file, whose format its name's extension tells.
 ///
@@ -41,6 +42,8 @@ pub fn write_stl((vertices_m, triangles): &Surface) -> Vec<u8> {
 }
 
 fn stl(bytes: &[u8]) -> Result<Raw, Phrase> {
+    let text = text_of(bytes).map(|text| join_solids(&text)).transpose()?;
+    let bytes = text.as_deref().map_or(bytes, str::as_bytes);
     let mesh = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(Phrase::data)?;
     Ok(Raw {
         corners: mesh.vertices.iter().map(|v| v.0).collect(),
@@ -48,10 +51,17 @@ fn stl(bytes: &[u8]) -> Result<Raw, Phrase> {
     })
 }
 
+/// How a text in UTF-16 begins.
+const UTF_16: [[u8; 2]; 2] = [[0xff, 0xfe], [0xfe, 0xff]];
+
 /// All objects and groups of a file together, polygons cut into triangles as fans.
 fn obj(bytes: &[u8]) -> Result<Raw, Phrase> {
-    let text = std::str::from_utf8(bytes).map_err(|_| phrase!("not text"))?;
-    let shape = shape_of(text)?;
+    if bytes.contains(&0) || UTF_16.iter().any(|mark| bytes.starts_with(mark)) {
+        return Err(phrase!("not text"));
+    }
+    // Names and comments are in whatever code page; what is read is ASCII.
+    let text = String::from_utf8_lossy(bytes);
+    let shape = shape_of(text.strip_prefix('\u{feff}').unwrap_or(&text))?;
     let mut reader = Cursor::new(shape.as_bytes());
     let options = LoadOptions { triangulate: true, ..LoadOptions::default() };
     let loaded = tobj::load_obj_buf(&mut reader, &options, |_| Err(tobj::LoadError::MaterialParseError));
@@ -79,9 +89,20 @@ fn obj(bytes: &[u8]) -> Result<Raw, Phrase> {
 /// last) should not refuse a mesh.
 fn shape_of(text: &str) -> Result<String, Phrase> {
     let mut shape = String::with_capacity(text.len());
-    for (at, line) in text.lines().enumerate() {
-        let mut words = line.split_whitespace();
-        match words.next() {
+    let (mut line, mut lines) = (String::new(), text.lines().enumerate().peekable());
+    while let Some((at, part)) = lines.next() {
+        line.push_str(part);
+        // A line that ends in a backslash goes on in the next, but for comments, which may end in a path.
+        let goes_on = line.trim_end().ends_with('\\') && !line.trim_start().starts_with('#');
+        if goes_on && lines.peek().is_some() {
+            line.truncate(line.trim_end().len() - 1);
+            line.push(' ');
+            shape.push('\n');
+            continue;
+        }
+        let whole = std::mem::take(&mut line);
+        let mut words = whole.split_whitespace();
+        match words.next().map(str::to_ascii_lowercase).as_deref() {
             Some("v") => {
                 shape.push('v');
                 words.take(3).for_each(|word| push(&mut shape, word));

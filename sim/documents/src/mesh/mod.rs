@@ -4,6 +4,7 @@ mod axes;
 mod file;
 mod mend;
 mod skin;
+mod text_stl;
 
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;

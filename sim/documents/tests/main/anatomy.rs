@@ -84,6 +84,25 @@ fn says(result: Result<impl std::fmt::Debug, DocumentError>, parts: &[&str]) {
 }
 
 #[test]
+fn an_obj_file_is_read_however_it_is_written() {
+    let plain = obj_box([0.0; 3], [10.0; 3]);
+    let expected = mesh(&plain, "").unwrap();
+    for other in [
+        format!("\u{feff}{plain}"),
+        plain.replace("v ", "V ").replace("f ", "F "),
+        plain.replace('\n', "\r\n"),
+        plain.replacen(' ', " \\\n ", 40),
+        format!("# from C:\\models\\\n{plain}"),
+        plain.replace("f ", "s off\nf ") + "# end \\",
+    ] {
+        assert_eq!(mesh(&other, "").unwrap(), expected, "{other}");
+    }
+    let western = [b"o GEF\xc4SS\n".as_slice(), plain.as_bytes()].concat();
+    assert!(scene("k.obj", &western, &organ("k.obj", "")).is_ok());
+    says(mesh(&plain.replacen("f ", "f 1 \\\n 2\nf ", 1), ""), &["line 10: a face of 2 corners"]);
+}
+
+#[test]
 fn polygons_become_triangles_and_objects_one_mesh_and_materials_do_not_matter() {
     let first = obj_box([0.0; 3], [10.0; 3]).replace("f ", "usemtl gold\nf ");
     let second = obj_box([20.0; 3], [30.0; 3]).replace("f -8 ", "f -8/99/99 ");

@@ -114,3 +114,56 @@ fn attached_meshes_rebuild_the_exercise_and_a_missing_one_is_refused() {
     assert_eq!(parts(&bundle.meshes).unwrap(), bundle);
     assert!(parts(&[]).unwrap_err().to_string().contains("structure[0].file: \"k.stl\": not attached"));
 }
+
+#[test]
+fn every_solid_of_a_text_file_counts() {
+    let near = tetrahedron(1.0);
+    let aside = |v: Vertex| Vertex::new([v.0[0] + 20.0, v.0[1], v.0[2]]);
+    let far = near.iter().map(|t| Triangle { normal: t.normal, vertices: t.vertices.map(aside) });
+    let both: Vec<Triangle> = near.iter().cloned().chain(far).collect();
+    let expected = read_mesh(&binary(&both), "mm").unwrap();
+    let plain = [text(&both[..4]), text(&both[4..])].concat();
+    let named = String::from_utf8(plain.clone()).unwrap().replace("solid t", "solid the solid endsolid").into_bytes();
+    // Open each, closed together.
+    let halves = [text(&both[..3]), text(&both[3..])].concat();
+    for file in [plain, named, halves] {
+        assert_eq!(read_mesh(&file, "mm").unwrap(), expected, "{}", String::from_utf8_lossy(&file));
+    }
+}
+
+#[test]
+fn a_text_file_is_known_however_it_is_written() {
+    let expected = read_mesh(&binary(&tetrahedron(1.0)), "mm").unwrap();
+    let plain = String::from_utf8(text(&tetrahedron(1.0))).unwrap();
+    let name = |bytes: &[u8]| {
+        let rest = plain.strip_prefix("solid t").unwrap();
+        [b"solid ", bytes, rest.as_bytes()].concat()
+    };
+    for file in [
+        plain.to_uppercase().into_bytes(),
+        plain.replace("solid t", "solid").into_bytes(),
+        format!("\u{feff}{plain}").into_bytes(),
+        plain.replace('\n', "\r\n").into_bytes(),
+        plain.replace('\n', "\r").into_bytes(),
+        plain.replace("outer", "  outer").replace("\nvertex", " vertex").into_bytes(),
+        name(b"GEF\xc4SS"),
+        name("Gefäß".as_bytes()),
+        name(&[0xff; 90]),
+    ] {
+        assert_eq!(read_mesh(&file, "mm").unwrap(), expected, "{}", String::from_utf8_lossy(&file));
+    }
+    for head in ["solid exported by a program", "SOLID\nfacet normal 0 0 0\n"] {
+        let mut file = binary(&tetrahedron(1.0));
+        file[..head.len()].copy_from_slice(head.as_bytes());
+        assert_eq!(read_mesh(&file, "mm").unwrap(), expected, "{head}");
+    }
+}
+
+#[test]
+fn a_text_file_that_was_cut_is_refused() {
+    let whole = String::from_utf8(text(&tetrahedron(1.0))).unwrap();
+    let told = refusal(whole.replace("endsolid t", "").as_bytes());
+    assert!(told.contains("line 1: a solid that does not end by \"endsolid\""), "{told}");
+    let told = refusal(format!("{whole}{}", &whole[..whole.len() / 2]).as_bytes());
+    assert!(told.contains("a solid that does not end"), "{told}");
+}

@@ -16,7 +16,7 @@ use crate::foxglove::{FrameTransforms, Log, PoseInFrame, SceneEntity, SceneUpdat
 use crate::support::{attachments, drawing, file, rupture, sample, session, writer};
 
 /// Every record of a file in order, chunks whole.
-fn records(bytes: &[u8]) -> Vec<Record<'static>> {
+pub fn records(bytes: &[u8]) -> Vec<Record<'static>> {
     let mut reader = LinearReader::new_with_options(LinearReaderOptions::default().with_emit_chunks(true));
     reader.insert(bytes.len()).copy_from_slice(bytes);
     reader.notify_read(bytes.len());

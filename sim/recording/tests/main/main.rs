@@ -14,6 +14,7 @@ mod foxglove {
 mod format;
 mod handbook;
 mod recover;
+mod rewritten;
 mod round_trip;
 mod support;
 mod tables;

@@ -26,10 +26,14 @@ pub enum RosterColumn {
     Status,
     /// Whether the account may be used: true or false.
     Enabled,
+    /// Whether the account is suspended: 1 or 0.
+    Suspended,
+    /// Whether the account is deleted: 1 or 0.
+    Deleted,
 }
 
 /// Headings in plain form: lower case, letters and digits only. Of two columns that tell the same, the one of the earlier list counts.
-const HEADINGS: [(RosterColumn, &[&[&str]]); 10] = [
+const HEADINGS: [(RosterColumn, &[&[&str]]); 12] = [
     (
         RosterColumn::Email,
         &[
@@ -109,6 +113,8 @@ const HEADINGS: [(RosterColumn, &[&[&str]]); 10] = [
     (RosterColumn::Role, &[&["role", "roles", "rolle", "rollen", "funktion"], &["declaredusertype", "usertype"]]),
     (RosterColumn::Status, &[&["status", "state", "workflowstate", "zustand"]]),
     (RosterColumn::Enabled, &[&["enableduser", "enabled", "accountenabled"]]),
+    (RosterColumn::Suspended, &[&["suspended", "issuspended", "gesperrt"]]),
+    (RosterColumn::Deleted, &[&["deleted", "isdeleted", "gelöscht"]]),
 ];
 
 /// A heading in plain form.
@@ -130,6 +136,13 @@ pub fn meaning(heading: &str) -> Option<(RosterColumn, usize)> {
 #[must_use]
 pub(super) fn is_plural(heading: &str) -> bool {
     ["groups", "gruppen", "cohorts", "kohorten"].contains(&plain(heading).as_str())
+}
+
+/// Whether the headings are those of Canvas's gradebook, which lists the sections of a student in a sentence.
+#[must_use]
+pub(super) fn is_canvas_gradebook(headings: &[String]) -> bool {
+    let has = |wanted: &str| headings.iter().any(|heading| plain(heading) == wanted);
+    has("student") && has("section") && (has("sisloginid") || has("sisuserid"))
 }
 
 #[cfg(test)]

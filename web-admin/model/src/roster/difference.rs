@@ -4,9 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-use super::{AccountStanding, Refusal, Roster, RosterEntry, RosterMapping};
+use super::{AccountStanding, LineMention, Refusal, RefusedLine, Roster, RosterEntry, RosterMapping};
 use crate::Role;
+use crate::email::normalize_email;
+use crate::folding::look_alike_key;
 use crate::ids::PersonId;
+use crate::line::tidy;
 
 /// A person of the school.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -70,6 +73,8 @@ pub enum RosterOutcome {
     },
     /// Everything is so already.
     Unchanged,
+    /// It is about the person of an earlier line, and was read together with it.
+    Together(u64),
     /// The line is left out.
     Refused(Refusal),
 }
@@ -107,6 +112,14 @@ pub struct RosterDifference {
     pub leaving: Vec<Leaving>,
 }
 
+impl RosterOutcome {
+    /// Whether the line asks for nothing that is not so already, or that an earlier line does not ask for.
+    #[must_use]
+    pub const fn changes_nothing(&self) -> bool {
+        matches!(self, Self::Unchanged | Self::Together(_))
+    }
+}
+
 impl RosterDifference {
     /// Compares a roster with the people of a school. `unusable` holds the addresses that cannot be used here.
     #[must_use]
@@ -116,12 +129,14 @@ impl RosterDifference {
         for row in &roster.rows {
             let line = row.line;
             lines.push(match &row.entry {
-                Err((shown, refusal)) => LineOutcome {
-                    line,
-                    shown: shown.clone(),
-                    entry: None,
-                    outcome: RosterOutcome::Refused(refusal.clone()),
-                },
+                Err(refused) => {
+                    let RefusedLine { shown, refusal, .. } = &**refused;
+                    let outcome = match refusal {
+                        Refusal::SamePerson(first) => RosterOutcome::Together(*first),
+                        refusal => RosterOutcome::Refused(refusal.clone()),
+                    };
+                    LineOutcome { line, shown: shown.clone(), entry: None, outcome }
+                }
                 Ok(entry) => {
                     let mut entry = entry.clone();
                     if entry.cohorts.is_empty() {
@@ -132,7 +147,8 @@ impl RosterDifference {
                 }
             });
         }
-        let leaving = if wanted.remove_missing { leaving(&lines, known) } else { Vec::new() };
+        let mentions = || roster.rows.iter().filter_map(|row| row.entry.as_ref().err()).map(|refused| &refused.mention);
+        let leaving = if wanted.remove_missing { leaving(&lines, mentions(), known) } else { Vec::new() };
         Self { lines, leaving }
     }
 
@@ -143,7 +159,7 @@ impl RosterDifference {
         [
             count(|outcome| matches!(outcome, RosterOutcome::New)),
             count(|outcome| matches!(outcome, RosterOutcome::Changed { .. })),
-            count(|outcome| matches!(outcome, RosterOutcome::Unchanged)),
+            count(|outcome| outcome.changes_nothing()),
             count(|outcome| matches!(outcome, RosterOutcome::Refused(_))),
         ]
     }
@@ -158,23 +174,25 @@ impl RosterDifference {
 
 /// The people of a school, to be found.
 struct Index<'a> {
-    by_email: BTreeMap<&'a str, &'a SchoolPerson>,
-    by_number: BTreeMap<&'a str, &'a SchoolPerson>,
+    by_email: BTreeMap<String, &'a SchoolPerson>,
+    by_number: BTreeMap<String, &'a SchoolPerson>,
     unusable: &'a BTreeSet<String>,
 }
 
 impl<'a> Index<'a> {
     fn new(known: &'a [SchoolPerson], unusable: &'a BTreeSet<String>) -> Self {
-        let numbered = known.iter().filter_map(|person| Some((person.registrar_id.as_deref()?, person)));
+        let numbered =
+            known.iter().filter_map(|person| Some((look_alike_key(person.registrar_id.as_deref()?), person)));
         Self {
-            by_email: known.iter().map(|person| (person.email.as_str(), person)).collect(),
+            by_email: known.iter().map(|person| (normalize_email(&person.email), person)).collect(),
             by_number: numbered.collect(),
             unusable,
         }
     }
 
     fn outcome(&self, entry: &RosterEntry) -> RosterOutcome {
-        let by_number = entry.registrar_id.as_deref().and_then(|number| self.by_number.get(number)).copied();
+        let by_number =
+            entry.registrar_id.as_deref().and_then(|number| self.by_number.get(&look_alike_key(number))).copied();
         let by_email = self.by_email.get(entry.email.as_str()).copied();
         if let (Some(one), Some(another)) = (by_number, by_email)
             && one.id != another.id
@@ -203,13 +221,14 @@ impl<'a> Index<'a> {
 
 fn changes(entry: &RosterEntry, person: &SchoolPerson) -> Vec<RosterChange> {
     let mut changes = Vec::new();
-    if entry.name != person.name {
+    if entry.name != tidy(&person.name) {
         changes.push(RosterChange::Name(person.name.clone()));
     }
-    if entry.email != person.email {
+    if entry.email != normalize_email(&person.email) {
         changes.push(RosterChange::Email(person.email.clone()));
     }
-    if entry.registrar_id.is_some() && entry.registrar_id != person.registrar_id {
+    let number = |number: &Option<String>| number.as_deref().map(look_alike_key);
+    if entry.registrar_id.is_some() && number(&entry.registrar_id) != number(&person.registrar_id) {
         changes.push(RosterChange::RegistrarId(person.registrar_id.clone()));
     }
     let joined = entry.cohorts.iter().filter(|cohort| !person.cohorts.contains(cohort));
@@ -222,19 +241,57 @@ fn changes(entry: &RosterEntry, person: &SchoolPerson) -> Vec<RosterChange> {
     changes
 }
 
-/// Trainees in the cohorts that the roster fills whom no line names, not even a refused one that was readable.
-fn leaving(lines: &[LineOutcome], known: &[SchoolPerson]) -> Vec<Leaving> {
-    let entries = || lines.iter().filter_map(|line| line.entry.as_ref());
-    let filled: BTreeSet<&str> = entries().flat_map(|entry| entry.cohorts.iter().map(String::as_str)).collect();
-    let addresses: BTreeSet<&str> = entries().map(|entry| entry.email.as_str()).collect();
-    let numbers: BTreeSet<&str> = entries().filter_map(|entry| entry.registrar_id.as_deref()).collect();
-    let named = |person: &SchoolPerson| {
-        let by_number = person.registrar_id.as_deref().is_some_and(|number| numbers.contains(number));
-        by_number || addresses.contains(person.email.as_str())
-    };
-    let missing = known.iter().filter(|person| person.role == Role::Trainee && !named(person));
+/// Whom the lines of a file name, right or wrong.
+#[derive(Default)]
+struct NamedPeople {
+    emails: BTreeSet<String>,
+    numbers: BTreeSet<String>,
+    names: BTreeSet<String>,
+    /// Of addresses that are wrong, what stands before the @.
+    users: BTreeSet<String>,
+}
+
+impl NamedPeople {
+    fn add_entry(&mut self, entry: &RosterEntry) {
+        self.emails.insert(entry.email.clone());
+        self.numbers.extend(entry.registrar_id.as_deref().map(look_alike_key));
+    }
+
+    /// A refused line may be wrong in whatever it says, so each thing that it says is enough.
+    fn add_mention(&mut self, mention: &LineMention) {
+        self.emails.insert(mention.email.clone());
+        self.numbers.extend(mention.registrar_id.as_deref().map(look_alike_key));
+        let user = mention.email.split('@').next().unwrap_or_default();
+        self.users.extend(Some(user.to_owned()).filter(|user| !user.is_empty()));
+        self.names.extend(Some(look_alike_key(&mention.name)).filter(|name| !name.is_empty()));
+    }
+
+    fn names(&self, person: &SchoolPerson) -> bool {
+        let email = normalize_email(&person.email);
+        let number = person.registrar_id.as_deref().map(look_alike_key);
+        number.is_some_and(|number| self.numbers.contains(&number))
+            || self.names.contains(&look_alike_key(&person.name))
+            || email.split('@').next().is_some_and(|user| self.users.contains(user))
+            || self.emails.contains(&email)
+    }
+}
+
+/// Trainees in the cohorts that the roster fills whom no line names, not even a refused one.
+fn leaving<'a>(
+    lines: &[LineOutcome],
+    mentions: impl Iterator<Item = &'a LineMention>,
+    known: &[SchoolPerson],
+) -> Vec<Leaving> {
+    let mut named = NamedPeople::default();
+    mentions.for_each(|mention| named.add_mention(mention));
+    let mut filled: BTreeSet<String> = BTreeSet::new();
+    for entry in lines.iter().filter_map(|line| line.entry.as_ref()) {
+        named.add_entry(entry);
+        filled.extend(entry.cohorts.iter().map(|cohort| look_alike_key(cohort)));
+    }
+    let missing = known.iter().filter(|person| person.role == Role::Trainee && !named.names(person));
     let leaves = missing.flat_map(|person| {
-        let from = person.cohorts.iter().filter(|cohort| filled.contains(cohort.as_str()));
+        let from = person.cohorts.iter().filter(|cohort| filled.contains(&look_alike_key(cohort)));
         from.map(|cohort| Leaving { person: person.id, name: person.name.clone(), cohort: cohort.clone() })
     });
     leaves.collect()

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::columns::{is_plural, meaning};
+use super::columns::{is_canvas_gradebook, is_plural, meaning};
 use super::{RosterColumn, RosterTable, role, standing};
+use crate::folding::look_alike_key;
 
 /// How a field names several groups.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -18,7 +19,12 @@ pub enum GroupSplit {
     Comma,
     /// A semicolon stands between them.
     Semicolon,
+    /// They are listed in a sentence: "A and B", "A, B, and C".
+    Sentence,
 }
+
+/// What stands before the last of several groups in a sentence, in English and German.
+const AND: [&str; 2] = [" and ", " und "];
 
 impl GroupSplit {
     /// The groups that a field names.
@@ -27,10 +33,14 @@ impl GroupSplit {
             Self::One => vec![field],
             Self::Comma => field.split(',').collect(),
             Self::Semicolon => field.split(';').collect(),
+            Self::Sentence => {
+                let last = AND.iter().filter_map(|and| field.rsplit_once(and)).next();
+                last.map_or(vec![field], |(rest, last)| rest.split(',').chain([last]).collect())
+            }
         };
         let mut groups: Vec<String> = Vec::new();
         for name in names.into_iter().map(str::trim).filter(|name| !name.is_empty()) {
-            if !groups.iter().any(|group| group == name) {
+            if !groups.iter().any(|group| look_alike_key(group) == look_alike_key(name)) {
                 groups.push(name.to_owned());
             }
         }
@@ -184,6 +194,8 @@ impl RosterTable {
             GroupSplit::Semicolon
         } else if self.headings.get(at).is_some_and(|heading| is_plural(heading)) {
             GroupSplit::Comma
+        } else if is_canvas_gradebook(&self.headings) {
+            GroupSplit::Sentence
         } else {
             GroupSplit::One
         }

@@ -3,17 +3,22 @@
 //! Pure: bytes and people go in, a [`RosterDifference`] comes out. Nothing is removed because a file does not name it, unless
 //! that is asked for.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use csv::StringRecord;
 use serde::{Deserialize, Serialize};
 
 use super::Role;
+use crate::email::{is_email, is_odd_in_email, normalize_email};
+use crate::folding::look_alike_key;
 use crate::line::is_strange;
 
+mod cell_format;
 mod columns;
 mod difference;
 mod mapping;
+mod quotes;
+mod repeats;
 mod sheet;
 mod table;
 mod text;
@@ -51,6 +56,27 @@ pub enum Unreadable {
     /// A workbook is broken, or its sheet has no table.
     #[error("{}", tr!("the workbook cannot be read: save it anew as .xlsx, or as CSV"))]
     NotSheet,
+    /// Every sheet of a workbook is hidden or holds no cells.
+    #[error("{}", tr!("every sheet of the workbook is hidden or a chart: show the sheet with the list of people, and save the workbook"))]
+    NoVisibleSheet,
+    /// A workbook in Excel's binary format.
+    #[error("{}", tr!("this is a binary workbook (.xlsb): save it as .xlsx, or as CSV"))]
+    BinaryExcel,
+    /// A sheet of LibreOffice.
+    #[error("{}", tr!("this is an OpenDocument sheet (.ods): save it as .xlsx, or as CSV"))]
+    OpenDocument,
+    /// A workbook that a password seals.
+    #[error("{}", tr!("a password protects the workbook: save it without one, or as CSV"))]
+    Sealed,
+    /// An archive of other files; the one that may hold the people.
+    #[error("{}", say_archive(.0.as_deref()))]
+    Archive(Option<String>),
+    /// A quotation mark opens a field that is not closed where it should be.
+    #[error("{}", tr!("line {line}: a quotation mark opens a field and is not closed at the field’s end, so the lines after it cannot be told apart. Correct the line, and send the file again", line = .line))]
+    OpenQuote {
+        /// From 1.
+        line: u64,
+    },
     /// A workbook of before 2007.
     #[error("{}", tr!("this is an Excel file of the old kind (.xls): save it as .xlsx, or as CSV"))]
     OldExcel,
@@ -62,6 +88,14 @@ pub enum Unreadable {
         /// What the reader says.
         why: String,
     },
+}
+
+fn say_archive(people: Option<&str>) -> String {
+    match people {
+        Some(file) => tr!("this is a zip archive: unpack it, and send {file} alone", file = file),
+        None => tr!("this is a zip archive and no workbook: unpack it, and send the list of people as .xlsx or CSV")
+            .to_owned(),
+    }
 }
 
 /// Why a line is refused.
@@ -91,7 +125,11 @@ pub enum Refusal {
     BadRole(String),
     /// Neither active nor deleted.
     BadStatus(String),
-    /// An earlier line has this address.
+    /// The formula of this column has no result.
+    Unsolved(String),
+    /// This line and an earlier one are about one person: they are read together.
+    SamePerson(u64),
+    /// An earlier line has this address, and says something else of the person.
     SameEmail(u64),
     /// An earlier line has this number.
     SameRegistrarId(u64),
@@ -134,8 +172,47 @@ pub struct RosterEntry {
 pub struct RosterRow {
     /// Its line in the file, from 1.
     pub line: u64,
-    /// Who, or why not; what was readable of the name and address comes along.
-    pub entry: Result<RosterEntry, (String, Refusal)>,
+    /// Who, or why not.
+    pub entry: Result<RosterEntry, Box<RefusedLine>>,
+}
+
+/// A line that is not imported.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RefusedLine {
+    /// What is shown of it.
+    pub shown: String,
+    /// Why.
+    pub refusal: Refusal,
+    /// Whom it is about: whoever stands in the file does not leave for being missing from it.
+    pub mention: LineMention,
+}
+
+impl RefusedLine {
+    fn of_entry(RosterEntry { email, name, registrar_id, .. }: &RosterEntry, refusal: Refusal) -> Self {
+        let mention = LineMention { email: email.clone(), name: name.clone(), registrar_id: registrar_id.clone() };
+        Self { shown: mention.shown(), refusal, mention }
+    }
+}
+
+/// What a line says of whom it is about, right or wrong.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct LineMention {
+    /// The address.
+    pub email: String,
+    /// The name.
+    pub name: String,
+    /// The registrar's number.
+    pub registrar_id: Option<String>,
+}
+
+impl LineMention {
+    fn shown(&self) -> String {
+        match (self.name.as_str(), self.email.as_str()) {
+            ("", email) => email.to_owned(),
+            (name, "") => name.to_owned(),
+            (name, email) => format!("{name} <{email}>"),
+        }
+    }
 }
 
 /// A roster that was read.
@@ -147,6 +224,28 @@ pub struct Roster {
     pub ignored: Vec<String>,
 }
 
+impl Roster {
+    /// Writes cohorts that differ only in case, spaces or composition from one of the school's, or from an earlier one of the file, as that
+    /// one is written. `cohort` is the one for lines that name none.
+    pub fn spell_cohorts(&mut self, known: impl IntoIterator<Item = String>, cohort: &mut Option<String>) {
+        let mut spellings: BTreeMap<String, String> = BTreeMap::new();
+        let exact: BTreeSet<String> = known.into_iter().collect();
+        for name in &exact {
+            spellings.entry(look_alike_key(name)).or_insert_with(|| name.clone());
+        }
+        let named = self.rows.iter_mut().filter_map(|row| row.entry.as_mut().ok());
+        for name in cohort.iter_mut().chain(named.flat_map(|entry| &mut entry.cohorts)) {
+            if !exact.contains(name) {
+                name.clone_from(spellings.entry(look_alike_key(name)).or_insert_with(|| name.clone()));
+            }
+        }
+        for entry in self.rows.iter_mut().filter_map(|row| row.entry.as_mut().ok()) {
+            let mut seen = BTreeSet::new();
+            entry.cohorts.retain(|cohort| seen.insert(cohort.clone()));
+        }
+    }
+}
+
 /// Reads a roster by what its columns seem to mean.
 ///
 /// # Errors
@@ -156,49 +255,85 @@ pub fn read(bytes: &[u8]) -> Result<Roster, Unreadable> {
     Ok(table.people(&table.guess().mapping))
 }
 
-fn entry(record: &StringRecord, mapping: &RosterMapping) -> Result<RosterEntry, (String, Refusal)> {
-    let field = |column| mapping.columns.get(&column).and_then(|index| record.get(*index)).unwrap_or_default();
-    let given = |column| Some(field(column)).filter(|text| !text.is_empty());
-    let name = name_of(record, mapping);
-    let email = address_of(given(RosterColumn::Email), given(RosterColumn::Login), mapping);
-    let shown = match (name.is_empty(), email.is_empty()) {
-        (false, false) => format!("{name} <{email}>"),
-        (false, true) => name.clone(),
-        (true, _) => email.clone(),
-    };
-    let refused = |refusal| (shown.clone(), refusal);
-    check_person(record, &name).map_err(|refusal| (record.get(0).unwrap_or_default().to_owned(), refusal))?;
+/// What stands in a line, by what its columns mean.
+struct LineFields<'a> {
+    record: &'a StringRecord,
+    mapping: &'a RosterMapping,
+}
+
+impl<'a> LineFields<'a> {
+    fn of(&self, column: RosterColumn) -> &'a str {
+        self.mapping.columns.get(&column).and_then(|index| self.record.get(*index)).unwrap_or_default()
+    }
+
+    fn given(&self, column: RosterColumn) -> Option<&'a str> {
+        Some(self.of(column)).filter(|text| !text.is_empty())
+    }
+
+    /// The name, given name first.
+    fn name(&self) -> String {
+        let whole = format!("{} {}", self.of(RosterColumn::Given), self.of(RosterColumn::Family)).trim().to_owned();
+        if whole.is_empty() { turn_name(self.of(RosterColumn::Name)) } else { whole }
+    }
+
+    fn role(&self) -> Result<Option<Role>, Refusal> {
+        let read = |text: &str| role(text).ok_or_else(|| Refusal::BadRole(text.to_owned()));
+        self.given(RosterColumn::Role).map(read).transpose()
+    }
+
+    /// Whether they are to sign in. Whatever says that they are not outweighs what says that they are; "not deleted" says neither.
+    fn standing(&self) -> Result<Option<AccountStanding>, Refusal> {
+        let refused = |text: &str| Refusal::BadStatus(text.to_owned());
+        let word = |column| self.given(column).map(|text| standing(text).ok_or_else(|| refused(text))).transpose();
+        let flag = |column| self.given(column).map(|text| flag(text).ok_or_else(|| refused(text))).transpose();
+        let (status, enabled) = (word(RosterColumn::Status)?, word(RosterColumn::Enabled)?);
+        let (suspended, deleted) = (flag(RosterColumn::Suspended)?, flag(RosterColumn::Deleted)?);
+        let gone = suspended == Some(true) || deleted == Some(true);
+        let said = [gone.then_some(AccountStanding::Gone), suspended.map(|_| AccountStanding::Active), status, enabled];
+        let is_gone = said.contains(&Some(AccountStanding::Gone));
+        Ok(if is_gone { Some(AccountStanding::Gone) } else { said.into_iter().flatten().next() })
+    }
+}
+
+/// Reads a line. `unsolved` is the heading of a column whose formula has no result in it.
+fn entry(
+    record: &StringRecord,
+    mapping: &RosterMapping,
+    unsolved: Option<String>,
+) -> Result<RosterEntry, Box<RefusedLine>> {
+    let fields = LineFields { record, mapping };
+    let name = fields.name();
+    let email = address_of(fields.given(RosterColumn::Email), fields.given(RosterColumn::Login), mapping);
+    let registrar_id = fields.given(RosterColumn::RegistrarId).map(str::to_owned);
+    let mention = LineMention { email: email.clone(), name: name.clone(), registrar_id: registrar_id.clone() };
+    let refused = |refusal| Box::new(RefusedLine { shown: mention.shown(), refusal, mention: mention.clone() });
+    check_person(record, &name).map_err(|refusal| {
+        let shown = record.get(0).unwrap_or_default().to_owned();
+        Box::new(RefusedLine { shown, refusal, mention: LineMention::default() })
+    })?;
+    if let Some(heading) = unsolved {
+        return Err(refused(Refusal::Unsolved(heading)));
+    }
     if mapping.columns.values().all(|index| record.get(*index).unwrap_or_default().is_empty()) {
         return Err(refused(Refusal::NobodyNamed));
     }
     for column in
         [RosterColumn::Name, RosterColumn::Given, RosterColumn::Family, RosterColumn::RegistrarId, RosterColumn::Cohort]
     {
-        check_text(field(column)).map_err(refused)?;
+        check_text(fields.of(column)).map_err(refused)?;
     }
     check_email(&email).map_err(refused)?;
     if name.is_empty() {
         return Err(refused(Refusal::NoName));
     }
-    let as_role = |text: &str| role(text).ok_or_else(|| refused(Refusal::BadRole(text.to_owned())));
-    let as_standing = |text: &str| standing(text).ok_or_else(|| refused(Refusal::BadStatus(text.to_owned())));
-    let status = given(RosterColumn::Status).map(as_standing).transpose()?;
-    let enabled = given(RosterColumn::Enabled).map(as_standing).transpose()?;
     Ok(RosterEntry {
-        role: given(RosterColumn::Role).map(as_role).transpose()?,
-        standing: enabled.filter(|standing| *standing == AccountStanding::Gone).or(status).or(enabled),
-        registrar_id: given(RosterColumn::RegistrarId).map(str::to_owned),
-        cohorts: mapping.split.groups(field(RosterColumn::Cohort)),
+        role: fields.role().map_err(refused)?,
+        standing: fields.standing().map_err(refused)?,
+        cohorts: mapping.split.groups(fields.of(RosterColumn::Cohort)),
+        registrar_id,
         email,
         name,
     })
-}
-
-/// The name, given name first.
-fn name_of(record: &StringRecord, mapping: &RosterMapping) -> String {
-    let field = |column| mapping.columns.get(&column).and_then(|index| record.get(*index)).unwrap_or_default();
-    let whole = format!("{} {}", field(RosterColumn::Given), field(RosterColumn::Family)).trim().to_owned();
-    if whole.is_empty() { turn_name(field(RosterColumn::Name)) } else { whole }
 }
 
 /// "Family, Given" as "Given Family"; what follows a name as a degree stays behind it.
@@ -218,9 +353,11 @@ fn turn_name(name: &str) -> String {
 fn address_of(email: Option<&str>, login: Option<&str>, mapping: &RosterMapping) -> String {
     let has_emails = mapping.columns.contains_key(&RosterColumn::Email);
     let login = login.filter(|login| !has_emails || login.contains('@') || mapping.domain.is_some());
-    let address = email.or(login).unwrap_or_default().to_lowercase();
+    let address = normalize_email(email.or(login).unwrap_or_default());
     match &mapping.domain {
-        Some(domain) if !address.is_empty() && !address.contains('@') => format!("{address}@{domain}"),
+        Some(domain) if !address.is_empty() && !address.contains('@') => {
+            normalize_email(&format!("{address}@{domain}"))
+        }
         _ => address,
     }
 }
@@ -259,32 +396,6 @@ fn check_text(text: &str) -> Result<(), Refusal> {
         return Err(Refusal::BadText(text.chars().filter(|c| !is_strange(*c)).take(40).collect()));
     }
     Ok(())
-}
-
-/// Whether a text is like `name@example.org`: an address without a domain leads nowhere.
-#[must_use]
-pub fn is_email(text: &str) -> bool {
-    let Some((name, host)) = text.split_once('@') else { return false };
-    !name.is_empty()
-        && is_domain(host)
-        && !text.contains(is_odd_in_email)
-        && !text.starts_with(['=', '+', '-', '@'])
-        && text.len() <= 254
-}
-
-/// Whether a text is like `example.org`.
-#[must_use]
-pub fn is_domain(text: &str) -> bool {
-    let label = |label: &str| {
-        let plain = label.chars().all(|c| c.is_alphanumeric() || c == '-');
-        plain && !label.is_empty() && !label.starts_with('-') && !label.ends_with('-')
-    };
-    let last = text.rsplit('.').next().unwrap_or_default();
-    text.contains('.') && text.split('.').all(label) && last.contains(|c: char| c.is_alphabetic())
-}
-
-fn is_odd_in_email(c: char) -> bool {
-    c.is_whitespace() || is_strange(c) || "<>,;\"()".contains(c)
 }
 
 /// Whether a name may be given to somebody or something.
@@ -350,6 +461,15 @@ fn role(text: &str) -> Option<Role> {
     is(&INSTRUCTOR).then_some(Role::Instructor)
 }
 
+/// A word of a column that is called after what it says: yes or no.
+fn flag(text: &str) -> Option<bool> {
+    match plain_word(text).as_str() {
+        "1" | "true" | "yes" | "y" | "ja" | "wahr" | "x" => Some(true),
+        "0" | "false" | "no" | "n" | "nein" | "falsch" => Some(false),
+        _ => None,
+    }
+}
+
 fn standing(text: &str) -> Option<AccountStanding> {
     match plain_word(text).as_str() {
         "active" | "enrolled" | "aktiv" | "immatrikuliert" | "zugelassen" | "angemeldet" | "zu" | "an" | "true"
@@ -362,20 +482,7 @@ fn standing(text: &str) -> Option<AccountStanding> {
     }
 }
 
-/// Refuses every line whose address or number an earlier line has.
-fn refuse_repeats(rows: &mut [RosterRow]) {
-    let mut addresses = BTreeMap::new();
-    let mut numbers = BTreeMap::new();
-    for row in rows {
-        let Ok(entry) = &row.entry else { continue };
-        let same_address = addresses.insert(entry.email.clone(), row.line);
-        let same_number = entry.registrar_id.clone().and_then(|number| numbers.insert(number, row.line));
-        let refusal = same_address.map(Refusal::SameEmail).or_else(|| same_number.map(Refusal::SameRegistrarId));
-        if let Some(refusal) = refusal {
-            row.entry = Err((format!("{} <{}>", entry.name, entry.email), refusal));
-        }
-    }
-}
-
+#[cfg(test)]
+mod sheet_tests;
 #[cfg(test)]
 mod tests;

@@ -1,14 +1,17 @@
-//! The first sheet of an Excel workbook, cell by cell. What it unpacks to is measured before anything reads it: a small file may
+//! The first visible sheet of an Excel workbook, cell by cell, as a spreadsheet shows it. What the workbook unpacks to is measured before anything reads it: a small file may
 //! unpack to more than there is memory, or announce more strings than there are.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Cursor, Read};
 use std::panic;
 
-use calamine::{DataRef, Reader, Xlsx};
+use calamine::{DataRef, Dimensions, Reader, SheetType, SheetVisible, Xlsx};
 use serde::{Deserialize, Serialize};
 use zip::ZipArchive;
 
+use super::cell_format::{code_of, show_number, show_time};
 use super::{MAX_COLUMNS, MAX_ROWS, Unreadable};
+use crate::line::tidy;
 
 /// Most bytes that a workbook may unpack to.
 const MAX_UNPACKED: usize = 64_000_000;
@@ -19,9 +22,14 @@ const MAX_PARTS: usize = 1000;
 /// Most digits of the number of strings that a workbook announces: room is made for so many.
 const MAX_DIGITS: usize = 6;
 
-/// The first sheet of a workbook: its rows that are not empty, each with its number from 1.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct WorkbookSheet(pub(super) Vec<(u64, Vec<String>)>);
+/// The first visible sheet of a workbook.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct WorkbookSheet {
+    /// Its rows that are not empty, each with its number from 1.
+    pub(super) rows: Vec<(u64, Vec<String>)>,
+    /// Rows, from 1, and columns, from 0, of formulas whose result the workbook does not hold.
+    pub(super) unsolved: BTreeSet<(u64, usize)>,
+}
 
 impl WorkbookSheet {
     /// Reads a workbook. What the library allocates is not bounded by the size of the file, so untrusted files are read in a process
@@ -32,7 +40,7 @@ impl WorkbookSheet {
     pub fn read(bytes: &[u8]) -> Result<Self, Unreadable> {
         measure(bytes)?;
         // A panic of the library on a broken workbook is a refusal.
-        panic::catch_unwind(|| read_cells(bytes)).unwrap_or(Err(Unreadable::NotSheet)).map(Self)
+        panic::catch_unwind(|| read_sheet(bytes)).unwrap_or(Err(Unreadable::NotSheet))
     }
 }
 
@@ -47,9 +55,38 @@ pub(super) fn is_old_workbook(bytes: &[u8]) -> bool {
     bytes.starts_with(&[0xD0, 0xCF, 0x11, 0xE0])
 }
 
+/// Whether a file is a workbook that a password seals: Excel puts the sealed package into the container of the old kind, whose
+/// directory is written in UTF-16.
+pub(super) fn is_sealed_workbook(bytes: &[u8]) -> bool {
+    let name: Vec<u8> = "EncryptedPackage".encode_utf16().flat_map(u16::to_le_bytes).collect();
+    is_old_workbook(bytes) && bytes.windows(name.len()).any(|window| window == name)
+}
+
+/// Refuses an archive that is no workbook, saying what it is.
+fn check_kind(archive: &ZipArchive<Cursor<&[u8]>>) -> Result<(), Unreadable> {
+    let names: Vec<String> = archive.file_names().filter_map(|name| Some(name.ok()?.into_owned())).collect();
+    let has = |wanted: &str| names.iter().any(|name| name.eq_ignore_ascii_case(wanted));
+    if has("xl/workbook.bin") {
+        return Err(Unreadable::BinaryExcel);
+    }
+    if has("[Content_Types].xml") {
+        return Ok(());
+    }
+    if has("content.xml") && has("mimetype") {
+        return Err(Unreadable::OpenDocument);
+    }
+    let table = |name: &&String| {
+        let lower = name.to_lowercase();
+        lower.ends_with("users.csv") || lower.ends_with("students.csv")
+    };
+    let people = names.iter().find(table).or_else(|| names.iter().find(|name| name.to_lowercase().ends_with(".csv")));
+    Err(Unreadable::Archive(people.map(|name| name.chars().take(80).collect())))
+}
+
 /// Unpacks every part, keeps none, and refuses what is too large.
 fn measure(bytes: &[u8]) -> Result<(), Unreadable> {
     let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|_| Unreadable::NotSheet)?;
+    check_kind(&archive)?;
     if archive.len() > MAX_PARTS {
         return Err(Unreadable::TooMuch);
     }
@@ -78,18 +115,57 @@ fn announces_too_many(part: &[u8]) -> bool {
     })
 }
 
-fn read_cells(bytes: &[u8]) -> Result<Vec<(u64, Vec<String>)>, Unreadable> {
-    let mut book: Xlsx<_> = Xlsx::new(Cursor::new(bytes)).map_err(|_| Unreadable::NotSheet)?;
-    let name = book.sheet_names().first().cloned().ok_or(Unreadable::NotSheet)?;
-    let mut cells = book.worksheet_cells_reader(&name).map_err(|_| Unreadable::NotSheet)?;
-    let (mut rows, mut row, mut count) = (Vec::new(), SheetRow::default(), 0);
-    while let Some(cell) = cells.next_cell().map_err(|_| Unreadable::NotSheet)? {
+type Book<'a> = Xlsx<Cursor<&'a [u8]>>;
+
+fn read_sheet(bytes: &[u8]) -> Result<WorkbookSheet, Unreadable> {
+    let mut book: Book<'_> = Xlsx::new(Cursor::new(bytes)).map_err(|_| Unreadable::NotSheet)?;
+    let shown = |sheet: &&calamine::Sheet| sheet.visible == SheetVisible::Visible && sheet.typ == SheetType::WorkSheet;
+    let name = book.sheets_metadata().iter().find(shown).ok_or(Unreadable::NoVisibleSheet)?.name.clone();
+    let merged = book.merge_cells_by_sheet_name(&name).map_err(|_| Unreadable::NotSheet)?;
+    let unsolved = find_unsolved(&mut book, &name)?;
+    let mut rows = read_cells(&mut book, &name)?;
+    // A row of unsolved formulas alone is a row, too.
+    for (line, column) in &unsolved {
+        cell_mut(rows.entry(*line).or_default(), *column);
+    }
+    for range in &merged {
+        spread_down(range, &mut rows);
+    }
+    if rows.len() > MAX_ROWS + 100 {
+        return Err(Unreadable::TooLong);
+    }
+    Ok(WorkbookSheet { rows: rows.into_iter().collect(), unsolved })
+}
+
+/// Finds formulas without a result: a program has written them, and no spreadsheet has computed them yet.
+fn find_unsolved(book: &mut Book<'_>, name: &str) -> Result<BTreeSet<(u64, usize)>, Unreadable> {
+    let mut cells = book.worksheet_cells_reader(name).map_err(|_| Unreadable::NotSheet)?;
+    let (mut unsolved, mut count) = (BTreeSet::new(), 0);
+    while let Some(cell) = cells.next_cell_with_formula_metadata().map_err(|_| Unreadable::NotSheet)? {
+        count += 1;
+        if count > MAX_CELLS {
+            return Err(Unreadable::TooMuch);
+        }
+        let column = cell.pos.1 as usize;
+        if cell.formula.is_some() && cell.value == DataRef::Empty && column < MAX_COLUMNS {
+            unsolved.insert((u64::from(cell.pos.0) + 1, column));
+        }
+    }
+    Ok(unsolved)
+}
+
+fn read_cells(book: &mut Book<'_>, name: &str) -> Result<BTreeMap<u64, Vec<String>>, Unreadable> {
+    let mut cells = book.worksheet_cells_reader(name).map_err(|_| Unreadable::NotSheet)?;
+    let codes: Vec<Option<String>> =
+        cells.styles().iter().map(|style| style.number_format.as_ref().and_then(code_of)).collect();
+    let (mut rows, mut count) = (BTreeMap::new(), 0);
+    while let Some((cell, style)) = cells.next_cell_with_style_id().map_err(|_| Unreadable::NotSheet)? {
         count += 1;
         if count > MAX_CELLS {
             return Err(Unreadable::TooMuch);
         }
         let (line, column) = cell.get_position();
-        let text = say_value(cell.get_value());
+        let text = show_value(cell.get_value(), codes.get(style).and_then(Option::as_deref));
         if text.is_empty() {
             continue;
         }
@@ -97,47 +173,54 @@ fn read_cells(bytes: &[u8]) -> Result<Vec<(u64, Vec<String>)>, Unreadable> {
         if column >= MAX_COLUMNS {
             return Err(Unreadable::TooWide);
         }
-        let line = u64::from(line) + 1;
-        if line != row.line {
-            std::mem::replace(&mut row, SheetRow { line, fields: Vec::new() }).finish(&mut rows)?;
-        }
-        if row.fields.len() <= column {
-            row.fields.resize(column + 1, String::new());
-        }
-        row.fields[column] = text;
-    }
-    row.finish(&mut rows)?;
-    Ok(rows)
-}
-
-/// A row under way.
-#[derive(Default)]
-struct SheetRow {
-    line: u64,
-    fields: Vec<String>,
-}
-
-impl SheetRow {
-    fn finish(self, rows: &mut Vec<(u64, Vec<String>)>) -> Result<(), Unreadable> {
+        *cell_mut(rows.entry(u64::from(line) + 1).or_default(), column) = text;
         if rows.len() > MAX_ROWS + 100 {
             return Err(Unreadable::TooLong);
         }
-        if !self.fields.is_empty() {
-            rows.push((self.line, self.fields));
+    }
+    Ok(rows)
+}
+
+fn cell_mut(row: &mut Vec<String>, column: usize) -> &mut String {
+    if row.len() <= column {
+        row.resize(column + 1, String::new());
+    }
+    &mut row[column]
+}
+
+/// Gives every row of a merged range the text of its first cell, which a reader sees beside all of them. The range's other columns show
+/// nothing.
+fn spread_down(range: &Dimensions, rows: &mut BTreeMap<u64, Vec<String>>) {
+    let (first, last) = (u64::from(range.start.0) + 1, u64::from(range.end.0) + 1);
+    let (left, right) = (range.start.1 as usize, range.end.1 as usize);
+    if first > last || left > right || left >= MAX_COLUMNS {
+        return;
+    }
+    let shown = rows.get(&first).and_then(|row| row.get(left)).cloned().unwrap_or_default();
+    for (_, row) in rows.range_mut(first..=last) {
+        *cell_mut(row, left) = shown.clone();
+        for hidden in row.iter_mut().take(right.saturating_add(1)).skip(left + 1) {
+            hidden.clear();
         }
-        Ok(())
     }
 }
 
-/// What stands in a cell, as Excel shows it without a format: a number that is whole has no decimals.
-fn say_value(value: &DataRef<'_>) -> String {
+/// What a spreadsheet shows in a cell, on one line.
+fn show_value(value: &DataRef<'_>, code: Option<&str>) -> String {
+    let number = |number: f64| code.and_then(|code| show_number(number, code));
     match value {
-        DataRef::String(text) | DataRef::DateTimeIso(text) | DataRef::DurationIso(text) => text.trim().to_owned(),
-        DataRef::SharedString(text) => text.trim().to_owned(),
-        DataRef::Int(number) => number.to_string(),
-        DataRef::Float(number) => number.to_string(),
+        DataRef::String(text) | DataRef::DurationIso(text) => one_line(text),
+        DataRef::SharedString(text) => one_line(text),
+        DataRef::DateTimeIso(text) => text.trim().trim_end_matches("T00:00:00").to_owned(),
+        DataRef::Int(whole) => number(*whole as f64).unwrap_or_else(|| whole.to_string()),
+        DataRef::Float(float) => number(*float).unwrap_or_else(|| float.to_string()),
         DataRef::Bool(is) => is.to_string(),
-        DataRef::DateTime(time) => time.as_f64().to_string(),
+        DataRef::DateTime(time) => show_time(time, code),
         DataRef::Error(_) | DataRef::Empty => String::new(),
     }
+}
+
+/// A cell's lines, which Alt and Enter part, on one.
+fn one_line(text: &str) -> String {
+    tidy(&text.replace("_x000D_", " ").replace(['\r', '\n'], " "))
 }

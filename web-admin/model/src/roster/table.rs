@@ -5,8 +5,10 @@ use std::collections::BTreeSet;
 use csv::StringRecord;
 
 use super::columns::meaning;
+use super::quotes::check_quotes;
 use super::sheet::WorkbookSheet;
-use super::{MAX_COLUMNS, MAX_ROWS, Roster, RosterMapping, RosterRow, Unreadable, entry, refuse_repeats, sheet, text};
+use super::{MAX_COLUMNS, MAX_ROWS, Roster, RosterMapping, RosterRow, Unreadable, entry, repeats, sheet, text};
+use crate::line::tidy;
 
 /// How many rows may stand above the headings.
 const MAX_ABOVE: usize = 20;
@@ -20,14 +22,19 @@ pub struct RosterTable {
     pub headings: Vec<String>,
     /// Lines of the file, from 1, and what stands in them.
     pub(super) rows: Vec<(u64, StringRecord)>,
+    /// Lines and columns of formulas without a result.
+    unsolved: BTreeSet<(u64, usize)>,
 }
 
 impl RosterTable {
-    /// Reads CSV in any usual encoding, or the first sheet of an Excel workbook.
+    /// Reads CSV in any usual encoding, or the first visible sheet of an Excel workbook.
     ///
     /// # Errors
     /// When it is refused whole, saying why.
     pub fn read(bytes: &[u8]) -> Result<Self, Unreadable> {
+        if sheet::is_sealed_workbook(bytes) {
+            return Err(Unreadable::Sealed);
+        }
         if sheet::is_old_workbook(bytes) {
             return Err(Unreadable::OldExcel);
         }
@@ -38,12 +45,13 @@ impl RosterTable {
         }
     }
 
-    /// The table of a workbook's first sheet.
+    /// The table of a workbook's first visible sheet.
     ///
     /// # Errors
     /// When it is refused whole, saying why.
-    pub fn of_sheet(WorkbookSheet(rows): WorkbookSheet) -> Result<Self, Unreadable> {
-        Self::of_rows(rows.into_iter().map(|(line, cells)| (line, StringRecord::from(cells))).collect())
+    pub fn of_sheet(WorkbookSheet { rows, unsolved }: WorkbookSheet) -> Result<Self, Unreadable> {
+        let table = Self::of_rows(rows.into_iter().map(|(line, cells)| (line, StringRecord::from(cells))).collect())?;
+        Ok(Self { unsolved, ..table })
     }
 
     /// Finds the headings, and leaves out what is empty.
@@ -65,7 +73,7 @@ impl RosterTable {
         if rows.is_empty() {
             return Err(Unreadable::Empty);
         }
-        Ok(Self { headings: headings.iter().map(str::to_owned).collect(), rows })
+        Ok(Self { headings: headings.iter().map(str::to_owned).collect(), rows, unsolved: BTreeSet::new() })
     }
 
     /// What stands in a column, row by row.
@@ -82,22 +90,36 @@ impl RosterTable {
     /// The table with no more than so many rows, to be looked at.
     #[must_use]
     pub fn head(&self, rows: usize) -> Self {
-        Self { headings: self.headings.clone(), rows: self.rows.iter().take(rows).cloned().collect() }
+        Self {
+            headings: self.headings.clone(),
+            rows: self.rows.iter().take(rows).cloned().collect(),
+            unsolved: self.unsolved.clone(),
+        }
     }
 
     /// The people in it, by what its columns are said to mean.
     #[must_use]
     pub fn people(&self, mapping: &RosterMapping) -> Roster {
-        let mut rows: Vec<RosterRow> =
-            self.rows.iter().map(|(line, row)| RosterRow { line: *line, entry: entry(row, mapping) }).collect();
-        refuse_repeats(&mut rows);
+        let read = |(line, row): &(u64, StringRecord)| RosterRow {
+            line: *line,
+            entry: entry(row, mapping, self.unsolved_heading(*line, mapping)),
+        };
+        let mut rows: Vec<RosterRow> = self.rows.iter().map(read).collect();
+        repeats::join_or_refuse(&mut rows);
         let ignored = self.headings.iter().enumerate().filter(|(index, _)| !mapping.reads(*index));
         Roster { rows, ignored: ignored.map(|(_, heading)| heading.clone()).filter(|h| !h.is_empty()).collect() }
+    }
+
+    /// The heading of a column that is read, whose formula has no result in a line.
+    fn unsolved_heading(&self, line: u64, mapping: &RosterMapping) -> Option<String> {
+        let column = mapping.columns.values().find(|column| self.unsolved.contains(&(line, **column)))?;
+        self.headings.get(*column).cloned()
     }
 }
 
 fn read_csv(bytes: &[u8]) -> Result<Vec<(u64, StringRecord)>, Unreadable> {
     let text = text::read(bytes);
+    check_quotes(&text.body, text.separator, text.skipped)?;
     let mut reader = csv::ReaderBuilder::new()
         .delimiter(text.separator)
         .flexible(true)
@@ -107,13 +129,15 @@ fn read_csv(bytes: &[u8]) -> Result<Vec<(u64, StringRecord)>, Unreadable> {
     let mut rows = Vec::new();
     for record in reader.records() {
         let record = record.map_err(|error| not_csv(&error, text.skipped))?;
+        let position = record.position().cloned();
+        let record: StringRecord = record.iter().map(tidy).collect();
         if record.iter().all(str::is_empty) {
             continue;
         }
         if rows.len() > MAX_ROWS + MAX_ABOVE {
             return Err(Unreadable::TooLong);
         }
-        let line = record.position().map_or(0, |at| line_of(at, &text.body)) + text.skipped;
+        let line = position.map_or(0, |at| line_of(&at, &text.body)) + text.skipped;
         rows.push((line, record));
     }
     Ok(rows)

@@ -69,6 +69,10 @@ pub struct RosterColumnsForm {
     pub status: String,
     /// Whether the account may be used.
     pub enabled: String,
+    /// Whether the account is suspended.
+    pub suspended: String,
+    /// Whether the account is deleted.
+    pub deleted: String,
     /// What stands between several groups.
     pub split: String,
     /// What follows the @ where an address has none.
@@ -94,13 +98,15 @@ impl RosterColumnsForm {
             role: place(RosterColumn::Role),
             status: place(RosterColumn::Status),
             enabled: place(RosterColumn::Enabled),
+            suspended: place(RosterColumn::Suspended),
+            deleted: place(RosterColumn::Deleted),
             split: split_word(mapping.split).to_owned(),
             domain: mapping.domain.clone().unwrap_or_default(),
             look: String::new(),
         }
     }
 
-    fn places(&self) -> [(RosterColumn, &String); 10] {
+    fn places(&self) -> [(RosterColumn, &String); 12] {
         [
             (RosterColumn::Name, &self.name),
             (RosterColumn::Given, &self.given),
@@ -112,6 +118,8 @@ impl RosterColumnsForm {
             (RosterColumn::Role, &self.role),
             (RosterColumn::Status, &self.status),
             (RosterColumn::Enabled, &self.enabled),
+            (RosterColumn::Suspended, &self.suspended),
+            (RosterColumn::Deleted, &self.deleted),
         ]
     }
 
@@ -119,7 +127,7 @@ impl RosterColumnsForm {
     #[must_use]
     pub fn mapping(&self) -> RosterMapping {
         let columns = self.places().into_iter().filter_map(|(column, place)| Some((column, place.parse().ok()?)));
-        let splits = [GroupSplit::One, GroupSplit::Comma, GroupSplit::Semicolon];
+        let splits = [GroupSplit::One, GroupSplit::Comma, GroupSplit::Semicolon, GroupSplit::Sentence];
         RosterMapping {
             columns: columns.collect(),
             split: splits.into_iter().find(|split| split_word(*split) == self.split).unwrap_or_default(),
@@ -133,6 +141,7 @@ const fn split_word(split: GroupSplit) -> &'static str {
         GroupSplit::One => "one",
         GroupSplit::Comma => "comma",
         GroupSplit::Semicolon => "semicolon",
+        GroupSplit::Sentence => "sentence",
     }
 }
 
@@ -150,6 +159,8 @@ pub fn say_column(column: RosterColumn) -> &'static str {
         RosterColumn::Role => tr!("role: trainee or instructor"),
         RosterColumn::Status => tr!("status: active or deleted"),
         RosterColumn::Enabled => tr!("account enabled: true or false"),
+        RosterColumn::Suspended => tr!("account suspended: 1 or 0"),
+        RosterColumn::Deleted => tr!("account deleted: 1 or 0"),
     }
 }
 
@@ -163,8 +174,20 @@ struct ColumnChoice {
 
 impl RosterColumnsPage {
     fn fields(&self) -> Vec<ColumnChoice> {
-        const NAMES: [&str; 10] =
-            ["name", "given", "family", "email", "login", "registrar_id", "cohort", "role", "status", "enabled"];
+        const NAMES: [&str; 12] = [
+            "name",
+            "given",
+            "family",
+            "email",
+            "login",
+            "registrar_id",
+            "cohort",
+            "role",
+            "status",
+            "enabled",
+            "suspended",
+            "deleted",
+        ];
         let places = self.form.typed.places();
         let field = |((column, chosen), name): ((RosterColumn, &String), &'static str)| ColumnChoice {
             name,
@@ -201,6 +224,7 @@ impl RosterColumnsPage {
             ("one", tr!("Each line names one cohort")),
             ("comma", tr!("Several, with commas between them")),
             ("semicolon", tr!("Several, with semicolons between them")),
+            ("sentence", tr!("Several, as a list in a sentence: A, B, and C")),
         ];
         let choice = |(value, label): (&str, &str)| SelectOption {
             value: value.to_owned(),

@@ -98,10 +98,10 @@ impl RosterPreviewPage {
         page: usize,
     ) -> (Vec<LineOutcome>, (usize, usize)) {
         let fits = |outcome: &RosterOutcome| match shown {
-            RosterFilter::Changes => *outcome != RosterOutcome::Unchanged,
+            RosterFilter::Changes => !outcome.changes_nothing(),
             RosterFilter::New => *outcome == RosterOutcome::New,
             RosterFilter::Changed => matches!(outcome, RosterOutcome::Changed { .. }),
-            RosterFilter::Unchanged => *outcome == RosterOutcome::Unchanged,
+            RosterFilter::Unchanged => outcome.changes_nothing(),
             RosterFilter::Refused => matches!(outcome, RosterOutcome::Refused(_)),
         };
         let fitting: Vec<&LineOutcome> = difference.lines.iter().filter(|line| fits(&line.outcome)).collect();
@@ -151,7 +151,7 @@ pub fn line_badge(outcome: &RosterOutcome) -> String {
     match outcome {
         RosterOutcome::New => StatusWord::Passed.badge_saying(tr!("New")),
         RosterOutcome::Changed { .. } => StatusWord::Current.badge_saying(tr!("Changed")),
-        RosterOutcome::Unchanged => StatusWord::OnTrack.badge_saying(tr!("Unchanged")),
+        RosterOutcome::Unchanged | RosterOutcome::Together(_) => StatusWord::OnTrack.badge_saying(tr!("Unchanged")),
         RosterOutcome::Refused(_) => StatusWord::Refused.badge_saying(tr!("Left out")),
     }
 }
@@ -219,7 +219,7 @@ mod tests {
             "Mtknr",
             "&#60;b&#62;New",
             "a spreadsheet would run",
-            "line 3 has this address",
+            "line 3 has this address already",
             "no name",
             "“asleep”",
             "Import 2 lines",

@@ -7,6 +7,7 @@ extern crate words;
 
 pub mod addresses;
 pub mod auth;
+pub mod column_names;
 pub mod error;
 mod examining;
 pub mod exercises;

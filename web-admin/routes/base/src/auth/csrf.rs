@@ -106,7 +106,8 @@ async fn is_ours(session: &Session, stranger: &StrangerToken, sent: &str) -> Res
 }
 
 /// What a form without the token is answered.
-pub(super) fn refuse_form() -> Error {
+#[must_use]
+pub fn refuse_form() -> Error {
     Error::Forbidden(tr!("This form is stale or came from another site. Go back, reload the page and send it again."))
 }
 
@@ -124,16 +125,50 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for CsrfForm<T> {
     type Rejection = Response;
 
     async fn from_request(request: Request, state: &S) -> Result<Self, Self::Rejection> {
+        let SentForm { parts, bytes, is_genuine } = SentForm::read(request, state).await?;
+        if !is_genuine {
+            return Err(PageError(refuse_form()).into_response());
+        }
+        read_fields(&parts, bytes, state).await.map(Self)
+    }
+}
+
+/// A form, and whether its field `csrf` holds the session's token, or a stranger's: for whoever has a better answer than 403.
+#[derive(Clone, Debug)]
+pub struct CheckedForm<T> {
+    /// Its fields.
+    pub form: T,
+    /// It comes from a page of this session.
+    pub is_genuine: bool,
+}
+
+impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for CheckedForm<T> {
+    type Rejection = Response;
+
+    async fn from_request(request: Request, state: &S) -> Result<Self, Self::Rejection> {
+        let SentForm { parts, bytes, is_genuine } = SentForm::read(request, state).await?;
+        Ok(Self { form: read_fields(&parts, bytes, state).await?, is_genuine })
+    }
+}
+
+/// A form before its fields are read.
+struct SentForm {
+    parts: Parts,
+    bytes: Bytes,
+    is_genuine: bool,
+}
+
+impl SentForm {
+    async fn read<S: Send + Sync>(request: Request, state: &S) -> Result<Self, Response> {
         let (mut parts, body) = request.into_parts();
         let session = session_of(&mut parts, state).await.map_err(IntoResponse::into_response)?;
         let again = |body| Request::from_parts(parts.clone(), body);
         let bytes = read_form_bytes(again(body), state).await?;
         let sent = Form::<TokenField>::from_request(again(Body::from(bytes.clone())), state).await;
         let sent = sent.map(|Form(field)| field.csrf).unwrap_or_default();
-        if !is_ours(&session, &stranger_of_request(&parts), &sent).await.map_err(|e| PageError(e).into_response())? {
-            return Err(PageError(refuse_form()).into_response());
-        }
-        read_fields(&parts, bytes, state).await.map(Self)
+        let is_ours = is_ours(&session, &stranger_of_request(&parts), &sent).await;
+        let is_genuine = is_ours.map_err(|error| PageError(error).into_response())?;
+        Ok(Self { parts, bytes, is_genuine })
     }
 }
 

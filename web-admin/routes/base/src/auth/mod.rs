@@ -9,7 +9,7 @@ mod upload;
 
 pub use address::{ClientAddress, asked_by};
 pub use browser::{Browser, PageHead, Visit};
-pub use csrf::{Csrf, CsrfForm, NoFields, OpenForm, begin_token, refuse_nul};
+pub use csrf::{CheckedForm, Csrf, CsrfForm, NoFields, OpenForm, begin_token, refuse_form, refuse_nul};
 pub use current::{
     Administrator, SignInStanding, Teacher, Visitor, person_of, require_person, standing_of, start_session,
 };

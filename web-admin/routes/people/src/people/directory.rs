@@ -6,9 +6,10 @@ use acts::error::Error;
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
 use model::directory::{AccountState, BulkAct, DirectoryEntry, PeopleKey, PeopleOrder};
+use model::email::{is_email, normalize_email};
 use model::folding::split_search_words;
 use model::ids::{CohortId, PersonId};
-use model::roster::{is_email, is_name};
+use model::roster::is_name;
 use model::{CurrentPerson, PersonKey, Role};
 use pages::form::FilledForm;
 use pages::people::bulk::{BulkDone, BulkForm, list_bulk_acts};
@@ -198,7 +199,7 @@ fn refusal_of_person(name: &str, email: &str) -> Option<PersonRefused> {
     if !is_name(name) {
         return Some(PersonRefused::Name);
     }
-    (!is_email(email)).then_some(PersonRefused::Email)
+    (!is_email(&normalize_email(email))).then_some(PersonRefused::Email)
 }
 
 pub(super) async fn add_person(

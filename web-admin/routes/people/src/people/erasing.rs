@@ -6,6 +6,7 @@ use acts::error::Error;
 use axum::extract::State;
 use model::CurrentPerson;
 use model::directory::{AccountState, DirectoryEntry};
+use model::email::normalize_email;
 use model::ids::PersonId;
 use pages::erasing::ErasePage;
 use pages::form::read_ticked_box;
@@ -78,7 +79,7 @@ pub(super) async fn erase_person(
     CsrfForm(form): CsrfForm<EraseForm>,
 ) -> Result<FormAnswer<ErasePage>, PageError> {
     let person = find_erasable(&state, &visitor, id).await?;
-    if form.confirm.trim().to_lowercase() != person.email {
+    if normalize_email(&form.confirm) != normalize_email(&person.email) {
         let page = make_erase_page(&state, Visit::new(&visitor, &csrf), person).await?;
         return Ok(FormAnswer::Refused(ErasePage { unconfirmed: true, ..page }));
     }

@@ -9,8 +9,10 @@ use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use model::CurrentPerson;
+use model::email::is_domain;
 use model::ids::{RosterId, SchoolId};
-use model::roster::{RosterDifference, RosterMapping, RosterRequest, is_domain, is_name};
+use model::line::tidy;
+use model::roster::{RosterDifference, RosterMapping, RosterRequest, is_name};
 use pages::form::{FilledForm, read_ticked_box};
 use pages::roster::{
     ColumnsRefused, RosterColumnsForm, RosterColumnsPage, RosterFilter, RosterForm, RosterPage, RosterPreviewPage,
@@ -70,7 +72,7 @@ async fn keep_sent_roster(
     form: &RosterForm,
     file: &SentFile,
 ) -> Result<RosterId, Error> {
-    let cohort = Some(form.cohort.clone()).filter(|cohort| !cohort.is_empty());
+    let cohort = Some(tidy(&form.cohort)).filter(|cohort| !cohort.is_empty());
     if let Some(cohort) = cohort.as_ref().filter(|cohort| !is_name(cohort)) {
         return Err(Error::Unprocessable(tr!("“{cohort}” cannot be the name of a cohort", cohort = cohort)));
     }

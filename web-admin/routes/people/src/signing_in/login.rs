@@ -6,9 +6,12 @@ use acts::error::Error;
 use acts::signing_in::{note_refused_sign_in, note_way_in};
 use acts::{accounts, brakes, secret};
 use axum::extract::{Query, State};
+use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use pages::login::LoginPage;
-use routes_base::auth::{ClientAddress, Csrf, CsrfForm, NoFields, SignInStanding, Visitor, standing_of};
+use routes_base::auth::{
+    CheckedForm, ClientAddress, Csrf, CsrfForm, NoFields, SignInStanding, Visitor, person_of, refuse_form, standing_of,
+};
 use routes_base::error::{PageError, finish_answer, status_of};
 use routes_base::{AppState, Routes, get, post};
 use serde::Deserialize;
@@ -64,8 +67,11 @@ async fn sign_in(
     session: Session,
     csrf: Csrf,
     ClientAddress(address): ClientAddress,
-    CsrfForm(form): CsrfForm<LoginForm>,
+    CheckedForm { form, is_genuine }: CheckedForm<LoginForm>,
 ) -> Result<Response, PageError> {
+    if !is_genuine {
+        return leave_stale_form(&state, &session, &csrf, &form).await;
+    }
     if let Err(refused) = brakes::take_sign_in(&state, address, &form.email).await {
         if matches!(refused, Error::TooMany { .. }) && state.brake_notes.is_worth_noting(address) {
             note_refused_sign_in(&state, &form.email, address, "sign_in.blocked").await?;
@@ -90,6 +96,33 @@ async fn sign_in(
         None => half::enter_session(&state, &session, &person, &form.next).await?,
     };
     Ok(Redirect::to(&to).into_response())
+}
+
+/// What the form of a tab that was left open is answered: where it leads, if the same person has signed in in another tab; to a stranger
+/// the form again. A session of somebody else may have been planted, and is not entered in silence.
+async fn leave_stale_form(
+    state: &AppState,
+    session: &Session,
+    csrf: &Csrf,
+    form: &LoginForm,
+) -> Result<Response, PageError> {
+    if let Some(person) = person_of(state, session).await? {
+        let named = people::find_person_by_email(state.db.reader(), &form.email).await?;
+        let is_theirs = named.is_some_and(|named| named.id == person.id);
+        return if is_theirs {
+            Ok(Redirect::to(own_path(&form.next)).into_response())
+        } else {
+            Err(refuse_form().into())
+        };
+    }
+    let why = tr!("Not signed in: the form was out of date. Type your address and password once more.");
+    let page = LoginPage {
+        error: Some(why.to_owned()),
+        email: form.email.clone(),
+        csrf: csrf.token().to_owned(),
+        next: own_path(&form.next).to_owned(),
+    };
+    Ok((StatusCode::FORBIDDEN, page).into_response())
 }
 
 /// What whoever comes too late with a password that was made for them is told.

@@ -4,7 +4,7 @@ use acts::error::Error;
 use acts::{deadlines, segments};
 use axum::extract::State;
 use axum::response::{IntoResponse, Redirect, Response};
-use model::due::local;
+use model::due::{self, local};
 use model::ids::{PersonId, TaskId};
 use model::segments::TraceOutcome;
 use model::{CurrentPerson, Role};
@@ -55,7 +55,7 @@ fn make_task_row(state: &AppState, task: &SegmentTask) -> TaskRow {
         title: task.title.clone(),
         cohort: task.cohort.clone(),
         due: task.due_at.map(|at| local(at, &task.time_zone)),
-        late: task.sent < task.traces && task.due_at.is_some_and(|due| due < state.clock.now()),
+        late: task.sent < task.traces && task.due_at.is_some_and(|due| due::is_past(due, state.clock.now())),
         extended_days: task.extended_days,
         traces: task.traces,
         sent: task.sent,

@@ -14,6 +14,7 @@ use model::survey::results::answers_of;
 use pages::format;
 use routes_base::AppState;
 use routes_base::auth::Teacher;
+use routes_base::column_names::name_columns;
 use routes_base::error::PageError;
 use routes_base::export::{CsvCell, download_csv};
 use serde::Serialize;
@@ -23,9 +24,6 @@ use store::studies::StudyAttempt;
 
 use super::find_own_study;
 use super::results::{AnsweredSurvey, GatheredStudy};
-
-/// Longest name of a column: SPSS takes 64 bytes.
-const LONGEST_NAME: usize = 60;
 
 /// A column of the table, as the codebook tells it.
 #[derive(Debug, Serialize)]
@@ -49,14 +47,8 @@ struct StudyColumn {
 impl StudyColumn {
     fn new(name: &str, label: &str, kind: &'static str, cells: Vec<CsvCell>) -> Self {
         let (unit, values, formula) = (String::new(), BTreeMap::new(), String::new());
-        Self { name: name_of_column(name), label: label.to_owned(), unit, kind, values, formula, cells }
+        Self { name: name.to_ascii_lowercase(), label: label.to_owned(), unit, kind, values, formula, cells }
     }
-}
-
-/// A name that R and SPSS take.
-fn name_of_column(text: &str) -> String {
-    let safe = text.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' });
-    safe.take(LONGEST_NAME).collect()
 }
 
 /// A file of a study.
@@ -126,13 +118,9 @@ fn columns_of_study(gathered: &GatheredStudy) -> Vec<StudyColumn> {
     for (place, answered) in gathered.answered.iter().enumerate() {
         columns.extend(columns_of_answers(answered, place + 1, &gathered.attempts));
     }
-    let mut names: BTreeMap<String, usize> = BTreeMap::new();
-    for column in &mut columns {
-        let count = names.entry(column.name.clone()).or_default();
-        *count += 1;
-        if *count > 1 {
-            column.name = format!("{}_{count}", column.name);
-        }
+    let wanted: Vec<String> = columns.iter().map(|column| column.name.clone()).collect();
+    for (column, name) in columns.iter_mut().zip(name_columns(&wanted)) {
+        column.name = name;
     }
     columns
 }
@@ -260,16 +248,4 @@ fn formula_of_score(instrument: &Instrument, key: &ScoreKey) -> String {
         items.join(", "),
         key.offset
     )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_are_such_as_statistics_programs_take() {
-        assert_eq!(name_of_column("q2_c-entry"), "q2_c_entry");
-        assert_eq!(name_of_column("m_peak_force_layer_n.skin"), "m_peak_force_layer_n_skin");
-        assert_eq!(name_of_column(&"x".repeat(99)).len(), LONGEST_NAME);
-    }
 }

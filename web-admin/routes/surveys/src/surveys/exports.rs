@@ -9,10 +9,13 @@ use axum::response::{IntoResponse, Response};
 use documents::Instrument;
 use documents::instrument::{Item, ScaleKind};
 use futures::stream;
+use model::due::local;
 use model::ids::SurveyId;
 use model::survey::Survey;
 use model::survey::results::{ResponseRow, Results, answers_of};
+use pages::school_time::zone_name;
 use routes_base::auth::Visitor;
+use routes_base::column_names::name_columns;
 use routes_base::error::PageError;
 use routes_base::export::{CsvCell, write_csv};
 use routes_base::{AppState, export};
@@ -26,6 +29,9 @@ use super::{find_school_survey, owns_survey};
 /// What is known of a response beside its answers.
 const FACTS: [&str; 9] =
     ["response", "role", "who", "language", "submitted", "exercise", "device", "simulator_version", "pseudonym"];
+
+/// Characters of a date, as 2026-11-30.
+const ISO_DATE: usize = 10;
 
 /// Responses that are written at once.
 const AT_ONCE: usize = 500;
@@ -94,14 +100,15 @@ fn write_answer(answer: Option<&Answer>) -> CsvCell {
     }
 }
 
-fn response_facts(given: &SubmittedResponse) -> Vec<CsvCell> {
+/// `zone` is the school's time zone: a file is written when the request is over.
+fn response_facts(given: &SubmittedResponse, zone: &str) -> Vec<CsvCell> {
     let known = |text: &Option<String>| text.as_deref().map_or(CsvCell::Empty, CsvCell::from);
     vec![
         given.id.to_string().into(),
         given.role.as_str().into(),
         known(&given.who),
         given.language.as_str().into(),
-        given.submitted_at.to_utc().date().to_string().into(),
+        local(given.submitted_at, zone).machine.chars().take(ISO_DATE).collect::<String>().into(),
         known(&given.exercise_id),
         known(&given.device),
         known(&given.simulator_version),
@@ -109,14 +116,34 @@ fn response_facts(given: &SubmittedResponse) -> Vec<CsvCell> {
     ]
 }
 
+/// Names of the wide table's columns: what is known of a response, items, scores.
+fn names_of_columns(instrument: &Instrument) -> Vec<String> {
+    let items = instrument.items.iter().map(|item| item.id.clone());
+    let scores = instrument.scores.iter().map(|key| format!("score_{}", key.id));
+    name_columns(&FACTS.map(str::to_owned).into_iter().chain(items).chain(scores).collect::<Vec<_>>())
+}
+
+/// A value and its label, as `1 = No`. A label with a semicolon in it, which parts values, stands in quotes.
+fn say_value(id: &str, label: &str) -> String {
+    if label.contains([';', '"']) {
+        format!("{id} = \"{}\"", label.replace('"', "\"\""))
+    } else {
+        format!("{id} = {label}")
+    }
+}
+
 /// A row for each answer, response by response: they are written as they are taken, for there may be millions.
 fn long_table(
     instrument: Instrument,
     submitted: Vec<SubmittedResponse>,
 ) -> impl Iterator<Item = anyhow::Result<Vec<Vec<CsvCell>>>> {
+    let zone = zone_name();
     submitted.into_iter().map(move |given| {
         let row = |(item, answer): (&Item, &Option<Answer>)| {
-            response_facts(&given).into_iter().chain([item.id.as_str().into(), write_answer(answer.as_ref())]).collect()
+            response_facts(&given, &zone)
+                .into_iter()
+                .chain([item.id.as_str().into(), write_answer(answer.as_ref())])
+                .collect()
         };
         Ok(instrument.items.iter().zip(&given.answers.0).map(row).collect())
     })
@@ -124,55 +151,50 @@ fn long_table(
 
 /// A row for each response with its scores, some at a time.
 fn wide_table(file: &str, instrument: Instrument, submitted: Vec<SubmittedResponse>) -> anyhow::Result<Response> {
-    let items = instrument.items.iter().map(|item| item.id.clone());
-    let scores = instrument.scores.iter().map(|key| format!("score_{}", key.id));
-    let names: Vec<String> = FACTS.map(str::to_owned).into_iter().chain(items).chain(scores).collect();
+    let names = names_of_columns(&instrument);
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let zone = zone_name();
     let count = instrument.items.len();
     let row = move |(given, row): (&SubmittedResponse, ResponseRow<'_>)| -> Vec<CsvCell> {
         let answers = (0..count).map(|at| given.answers.0.get(at).and_then(Option::as_ref));
         let scores = row.scores.iter().map(|score| CsvCell::from(*score));
-        response_facts(given).into_iter().chain(answers.map(write_answer)).chain(scores).collect()
+        response_facts(given, &zone).into_iter().chain(answers.map(write_answer)).chain(scores).collect()
     };
     let starts = (0..submitted.len()).step_by(AT_ONCE);
     let some = starts.map(move |from| {
         let part = &submitted[from..submitted.len().min(from + AT_ONCE)];
-        Ok(part.iter().zip(rows_of_responses(&instrument, part)).map(row).collect())
+        Ok(part.iter().zip(rows_of_responses(&instrument, part)).map(&row).collect())
     });
     export::stream_csv(file, &names, stream::iter(some))
 }
 
 impl SurveyExport<'_> {
-    /// What every column of the wide table means: name, type and measure as R and SPSS know them, label, values.
+    /// What every column of the wide table means: name, type and measure as R and SPSS know them, label, values; and the item or score of
+    /// the instrument that it holds, whose id may be no name of a column.
     fn codebook(&self) -> anyhow::Result<String> {
-        let row = |cells: [&str; 5]| cells.into_iter().chain(["empty"]).map(CsvCell::from).collect::<Vec<_>>();
-        let mut rows: Vec<Vec<CsvCell>> = FACTS.iter().map(|fact| row([fact, "string", "nominal", fact, ""])).collect();
-        for item in &self.instrument.items {
+        let names = names_of_columns(self.instrument);
+        let (facts, names) = names.split_at(FACTS.len());
+        let (of_items, of_scores) = names.split_at(self.instrument.items.len());
+        let row =
+            |cells: [&str; 5], id: &str| cells.into_iter().chain(["empty", id]).map(CsvCell::from).collect::<Vec<_>>();
+        let mut rows: Vec<Vec<CsvCell>> =
+            facts.iter().map(|fact| row([fact, "string", "nominal", fact, ""], "")).collect();
+        for (item, name) in self.instrument.items.iter().zip(of_items) {
             let (kind, measure) = match self.instrument.scale(item) {
                 Some(ScaleKind::Likert { .. }) => ("numeric", "ordinal"),
                 Some(ScaleKind::Slider { .. } | ScaleKind::Number { .. }) => ("numeric", "scale"),
                 _ => ("string", "nominal"),
             };
             let values = answers_of(self.instrument, item);
-            let values: Vec<String> = values.into_iter().map(|(id, label)| format!("{id} = {label}")).collect();
-            rows.push(row([
-                &item.id,
-                kind,
-                measure,
-                item.text.in_language(words::current().code()),
-                &values.join("; "),
-            ]));
+            let values: Vec<String> = values.into_iter().map(|(id, label)| say_value(&id, &label)).collect();
+            let label = item.text.in_language(words::current().code());
+            rows.push(row([name, kind, measure, label, &values.join("; ")], &item.id));
         }
-        for key in &self.instrument.scores {
-            rows.push(row([
-                &format!("score_{}", key.id),
-                "numeric",
-                "scale",
-                key.title.in_language(words::current().code()),
-                "",
-            ]));
+        for (key, name) in self.instrument.scores.iter().zip(of_scores) {
+            let label = key.title.in_language(words::current().code());
+            rows.push(row([name, "numeric", "scale", label, ""], &key.id));
         }
-        write_csv(&["variable", "type", "measure", "label", "values", "missing"], &rows)
+        write_csv(&["variable", "type", "measure", "label", "values", "missing", "id"], &rows)
     }
 
     fn results(&self, owner: bool) -> anyhow::Result<String> {

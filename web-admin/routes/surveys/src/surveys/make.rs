@@ -5,11 +5,14 @@ use acts::surveys;
 use acts::surveys::SurveyRequest;
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Redirect};
+use model::due::find_day_start;
+use model::email::{is_email, normalize_email};
 use model::ids::{CohortId, RevisionId, SurveyId};
-use model::roster::{is_email, is_name};
+use model::roster::is_name;
 use model::survey::{FRESH_HOURS, Identity, Survey};
 use model::{CurrentPerson, Moment, line};
 use pages::form::FilledForm;
+use pages::school_time::zone_name;
 use pages::survey::manage::{ManagePage, NewSurveyForm, NewSurveyPage, SurveyLinksPage};
 use pages::{NavPlace, Shell, format};
 use routes_base::AppState;
@@ -21,8 +24,6 @@ use serde::Deserialize;
 use store::reports::NamedItem;
 use store::surveys::letters;
 use store::{instruments, people, reports, surveys as stored};
-use time::format_description::well_known::Iso8601;
-use time::{Date, Time};
 
 use super::{find_school_survey, owns_survey};
 
@@ -189,9 +190,9 @@ fn check_new_survey(
         .into_iter()
         .find(|known| known.as_str() == identity.as_str())
         .ok_or_else(|| tr!("identity: “{identity}”; allowed: anonymous, pseudonymous, named", identity = identity))?;
-    let opens_at = read_day(tr!("first day"), opens)?.unwrap_or(now);
+    let opens_at = read_day(tr!("first day"), opens, 0)?.unwrap_or(now);
     // The last day counts whole.
-    let closes_at = read_day(tr!("last day"), closes)?.map(|midnight| midnight.plus_s(24 * 3600));
+    let closes_at = read_day(tr!("last day"), closes, 1)?;
     if closes_at.is_some_and(|closes| closes <= opens_at || closes <= now) {
         return Err(tr!("last day: {closes}; allowed: a day that is not over, not before the first", closes = closes));
     }
@@ -218,15 +219,13 @@ fn read_fresh_hours(typed: &str) -> Result<Option<u32>, String> {
     hours.map(Some).ok_or_else(why)
 }
 
-/// Midnight, UTC, of a day as a browser sends it; none where nothing was typed.
-fn read_day(name: &str, typed: &str) -> Result<Option<Moment>, String> {
+/// When a day as a browser sends it begins on the school's clock, so many days later; none where nothing was typed.
+fn read_day(name: &str, typed: &str, days_later: i32) -> Result<Option<Moment>, String> {
     if typed.is_empty() {
         return Ok(None);
     }
-    let date = Date::parse(typed, &Iso8601::DATE);
-    let date = date
-        .map_err(|_| tr!("{name}: “{typed}”; allowed: a day as 2026-05-20, or nothing", name = name, typed = typed))?;
-    Ok(Some(Moment::from(date.with_time(Time::MIDNIGHT).assume_utc())))
+    let refused = || tr!("{name}: “{typed}”; allowed: a day as 2026-05-20, or nothing", name = name, typed = typed);
+    find_day_start(typed, &zone_name(), days_later).map(Some).ok_or_else(refused)
 }
 
 #[derive(Deserialize)]
@@ -298,10 +297,11 @@ fn read_address(line: &str) -> Result<(String, String), String> {
         Some((name, email)) => (name.trim().trim_matches('"').to_owned(), email.trim()),
         None => (String::new(), line),
     };
-    if !is_email(email) || !(name.is_empty() || is_name(&name)) {
+    let email = normalize_email(email);
+    if !is_email(&email) || !(name.is_empty() || is_name(&name)) {
         return Err(tr!("“{line}”; allowed: ana@example.org, or Ana Ek <ana@example.org>", line = line));
     }
-    Ok((name, email.to_lowercase()))
+    Ok((name, email))
 }
 
 fn refusal_of_labels(labels: &[String]) -> Option<String> {

@@ -17,6 +17,7 @@ use model::survey::Survey;
 use model::survey::groups::{LEAST, ResponseGroups};
 use model::survey::results::{ResponseRow, Results, correlation, score_group};
 use pages::charts::Extent;
+use pages::school_time::to_school_time;
 use pages::survey::results::{
     AskedLine, CommentBlock, ResultsPage, ScatteredScore, ScatteredScores, SplitScore, SplitScores, SurveyComment,
 };
@@ -70,7 +71,7 @@ pub(crate) fn rows_of_responses<'a>(
         id: given.id,
         role: &given.role,
         attempt: [given.exercise_id.as_deref(), given.device.as_deref(), given.simulator_version.as_deref()],
-        month: month_of_response(given.submitted_at.to_utc()),
+        month: month_of_response(to_school_time(given.submitted_at.to_utc())),
         answers: &given.answers.0,
         scores: scorers.iter().map(|scorer| scorer.score(&given.answers.0).ok()).collect(),
     };

@@ -3,14 +3,17 @@
 use acts::inspection::InspectionState;
 use axum::extract::State;
 use model::count_i64;
-use pages::service::{DatabaseCheck, ServicePage};
+use pages::service::{DatabaseCheck, FailedLetterRow, ServicePage};
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::auth::{Administrator, Csrf};
 use routes_base::error::PageError;
-use store::{reports, service, stations};
+use store::{mails, reports, service, stations};
 
 use super::admin;
+
+/// Most letters that are listed.
+const MOST_LETTERS: u32 = 100;
 
 pub(super) async fn show_service_log(
     State(state): State<AppState>,
@@ -20,6 +23,7 @@ pub(super) async fn show_service_log(
     let reader = state.db.reader();
     let counts = admin::count_people(&state, person.school_id).await?;
     let failing = reports::failing_jobs(reader, person.school_id).await?.len();
+    let letters = mails::list_failed_letters(reader, person.school_id, MOST_LETTERS).await?;
     let joined = stations::list_stations(reader, person.school_id).await?;
     let stations = count_i64(joined.iter().filter(|station| !station.revoked).count());
     Ok(ServicePage {
@@ -38,6 +42,14 @@ pub(super) async fn show_service_log(
             (counts.flagged, tr!("re-simulations that differ")),
         ],
         failing: count_i64(failing),
+        letters: letters
+            .into_iter()
+            .map(|letter| FailedLetterRow {
+                href: letter.person_id.map(|id| format!("/people/{id}")),
+                name: letter.name,
+                why: letter.error,
+            })
+            .collect(),
     })
 }
 

@@ -10,6 +10,7 @@ use model::ids::{CohortId, PersonId};
 use model::progress::{Progress, ScoredAttempt};
 use model::{CurrentPerson, Role};
 use pages::progress::{CohortProgressPage, CourseHeat, Hardness, HeatRow, ScoredRow, Worry, make_heat_cell};
+use pages::school_time::to_school_time;
 use pages::{NavPlace, Shell};
 use routes_base::AppState;
 use routes_base::addresses::PathId;
@@ -82,7 +83,7 @@ pub(super) async fn show_cohort_progress(
     let found = find_cohort_progress(&state, &person, id).await?;
     let day = Date::parse(&query.day, &Iso8601::DATE).ok();
     let begun = found.begun(&state);
-    let today = state.clock.now().to_utc().date();
+    let today = to_school_time(state.clock.now().to_utc()).date();
     Ok(CohortProgressPage {
         shell: Shell::new(&person, csrf.token(), NavPlace::Cohorts),
         cohort: (found.cohort.name.clone(), cohorts::cohort_href(&found.cohort)),
@@ -105,7 +106,7 @@ fn attempts_on(found: &CohortProgress, date: Date) -> Vec<ScoredRow> {
     let steps = || found.courses.iter().flat_map(|taught| &taught.course.steps);
     let title = |id: &str| steps().find(|step| step.exercise == id).map_or_else(|| id.to_owned(), |s| s.title.clone());
     let all = found.trainees.iter().flat_map(|(trainee, attempts)| attempts.iter().map(move |a| (trainee, a)));
-    let then = all.filter(|(_, attempt)| attempt.at.date() == date);
+    let then = all.filter(|(_, attempt)| to_school_time(attempt.at).date() == date);
     let mut rows: Vec<ScoredRow> = then.map(|(who, a)| make_scored_row(who, a, &title(&a.exercise))).collect();
     rows.sort_by_key(|row| row.at);
     rows
@@ -173,7 +174,7 @@ fn list_worries(taught: &TaughtCourse, judged: &[JudgedTrainee<'_>]) -> Vec<Worr
 fn count_by_day(found: &CohortProgress, today: Date) -> Vec<(Date, usize, usize)> {
     let mut counts: BTreeMap<Date, (usize, usize)> = BTreeMap::new();
     for attempt in found.trainees.iter().flat_map(|(_, attempts)| attempts) {
-        let count = counts.entry(attempt.at.date()).or_default();
+        let count = counts.entry(to_school_time(attempt.at).date()).or_default();
         if attempt.passed { count.0 += 1 } else { count.1 += 1 }
     }
     let day = |back: i64| {

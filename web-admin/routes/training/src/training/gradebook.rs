@@ -7,7 +7,8 @@ use acts::error::Error;
 use axum::extract::{Query, State};
 use axum::response::Response;
 use model::assignment::{Assigned, AssignmentStage, AssignmentStanding, AssignmentTally};
-use model::due::local;
+use model::due::{self, local};
+use model::folding::family_sort_key;
 use model::ids::{CohortId, PersonId};
 use model::{CurrentPerson, Moment};
 use pages::assignments::{AssignmentRow, DueLine};
@@ -66,7 +67,8 @@ pub(crate) fn list_assignments_of_cohort(found: &CohortStandings, cohort: &str) 
 pub(crate) fn list_pressing_assignments(found: &CohortStandings, cohort: &str, now: Moment) -> Vec<DueLine> {
     let soon = now.plus_s(SOON_S);
     let is_pressing = |(assigned, _, tally): &(&Assigned, &str, AssignmentTally)| {
-        tally.late > 0 || (tally.done < tally.of && assigned.due_at.is_some_and(|due| now <= due && due <= soon))
+        tally.late > 0
+            || (tally.done < tally.of && assigned.due_at.is_some_and(|due| !due::is_past(due, now) && due <= soon))
     };
     tallied(found, cohort).filter(is_pressing).map(|(assigned, to, tally)| due_line(assigned, to, tally)).collect()
 }
@@ -83,7 +85,8 @@ async fn find_gradebook(state: &AppState, person: &CurrentPerson, id: CohortId) 
     let cohort = reports::cohort(reader, person, id).await?.ok_or(Error::NotFound)?;
     let courses = teaching::taught(state, school).await?;
     let practised = standing::practice_of_cohort(state, school, cohort).await?;
-    let found = practised.standing(&courses, state.clock.now()).assignments(state, school).await?;
+    let mut found = practised.standing(&courses, state.clock.now()).assignments(state, school).await?;
+    found.trainees.sort_by_cached_key(|of| family_sort_key(&of.trainee.name));
     let registrar_ids = reports::registrar_ids(reader, school, id).await?;
     Ok(CohortGradebook { cohort: practised.cohort, found, registrar_ids })
 }

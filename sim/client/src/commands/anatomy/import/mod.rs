@@ -8,12 +8,13 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anatomy::segmentation::{
-    BODY, EntryFrame, LabelExtent, LabelMap, LabelMesh, MeasuredLayer, MeshRequest, SegmentationError, measure_layers,
-    mesh_label,
+    BODY, EntryFrame, LabelExtent, LabelMap, LabelMesh, LabelRole, MeasuredLayer, MeshRequest, SegmentationError,
+    measure_layers, mesh_label,
 };
 use documents::{SegmentationLabel, SegmentationLabels};
 use law::structures::Surface;
 use report::ImportReport;
+use scene::Way;
 use stages::Stages;
 
 use super::files::{self, Folder};
@@ -118,6 +119,7 @@ pub fn run(args: &ImportArgs) -> Outcome {
     drop(stages);
     let report = ImportReport::new(args, &source.map, &imported, &written);
     warn(&labels, &source.survey, &imported);
+    warn_of_way(&imported, &written.way);
     if args.json {
         output::print_json(&report)?
     } else {
@@ -183,7 +185,12 @@ fn layers<'l>(
 ) -> Result<Vec<ImportedLayer<'l>>, Failure> {
     let layers: BTreeMap<u16, &SegmentationLabel> =
         labels.labels.iter().filter(|label| label.tissue().is_some()).map(|label| (label.number, label)).collect();
-    let measured = measure_layers(map, frame, &|label| layers.contains_key(&label))
+    let role = |number: u16| match labels.labels.iter().find(|label| label.number == number) {
+        Some(label) if label.tissue().is_some() => LabelRole::Layer,
+        Some(_) => LabelRole::Structure,
+        None => LabelRole::Unnamed,
+    };
+    let measured = measure_layers(map, frame, &role)
         .map_err(|why| Failure::refused(&args.labels, format_args!("entry: {why}")))?;
     let mut met: BTreeMap<u16, usize> = BTreeMap::new();
     let found = measured.into_iter().filter_map(|measured| {
@@ -211,6 +218,27 @@ fn warn(labels: &SegmentationLabels, survey: &BTreeMap<u16, LabelExtent>, import
     for structure in imported.structures.iter().filter(|structure| structure.extent.is_cut) {
         let name = &structure.label.name;
         output::print_warning(format_args!("{name}: the image ends in it; its mesh is closed there"));
+    }
+}
+
+/// What the user should know of the layers' end and of the way to the target.
+fn warn_of_way(imported: &Imported, way: &Way) {
+    let whole_mm: f64 = imported.layers.iter().map(|layer| layer.measured.thickness_m * 1e3).sum();
+    if let Some(number) = imported.layers.last().and_then(|layer| layer.measured.unnamed_below) {
+        output::print_warning(format_args!(
+            "the layers end {whole_mm:.0} mm below the skin, where label {number} has no name; name it as a layer to go deeper"
+        ));
+    }
+    if way.pieces > 1 {
+        output::print_warning(format_args!("{}: {} pieces; the exercise aims at the nearest", way.to, way.pieces));
+    }
+    let deep_mm = way.depth_mm * libm::cos(way.angle_deg.to_radians());
+    if deep_mm > whole_mm {
+        output::print_warning(format_args!(
+            "{}: {:.0} mm below the last layer; name the tissue above it",
+            way.to,
+            deep_mm - whole_mm
+        ));
     }
 }
 

@@ -1,9 +1,11 @@
 //! The texts of an imported scene and of an exercise in it.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
 use documents::{Scene, StructureKind, TissueFeel};
+use law::structures::Surface;
 use nalgebra::Vector3;
 
 use super::super::files::{self, Folder};
@@ -19,6 +21,8 @@ pub const SKIN_FILE: &str = "skin.stl";
 
 /// The steepest path that a scene may have, in degrees to the skin's normal.
 const MOST_ANGLE_DEG: f64 = 60.0;
+/// A piece of a target has at least this part of the largest's vertices; what is smaller is a crumb. Our choice.
+const LEAST_PIECE: usize = 10;
 /// How deep the exercise goes where there is no target, in mm, if the layers go so far.
 const DEPTH_MM: f64 = 25.0;
 
@@ -52,6 +56,8 @@ pub struct Way {
     pub depth_mm: f64,
     /// What is there.
     pub to: String,
+    /// Pieces that the target has.
+    pub pieces: usize,
 }
 
 /// Thresholds of a layer, in N.
@@ -186,24 +192,54 @@ fn write_layer(text: &mut String, layer: &ImportedLayer, thresholds: Thresholds)
 }
 
 impl Way {
-    /// Straight to the middle of the first target that can be reached; or else straight in.
+    /// Straight to the middle of the nearest piece of the first target that can be reached; or else straight in.
     fn new(imported: &Imported) -> Self {
         let targets = imported.structures.iter().filter(|s| s.label.structure() == Some(StructureKind::Target));
         for target in targets {
-            let (vertices_m, _) = &target.placed;
-            let sum: Vector3<f64> = vertices_m.iter().map(|v| v.coords).sum();
-            let middle_mm = sum * (1e3 / vertices_m.len() as f64);
-            let depth_mm = middle_mm.norm();
-            let angle_deg = libm::acos((-middle_mm.z / depth_mm).clamp(-1.0, 1.0)).to_degrees();
-            if angle_deg <= MOST_ANGLE_DEG {
+            let mut middles_mm = middles_of_pieces(&target.placed);
+            let pieces = middles_mm.len();
+            middles_mm.sort_by(|one, other| one.norm().total_cmp(&other.norm()));
+            let angle_deg =
+                |middle_mm: &Vector3<f64>| libm::acos((-middle_mm.z / middle_mm.norm()).clamp(-1.0, 1.0)).to_degrees();
+            if let Some(middle_mm) = middles_mm.iter().find(|middle_mm| angle_deg(middle_mm) <= MOST_ANGLE_DEG) {
                 let azimuth_deg = libm::atan2(middle_mm.y, middle_mm.x).to_degrees();
-                return Self { angle_deg, azimuth_deg, depth_mm, to: target.label.name.clone() };
+                let (angle_deg, depth_mm) = (angle_deg(middle_mm), middle_mm.norm());
+                return Self { angle_deg, azimuth_deg, depth_mm, to: target.label.name.clone(), pieces };
             }
         }
         let whole_mm: f64 = imported.layers.iter().map(|layer| layer.measured.thickness_m * 1e3).sum();
         let depth_mm = DEPTH_MM.min(0.6 * whole_mm);
-        Self { angle_deg: 0.0, azimuth_deg: 0.0, depth_mm, to: reached(imported, depth_mm, 0.0).to_owned() }
+        Self { angle_deg: 0.0, azimuth_deg: 0.0, depth_mm, to: reached(imported, depth_mm, 0.0).to_owned(), pieces: 1 }
     }
+}
+
+/// The middles of the pieces of a surface, in mm, but for crumbs.
+fn middles_of_pieces((vertices_m, triangles): &Surface) -> Vec<Vector3<f64>> {
+    let mut parent: Vec<usize> = (0..vertices_m.len()).collect();
+    for [a, b, c] in triangles.iter().map(|triangle| triangle.map(|v| v as usize)) {
+        for other in [b, c] {
+            let (one, other) = (find_root(&mut parent, a), find_root(&mut parent, other));
+            parent[one] = other;
+        }
+    }
+    let mut pieces: BTreeMap<usize, (usize, Vector3<f64>)> = BTreeMap::new();
+    for (at, vertex) in vertices_m.iter().enumerate() {
+        let (count, sum) = pieces.entry(find_root(&mut parent, at)).or_default();
+        *count += 1;
+        *sum += vertex.coords;
+    }
+    let most = pieces.values().map(|(count, _)| *count).max().unwrap_or_default();
+    let whole = pieces.into_values().filter(|(count, _)| *count * LEAST_PIECE >= most);
+    whole.map(|(count, sum)| sum * (1e3 / count as f64)).collect()
+}
+
+/// The vertex that stands for a piece.
+fn find_root(parent: &mut [usize], mut at: usize) -> usize {
+    while parent[at] != at {
+        parent[at] = parent[parent[at]];
+        at = parent[at];
+    }
+    at
 }
 
 /// The layer at a depth along a way.
@@ -218,7 +254,7 @@ fn reached<'i>(imported: &'i Imported, depth_mm: f64, angle_deg: f64) -> &'i str
 }
 
 fn exercise_text(args: &ImportArgs, imported: &Imported, way: &Way) -> String {
-    let Way { angle_deg, azimuth_deg, depth_mm, to } = way;
+    let Way { angle_deg, azimuth_deg, depth_mm, to, .. } = way;
     let reached = reached(imported, *depth_mm, *angle_deg);
     let lean = match *angle_deg {
         angle if angle < 1.0 => "straight in".to_owned(),
@@ -255,4 +291,36 @@ fn exercise_text(args: &ImportArgs, imported: &Imported, way: &Way) -> String {
 /// The path of the scene in a folder.
 pub fn scene_path(folder: &Path) -> String {
     folder.join(SCENE_FILE).display().to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    //! Fails when a target of several pieces is aimed at where none of them is.
+
+    use nalgebra::Point3;
+
+    use super::*;
+
+    /// Adds a tetrahedron of 10 mm about a place.
+    fn tetrahedron(at_mm: [f64; 3], surface: &mut Surface) {
+        let first = surface.0.len() as u32;
+        for corner in [[-5.0, -5.0, -5.0], [5.0, 5.0, -5.0], [5.0, -5.0, 5.0], [-5.0, 5.0, 5.0]] {
+            surface.0.push(Point3::from([0, 1, 2].map(|axis| (at_mm[axis] + corner[axis]) / 1e3)));
+        }
+        surface
+            .1
+            .extend([[0, 1, 2], [0, 3, 1], [1, 3, 2], [0, 2, 3]].map(|t: [u32; 3]| t.map(|corner| corner + first)));
+    }
+
+    #[test]
+    fn each_piece_of_a_target_has_its_own_middle() {
+        let mut both = Surface::default();
+        tetrahedron([-30.0, 0.0, -60.0], &mut both);
+        tetrahedron([40.0, 0.0, -60.0], &mut both);
+        let middles = middles_of_pieces(&both);
+        assert_eq!(middles.len(), 2);
+        for (middle, wanted_x) in middles.iter().zip([-30.0, 40.0]) {
+            assert!((middle - Vector3::new(wanted_x, 0.0, -60.0)).norm() < 1e-9, "{middle}");
+        }
+    }
 }

@@ -1,0 +1,104 @@
+//! Quotation marks of a CSV file. The reader takes whatever stands between two of them for one field: a mark too many swallows lines.
+
+use crate::email::{is_email, normalize_email};
+
+use super::Unreadable;
+
+/// Refuses a text with a quoted field that is not closed where it ends, or that holds another person's line. `skipped` lines were taken off
+/// its head.
+pub(super) fn check_quotes(text: &str, separator: u8, skipped: u64) -> Result<(), Unreadable> {
+    let separator = char::from(separator);
+    let (mut rest, mut line) = (text, 1 + skipped);
+    // Each turn takes a field and what follows it.
+    while !rest.is_empty() {
+        let end = if let Some(quoted) = rest.strip_prefix('"') {
+            let (inside, after) = split_quoted(quoted).ok_or(Unreadable::OpenQuote { line })?;
+            let tail = after.find([separator, '\n']).unwrap_or(after.len());
+            if !after[..tail].trim().is_empty() || swallows_a_line(inside, separator) {
+                return Err(Unreadable::OpenQuote { line });
+            }
+            line += inside.matches('\n').count() as u64;
+            rest.len() - after.len() + tail
+        } else {
+            rest.find([separator, '\n']).unwrap_or(rest.len())
+        };
+        let mut left = rest[end..].chars();
+        line += u64::from(left.next() == Some('\n'));
+        rest = left.as_str();
+    }
+    Ok(())
+}
+
+/// What stands before the closing mark, and after it; a doubled mark stands for one and closes nothing.
+fn split_quoted(text: &str) -> Option<(&str, &str)> {
+    let mut from = 0;
+    loop {
+        let at = from + text[from..].find('"')?;
+        if !text[at + 1..].starts_with('"') {
+            return Some((&text[..at], &text[at + 1..]));
+        }
+        from = at + 2;
+    }
+}
+
+/// Whether a field of several lines holds an address as a field of its own: then a mark is missing before it.
+fn swallows_a_line(inside: &str, separator: char) -> bool {
+    let later = inside.split('\n').skip(1).filter(|line| line.contains(separator));
+    later.flat_map(|line| line.split(separator)).any(|field| is_email(&normalize_email(field)))
+}
+
+#[cfg(test)]
+mod tests {
+    //! Fails when a mark swallows a person, or a field that is quoted rightly is refused.
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn refused(text: &str) -> Option<u64> {
+        match check_quotes(text, b',', 0) {
+            Err(Unreadable::OpenQuote { line }) => Some(line),
+            _ => None,
+        }
+    }
+
+    #[test]
+    fn a_mark_that_is_not_closed_is_named_with_its_line() {
+        let file = |third: &str, fifth: &str| {
+            format!("email,name,cohort\na@b.co,A,Q\nb@b.co,{third}\nc@b.co,C,Q\nd@b.co,{fifth}\n")
+        };
+        assert_eq!(refused(&file("B,Q", "D,Q")), None);
+        assert_eq!(refused(&file("\"B,Q", "D,Q")), Some(3), "open to the end");
+        assert_eq!(refused(&file("B,Q", "\"D,Q")), Some(5), "open in the last line");
+        assert_eq!(refused(&file("\"B,Q", "\"D,Q")), Some(3), "closed by the next one that opens");
+        assert_eq!(refused(&file("\"B,Q", "\"D\",Q")), Some(3));
+        assert_eq!(refused(&file("\"B,Q", "D\",Q")), Some(3), "closed by a stray one at a field's end");
+        assert_eq!(refused(&file("\"B\"x,Q", "D,Q")), Some(3), "text after the closing mark");
+    }
+
+    #[test]
+    fn marks_that_are_right_are_left_alone() {
+        for fine in [
+            "email,name\na@b.co,\"Ek, Ana\"\n",
+            "email,name\na@b.co,\"Ana \"\"Ann\"\" Ek\"\n",
+            "email,name,note\na@b.co,Ana,\"first line\nsecond, line\"\nb@b.co,Bo,\n",
+            "email,name\na@b.co,\"Ana\"  \nb@b.co,\"\"",
+            "email,name\na@b.co,5\" needle\nb@b.co,O\"Brien\n",
+            "email,name,note\na@b.co,Ana,\"call\nor mail a@x.org, please\"\n",
+        ] {
+            assert_eq!(refused(fine), None, "{fine:?}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn whatever_a_writer_quotes_is_read(rows in prop::collection::vec(prop::collection::vec("[a-z\"\n, ]{0,8}", 3), 1..5)) {
+            let mut writer = csv::Writer::from_writer(Vec::new());
+            for row in &rows {
+                writer.write_record(row).expect("three fields");
+            }
+            let text = String::from_utf8(writer.into_inner().expect("all written")).expect("text");
+            prop_assert_eq!(refused(&text), None);
+        }
+    }
+}
