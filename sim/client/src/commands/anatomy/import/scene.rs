@@ -239,15 +239,20 @@ fn exercise_text(args: &ImportArgs, imported: &Imported, way: &Way) -> String {
     );
     let structures = imported.structures.iter().filter_map(|s| s.label.structure());
     let is_avoided = |kind: StructureKind| kind != StructureKind::Target;
-    let mut lines =
-        vec![("depth_error_mm", 0.5, 4.0, 4), ("overshoot_mm", 0.5, 5.0, 2), ("lateral_work_mj", 1.0, 5.0, 1)];
+    let mut lines = vec![
+        ("depth_error_mm", 1, [0.5, 4.0], 4),
+        ("overshoot_mm", 1, [0.5, 5.0], 2),
+        ("lateral_work_mj", 1, [1.0, 5.0], 1),
+    ];
     if structures.into_iter().any(is_avoided) {
-        lines.push(("structure_hits", 0.0, 2.0, 2));
+        lines.push(("structure_hits", 2, [0.0, 2.0], 2));
     }
-    for (metric, full, zero, weight) in lines {
+    for (metric, version, [full, zero], weight) in lines {
         // Writing to a string has no way to fail.
-        let _ =
-            write!(text, "\n[[rubric]]\nmetric = \"{metric}\"\nfull = {full:?}\nzero = {zero:?}\nweight = {weight}\n");
+        let _ = write!(
+            text,
+            "\n[[rubric]]\nmetric = \"{metric}\"\nversion = {version}\nfull = {full:?}\nzero = {zero:?}\nweight = {weight}\n"
+        );
     }
     text
 }
