@@ -98,7 +98,7 @@ pub(crate) fn check_expandable(doc: &mut Walked) {
         }
     }
     if let Some(law) = doc.value["law"].as_i64().filter(|law| *law < 3) {
-        let allowed = phrase!("allowed: 3 or 4 with [anatomy], whose ligamentum flavum relaxes");
+        let allowed = phrase!("allowed: 3, 4 or 5 with [anatomy], whose ligamentum flavum relaxes");
         doc.refuse("law", Phrase::data(law.to_string()), allowed);
     }
     let known = PARTS.map(|(word, _)| word);

@@ -41,6 +41,8 @@ struct RawCase {
     law: ForceLaw,
     #[serde(default)]
     speed_window_s: f64,
+    #[serde(default)]
+    damping_time_s: f64,
     rate: Option<RawCaseRate>,
     breakaway: Option<Breakaway>,
     layers: Vec<RawLayer>,
@@ -97,6 +99,7 @@ impl RawCase {
             tip_to_rim_m: self.tip_to_rim_m,
             presliding_stiffness_n_per_m: self.presliding_stiffness_n_per_m,
             speed_window_s: self.speed_window_s,
+            damping_time_s: self.damping_time_s,
             rate,
             breakaway: self.breakaway,
         }

@@ -66,7 +66,7 @@ pub const METRICS: &[KnownMetric] = &[
     known("sweep_area_mm2", Suffix::None),
     known("skin_entries", Suffix::None),
     known("redirections", Suffix::None),
-    known("structure_hits", Suffix::TotalOrKind),
+    known("structure_hits", Suffix::TotalOrKind).in_two_versions(),
     known("structure_clearance_mm", Suffix::Structure),
     known("time_total_s", Suffix::None),
     known("time_in_tissue_s", Suffix::None),

@@ -114,6 +114,8 @@ pub struct Needle {
     pub presliding_stiffness_n_per_m: f64,
     /// Window that speed is measured over, in ms; 0 is the last two samples.
     pub speed_window_ms: f64,
+    /// Time of the damping's spring and dashpot, in ms; 0 is a dashpot alone.
+    pub damping_time_ms: f64,
     /// Lateral foundation, in N/m².
     pub lateral_stiffness_n_per_m2: f64,
     /// Slid length after which friction is no longer static, in mm, where layers have a static one.

@@ -98,6 +98,7 @@ pub(crate) fn read_scene(source: Source, find: Find<'_>) -> Result<ReadScene, Do
     check_expandable(&mut doc);
     check_needle(&mut doc);
     check_speed_window(&mut doc);
+    check_damping_time(&mut doc);
     check_options(&mut doc);
     check_walls(&mut doc);
     check_elastic(&mut doc);
@@ -216,6 +217,15 @@ fn check_speed_window(doc: &mut Walked) {
     if doc.value["law"] == 1 && window_ms > 0.0 {
         let allowed = phrase!("allowed: 0 ms under version 1 of the force law; law = 2 has a window");
         doc.refuse("needle.speed_window_ms", Phrase::Data(measure(window_ms, "ms")), allowed);
+    }
+}
+
+/// Before version 5 of the law damping is a dashpot alone.
+fn check_damping_time(doc: &mut Walked) {
+    let time_ms = doc.value["needle"]["damping_time_ms"].as_f64().unwrap_or_default();
+    if let Some(law) = doc.value["law"].as_i64().filter(|law| *law < 5 && time_ms > 0.0) {
+        let allowed = phrase!("allowed: 0 ms under version {law} of the force law; law = 5 has a spring", law = law);
+        doc.refuse("needle.damping_time_ms", Phrase::Data(measure(time_ms, "ms")), allowed);
     }
 }
 

@@ -190,6 +190,7 @@ impl Scene {
             tip_to_rim_m: self.needle.tip_to_rim_mm / 1e3,
             presliding_stiffness_n_per_m: self.needle.presliding_stiffness_n_per_m,
             speed_window_s: self.needle.speed_window_ms / 1e3,
+            damping_time_s: self.needle.damping_time_ms / 1e3,
             rate,
             breakaway: self.needle.breakaway(),
         }

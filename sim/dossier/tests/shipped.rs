@@ -7,7 +7,6 @@ use std::path::Path;
 
 use documents::{Scene, SceneFibres};
 use dossier::{Agreement, DossierLine, FIGURES, Incomparable, PublishedRange, compare_scene};
-use law::axial::ForceLaw;
 
 fn scene(name: &str) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/scenes").join(name).with_extension("toml");
@@ -82,7 +81,6 @@ fn an_edge_across_the_fibres_of_a_dura_needs_the_greater_force() {
     let without = compare_scene(&epidural);
     let without = find(&without, "dura_edge").agreement;
     assert_eq!(without, Agreement::Incomparable(Incomparable::Stated("the scene gives this layer no fibres")));
-    epidural.law = ForceLaw::Version3;
     let dura = epidural.layers.iter_mut().find(|layer| layer.name == "dura").expect("the scene has a dura");
     dura.options.fibres = Some(SceneFibres {
         angle_deg: 90.0,

@@ -18,11 +18,12 @@
 //! #     tip_rupture_n: 1.0, rim_rupture_n: 1.3, friction_n_per_m: 100.0, cutting_n: 0.3,
 //! #     options: LayerOptions::default() };
 //! # let axial = AxialSpec {
-//! #     law: ForceLaw::Version2,
+//! #     law: ForceLaw::Version5,
 //! #     layers: vec![skin],
 //! #     tip_to_rim_m: 0.002,
 //! #     presliding_stiffness_n_per_m: 2000.0,
 //! #     speed_window_s: 0.0075,
+//! #     damping_time_s: 0.01,
 //! #     rate: None,
 //! #     breakaway: None,
 //! # };

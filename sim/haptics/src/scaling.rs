@@ -162,6 +162,7 @@ mod tests {
             tip_to_rim_m: 0.0,
             presliding_stiffness_n_per_m: 2000.0,
             speed_window_s: 0.0,
+            damping_time_s: 0.0,
             rate: None,
             breakaway: None,
         }

@@ -26,10 +26,11 @@ pub struct Ledger {
     pub input_j: f64,
     /// Axial work given back to the hand, in J, as a positive number.
     pub returned_j: f64,
-    /// Energy stored now by the presliding springs of friction and cutting, in J.
+    /// Energy stored now by the springs along the shaft, in J: those of friction and cutting before they slide and, from version 5 of the law,
+    /// that of damping.
     pub presliding_j: f64,
     /// What viscosity gave back because speed lags by half of its window, in J, as a positive number: already taken off the
-    /// layers' `viscous_j`. 0 without a window.
+    /// layers' `viscous_j`. 0 without a window, and from version 5 of the law.
     #[serde(default)]
     pub lagged_j: f64,
     /// One entry per layer, from the surface down.

@@ -124,7 +124,7 @@ fn is_name(text: &str) -> bool {
 fn read_force_law(text: &BTreeMap<String, String>) -> Result<ForceLaw, ReadError> {
     let Some(value) = text.get("law") else { return Ok(ForceLaw::Version1) };
     let law = value.parse().ok().and_then(|number: u32| ForceLaw::try_from(number).ok());
-    law.ok_or_else(|| bad_field("law", value, "1 to 4"))
+    law.ok_or_else(|| bad_field("law", value, "1 to 5"))
 }
 
 /// How the field was made and judged. Files of before there was a second way do not say.

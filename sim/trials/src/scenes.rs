@@ -34,6 +34,7 @@ pub fn trocar_through(layers: Vec<Layer>) -> AxialSpec {
         tip_to_rim_m: 0.002,
         presliding_stiffness_n_per_m: 2000.0,
         speed_window_s: 0.0,
+        damping_time_s: 0.0,
         rate: None,
         breakaway: None,
     }
@@ -123,13 +124,13 @@ fn torn_n(layer: &Layer) -> f64 {
     SharpPunch { radius_m: NEEDLE_RADIUS_M, shear_modulus_pa, fracture_energy_j_per_m2 }.threshold_n()
 }
 
-/// A scene with options of version 3 in each of its layers.
+/// A scene with options of version 3 in each of its layers, under its own law where that has them.
 #[must_use]
 pub fn with_options(spec: AxialSpec, options: &[TriedOption]) -> AxialSpec {
     let branch = |share, time_s| MaxwellBranch { share, time_s };
     let has = |option| options.contains(&option);
     let breakaway = has(TriedOption::StaticFriction).then_some(Breakaway { slid_m: 0.8e-3, rest_s: 1.0 });
-    let mut spec = AxialSpec { law: ForceLaw::Version3, breakaway, ..spec };
+    let mut spec = AxialSpec { law: spec.law.max(ForceLaw::Version3), breakaway, ..spec };
     for layer in &mut spec.layers {
         if has(TriedOption::Toughness) {
             layer.tip_rupture_n = torn_n(layer);

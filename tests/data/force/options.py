@@ -1,6 +1,6 @@
-"""References for the options of version 3 of the force law, made by other means than the law's own.
+"""References for the options of version 3 of the force law and for the damping of version 5, made by other means than the law's own.
 
-Writes relaxing.*, yielding.*, stiffening.*, breakaway.* and toughness.csv beside this file. The branches are integrated by SciPy's DOP853 at a relative tolerance of
+Writes relaxing.*, yielding.*, stiffening.*, breakaway.*, damping.* and toughness.csv beside this file. The branches are integrated by SciPy's DOP853 at a relative tolerance of
 1e-12, tick by tick, from their differential equation q' = g k w' - q/tau; what they lose is the integral of q^2/(g k tau) on the way. Tents
 that stiffen and friction that breaks away are closed forms of the displacement; toughness is a quadrature and a search.
 
@@ -252,8 +252,48 @@ def toughness():
     (HERE / "toughness.csv").write_text("\n".join(lines) + "\n")
 
 
+def damping():
+    """Two layers that open at once and only damp. The elongation e of the spring is integrated from e' = x' - e/tau, tick by tick, with
+    B = sum of b l of the tick; where B grows the force B e/tau is kept, where it shrinks the elongation."""
+    tau = 0.01
+    layers = [
+        layer("fat", 0.0084, 80.0, 0.0, 0.0, numbers={"damping_n_s_per_m2": 100.0}),
+        layer("muscle", 0.03, 500.0, 0.0, 0.0, numbers={"damping_n_s_per_m2": 300.0}),
+    ]
+    note = "in at 20 mm/s, held, out at 40 mm/s, in again while it still pulls, trembling, and out of the body; 500 Hz"
+    scene = case("damping", note, layers, 0.0, damping_time_s=tau)
+    scene["law"] = 5
+    legs = [(1.2, -0.0010203, 0.0229797), (0.1, 0.0229797, 0.0229797), (0.3, 0.0229797, 0.0109797), (0.2, 0.0109797, 0.0149797)]
+    legs += [(0.02, 0.0149797, 0.0157797), (0.02, 0.0157797, 0.0149797)] * 10 + [(0.8, 0.0149797, -0.0010203)]
+    e = lost_j = b = 0.0
+    before, rows, tip_open = None, [], 0
+    for t_s, x_m in path(legs, 0.002):
+        events = []
+        while tip_open < 2 and x_m > (0.0, 0.0084)[tip_open]:
+            events.append(f"tip:{tip_open}")
+            tip_open += 1
+        depth_m = max(x_m, 0.0)
+        now = 100.0 * min(depth_m, 0.0084) + 300.0 * max(depth_m - 0.0084, 0.0)
+        kept = e if now <= b else e * b / now
+        lost_j += (b * e * e - now * kept * kept) / (2.0 * tau)
+        e, b = kept, now
+        if before and b > 0.0:
+            rate, seconds = (x_m - before[1]) / (t_s - before[0]), t_s - before[0]
+            solved = solve_ivp(
+                lambda _, y: [rate - y[0] / tau, (b / tau * y[0]) ** 2 / b * 1e3], (0.0, seconds), [e, 0.0], method="DOP853", rtol=1e-12, atol=1e-18
+            )
+            e, lost_j = solved.y[0, -1], lost_j + solved.y[1, -1] / 1e3
+        e = e if b > 0.0 else 0.0
+        v = (x_m - before[1]) / (t_s - before[0]) if before else 0.0
+        q = b / tau * e
+        rows.append([t_s, x_m, v, q, 0.0, 0.0, q, 0.0, 0.0, depth_m, "+".join(events), lost_j])
+        before = (t_s, x_m)
+    write(scene, rows, with_loss=True)
+
+
 relaxing()
 yielding()
 stiffening()
 breakaway()
+damping()
 toughness()

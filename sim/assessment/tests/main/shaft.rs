@@ -6,7 +6,7 @@ use documents::{Shape, StructureKind};
 use nalgebra::Vector3;
 use recording::EventKind;
 
-use crate::support::{Pose, bundle, down, expect, judge, mark, orientation, plunge, record, structure};
+use crate::support::{Pose, bundle, down, expect, expect_anew, judge, mark, orientation, plunge, record, structure};
 
 const PI: f64 = std::f64::consts::PI;
 
@@ -107,4 +107,46 @@ fn hits_are_counted_by_kind_and_targets_apart() {
     expect(&assessment, "structure_hits.vessel", 1.0, 0.0);
     expect(&assessment, "structure_hits.target", 1.0, 0.0);
     expect(&assessment, "structure_hits.bone", 0.0, 0.0);
+}
+
+/// 4 mm above a sphere's top, then on it with a tremor of 10 Hz and 0.1 mm for 2 s, 0.2 s clear of it by 0.3 mm, on it, 0.4 s clear, on it,
+/// drawn back by 0.6 mm for 0.1 s, and on it again.
+fn trembling_on_bone(t_s: f64) -> f64 {
+    match t_s {
+        t if t < 1.0 => 6.0 * t,
+        t if t < 3.0 => 10.0 + 0.1 * libm::sin(std::f64::consts::TAU * 10.0 * t),
+        t if t < 3.2 => 9.7,
+        t if t < 4.0 => 10.05,
+        t if t < 4.4 => 9.7,
+        t if t < 5.0 => 10.05,
+        t if t < 5.1 => 9.4,
+        _ => 10.05,
+    }
+}
+
+#[test]
+fn a_contact_lasts_through_a_tremor_and_ends_where_the_needle_is_clear() {
+    let mut bundle = bundle();
+    bundle.scene.structures =
+        vec![structure("rib", StructureKind::Bone, Shape::Sphere { radius_m: 2e-3 }, [0.0, 0.0, -12.0])];
+    let mut recording = record(1000.0, 6.0, |t_s| down(0.0, 0.0, trembling_on_bone(t_s)));
+    let is_in = |sample: &recording::Sample| sample.position_m[2] <= -10e-3;
+    let entries: Vec<f64> = recording
+        .samples
+        .windows(2)
+        .filter(|pair| !is_in(&pair[0]) && is_in(&pair[1]))
+        .map(|pair| pair[1].t_s)
+        .collect();
+    for &t_s in &entries {
+        mark(&mut recording, t_s, EventKind::StructureHit, None);
+        let hit = recording.events.iter_mut().rfind(|e| e.kind == EventKind::StructureHit);
+        hit.expect("just marked").structure = Some(0);
+    }
+    assert!(entries.len() > 20, "{} entries of the tip", entries.len());
+    let assessment = judge(&recording, &bundle);
+    expect(&assessment, "structure_hits.bone", entries.len() as f64, 0.0);
+    for id in ["structure_hits", "structure_hits.bone"] {
+        expect_anew(&assessment, id, 3.0, 0.0);
+    }
+    expect_anew(&assessment, "structure_hits.vessel", 0.0, 0.0);
 }

@@ -100,6 +100,7 @@ fn needle() -> Needle {
         inner_diameter_mm: 0.0,
         presliding_stiffness_n_per_m: 2000.0,
         speed_window_ms: 12.0,
+        damping_time_ms: 0.0,
         lateral_stiffness_n_per_m2: 10_000.0,
         breakaway_mm: None,
         friction_rest_s: 1.0,

@@ -43,6 +43,7 @@ fn axial() -> AxialSpec {
         tip_to_rim_m: 0.002,
         presliding_stiffness_n_per_m: 2000.0,
         speed_window_s: 0.0,
+        damping_time_s: 0.0,
         rate: None,
         breakaway: None,
     }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use documents::Patient;
 use law::axial::{AxialSpec, ForceLaw};
-use tissue::calibrate::{ParameterEstimate, ParameterStanding, QUANTITIES, Quantity};
+use tissue::calibrate::{self, ParameterEstimate, ParameterStanding, QUANTITIES, Quantity};
 
 use super::chart::{self, Chart};
 use super::sheet::{self, ReportSheet};
@@ -150,7 +150,7 @@ fn groups() -> Result<Vec<Group>, BenchError> {
     let (mut trocars, mut needles) = (Vec::new(), Vec::new());
     for scene in dossier::read_shipped_scenes()? {
         let spec = scene.axial_spec(&Patient::nominal(&scene));
-        if spec.law != ForceLaw::Version2 {
+        if spec.law == ForceLaw::Version1 || calibrate::needs_times(&spec) {
             continue;
         }
         if spec.tip_to_rim_m > 0.0 { &mut trocars } else { &mut needles }.push(spec);

@@ -21,7 +21,9 @@ const DRAWN_TO_M: f64 = 0.0185;
 const STEPS_UM: [f64; 3] = [0.0, 10.0, 55.0];
 /// A change of force between two ticks that a hand feels, in N.
 const JUMP_N: f64 = 0.05;
-const SIZE: (u32, u32) = (960, 720);
+/// Cutting that asks whether a tick moved; cutting by displacement, and speed over a window; damping by a spring and a dashpot.
+const DRAWN_LAWS: [ForceLaw; 3] = [ForceLaw::Version1, ForceLaw::Version2, ForceLaw::Version5];
+const SIZE: (u32, u32) = (960, 1080);
 
 /// One insertion as the hand feels it.
 struct FeltInsertion {
@@ -41,7 +43,9 @@ impl FeltInsertion {
     /// What is left of a scene's specification under a version of the law, felt in steps.
     fn insert(spec: &AxialSpec, law: ForceLaw, step_um: f64) -> Result<Self, BenchError> {
         let speed_window_s = if law == ForceLaw::Version1 { 0.0 } else { spec.speed_window_s };
-        let params = AxialParams::new(AxialSpec { law, speed_window_s, ..spec.clone() }).map_err(BenchError::work)?;
+        let damping_time_s = if law < ForceLaw::Version5 { 0.0 } else { spec.damping_time_s };
+        let spec = AxialSpec { law, speed_window_s, damping_time_s, ..spec.clone() };
+        let params = AxialParams::new(spec).map_err(BenchError::work)?;
         let (mut state, mut scratch) = (AxialState::new(&params), AxialScratch::new(&params));
         let mut ticks = Vec::new();
         for tick in 0..(TO_M / (SPEED_M_PER_S * TICK_S)) as u32 {
@@ -89,7 +93,7 @@ pub struct EncoderReport {
 /// When the disk refuses.
 pub fn measure(out: &Path, spec: &AxialSpec) -> Result<EncoderReport, BenchError> {
     let mut felt = Vec::new();
-    for law in [ForceLaw::Version1, ForceLaw::Version2] {
+    for law in DRAWN_LAWS {
         for step_um in STEPS_UM {
             felt.push(FeltInsertion::insert(spec, law, step_um)?);
         }
@@ -117,7 +121,7 @@ fn sheet(felt: &[FeltInsertion]) -> ReportSheet {
 
 fn markdown(sheet: &ReportSheet) -> String {
     format!(
-        "\n## On an encoder\n\nThe training scene's muscle at 2 mm/s and 1 kHz, by both versions of the law: the share of ticks that cut, the \
+        "\n## On an encoder\n\nThe training scene's muscle at 2 mm/s and 1 kHz, by three versions of the law: the share of ticks that cut, the \
          mean axial force, and how often a second it jumps by more than {JUMP_N} N.\n\n{}\n![force against depth in steps](force-encoder.svg)\n",
         sheet.markdown()
     )
@@ -126,8 +130,8 @@ fn markdown(sheet: &ReportSheet) -> String {
 fn picture(path: &Path, felt: &[FeltInsertion]) -> Drawn {
     let root = SVGBackend::new(path, SIZE).into_drawing_area();
     root.fill(&WHITE)?;
-    let panels = root.split_evenly((2, 1));
-    for (panel, law) in panels.iter().zip([ForceLaw::Version1, ForceLaw::Version2]) {
+    let panels = root.split_evenly((DRAWN_LAWS.len(), 1));
+    for (panel, law) in panels.iter().zip(DRAWN_LAWS) {
         let lines: Vec<&FeltInsertion> = felt.iter().filter(|felt| felt.law == law).collect();
         let most_n = felt.iter().flat_map(|felt| &felt.ticks).map(|tick| tick.force_n).fold(0.0, f64::max);
         let mut canvas = ChartBuilder::on(panel)

@@ -75,7 +75,8 @@ pub fn measure(out: &Path, training: &Scene) -> Result<FibresReport, BenchError>
 /// The scene with fibres along the patient's x in its fascia, under a bevelled needle, and which layer that is.
 fn fibrous_spec(training: &Scene, tension_n_per_m: f64) -> Result<(AxialSpec, usize), BenchError> {
     let mut scene = training.clone();
-    (scene.law, scene.needle.tip, scene.needle.tip_to_rim_mm) = (ForceLaw::Version3, "bevel".to_owned(), 0.0);
+    scene.law = scene.law.max(ForceLaw::Version3);
+    (scene.needle.tip, scene.needle.tip_to_rim_mm) = ("bevel".to_owned(), 0.0);
     let fascia =
         scene.layers.iter().position(|layer| layer.name == "fascia").ok_or_else(|| BenchError::work("no fascia"))?;
     scene.layers[fascia].options.fibres = Some(SceneFibres {

@@ -16,7 +16,7 @@ pub(crate) static SCENE: DescribedTable = DescribedTable {
         DescribedField::text("description", &Text::PROSE, "What it is and where it comes from").or_text(""),
         DescribedField::new(
             "law",
-            FieldKind::Integer { min: 1, max: 4 },
+            FieldKind::Integer { min: 1, max: 5 },
             "Version of the force law; 1 if left out, as scenes were before there was another",
         )
         .or(1.0),
@@ -281,6 +281,13 @@ static NEEDLE: DescribedTable = DescribedTable {
             "ms",
             0.0..=50.0,
             "How far back speed is measured; 0: over the last two samples",
+        )
+        .or(0.0),
+        DescribedField::number(
+            "damping_time_ms",
+            "ms",
+            0.0..=50.0,
+            "Time of the spring and dashpot that damp along the shaft; 0: a dashpot alone. With law = 5",
         )
         .or(0.0),
         DescribedField::number(

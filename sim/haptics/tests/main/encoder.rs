@@ -37,6 +37,8 @@ const WAY_M: f64 = 0.050;
 const APPROACH_M: f64 = 0.020;
 /// A jump of the force that a hand would notice, in N.
 const JUMP_N: f64 = 0.05;
+/// The same where readings come three times: at 30 mm/s each is then a step of 90 µm, whatever the encoder.
+const REPEATED_JUMP_N: f64 = 0.1;
 
 /// A push, and how the handle's motion is reported.
 #[derive(Clone, Copy, Debug)]
@@ -162,7 +164,7 @@ fn changes_n(felt: &[Felt], around: usize, at: usize) -> f64 {
     high - low
 }
 
-fn judge(case: &str, felt: &[Felt], ideal: &[Felt], around: usize) {
+fn judge(case: &str, felt: &[Felt], ideal: &[Felt], (around, most_n): (usize, f64)) {
     let cuts: Vec<usize> = (0..ideal.len()).filter(|&at| ideal[at].cutting_n > 0.0).collect();
     let on = cuts.iter().filter(|&&at| felt[at].cutting_n > 0.0).count();
     assert!(on as f64 >= 0.95 * cuts.len() as f64, "{case}: cutting in {on} of {} ticks", cuts.len());
@@ -171,7 +173,7 @@ fn judge(case: &str, felt: &[Felt], ideal: &[Felt], around: usize) {
     assert!((ratio - 1.0).abs() <= 0.02, "{case}: mean cutting is {ratio} of the ideal");
     for at in 1..felt.len() {
         let jump_n = (felt[at].given_n - felt[at - 1].given_n).abs();
-        assert!(jump_n <= JUMP_N + changes_n(ideal, around, at), "{case}: a jump of {jump_n} N at tick {at}");
+        assert!(jump_n <= most_n + changes_n(ideal, around, at), "{case}: a jump of {jump_n} N at tick {at}");
     }
 }
 
@@ -181,7 +183,8 @@ fn compare(through: impl Fn(&Push) -> (DeviceInfo, Vec<Felt>), push: &Push) {
     let ideal = push_alone(&info, &Push::ideal(push.scene, push.mm_per_s));
     // Two positions that it tells apart, and a reading as old as can be.
     let around = (2.0 * push.step_um * 1e-6 / push.m_per_tick()) as usize + 3 * push.repeats;
-    judge(&format!("{push:?} on {}", info.name), &felt, &ideal, around);
+    let most_n = if push.repeats > 1 { REPEATED_JUMP_N } else { JUMP_N };
+    judge(&format!("{push:?} on {}", info.name), &felt, &ideal, (around, most_n));
 }
 
 #[test]

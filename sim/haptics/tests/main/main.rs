@@ -5,6 +5,8 @@ mod encoder;
 #[cfg(test)]
 mod exits;
 #[cfg(test)]
+mod free_handle;
+#[cfg(test)]
 mod inverse3;
 #[cfg(test)]
 mod inverse3_faults;
@@ -18,5 +20,7 @@ mod safety;
 mod servo;
 #[cfg(test)]
 mod support;
+#[cfg(test)]
+mod throws;
 #[cfg(test)]
 mod vendors;

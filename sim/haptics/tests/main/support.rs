@@ -22,6 +22,17 @@ pub fn shipped(name: &str) -> PunctureSpec {
     scene.puncture_spec(&Patient::nominal(&scene))
 }
 
+/// The names of all shipped scenes.
+pub fn shipped_names() -> Vec<String> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/scenes");
+    let files = std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path());
+    let stem = |path: std::path::PathBuf| path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    let mut names: Vec<String> =
+        files.filter(|path| path.extension().is_some_and(|ext| ext == "toml")).filter_map(stem).collect();
+    names.sort();
+    names
+}
+
 /// What a real device can do.
 pub fn device(name: &str, max_force_n: f64, continuous_force_n: f64, max_stiffness_n_per_m: f64) -> DeviceInfo {
     DeviceInfo {

@@ -1,10 +1,11 @@
 //! Books a tick into the energy ledger.
 //!
 //! The hand's work in a tick is the change of elastic energy before the ruptures, what the presliding springs took exactly
-//! ([`super::springs`]), and viscous force times Δx. Every joule of it is booked once, so the ledger closes to round-off by
+//! ([`super::springs`]), and viscous force times Δx or, from version 5, what the damping's spring and dashpot took exactly
+//! ([`super::damping`]). Every joule of it is booked once, so the ledger closes to round-off by
 //! construction; what the tests establish is that each part is a dissipation, agrees with ∫F dx and does not depend on the tick.
 //!
-//! Viscous force follows speed over a window, so that for a tick within one window after a reversal it may push with the motion. What
+//! Up to version 4 viscous force follows speed over a window, so that for a tick within one window after a reversal it may push with the motion. What
 //! it gives back there is taken off its layers' loss and counted apart, in [`Ledger::lagged_j`].
 //!
 //! Choices. Elastic and rupture energy belong to the layer whose boundary is tented or opened. Viscous and friction
@@ -21,30 +22,31 @@ use crate::ledger::{LayerEnergy, Ledger};
 pub(super) struct BookedTick<'a> {
     pub open: Open,
     pub x_m: f64,
-    pub dx_m: f64,
     /// Change of the elastic energy before the ruptures and what the branches lost, in J.
     pub elastic_work_j: f64,
     /// The branches after the ruptures.
     pub relaxed: &'a RelaxedTents,
     pub before: AxialOutput,
     pub after: AxialOutput,
-    /// What friction and cutting did.
+    /// What damping, friction and cutting did.
+    pub viscous: SpringWork,
     pub friction: SpringWork,
     pub cutting: SpringWork,
-    /// What the presliding springs hold now, in J.
+    /// What the springs of friction, cutting and damping hold now, in J.
     pub presliding_j: f64,
 }
 
 pub(super) fn book_tick(ledger: &mut Ledger, path: &Path<'_>, tick: &BookedTick<'_>, ruptures: &[Rupture]) {
-    let viscous_j = tick.after.viscous_n * tick.dx_m;
-    book_work(ledger, tick.elastic_work_j + viscous_j + tick.friction.work_j + tick.cutting.work_j);
+    book_work(ledger, tick.elastic_work_j + tick.viscous.work_j + tick.friction.work_j + tick.cutting.work_j);
     book_ruptures(ledger, ruptures);
     book_elastic(ledger, path, tick);
     ledger.presliding_j = tick.presliding_j;
-    book_friction(ledger, path, tick);
+    let before_m = tick.before.depth_m;
+    let along = |total_j, part| Share { depth_m: tick.after.depth_m, total_j, part };
+    book_along(ledger, path, &along(tick.friction.lost_j, FRICTION), before_m);
     book_cutting(ledger, path, tick);
-    ledger.lagged_j += (-viscous_j).max(0.0);
-    book_share(ledger, path, &Share { depth_m: tick.after.depth_m, total_j: viscous_j, part: VISCOUS });
+    ledger.lagged_j += (-tick.viscous.lost_j).max(0.0);
+    book_along(ledger, path, &along(tick.viscous.lost_j, VISCOUS), before_m);
 }
 
 fn book_work(ledger: &mut Ledger, work_j: f64) {
@@ -99,11 +101,10 @@ fn book_elastic(ledger: &mut Ledger, path: &Path<'_>, tick: &BookedTick<'_>) {
     }
 }
 
-/// When the last of the needle leaves, nothing is inserted any more and the loss is shared as the tick before.
-fn book_friction(ledger: &mut Ledger, path: &Path<'_>, tick: &BookedTick<'_>) {
-    let here = Share { depth_m: tick.after.depth_m, total_j: tick.friction.lost_j, part: FRICTION };
-    if !book_share(ledger, path, &here) {
-        book_share(ledger, path, &Share { depth_m: tick.before.depth_m, ..here });
+/// Books a loss along the shaft. When the last of the needle leaves, nothing is inserted any more and the loss is shared as the tick before.
+fn book_along(ledger: &mut Ledger, path: &Path<'_>, here: &Share, before_m: f64) {
+    if !book_share(ledger, path, here) {
+        book_share(ledger, path, &Share { depth_m: before_m, ..*here });
     }
 }
 

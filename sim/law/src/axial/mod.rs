@@ -29,7 +29,7 @@
 //!
 //! # Versions
 //!
-//! A scene names the version of the law that it was made for ([`ForceLaw`]). They differ in cutting, in how speed is measured and in
+//! A scene names the version of the law that it was made for ([`ForceLaw`]). Versions 1 and 2 differ in cutting, in how speed is measured and in
 //! how exactly energy is booked; a scene that cuts nothing and has no window gets the same bits from both.
 //!
 //! ```text
@@ -40,6 +40,9 @@
 //! Version 1 asks whether the tick moved. On an encoder in steps of 55 µm at 2 mm/s one tick in 27 does, so its force rattled and was
 //! too small. Version 2 asks how far the tip is from where it has cut.
 //!
+//! Up to version 4 F_viscous = v Σ b_j l_j, with v over the scene's window: a force that lags, and feeds a handle that nobody holds. Version 5
+//! puts a spring in series with each dashpot instead ([`damping`]), and no force depends on v.
+//!
 //! # Order within a tick
 //!
 //! Ruptures first (every tip rupture in boundary order, then every rim rupture in boundary order: the tip does not
@@ -49,7 +52,9 @@
 
 mod adhesion;
 mod book;
+mod damping;
 mod loads;
+mod maxwell;
 mod options;
 mod params;
 mod path;

@@ -135,6 +135,12 @@ impl AxialSpec {
     pub fn relaxes(&self) -> bool {
         self.layers.iter().any(|layer| layer.options.relaxes())
     }
+
+    /// Whether a layer or the needle names an option of version 3.
+    #[must_use]
+    pub fn has_options(&self) -> bool {
+        self.breakaway.is_some() || self.layers.iter().any(|layer| !layer.options.is_empty())
+    }
 }
 
 /// What a tension T in N/m adds to the stiffness of a sheet's boundary, in N/m: 2πT/ln(R/a) for a disc of radius a in a sheet that is held at

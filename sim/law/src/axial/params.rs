@@ -10,6 +10,9 @@ pub const MAX_LAYERS: usize = 64;
 /// Longest window that speed is measured over, in s.
 const LONGEST_SPEED_WINDOW_S: f64 = 0.05;
 
+/// Longest time of the damping's spring and dashpot, in s.
+const LONGEST_DAMPING_TIME_S: f64 = 0.05;
+
 /// One tissue layer as the force law needs it, already scaled for the needle and the tissue.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Layer {
@@ -56,11 +59,14 @@ pub enum ForceLaw {
     Version3,
     /// Version 3 with bone that cannot be pushed through: the tip slides on its surface. Without bone it is version 3 to the bit.
     Version4,
+    /// Version 4 with damping by a spring and a dashpot, whose force does not lag behind the motion. With a time of 0 and without a window it
+    /// is version 4 to the bit.
+    Version5,
 }
 
 /// A number that no force law has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("law {0} is not known: 1, 2, 3 and 4 are")]
+#[error("law {0} is not known: 1, 2, 3, 4 and 5 are")]
 pub struct UnknownForceLaw(pub u32);
 
 impl TryFrom<u32> for ForceLaw {
@@ -72,6 +78,7 @@ impl TryFrom<u32> for ForceLaw {
             2 => Ok(Self::Version2),
             3 => Ok(Self::Version3),
             4 => Ok(Self::Version4),
+            5 => Ok(Self::Version5),
             other => Err(UnknownForceLaw(other)),
         }
     }
@@ -84,6 +91,7 @@ impl From<ForceLaw> for u32 {
             ForceLaw::Version2 => 2,
             ForceLaw::Version3 => 3,
             ForceLaw::Version4 => 4,
+            ForceLaw::Version5 => 5,
         }
     }
 }
@@ -104,12 +112,21 @@ pub struct AxialSpec {
     /// Version 1 knows only 0. Speed lags by half of it.
     #[serde(default)]
     pub speed_window_s: f64,
+    /// Time τ of the damping's spring and dashpot, in s, 0 to 0.05; 0 is a dashpot alone. From version 5.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub damping_time_s: f64,
     /// Optional rate dependence of the thresholds.
     #[serde(default)]
     pub rate: Option<RateDependence>,
     /// When static friction ends, in version 3.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub breakaway: Option<Breakaway>,
+}
+
+/// Whether a time is that of a dashpot alone, which older specifications do not write.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands it so")]
+fn is_zero(time_s: &f64) -> bool {
+    *time_s == 0.0
 }
 
 /// Checked parameters of the axial law, constant for an attempt.
@@ -181,6 +198,7 @@ impl AxialParams {
         Domain::NotNegative.check("tip_to_rim_m", spec.tip_to_rim_m, "m")?;
         Domain::Positive.check("presliding_stiffness_n_per_m", spec.presliding_stiffness_n_per_m, "N/m")?;
         check_speed_window(&spec)?;
+        check_damping_time(&spec)?;
         if let Some(rate) = &spec.rate {
             Domain::NotNegative.check("rate.p_infinity_n", rate.p_infinity_n, "N")?;
             Domain::Positive.check("rate.v0_m_per_s", rate.v0_m_per_s, "m/s")?;
@@ -199,7 +217,7 @@ impl AxialParams {
 fn check_speed_window(spec: &AxialSpec) -> Result<(), ParamError> {
     let (longest_s, allowed) = match spec.law {
         ForceLaw::Version1 => (0.0, "must be 0 under version 1 of the law"),
-        ForceLaw::Version2 | ForceLaw::Version3 | ForceLaw::Version4 => {
+        ForceLaw::Version2 | ForceLaw::Version3 | ForceLaw::Version4 | ForceLaw::Version5 => {
             (LONGEST_SPEED_WINDOW_S, "must be a number from 0 to 0.05")
         }
     };
@@ -208,6 +226,20 @@ fn check_speed_window(spec: &AxialSpec) -> Result<(), ParamError> {
         Ok(())
     } else {
         Err(ParamError { field: "speed_window_s".into(), value, unit: "s", allowed })
+    }
+}
+
+fn check_damping_time(spec: &AxialSpec) -> Result<(), ParamError> {
+    let (longest_s, allowed) = if spec.law >= ForceLaw::Version5 {
+        (LONGEST_DAMPING_TIME_S, "must be a number from 0 to 0.05")
+    } else {
+        (0.0, "must be 0 before version 5 of the law")
+    };
+    let value = spec.damping_time_s;
+    if (0.0..=longest_s).contains(&value) {
+        Ok(())
+    } else {
+        Err(ParamError { field: "damping_time_s".into(), value, unit: "s", allowed })
     }
 }
 

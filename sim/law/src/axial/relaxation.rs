@@ -1,14 +1,7 @@
 //! Maxwell branches beside a tent: what a held needle loses.
 //!
-//! Each branch is a spring g k in series with a dashpot of time τ. Over a tick w is linear in time, so that with Δ = Δt/τ and u = 1 − e^(−Δ)
-//!
-//! ```text
-//! q ← q e^(−Δ) + g k Δw u/Δ
-//! stored  q²/(2 g k)
-//! lost    ∫ q²/(g k τ) dt = (1/(g k)) (q₀² (u − u²/2) + q₀ a u²/Δ + a² (Δ − u − u²/2)/Δ²),   a = g k Δw
-//! ```
-//!
-//! exactly, whatever the tick. Where a contactor touches or leaves a boundary within a tick, the branch works for its part of the tick.
+//! Each branch is a spring g k in series with a dashpot of time τ ([`super::maxwell`]). Where a contactor touches or leaves a boundary within a
+//! tick, the branch works for its part of the tick.
 //!
 //! A tip that draws back faster than the tissue follows would be pulled by branches that have relaxed. Tissue does not stick to a needle:
 //! where spring and branches together would pull, the branches that do lose as much as brings the force to 0, and what they stored for it is
@@ -16,6 +9,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::maxwell::Stretch;
 use super::options::{MAX_BRANCHES, MaxwellBranch};
 use super::state::Contactor;
 
@@ -75,7 +69,7 @@ impl Branches {
         let mut lost_j = 0.0;
         for (branch, q) in beside.branches.iter().zip(&mut self.forces_n) {
             let stiffness = branch.share * beside.stiffness_n_per_m;
-            lost_j += relax_branch(q, stiffness, &Passage { dent_m, delta: motion.dt_s * part / branch.time_s });
+            lost_j += Stretch { way_m: dent_m, delta: motion.dt_s * part / branch.time_s }.relax(q, stiffness);
         }
         lost_j + self.let_go(beside, motion)
     }
@@ -99,39 +93,6 @@ impl Branches {
         }
         (before_j - self.stored_j(beside)).max(0.0)
     }
-}
-
-/// A branch's part of a tick: the change of the dent in m, and its time in units of τ.
-struct Passage {
-    dent_m: f64,
-    delta: f64,
-}
-
-/// Brings the force of one branch to the end of its passage; what its dashpot lost, in J.
-fn relax_branch(q: &mut f64, stiffness_n_per_m: f64, passage: &Passage) -> f64 {
-    let Passage { dent_m, delta } = *passage;
-    let a = stiffness_n_per_m * dent_m;
-    if delta <= 0.0 {
-        *q += a;
-        return 0.0;
-    }
-    let u = -libm::expm1(-delta);
-    let before = *q;
-    *q = before * (1.0 - u) + a * (u / delta);
-    let squared = before * before * (u - 0.5 * u * u) + before * a * (u * u / delta) + a * a * ramp_loss(u, delta);
-    (squared / stiffness_n_per_m).max(0.0)
-}
-
-/// (Δ − u − u²/2)/Δ². Since Δ = −ln(1 − u) = u + u²/2 + u³/3 + …, what is left of a short tick is its higher powers.
-fn ramp_loss(u: f64, delta: f64) -> f64 {
-    /// Below it the series is exact to round-off in as many terms as are summed.
-    const SHORT: f64 = 0.03;
-    if u >= SHORT {
-        return (delta - u - 0.5 * u * u) / (delta * delta);
-    }
-    // Horner's scheme of Σ u^n/(n + 3), n = 0 … 9.
-    let sum = (3..=12).rev().fold(0.0, |sum, n| sum * u + 1.0 / f64::from(n));
-    u * u * u * sum / (delta * delta)
 }
 
 /// What a tick made of the branches beside one tent.

@@ -143,6 +143,9 @@ pub struct AxialState {
     /// Where the shaft is between static and kinetic friction. Version 3.
     #[serde(default)]
     pub(super) adhesion: Adhesion,
+    /// Σ b_j l_j at the last good sample, in N·s/m. Version 5.
+    #[serde(default)]
+    pub(super) damping_n_s_per_m: f64,
     /// Direction of the needle's edge in the plane of the skin, of unit length: latched with its axis. Version 3.
     #[serde(default = "plain_edge")]
     pub edge: [f64; 2],
@@ -189,6 +192,7 @@ impl AxialState {
             window: SpeedWindow::new(params.spec().speed_window_s),
             held: HeldBranches::default(),
             adhesion: Adhesion::default(),
+            damping_n_s_per_m: 0.0,
             edge: PLAIN_EDGE,
         }
     }

@@ -2,6 +2,7 @@
 
 use super::adhesion::{Adhesion, FrictionCaps, FrictionTick, Slid};
 use super::book::{BookedTick, book_tick};
+use super::damping::{Damped, DampingTick};
 use super::options::RuptureCriterion;
 use super::params::{AxialParams, AxialSpec, ForceLaw, RateDependence};
 use super::path::{Open, Path, TentedBoundary, lay_boundaries};
@@ -60,19 +61,20 @@ pub fn step(
         open = open_reached_boundaries(&Tenting { path: &path, x_m, at: &thresholds }, open, &mut relaxed, ruptures);
     }
     let at = ResolvedTick { open, x_m, motion, held: relaxed.held };
-    let Forces { output, front_m, friction, adhesion, cutting } = forces_after_ruptures(params, &path, state, &at);
+    let Forces { output, front_m, damping_n_s_per_m, damped, friction, adhesion, cutting } =
+        forces_after_ruptures(params, &path, state, &at);
 
     let tick = BookedTick {
         open,
         x_m,
-        dx_m: at.motion.dx_m,
         elastic_work_j,
         relaxed: &relaxed,
         before: state.last_output(),
         after: output,
+        viscous: damped.work,
         friction,
         cutting,
-        presliding_j: stored_energy_j(spec, &output),
+        presliding_j: stored_energy_j(spec, &output) + damped.stored_j,
     };
     book_tick(&mut state.ledger, &path, &tick, ruptures);
     state.tip_open = open.tip;
@@ -81,6 +83,7 @@ pub fn step(
     state.front_m = front_m;
     state.held = relaxed.held;
     state.adhesion = adhesion;
+    state.damping_n_s_per_m = damping_n_s_per_m;
     state.window.push(TimedDisplacement { t_s, x_m }, spec.speed_window_s);
     state.last = Some(LastSample { t_s, x_m, output });
     output
@@ -91,7 +94,7 @@ fn stored_energy_j(spec: &AxialSpec, output: &AxialOutput) -> f64 {
     let spring_j = |force_n| SpringTick::stored_j(spec.presliding_stiffness_n_per_m, force_n);
     match spec.law {
         ForceLaw::Version1 => spring_j(output.friction_n),
-        ForceLaw::Version2 | ForceLaw::Version3 | ForceLaw::Version4 => {
+        ForceLaw::Version2 | ForceLaw::Version3 | ForceLaw::Version4 | ForceLaw::Version5 => {
             spring_j(output.friction_n) + spring_j(output.cutting_n)
         }
     }
@@ -238,11 +241,14 @@ impl Tenting<'_> {
     }
 }
 
-/// The forces of a tick, and what its presliding springs did.
+/// The forces of a tick, and what its dashpots and presliding springs did.
 struct Forces {
     output: AxialOutput,
     /// The cutting front, in m.
     front_m: Option<f64>,
+    /// Σ b_j l_j, in N·s/m.
+    damping_n_s_per_m: f64,
+    damped: Damped,
     friction: SpringWork,
     adhesion: Adhesion,
     cutting: SpringWork,
@@ -251,27 +257,47 @@ struct Forces {
 /// The forces with the state after the ruptures.
 fn forces_after_ruptures(params: &AxialParams, path: &Path<'_>, state: &AxialState, at: &ResolvedTick) -> Forces {
     let depth_m = path.depth_m(at.open, at.x_m);
-    let mut damping = 0.0;
+    let mut damping_n_s_per_m = 0.0;
     let mut caps = FrictionCaps { kinetic_n: 0.0, static_n: 0.0 };
     for (layer, inserted_m) in path.inserted(depth_m) {
-        damping += layer.damping_n_s_per_m2 * inserted_m;
+        damping_n_s_per_m += layer.damping_n_s_per_m2 * inserted_m;
         caps.kinetic_n += layer.friction_n_per_m * inserted_m;
         caps.static_n += layer.static_friction_n_per_m() * inserted_m;
     }
     let Slid { force_n: friction_n, work: friction, adhesion } = friction_force(params, state, at, caps);
+    let damped = damp(params, state, at, damping_n_s_per_m);
     let (Cut { force_n: cutting_n, front_m }, cutting) = cut_tissue(params, path, state, at);
     let output = AxialOutput {
         v_m_per_s: at.motion.v_m_per_s,
         // What the branches pull is let go of but for round-off.
         tip_n: (path.tip(at.open, at.x_m).force_n + at.held.tip.force_n()).max(0.0),
         rim_n: (path.rim(at.open, at.x_m).force_n + at.held.rim.force_n()).max(0.0),
-        viscous_n: at.motion.v_m_per_s * damping,
+        viscous_n: damped.force_n,
         friction_n,
         cutting_n,
         depth_m,
         held: false,
     };
-    Forces { output, front_m, friction, adhesion, cutting }
+    Forces { output, front_m, damping_n_s_per_m, damped, friction, adhesion, cutting }
+}
+
+/// Damping, by the law of the scene, of a shaft on which Σ b_j l_j acts.
+fn damp(params: &AxialParams, state: &AxialState, at: &ResolvedTick, damping_n_s_per_m: f64) -> Damped {
+    let spec = params.spec();
+    if spec.law < ForceLaw::Version5 {
+        let force_n = at.motion.v_m_per_s * damping_n_s_per_m;
+        let work_j = force_n * at.motion.dx_m;
+        return Damped { force_n, stored_j: 0.0, work: SpringWork { work_j, lost_j: work_j } };
+    }
+    let tick = DampingTick {
+        time_s: spec.damping_time_s,
+        before_n: state.last_output().viscous_n,
+        from_n_s_per_m: state.damping_n_s_per_m,
+        to_n_s_per_m: damping_n_s_per_m,
+        dx_m: at.motion.dx_m,
+        dt_s: at.motion.dt_s,
+    };
+    tick.advance()
 }
 
 /// Friction, by the law of the scene: a presliding spring within a cap.
@@ -302,7 +328,9 @@ fn cut_tissue(params: &AxialParams, path: &Path<'_>, state: &AxialState, at: &Re
             let work_j = force_n * at.motion.dx_m;
             (Cut { force_n, front_m: None }, SpringWork { work_j, lost_j: work_j })
         }
-        ForceLaw::Version2 | ForceLaw::Version3 | ForceLaw::Version4 => drag_front(params, state, at, cap_n),
+        ForceLaw::Version2 | ForceLaw::Version3 | ForceLaw::Version4 | ForceLaw::Version5 => {
+            drag_front(params, state, at, cap_n)
+        }
     }
 }
 

@@ -7,6 +7,8 @@ mod beam;
 #[cfg(test)]
 mod cells;
 #[cfg(test)]
+mod damping;
+#[cfg(test)]
 mod energy;
 #[cfg(test)]
 mod operators;

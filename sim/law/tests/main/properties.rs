@@ -46,7 +46,7 @@ fn any_options() -> impl Strategy<Value = LayerOptions> {
 fn any_optioned_scene() -> impl Strategy<Value = AxialSpec> {
     let breakaway = (1e-5..5e-3_f64, 1e-2..2.0_f64).prop_map(|(slid_m, rest_s)| Breakaway { slid_m, rest_s });
     (any_scene(), prop::collection::vec(any_options(), 6), breakaway).prop_map(|(mut spec, options, breakaway)| {
-        spec.law = ForceLaw::Version3;
+        spec.law = spec.law.max(ForceLaw::Version3);
         spec.breakaway = Some(breakaway);
         for (layer, options) in spec.layers.iter_mut().zip(options) {
             let static_friction_n_per_m = options.static_friction_n_per_m.map(|more| layer.friction_n_per_m + more);
@@ -62,17 +62,19 @@ fn any_scene() -> impl Strategy<Value = AxialSpec> {
         .prop_map(|rate| rate.map(|(p_infinity_n, v0_m_per_s)| RateDependence { p_infinity_n, v0_m_per_s }));
     let lag = prop_oneof![Just(0.0), 1e-4..5e-3_f64];
     let law = prop_oneof![
-        Just((ForceLaw::Version1, 0.0)),
-        Just((ForceLaw::Version2, 0.0)),
-        (1e-4..0.05_f64).prop_map(|window_s| (ForceLaw::Version2, window_s)),
+        Just((ForceLaw::Version1, 0.0, 0.0)),
+        Just((ForceLaw::Version2, 0.0, 0.0)),
+        (1e-4..0.05_f64).prop_map(|window_s| (ForceLaw::Version2, window_s, 0.0)),
+        (1e-4..0.05_f64, 0.0..0.05_f64).prop_map(|(window_s, time_s)| (ForceLaw::Version5, window_s, time_s)),
     ];
     (prop::collection::vec(any_layer(), 1..6), lag, rate, law).prop_map(
-        |(layers, tip_to_rim_m, rate, (law, speed_window_s))| AxialSpec {
+        |(layers, tip_to_rim_m, rate, (law, speed_window_s, damping_time_s))| AxialSpec {
             law,
             layers,
             tip_to_rim_m,
             presliding_stiffness_n_per_m: 2000.0,
             speed_window_s,
+            damping_time_s,
             rate,
             breakaway: None,
         },
@@ -88,7 +90,8 @@ fn any_walk() -> impl Strategy<Value = Vec<(f64, f64)>> {
 
 /// Walks a scene, checking each tick.
 fn walk(spec: AxialSpec, steps: &[(f64, f64)]) -> Result<(), TestCaseError> {
-    let (layers, windowed) = (spec.layers.clone(), spec.speed_window_s > 0.0);
+    let (layers, follows_speed) = (spec.layers.clone(), spec.law < ForceLaw::Version5);
+    let lags = follows_speed && spec.speed_window_s > 0.0;
     let mut run = AxialRun::new(spec).expect("a valid scene");
     let (mut t_s, mut x_m) = (0.0, -0.001);
     run.step(t_s, x_m);
@@ -102,7 +105,7 @@ fn walk(spec: AxialSpec, steps: &[(f64, f64)]) -> Result<(), TestCaseError> {
         (t_s, x_m) = (t_s + dt, x_m + dx);
         prop_assert!(output.total_n().is_finite() && output.depth_m >= 0.0);
         prop_assert!(output.tip_n >= 0.0 && output.rim_n >= 0.0 && output.cutting_n >= 0.0);
-        prop_assert!(output.viscous_n * output.v_m_per_s >= 0.0, "viscosity must resist");
+        prop_assert!(!follows_speed || output.viscous_n * output.v_m_per_s >= 0.0, "viscosity must resist");
         let cap_n: f64 = layers.iter().map(|layer| layer.static_friction_n_per_m() * layer.thickness_m).sum();
         prop_assert!(output.friction_n.abs() <= cap_n + 1e-12);
         // A branch is never stretched by more than the dent: at most everything holds as if dented at once.
@@ -119,7 +122,7 @@ fn walk(spec: AxialSpec, steps: &[(f64, f64)]) -> Result<(), TestCaseError> {
         prop_assert!(dx >= 0.0 || run.ruptures().is_empty(), "ruptured while drawing back");
         for (was, is) in before.ledger.layers.iter().zip(&run.state.ledger.layers) {
             let gave_back_j = run.state.ledger.lagged_j - before.ledger.lagged_j;
-            prop_assert!(gave_back_j <= 0.0 || windowed, "only a window of speed lags");
+            prop_assert!(gave_back_j <= 0.0 || lags, "only a window of speed lags");
             let parts = [
                 (was.rupture_j, is.rupture_j),
                 (was.viscous_j, is.viscous_j + gave_back_j),
@@ -178,7 +181,7 @@ proptest! {
 
     #[test]
     fn version_3_without_options_is_version_2_to_the_bit(spec in any_scene(), steps in any_walk()) {
-        let second = AxialSpec { law: ForceLaw::Version2, ..spec };
+        let second = AxialSpec { law: ForceLaw::Version2, damping_time_s: 0.0, ..spec };
         let third = AxialSpec { law: ForceLaw::Version3, ..second.clone() };
         let mut runs = [second, third].map(|spec| AxialRun::new(spec).expect("a valid scene"));
         let (mut t_s, mut x_m) = (0.0, -0.001);
@@ -191,6 +194,22 @@ proptest! {
             }
         }
         prop_assert_eq!(&runs[0].state, &runs[1].state);
+    }
+
+    #[test]
+    fn version_5_without_time_and_window_is_version_4_to_the_bit(spec in any_optioned_scene(), steps in any_walk()) {
+        let fourth = AxialSpec { law: ForceLaw::Version4, speed_window_s: 0.0, damping_time_s: 0.0, ..spec };
+        let fifth = AxialSpec { law: ForceLaw::Version5, ..fourth.clone() };
+        let [mut fourth, mut fifth] = [fourth, fifth].map(|spec| AxialRun::new(spec).expect("a valid scene"));
+        let (mut t_s, mut x_m) = (0.0, -0.001);
+        for &(dt, dx) in &steps {
+            let output = fourth.step(t_s + dt, x_m + dx);
+            prop_assert_eq!(output, fifth.step(t_s + dt, x_m + dx));
+            prop_assert_eq!(&fourth.state.ledger, &fifth.state.ledger);
+            if !output.held {
+                (t_s, x_m) = (t_s + dt, x_m + dx);
+            }
+        }
     }
 
     #[test]
@@ -253,7 +272,7 @@ proptest! {
 #[test]
 fn every_number_of_a_scene_is_checked_and_named() {
     type Set = fn(&mut AxialSpec, f64);
-    let fields: [(&str, Set); 13] = [
+    let fields: [(&str, Set); 14] = [
         ("layers[1].thickness_m", |spec, value| spec.layers[1].thickness_m = value),
         ("layers[1].stiffness_n_per_m", |spec, value| spec.layers[1].stiffness_n_per_m = value),
         ("layers[1].damping_n_s_per_m2", |spec, value| spec.layers[1].damping_n_s_per_m2 = value),
@@ -264,6 +283,7 @@ fn every_number_of_a_scene_is_checked_and_named() {
         ("tip_to_rim_m", |spec, value| spec.tip_to_rim_m = value),
         ("presliding_stiffness_n_per_m", |spec, value| spec.presliding_stiffness_n_per_m = value),
         ("speed_window_s", |spec, value| spec.speed_window_s = value),
+        ("damping_time_s", |spec, value| spec.damping_time_s = value),
         ("rate.p_infinity_n", |spec, value| {
             spec.rate = Some(RateDependence { p_infinity_n: value, v0_m_per_s: 1.0 });
         }),

@@ -127,3 +127,13 @@ fn friction_that_breaks_away() {
     );
     assert_eq!((samples, events), (1541, 1));
 }
+
+/// Damping by a spring and a dashpot, integrated by an ODE solver: in and out through two layers, held, trembling, and what is lost by each sample.
+#[test]
+fn damping_by_a_spring_and_a_dashpot() {
+    let (samples, events) = replay(
+        include_str!("../../../../tests/data/force/damping.json"),
+        include_str!("../../../../tests/data/force/damping.csv"),
+    );
+    assert_eq!((samples, events), (1501, 2));
+}

@@ -280,13 +280,13 @@ pub struct EnergyLedger {
     /// Axial work given back to the hand, in J, as a positive number.
     #[prost(double, tag = "3")]
     pub returned_j: f64,
-    /// Stored now in the presliding springs of friction and cutting, in J.
+    /// Stored now in the springs along the shaft, in J: friction and cutting before they slide and, from version 5 of the law, damping.
     #[prost(double, tag = "4")]
     pub presliding_j: f64,
     /// One entry per layer, from the surface down.
     #[prost(message, repeated, tag = "5")]
     pub layers: ::prost::alloc::vec::Vec<LayerEnergy>,
-    /// What viscosity gave back because speed lags by half of its window, in J, as a positive number.
+    /// What viscosity gave back because speed lags by half of its window, in J, as a positive number; 0 from version 5 of the law.
     #[prost(double, tag = "6")]
     pub lagged_j: f64,
 }

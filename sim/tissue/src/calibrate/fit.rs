@@ -4,7 +4,6 @@ use law::axial::{AxialParams, AxialSpec, Contactor, ForceLaw};
 use law::operator::Draw;
 use law::soundness::{self, Unsound};
 
-use super::CalibrateError;
 use super::curve::Curve;
 use super::descent::Lowest;
 use super::guess::{Fresh, guess_afresh, laid_over};
@@ -16,6 +15,7 @@ use super::starts::other_starts;
 use super::uncertainty::{ParameterEstimate, ParameterStanding, Profile, Rival, estimate_parameters, find_standings};
 use super::verdict::{Misfit, find_misfit};
 use super::words::in_words;
+use super::{CalibrateError, needs_times};
 
 /// Iterations of a whole descent, and of one that only tells whether a neighbouring place is better.
 const DESCENT: u32 = 40;
@@ -130,10 +130,11 @@ pub fn fit(curve: &Curve, start: Start<'_>, watch: &mut dyn FnMut(u32)) -> Resul
         Start::Fresh(asked) => search.by_drops(&asked)?,
         Start::Scene(spec) => {
             AxialParams::new(spec.clone())?;
-            match spec.law {
-                ForceLaw::Version1 => return Err(CalibrateError::OldLaw),
-                ForceLaw::Version2 => {}
-                ForceLaw::Version3 | ForceLaw::Version4 => return Err(CalibrateError::LawOfOptions),
+            if spec.law == ForceLaw::Version1 {
+                return Err(CalibrateError::OldLaw);
+            }
+            if needs_times(spec) {
+                return Err(CalibrateError::LawOfOptions);
             }
             search.over_scene(spec)?
         }

@@ -48,6 +48,7 @@ pub(super) fn guess_afresh(front: &Front, curve: &Curve, asked: &Fresh) -> Resul
         tip_to_rim_m: asked.tip_to_rim_m,
         presliding_stiffness_n_per_m: 2000.0,
         speed_window_s: 0.0,
+        damping_time_s: 0.0,
         rate: None,
         breakaway: None,
     };

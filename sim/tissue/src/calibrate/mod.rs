@@ -24,6 +24,8 @@ mod uncertainty;
 mod verdict;
 mod words;
 
+use law::axial::{AxialSpec, ForceLaw};
+
 pub use curve::{Curve, MIN_SAMPLES};
 pub use fit::{AskedFit, Fit, Start, fit};
 pub use guess::Fresh;
@@ -32,6 +34,16 @@ pub use peaks::Peak;
 pub use timed::{TimedCurve, TimedSample, fit_timed, timed_residual_rms_n};
 pub use uncertainty::{Interval, ParameterEstimate, ParameterStanding};
 pub use verdict::Misfit;
+
+/// Whether a start is fitted to a curve with times: those of laws 3 and 4, and later ones that name an option of a layer or of the needle.
+#[must_use]
+pub fn needs_times(start: &AxialSpec) -> bool {
+    match start.law {
+        ForceLaw::Version1 | ForceLaw::Version2 => false,
+        ForceLaw::Version3 | ForceLaw::Version4 => true,
+        ForceLaw::Version5 => start.has_options(),
+    }
+}
 
 /// Why a curve cannot be fitted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -82,11 +94,11 @@ pub enum CalibrateError {
         deepest_mm: f64,
     },
     /// The starting scene is of another version of the law than the one fitted.
-    #[error("the starting scene is of law 1, by which cutting depends on the tick; scenes of law 2 are allowed")]
+    #[error("the starting scene is of law 1, by which cutting depends on the tick; scenes of law 2 or 5 are allowed")]
     OldLaw,
     /// The starting scene may have options, and a curve of one speed does not tell them apart from what is fitted.
     #[error(
-        "the starting scene is of law 3, whose options a curve without times cannot tell from stiffness and thresholds; scenes of law 2, or a column t_s, are allowed"
+        "the starting scene has options of law 3, which a curve without times cannot tell from stiffness and thresholds; scenes of law 2 or 5 without options, or a column t_s, are allowed"
     )]
     LawOfOptions,
     /// A time that does not increase.
@@ -98,7 +110,9 @@ pub enum CalibrateError {
         t_s: f64,
     },
     /// A curve with times is fitted with options.
-    #[error("the starting scene is not of law 3, which a curve with times is fitted with; law = 3 is allowed")]
+    #[error(
+        "the starting scene is of law 1 or 2, and a curve with times is fitted with options; law = 3 and later are allowed"
+    )]
     TimedLaw,
     /// A curve with times is that of a single contactor.
     #[error("the starting scene's tip_to_rim_mm is {tip_to_rim_mm} mm; 0 mm, a needle, is allowed with times")]

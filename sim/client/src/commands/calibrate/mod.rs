@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::RangedU64ValueParser;
 use documents::{DocumentError, Patient, Scene};
-use law::axial::{AxialSpec, ForceLaw};
+use law::axial::AxialSpec;
 use report::{CalibrationReport, SampleCount};
 use tissue::calibrate::{self, CalibrateError, Fit, Fresh, Start};
 
@@ -97,7 +97,8 @@ fn scale_of(args: &CalibrateArgs) -> f64 {
 
 /// Whether options are to be fitted: to a curve with times, from a scene that may have them.
 fn is_optioned(start: Option<&Base>) -> Result<bool, DocumentError> {
-    Ok(start.map(Base::scene).transpose()?.is_some_and(|scene| scene.law >= ForceLaw::Version3))
+    let start = start.map(Base::scene).transpose()?;
+    Ok(start.is_some_and(|scene| calibrate::needs_times(&scene.axial_spec(&Patient::nominal(&scene)))))
 }
 
 /// Depths of a curve with times are not scaled.

@@ -39,7 +39,7 @@ pub fn blank(data: &Path, spec: &AxialSpec) -> String {
     let name = name_of(data);
     let has_rim = spec.tip_to_rim_m > 0.0;
     let mut text = format!(
-        "id = \"fitted\"\nlaw = 2\ntitle = \"Fitted to {name}\"\ndescription = \"Layers fitted by stylet calibrate to {name}. Simulated tissue \
+        "id = \"fitted\"\nlaw = 5\ntitle = \"Fitted to {name}\"\ndescription = \"Layers fitted by stylet calibrate to {name}. Simulated tissue \
          for practice, not a patient.\"\n"
     );
     for layer in &spec.layers {
@@ -57,7 +57,8 @@ pub fn blank(data: &Path, spec: &AxialSpec) -> String {
     let _ = write!(
         text,
         "\n# Layers are written for the reference needle: 2 mm, diamond tip, lubrication 1.\n[needle]\nkind = \"{kind}\"\n\
-         diameter_mm = 2.0\ntip = \"diamond\"\ntip_to_rim_mm = {lag_mm}\npresliding_stiffness_n_per_m = {presliding}\nspeed_window_ms = 12\n"
+         diameter_mm = 2.0\ntip = \"diamond\"\ntip_to_rim_mm = {lag_mm}\npresliding_stiffness_n_per_m = {presliding}\nspeed_window_ms = 12\n\
+         damping_time_ms = 10\n"
     );
     text
 }

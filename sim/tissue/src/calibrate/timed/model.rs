@@ -295,7 +295,8 @@ impl LawWalk {
 /// A specification that the law refuses.
 pub fn timed_residual_rms_n(spec: &AxialSpec, curve: &TimedCurve) -> Result<f64, law::axial::ParamError> {
     AxialParams::new(spec.clone())?;
-    let mut walk = LawWalk::new(AxialSpec { law: ForceLaw::Version3, ..spec.clone() });
+    let law = spec.law.max(ForceLaw::Version3);
+    let mut walk = LawWalk::new(AxialSpec { law, ..spec.clone() });
     let mut squares = 0.0;
     for &sample in &curve.samples {
         if let Some(last) = walk.last {

@@ -133,7 +133,7 @@ fn scene_text(args: &ImportArgs, imported: &Imported, thresholds: &[Thresholds])
     );
     let mut text = format!(
         "# Made by stylet anatomy import. Patient frame: the origin is on the skin at the entry, +z points out of the body.\n\nid = {}\nlaw = \
-         4\ntitle = {}\ndescription = {}\n",
+         5\ntitle = {}\ndescription = {}\n",
         quoted(&id(args)),
         quoted(imported.title),
         quoted(&description)
@@ -142,7 +142,7 @@ fn scene_text(args: &ImportArgs, imported: &Imported, thresholds: &[Thresholds])
         write_layer(&mut text, layer, *thresholds);
     }
     text += "\n# Our choice: the reference trocar.\n[needle]\nkind = \"trocar\"\ndiameter_mm = 2.0\ntip = \"diamond\"\ntip_to_rim_mm = \
-             2.0\nlength_mm = 150\nspeed_window_ms = 12\n";
+             2.0\nlength_mm = 150\nspeed_window_ms = 12\ndamping_time_ms = 10\n";
     // Writing to a string has no way to fail.
     let _ = write!(text, "\n[skin]\nfile = \"{SKIN_FILE}\"\nunit = \"mm\"\n");
     for structure in &imported.structures {
@@ -275,15 +275,20 @@ fn exercise_text(args: &ImportArgs, imported: &Imported, way: &Way) -> String {
     );
     let structures = imported.structures.iter().filter_map(|s| s.label.structure());
     let is_avoided = |kind: StructureKind| kind != StructureKind::Target;
-    let mut lines =
-        vec![("depth_error_mm", 0.5, 4.0, 4), ("overshoot_mm", 0.5, 5.0, 2), ("lateral_work_mj", 1.0, 5.0, 1)];
+    let mut lines = vec![
+        ("depth_error_mm", 1, [0.5, 4.0], 4),
+        ("overshoot_mm", 1, [0.5, 5.0], 2),
+        ("lateral_work_mj", 1, [1.0, 5.0], 1),
+    ];
     if structures.into_iter().any(is_avoided) {
-        lines.push(("structure_hits", 0.0, 2.0, 2));
+        lines.push(("structure_hits", 2, [0.0, 2.0], 2));
     }
-    for (metric, full, zero, weight) in lines {
+    for (metric, version, [full, zero], weight) in lines {
         // Writing to a string has no way to fail.
-        let _ =
-            write!(text, "\n[[rubric]]\nmetric = \"{metric}\"\nfull = {full:?}\nzero = {zero:?}\nweight = {weight}\n");
+        let _ = write!(
+            text,
+            "\n[[rubric]]\nmetric = \"{metric}\"\nversion = {version}\nfull = {full:?}\nzero = {zero:?}\nweight = {weight}\n"
+        );
     }
     text
 }
