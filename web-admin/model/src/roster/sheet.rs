@@ -128,8 +128,12 @@ fn read_sheet(bytes: &[u8]) -> Result<WorkbookSheet, Unreadable> {
     for (line, column) in &unsolved {
         cell_mut(rows.entry(*line).or_default(), *column);
     }
+    let mut touched = 0;
     for range in &merged {
-        spread_down(range, &mut rows);
+        touched += spread_down(range, &mut rows);
+        if touched > MAX_CELLS {
+            return Err(Unreadable::TooMuch);
+        }
     }
     if rows.len() > MAX_ROWS + 100 {
         return Err(Unreadable::TooLong);
@@ -189,20 +193,23 @@ fn cell_mut(row: &mut Vec<String>, column: usize) -> &mut String {
 }
 
 /// Gives every row of a merged range the text of its first cell, which a reader sees beside all of them. The range's other columns show
-/// nothing.
-fn spread_down(range: &Dimensions, rows: &mut BTreeMap<u64, Vec<String>>) {
+/// nothing. Returns how many rows there were, and at least 1.
+fn spread_down(range: &Dimensions, rows: &mut BTreeMap<u64, Vec<String>>) -> usize {
     let (first, last) = (u64::from(range.start.0) + 1, u64::from(range.end.0) + 1);
     let (left, right) = (range.start.1 as usize, range.end.1 as usize);
     if first > last || left > right || left >= MAX_COLUMNS {
-        return;
+        return 1;
     }
+    let mut touched = 1;
     let shown = rows.get(&first).and_then(|row| row.get(left)).cloned().unwrap_or_default();
     for (_, row) in rows.range_mut(first..=last) {
+        touched += 1;
         *cell_mut(row, left) = shown.clone();
         for hidden in row.iter_mut().take(right.saturating_add(1)).skip(left + 1) {
             hidden.clear();
         }
     }
+    touched
 }
 
 /// What a spreadsheet shows in a cell, on one line.

@@ -123,6 +123,15 @@ fn a_merged_cell_is_said_of_every_line_beside_it() {
 }
 
 #[test]
+fn merged_cells_without_end_are_too_much() {
+    let many = vec![["a@uni.example", "Ana"].as_slice(); 2000];
+    let rows = sheet(&[&[["email", "name"].as_slice()], many.as_slice()].concat());
+    let merges = r#"<mergeCell ref="C1:C2001"/>"#.repeat(1000);
+    let body = format!("{rows}<mergeCells>{merges}</mergeCells>");
+    assert_eq!(read(&workbook(&[("visible", &body)], &[])), Err(Unreadable::TooMuch));
+}
+
+#[test]
 fn a_formula_without_a_result_is_refused_by_its_heading() {
     for (cell, solved) in [
         ("<c><f>LOWER(B2)</f><v></v></c>", false),
