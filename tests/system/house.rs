@@ -359,12 +359,8 @@ const DECODERS: &[(&str, &[&str])] = &[
     ("recordings::with(", &["acts/src/regrading/mod.rs"]),
 ];
 /// Crates that decode files. Only these of ours use them.
-const DECODING_CRATES: &[(&str, &[&str])] = &[
-    ("calamine", &["model/src/roster/sheet.rs"]),
-    ("zip::", &["model/src/roster/sheet.rs"]),
-    ("image::", &[]),
-    ("mcap::", &[]),
-];
+const DECODING_CRATES: &[(&str, &[&str])] =
+    &[("calamine", &["model/src/roster/"]), ("zip::", &["model/src/roster/"]), ("image::", &[]), ("mcap::", &[])];
 
 #[test]
 fn what_strangers_send_is_decoded_where_a_death_harms_nobody() {
@@ -372,7 +368,7 @@ fn what_strangers_send_is_decoded_where_a_death_harms_nobody() {
         // Tests beside the code make what they read.
         let shipped = text.split("#[cfg(test)]").next().unwrap_or_default();
         for (decoder, allowed) in DECODERS.iter().chain(DECODING_CRATES) {
-            let is_allowed = allowed.iter().any(|file| path.ends_with(file));
+            let is_allowed = allowed.iter().any(|place| path.to_string_lossy().contains(place));
             assert!(is_allowed || !shipped.contains(decoder), "{}: {decoder} runs in a helper alone", path.display());
         }
     }

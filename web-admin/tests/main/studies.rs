@@ -305,8 +305,9 @@ async fn people_of_the_school_are_asked_and_take_part_once_they_have_agreed_sign
     assert_eq!(third.form(&join, &[("csrf", &csrf), ("terms", "x")]).await.status, 404, "who was not asked");
     day.school.app.state.clock.advance(1);
     assert_eq!(answer_request(&mut other, "join").await.status, 303);
-    assert_eq!(day.teacher.get(&table).await.text().lines().count(), 2, "now they take part");
+    assert_eq!(day.teacher.get(&table).await.text().lines().count(), 1, "what they did before is theirs alone");
     let session = day.attempt(&signed_in["trainee"]).await;
+    assert_eq!(day.teacher.get(&table).await.text().lines().count(), 2, "what they do from now on is in it");
     let own = other.get(&format!("/sessions/{session}")).await.text();
     assert!(own.contains("/surveys/") && own.contains("NASA"), "asked on the attempt's own page: {own}");
     let page = day.teacher.get(&day.study.clone()).await.text();
