@@ -3,6 +3,7 @@
 
 use acts::clock::Clock;
 use acts::config::UploadQuota;
+use acts::uploads;
 use axum::body::Body;
 use axum::http::Request;
 use model::{Moment, Role};
@@ -110,4 +111,18 @@ async fn an_attachment_that_no_document_names_is_refused() {
     }
     assert_eq!(EXERCISE.meshes, [], "the exercise that is attempted has no mesh");
     assert_eq!(ada.upload(&record(&Attempt::default())).await.status, 201);
+}
+
+#[tokio::test]
+async fn an_upload_that_has_lost_its_bytes_takes_nobodys_share() {
+    let app = App::with(Clock::fixed(NOON), |config| {
+        config.owner_quota = UploadQuota { uploads: 1, ..config.owner_quota };
+    });
+    let app = app.await;
+    let (mut ada, _) = trainee(&app, "ada").await;
+    assert_eq!(ada.send(begin(1000)).await.status, 201);
+    ada.send(begin(1000)).await.is_problem(429, "1 unfinished");
+    app.files().iter().for_each(|file| std::fs::remove_file(file).unwrap());
+    uploads::tidy(&app.state).await.unwrap();
+    assert_eq!(ada.send(begin(1000)).await.status, 201);
 }

@@ -225,7 +225,7 @@ async fn bearer(state: &Service, upload: &Upload) -> Result<Bearer, Error> {
     Ok(Bearer { school_id: upload.school_id, trainee_id, station_id: upload.station_id, actor, ahead_us })
 }
 
-/// Throws away what has expired and what nobody knows, and makes attempts of what was whole when the service stopped.
+/// Throws away what has expired, what has lost its bytes and what nobody knows, and makes attempts of what was whole when the service stopped.
 ///
 /// # Errors
 /// When the disk or the database fails.
@@ -236,7 +236,8 @@ pub async fn tidy(state: &Service) -> Result<(), Error> {
         if upload.is_set_aside() {
             continue;
         }
-        if upload.expires_at <= state.clock.now() {
+        let is_lost = upload.session_id.is_none() && pieces::is_lost(state, id).await?;
+        if upload.expires_at <= state.clock.now() || is_lost {
             remove(state, &upload).await?;
         } else if upload.whole() && upload.session_id.is_none() {
             match complete(state, upload, 1).await {
