@@ -122,7 +122,8 @@ async fn an_upload_that_has_lost_its_bytes_takes_nobodys_share() {
     let (mut ada, _) = trainee(&app, "ada").await;
     assert_eq!(ada.send(begin(1000)).await.status, 201);
     ada.send(begin(1000)).await.is_problem(429, "1 unfinished");
-    app.files().iter().for_each(|file| std::fs::remove_file(file).unwrap());
+    let root = &app.state.config.recordings_dir;
+    app.files().iter().for_each(|file| std::fs::remove_file(root.join(file)).unwrap());
     uploads::tidy(&app.state).await.unwrap();
     assert_eq!(ada.send(begin(1000)).await.status, 201);
 }
