@@ -1,6 +1,6 @@
 //! A guest professional from a code to an answered survey, through a real browser and the window: an instructor makes a study and a code
-//! on its pages, the guest practises at a paired station and begins to answer in the debriefing, the link that the study's page makes
-//! afterwards goes on with the same answers, and the results have them beside that attempt's forces. Fails when one of them cannot
+//! on its pages, the guest practises at a paired station and goes home, answers by the link that the study's page makes
+//! afterwards, and the results have the answers beside that attempt's forces. Fails when one of them cannot
 //! get from one step to the next, when an answer is of another attempt or lost on the way, when a page breaks an accessibility rule, or when
 //! the guest counts anywhere but in the study.
 
@@ -19,7 +19,9 @@ use super::window::{with_extension, within};
 
 const TEACHER: &str = "ina@example.org";
 const HEAD: &str = "head@example.org";
-/// What the guest answers at home, beside what they have answered at the station.
+/// What the guest answers to the first question.
+const FIRST_ANSWER: &str = "40";
+/// The second question.
 const SECOND: &str = r#"
 [[item]]
 id = "effort"
@@ -84,7 +86,7 @@ impl School<'_> {
         assert!(at_home(home, &pair).output().expect("stylet starts").status.success());
     }
 
-    /// Makes the link by which the guest goes on, and opens it in a browser that nobody has signed in with.
+    /// Makes the link by which the guest answers, and opens it in a browser that nobody has signed in with.
     async fn follows_link(&self, study: &str) {
         sign_in(self.browser, self.url, TEACHER).await;
         self.shows_soon(study, "1 of 1").await;
@@ -96,18 +98,18 @@ impl School<'_> {
         let link = link.attr("href").await.expect("its address").expect("an address");
         self.browser.delete_all_cookies().await.expect("cookies can be dropped");
         self.browser.goto(&link).await.expect("the link opens");
-        inspect(self.browser, "a survey that was begun at a station").await;
+        inspect(self.browser, "what a guest is told before a survey").await;
     }
 
-    /// Answers what is left; what stood there from the station.
-    async fn answers_rest(&self) -> String {
+    /// Agrees, and answers both questions.
+    async fn answers(&self) {
+        self.tick("input[name=consent]").await;
+        self.tick("form.prose button[type=submit]").await;
         contains(self.browser, "the guest's survey", &["how hard?", "how much effort?"]).await;
-        let kept = "return document.querySelector('fieldset input:checked')?.value ?? ''";
-        let kept = self.browser.execute(kept, vec![]).await.expect("an answer");
+        self.tick(&format!("fieldset:nth-of-type(1) input[value='{FIRST_ANSWER}']")).await;
         self.tick("fieldset:nth-of-type(2) input[value='55']").await;
         self.tick("button[value=send]").await;
         contains(self.browser, "the end of the survey", &["thank you"]).await;
-        kept.as_str().unwrap_or_default().to_owned()
     }
 
     /// The words of a page, or a file, as whoever is signed in gets them.
@@ -132,10 +134,10 @@ impl School<'_> {
     async fn study_shows(&self, study: &str, attempt: &Attempt) {
         sign_in(self.browser, self.url, TEACHER).await;
         self.open(&format!("{study}/results"), "the results of a study").await;
-        contains(self.browser, "the results of a study", &["how hard?", "how much effort?", &attempt.answered]).await;
+        contains(self.browser, "the results of a study", &["how hard?", "how much effort?", FIRST_ANSWER]).await;
         let table = self.fetched(&format!("{study}/results/study.csv")).await;
         let row = row_of(&table, &attempt.session);
-        assert_eq!((row["q1_mental"].as_str(), row["q1_effort"].as_str()), (attempt.answered.as_str(), "55"));
+        assert_eq!((row["q1_mental"].as_str(), row["q1_effort"].as_str()), (FIRST_ANSWER, "55"));
         assert!(row[FORCE].parse::<f64>().is_ok_and(|force_n| (force_n - attempt.peak_n).abs() < 1e-6), "{row:?}");
         self.open(study, "a study with answers").await;
         contains(self.browser, "a study with answers", &["anaesthetist", "1 of 1", &row["participant"].to_lowercase()])
@@ -148,8 +150,6 @@ struct Attempt {
     session: String,
     /// The largest force of the recording, in N.
     peak_n: f64,
-    /// The answer that was given at the station.
-    answered: String,
 }
 
 /// The row of an attempt, by the names of the columns.
@@ -177,9 +177,8 @@ fn practises(home: &Path, kept: &Path, code: &str) -> (GuestAtWindow, PathBuf) {
     (guest, within(90, "the recording", || with_extension(kept, "mcap")))
 }
 
-/// Answers the first question that the debriefing asks, and goes home.
+/// Leaves the questions of the debriefing, and goes home.
 fn goes_home(mut guest: GuestAtWindow, home: &Path) {
-    guest.answer_first(&home.join("data/stylet/outbox"));
     guest.display.close();
     within(60, "the end of the window", || guest.play.try_wait().expect("its state"));
     let sent = at_home(home, &["outbox", "send"]).output().expect("stylet starts");
@@ -204,10 +203,10 @@ async fn a_guest_from_a_code_to_an_answered_survey() {
     school.shows_soon(&study, "1 of 1").await;
     goes_home(guest, &home);
     school.follows_link(&study).await;
-    let answered = school.answers_rest().await;
+    school.answers().await;
     let session = recording.file_stem().expect("a name").to_string_lossy().into_owned();
     let peak_n = largest_force_n(&recording);
-    school.study_shows(&study, &Attempt { session, peak_n, answered }).await;
+    school.study_shows(&study, &Attempt { session, peak_n }).await;
     assert_eq!(school.tallies().await, before, "a guest counts nowhere but in the study");
     let complaints = complaints(&browser).await;
     browser.close().await.expect("the browser closes");
