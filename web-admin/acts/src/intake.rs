@@ -293,7 +293,7 @@ async fn keep(
         tx.commit().await?;
         return Ok(kept);
     }
-    let whose = (session.school_id, session.trainee_id);
+    let whose = PersonKey { school_id: session.school_id, person_id: session.trainee_id };
     room::ensure_person_quota(&mut *tx, state, whose, received.size).await?;
     find_repeated(state, &mut tx, &mut session).await?;
     let received = place_file(state, received, &session, sent).await?;

@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use model::count_i64;
-use model::ids::{PersonId, SchoolId};
+use model::{PersonKey, count_i64};
 use store::{sessions, uploads};
 
 use crate::config::UploadQuota;
@@ -63,12 +62,12 @@ fn ensure_free(folder: &Path, reserve_bytes: u64, wanted_bytes: u64) -> Result<(
 pub async fn ensure_person_quota(
     executor: impl store::Executor<'_>,
     state: &Service,
-    (school, person): (SchoolId, PersonId),
+    whose: PersonKey,
     size: u64,
 ) -> Result<(), Error> {
     let UploadQuota { uploads: most, bytes: most_bytes } = state.config.person_quota;
     let day_ago = state.clock.now().plus_s(-DAY_S);
-    let kept = sessions::sum_kept_recordings(executor, school, person, day_ago).await?;
+    let kept = sessions::sum_kept_recordings(executor, whose, day_ago).await?;
     if kept.today >= count_i64(most) {
         return Err(Error::OverQuota(format!(
             "{} attempts of this trainee came within 24 hours; {most} are allowed",

@@ -1,7 +1,7 @@
 //! Attempts: what was uploaded, by whom, and who may see it.
 
 use model::ids::{PersonId, RevisionId, SchoolId, SessionId, StationId};
-use model::{AttemptPlace, CurrentPerson, Moment, Role, SessionKey, Uncounted};
+use model::{AttemptPlace, CurrentPerson, Moment, PersonKey, Role, SessionKey, Uncounted};
 use serde::{Deserialize, Serialize};
 use sqlx::FromRow;
 
@@ -213,8 +213,7 @@ pub struct KeptRecordings {
 /// Counts a person's recordings that came since a moment, and the bytes of all.
 pub async fn sum_kept_recordings(
     executor: impl Executor<'_>,
-    school: SchoolId,
-    trainee: PersonId,
+    whose: PersonKey,
     since: Moment,
 ) -> Result<KeptRecordings> {
     sqlx::query_as(
@@ -222,8 +221,8 @@ pub async fn sum_kept_recordings(
                 CAST(coalesce(sum(CASE WHEN recording_erased_at IS NULL THEN recording_size ELSE 0 END), 0) AS BIGINT) AS bytes
          FROM sessions WHERE school_id = $1 AND trainee_id = $2",
     )
-    .bind(school)
-    .bind(trainee)
+    .bind(whose.school_id)
+    .bind(whose.person_id)
     .bind(since)
     .fetch_one(executor)
     .await

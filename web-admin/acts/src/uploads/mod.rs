@@ -7,6 +7,7 @@ mod pieces;
 pub use append::{UploadPiece, append};
 use std::time::Duration;
 
+use model::PersonKey;
 use model::ids::UploadId;
 use store::audit::Actor;
 use store::uploads::{Unfinished, Upload, UploadOwner};
@@ -67,7 +68,8 @@ pub async fn begin(state: &Service, owner: UploadOwner, announced: Announced) ->
         ensure_quota(uploads::count_unfinished_uploads(&mut *tx, whose).await?, announced.length, quota, who)?;
     }
     if let Some(person) = owner.person_id {
-        room::ensure_person_quota(&mut *tx, state, (owner.school_id, person), announced.length).await?;
+        let whose = PersonKey { school_id: owner.school_id, person_id: person };
+        room::ensure_person_quota(&mut *tx, state, whose, announced.length).await?;
     }
     room::ensure_room(state, announced.length).await?;
     pieces::begin(state, upload.id).await?;

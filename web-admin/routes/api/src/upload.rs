@@ -12,7 +12,7 @@ use axum::extract::State;
 use axum::http::header::{CONTENT_LENGTH, CONTENT_TYPE};
 use axum::http::{HeaderMap, StatusCode};
 use futures::{StreamExt, TryStreamExt};
-use model::Moment;
+use model::{Moment, PersonKey};
 use routes_base::AppState;
 use routes_base::error::{ApiError, ProblemDocument};
 use store::uploads::UploadOwner;
@@ -47,8 +47,8 @@ pub(super) async fn upload_recording(
     let ahead_us = read_clock_ahead(&headers, state.clock.now())?;
     let digest = content_digest(&headers)?;
     if let Some(person) = caller.owner().person_id {
-        let (whose, announced) = ((caller.owner().school_id, person), body.size_hint().lower());
-        room::ensure_person_quota(state.db.reader(), &state, whose, announced).await?;
+        let whose = PersonKey { school_id: caller.owner().school_id, person_id: person };
+        room::ensure_person_quota(state.db.reader(), &state, whose, body.size_hint().lower()).await?;
     }
     let received = recordings::receive(&state, receive_recording(body), digest).await?;
     let bearer = Bearer { ahead_us, ..bearer_of_caller(&caller) };
