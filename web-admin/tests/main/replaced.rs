@@ -34,7 +34,7 @@ async fn an_attempt_at_a_replaced_exercise_counts_within_the_grace_alone() {
         let told = later.with_token(&token).upload(&attempt_at(now)).await.json();
         assert_eq!(told["uncounted"].is_null(), counts, "after {days} days: {told}");
         worker::work_off_jobs(&later.state).await.unwrap();
-        let path = format!("/sessions/{}", told["id"].as_str().unwrap());
+        let path = format!("/sessions/{}", told["session_id"].as_str().unwrap());
         let page = later.signed_in("ada@example.org").await.get(&path).await.text();
         assert_eq!(page.contains("had replaced this version"), !counts, "after {days} days");
         folder = later.folder;
