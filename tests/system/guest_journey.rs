@@ -102,7 +102,7 @@ impl School<'_> {
     }
 
     /// Agrees, and answers both questions.
-    async fn answers(&self) {
+    async fn answers_both(&self) {
         self.tick("input[name=consent]").await;
         self.tick("form.prose button[type=submit]").await;
         contains(self.browser, "the guest's survey", &["how hard?", "how much effort?"]).await;
@@ -203,7 +203,7 @@ async fn a_guest_from_a_code_to_an_answered_survey() {
     school.shows_soon(&study, "1 of 1").await;
     goes_home(guest, &home);
     school.follows_link(&study).await;
-    school.answers().await;
+    school.answers_both().await;
     let session = recording.file_stem().expect("a name").to_string_lossy().into_owned();
     let peak_n = largest_force_n(&recording);
     school.study_shows(&study, &Attempt { session, peak_n }).await;
