@@ -50,7 +50,7 @@ pub fn verify_own(recording: &Recording) -> Result<Verification, AssessError> {
     Ok(verify_recording(recording, &specimen))
 }
 
-/// The first attachment that the documents of a recording do not name, or that is larger than a document may be, with what is allowed.
+/// Finds the first attachment that no document of the recording names, or a document that is too large. Returns the reason and the limit.
 #[must_use]
 pub fn find_needless_attachment(recording: &Recording) -> Option<String> {
     let named = documents::list_named_texts(recording.attachment(SCENE_ATTACHMENT).unwrap_or_default());

@@ -146,8 +146,8 @@ fn ends_without_ledger(recording: &Recording) -> bool {
     last.is_some() && recording.energies.last().map(|energy| energy.t_s) != last
 }
 
-/// Whether two ledgers are of the same moment and have dissipated the same in each layer. The sums beside the layers judge nothing, and
-/// not every earlier program has kept them.
+/// Whether two ledgers have the same time and the same energies in each layer. The totals are not compared: no metric uses them, and earlier
+/// programs did not record all of them.
 fn is_same_ledger(recorded: &Energy, again: &Energy) -> bool {
     recorded.t_s.total_cmp(&again.t_s).is_eq() && recorded.ledger.layers == again.ledger.layers
 }

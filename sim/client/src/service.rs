@@ -38,7 +38,7 @@ pub enum Outlook {
     Later,
     /// This recording will never be taken.
     Never,
-    /// This recording is to be kept nowhere: whoever made it was erased, has withdrawn, or never agreed.
+    /// This recording must not be kept: the person was erased, has withdrawn, or never consented.
     Unwanted,
 }
 

@@ -1,5 +1,4 @@
-//! What a hand has done, as one number: it tells an attempt from a copy of it, whatever the copy's file says beside it. And the conditions
-//! under which it was done, which do not follow from the motion.
+//! Hashes of an attempt: of the motion, which identifies a copy under another id, and of the conditions, which do not follow from the motion.
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -35,7 +34,7 @@ impl MotionDigest {
     }
 }
 
-/// The hash of an attempt's conditions while it is being made: what the device has done with the force, and what has ended the attempt.
+/// Incremental hash of an attempt's conditions: the flags that the device sets, and the interruption that ended the attempt.
 #[derive(Clone, Debug, Default)]
 pub struct ConditionsDigest {
     flags: Sha256,
@@ -75,7 +74,7 @@ impl ConditionsDigest {
     }
 }
 
-/// What a station signs of an attempt beside its session.
+/// The two hashes of an attempt that a station signs together with the session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AttemptHashes {
     /// Of the motion: [`MotionDigest::sha256`].

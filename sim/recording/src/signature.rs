@@ -1,7 +1,7 @@
 //! The metadata record `stylet.signature`: a station vouches for what a hand has done at it.
 //!
-//! What is signed is who did what, when, on which documents and under which conditions. Forces, events and energies are not: they follow
-//! from it, and whoever asks for a proof re-simulates them.
+//! The signature covers the session, the motion and the conditions. Forces, events and energies follow from these: a verifier re-simulates
+//! them.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! Copies of pictures that somebody sent: made by a helper with limits of memory and time, a few at once and each school in its turn.
+//! Copies of uploaded pictures. A helper process with limits of memory and time makes them; schools take turns.
 
 use std::time::Duration;
 
@@ -11,13 +11,13 @@ use crate::error::Error;
 use crate::judging::{CopiedPicture, JudgeAnswer, JudgeQuestion, PictureQuestion};
 use crate::service::Service;
 
-/// Longest wait until it is one's turn.
+/// Longest wait in the queue.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// The pixels of a picture, and nothing else of the file; or why it is refused, in the reader's language.
+/// Copies only the pixels of a picture. Returns the reason in the reader's language if the picture is refused.
 ///
 /// # Errors
-/// [`Error::Busy`] when others of the school are before it, or nobody can be asked.
+/// [`Error::Busy`] when the school's queue is full, or an error when no helper can be started.
 pub(crate) async fn copy_picture(
     state: &Service,
     school: SchoolId,

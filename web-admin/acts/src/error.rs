@@ -83,12 +83,12 @@ pub enum Error {
     /// Whoever worked on it has died of it, or took too long; how. The cause goes to the log.
     #[error("this could not be worked on to its end; it is tried once more when it is sent again, and then set aside")]
     Deadly(String),
-    /// Whoever read it has died of it twice: it is read no more until whoever runs the service lets it be tried again.
+    /// The helper crashed twice on this recording. It is not read again until the operator runs `web-admin retry`.
     #[error(
         "whoever read this recording has died of it twice: it is read no more, and whoever runs the service was told; keep it until they have let it be tried again"
     )]
     SetAside,
-    /// Whoever it is of was erased, has withdrawn or never agreed: it is not to be kept, here or elsewhere.
+    /// The person was erased, has withdrawn or never consented: the recording must be deleted, also at the station.
     #[error("{0}")]
     Unwanted(&'static str),
     /// More was begun than one may have begun at once.

@@ -193,7 +193,7 @@ async fn describe(
     })
 }
 
-/// Whether the school gave this revision of an exercise at a moment, or had replaced it so shortly before that it still counts.
+/// Whether a revision was current at the given time, or was replaced less than the school's grace period before.
 async fn was_given(state: &Service, school: SchoolId, revision: RevisionId, at: Moment) -> Result<bool, Error> {
     const DAY_S: i64 = 24 * 3600;
     let reader = state.db.reader();
@@ -219,7 +219,7 @@ async fn trainee(state: &Service, bearer: &Bearer, named: &str) -> Result<Person
     )))
 }
 
-/// Refuses what is not to be kept, in words that let a station remove it.
+/// Refuses a recording that must not be kept. The status tells the station to delete it.
 async fn refuse_unwanted(state: &Service, trainee: PersonKey) -> Result<(), Error> {
     let consent = people::find_recording_consent(state.db.reader(), trainee).await?;
     if consent.is_erased {

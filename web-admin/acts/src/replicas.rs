@@ -150,8 +150,8 @@ pub async fn succeed(service: &Service) -> Result<(), Error> {
     Ok(tokio::fs::write(&file, service.replica.to_string()).await?)
 }
 
-/// Leaves what a dead replica held to whoever takes it. What it had begun counts as deaths where it read recordings itself; where helpers do,
-/// whatever has ended the service was no recording.
+/// Releases the work of a dead replica. Its unfinished reads count as crashes only if the replica read recordings in its own process; with a
+/// helper, no recording can have ended the service.
 async fn bury(service: &Service, dead: ReplicaId) -> Result<(), Error> {
     let mut tx = service.db.write().await?;
     match service.config.helper {

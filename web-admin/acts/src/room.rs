@@ -1,4 +1,4 @@
-//! Room on the disks, and who may take it: what arrives leaves a reserve free, and the last of the disk is the database's alone.
+//! Free space on the disks: uploads leave a reserve free, and only the database may use the last of the disk.
 
 use std::path::Path;
 
@@ -9,12 +9,12 @@ use crate::config::UploadQuota;
 use crate::error::Error;
 use crate::service::Service;
 
-/// Bytes that are written between two looks at the disk.
+/// Bytes written between two checks of the free space.
 pub(crate) const LOOK_BYTES: u64 = 8 << 20;
 /// The time in which a person's attempts are counted, in s.
 const DAY_S: i64 = 24 * 3600;
 
-/// Refuses what would take a disk below its reserve, with what was promised to uploads that have begun.
+/// Refuses a file that would leave less than the reserve free, counting the announced bytes of unfinished uploads.
 ///
 /// # Errors
 /// When it would, or a disk or the database cannot be asked.
@@ -24,7 +24,7 @@ pub async fn ensure_room(state: &Service, wanted_bytes: u64) -> Result<(), Error
     ensure_database_room(state)
 }
 
-/// Refuses to write on where the reserve of the recordings' disk has been reached: for uploads that were promised their room.
+/// Refuses to continue an upload when the recordings' disk is down to its reserve.
 ///
 /// # Errors
 /// When it was, or a disk cannot be asked.
@@ -33,7 +33,7 @@ pub fn ensure_reserve(state: &Service) -> Result<(), Error> {
     ensure_database_room(state)
 }
 
-/// Refuses what is large where the database has only its own reserve left. Signing in, and removing things, need that.
+/// Refuses large files when only the database's reserve is left. Signing in and deleting need this reserve.
 ///
 /// # Errors
 /// When it was reached, or the disk cannot be asked.
@@ -55,7 +55,7 @@ fn ensure_free(folder: &Path, reserve_bytes: u64, wanted_bytes: u64) -> Result<(
     Ok(())
 }
 
-/// Refuses a recording beyond what a person may have brought in a day, or have in all.
+/// Refuses a recording beyond a person's quota: recordings in 24 hours, and bytes in total.
 ///
 /// # Errors
 /// When it is, or the database fails.

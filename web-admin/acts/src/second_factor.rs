@@ -14,7 +14,7 @@ use crate::error::Error;
 use crate::service::Service;
 use crate::{brakes, sealing, secret};
 
-/// How long a secret that was offered may be turned on, in s.
+/// Lifetime of an offered secret, in s.
 const OFFER_LIFETIME_S: i64 = 30 * 60;
 /// Recovery codes that are made at once.
 const RECOVERY_CODES: usize = 10;
@@ -86,7 +86,7 @@ pub async fn offer(state: &Service, person: &CurrentPerson) -> Result<bool, Erro
 /// # Errors
 /// When it cannot be opened, or the database fails.
 pub async fn offered(state: &Service, key: PersonKey) -> Result<Option<TotpSecret>, Error> {
-    // It was offered to whoever had typed the password: who finds the browser open later has not.
+    // The offer follows a typed password. A person who finds the browser open later has not typed it.
     let since = state.clock.now().plus_s(-OFFER_LIFETIME_S);
     let found = second_factors::find_second_factor(state.db.reader(), key)
         .await?

@@ -101,8 +101,8 @@ pub fn same(a: &str, b: &str) -> bool {
     a.iter().zip(&b).fold(0, |differences, (x, y)| differences | (x ^ y)) == 0
 }
 
-/// A secret in hexadecimal as a page shows it: masked with random bytes that stand before it, so that no two pages show the same. A page
-/// that is compressed together with what a stranger chose tells by its length what repeats in it (BREACH).
+/// Masks a hexadecimal secret for a page: random bytes, then the secret XORed with them. Otherwise the length of a compressed page would
+/// reveal the secret to an attacker who chooses part of the page (BREACH).
 ///
 /// # Errors
 /// When it is no hexadecimal, or the operating system's random source fails.
@@ -119,7 +119,7 @@ pub fn mask(secret: &str) -> anyhow::Result<String> {
     Ok(HEXLOWER.encode(&shown))
 }
 
-/// The secret that was masked; none where it was not.
+/// Returns the secret of a masked text; `None` if the text is not masked.
 #[must_use]
 pub fn unmask(shown: &str) -> Option<String> {
     let bytes = HEXLOWER.decode(shown.as_bytes()).ok()?;

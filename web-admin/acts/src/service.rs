@@ -23,7 +23,7 @@ use crate::recording_store::RecordingStore;
 use crate::relying_party::RelyingParty;
 use crate::turns::Turns;
 
-/// Longest that somebody waits until their password is hashed.
+/// Longest wait in the queue for password hashing.
 const LONGEST_WAIT: Duration = Duration::from_secs(2);
 
 /// What every act may use.
@@ -63,7 +63,7 @@ pub struct Service {
     pub parsing: Arc<Semaphore>,
     /// How many passwords may be hashed at once: each takes 19 MiB and a core.
     pub hashing: Arc<Semaphore>,
-    /// How many passwords of whoever signs in where they never did before.
+    /// How many passwords may be hashed at once for sign-ins from new addresses.
     pub hashing_strangers: Arc<Semaphore>,
     /// Looks at a draft where no helper does; whoever has no pages to draw it leaves it.
     pub examine_draft: DraftExaminer,
@@ -118,7 +118,7 @@ impl Service {
         soon(&self.hashing, work).await
     }
 
-    /// Hashes for whoever signs in where they never did before: however many they are, nobody else waits for them.
+    /// Hashes for a sign-in from a new address, in a queue of its own, so that a flood of strangers delays no known user.
     ///
     /// # Errors
     /// As [`Service::hash`].
@@ -149,12 +149,12 @@ fn tell_newer(error: MigrateError) -> anyhow::Error {
     }
 }
 
-/// Works where blocking is allowed, when there is a place for it before long.
+/// Runs blocking work once a place is free; the wait is bounded.
 async fn soon<T: Send + 'static>(
     places: &Arc<Semaphore>,
     work: impl FnOnce() -> T + Send + 'static,
 ) -> Result<T, Error> {
-    // Only the wait is bounded: what has begun is ended.
+    // Only the wait is bounded, not the hashing.
     let place = tokio::time::timeout(LONGEST_WAIT, Arc::clone(places).acquire_owned()).await;
     let place = place.map_err(|_| Error::Crowded { retry_after_s: LONGEST_WAIT.as_secs() })?;
     block(place.map_err(anyhow::Error::from)?, work).await

@@ -21,8 +21,8 @@ pub async fn note_way_in(service: &Service, person: PersonId, action: &str) -> R
     Ok(tx.commit().await?)
 }
 
-/// Writes down that somebody did not get in: in the log with the network address; in the audit log, which keeps for ever, without. Tries with
-/// an address that nobody has are counted by the hour: [`note_unknown_sign_ins`] writes them down.
+/// Records a refused sign-in: in the log with the network address, in the audit log without. Attempts with an unknown email address are only
+/// counted, by the hour; [`note_unknown_sign_ins`] writes the counts to the audit log.
 pub async fn note_refused_sign_in(service: &Service, email: &str, from: IpAddr, action: &str) -> Result<(), Error> {
     let now = service.clock.now();
     let mut tx = service.db.write().await?;
@@ -34,14 +34,14 @@ pub async fn note_refused_sign_in(service: &Service, email: &str, from: IpAddr, 
         None => brakes::count_unknown_sign_in(&mut tx, now).await?,
     }
     tx.commit().await?;
-    // A password may have been typed into the wrong field: its hash tells enough.
+    // The field may hold a password by mistake, so only its hash is logged.
     let hash = HEXLOWER.encode(&secret::token_sha256(&normalize_email(email)));
     let object = person.map_or_else(|| format!("address {}", &hash[..16]), |person| person.id.to_string());
     tracing::warn!(%from, action, object, "somebody did not get in");
     Ok(())
 }
 
-/// Writes down how many tries to sign in with an address that nobody has there were in each hour that is over.
+/// Writes the number of sign-in attempts with unknown email addresses of each past hour to the audit log.
 pub async fn note_unknown_sign_ins(service: &Service) -> Result<(), Error> {
     let now = service.clock.now();
     let mut tx = service.db.write().await?;

@@ -167,7 +167,7 @@ pub async fn change_study(
     Ok(tx.commit().await?)
 }
 
-/// What is known of somebody who is asked to take part.
+/// Group and answers of a person who is invited to a study.
 #[derive(Clone, Debug)]
 pub struct ParticipantFacts {
     /// The place of their group in the study's.
@@ -223,7 +223,7 @@ pub async fn add_guest(
     Ok(GuestCode { pseudonym: guest.pseudonym, code })
 }
 
-/// Asks somebody of the school to take part: they answer signed in, by [`join_study`].
+/// Invites a member of the school. The member accepts signed in, by [`join_study`].
 ///
 /// # Errors
 /// [`Error::Unprocessable`] when nobody of the school has the address or they take part already; [`Error::Conflict`] when the
@@ -271,7 +271,7 @@ async fn join(
     Ok(true)
 }
 
-/// Agrees to take part in a study that one was asked for, to the terms that were shown.
+/// Accepts an invitation to a study under the terms that were shown.
 ///
 /// # Errors
 /// [`Error::NotFound`] when they are not asked any more; [`Error::Conflict`] when the terms are others by now.
@@ -289,7 +289,7 @@ pub async fn join_study(state: &Service, by: &CurrentPerson, study: StudyId, ter
     Ok(tx.commit().await?)
 }
 
-/// Declines to take part in a study that one was asked for, or leaves it.
+/// Declines an invitation to a study, or leaves the study.
 ///
 /// # Errors
 /// [`Error::NotFound`] when they neither are asked nor take part.
@@ -318,7 +318,7 @@ pub async fn renew_guest_code(
 }
 
 /// Takes somebody out of a study who withdraws their consent: what they told and answered for it goes, and a guest signs in
-/// no more. A guest's recordings go, too, where that is wished; those of somebody of the school are theirs.
+/// no more. A guest's recordings are erased on request; a member keeps theirs.
 ///
 /// # Errors
 /// [`Error::NotFound`] when they do not take part.

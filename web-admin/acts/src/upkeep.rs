@@ -11,7 +11,7 @@ use crate::signing_in::note_unknown_sign_ins;
 /// How long it is kept that a recording was fatal to whoever read it, in s.
 const READING_LIFETIME_S: i64 = 90 * 24 * 3600;
 
-/// Writes down how often unknown addresses were tried, and throws away links that are no longer good, and rosters and re-gradings that nobody confirmed.
+/// Records the counted sign-in attempts with unknown addresses, and removes expired links and unconfirmed rosters and re-gradings.
 pub async fn forget_expired(service: &Service) -> Result<(), Error> {
     note_unknown_sign_ins(service).await?;
     let now = service.clock.now();

@@ -33,7 +33,7 @@ pub async fn forget_brakes(writer: &mut Connection, now: Moment) -> Result<()> {
 /// An hour, in µs.
 const HOUR_US: i64 = 3600 * 1_000_000;
 
-/// Tries to sign in with addresses that nobody has, in an hour.
+/// Number of sign-in attempts with unknown email addresses in one hour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
 pub struct UnknownSignIns {
     /// When the hour began.
@@ -46,7 +46,7 @@ fn hour_of(now: Moment) -> Moment {
     Moment::from_micros(now.micros() - now.micros().rem_euclid(HOUR_US))
 }
 
-/// Counts a try to sign in with an address that nobody has.
+/// Counts a sign-in attempt with an unknown email address.
 pub async fn count_unknown_sign_in(writer: &mut Connection, now: Moment) -> Result<()> {
     sqlx::query(
         "INSERT INTO unknown_sign_ins (begins_at, tries) VALUES ($1, 1)

@@ -234,7 +234,7 @@ pub async fn change_details(
     .map(drop)
 }
 
-/// Changes what somebody may do. They leave their cohorts: who learned in one does not teach it from then on, nor the other way round.
+/// Changes a person's role and removes the person from all cohorts: a promoted trainee must not teach their former cohort.
 pub async fn change_role(writer: &mut Connection, school: SchoolId, id: PersonId, role: Role) -> Result<()> {
     sqlx::query("UPDATE people SET role = $3 WHERE school_id = $1 AND id = $2")
         .bind(school)

@@ -64,7 +64,7 @@ pub async fn list_teachers_of(executor: impl Executor<'_>, trainee: PersonKey) -
     .await
 }
 
-/// Whoever has a part in what is said on a comment and still sees the attempt: who made it, who answered it, whose attempt it is.
+/// Lists the participants of a comment thread who may still see the attempt: its author, those who answered, and the trainee.
 pub async fn list_speakers_on(
     executor: impl Executor<'_>,
     session: SessionKey,

@@ -217,7 +217,7 @@ pub async fn by_pseudonym(executor: impl Executor<'_>, school: SchoolId, name: &
     .await
 }
 
-/// Whether recordings of somebody may be kept.
+/// Whether a person's recordings may be kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
 pub struct RecordingConsent {
     /// They were erased.

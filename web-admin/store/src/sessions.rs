@@ -201,7 +201,7 @@ pub async fn find_session_of_motion(
         .await
 }
 
-/// What is kept of a person's recordings.
+/// Number and size of a person's recordings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
 pub struct KeptRecordings {
     /// How many have come since a moment.

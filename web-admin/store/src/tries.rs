@@ -111,8 +111,8 @@ pub struct SetAside {
     pub id: Uuid,
 }
 
-/// Counts what a replica that reads recordings in its own process had begun and did not live to end as deaths, and lets go of everything
-/// that it held. Where helpers read, theirs alone are deaths: [`release_replica`].
+/// Releases the work of a dead replica that read recordings in its own process, and counts each unfinished read as a crash. For replicas with
+/// helpers, use [`release_replica`].
 pub async fn bury_replica(writer: &mut Connection, id: ReplicaId) -> Result<()> {
     sqlx::query(
         "UPDATE jobs SET begun = FALSE, deaths = deaths + 1, attempts = attempts + 1, error = $2
@@ -132,8 +132,7 @@ pub async fn bury_replica(writer: &mut Connection, id: ReplicaId) -> Result<()> 
     replicas::remove_replica(writer, id).await
 }
 
-/// Lets go of everything that a replica holds: it stops because it was asked to, or died while helpers of its own read, and what is cut
-/// off was fatal to nobody.
+/// Releases the work of a replica without counting crashes: it stops on request, or it died while helpers read.
 pub async fn release_replica(writer: &mut Connection, id: ReplicaId) -> Result<()> {
     sqlx::query("UPDATE jobs SET begun = FALSE WHERE held_by = $1").bind(id).execute(&mut *writer).await?;
     sqlx::query(

@@ -1,5 +1,5 @@
-//! Who sees an attempt by which address. Fails when an attempt is shown to somebody by a door that nobody has named, and when a new object
-//! of addresses does not say whether it shows one.
+//! Visibility of attempts by route. Fails when a route shows an attempt to a visitor outside its list, and when a new path parameter is not
+//! classified.
 
 use axum::http::Method;
 

@@ -146,7 +146,7 @@ impl Entry {
         self.remove()
     }
 
-    /// Notes where the recording lies beside the outbox.
+    /// Stores the path of the original file.
     pub(super) fn note_source(&mut self, source: &Path) -> io::Result<()> {
         self.note.source = Some(std::path::absolute(source)?);
         self.save()

@@ -70,7 +70,7 @@ impl Outbox {
         })
     }
 
-    /// The same with what this station has recorded itself: where the service says that it is not to be kept, both files are removed.
+    /// Keeps a recording that this station has made. If the service answers that it must not be kept, both files are deleted.
     ///
     /// # Errors
     /// As those of [`Outbox::keep`].

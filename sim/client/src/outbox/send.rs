@@ -47,7 +47,7 @@ const HELD_WAIT: Duration = Duration::from_secs(5);
 /// HTTP's word for it.
 const LOCKED: u16 = 423;
 
-/// HTTP's word for what is to be kept nowhere.
+/// HTTP status of a recording that must not be kept.
 const UNWANTED: u16 = 451;
 
 /// How often one call tries, and how long it waits.
@@ -81,7 +81,7 @@ pub struct Delivery {
 }
 
 impl Delivery {
-    /// It is kept nowhere, as the service has asked.
+    /// The recording was deleted because the service refuses to have it kept.
     pub fn is_removed(&self) -> bool {
         self.status == Some(UNWANTED)
     }

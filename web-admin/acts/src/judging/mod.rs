@@ -46,10 +46,10 @@ pub enum JudgeQuestion {
     Annotate(AnnotationQuestion),
 }
 
-/// A picture that somebody sent.
+/// An uploaded picture.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct PictureQuestion {
-    /// What is in it, in base64.
+    /// Its bytes in base64.
     pub base64: String,
     /// It becomes a logo, else a picture of a briefing.
     pub is_logo: bool,
@@ -57,7 +57,7 @@ pub struct PictureQuestion {
     pub language: String,
 }
 
-/// A recording, and what is to stand in a copy of it.
+/// A recording, and the remarks to write into a copy of it.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct AnnotationQuestion {
     /// The recording.
@@ -73,7 +73,7 @@ pub struct AnnotationQuestion {
 pub struct CopiedPicture {
     /// Width and height, in pixels.
     pub size: [u32; 2],
-    /// What is in it, in base64.
+    /// Its bytes in base64.
     pub base64: String,
 }
 
@@ -187,7 +187,7 @@ fn annotate(question: &AnnotationQuestion) -> anyhow::Result<()> {
     Ok(copy.flush()?)
 }
 
-/// What a recording that has arrived says of itself, or why it is not taken.
+/// Returns the facts of an uploaded recording, or the reason for refusing it.
 fn tell_of(recording: Recording) -> JudgeAnswer {
     if let Some(why) = find_needless_attachment(&recording) {
         return JudgeAnswer::Permanent(why);

@@ -134,7 +134,7 @@ impl Writing<'_> {
         room::ensure_reserve(self.state)
     }
 
-    /// Gives the disk back what is not counted as received.
+    /// Truncates the file to the bytes that count as received.
     async fn cut(&mut self) -> Result<(), Error> {
         self.file.flush().await?;
         let counted = if self.spool.is_some() { 0 } else { self.upload.received.unsigned_abs() };

@@ -227,7 +227,7 @@ async fn bearer(state: &Service, upload: &Upload) -> Result<Bearer, Error> {
     Ok(Bearer { school_id: upload.school_id, trainee_id, station_id: upload.station_id, actor, ahead_us })
 }
 
-/// Throws away what has expired, what has lost its bytes and what nobody knows, and makes attempts of what was whole when the service stopped.
+/// Removes expired uploads, uploads without a file and files without an upload; takes in uploads that were complete when the service stopped.
 ///
 /// # Errors
 /// When the disk or the database fails.
@@ -254,8 +254,8 @@ pub async fn tidy(state: &Service) -> Result<(), Error> {
     pieces::clear_unknown(state).await
 }
 
-/// Forgets an upload. Its bytes go first, so that a full disk has room for writing the rest down: an upload without bytes is gone already
-/// for whoever comes back.
+/// Removes an upload. The file goes first, which frees space for the database on a full disk. A client that returns is answered that the
+/// upload has expired.
 async fn remove(state: &Service, upload: &Upload) -> Result<(), Error> {
     throw_away(state, upload.id).await;
     let mut tx = state.db.write().await?;

@@ -129,8 +129,8 @@ async fn add_rating(
     mark_knowledge(writer, school, id).await
 }
 
-/// Marks a rating whose rater may see the attempt otherwise: they teach the trainee, are an administrator, have asked, or run a study in
-/// which the trainee takes part. What was marked once stays so.
+/// Marks a rating whose rater can see the attempt elsewhere: the rater teaches the trainee, is an administrator, made the round, or runs a
+/// study with the trainee. A mark is never removed.
 async fn mark_knowledge(writer: &mut Connection, school: SchoolId, id: RatingId) -> Result<()> {
     sqlx::query(
         "UPDATE ratings SET may_know = TRUE WHERE school_id = $1 AND id = $2 AND finished_at IS NULL AND (

@@ -21,7 +21,7 @@ pub struct StudyParticipant {
     pub group_place: u32,
     /// What the study asked them, in the order of its questions.
     pub facts: Json<Vec<String>>,
-    /// When they agreed themselves; absent while they are asked.
+    /// When the person consented; absent while invited.
     pub agreed_at: Option<Moment>,
     /// When they left or declined.
     pub withdrawn_at: Option<Moment>,
@@ -35,7 +35,7 @@ pub struct StudyParticipant {
     pub answers: u32,
 }
 
-/// Somebody who is asked to take part.
+/// A person to invite.
 #[derive(Clone, Copy, Debug)]
 pub struct NewParticipant<'a> {
     /// The study.
@@ -50,7 +50,7 @@ pub struct NewParticipant<'a> {
     pub added_by: PersonId,
 }
 
-/// Asks somebody to take part in a study, also whoever had left. False where they take part or are asked already.
+/// Invites a person to a study, also one who had left. Returns false if the person takes part or is invited already.
 ///
 /// # Errors
 /// When somebody is of another school, or the database fails.
@@ -128,7 +128,7 @@ pub async fn find_participant(
         .await
 }
 
-/// Notes that somebody who was asked has agreed themselves; who had agreed before goes on. False where they were not asked.
+/// Records that an invited person has consented; an earlier consent stays. Returns false if the person is not invited.
 pub async fn note_consent(writer: &mut Connection, study: &Study, person: PersonId, now: Moment) -> Result<bool> {
     sqlx::query(
         "UPDATE study_participants SET agreed_at = coalesce(agreed_at, $4)

@@ -35,7 +35,7 @@ use store::studies::{self, Study, StudyExercise, StudyParticipant};
 /// Longest answer to a question of a study, in characters.
 const LONGEST_FACT: usize = 200;
 
-/// Below `/studies`, for whoever teaches, and below `/account/studies`, for whoever is asked.
+/// Routes of studies for instructors, and of invitations for every member.
 pub(super) fn study_routes() -> Routes {
     Routes::new()
         .route("/account/studies", get(own::list_own_studies))
@@ -214,7 +214,7 @@ async fn add_participant(
 }
 
 fn read_participant(study: &Study, form: &ParticipantForm) -> Result<ParticipantFacts, String> {
-    // Somebody of the school agrees signed in.
+    // A member consents signed in.
     if form.email.is_empty() && !form.consent {
         return Err(tr!("Nobody takes part who has not agreed.").to_owned());
     }

@@ -1,4 +1,4 @@
-//! `/account/studies`: who is asked to take part in a study answers for themselves, signed in, and leaves it when they want.
+//! `/account/studies`: a member accepts or declines invitations to studies, and leaves studies.
 
 use acts::error::Error;
 use acts::studies as acting;
