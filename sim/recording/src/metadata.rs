@@ -131,7 +131,7 @@ fn read_force_law(text: &BTreeMap<String, String>) -> Result<ForceLaw, ReadError
 fn read_judging(text: &BTreeMap<String, String>) -> Result<Judging, ReadError> {
     let Some(value) = text.get("field") else { return Ok(Judging::First) };
     let judging = value.parse().ok().and_then(Judging::of_number);
-    judging.ok_or_else(|| bad_field("field", value, "1, 2 or 3"))
+    judging.ok_or_else(|| bad_field("field", value, "1 to 4"))
 }
 
 fn read_field<'a>(text: &'a BTreeMap<String, String>, key: &str) -> Result<&'a str, ReadError> {
@@ -178,7 +178,8 @@ mod tests {
         assert_eq!(from_text(&record(None)).unwrap().judging, Judging::First);
         assert_eq!(from_text(&record(Some("2"))).unwrap().judging, Judging::Second);
         assert_eq!(from_text(&record(Some("3"))).unwrap().judging, Judging::Third);
-        let error = from_text(&record(Some("4"))).unwrap_err().to_string();
-        assert!(error.contains("field = 4") && error.contains("1, 2 or 3"), "{error}");
+        assert_eq!(from_text(&record(Some("4"))).unwrap().judging, Judging::Fourth);
+        let error = from_text(&record(Some("5"))).unwrap_err().to_string();
+        assert!(error.contains("field = 5") && error.contains("1 to 4"), "{error}");
     }
 }

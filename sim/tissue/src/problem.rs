@@ -181,7 +181,7 @@ impl Sampled {
     pub fn distance_by(&self, judging: Judging, better: &Self) -> f64 {
         match judging {
             Judging::First => relative_distance(&self.axial_m, &better.axial_m),
-            Judging::Second | Judging::Third => self.distance(better),
+            Judging::Second | Judging::Third | Judging::Fourth => self.distance(better),
         }
     }
 }

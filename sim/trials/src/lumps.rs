@@ -62,8 +62,8 @@ pub fn push_in_three_dimensions_m(tissue: &TissueSpec, push: usize, near_m: f64)
     let radius_m = REACH_M.min(REACH * bend_m);
     let load = Load { kind: LoadKind::Contactor { depth_m }, radius_m: tissue.load_radius_m };
     let flat = Problem { slab: Slab { radius_m, ..slab }, load, sample_r_m: Vec::new(), sample_depth_m: Vec::new() };
-    let problem =
-        Problem3 { flat, tilt_rad: tissue.tilt_rad, skin: tissue.skin, inclusions: tissue.inclusions.clone() };
+    let inclusions = tissue.inclusions.clone();
+    let problem = Problem3 { tilt_rad: tissue.tilt_rad, skin: tissue.skin, inclusions, ..Problem3::flat(&flat) };
     let grading = Grading { near_m, growth: 0.55 };
     let symmetry = problem.symmetry();
     let mesh = MeshSpec3 { symmetry, order: 3, around: 1, across: grading, along: grading, reach_m: radius_m };

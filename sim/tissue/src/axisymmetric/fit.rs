@@ -80,7 +80,7 @@ pub fn fit_by(judging: Judging, problem: &Problem, tolerance: f64) -> Result<Fit
     Domain::Positive.check("tolerance", tolerance, "")?;
     match judging {
         Judging::First => fit_first::fit(problem, tolerance),
-        Judging::Second | Judging::Third => judged(problem, tolerance),
+        Judging::Second | Judging::Third | Judging::Fourth => judged(problem, tolerance),
     }
 }
 

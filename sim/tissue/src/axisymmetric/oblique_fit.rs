@@ -62,7 +62,7 @@ pub fn fit_oblique_by(
     Domain::Positive.check("tolerance", tolerance, "")?;
     match judging {
         Judging::First => first(question, tolerance),
-        Judging::Second | Judging::Third => second(question, tolerance),
+        Judging::Second | Judging::Third | Judging::Fourth => second(question, tolerance),
     }
 }
 

@@ -98,7 +98,7 @@ impl Field {
         match tissue.judging {
             Judging::First => Self::by_the_skin(tissue),
             Judging::Second => Self::by_the_attempt(tissue),
-            Judging::Third => Self::by_the_angle(tissue),
+            Judging::Third | Judging::Fourth => Self::by_the_angle(tissue),
         }
     }
 

@@ -2,8 +2,8 @@
 
 use super::field::FollowError;
 use super::spec::TissueSpec;
-use crate::volumetric::Problem3;
-use crate::{FieldModel, Load, Problem};
+use crate::volumetric::{Footprint, Problem3};
+use crate::{FieldModel, Judging, Load, Problem};
 
 /// Makes a model of one load: the choice of model and mesh is the caller's.
 pub type Fit<'f> = &'f mut dyn FnMut(&Problem3) -> Result<Box<dyn FieldModel>, FollowError>;
@@ -116,5 +116,6 @@ pub(super) fn pose_question(tissue: &TissueSpec, load: Load, points_m: &[[f64; 2
     };
     let flat = Problem { slab: tissue.slab.clone(), load, sample_r_m: sorted(0), sample_depth_m: sorted(1) };
     let (skin, inclusions) = (tissue.skin, tissue.inclusions.clone());
-    Problem3 { flat, tilt_rad: tissue.tilt_rad, skin, inclusions }
+    let footprint = if tissue.judging < Judging::Fourth { Footprint::Flat } else { Footprint::Bent };
+    Problem3 { flat, tilt_rad: tissue.tilt_rad, skin, inclusions, footprint }
 }

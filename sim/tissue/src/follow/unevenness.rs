@@ -11,7 +11,7 @@ use super::responses::Responses;
 use super::spec::TissueSpec;
 use crate::planner::{PlanError, cut_patch};
 use crate::quadrature::gauss_rule;
-use crate::volumetric::{Grading, MeshSpec3, Problem3, Skin, VolumetricError, push_along_needle};
+use crate::volumetric::{Footprint, Grading, MeshSpec3, Problem3, Skin, VolumetricError, push_along_needle};
 use crate::{Load, LoadKind, Problem, relative_distance};
 
 /// What is known of a change.
@@ -194,14 +194,25 @@ const POINTS: usize = 16;
 /// push is at a sample depth.
 fn find_change(question: &Problem3, loads: &[Load], rung: &Rung) -> Result<Change, PlanError> {
     let samples_m = &question.flat.sample_depth_m;
-    let uneven = around_pushes(question);
-    let level = Problem3 { skin: Skin::Flat, inclusions: Vec::new(), ..uneven.clone() };
+    // The mesh is far coarser than the footprint, so that what it sees of a dent goes with the size of its elements. Elements and footprint
+    // are squeezed alike where the skin bends, and so they are in the level tissue that each push is compared with.
+    let uneven = Problem3 { footprint: Footprint::Flat, ..around_pushes(question) };
     let spec = spec(&uneven, rung);
     let stretches: Vec<Stretch> = loads.iter().map(Stretch::of).collect();
     let points_m: Vec<f64> = stretches.iter().flat_map(|stretch| stretch.points_m.iter().copied()).collect();
-    let [with, without] = [&uneven, &level].map(|problem| push_along_needle(problem, &spec, samples_m, &points_m));
-    let (with, without) = (with?, without?);
-    let changed_m = |sample: usize, point: usize| with.answers_m[sample][point] - without.answers_m[sample][point];
+    let with = push_along_needle(&uneven, &spec, samples_m, &points_m)?;
+    let without_m = match question.footprint {
+        Footprint::Flat => push_along_needle(&level(&uneven, 1.0), &spec, samples_m, &points_m)?.answers_m,
+        Footprint::Bent => {
+            let push = |depth_m: &f64| {
+                let scale = uneven.lateral_scale(*depth_m);
+                let pushes = push_along_needle(&level(&uneven, scale), &spec.squeezed(scale), &[*depth_m], &points_m)?;
+                Ok::<_, PlanError>(pushes.answers_m.concat())
+            };
+            samples_m.iter().map(push).collect::<Result<Vec<_>, _>>()?
+        }
+    };
+    let changed_m = |sample: usize, point: usize| with.answers_m[sample][point] - without_m[sample][point];
     let mut first = 0;
     let mut of_load = |stretch: &Stretch| -> Vec<f64> {
         let from = first;
@@ -212,7 +223,15 @@ fn find_change(question: &Problem3, loads: &[Load], rung: &Rung) -> Result<Chang
     };
     let answers_m = stretches.iter().map(&mut of_load).collect();
     let mesh = phrase!("{elements} hexahedra of order {order}", elements = with.elements, order = spec.order);
-    Ok(Change { answers_m, mesh, unknowns: with.unknowns, bytes: with.bytes.max(without.bytes) })
+    Ok(Change { answers_m, mesh, unknowns: with.unknowns, bytes: with.bytes })
+}
+
+/// The same question about flat layers with nothing in them, whose lengths along the skin are so many times as long.
+fn level(uneven: &Problem3, scale: f64) -> Problem3 {
+    let mut level = Problem3 { skin: Skin::Flat, inclusions: Vec::new(), ..uneven.clone() };
+    level.flat.load.radius_m *= scale;
+    level.flat.slab.radius_m *= scale;
+    level
 }
 
 /// Points of a needle that a load is spread over, and how much of it is at each.

@@ -134,7 +134,7 @@ impl<'a> LatticeJudge<'a> {
         let axial = distance(&answer.axial_m, &self.limit.axial_m, &self.truth.axial_m);
         match self.judging {
             Judging::First => axial,
-            Judging::Second | Judging::Third => {
+            Judging::Second | Judging::Third | Judging::Fourth => {
                 axial.max(distance(&answer.radial_m, &self.limit.radial_m, &self.truth.radial_m))
             }
         }

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::mesh::PatchMesh;
-use super::{Body, Problem3, basis};
+use super::{Body, Footprint, Problem3, basis};
 use crate::multifrontal::FIXED;
 
 /// Points of the quadrature across an element: enough for a footprint much smaller than the element.
@@ -75,15 +75,27 @@ impl Element<'_> {
         let locator = self.body.locator();
         let each = self.body.mesh().nodes_each();
         let nodes = &self.body.mesh().elements[self.element * each..][..each];
-        let (mut flat, mut jacobian) = (Vector3::zeros(), Matrix3::zeros());
+        let (mut flat, mut place, mut jacobian) = (Vector3::zeros(), Vector3::zeros(), Matrix3::zeros());
+        let is_bent = self.problem.footprint == Footprint::Bent;
+        let bent_m = &self.body.mesh().nodes_m;
         locator.each(&at.into(), |node, value, slope| {
-            flat += self.patch.flat_m[nodes[node] as usize].coords * value;
-            jacobian += self.patch.flat_m[nodes[node] as usize].coords * slope.transpose();
+            let node = nodes[node] as usize;
+            flat += self.patch.flat_m[node].coords * value;
+            let measured = if is_bent { bent_m[node].coords } else { self.patch.flat_m[node].coords };
+            place += measured * value;
+            jacobian += measured * slope.transpose();
         });
-        let area = jacobian.column(0).cross(&jacobian.column(1)).z.abs();
         let [from, to] = self.problem.flat.load.ends_m();
-        let centre = self.problem.on_flat_needle((-flat.z).clamp(from, to));
-        let distance = Vector3::new(flat.x - centre.x, flat.y - centre.y, 0.0) / self.problem.flat.load.radius_m;
+        let depth_m = (-flat.z).clamp(from, to);
+        let across = jacobian.column(0).cross(&jacobian.column(1));
+        // The boundary is level before the skin is bent.
+        let (area, off) = if is_bent {
+            (across.norm(), place - self.problem.on_needle(depth_m).coords)
+        } else {
+            let off = place - self.problem.on_flat_needle(depth_m).coords;
+            (across.z.abs(), Vector3::new(off.x, off.y, 0.0))
+        };
+        let distance = off / self.problem.flat.load.radius_m;
         let share = libm::exp(-distance.norm_squared()) * area * weight;
         let unknowns = self.body.unknowns_of(self.element);
         locator.each(&at.into(), |node, value, _| {

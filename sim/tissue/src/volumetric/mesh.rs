@@ -88,6 +88,13 @@ impl Grading {
 }
 
 impl MeshSpec3 {
+    /// The same mesh with lengths along the skin so many times as long.
+    #[must_use]
+    pub(crate) fn squeezed(self, scale: f64) -> Self {
+        let across = Grading { near_m: self.across.near_m * scale, ..self.across };
+        Self { across, reach_m: self.reach_m * scale, ..self }
+    }
+
     /// Checks the specification for a problem.
     pub(super) fn check(&self, problem: &Problem3) -> Result<(), ParamError> {
         let refuse = |field: &str, value: f64, allowed| {

@@ -34,7 +34,7 @@ use mesh::PatchMesh;
 pub use mesh::{Grading, HexMesh, MeshSpec3, ORDERS};
 pub use minimiser::{Effort, Outcome};
 use nalgebra::{Point3, Vector3};
-pub use problem::{Inclusion, InclusionShape, Material, Problem3, Symmetry};
+pub use problem::{Footprint, Inclusion, InclusionShape, Material, Problem3, Symmetry};
 
 use super::multifrontal::{Cholesky, NotPositiveDefinite};
 use super::{FieldModel, Model};

@@ -20,6 +20,20 @@ pub struct Problem3 {
     pub skin: Skin,
     /// What lies in the layers, the last one on top.
     pub inclusions: Vec<Inclusion>,
+    /// Where the footprint of the load is measured.
+    #[serde(default)]
+    pub footprint: Footprint,
+}
+
+/// Where the footprint of a load, a Gaussian around the needle, is measured. For a flat skin both are the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Footprint {
+    /// Before the skin is bent. Under a skin of radius R a footprint at depth d then shrinks by 1 − d/R, and a dent grows as much: the way
+    /// of [`crate::Judging::Third`] and earlier ones.
+    Flat,
+    /// On the bent body.
+    #[default]
+    Bent,
 }
 
 /// A body of another material.
@@ -149,7 +163,13 @@ impl Problem3 {
     /// The flat problem with a perpendicular needle.
     #[must_use]
     pub fn flat(problem: &Problem) -> Self {
-        Self { flat: problem.clone(), tilt_rad: 0.0, skin: Skin::Flat, inclusions: Vec::new() }
+        Self {
+            flat: problem.clone(),
+            tilt_rad: 0.0,
+            skin: Skin::Flat,
+            inclusions: Vec::new(),
+            footprint: Footprint::Bent,
+        }
     }
 
     /// The least part that has to be meshed.
@@ -188,6 +208,17 @@ impl Problem3 {
             Skin::Flat => Point3::new(libm::tan(self.tilt_rad) * depth_m, 0.0, -depth_m),
             Skin::Sphere { .. } | Skin::Cylinder { .. } => self.skin.flatten(&self.on_needle(depth_m)),
         }
+    }
+
+    /// How many times as long a length along the skin becomes at the needle at a depth, in m, when the skin is bent: the square root of what
+    /// an area becomes.
+    #[must_use]
+    pub(crate) fn lateral_scale(&self, depth_m: f64) -> f64 {
+        const APART_M: f64 = 1e-5;
+        let at = self.on_flat_needle(depth_m);
+        let [along, across] = [Vector3::x(), Vector3::y()]
+            .map(|way| self.skin.bend(&(at + way * APART_M)) - self.skin.bend(&(at - way * APART_M)));
+        libm::sqrt(along.cross(&across).norm()) / (2.0 * APART_M)
     }
 
     /// Displacement along the needle of a field's last answer, in m, positive into the body: at a depth, at a distance from the
