@@ -137,14 +137,15 @@ impl Fixed {
         let make = |recipe: Recipe<'_>| recipe.make(device, 1);
         let field = Recipe::new(&shaders.field, ["whole", "superpose"], &[&layouts.scene, &layouts.responses]);
         let enlarge = Recipe::new(&shaders.enlarge, ["enlarge_vertex", "enlarge_fragment"], &[&layouts.copy]);
-        let cast = |module, vertex| {
+        let cast = |module, vertex, fragment| {
             let depth = Some(depth(SHADOW, true, CompareFunction::Less));
-            Recipe { corners: true, fragment: None, depth, ..Recipe::new(module, [vertex, ""], &[&layouts.scene]) }
+            let recipe = Recipe::new(module, [vertex, ""], &[&layouts.scene]);
+            Recipe { corners: true, fragment, formats: &[], depth, ..recipe }
         };
         Self {
             superpose: make(Recipe { formats: &[FIELD], ..field }),
-            tissue_shadow: make(cast(&shaders.tissue, "tissue_shadow")),
-            patient_shadow: make(cast(&shaders.solid, "patient_shadow")),
+            tissue_shadow: make(cast(&shaders.tissue, "tissue_shadow", None)),
+            patient_shadow: make(cast(&shaders.solid, "patient_shadow", Some("patient_shadow_beside"))),
             enlarge: make(enlarge),
         }
     }

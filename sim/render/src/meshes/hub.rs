@@ -14,6 +14,8 @@ const GLASS: f32 = 6.0;
 const SIDES: u32 = 40;
 /// Share of the hub's room at which its mouth is; the knob takes the rest.
 const MOUTH: f32 = 0.53;
+/// Length of the hub with the stylet's knob, behind the shaft, in m.
+const LENGTH_M: f32 = 0.030;
 /// Radius of a syringe's barrel, and how long its nozzle, barrel and plunger are, in m.
 const BARREL_M: f32 = 0.0072;
 const NOZZLE_M: f32 = 0.008;
@@ -47,9 +49,7 @@ impl HubForm {
     #[must_use]
     pub fn of(needle: &DrawnNeedle) -> Self {
         let outer_m = 0.5 * needle.diameter_m;
-        let length_m = needle.length_m.max(20.0 * outer_m);
-        let long_m = 0.030_f32.min(0.3 * length_m);
-        Self { begins_m: long_m - length_m, wide_m: 0.0046_f32.max(2.2 * outer_m), long_m }
+        Self { begins_m: -needle.length_m, wide_m: 0.0046_f32.max(2.2 * outer_m), long_m: LENGTH_M }
     }
 
     /// Place along the needle at a share of the room, in m from the tip.

@@ -279,6 +279,7 @@ fn draw_section_face(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'
     draw_with_pipeline(pass, &drawn.paper, &renderer.behind[1]);
     draw_with_pipeline(pass, &drawn.solid_behind, &renderer.set.solids);
     draw_needle(renderer, frame, pass);
+    draw_clear_parts(renderer, frame, pass);
 }
 
 /// A smaller picture onto the full one.

@@ -105,6 +105,10 @@ fn glass_fragment(in: Varying) -> @location(0) vec4f {
     let normal = normalize(in.normal);
     let facing = abs(dot(normal, view));
     let rim = pow(1.0 - facing, 2.0);
+    // In a section: a pale body with a dark outline, as the needle has.
+    if scene.cut.w > 0.5 {
+        return vec4f(mix(vec3f(0.62, 0.74, 0.84), vec3f(0.10, 0.12, 0.15), smoothstep(0.3, 0.8, rim)), 0.30 + 0.65 * smoothstep(0.3, 0.8, rim));
+    }
     let shine = min(glint(normal, 0.14, view, scene.lamp.xyz), 3.0);
     let light = room(reflect(-view, normal), 0.1) + shine;
     // Marks around the barrel, every half centimetre.

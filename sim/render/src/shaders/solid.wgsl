@@ -31,9 +31,10 @@ fn tray_vertex(@location(0) at: vec4f, @location(1) normal: vec4f) -> Varying {
     return out;
 }
 
-// Kinds: 0 target, 1 vessel, 2 nerve, 3 bone, 4 organ.
+// Kinds: 0 target, 1 vessel, 2 nerve, 3 bone, 4 organ. Told apart from the tissue around them, and from each other, by eyes that confuse
+// red and green too: nothing that lies in yellow fat is yellow, and an organ is bluer than muscle.
 fn kind_of(kind: u32, world: vec3f) -> Surface {
-    var s = Surface(vec3f(0.85, 0.62, 0.10), vec3f(0.0), 0.35, 0.0, 0.15, 1.0);
+    var s = Surface(vec3f(0.05, 0.42, 0.72), vec3f(0.0), 0.35, 0.0, 0.15, 1.0);
     let mottle = grain(world.xy * 1400.0 + world.z * 700.0);
     switch kind {
         case 1u: {
@@ -42,7 +43,7 @@ fn kind_of(kind: u32, world: vec3f) -> Surface {
             s.soft = 0.25;
         }
         case 2u: {
-            s.base = mix(vec3f(0.86, 0.74, 0.26), vec3f(0.92, 0.82, 0.42), mottle);
+            s.base = mix(vec3f(0.58, 0.70, 0.82), vec3f(0.70, 0.80, 0.88), mottle);
             s.rough = 0.42;
         }
         case 3u: {
@@ -50,7 +51,7 @@ fn kind_of(kind: u32, world: vec3f) -> Surface {
             s.rough = 0.55;
         }
         case 4u: {
-            s.base = mix(vec3f(0.38, 0.10, 0.09), vec3f(0.46, 0.15, 0.12), mottle);
+            s.base = mix(vec3f(0.34, 0.09, 0.20), vec3f(0.42, 0.14, 0.27), mottle);
             s.rough = 0.30;
         }
         default: {}
@@ -103,8 +104,16 @@ fn patient_vertex(@location(0) at: vec4f, @location(1) normal: vec4f) -> Skin {
 }
 
 @vertex
-fn patient_shadow(@location(0) at: vec4f) -> @builtin(position) vec4f {
-    return scene.light_clip_from_world * vec4f(at.xyz, 1.0);
+fn patient_shadow(@location(0) at: vec4f, @location(1) normal: vec4f) -> Skin {
+    return Skin(scene.light_clip_from_world * vec4f(at.xyz, 1.0), at.xyz, normal.xyz);
+}
+
+// Where the block's own skin stands for the patient's, that skin is not there to cast a shadow either.
+@fragment
+fn patient_shadow_beside(in: Skin) {
+    if beside_block(in) < 0.0 {
+        discard;
+    }
 }
 
 // How far a place on the back lies beside the block in plan, in m; below zero where the block's own skin, which gives way under the
@@ -222,7 +231,7 @@ fn solid_behind(in: Varying) -> @location(0) vec4f {
 
 // Kinds: 0 planned line, 1 entry, 2 target; drawn as light, the same from every side.
 fn guide_colour(kind: u32) -> vec3f {
-    return select(vec3f(0.10, 0.85, 0.75), vec3f(1.0, 0.78, 0.12), kind > 1u);
+    return select(vec3f(0.10, 0.85, 0.75), vec3f(0.16, 0.42, 1.0), kind > 1u);
 }
 
 @fragment

@@ -154,12 +154,12 @@ fn track(rest: vec3f) -> vec2f {
 // Colours of the section view's bands, by material.
 fn band(material: u32) -> vec3f {
     switch material {
-        case 1u: { return vec3f(0.95, 0.78, 0.38); }
+        case 1u: { return vec3f(0.98, 0.84, 0.48); }
         case 2u: { return vec3f(0.66, 0.20, 0.18); }
         case 3u: { return vec3f(0.86, 0.84, 0.78); }
         case 4u: { return vec3f(0.86, 0.80, 0.64); }
         case 5u: { return vec3f(0.45, 0.66, 0.80); }
-        default: { return vec3f(0.87, 0.56, 0.46); }
+        default: { return vec3f(0.76, 0.45, 0.38); }
     }
 }
 

@@ -294,7 +294,7 @@ fn a_needle_beside_the_body_shades_the_drape_from_wherever_it_is_seen() {
 
 /// How much darker, in levels of a channel, the skin gets around a place of the patient frame (m) by a needle that stands in it.
 fn darkened(place_m: [f32; 3]) -> u8 {
-    let stage = Stage { needle: DrawnNeedle { length_m: 0.07, ..stage().needle }, ..stage() };
+    let stage = Stage { needle: DrawnNeedle { length_m: 0.049, ..stage().needle }, ..stage() };
     let frame = Frame { closed: true, ..inside(at_depth(0.02), 4, 0.0) };
     let gone = Frame { tip_m: [0.0, 0.0, 1.0], orientation: frame.orientation, punctures: Vec::new(), ..frame.clone() };
     let [with, without] = [&frame, &gone].map(|frame| picture(&stage, frame, SIZE));
