@@ -80,7 +80,8 @@ pub fn spec_along_path(mut spec: AxialSpec, incidence: &Incidence) -> AxialSpec 
 /// Every issue found.
 pub fn check_documents(path: &Path) -> Result<Document, DocumentError> {
     let document = read_document(path)?;
-    let issues = list_unsound_layers(path, &document)?;
+    let mut issues = list_unsound_layers(path, &document)?;
+    issues.extend(list_blocked_ways(path, &document)?);
     if issues.is_empty() { Ok(document) } else { Err(DocumentError { issues }) }
 }
 
@@ -97,6 +98,33 @@ fn list_unsound_layers(path: &Path, document: &Document) -> Result<Vec<Issue>, D
         }
     }
     Ok(issues)
+}
+
+/// An issue for each planned way of a document, read from `path`, that meets bone. A scene alone plans one where it names an anatomy.
+fn list_blocked_ways(path: &Path, document: &Document) -> Result<Vec<Issue>, DocumentError> {
+    let of_exercise =
+        |path: &Path, bundle: &ExerciseBundle| bundle.place(&path.display().to_string(), &bundle.blocked_ways());
+    match document {
+        Document::Scene(scene) => {
+            let doc = Walked::new(Source::new(&path.display().to_string(), &read_file(path)?)?, &SCENE)?;
+            let number = |key: &str| doc.value["anatomy"][key].as_f64();
+            let planned = number("angle_deg").map(|angle_deg| PlannedNeedle {
+                angle_deg,
+                azimuth_deg: number("azimuth_deg").unwrap_or_default(),
+                ..PlannedNeedle::default()
+            });
+            let remark = planned.and_then(|planned| scene.remark_blocked_way(&planned));
+            let issue = |Remark { field, found, allowed }| doc.issue(&field, found, allowed);
+            Ok(remark.into_iter().map(issue).collect())
+        }
+        Document::Exercise(bundle) => of_exercise(path, bundle),
+        Document::Curriculum(curriculum, bundles) => {
+            let entries = curriculum.entries.iter().zip(bundles);
+            let issues = entries.map(|(entry, bundle)| of_exercise(&path_beside(path, &entry.file), bundle));
+            Ok(issues.collect::<Result<Vec<_>, _>>()?.concat())
+        }
+        Document::Instrument(_) => Ok(Vec::new()),
+    }
 }
 
 /// Every scene of a document with its path, and how it is met.
@@ -131,13 +159,21 @@ impl ExerciseBundle {
         Ok(issues)
     }
 
-    /// Every unsound rupture in its scene and every structure outside the body, placed in the scene's document.
+    /// Every unsound rupture in its scene and every structure outside the body, placed in the scene's document, and a planned way that
+    /// meets bone, placed in its own.
     ///
     /// # Errors
-    /// When the document, read once already, is refused.
+    /// When a document, read once already, is refused.
     pub fn unsound(&self) -> Result<Vec<Issue>, DocumentError> {
         let source = || Source::new("attached scene", &self.scene_bytes);
-        unsound_issues(&self.scene, self.exercise.planned_needle(), source)
+        let mut issues = unsound_issues(&self.scene, self.exercise.planned_needle(), source)?;
+        issues.extend(self.place("document", &self.blocked_ways())?);
+        Ok(issues)
+    }
+
+    /// The remark on a planned way that meets bone, if it does.
+    fn blocked_ways(&self) -> Vec<Remark> {
+        self.remark_blocked_way().into_iter().collect()
     }
 }
 

@@ -40,6 +40,7 @@ mod structure_names;
 mod suggest;
 mod tissue;
 mod walk;
+mod way;
 mod wording;
 
 pub use check::{check_documents, spec_along_path};

@@ -234,6 +234,45 @@ impl Solid {
     }
 }
 
+/// Structures of one kind, to be searched along straight lines.
+#[derive(Debug)]
+pub struct Obstacles {
+    structures: Vec<(String, Structure)>,
+}
+
+impl Obstacles {
+    /// The structures of a kind among some.
+    ///
+    /// # Errors
+    /// As [`crate::puncture::PunctureParams::new`], of the first that makes no sense.
+    pub fn new(specs: &[StructureSpec], kind: StructureKind) -> Result<Self, ParamError> {
+        let of_kind = specs.iter().enumerate().filter(|(_, spec)| spec.kind == kind);
+        let built = of_kind.map(|(index, spec)| Ok((spec.name.clone(), Structure::new(index, spec)?)));
+        Ok(Self { structures: built.collect::<Result<_, ParamError>>()? })
+    }
+
+    /// The first structure that a point meets on its way along an axis of unit length, and how far it has come by then, in m; none within
+    /// `length_m`. Found by steps as long as the distance to the nearest one, to a hundredth of a millimetre.
+    #[must_use]
+    pub fn first_met(&self, from_m: &Point3<f64>, axis: &Vector3<f64>, length_m: f64) -> Option<(&str, f64)> {
+        const NEAR_M: f64 = 1e-5;
+        let mut way_m = 0.0;
+        while way_m <= length_m {
+            let at_m = from_m + axis * way_m;
+            let distances = self.structures.iter().map(|(name, structure)| {
+                let meeting = structure.meet(&Shaft { entry_m: at_m, tip_m: at_m });
+                (name.as_str(), meeting.distance_m)
+            });
+            let (name, distance_m) = distances.min_by(|a, b| a.1.total_cmp(&b.1))?;
+            if distance_m < NEAR_M {
+                return Some((name, way_m));
+            }
+            way_m += distance_m;
+        }
+        None
+    }
+}
+
 impl Structure {
     /// Checks a structure and builds its shape; `index` only names it in the error.
     pub fn new(index: usize, spec: &StructureSpec) -> Result<Self, ParamError> {

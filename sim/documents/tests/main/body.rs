@@ -159,3 +159,32 @@ fn a_shipped_bodys_skin_is_as_flat_as_the_forces_take_it() {
         assert!(off_m.len() >= 20 && most_m < OFF_M, "{}: {} m at {} places", bundle.exercise.id, most_m, off_m.len());
     }
 }
+
+/// The epidural exercise in the midline on another body.
+fn on_another_body(posture: &str, seed: u32, weight_kg: u32) -> String {
+    let read = |path: &str| std::fs::read_to_string(curricula().join(path)).unwrap();
+    let scene = read("scenes/epidural-midline.toml");
+    let scene = scene.replace("\"sitting\"", &format!("\"{posture}\"")).replace("seed = 6", &format!("seed = {seed}"));
+    let scene = scene.replace("weight_kg = 70", &format!("weight_kg = {weight_kg}"));
+    let exercise = read("lumbar-epidural-on-a-body/1-midline.toml");
+    let bundle = ExerciseBundle::from_texts(&exercise, &scene).unwrap();
+    bundle.unsound().unwrap().iter().map(|issue| format!("{}: {}", issue.field, issue.found)).collect()
+}
+
+#[test]
+fn a_planned_way_through_bone_is_named_with_the_bone_and_the_depth() {
+    assert_eq!(on_another_body("sitting", 6, 70), "", "the shipped one is free");
+    let found = on_another_body("side", 3, 115);
+    assert!(found.starts_with("entry.angle_deg: the planned needle meets vertebra L4 at 49."), "{found}");
+    let found = on_another_body("sitting", 5, 45);
+    assert!(found.starts_with("entry.angle_deg: the planned needle meets vertebra L4 at 38."), "{found}");
+}
+
+#[test]
+fn a_scene_whose_planned_way_is_bone_is_refused_with_the_nearest_free_angle() {
+    let folder = folder();
+    let path = write(&folder, "scene.toml", BODY.replace("seed = 6", "seed = 5").replace("= 70", "= 45"));
+    let refused = documents::check_documents(&path).expect_err("bone is in the way").to_string();
+    assert!(refused.contains("meets vertebra L4") && refused.contains("the nearest at"), "{refused}");
+    assert!(documents::check_documents(&write(&folder, "free.toml", BODY)).is_ok());
+}

@@ -2,6 +2,7 @@
 
 mod plan;
 mod report;
+mod seeds;
 mod tissue;
 
 use std::path::{Path, PathBuf};
@@ -21,13 +22,16 @@ use crate::output;
 /// the closed-form ruptures of each exercise, and the plan of its tissue: model, unknowns, bytes, expected error, cost. Of an exercise
 /// it judges an untouched needle, pricks, a lunge, and an attempt that is not confirmed or not withdrawn: a rubric that pays for
 /// these is found, as are lines that reward the worse value and metrics that no rubric should ask for. Exit 0 when all is well, 1 when
-/// anything was found.
+/// anything was found. A planned way that meets bone before the target is named with the bone, the depth and the nearest free angle.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet check curricula/scenes/*.toml curricula/lower-back-basics/course.toml")]
 pub struct CheckArgs {
     /// The documents
     #[arg(value_name = "FILE", required = true)]
     files: Vec<PathBuf>,
+    /// Check an exercise on a body with each of so many patients too, from seed 1, and list those that it can be done on
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    seeds: Option<u32>,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
@@ -37,6 +41,9 @@ pub struct CheckArgs {
 pub fn run(args: &CheckArgs) -> Outcome {
     if let Some(missing) = args.files.iter().find(|file| !file.is_file()) {
         return Err(Failure::refused(missing, "cannot be read: no such file; a document is needed"));
+    }
+    if let Some(most) = args.seeds {
+        return seeds::run(&args.files, most, args.json);
     }
     let reports: Vec<FileReport> = args.files.iter().map(|file| check(file)).collect();
     match args.json {
