@@ -51,6 +51,8 @@ pub struct Reading {
     pub orientation: UnitQuaternion<f64>,
     /// Buttons held down, a bit each; see [`buttons`].
     pub buttons: u32,
+    /// Temperature of the warmest motor as the device reports it, from 0 (cold) to 1 (too hot); 0 where it reports none.
+    pub motor_heat: f64,
 }
 
 /// Bits of [`Reading::buttons`].

@@ -27,7 +27,7 @@
 //! #     rate: None,
 //! #     breakaway: None,
 //! # };
-//! # let spec = PunctureSpec { axial, lateral_stiffness_n_per_m2: 1e4, needle_length_m: 0.15, needle_bending_n_m2: None,
+//! # let spec = PunctureSpec { axial, lateral_stiffness_n_per_m2: 1e4, needle_length_m: 0.15, hub_stiffness_n_per_m: None, needle_bending_n_m2: None,
 //! #     skin: law::Skin::Flat, structures: Vec::new() };
 //! let params = Arc::new(PunctureParams::new(spec)?);
 //! let rate_hz = 1000.0;

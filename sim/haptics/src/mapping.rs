@@ -25,6 +25,21 @@ impl Home {
     }
 }
 
+/// How a device stands at the patient.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    /// How far the device is turned to the left, seen from above, in rad: half a turn for a person at the patient's other side.
+    pub yaw_rad: f64,
+    /// Motion of the needle per motion of the handle, at most 1. Forces are not scaled by it, so that tissue becomes softer.
+    pub motion: f64,
+}
+
+impl Default for Placement {
+    fn default() -> Self {
+        Self { yaw_rad: 0.0, motion: 1.0 }
+    }
+}
+
 /// What turns the needle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Pointing {
@@ -40,6 +55,8 @@ pub struct Mapping {
     rotation: UnitQuaternion<f64>,
     /// A place of the handle and the tip's place there, both in m, patient frame; unknown until the next reading.
     anchor: Option<(Vector3<f64>, Vector3<f64>)>,
+    /// Motion of the needle per motion of the handle.
+    motion: f64,
     home: Home,
     pointing: Pointing,
     /// Where the needle's tip is, in m: it stays there through a clutch.
@@ -76,7 +93,14 @@ impl Mapping {
     pub fn at_home(home: Home, pointing: Pointing) -> Self {
         // z of the device (towards the person) is −y of the patient, y of the device (up) is z.
         let rotation = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), core::f64::consts::FRAC_PI_2);
-        Self { rotation, anchor: None, home, pointing, tip_m: home.tip_m.coords, clutched: false }
+        Self { rotation, anchor: None, motion: 1.0, home, pointing, tip_m: home.tip_m.coords, clutched: false }
+    }
+
+    /// The same for a device that stands otherwise at the patient.
+    #[must_use]
+    pub fn placed(self, placement: Placement) -> Self {
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), placement.yaw_rad);
+        Self { rotation: turn * self.rotation, motion: placement.motion, ..self }
     }
 
     /// For a device that speaks the patient's frame, as virtual operators and recorded trajectories do.
@@ -86,6 +110,7 @@ impl Mapping {
         Self {
             rotation: UnitQuaternion::identity(),
             anchor: Some((Vector3::zeros(), Vector3::zeros())),
+            motion: 1.0,
             home,
             pointing: Pointing::Handle,
             tip_m: Vector3::zeros(),
@@ -102,7 +127,7 @@ impl Mapping {
         }
         let handle_m = self.rotation * reading.position_m;
         let (there_m, tip_m) = *self.anchor.get_or_insert((handle_m, self.tip_m));
-        self.tip_m = tip_m + (handle_m - there_m);
+        self.tip_m = tip_m + (handle_m - there_m) * self.motion;
         NeedlePose::new(&self.tip_m, &self.patient_from_handle(reading))
     }
 
@@ -145,11 +170,36 @@ mod tests {
     use super::*;
 
     fn reading(x: f64, y: f64, z: f64, buttons: u32) -> Reading {
-        Reading { t_s: 0.0, position_m: Vector3::new(x, y, z), orientation: UnitQuaternion::identity(), buttons }
+        Reading {
+            t_s: 0.0,
+            position_m: Vector3::new(x, y, z),
+            orientation: UnitQuaternion::identity(),
+            buttons,
+            motor_heat: 0.0,
+        }
     }
 
     fn home() -> Home {
         Home::above(Point3::new(0.01, 0.0, 0.0), -Vector3::z_axis(), 0.02)
+    }
+
+    #[test]
+    fn a_turned_device_moves_the_needle_as_the_person_sees_it_and_its_forces_come_back() {
+        let home = Home::above(Point3::origin(), -Vector3::z_axis(), 0.02);
+        let quarter = Placement { yaw_rad: core::f64::consts::FRAC_PI_2, motion: 0.5 };
+        let mut mapping = Mapping::at_home(home, Pointing::Planned).placed(quarter);
+        mapping.needle(&reading(0.0, 0.0, 0.0, 0), false);
+        // To the device's right and down: away from where the person stood before, half as far.
+        let moved = mapping.needle(&reading(0.01, -0.02, 0.0, 0), false).position_m;
+        for (found, wanted) in moved.into_iter().zip([0.0, 0.005, 0.02 - 0.01]) {
+            assert!((found - wanted).abs() < 1e-12, "{moved:?}");
+        }
+        let force_n = Vector3::new(1.0, 2.0, 3.0);
+        let back_n = mapping.patient_from_device(&mapping.device_from_patient(&force_n));
+        assert!(
+            (back_n - force_n).norm() < 1e-12
+                && (mapping.device_from_patient(&Vector3::y()) - Vector3::x()).norm() < 1e-12
+        );
     }
 
     #[test]
@@ -206,7 +256,7 @@ mod tests {
         let orientation = UnitQuaternion::from_euler_angles(0.1, 0.2, 0.3);
         let mut mapping = Mapping::in_patient_frame();
         let position_m = Vector3::new(0.1 / 3.0, -0.0, -0.012_345);
-        let pose = mapping.needle(&Reading { t_s: 0.0, position_m, orientation, buttons: 0 }, false);
+        let pose = mapping.needle(&Reading { t_s: 0.0, position_m, orientation, buttons: 0, motor_heat: 0.0 }, false);
         assert_eq!(pose.position_m, [0.1 / 3.0, 0.0, -0.012_345]);
         assert!(pose.position_m[1].is_sign_positive(), "a recording keeps no sign of zero");
     }

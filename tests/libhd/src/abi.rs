@@ -147,7 +147,10 @@ extern "system" fn hdIsEnabled(capability: u32) -> u8 {
 #[unsafe(no_mangle)]
 unsafe extern "system" fn hdGetDoublev(name: u32, values: *mut f64) {
     let transform = state().transform();
+    let heat = state().script.motor_heat;
+    let heats = [0.5 * heat, heat, 0.25 * heat];
     let held: &[f64] = match name {
+        0x2605 if heat >= 0.0 => &heats,
         0x2052 => &transform,
         0x2551 => &[-80.0, -40.0, -35.0, 80.0, 80.0, 35.0],
         0x2602 => &[0.5],

@@ -34,6 +34,8 @@ pub struct Script {
     pub encoder_mm: f64,
     /// Frames with the same reading, from 1.
     pub repeats: usize,
+    /// Temperature of its motors, from 0 to 1; below 0 for a driver that does not know the name.
+    pub motor_heat: f64,
     /// Frames run inside `hdStartScheduler`, in the caller's thread, instead of a thread of their own.
     pub inline: bool,
     /// The frame at which something happens, counted from 0.
@@ -70,6 +72,7 @@ impl Default for Script {
             step_mm: [1.0, 0.0, 0.0],
             encoder_mm: 0.0,
             repeats: 1,
+            motor_heat: 0.0,
             inline: false,
             at_frame: u64::MAX,
             then: Then::Nothing,

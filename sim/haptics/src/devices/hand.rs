@@ -163,13 +163,6 @@ impl VirtualHand {
         (hand, AimWriter { cell: writer })
     }
 
-    /// The same for whatever moves the hand without turning it.
-    #[must_use]
-    pub fn never_turned(mut self) -> Self {
-        self.info.measures_orientation = false;
-        self
-    }
-
     /// The hand that holds a mouse: braced and critically damped, so that it follows without swinging.
     #[must_use]
     pub fn braced() -> Skill {
@@ -196,6 +189,7 @@ impl Device for VirtualHand {
             position_m: self.hand.position_m,
             orientation,
             buttons: buttons | confirms,
+            motor_heat: 0.0,
         })
     }
 

@@ -52,7 +52,7 @@ impl Device for OperatorDevice {
         self.readings += 1;
         let pose = motion.patient_from_needle;
         let buttons = if motion.confirm { buttons::CONFIRM } else { 0 };
-        Ok(Reading { t_s, position_m: pose.translation.vector, orientation: pose.rotation, buttons })
+        Ok(Reading { t_s, position_m: pose.translation.vector, orientation: pose.rotation, buttons, motor_heat: 0.0 })
     }
 
     fn write(&mut self, force_n: &Vector3<f64>) -> Result<(), DeviceFault> {

@@ -119,7 +119,13 @@ impl Scripted {
         let t_s = number as f64 * self.period_s;
         // The handle's z turned from z to −y, downwards.
         let orientation = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), core::f64::consts::FRAC_PI_2);
-        Reading { t_s, position_m: Vector3::new(0.0, -self.speed_m_per_s * t_s, 0.0), orientation, buttons: 0 }
+        Reading {
+            t_s,
+            position_m: Vector3::new(0.0, -self.speed_m_per_s * t_s, 0.0),
+            orientation,
+            buttons: 0,
+            motor_heat: 0.0,
+        }
     }
 
     /// The fault of a reading.

@@ -195,6 +195,7 @@ fn find_inverse3(first: &str, wanted: Option<&str>) -> Result<(String, Reading),
         position_m: Vector3::zeros(),
         orientation: UnitQuaternion::identity(),
         buttons: 0,
+        motor_heat: 0.0,
     };
     let frame = StateFrame::read(first);
     let arms = || frame.iter().flat_map(StateFrame::arms);

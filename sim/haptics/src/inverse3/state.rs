@@ -119,6 +119,7 @@ impl<'a> StateFrame<'a> {
             position_m: axes::position_m(Vector3::new(position.x, position.y, position.z)),
             orientation: self.grips().find_map(GripState::orientation).unwrap_or(before.orientation),
             buttons: self.grips().find_map(GripState::pressed).unwrap_or(before.buttons),
+            motor_heat: 0.0,
         })
     }
 

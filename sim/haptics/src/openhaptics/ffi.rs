@@ -27,6 +27,7 @@ pub mod name {
     pub const NOMINAL_MAX_STIFFNESS: u32 = 0x2602;
     pub const NOMINAL_MAX_FORCE: u32 = 0x2603;
     pub const NOMINAL_MAX_CONTINUOUS_FORCE: u32 = 0x2604;
+    pub const MOTOR_TEMPERATURE: u32 = 0x2605;
     pub const CURRENT_FORCE: u32 = 0x2700;
     pub const FORCE_OUTPUT: u32 = 0x4000;
 }

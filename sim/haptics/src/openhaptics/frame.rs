@@ -31,6 +31,8 @@ pub struct DeviceFrame<'a, 'tick> {
     pub tick: &'a mut Tick<'tick>,
     pub stop: &'a AtomicBool,
     pub watch: &'a Watch,
+    /// The device reports the temperature of its motors.
+    pub reports_heat: bool,
     /// The last good reading.
     pub reading: Reading,
     /// What the device complained of in the last frame.
@@ -74,8 +76,15 @@ impl DeviceFrame<'_, '_> {
         let transform = self.hd.doubles(name::CURRENT_TRANSFORM);
         let (position_m, orientation) = pose(&transform)?;
         let buttons = self.hd.integer(name::CURRENT_BUTTONS);
-        Some(Reading { t_s: clock::now_s(), position_m: position_m - self.middle_m, orientation, buttons })
+        let motor_heat = if self.reports_heat { read_motor_heat(self.hd) } else { 0.0 };
+        Some(Reading { t_s: clock::now_s(), position_m: position_m - self.middle_m, orientation, buttons, motor_heat })
     }
+}
+
+/// Temperature of the warmest motor, from 0 (cold) to 1 (too hot); 0 where the driver gives no number.
+pub fn read_motor_heat(hd: &Hd) -> f64 {
+    let heats: [f64; 3] = hd.doubles(name::MOTOR_TEMPERATURE);
+    heats.into_iter().filter(|heat| heat.is_finite()).fold(0.0, f64::max)
 }
 
 /// Position in m and orientation of the handle, from a transform in mm with its columns one after the other.

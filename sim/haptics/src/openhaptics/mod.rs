@@ -18,7 +18,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 pub use self::error::OpenHapticsError;
 use self::ffi::{ErrorInfo, Handle, Hd, LoadError, calibration, name};
-use self::frame::{DeviceFrame, Watch};
+use self::frame::{DeviceFrame, Watch, read_motor_heat};
 use crate::clock;
 use crate::device::{Clocked, DeviceFault, DeviceInfo, Reading, Tick};
 
@@ -54,6 +54,8 @@ pub struct OpenHaptics {
     info: DeviceInfo,
     /// Middle of the workspace, in m, in the driver's coordinates.
     middle_m: Vector3<f64>,
+    /// It reports the temperature of its motors: old drivers answer with an error.
+    reports_heat: bool,
 }
 
 impl OpenHaptics {
@@ -77,7 +79,9 @@ impl OpenHaptics {
         }
         let info = describe_device(&hd);
         let workspace_mm = hd.doubles(name::USABLE_WORKSPACE);
-        let this = Self { hd, device, info, middle_m: middle_m(&workspace_mm) };
+        let _heat = read_motor_heat(&hd);
+        let reports_heat = hd.error().is_none();
+        let this = Self { hd, device, info, middle_m: middle_m(&workspace_mm), reports_heat };
         this.calibrate()?;
         this.switch_on()?;
         Ok(this)
@@ -156,6 +160,7 @@ impl Clocked for OpenHaptics {
             position_m: Vector3::zeros(),
             orientation: UnitQuaternion::identity(),
             buttons: 0,
+            motor_heat: 0.0,
         };
         let (hd, info, watched) = (&self.hd, &self.info, &watch);
         let (device, middle_m) = (self.device, self.middle_m);
@@ -167,6 +172,7 @@ impl Clocked for OpenHaptics {
             tick,
             stop,
             watch: watched,
+            reports_heat: self.reports_heat,
             reading: at_rest,
             fault: None,
             panic: None,

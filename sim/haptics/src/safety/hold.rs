@@ -166,7 +166,13 @@ mod tests {
     const PERIOD_S: f64 = 1e-3;
 
     fn reading(t_s: f64, x_m: f64) -> Reading {
-        Reading { t_s, position_m: Vector3::new(x_m, 0.0, 0.0), orientation: UnitQuaternion::identity(), buttons: 0 }
+        Reading {
+            t_s,
+            position_m: Vector3::new(x_m, 0.0, 0.0),
+            orientation: UnitQuaternion::identity(),
+            buttons: 0,
+            motor_heat: 0.0,
+        }
     }
 
     /// Feeds 100 good readings at 1 kHz, then `bad` made from the tick's time, for `ticks`; what is believed of those.

@@ -165,7 +165,7 @@ pub fn step(params: &SafetyParams, state: &mut SafetyState, input: &SafetyInput)
     mark(clamped, flags::CLAMPED);
     let (risen_n, limited) = rise::limit(&state.sent_n, &clamped_n, params.max_rise_n);
     mark(limited, flags::RISE_LIMITED);
-    let (cool_n, hot) = thermal::step(&params.thermal, &mut state.thermal, &risen_n);
+    let (cool_n, hot) = thermal::step(&params.thermal, &mut state.thermal, believed.reading.motor_heat, &risen_n);
     mark(hot, flags::THERMAL);
 
     let barks = params

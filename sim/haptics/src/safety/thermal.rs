@@ -1,13 +1,15 @@
-//! The thermal budget: the force's rms over any minute stays within what the motors bear for ever.
+//! The thermal budget: what the force has heated the motors by stays within what they bear for ever.
 //!
-//! Squares of the force are summed in one-second buckets. When the sum over the last minute comes near the budget the largest
-//! force goes down, to nothing at the budget itself, so that the budget is never exceeded.
+//! A motor warms and cools like a body of one time constant τ: dh/dt = (F² − h)/τ, with h in N² and the force that can be held for ever
+//! at h = F². When h, or the temperature that the device itself reports, comes near the limit, the largest force goes down, to nothing
+//! at the limit, so that the limit is never exceeded.
 
 use nalgebra::Vector3;
 
-/// Length of the window, in buckets of a second.
-const WINDOW: usize = 60;
-/// Part of the budget at which the largest force begins to go down.
+/// Time constant of a motor, in s (choice): between that of the winding of a small motor, some ten seconds, and that of its housing, some
+/// ten minutes.
+const TIME_CONSTANT_S: f64 = 120.0;
+/// Part of the limit at which the largest force begins to go down.
 const WARM: f64 = 0.8;
 
 /// What the motors bear.
@@ -17,111 +19,97 @@ pub struct ThermalParams {
     pub period_s: f64,
     /// Largest force, in N.
     pub max_force_n: f64,
-    /// Force that can be held for ever, in N. If it is not below the largest there is no budget to keep.
+    /// Force that can be held for ever, in N. If it is not below the largest there is no limit to keep.
     pub continuous_force_n: f64,
 }
 
-/// The last minute.
-#[derive(Clone, Debug)]
+/// The heat of the motors.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ThermalState {
-    /// Integral of the squared force over each finished second, in N²·s; the oldest is overwritten.
-    buckets: [f64; WINDOW],
-    oldest: usize,
-    /// The same of the second that is running.
-    current: f64,
-    /// How long it has been running, in s.
-    current_s: f64,
+    /// In N²: the square of the force that would hold it.
+    heat_n2: f64,
 }
 
-impl Default for ThermalState {
-    fn default() -> Self {
-        Self { buckets: [0.0; WINDOW], oldest: 0, current: 0.0, current_s: 0.0 }
-    }
-}
-
-impl ThermalState {
-    /// The integral over the window, in N²·s. Summed afresh: a running sum would drift.
-    fn sum(&self) -> f64 {
-        self.buckets.iter().sum::<f64>() + self.current
-    }
-
-    fn book(&mut self, force_n: &Vector3<f64>, period_s: f64) {
-        self.current += force_n.norm_squared() * period_s;
-        self.current_s += period_s;
-        if self.current_s >= 1.0 {
-            if let Some(bucket) = self.buckets.get_mut(self.oldest) {
-                *bucket = self.current;
-            }
-            self.oldest = (self.oldest + 1) % WINDOW;
-            self.current = 0.0;
-            self.current_s = 0.0;
-        }
-    }
-}
-
-/// The force that the budget allows, in N, and whether it is less than the one wanted.
-pub fn step(params: &ThermalParams, state: &mut ThermalState, wanted_n: &Vector3<f64>) -> (Vector3<f64>, bool) {
+/// The force that the motors bear, in N, and whether it is less than the one wanted. `motor_heat` is the temperature that the device
+/// reports, from 0 (cold) to 1 (too hot).
+pub fn step(
+    params: &ThermalParams,
+    state: &mut ThermalState,
+    motor_heat: f64,
+    wanted_n: &Vector3<f64>,
+) -> (Vector3<f64>, bool) {
     let ThermalParams { period_s, max_force_n, continuous_force_n } = *params;
     if continuous_force_n >= max_force_n {
         return (*wanted_n, false);
     }
-    let budget = continuous_force_n * continuous_force_n * WINDOW as f64;
-    let used = state.sum() / budget;
-    // A budget of nothing gives no number: no force then.
+    // A motor that bears nothing for ever has used up all of it.
+    let warmed = if continuous_force_n > 0.0 { state.heat_n2 / (continuous_force_n * continuous_force_n) } else { 1.0 };
+    let used = warmed.max(motor_heat);
     let left = if used < 1.0 { ((1.0 - used) / (1.0 - WARM)).min(1.0) } else { 0.0 };
     let (force_n, reduced) = super::clamp::norm(wanted_n, max_force_n * left);
-    state.book(&force_n, period_s);
+    state.heat_n2 += (force_n.norm_squared() - state.heat_n2) * (period_s / TIME_CONSTANT_S);
     (force_n, reduced)
 }
 
 #[cfg(test)]
 #[expect(clippy::float_cmp, reason = "what is kept must be kept to the bit")]
 mod tests {
-    //! A window that forgets, or a reduction that comes too late, would cook the motors over a minute and be felt by nobody.
+    //! A model that cools too soon, or a reduction that comes too late, would cook the motors over minutes and be felt by nobody.
 
     use super::*;
 
     const TOUCH: ThermalParams = ThermalParams { period_s: 1e-3, max_force_n: 3.3, continuous_force_n: 0.88 };
 
-    /// Forces sent over `seconds` for a wanted force as a function of time, in N.
-    fn sent(seconds: u32, wanted_n: impl Fn(f64) -> f64) -> Vec<f64> {
+    /// Forces sent over `seconds` for a wanted force as a function of time, in N, by motors of a reported temperature.
+    fn sent(seconds: u32, motor_heat: f64, wanted_n: impl Fn(f64) -> f64) -> Vec<f64> {
         let mut state = ThermalState::default();
         let ticks = 0..seconds * 1000;
         ticks
-            .map(|tick| step(&TOUCH, &mut state, &Vector3::new(0.0, wanted_n(f64::from(tick) * 1e-3), 0.0)).0.y)
+            .map(|tick| {
+                let wanted_n = Vector3::new(0.0, wanted_n(f64::from(tick) * 1e-3), 0.0);
+                step(&TOUCH, &mut state, motor_heat, &wanted_n).0.y
+            })
             .collect()
     }
 
-    fn worst_rms_n(sent: &[f64]) -> f64 {
-        let mut sums = vec![0.0];
-        sent.iter().for_each(|f| sums.push(sums[sums.len() - 1] + f * f));
-        (60_000..sums.len())
-            .map(|end| ((sums[end] - sums[end - 60_000]) / 60_000.0).max(0.0).sqrt())
-            .fold(0.0, f64::max)
+    /// The largest heat of a body of the time constant under the forces, in N².
+    fn hottest_n2(sent: &[f64]) -> f64 {
+        let warmed = sent.iter().scan(0.0, |heat_n2, force_n| {
+            *heat_n2 += (force_n * force_n - *heat_n2) * 1e-3 / TIME_CONSTANT_S;
+            Some(*heat_n2)
+        });
+        warmed.fold(0.0, f64::max)
     }
 
     #[test]
-    fn the_rms_of_no_minute_exceeds_the_rating() {
+    fn the_motors_never_become_hotter_than_by_the_force_that_they_bear() {
         for (name, sent) in [
-            ("all the time", sent(200, |_| 3.3)),
-            ("late", sent(200, |t| if t < 55.0 { 0.0 } else { 3.3 })),
-            ("in bursts", sent(200, |t| if t % 20.0 < 3.0 { 3.3 } else { 0.1 })),
+            ("all the time", sent(400, 0.0, |_| 3.3)),
+            ("late", sent(400, 0.0, |t| if t < 55.0 { 0.0 } else { 3.3 })),
+            ("in bursts", sent(400, 0.0, |t| if t % 20.0 < 3.0 { 3.3 } else { 0.1 })),
         ] {
-            let rms_n = worst_rms_n(&sent);
-            assert!(rms_n <= 0.88 && rms_n > 0.5, "{name}: {rms_n} N");
+            let share = hottest_n2(&sent) / (0.88 * 0.88);
+            assert!(share < 1.0 && share > 0.5, "{name}: {share} of what they bear");
         }
     }
 
     #[test]
     fn what_stays_below_the_rating_is_never_touched_and_a_pop_is_whole() {
-        assert!(sent(150, |_| 0.75).iter().all(|&f| f == 0.75));
-        assert!(sent(3, |_| 3.3).iter().all(|&f| f == 3.3), "three seconds of the largest force are within the budget");
+        assert!(sent(600, 0.0, |_| 0.75).iter().all(|&f| f == 0.75));
+        assert!(sent(6, 0.0, |_| 3.3).iter().all(|&f| f == 3.3), "six seconds of the largest force warm them little");
+    }
+
+    #[test]
+    fn motors_that_report_heat_get_less_force() {
+        assert_eq!(sent(1, 0.79, |_| 3.3)[999], 3.3);
+        assert!((sent(1, 0.9, |_| 3.3)[999] - 1.65).abs() < 1e-12, "half of what is left above 0.8");
+        assert_eq!(sent(1, 1.0, |_| 3.3)[999], 0.0);
     }
 
     #[test]
     fn without_a_rating_there_is_no_force() {
         let params = ThermalParams { continuous_force_n: 0.0, ..TOUCH };
         let mut state = ThermalState::default();
-        assert_eq!(step(&params, &mut state, &Vector3::x()).0, Vector3::zeros());
+        assert_eq!(step(&params, &mut state, 0.0, &Vector3::x()).0, Vector3::zeros());
     }
 }

@@ -132,9 +132,10 @@ impl Engine {
         let t_s = self.grid.stamp(moment.now_s);
         let needle = self.mapping.needle(&believed.reading, self.inside);
         let output = self.advance(t_s, &needle);
-        let sent = self.protect(moment, believed, &output);
+        let owed_n = self.scaling.apply(&self.state, &output);
+        let sent = self.protect(moment, believed, &owed_n);
         self.count(moment);
-        self.tell(&TickReceivers { t_s, needle, believed, output, sent, moment: *moment }, clock);
+        self.tell(&TickReceivers { t_s, needle, believed, output, owed_n, sent, moment: *moment }, clock);
         Some(sent.force_n)
     }
 
@@ -204,14 +205,14 @@ impl Engine {
         output
     }
 
-    /// The law's force, scaled and made safe.
-    fn protect(&mut self, moment: &TickMoment, believed: Believed, output: &PunctureOutput) -> safety::Output {
+    /// Makes a scaled force safe, in N, patient frame.
+    fn protect(&mut self, moment: &TickMoment, believed: Believed, owed_n: &Vector3<f64>) -> safety::Output {
         let input = safety::SafetyInput {
             now_s: moment.now_s,
             late_periods: moment.late_s / self.grid.period_s(),
             connected: self.wrote.is_ok(),
             believed,
-            wanted_n: self.mapping.device_from_patient(&output.force_n) * self.scaling.factor,
+            wanted_n: self.mapping.device_from_patient(owed_n),
         };
         safety::step(&self.safety, &mut self.chain, &input)
     }
@@ -241,6 +242,7 @@ impl Engine {
         let snapshot = Snapshot {
             record,
             output: told.output,
+            owed_n: told.owed_n,
             device_n,
             // Filled in place: an empty vector is no allocation.
             loads_n: Vec::new(),
@@ -274,6 +276,7 @@ struct TickReceivers {
     needle: NeedlePose,
     believed: Believed,
     output: PunctureOutput,
+    owed_n: Vector3<f64>,
     sent: safety::Output,
     moment: TickMoment,
 }

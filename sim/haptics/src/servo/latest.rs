@@ -14,7 +14,9 @@ pub struct Snapshot {
     pub record: Record,
     /// What the law came to.
     pub output: PunctureOutput,
-    /// The same force after scaling and safety chain, in N, patient frame.
+    /// The law's force scaled to the device, in N, patient frame.
+    pub owed_n: Vector3<f64>,
+    /// The same after the safety chain, in N, patient frame.
     pub device_n: Vector3<f64>,
     /// What the needle does to the tissue, in N: as [`law::puncture::loads`] writes it, for the field to follow.
     pub loads_n: Vec<f64>,

@@ -9,6 +9,7 @@ mod grid;
 mod latest;
 pub(crate) mod priority;
 mod record;
+mod rehearse;
 mod run;
 mod timing;
 
@@ -23,6 +24,7 @@ pub use latest::{LatestReader, Snapshot};
 use law::puncture::PunctureParams;
 pub use priority::Priority;
 pub use record::{CAPACITY, Record, Records};
+pub use rehearse::{Rehearsal, rehearse};
 pub use timing::{Quantiles, Times};
 
 use crate::device::{Clocked, Device, DeviceFault, DeviceInfo};
@@ -70,7 +72,7 @@ impl Setup {
         rate_hz: f64,
     ) -> Self {
         let scaling = Scaling::new(&params.spec().axial, target_x_m, info);
-        let safety = safety::SafetyParams::new(info, rate_hz, scaling.scaled_softest_n_per_m());
+        let safety = safety::SafetyParams::new(info, rate_hz, scaling.scaled_softest_n_per_m);
         Self { params, mapping, scaling, safety, rate_hz }
     }
 }

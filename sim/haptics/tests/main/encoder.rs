@@ -173,7 +173,8 @@ fn judge(case: &str, felt: &[Felt], ideal: &[Felt], (around, most_n): (usize, f6
     assert!((ratio - 1.0).abs() <= 0.02, "{case}: mean cutting is {ratio} of the ideal");
     for at in 1..felt.len() {
         let jump_n = (felt[at].given_n - felt[at - 1].given_n).abs();
-        assert!(jump_n <= most_n + changes_n(ideal, around, at), "{case}: a jump of {jump_n} N at tick {at}");
+        // A pop falls at once, from where an encoder has it by then.
+        assert!(jump_n <= most_n + 1.1 * changes_n(ideal, around, at), "{case}: a jump of {jump_n} N at tick {at}");
     }
 }
 

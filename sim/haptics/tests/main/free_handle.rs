@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use haptics::device::DeviceInfo;
 use haptics::mapping::{Mapping, NeedlePose};
+use haptics::scaling::Scaling;
 use haptics::servo::Setup;
 use law::puncture::{PunctureInput, PunctureParams, PunctureScratch, PunctureSpec, PunctureState, step};
 use nalgebra::Vector3;
@@ -63,7 +64,7 @@ pub struct Bench {
     params: Arc<PunctureParams>,
     state: PunctureState,
     scratch: PunctureScratch,
-    pub factor: f64,
+    pub scaling: Scaling,
     tick: u32,
     /// Where the handle was last, in m.
     x_m: f64,
@@ -78,9 +79,9 @@ impl Bench {
         if !damped {
             setup.safety.passivity.max_damping_n_s_per_m = 0.0;
         }
-        let factor = setup.scaling.factor;
+        let scaling = setup.scaling.clone();
         let (state, scratch) = (PunctureState::new(&params), PunctureScratch::new(&params));
-        Self { rig: Rig::of(setup), params, state, scratch, factor, tick: 0, x_m: START_M, sent_n: vec![0.0; 8] }
+        Self { rig: Rig::of(setup), params, state, scratch, scaling, tick: 0, x_m: START_M, sent_n: vec![0.0; 8] }
     }
 
     /// A tick with the tip at a depth in m.
@@ -105,7 +106,9 @@ impl Bench {
     /// What the tissue stores, as the device shows it, in J.
     pub fn stored_j(&self) -> f64 {
         let ledger = self.state.ledger();
-        self.factor * (ledger.elastic_j() + ledger.presliding_j)
+        let boundaries = ledger.layers.iter().zip(&self.scaling.boundaries);
+        let tents_j: f64 = boundaries.map(|(layer, boundary)| layer.elastic_j * boundary.factor).sum();
+        tents_j + self.scaling.factor * ledger.presliding_j
     }
 
     /// Goes to a depth in m, at 50 mm/s, and rests there.

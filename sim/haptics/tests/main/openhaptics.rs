@@ -24,6 +24,7 @@ const FAST: Script = Script {
     step_mm: [1.0, 0.0, 0.0],
     encoder_mm: 0.0,
     repeats: 1,
+    motor_heat: 0.0,
     inline: false,
     at_frame: u64::MAX,
     then: Then::Nothing,
@@ -256,6 +257,19 @@ fn a_refused_force_is_told_to_the_tick_and_does_not_end_the_attempt() {
     assert_eq!(ended, Ok(()));
     let refused = Some(DeviceFault::RefusesForce(0x0204));
     assert_eq!(told, [None, None, None, None, refused, refused]);
+}
+
+#[test]
+fn the_warmest_motor_is_read_and_a_driver_that_does_not_know_it_is_no_fault() {
+    for (motor_heat, expected) in [(0.9, 0.9), (-1.0, 0.0)] {
+        let mut read = Vec::new();
+        let (ended, _) = run(Script { motor_heat, ..FAST }, |frame, reading, fault| {
+            read.push((reading.motor_heat, fault));
+            (frame < 3).then(Vector3::zeros)
+        });
+        assert_eq!(ended, Ok(()));
+        assert!(read[1..].iter().all(|seen| *seen == (expected, None)), "{motor_heat}: {read:?}");
+    }
 }
 
 #[test]

@@ -3,14 +3,20 @@
 //!
 //! It would fail on a NaN that passes, on a clamp that turns the force, on a hold without an end and on a link that is skipped.
 
-use haptics::device::{Device, DeviceFault, Reading};
+use std::sync::Arc;
+
+use documents::{ExerciseBundle, Patient};
+use haptics::device::{Device, DeviceFault, DeviceInfo, Reading};
 use haptics::devices::scripted::{Fault, Scripted};
+use haptics::mapping::Mapping;
 use haptics::safety::{self, SafetyInput, SafetyParams, SafetyState, flags};
-use haptics::servo::Ended;
+use haptics::servo::{Ended, Setup, rehearse};
+use law::operator::{Operator, Skill};
+use law::puncture::PunctureParams;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
-use crate::support::{PERIOD_S, RATE_HZ, Rig, reading, shipped, touch};
+use crate::support::{PERIOD_S, RATE_HZ, Rig, device, reading, shipped, touch};
 
 /// Any number, with the ones that hurt.
 fn number() -> impl Strategy<Value = f64> {
@@ -28,7 +34,7 @@ fn vector() -> impl Strategy<Value = Vector3<f64>> {
 fn any_reading() -> impl Strategy<Value = Result<Reading, DeviceFault>> {
     let any = (number(), vector(), prop::array::uniform4(number())).prop_map(|(t_s, position_m, q)| {
         let orientation = UnitQuaternion::new_unchecked(Quaternion::from(q));
-        Ok(Reading { t_s, position_m, orientation, buttons: 0 })
+        Ok(Reading { t_s, position_m, orientation, buttons: 0, motor_heat: 0.0 })
     });
     prop_oneof![1 => any, 1 => Just(Err(DeviceFault::Reported(3)))]
 }
@@ -208,29 +214,26 @@ fn a_hiccup_in_the_tissue_is_followed_by_force_from_where_the_needle_is_and_is_t
     // At 10 mm/s, 2.5 mm into the skin when 200 readings are the same; then the handle is 2 mm further on.
     let mut device = Scripted::new(0.01, RATE_HZ).as_device(touch()).with(Fault::Freeze, 1500, 200);
     let mut rig = crate::exits::rig(device.info(), 0.0125);
+    let mut owed_n = Vec::new();
     for _ in 0..4000 {
         let force_n = rig.tick(device.read()).expect("it goes on");
         rig.engine.wrote(device.write(&force_n));
+        owed_n.push(rig.latest.read().expect("ticks are shown").owed_n.z);
     }
     let records = rig.taken();
     let given = |record: &haptics::servo::Record| f64::from(record.device_n[2]);
-    let factor = given(&records[1499]) / (f64::from(records[1499].force_n[2]) * 0.999);
-    let owed = |record: &haptics::servo::Record| f64::from(record.force_n[2]) * factor;
     let step_m = (records[1749].position_m[2] - records[1500].position_m[2]).abs();
     assert!(step_m < 1.1e-5, "the needle stays where it was until the handle is believed again: {step_m} m");
     assert!(records[1621..1750].iter().all(|record| given(record) == 0.0));
     let back = &records[1755..];
     assert!(given(&back[100]) > 0.0, "it begins at once");
-    assert!(back[1510..].iter().all(|record| given(record) > 0.9 * owed(record)), "and is whole after 1.5 s");
-    for record in &records {
+    let whole = records.iter().zip(&owed_n).skip(1755 + 1510);
+    assert!(whole.into_iter().all(|(record, owed_n)| given(record) > 0.9 * owed_n), "and is whole after 1.5 s");
+    for (record, &owed_n) in records.iter().zip(&owed_n) {
         let unfelt = record.flags & flags::UNFELT != 0;
         // A pop's rise is limited, so the edge of half is not exact.
-        let share = given(record) / owed(record);
-        assert!(
-            owed(record) < 0.051 || !(unfelt && share > 0.51) && (unfelt || share > 0.49),
-            "{} s: {share}",
-            record.t_s
-        );
+        let share = given(record) / owed_n;
+        assert!(owed_n < 0.051 || !(unfelt && share > 0.51) && (unfelt || share > 0.49), "{} s: {share}", record.t_s);
     }
     let unfelt = records.iter().filter(|record| record.flags & flags::UNFELT != 0).count();
     assert!((800..1100).contains(&unfelt), "half of the hold's ramp, the silence, half of the way back: {unfelt} ms");
@@ -248,4 +251,27 @@ fn a_virtual_hand_has_neither_gate_nor_watchdog() {
     let protected = flags::GATED | flags::WATCHDOG | flags::UNFELT;
     assert!(records.iter().all(|record| record.flags & protected == 0));
     assert!(records[100].device_n[2] > 0.1, "there is force from the first contact: {:?}", records[100].device_n);
+}
+
+/// How long the motors of a device are kept cool while an expert makes the attempt of an exercise, in s.
+fn cooled_s(exercise: &str, info: &DeviceInfo) -> f64 {
+    let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula").join(exercise);
+    let bundle = ExerciseBundle::read(&file.with_extension("toml")).expect("a shipped exercise");
+    let params = Arc::new(PunctureParams::new(bundle.scene.puncture_spec(&Patient::nominal(&bundle.scene))).unwrap());
+    let target_x_m = bundle.exercise.target_depth_mm * 1e-3;
+    let setup = Setup::new(params, Mapping::in_patient_frame(), info, target_x_m, RATE_HZ);
+    let operator = Operator::skilled(&Skill::expert(), &bundle.exercise.plan(), 1);
+    let rehearsal = rehearse(setup, operator, bundle.exercise.time_limit_s).unwrap();
+    assert!(rehearsal.duration_s > 5.0, "{exercise}: over after {} s", rehearsal.duration_s);
+    rehearsal.cooled_s
+}
+
+#[test]
+fn an_expert_never_warms_the_motors_of_a_touch_too_much_and_weak_motors_are_found_out() {
+    let long = ["percutaneous-kidney-access/1-lower-pole", "lumbar-epidural/1-stop-in-the-epidural-space"];
+    for exercise in long {
+        let cooled_s = cooled_s(exercise, &touch());
+        assert!(cooled_s < 0.1, "{exercise}: {cooled_s} s");
+    }
+    assert!(cooled_s(long[0], &device("weak", 3.3, 0.2, 400.0)) > 1.0);
 }

@@ -124,7 +124,6 @@ fn a_stall_is_a_gap_in_the_times_counted_and_flagged() {
 #[test]
 fn a_pop_changes_the_force_at_the_device_in_the_very_tick() {
     let mut rig = Rig::new(shipped("lower-back-training"), &touch(), 0.03);
-    let factor = 400.0 / 800.0;
     let (mut last_n, mut pops, mut felt) = (0.0, 0, 0);
     for tick in 0..5000_u32 {
         let t_s = f64::from(tick) * PERIOD_S;
@@ -135,7 +134,7 @@ fn a_pop_changes_the_force_at_the_device_in_the_very_tick() {
         if latest.ruptures > before {
             pops += 1;
             felt += u32::from(force_n < last_n - 0.1);
-            let law_n = latest.output.force_n.norm() * factor;
+            let law_n = latest.owed_n.norm();
             assert!(
                 (force_n - law_n).abs() < 0.01,
                 "pop {pops}: {law_n} N wanted, {force_n} N sent, {last_n} N before"

@@ -55,7 +55,7 @@ pub fn touch() -> DeviceInfo {
 /// A handle that points down, at a place in the patient's frame.
 pub fn reading(t_s: f64, position_m: Vector3<f64>) -> Reading {
     let orientation = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), core::f64::consts::PI);
-    Reading { t_s, position_m, orientation, buttons: 0 }
+    Reading { t_s, position_m, orientation, buttons: 0, motor_heat: 0.0 }
 }
 
 /// An engine at 1 kHz, ticked by hand.

@@ -45,6 +45,9 @@ pub struct PunctureState {
     /// For each structure, how it holds the tip: bone, from version 4 of the law.
     #[serde(default)]
     pub(super) holds: Vec<Option<Hold>>,
+    /// The hub is at the skin.
+    #[serde(default)]
+    pub(super) hub_touches: bool,
 }
 
 /// Reused between steps, never saved. Holds the events of the last step.
@@ -80,6 +83,8 @@ pub enum PunctureEvent {
         /// The tip itself is inside; otherwise only the shaft is.
         by_tip: bool,
     },
+    /// The hub met the skin: the shaft is in to its end.
+    HubContact,
     /// The tip left the skin.
     SkinExit,
     /// A bad input was held.
@@ -102,6 +107,11 @@ pub struct PunctureOutput {
     pub structures_n: Vector3<f64>,
     /// How hard bone alone pushes on the tip, in N.
     pub bone_n: f64,
+    /// How hard the skin pushes on the hub, against the latched axis, in N.
+    pub hub_n: f64,
+    /// Force on the hand along the latched axis, in N, positive outwards: the axial law, structures and the hub. What `force_n` has
+    /// besides `lateral_n`, projected on that axis.
+    pub hand_n: f64,
     /// Whole force on the hand, in the patient frame, in N.
     pub force_n: Vector3<f64>,
     /// Where the current boundary stands.
@@ -124,6 +134,7 @@ impl PunctureState {
             touching: vec![false; params.structures.len()],
             open_walls: vec![false; params.structures.len()],
             holds: vec![None; params.structures.len()],
+            hub_touches: false,
         }
     }
 
@@ -131,6 +142,12 @@ impl PunctureState {
     #[must_use]
     pub fn ledger(&self) -> &Ledger {
         &self.axial.ledger
+    }
+
+    /// The axis that the needle is held to in the body, unit length, from hub to tip; none in the air.
+    #[must_use]
+    pub fn latched_axis(&self) -> Option<Vector3<f64>> {
+        self.latch.as_ref().map(|latch| latch.axis)
     }
 
     /// How many tracks there are.
@@ -146,8 +163,8 @@ impl PunctureScratch {
     pub fn new(params: &PunctureParams) -> Self {
         let axial = AxialScratch::new(&params.axial);
         let structures = params.structures.len();
-        // Contact and exit or fault, every rupture, every structure.
-        let events = 2 + axial.ruptures.capacity() + structures;
+        // Contact, hub and exit or fault, every rupture, every structure.
+        let events = 3 + axial.ruptures.capacity() + structures;
         let (meetings, sightings) = (Vec::with_capacity(structures), vec![None; structures]);
         Self { events: Vec::with_capacity(events), axial, meetings, sightings }
     }
