@@ -1,8 +1,8 @@
 //! An attempt as the metrics see it: the motion, where the needle went in, what it opened, what was confirmed.
 
-use ::attempt::{Insertion, find_insertions, is_inserted, patient_thicknesses_m};
+use ::attempt::{Insertion, find_insertions, hand_force_n, is_inserted, patient_thicknesses_m};
 use documents::ExerciseBundle;
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 use recording::{Contactor, Event, EventKind, Recording, Sample};
 
 use crate::absent::Absent;
@@ -138,14 +138,9 @@ impl<'a> Attempt<'a> {
         })
     }
 
-    /// Axial force on the hand at each sample, in N: the recorded force less its lateral part, along the latched axis.
-    /// Unlike the sum of the axial law's parts it holds the contact with bone.
+    /// Force on the hand along the needle at each sample, in N.
     pub(crate) fn axial_n(&self) -> Vec<f64> {
-        let axial = |(s, insertion): (&Sample, Option<&Insertion>)| {
-            let force = |i: usize| f64::from(s.force_n[i]) - f64::from(s.lateral_n[i]);
-            insertion.map_or(0.0, |i| -i.axis.dot(&Vector3::new(force(0), force(1), force(2))))
-        };
-        self.ticks().map(axial).collect()
+        self.ticks().map(|(s, insertion)| insertion.map_or(0.0, |i| hand_force_n(s, &i.axis))).collect()
     }
 }
 

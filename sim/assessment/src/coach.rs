@@ -27,13 +27,13 @@ impl<'e> Coach<'e> {
         Self { rules, armed: vec![true; rules.len()], planned: exercise.axis(), last_s: None, speed_m_per_s: 0.0 }
     }
 
-    /// Watches a tick, and says what is to be said now: each rule once when its quantity rises above its limit, and again only
-    /// after the quantity has been below the limit at which the rule arms again.
-    pub fn watch(&mut self, sample: &Sample) -> Vec<&'e Wording> {
+    /// Returns the messages due at a tick, where the force on the hand along the needle is `hand_n`, in N: of each rule once when its
+    /// quantity rises above its limit, and again only after the quantity has been below the limit at which the rule arms again.
+    pub fn watch(&mut self, sample: &Sample, hand_n: f64) -> Vec<&'e Wording> {
         self.smooth(sample);
         let mut said = Vec::new();
         for (rule, armed) in self.rules.iter().zip(&mut self.armed) {
-            let value = live_quantity(&rule.quantity, sample, &self.planned, self.speed_m_per_s);
+            let value = live_quantity(&rule.quantity, sample, hand_n, &self.planned, self.speed_m_per_s);
             if *armed && value > rule.above {
                 *armed = false;
                 said.push(&rule.message);
@@ -54,13 +54,13 @@ impl<'e> Coach<'e> {
 }
 
 /// A live quantity, in the unit of its name. Outside the body there is neither depth nor force to speak of; the needle may hurry.
-fn live_quantity(name: &str, sample: &Sample, planned: &Vector3<f64>, speed_m_per_s: f64) -> f64 {
+fn live_quantity(name: &str, sample: &Sample, hand_n: f64, planned: &Vector3<f64>, speed_m_per_s: f64) -> f64 {
     if sample.flags & flags::INSIDE == 0 {
         return 0.0;
     }
     match name {
         "depth_mm" => sample.x_m * 1e3,
-        "force_n" => sample.axial_n().abs(),
+        "force_n" => hand_n.abs(),
         "speed_mm_per_s" => speed_m_per_s * 1e3,
         "angle_error_deg" => angle_error_rad(sample.orientation, planned).to_degrees(),
         _ => 0.0,

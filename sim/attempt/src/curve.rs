@@ -4,10 +4,10 @@
 //! the shape: of each stretch of ticks the one of least and the one of greatest force survive, so no peak is lost.
 
 use documents::ExerciseBundle;
-use recording::{Event, EventKind, Recording, Sample, thin};
+use recording::{Event, EventKind, Recording, Sample};
 use serde::{Deserialize, Serialize};
 
-use crate::force::axial_force_before_n;
+use crate::force::HandForces;
 use crate::layers::{LayerSpan, span_layers};
 use crate::stages::{StageSpan, span_stages};
 
@@ -22,7 +22,7 @@ pub struct CurvePoint {
     /// Advance of the tip along its axis from the skin, in mm; negative above the skin.
     #[serde(alias = "depth_mm")]
     pub advance_mm: f64,
-    /// Axial force on the hand, in N.
+    /// Force on the hand along the needle, in N.
     pub force_n: f64,
 }
 
@@ -38,6 +38,8 @@ pub enum MarkKind {
     RimRupture,
     /// The needle met a structure.
     StructureHit,
+    /// The hub met the skin.
+    HubContact,
     /// The tip left the skin.
     SkinExit,
     /// The trainee confirmed the position.
@@ -54,7 +56,7 @@ pub struct CurveMark {
     /// Where the tip was, in mm along its axis from the skin.
     #[serde(alias = "depth_mm")]
     pub advance_mm: f64,
-    /// Axial force on the hand just before, in N: the height of the mark on the curve.
+    /// Force on the hand along the needle just before, in N: the height of the mark on the curve.
     pub axial_n: f64,
     /// The layer or structure concerned, or empty.
     pub name: String,
@@ -82,11 +84,12 @@ impl AttemptCurve {
     #[must_use]
     pub fn draw(recording: &Recording, bundle: &ExerciseBundle) -> Self {
         let bands = span_layers(recording, bundle);
+        let forces = HandForces::measure(recording);
         let stages = span_stages(recording, &bands, bundle.scene.needle.tip_to_rim_mm);
         Self {
             bands,
-            points: thin(&recording.samples, MAX_CURVE_POINTS).into_iter().map(curve_point).collect(),
-            marks: recording.events.iter().filter_map(|event| event_mark(event, &recording.samples)).collect(),
+            points: forces.thin(MAX_CURVE_POINTS).into_iter().map(curve_point).collect(),
+            marks: recording.events.iter().filter_map(|event| event_mark(event, &forces)).collect(),
             stages,
             target_depth_mm: bundle.exercise.target_depth_mm,
             duration_s: recording.samples.last().map_or(0.0, |s| s.t_s),
@@ -94,11 +97,11 @@ impl AttemptCurve {
     }
 }
 
-fn curve_point(sample: &Sample) -> CurvePoint {
+fn curve_point((sample, force_n): (&Sample, f64)) -> CurvePoint {
     CurvePoint {
         t_s: round_to_micro(sample.t_s),
         advance_mm: round_to_micro(sample.x_m * 1e3),
-        force_n: round_to_micro(sample.axial_n()),
+        force_n: round_to_micro(force_n),
     }
 }
 
@@ -107,12 +110,13 @@ fn round_to_micro(value: f64) -> f64 {
     (value * 1e4).round() / 1e4
 }
 
-fn event_mark(event: &Event, samples: &[Sample]) -> Option<CurveMark> {
+fn event_mark(event: &Event, forces: &HandForces) -> Option<CurveMark> {
     let kind = match event.kind {
         EventKind::Contact => MarkKind::Contact,
         EventKind::TipRupture => MarkKind::TipRupture,
         EventKind::RimRupture => MarkKind::RimRupture,
         EventKind::StructureHit => MarkKind::StructureHit,
+        EventKind::HubContact => MarkKind::HubContact,
         EventKind::SkinExit => MarkKind::SkinExit,
         EventKind::Confirm => MarkKind::Confirm,
         EventKind::Coaching | EventKind::Fault | EventKind::Interrupted => return None,
@@ -121,7 +125,7 @@ fn event_mark(event: &Event, samples: &[Sample]) -> Option<CurveMark> {
         kind,
         t_s: event.t_s,
         advance_mm: event.x_m * 1e3,
-        axial_n: axial_force_before_n(samples, event),
+        axial_n: forces.before_n(event),
         name: event.text.clone(),
     })
 }

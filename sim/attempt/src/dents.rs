@@ -54,6 +54,7 @@ impl Dents {
             EventKind::TipRupture | EventKind::RimRupture => self.rupture(event),
             EventKind::SkinExit => self.track = None,
             EventKind::StructureHit
+            | EventKind::HubContact
             | EventKind::Confirm
             | EventKind::Coaching
             | EventKind::Fault
@@ -115,6 +116,16 @@ impl Dents {
             pressed_m.into_iter().chain(wrong_m.collect::<Vec<_>>())
         });
         passed_m.chain(beside).fold(0.0, f64::max)
+    }
+
+    /// The layer that the tip is in, from the skin down, with the needle where a sample has it; none at or above the skin. Tissue that only
+    /// gives way is not entered.
+    #[must_use]
+    pub fn layer(&self, sample: &Sample) -> Option<usize> {
+        /// More than single precision loses of a depth, and far less than anything that is seen, in m.
+        const ROUNDING_M: f64 = 1e-7;
+        let depth_m = f64::from(sample.depth_m) - ROUNDING_M;
+        self.rest_m(sample).iter().take_while(|&&top_m| top_m < depth_m).count().checked_sub(1)
     }
 
     /// Way along the needle from where its line meets the skin to each resting boundary, in m.

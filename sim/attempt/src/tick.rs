@@ -69,6 +69,8 @@ pub struct Tick {
     pub tent: Option<Tent>,
     /// What the hand feels.
     pub felt: Felt,
+    /// Force on the hand along the latched axis, in N: layers, bone, walls and the hub.
+    pub hand_n: f64,
 }
 
 /// The tissue of one attempt, as it is being punctured.
@@ -80,7 +82,7 @@ pub struct TickedAttempt<'a> {
     /// The field behind the law, if the scene has one.
     follower: Option<FieldFollower<'a>>,
     last: Option<TickInput>,
-    /// Axial force of the last tick, in N.
+    /// The layers' share of the axial force of the last tick, in N.
     axial_n: f64,
 }
 
@@ -114,7 +116,7 @@ impl<'a> TickedAttempt<'a> {
         self.last = Some(*input);
         self.axial_n = output.axial.total_n();
         let tent = self.follower.as_mut().and_then(|follower| follower.tick(input.t_s, &self.state, &self.scratch));
-        Tick { sample, events, tent, felt: Felt::from(&output) }
+        Tick { sample, events, tent, felt: Felt::from(&output), hand_n: output.hand_n }
     }
 
     /// The ledger after the last tick, at a time in s.
@@ -207,6 +209,7 @@ impl<'a> TickedAttempt<'a> {
                 text: spec.structures.get(structure).map(|s| s.name.clone()).unwrap_or_default(),
                 ..plain(EventKind::StructureHit)
             },
+            PunctureEvent::HubContact => plain(EventKind::HubContact),
             PunctureEvent::SkinExit => plain(EventKind::SkinExit),
             PunctureEvent::Fault => Event { text: "a bad input was held".to_owned(), ..plain(EventKind::Fault) },
         }

@@ -156,7 +156,11 @@ impl Wounds {
             EventKind::TipRupture | EventKind::RimRupture => self.rupture(event),
             EventKind::StructureHit => self.hit(event),
             EventKind::Confirm => self.hub.confirmed = true,
-            EventKind::SkinExit | EventKind::Coaching | EventKind::Fault | EventKind::Interrupted => {}
+            EventKind::HubContact
+            | EventKind::SkinExit
+            | EventKind::Coaching
+            | EventKind::Fault
+            | EventKind::Interrupted => {}
         }
     }
 

@@ -46,6 +46,7 @@ fn puncture(criterion: &mut Criterion) {
         axial: training_axial_spec(),
         lateral_stiffness_n_per_m2: 10_000.0,
         needle_length_m: 0.15,
+        hub_stiffness_n_per_m: None,
         needle_bending_n_m2: None,
         skin: law::Skin::Flat,
         structures: vec![],

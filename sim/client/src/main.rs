@@ -25,6 +25,7 @@ mod output;
 mod picture;
 mod progress;
 mod service;
+mod settings;
 mod shelf;
 mod sources;
 mod station;

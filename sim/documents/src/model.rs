@@ -100,8 +100,10 @@ pub struct Needle {
     /// Tip-to-rim distance, in mm; 0 is a single contactor.
     #[serde(default)]
     pub tip_to_rim_mm: f64,
-    /// Length, in mm.
+    /// Length of the shaft from tip to hub, in mm.
     pub length_mm: f64,
+    /// Stiffness of the skin under the hub, in N/m; none where the hub meets nothing.
+    pub hub_stiffness_n_per_m: Option<f64>,
     /// Factor on c: 0.5 lubricated, 1, 1.5 dry.
     pub lubrication: f64,
     /// A bending beam on the foundation.

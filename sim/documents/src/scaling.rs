@@ -164,6 +164,7 @@ impl Scene {
             axial: self.axial_spec(patient),
             lateral_stiffness_n_per_m2: self.needle.lateral_stiffness_n_per_m2,
             needle_length_m: self.needle.length_mm / 1e3,
+            hub_stiffness_n_per_m: self.needle.hub_stiffness_n_per_m,
             needle_bending_n_m2: self.needle.bending_n_m2(),
             skin: self.skin_shape,
             structures: self.structures.iter().map(|s| s.spec.clone()).collect(),

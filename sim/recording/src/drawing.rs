@@ -120,7 +120,7 @@ pub(crate) fn draw_transforms(sample: &Sample, unix_ns: u64) -> FrameTransforms 
 pub(crate) fn log_line(event: &Event, unix_ns: u64) -> Log {
     let level = match event.kind {
         EventKind::Fault | EventKind::Interrupted => log::Level::Error,
-        EventKind::StructureHit => log::Level::Warning,
+        EventKind::StructureHit | EventKind::HubContact => log::Level::Warning,
         _ => log::Level::Info,
     };
     let (x_mm, force_n) = (event.x_m * 1e3, event.force_n);

@@ -13,6 +13,8 @@ pub enum EventKind {
     RimRupture,
     /// The needle met a structure.
     StructureHit,
+    /// The hub met the skin.
+    HubContact,
     /// The tip left the skin.
     SkinExit,
     /// The trainee confirmed the position.
@@ -34,6 +36,7 @@ impl EventKind {
             Self::TipRupture => "tip_rupture",
             Self::RimRupture => "rim_rupture",
             Self::StructureHit => "structure_hit",
+            Self::HubContact => "hub_contact",
             Self::SkinExit => "skin_exit",
             Self::Confirm => "confirm",
             Self::Coaching => "coaching",
@@ -66,7 +69,7 @@ pub struct Event {
     pub x_m: f64,
     /// Tip position, in m, patient frame. For a contact: the entry point.
     pub position_m: [f64; 3],
-    /// Force just before, in N: the contactor's elastic force at a rupture, the whole axial force otherwise.
+    /// Force just before, in N: the contactor's elastic force at a rupture, otherwise the layers' share of the axial force.
     pub force_n: f64,
     /// Energy dissipated by a rupture, in J.
     pub dissipated_j: f64,

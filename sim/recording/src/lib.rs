@@ -33,5 +33,5 @@ pub use sample::{Energy, Sample};
 pub use session::{Attachment, Session};
 pub use signature::Signature;
 pub use tent::{Follows, Tent};
-pub use thin::{keep_extremes, thin};
+pub use thin::keep_extremes;
 pub use write::Writer;

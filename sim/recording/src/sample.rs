@@ -46,7 +46,7 @@ impl Sample {
         std::array::from_fn(|i| self.position_m[i] + f64::from(self.bend_m[i]))
     }
 
-    /// Axial force on the hand, in N: the sum of its parts.
+    /// The layers' share of the axial force on the hand, in N: the sum of its parts. Bone, walls and the hub are only in `force_n`.
     #[must_use]
     pub fn axial_n(&self) -> f64 {
         f64::from(self.tip_n)

@@ -108,6 +108,7 @@ impl From<EventKind> for Kind {
             EventKind::TipRupture => Self::TipRupture,
             EventKind::RimRupture => Self::RimRupture,
             EventKind::StructureHit => Self::StructureHit,
+            EventKind::HubContact => Self::HubContact,
             EventKind::SkinExit => Self::SkinExit,
             EventKind::Confirm => Self::Confirm,
             EventKind::Coaching => Self::Coaching,
@@ -119,13 +120,14 @@ impl From<EventKind> for Kind {
 
 /// The kind of an event, or why there is none.
 fn event_kind(number: i32) -> Result<EventKind, String> {
-    let unknown = || format!("event of kind {number}, allowed are 1 to 9");
+    let unknown = || format!("event of kind {number}, allowed are 1 to 10");
     Ok(match Kind::try_from(number).map_err(|_| unknown())? {
         Kind::Unspecified => return Err(unknown()),
         Kind::Contact => EventKind::Contact,
         Kind::TipRupture => EventKind::TipRupture,
         Kind::RimRupture => EventKind::RimRupture,
         Kind::StructureHit => EventKind::StructureHit,
+        Kind::HubContact => EventKind::HubContact,
         Kind::SkinExit => EventKind::SkinExit,
         Kind::Confirm => EventKind::Confirm,
         Kind::Coaching => EventKind::Coaching,

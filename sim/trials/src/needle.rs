@@ -48,6 +48,7 @@ impl DrivenNeedle {
             axial,
             lateral_stiffness_n_per_m2: 10_000.0,
             needle_length_m: 0.15,
+            hub_stiffness_n_per_m: None,
             needle_bending_n_m2,
             skin: Skin::Flat,
             structures,

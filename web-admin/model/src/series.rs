@@ -4,7 +4,8 @@
 //! from the coarsest level that is still finer than what was asked for, so that an answer costs the same for a minute
 //! and for an hour.
 
-use recording::Sample;
+use attempt::HandForces;
+use recording::{Recording, Sample};
 use serde::Serialize;
 use utoipa::ToSchema;
 
@@ -32,19 +33,20 @@ pub struct TimeSpan {
     pub depth_min_mm: f64,
     /// Greatest depth of the tip, in mm.
     pub depth_max_mm: f64,
-    /// Least axial force on the hand, in N.
+    /// Least force on the hand along the needle, in N.
     pub force_min_n: f64,
-    /// Greatest axial force on the hand, in N.
+    /// Greatest force on the hand along the needle, in N.
     pub force_max_n: f64,
     /// Greatest sideways force on the hand, in N.
     pub lateral_max_n: f64,
 }
 
 impl TimeSpan {
-    /// One sample. What is not a number stays one, so that it never counts among its neighbours.
-    fn of(sample: &Sample) -> Self {
+    /// One sample with the force on the hand along the needle in N. A value that is not a number stays one, so that it never counts among
+    /// its neighbours.
+    fn of((sample, force_n): (&Sample, f64)) -> Self {
         let finite = |value: f64| if value.is_finite() { value } else { f64::NAN };
-        let (depth_mm, force_n) = (finite(f64::from(sample.depth_m) * 1e3), finite(sample.axial_n()));
+        let (depth_mm, force_n) = (finite(f64::from(sample.depth_m) * 1e3), finite(force_n));
         Self {
             t_s: sample.t_s,
             depth_min_mm: depth_mm,
@@ -107,15 +109,21 @@ pub struct Pyramid {
 }
 
 impl Pyramid {
-    /// The pyramid of some samples in order of time.
+    /// Builds the pyramid of a recording.
     #[must_use]
-    pub fn of(samples: &[Sample]) -> Self {
+    pub fn of(recording: &Recording) -> Self {
+        let forces = HandForces::measure(recording);
+        Self::of_samples(&forces.iter().collect::<Vec<_>>())
+    }
+
+    /// Builds the pyramid of samples in order of time, each with the force on the hand along the needle in N.
+    fn of_samples(samples: &[(&Sample, f64)]) -> Self {
         let mut base = 1;
         while samples.len().div_ceil(base) > MOST_FINEST {
             base *= FACTOR;
         }
         let joined = |spans: &mut dyn Iterator<Item = TimeSpan>| spans.reduce(TimeSpan::join);
-        let finest = samples.chunks(base).filter_map(|few| joined(&mut few.iter().map(TimeSpan::of)));
+        let finest = samples.chunks(base).filter_map(|few| joined(&mut few.iter().copied().map(TimeSpan::of)));
         let mut levels: Vec<Vec<TimeSpan>> = vec![finest.collect()];
         while let Some(last) = levels.last().filter(|last| last.len() > MOST_COARSEST) {
             let above = last.chunks(FACTOR).filter_map(|few| joined(&mut few.iter().copied())).collect();
@@ -214,17 +222,19 @@ mod tests {
 
     const ALL: AttemptStretch = AttemptStretch { from_s: None, to_s: None };
 
-    fn samples(forces_n: &[f32]) -> Vec<Sample> {
-        let times = (0..).map(f64::from);
-        times.zip(forces_n).map(|(t_s, &tip_n)| Sample { t_s, tip_n, ..Sample::default() }).collect()
+    /// The pyramid of one sample a second with these forces.
+    fn pyramid(forces_n: &[f64]) -> Pyramid {
+        let samples: Vec<Sample> =
+            (0..forces_n.len()).map(|t_s| Sample { t_s: t_s as f64, ..Sample::default() }).collect();
+        Pyramid::of_samples(&samples.iter().zip(forces_n.iter().copied()).collect::<Vec<_>>())
     }
 
     #[test]
     fn no_peak_is_lost_at_any_scale() {
         for (length, peak) in [(40, 3), (40, 39), (5000, 4321), (300_000, 123_456)] {
-            let mut forces_n = vec![0.5_f32; length];
+            let mut forces_n = vec![0.5_f64; length];
             (forces_n[peak], forces_n[length - 1 - peak]) = (7.0, -3.0);
-            let pyramid = Pyramid::of(&samples(&forces_n));
+            let pyramid = pyramid(&forces_n);
             for points in [1, 7, 40, 999] {
                 let made = pyramid.spans(points, ALL);
                 assert_eq!(made.len(), points.min(length));
@@ -241,8 +251,8 @@ mod tests {
 
     #[test]
     fn a_stretch_shows_what_is_in_it_and_nothing_far_outside() {
-        let forces_n: Vec<f32> = (0..10_000_u16).map(f32::from).collect();
-        let pyramid = Pyramid::of(&samples(&forces_n));
+        let forces_n: Vec<f64> = (0..10_000_u16).map(f64::from).collect();
+        let pyramid = pyramid(&forces_n);
         let made = pyramid.spans(50, AttemptStretch { from_s: Some(4000.0), to_s: Some(4999.0) });
         assert_eq!(made.len(), 50);
         assert!((3980.0..=4000.0).contains(&made[0].t_s), "{:?}", made[0]);
@@ -254,17 +264,17 @@ mod tests {
 
     #[test]
     fn few_samples_make_few_spans_and_none_make_none() {
-        assert_eq!(Pyramid::of(&samples(&[1.0, 2.0])).spans(1000, ALL).len(), 2);
-        assert!(Pyramid::of(&[]).spans(1000, ALL).is_empty());
-        let made = Pyramid::of(&samples(&[f32::NAN, 2.0])).spans(1, ALL);
+        assert_eq!(pyramid(&[1.0, 2.0]).spans(1000, ALL).len(), 2);
+        assert!(pyramid(&[]).spans(1000, ALL).is_empty());
+        let made = pyramid(&[f64::NAN, 2.0]).spans(1, ALL);
         assert!(made[0].force_max_n > 1.9 && made[0].force_min_n > 1.9, "{made:?}");
-        let nothing = Pyramid::of(&samples(&[f32::NAN])).spans(1, ALL);
+        let nothing = pyramid(&[f64::NAN]).spans(1, ALL);
         assert!(nothing[0].force_max_n.abs() < 1e-12, "{nothing:?}");
     }
 
     #[test]
     fn a_file_reads_back_and_a_cut_one_does_not() {
-        let pyramid = Pyramid::of(&samples(&[1.0; 700]));
+        let pyramid = pyramid(&[1.0; 700]);
         let bytes = pyramid.bytes().to_vec();
         assert_eq!(Pyramid::from_bytes(bytes.clone()).as_ref(), Some(&pyramid));
         for cut in [0, 8, 20, bytes.len() - 1] {

@@ -53,10 +53,9 @@ function mix(a, b, share) {
   return a.map((part, i) => part + share * (b[i] - part));
 }
 
-// How far behind the tip a needle's hub begins, and the room for it and the stylet's knob, in mm.
-export function hubOf({ length_mm: length }) {
-  const room = Math.min(30, 0.3 * length);
-  return { begins: length - room, room };
+// How far behind the tip a needle's hub begins, which is the length of its shaft, and the room for it and the stylet's knob, in mm.
+export function hubOf({ length_mm: begins }) {
+  return { begins, room: 30 };
 }
 
 // Hub and what is on it: what hides and what is seen through, each into its mesh. `state` is what a frame says of it.

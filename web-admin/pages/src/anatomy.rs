@@ -34,6 +34,7 @@ pub fn say_event(kind: MarkKind, name: &str) -> String {
         MarkKind::StructureHit => tr!("hit {name}", name = name),
         MarkKind::Confirm => tr!("position confirmed").to_owned(),
         MarkKind::Contact => tr!("skin touched").to_owned(),
+        MarkKind::HubContact => tr!("hub at the skin").to_owned(),
         MarkKind::SkinExit => tr!("needle out").to_owned(),
     }
 }

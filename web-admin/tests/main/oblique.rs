@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use attempt::simulate::{MotionSource, rehearse};
-use attempt::{AttemptCurve, LayerSpan, MarkKind, axial_force_before_n, span_layers};
+use attempt::{AttemptCurve, HandForces, LayerSpan, MarkKind, span_layers};
 use documents::{ExerciseBundle, Patient};
 use law::operator::{Felt, Motion, needle_pose};
 use model::corridor::corridor;
@@ -95,7 +95,7 @@ fn whoever_shows_an_oblique_attempt_places_boundaries_and_pops_alike() {
     assert!(pops.len() >= 6, "skin, fat and more are opened: {}", pops.len());
     for pop in pops {
         let is_it = |t_s: f64| (t_s - pop.t_s).abs() < 1e-12;
-        let force_n = axial_force_before_n(&recording.samples, pop);
+        let force_n = HandForces::measure(&recording).before_n(pop);
         let mark = curve.marks.iter().find(|mark| is_it(mark.t_s)).unwrap();
         let row = page.marks.iter().find(|row| is_it(row.t_s)).unwrap();
         let happening = replay.events.iter().find(|event| is_it(event.t_s)).unwrap();

@@ -18,7 +18,7 @@ fn said_s(recording: &Recording, rule: CoachingRule) -> Vec<f64> {
     exercise.coaching = vec![rule];
     let mut coach = Coach::new(&exercise);
     let samples = recording.samples.iter();
-    samples.filter(|sample| !coach.watch(sample).is_empty()).map(|sample| sample.t_s).collect()
+    samples.filter(|sample| !coach.watch(sample, sample.axial_n()).is_empty()).map(|sample| sample.t_s).collect()
 }
 
 #[track_caller]

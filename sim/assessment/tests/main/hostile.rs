@@ -41,6 +41,7 @@ fn happening() -> impl Strategy<Value = Event> {
         EventKind::TipRupture,
         EventKind::RimRupture,
         EventKind::StructureHit,
+        EventKind::HubContact,
         EventKind::SkinExit,
         EventKind::Confirm,
     ];

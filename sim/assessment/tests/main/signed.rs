@@ -193,6 +193,7 @@ fn of_the_events() -> Vec<Change> {
         | EventKind::TipRupture
         | EventKind::RimRupture
         | EventKind::StructureHit
+        | EventKind::HubContact
         | EventKind::SkinExit
         | EventKind::Confirm
         | EventKind::Coaching
@@ -214,6 +215,7 @@ fn of_the_events() -> Vec<Change> {
         ("a rupture more", Recomputed, |r| note(r, EventKind::TipRupture)),
         ("a rupture of the rim more", Recomputed, |r| note(r, EventKind::RimRupture)),
         ("a hit more", Recomputed, |r| note(r, EventKind::StructureHit)),
+        ("a contact of the hub more", Recomputed, |r| note(r, EventKind::HubContact)),
         ("an exit more", Recomputed, |r| note(r, EventKind::SkinExit)),
         ("a confirmation more", Recomputed, |r| note(r, EventKind::Confirm)),
         ("a coaching more", Unused, |r| note(r, EventKind::Coaching)),

@@ -94,6 +94,7 @@ fn needle() -> Needle {
         hub: "stylet".into(),
         tip_to_rim_mm: 2.0,
         length_mm: 150.0,
+        hub_stiffness_n_per_m: None,
         lubrication: 1.0,
         flexible: false,
         youngs_modulus_pa: 193e9,

@@ -39,6 +39,7 @@ fn make_specimen(axial: AxialSpec, needle_bending_n_m2: Option<f64>) -> Specimen
         axial,
         lateral_stiffness_n_per_m2: 10_000.0,
         needle_length_m: 0.1,
+        hub_stiffness_n_per_m: None,
         needle_bending_n_m2,
         skin: law::Skin::Flat,
         structures: vec![vessel],

@@ -105,24 +105,24 @@ fn run(bundle: &ExerciseBundle, mishap: &Mishap) -> Result<Vec<Point>, BenchErro
         REACH_M,
         TICK_HZ,
     );
-    let factor = setup.scaling.factor;
-    let (mut engine, mut records, _latest) = Engine::new(setup).map_err(BenchError::work)?;
+    let (mut engine, mut records, mut latest) = Engine::new(setup).map_err(BenchError::work)?;
     let mut points = Vec::new();
     for reading in 0..READINGS {
         let moment = TickMoment { now_s: f64::from(reading) / TICK_HZ, late_s: 0.0 };
         let Some(force_n) = engine.tick(device.read(), &moment, &|| moment.now_s) else { break };
         engine.wrote(device.write(&force_n));
-        points.extend(std::iter::from_fn(|| records.pop()).map(|record| point(&record, factor)));
+        let owed_n = latest.read().map_or(0.0, |latest| latest.owed_n.norm());
+        points.extend(std::iter::from_fn(|| records.pop()).map(|record| point(&record, owed_n)));
     }
     Ok(points)
 }
 
-fn point(record: &Record, factor: f64) -> Point {
+fn point(record: &Record, owed_n: f64) -> Point {
     let norm_n = |force_n: [f32; 3]| Vector3::from(force_n).cast::<f64>().norm();
     Point {
         t_s: record.t_s,
         depth_mm: -record.position_m[2] * 1e3,
-        owed_n: norm_n(record.force_n) * factor,
+        owed_n,
         given_n: norm_n(record.device_n),
         flags: record.flags,
     }

@@ -157,7 +157,13 @@ fn readings(bundle: &ExerciseBundle, length_s: f64) -> Vec<Reading> {
     let ticks = (length_s * TICK_HZ) as u32;
     let reading = |_| {
         let pose = hand.step(1.0 / TICK_HZ, &Felt::default()).patient_from_needle;
-        Reading { t_s: 0.0, position_m: pose.translation.vector, orientation: pose.rotation, buttons: 0 }
+        Reading {
+            t_s: 0.0,
+            position_m: pose.translation.vector,
+            orientation: pose.rotation,
+            buttons: 0,
+            motor_heat: 0.0,
+        }
     };
     (0..ticks).map(reading).collect()
 }

@@ -13,6 +13,7 @@ use crate::live::{self, open};
 use crate::new_file::create_folder;
 use crate::outbox::Outbox;
 use crate::output;
+use crate::settings::Settings;
 use crate::shelf::Shelf;
 use crate::station::{Pairing, StationKey};
 use crate::window::{self, Station, WindowLanguage};
@@ -77,5 +78,6 @@ pub fn run(args: &PlayArgs) -> Outcome {
         seed: args.seed,
         guided: !args.free,
         language: WindowLanguage::new(args.language),
+        settings: Settings::load()?,
     })
 }

@@ -16,6 +16,8 @@ use haptics::device::DeviceInfo;
 use haptics::mapping::Mapping;
 use haptics::scaling::Scaling;
 use haptics::servo::{self, Driven, LatestReader, Report, Running, Setup};
+use law::operator::{Operator, Skill};
+use phrase::{Phrase, phrase};
 pub use recorder::{Kept, Unsaved, recover_left_behind};
 use recording::Session;
 pub use shown::{AttemptView, Phase, SpokenEvent};
@@ -70,13 +72,16 @@ impl Live {
         let info = driven.info().clone();
         let mut setup = Setup::new(Arc::clone(trial.specimen.law()), mapping, &info, target_x_m, trial.session.tick_hz);
         if !exercise.feedback.gives(Channel::Force) {
-            setup.scaling.factor = 0.0;
+            setup.scaling = setup.scaling.silent();
         }
-        let scaling = setup.scaling;
+        let (scaling, rehearsed) = (setup.scaling.clone(), setup.clone());
         let trial = Arc::new(trial);
         let draft = recorder::begin(&trial, &trial.path)?;
         let started = servo::start(setup, driven).map_err(|error| Failure::work(format_args!("servo: {error}")))?;
         let recorder = recorder::Recorder::start(Arc::clone(&trial), started.records, draft)?;
+        if !info.is_virtual {
+            warn_of_heat(&trial, rehearsed, recorder.shown());
+        }
         Ok(Self { trial, info, scaling, running: started.running, latest: started.latest, recorder })
     }
 
@@ -101,6 +106,24 @@ impl Live {
         let kept = self.recorder.finish(report.as_ref());
         (self.trial, Finished { report, kept })
     }
+}
+
+/// Warns where an expert's attempt at the exercise would warm the motors so much that the force is reduced. It takes a part of a second,
+/// beside the first movements of the trainee; a computer without a thread to spare goes without.
+fn warn_of_heat(trial: &LiveTrial, setup: Setup, shown: &Arc<Mutex<AttemptView>>) {
+    let exercise = &trial.bundle.exercise;
+    let (operator, limit_s) = (Operator::skilled(&Skill::expert(), &exercise.plan(), 0), exercise.time_limit_s);
+    let shown = Arc::downgrade(shown);
+    let rehearsal = move || {
+        let cooled_s = servo::rehearse(setup, operator, limit_s).map_or(0.0, |rehearsal| rehearsal.cooled_s);
+        if let Some(shown) = shown.upgrade().filter(|_| cooled_s >= 0.5) {
+            lock(&shown).warn(phrase!(
+                "this exercise warms the motors of this device: the force may be reduced for {time} s",
+                time = Phrase::number(cooled_s, 0)
+            ));
+        }
+    };
+    let _without = std::thread::Builder::new().name("rehearsal".to_owned()).spawn(rehearsal);
 }
 
 /// What a thread that panicked left in it is still true: every change is one whole tick.

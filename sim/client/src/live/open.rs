@@ -12,12 +12,13 @@ use haptics::inverse3::Inverse3;
 use haptics::mapping::{Home, Mapping, Pointing};
 use haptics::openhaptics::OpenHaptics;
 use haptics::servo::Driven;
-use law::operator::{Operator, Skill};
-use nalgebra::Unit;
+use law::operator::{Operator, Skill, needle_pose};
+use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 use phrase::{Phrase, phrase};
 
 use crate::devices::DeviceArgs;
 use crate::exit::Failure;
+use crate::settings::Settings;
 
 /// Which device.
 #[derive(Clone, Debug, PartialEq)]
@@ -106,45 +107,53 @@ impl OpenedDevice {
     }
 }
 
+/// Where devices are, and how the person has set them.
+pub struct Desk<'a> {
+    /// Where haptic devices are.
+    pub args: &'a DeviceArgs,
+    /// How they are set.
+    pub settings: &'a Settings,
+}
+
 /// Opens a device for an exercise. The seed is a virtual operator's.
 ///
 /// # Errors
 /// When the device is not there or refuses.
 pub fn open(
     choice: &DeviceChoice,
-    args: &DeviceArgs,
+    desk: &Desk<'_>,
     bundle: &ExerciseBundle,
     seed: u64,
     rate_hz: f64,
 ) -> Result<OpenedDevice, Failure> {
     let exercise = &bundle.exercise;
     match choice {
-        DeviceChoice::Auto => Ok(first(args, exercise, rate_hz)),
-        DeviceChoice::Mouse => Ok(mouse(exercise, rate_hz)),
-        DeviceChoice::Gamepad => gamepad(exercise, rate_hz).map_err(Failure::work),
-        DeviceChoice::OpenHaptics => openhaptics(args, exercise).map_err(Failure::work),
-        DeviceChoice::Inverse3 => inverse3(args, exercise).map_err(Failure::work),
+        DeviceChoice::Auto => Ok(first(desk, exercise, rate_hz)),
+        DeviceChoice::Mouse => Ok(mouse(desk, exercise, rate_hz)),
+        DeviceChoice::Gamepad => gamepad(desk, exercise, rate_hz).map_err(Failure::work),
+        DeviceChoice::OpenHaptics => openhaptics(desk, exercise).map_err(Failure::work),
+        DeviceChoice::Inverse3 => inverse3(desk, exercise).map_err(Failure::work),
         DeviceChoice::Operator(hand) => Ok(operator(hand, bundle, seed, rate_hz)),
     }
 }
 
 /// The first haptic device there is, else a gamepad; the mouse is always there.
-fn first(args: &DeviceArgs, exercise: &Exercise, rate_hz: f64) -> OpenedDevice {
+fn first(desk: &Desk<'_>, exercise: &Exercise, rate_hz: f64) -> OpenedDevice {
     let mut passed_over = Vec::new();
     let tries: [&dyn Fn() -> Result<OpenedDevice, String>; 3] =
-        [&|| openhaptics(args, exercise), &|| inverse3(args, exercise), &|| gamepad(exercise, rate_hz)];
+        [&|| openhaptics(desk, exercise), &|| inverse3(desk, exercise), &|| gamepad(desk, exercise, rate_hz)];
     let found = tries.iter().find_map(|open| open().map_err(|why| passed_over.push(why)).ok());
-    OpenedDevice { passed_over, ..found.unwrap_or_else(|| mouse(exercise, rate_hz)) }
+    OpenedDevice { passed_over, ..found.unwrap_or_else(|| mouse(desk, exercise, rate_hz)) }
 }
 
-fn openhaptics(args: &DeviceArgs, exercise: &Exercise) -> Result<OpenedDevice, String> {
-    let device = OpenHaptics::open(&args.openhaptics()).map_err(|why| said("openhaptics", &why))?;
-    Ok(with_arm(Driven::ByDevice(Box::new(device)), exercise))
+fn openhaptics(desk: &Desk<'_>, exercise: &Exercise) -> Result<OpenedDevice, String> {
+    let device = OpenHaptics::open(&desk.args.openhaptics()).map_err(|why| said("openhaptics", &why))?;
+    Ok(with_arm(Driven::ByDevice(Box::new(device)), exercise, desk.settings))
 }
 
-fn inverse3(args: &DeviceArgs, exercise: &Exercise) -> Result<OpenedDevice, String> {
-    let device = Inverse3::open(&args.inverse3()).map_err(|why| said("inverse3", &why))?;
-    Ok(with_arm(Driven::ByTimer(Box::new(device)), exercise))
+fn inverse3(desk: &Desk<'_>, exercise: &Exercise) -> Result<OpenedDevice, String> {
+    let device = Inverse3::open(&desk.args.inverse3()).map_err(|why| said("inverse3", &why))?;
+    Ok(with_arm(Driven::ByTimer(Box::new(device)), exercise, desk.settings))
 }
 
 fn said(device: &str, why: &dyn Display) -> String {
@@ -152,22 +161,36 @@ fn said(device: &str, why: &dyn Display) -> String {
 }
 
 /// A device in its own workspace. Where it measures no orientation the needle points as planned.
-fn with_arm(driven: Driven, exercise: &Exercise) -> OpenedDevice {
+fn with_arm(driven: Driven, exercise: &Exercise, settings: &Settings) -> OpenedDevice {
     let pointing = if driven.info().measures_orientation { Pointing::Handle } else { Pointing::Planned };
-    let mapping = Mapping::at_home(home(exercise), pointing);
+    let mapping = Mapping::at_home(home(exercise), pointing).placed(settings.placement());
     OpenedDevice { driven, mapping, steered: Steered::Itself, passed_over: Vec::new() }
 }
 
-fn mouse(exercise: &Exercise, rate_hz: f64) -> OpenedDevice {
+fn mouse(desk: &Desk<'_>, exercise: &Exercise, rate_hz: f64) -> OpenedDevice {
     let (hand, aim) = VirtualHand::new(sentence!("mouse"), &VirtualHand::braced(), rate_hz);
-    OpenedDevice { steered: Steered::Window(aim), ..with_arm(Driven::ByTimer(Box::new(hand)), exercise) }
+    let settings = on_screen(desk.settings);
+    OpenedDevice { steered: Steered::Window(aim), ..with_arm(Driven::ByTimer(Box::new(hand)), exercise, &settings) }
 }
 
-fn gamepad(exercise: &Exercise, rate_hz: f64) -> Result<OpenedDevice, String> {
+fn gamepad(desk: &Desk<'_>, exercise: &Exercise, rate_hz: f64) -> Result<OpenedDevice, String> {
     let (hand, aim) = VirtualHand::new(sentence!("gamepad"), &VirtualHand::braced(), rate_hz);
-    let feed = GamepadFeed::start(aim).map_err(|why| said("gamepad", &why))?;
-    let driven = Driven::ByTimer(Box::new(hand.never_turned()));
-    Ok(OpenedDevice { steered: Steered::Gamepad(feed), ..with_arm(driven, exercise) })
+    let settings = on_screen(desk.settings);
+    let planned = handle_along(&exercise.axis());
+    let feed = GamepadFeed::start(aim, settings.sticks(), planned).map_err(|why| said("gamepad", &why))?;
+    let driven = Driven::ByTimer(Box::new(hand));
+    Ok(OpenedDevice { steered: Steered::Gamepad(feed), ..with_arm(driven, exercise, &settings) })
+}
+
+/// The settings of a device that is used by what is seen on the screen: it is not turned, and does not stand anywhere.
+fn on_screen(settings: &Settings) -> Settings {
+    Settings { other_side: false, device_yaw_deg: 0.0, motion: 1.0, ..*settings }
+}
+
+/// The orientation of a handle, device_from_handle, by which the needle points along an axis of unit length in the patient's frame.
+pub fn handle_along(axis: &Vector3<f64>) -> UnitQuaternion<f64> {
+    let device_from_patient = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -std::f64::consts::FRAC_PI_2);
+    device_from_patient * needle_pose(&Point3::origin(), axis).rotation
 }
 
 fn home(exercise: &Exercise) -> Home {

@@ -109,7 +109,7 @@ impl Recorder {
     }
 
     /// What the window shows.
-    pub fn shown(&self) -> &Mutex<AttemptView> {
+    pub fn shown(&self) -> &Arc<Mutex<AttemptView>> {
         &self.shown
     }
 
@@ -176,7 +176,8 @@ fn write(
     let mut last = None;
     while let Some(record) = next() {
         let tick = run.tick(&input(&record), Some(&sent(&record)));
-        let coached = if exercise.feedback.gives(Channel::Coaching) { coach.watch(&tick.sample) } else { Vec::new() };
+        let is_coached = exercise.feedback.gives(Channel::Coaching);
+        let coached = if is_coached { coach.watch(&tick.sample, tick.hand_n) } else { Vec::new() };
         coached.iter().for_each(|text| run.note(EventKind::Coaching, &tick, text.own()));
         let faulty = faults.watch(&record);
         faulty.iter().for_each(|text| run.note(EventKind::Fault, &tick, text));

@@ -40,7 +40,7 @@ pub struct TracePoint {
     pub t_s: f64,
     /// Displacement along the needle, in mm.
     pub x_mm: f64,
-    /// Axial force on the hand, in N, positive against the push.
+    /// Force on the hand along the needle, in N, positive against the push.
     pub force_n: f64,
 }
 
@@ -62,6 +62,8 @@ pub struct AttemptView {
     pub moment: Moment,
     /// Where the attempt stands.
     pub phase: Phase,
+    /// Force on the hand along the needle, in N, positive against the push.
+    pub hand_n: f64,
     /// The last seconds of force.
     pub trace: VecDeque<TracePoint>,
     /// Everything that was said, in order.
@@ -82,6 +84,7 @@ impl AttemptView {
         Self {
             moment: Moment::before(bundle, thickness_mm),
             phase: Phase::Approach,
+            hand_n: 0.0,
             trace: VecDeque::new(),
             said: Vec::new(),
             pops: 0,
@@ -91,9 +94,10 @@ impl AttemptView {
         }
     }
 
-    /// Tells of a tick, and of what coach and safety chain said of it.
+    /// Takes in a tick, and the messages of coach and safety chain about it.
     pub fn tell(&mut self, tick: &Tick, coached: &[&Wording], faulty: &[&'static str]) {
         let Sample { t_s, x_m, .. } = tick.sample;
+        self.hand_n = tick.hand_n;
         self.moment.sample(&tick.sample);
         for event in &tick.events {
             self.moment.event(event);
@@ -109,12 +113,17 @@ impl AttemptView {
             self.moment.tent(tent);
         }
         if self.trace.back().is_none_or(|last| t_s - last.t_s >= 1.0 / TRACE_HZ) {
-            self.trace.push_back(TracePoint { t_s, x_mm: x_m * 1e3, force_n: tick.sample.axial_n() });
+            self.trace.push_back(TracePoint { t_s, x_mm: x_m * 1e3, force_n: tick.hand_n });
             while self.trace.front().is_some_and(|first| t_s - first.t_s > TRACE_S) {
                 self.trace.pop_front();
             }
         }
         self.phase = self.next_phase(tick);
+    }
+
+    /// Adds a warning that does not come from a tick.
+    pub fn warn(&mut self, text: Phrase) {
+        self.said.push(SpokenEvent { t_s: self.moment.sample.t_s, kind: EventKind::Fault, text });
     }
 
     fn next_phase(&self, tick: &Tick) -> Phase {
@@ -131,17 +140,14 @@ impl AttemptView {
         }
     }
 
-    /// Where the tip is: outside, at the skin, or in the last layer that it has broken into. Tissue that only gives way is not
-    /// entered yet.
+    /// Where the tip is: outside, at the skin, or in a layer. Tissue that only gives way is not entered yet.
     #[must_use]
     pub fn place(&self) -> Phrase {
-        match (self.moment.opened(), self.layers.as_slice()) {
+        let layer = self.moment.layer().and_then(|layer| self.layers.get(layer));
+        match (self.moment.opened(), layer) {
             (None, _) => phrase!("outside"),
-            (Some(0), _) => phrase!("on the skin"),
-            (Some(opened), layers) => match layers.get(opened as usize - 1) {
-                Some(layer) => name_structure(layer),
-                None => phrase!("below the last layer"),
-            },
+            (Some(1..), Some(layer)) => name_structure(layer),
+            (Some(_), _) => phrase!("on the skin"),
         }
     }
 
@@ -160,6 +166,7 @@ fn in_words(event: &Event, phase: Phase) -> Option<Phrase> {
         EventKind::TipRupture => Some(pop(Contactor::Tip)),
         EventKind::RimRupture => Some(pop(Contactor::Rim)),
         EventKind::StructureHit => Some(phrase!("{structure} was hit", structure = name_structure(&event.text))),
+        EventKind::HubContact => Some(phrase!("hub at the skin: the needle is in to its end")),
         EventKind::SkinExit => Some(phrase!("out of the skin")),
         EventKind::Confirm if phase == Phase::Approach => Some(phrase!("nothing is confirmed in the air")),
         EventKind::Confirm => Some(phrase!("position confirmed: withdraw")),
@@ -183,8 +190,10 @@ mod tests {
     fn shown(time_limit_s: f64) -> AttemptView {
         let layers = vec!["skin".to_owned(), "fat".to_owned()];
         let (trace, said) = (VecDeque::new(), Vec::new());
-        let (moment, phase) = (Moment::default(), Phase::Approach);
-        AttemptView { moment, phase, trace, said, pops: 0, refused: None, layers, time_limit_s }
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../curricula/lower-back-basics/1-feel-the-layers.toml");
+        let bundle = documents::ExerciseBundle::read(std::path::Path::new(file)).unwrap();
+        let (moment, phase) = (Moment::before(&bundle, &[]), Phase::Approach);
+        AttemptView { moment, phase, hand_n: 0.0, trace, said, pops: 0, refused: None, layers, time_limit_s }
     }
 
     /// Tells of a tick at a time in s with the tip at a depth in mm, and of what happens in it.
@@ -205,7 +214,7 @@ mod tests {
             text: "skin".to_owned(),
         };
         let events = kinds.iter().map(event).collect();
-        shown.tell(&Tick { sample, events, tent: None, felt: Default::default() }, &[], &[]);
+        shown.tell(&Tick { sample, events, tent: None, felt: Default::default(), hand_n: 0.0 }, &[], &[]);
         shown.phase
     }
 
@@ -248,6 +257,10 @@ mod tests {
         tell(&mut shown, 1.5, 3.0, &[]);
         assert_eq!(shown.place().to_string(), "on the skin");
         tell(&mut shown, 2.0, 3.1, &[EventKind::TipRupture]);
+        shown.moment.sample.depth_m = 3.1e-3;
+        assert_eq!(shown.place().to_string(), "fat");
+        // On the way out it is where it is, whatever it has opened.
+        shown.moment.sample.depth_m = 0.4e-3;
         assert_eq!(words::within(german(), || words::phrase(&shown.place())), "Haut");
     }
 

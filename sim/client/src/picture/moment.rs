@@ -27,6 +27,8 @@ pub struct Moment {
     dents: Dents,
     wounds: Wounds,
     hit: Option<Hit>,
+    /// The needle's orientation at its contact with the skin: tissue holds the shaft to it, however the hand turns the handle.
+    held: Option<[f64; 4]>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,8 +99,13 @@ impl Moment {
     pub fn event(&mut self, event: &Event) {
         self.dents.event(event);
         self.wounds.event(event, &self.sample);
-        if event.kind == EventKind::StructureHit {
-            self.hit = event.structure.map(|structure| Hit { structure: structure as usize, at_s: event.t_s });
+        match event.kind {
+            EventKind::StructureHit => {
+                self.hit = event.structure.map(|structure| Hit { structure: structure as usize, at_s: event.t_s });
+            }
+            EventKind::Contact => self.held = Some(self.sample.orientation),
+            EventKind::SkinExit => self.held = None,
+            _ => {}
         }
     }
 
@@ -115,23 +122,33 @@ impl Moment {
         self.wounds.open().map(|wound| wound.opened)
     }
 
+    /// The layer that the tip is in, from the skin down; none at or above the skin.
+    #[must_use]
+    pub fn layer(&self) -> Option<usize> {
+        self.dents.layer(&self.sample)
+    }
+
     /// Where the needle is, to be drawn as a ghost.
     #[must_use]
     pub fn needle(&self) -> Ghost {
-        let Sample { position_m, orientation, .. } = self.sample;
-        Ghost { tip_m: position_m.map(|c| c as f32), orientation: orientation.map(|c| c as f32) }
+        Ghost { tip_m: self.sample.position_m.map(|c| c as f32), orientation: self.orientation() }
+    }
+
+    /// How the needle lies: in the tissue as it went in.
+    fn orientation(&self) -> [f32; 4] {
+        self.held.unwrap_or(self.sample.orientation).map(|c| c as f32)
     }
 
     /// The picture's data, of a body in which the target lies at a depth, in m.
     #[must_use]
     pub fn frame(&self, look: &Look, target_depth_m: f64) -> Frame {
-        let Sample { t_s, position_m, orientation, bend_m, .. } = self.sample;
+        let Sample { t_s, position_m, bend_m, .. } = self.sample;
         let inside = self.wounds.open();
         let deep = inside.map_or(0.0, |_| (self.sample.x_m / target_depth_m).clamp(0.0, 1.0));
         Frame {
             t_s: t_s as f32,
             tip_m: position_m.map(|c| c as f32),
-            orientation: orientation.map(|c| c as f32),
+            orientation: self.orientation(),
             bend_m,
             loads_n: self.loads_n.clone(),
             dents_m: self.dents.at(&self.sample),
@@ -244,6 +261,20 @@ mod tests {
             structure: Some(3),
             text: String::new(),
         }
+    }
+
+    #[test]
+    fn a_handle_that_turns_in_the_tissue_turns_no_needle() {
+        let turned = |t_s, depth_mm| Sample { orientation: [0.96, 0.28, 0.0, 0.0], ..sample(t_s, depth_mm) };
+        let drawn = |moment: &Moment| moment.frame(&Look::default(), 0.02).orientation[0];
+        let mut moment = Moment::default();
+        moment.sample(&sample(0.0, 0.1));
+        moment.event(&event(EventKind::Contact, 0.0, 0));
+        moment.sample(&turned(1.0, 10.0));
+        assert!((drawn(&moment) - 1.0).abs() < 1e-6);
+        moment.sample(&turned(2.0, -1.0));
+        moment.event(&event(EventKind::SkinExit, 2.0, 0));
+        assert!((drawn(&moment) - 0.96).abs() < 1e-6);
     }
 
     /// A needle that goes 10 mm deep, comes out, and goes in again elsewhere.

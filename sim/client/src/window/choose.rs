@@ -77,13 +77,28 @@ impl ExerciseChoice<'_> {
         }
     }
 
-    /// Course and place, progress, and what is to be mastered first.
+    /// The heading that an exercise stands under: what is due first, then its course with how much of that is mastered.
+    fn heading(&self, offer: &Offer) -> String {
+        if self.listed(&offer.bundle.exercise).is_some_and(|listed| listed.due) {
+            return tr!("To do").to_owned();
+        }
+        let Some(course) = &offer.course else { return tr!("Other exercises").to_owned() };
+        let of_course = self.shelf.exercises.iter().filter(|other| {
+            other.course.as_ref().is_some_and(|other| other.title == course.title)
+                && self.opens(&other.bundle.exercise.id, &course.mastery)
+        });
+        let [_, all] = course.place;
+        let (title, mastered) = (own_words(&course.title), of_course.count());
+        tr!("{course}: {mastered} of {all} mastered", course = title, mastered = mastered, all = all)
+    }
+
+    /// Place in the course, progress, and what is to be mastered first.
     fn facts(&self, offer: &Offer) -> String {
         let exercise = &offer.bundle.exercise;
         let course = offer.course.as_ref();
         let place = course.map(|course| {
             let [at, all] = course.place;
-            tr!("{course}, {at} of {all}", course = own_words(&course.title), at = at, all = all)
+            tr!("{at} of {all}", at = at, all = all)
         });
         let listed = self.listed(exercise);
         let progress = match listed {
@@ -159,10 +174,18 @@ fn say_distance(mastery: &Mastery, passed: &[bool]) -> String {
     }
 }
 
-/// The list of exercises. Answers the one that is chosen.
-pub fn choose_exercise(ui: &mut Ui, choice: &ExerciseChoice<'_>, language: &mut WindowLanguage) -> Option<usize> {
+/// The list of exercises, with a button that opens the settings. Returns the exercise that is chosen.
+pub fn choose_exercise(
+    ui: &mut Ui,
+    choice: &ExerciseChoice<'_>,
+    language: &mut WindowLanguage,
+    settings: &mut bool,
+) -> Option<usize> {
     let chosen = egui::CentralPanel::default().frame(reading_page(ui)).show(ui, |ui| {
-        show_heading(ui, tr!("Exercises"), language);
+        show_heading(ui, tr!("Exercises"), |ui| {
+            language.ui(ui);
+            *settings |= ui.button(tr!("Settings")).clicked();
+        });
         ui.add_space(8.0);
         let exercises = &choice.shelf.exercises;
         let mut order: Vec<usize> =
@@ -173,10 +196,25 @@ pub fn choose_exercise(ui: &mut Ui, choice: &ExerciseChoice<'_>, language: &mut 
             let id = exercises.get(*at).map(|offer| offer.bundle.exercise.id.as_str());
             due().position(|due| Some(due.exercise_id.as_str()) == id).unwrap_or(usize::MAX)
         };
-        order.sort_by_key(place);
+        // Within them course by course, and what belongs to none at the end.
+        let course = |at: &usize| exercises.get(*at).is_none_or(|offer| offer.course.is_none());
+        order.sort_by_key(|at| (place(at), course(at)));
         let scrolled = ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             let rows = order.iter().filter_map(|&at| exercises.get(at).map(|offer| (at, offer)));
-            let chosen = rows.filter_map(|(at, offer)| exercise_row(ui, choice, offer).then_some(at)).last();
+            let mut chosen = None;
+            let mut under = None;
+            for (at, offer) in rows {
+                let heading = choice.heading(offer);
+                if under.as_ref() != Some(&heading) {
+                    ui.add_space(10.0);
+                    ui.label(RichText::new(&heading).strong().size(16.0));
+                    ui.add_space(2.0);
+                    under = Some(heading);
+                }
+                if exercise_row(ui, choice, offer) {
+                    chosen = Some(at);
+                }
+            }
             list_unreadable(ui, &choice.shelf.broken);
             chosen
         });
@@ -185,10 +223,10 @@ pub fn choose_exercise(ui: &mut Ui, choice: &ExerciseChoice<'_>, language: &mut 
     chosen.inner
 }
 
-/// A page's heading, with the languages at the other end of its line.
-fn show_heading(ui: &mut Ui, heading: &str, language: &mut WindowLanguage) {
+/// A page's heading, with something else at the other end of its line.
+fn show_heading(ui: &mut Ui, heading: &str, other_end: impl FnOnce(&mut Ui)) {
     ui.with_layout(Layout::right_to_left(Align::Min), |ui| {
-        ui.horizontal(|ui| language.ui(ui));
+        ui.horizontal(other_end);
         ui.with_layout(Layout::top_down(Align::LEFT), |ui| {
             ui.add(egui::Label::new(RichText::new(heading).heading()).wrap())
         });
@@ -295,7 +333,7 @@ pub fn show_briefing(ui: &mut Ui, briefing: Briefing<'_>) -> Decision {
     });
     egui::CentralPanel::default().frame(reading_page(ui)).show(ui, |ui| {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            show_heading(ui, own_words(&exercise.title), language);
+            show_heading(ui, own_words(&exercise.title), |ui| language.ui(ui));
             ui.add_space(8.0);
             let beside = ui.available_width() >= BESIDE;
             let layout = if beside { Layout::left_to_right(Align::TOP) } else { Layout::top_down(Align::LEFT) };
@@ -394,7 +432,7 @@ mod tests {
         let first = &offers[0].bundle.exercise;
         let here = ExerciseChoice { shelf: &shelf, history: &history, listing: Listing::Here };
         let told = here.facts(&offers[second]);
-        let parts = [", 2 of 7 · not tried here yet · first: ", first.title.own()];
+        let parts = ["2 of 7 · not tried here yet · first: ", first.title.own()];
         assert!(parts.iter().all(|part| told.contains(part)), "{told}");
         let listed: Vec<Listed> = serde_json::from_value(json!([
             { "exercise_id": first.id, "due": false, "mastered": true },

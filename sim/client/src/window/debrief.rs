@@ -4,16 +4,17 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use assessment::words::{deduction_with_cost, failure_phrase};
-use assessment::{AssessError, Assessment, Deduction};
+use assessment::{AssessError, Assessment, Deduction, FailureCause, HardFailure, UnmetRequirement};
+use documents::{Exercise, Required};
 use eframe::egui::{self, RichText, ScrollArea, Ui};
 use haptics::servo::{Ended, Priority, Quantiles, Report};
 use phrase::Phrase;
 use recording::Recording;
 
-use super::colours;
 use super::plots::{self, Curves};
 use super::rescue::{Rescue, RescueWish};
 use super::survey::Survey;
+use super::{colours, help};
 use crate::exit::Failure;
 use crate::live::desk::{self, AskedSurvey, Call, DeskAnswer};
 use crate::live::{Finished, Kept, LiveTrial};
@@ -44,7 +45,7 @@ struct JudgedAttempt {
     judged: Result<Assessment, AssessError>,
     curves: Curves,
     layers: Vec<attempt::LayerSpan>,
-    pass_mark: f64,
+    exercise: Exercise,
 }
 
 /// What is to happen next.
@@ -163,7 +164,19 @@ impl Debrief {
         scrolling_page(ui, |ui| {
             judged.ui(ui);
             self.delivery_ui(ui);
-            self.servo.iter().for_each(|servo| drop(ui.label(RichText::new(say_servo_report(servo)).weak().small())));
+            let Some(servo) = &self.servo else { return };
+            if is_too_slow(servo) {
+                ui.colored_label(
+                    colours::WARN,
+                    format!(
+                        "▲ {}",
+                        tr!("This computer is too slow for the device: forces were cut. See stylet doctor.")
+                    ),
+                );
+            }
+            if help::shows_figures(ui) {
+                ui.label(RichText::new(say_servo_report(servo)).weak().small());
+            }
         });
         next
     }
@@ -222,20 +235,19 @@ impl JudgedAttempt {
     fn new(trial: &LiveTrial, kept: Kept) -> Result<Self, Failure> {
         let recording = crate::sources::read_recording(&kept.path)?;
         let judged = assessment::assess(&recording, &trial.bundle);
-        let exercise = &trial.bundle.exercise;
         Ok(Self {
             curves: Curves::new(sentence!("this attempt"), &recording),
             layers: attempt::span_layers(&recording, &trial.bundle),
             recording: Arc::new(recording),
             judged,
             kept,
-            pass_mark: exercise.pass_mark,
+            exercise: trial.bundle.exercise.clone(),
         })
     }
 
     fn ui(&self, ui: &mut Ui) {
         match &self.judged {
-            Ok(assessment) => show_verdict(ui, assessment, self.pass_mark, self.curves.entered()),
+            Ok(assessment) => show_verdict(ui, assessment, &self.exercise, self.curves.entered()),
             Err(why @ AssessError::Void(_)) => {
                 ui.label(RichText::new(format!("▲ {}", words::phrase(&why.phrase()))).size(20.0).color(colours::WARN));
                 ui.label(tr!("This says nothing of you: the recording is kept, and counts nowhere."));
@@ -253,38 +265,75 @@ impl JudgedAttempt {
                 plots::plot_over_time(&mut columns[1], &[&self.curves], None, height);
             });
         }
-        let place = tr!("recorded in {place}", place = self.kept.path.display());
-        ui.label(RichText::new(place).weak());
+        if help::shows_figures(ui) {
+            let place = tr!("recorded in {place}", place = self.kept.path.display());
+            ui.label(RichText::new(place).weak());
+        }
     }
 }
 
-fn show_verdict(ui: &mut Ui, assessment: &Assessment, pass_mark: f64, entered: bool) {
+fn show_verdict(ui: &mut Ui, assessment: &Assessment, exercise: &Exercise, entered: bool) {
     let (sign, word, colour) =
         if assessment.passed { ("●", tr!("passed"), colours::GOOD) } else { ("×", tr!("not passed"), colours::BAD) };
     ui.horizontal(|ui| {
         ui.label(RichText::new(words::fixed(assessment.score, 0)).size(44.0).strong());
         ui.vertical(|ui| {
             ui.label(RichText::new(format!("{sign} {word}")).size(20.0).color(colour));
-            ui.label(tr!("of 100; passed with {mark}", mark = words::fixed(pass_mark, 0)));
+            ui.label(tr!("of 100; passed with {mark}", mark = words::fixed(exercise.pass_mark, 0)));
         });
     });
     for failure in &assessment.hard_fails {
-        ui.colored_label(colours::BAD, format!("× {}", words::phrase(&failure_phrase(failure))));
+        let words = words::phrase(&failure_phrase(failure));
+        let distance = say_distance(failure, assessment, exercise).map(|distance| format!(" ({distance})"));
+        ui.colored_label(colours::BAD, format!("× {words}{}", distance.unwrap_or_default()));
     }
     ui.add_space(6.0);
-    let costliest = costliest_deductions(&assessment.deductions);
-    let nothing_earned = assessment.score < 0.5 && !assessment.hard_fails.is_empty();
+    // Where something that is required is missing every line has lost all its points: what it would have cost tells more.
+    let ungated = judge_without_requirements(assessment, exercise);
+    let deductions = ungated.as_ref().map_or(&assessment.deductions, |ungated| &ungated.deductions);
+    let costliest = costliest_deductions(deductions);
     if !entered {
         ui.label(tr!("The needle never entered the body."));
     } else if costliest.is_empty() {
         ui.label(tr!("Nothing cost points."));
-    } else if !nothing_earned {
-        // Where nothing is earned each line has lost all its points, for the reasons above.
-        ui.label(RichText::new(tr!("What cost most")).strong());
+    } else {
+        let heading = match &ungated {
+            None => tr!("What cost most").to_owned(),
+            Some(ungated) => tr!(
+                "Without that it would have been {score} points; what would have cost most",
+                score = words::fixed(ungated.score, 0)
+            ),
+        };
+        ui.label(RichText::new(heading).strong());
         for deduction in costliest {
             ui.label(format!("−  {}", words::phrase(&deduction_with_cost(deduction))));
         }
     }
+}
+
+/// The same attempt judged as if nothing were required; none where it lacks nothing.
+fn judge_without_requirements(assessment: &Assessment, exercise: &Exercise) -> Option<Assessment> {
+    let is_requirement = |failure: &HardFailure| matches!(failure.cause, FailureCause::Required { .. });
+    let ungated = Exercise { required: Some(Required::default()), ..exercise.clone() };
+    let lacks = assessment.hard_fails.iter().any(is_requirement);
+    lacks.then(|| assessment::judge(assessment.metrics.clone(), &ungated, "").ok()).flatten()
+}
+
+/// How far the position was from the target, and how far it may be; none for another failure.
+fn say_distance(failure: &HardFailure, assessment: &Assessment, exercise: &Exercise) -> Option<String> {
+    let FailureCause::Required { unmet: UnmetRequirement::Within } = failure.cause else { return None };
+    let (error_mm, allowed_mm) = (assessment.value("depth_error_mm")?, exercise.required.as_ref()?.within_mm?);
+    let (distance, allowed) = (words::fixed(error_mm.abs(), 2), words::fixed(allowed_mm, 2));
+    Some(if error_mm > 0.0 {
+        tr!("{distance} mm too deep, {allowed} mm allowed", distance = distance, allowed = allowed)
+    } else {
+        tr!("{distance} mm too shallow, {allowed} mm allowed", distance = distance, allowed = allowed)
+    })
+}
+
+/// Whether so many ticks stalled that the safety chain must have cut the force again and again.
+fn is_too_slow(report: &Report) -> bool {
+    report.priority != Priority::Device && report.counts.stalls * 1000 > report.counts.ticks
 }
 
 /// How the servo kept time, for whoever looks after the station.

@@ -10,15 +10,27 @@ const MOVES: [(&str, &str); 4] = [
     (sentence!("space"), sentence!("confirm the position")),
 ];
 /// What every device leaves to the keyboard.
-const LOOKS: [(&str, &str); 4] = [
+const LOOKS: [(&str, &str); 5] = [
     (sentence!("1 2 3 4, right drag, 0"), sentence!("view, turn it, back")),
     (sentence!("G"), sentence!("planned line")),
     (sentence!("F11"), sentence!("full screen")),
     (sentence!("ctrl +, ctrl −"), sentence!("larger and smaller text")),
+    (sentence!("F3"), sentence!("how computer and device keep time")),
 ];
 /// The same in a line, on the picture.
 pub const IN_A_LINE: &str =
     sentence!("wheel or ↓ ↑: in, out · W A S D: aside · I J K L: lean · space: confirm · F11: full screen");
+
+/// Whether figures for whoever looks after the station are shown: F3 shows and hides them, in every page of the window.
+pub fn shows_figures(ui: &Ui) -> bool {
+    let id = egui::Id::unique("station figures");
+    let pressed = ui.input_mut(|input| input.consume_key(egui::Modifiers::NONE, egui::Key::F3));
+    ui.ctx().data_mut(|data| {
+        let shown = data.get_temp_mut_or_default::<bool>(id);
+        *shown ^= pressed;
+        *shown
+    })
+}
 
 /// Before an attempt.
 pub fn how_to_move(ui: &mut Ui, by_hand: bool) {

@@ -14,6 +14,7 @@ mod plots;
 mod preparing;
 mod replay;
 mod rescue;
+mod settings;
 mod sound;
 mod steer;
 mod survey;
@@ -37,6 +38,7 @@ pub use self::language::WindowLanguage;
 use self::pictures::BriefingPictures;
 use self::preparing::{Preparation, PreparedAttempt};
 use self::replay::Replay;
+use self::settings::SettingsPage;
 use self::steer::{Steering, SteeringWish};
 use self::trial::TrialScreen;
 use crate::devices::DeviceArgs;
@@ -45,6 +47,7 @@ use crate::live::history::History;
 use crate::live::open::{self, Steered};
 use crate::live::{self, Live};
 use crate::maker::Maker;
+use crate::settings::Settings;
 use crate::shelf::{Offer, Shelf};
 use crate::station::{Pairing, StationKey};
 use crate::{picture, sources};
@@ -76,6 +79,8 @@ pub struct Station {
     pub guided: bool,
     /// In which language the window speaks.
     pub language: WindowLanguage,
+    /// What the person has set.
+    pub settings: Settings,
 }
 
 /// A bar of a wait is drawn anew after so long.
@@ -122,6 +127,7 @@ struct Window {
     stage: Stage,
     /// What could not be shown.
     error: Option<String>,
+    settings: SettingsPage,
 }
 
 /// Opens a window to practise in.
@@ -143,6 +149,7 @@ pub fn play(station: Station) -> Outcome {
             canvas,
             stage: Stage::default(),
             error: None,
+            settings: SettingsPage::default(),
         })
     })
 }
@@ -168,6 +175,7 @@ pub fn watch(path: &Path, recording: Recording, other: Option<Recording>, langua
             canvas,
             stage,
             error: None,
+            settings: SettingsPage::default(),
         })
     })
 }
@@ -185,7 +193,7 @@ fn open_window(
     make: impl FnOnce(Canvas) -> Result<Window, Box<dyn std::error::Error + Send + Sync>>,
 ) -> Outcome {
     let viewport =
-        egui::ViewportBuilder::default().with_inner_size([1280.0, 720.0]).with_min_inner_size([900.0, 600.0]);
+        egui::ViewportBuilder::default().with_inner_size([1280.0, 720.0]).with_min_inner_size([720.0, 480.0]);
     let viewport = viewport.with_title(title);
     let options = NativeOptions { viewport, ..NativeOptions::default() };
     let create = |context: &CreationContext<'_>| {
@@ -272,7 +280,9 @@ impl Window {
             false => choose::Listing::School(&who.exercises),
         });
         let choice = choose::ExerciseChoice { shelf: &station.shelf, history: &station.history, listing };
-        match choose::choose_exercise(ui, &choice, &mut self.language) {
+        let chosen = choose::choose_exercise(ui, &choice, &mut self.language, &mut self.settings.open);
+        self.settings.ui(ui, &mut station.settings, &mut station.device);
+        match chosen {
             Some(at) => Screen::Briefing { at, error: None },
             None => Screen::Choose,
         }
@@ -330,9 +340,15 @@ impl Window {
         let given = picture::hide_what_is_withheld(&stage, bundle.exercise.feedback);
         self.canvas.set_stage(&given).map_err(|error| Failure::refused(file, error))?;
         self.stage = stage;
-        let mut opened = open::open(&station.device, &station.devices, &bundle, seed, TICK_HZ)?;
+        let mut opened = open::open(
+            &station.device,
+            &open::Desk { args: &station.devices, settings: &station.settings },
+            &bundle,
+            seed,
+            TICK_HZ,
+        )?;
         if let Steered::Window(aim) = &mut opened.steered {
-            aim.write(Steering::new(&bundle.exercise).follow(&SteeringWish::default()));
+            aim.write(Steering::new(&bundle).follow(&SteeringWish::default()));
         }
         // An arm that was there is asked for again, and not replaced by the mouse because a cable came loose.
         if let Some(again) = opened.again().filter(|_| station.device == open::DeviceChoice::Auto) {
@@ -353,7 +369,7 @@ impl Window {
         let path = station.folder.join(format!("{}.mcap", session.session_id));
         let live =
             Live::start(live::LiveTrial { bundle, specimen, session, path, key }, opened.mapping, opened.driven)?;
-        Ok(Box::new(TrialScreen::new(live, opened.steered, opened.passed_over, station.guided)))
+        Ok(Box::new(TrialScreen::new(live, opened.steered, opened.passed_over, station)))
     }
 
     fn debrief(&mut self, at: usize, trial: TrialScreen) -> Screen {

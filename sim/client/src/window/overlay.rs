@@ -3,10 +3,11 @@
 use attempt::needle_axis;
 use documents::{Channel, Feedback, name_structure};
 use eframe::egui::{
-    self, Align, Align2, Color32, FontId, Layout, Painter, Pos2, ProgressBar, Rect, RichText, ScrollArea, Ui,
+    self, Align, Align2, Color32, FontId, Layout, Painter, Pos2, ProgressBar, Rect, Response, RichText, ScrollArea, Ui,
 };
 use egui_plot::{Line, Plot, PlotPoints, VLine};
 use haptics::safety;
+use haptics::scaling::{FELT_POP_N, ScaledBoundary, Scaling};
 use haptics::servo::{Priority, Snapshot, flags as servo_flags};
 use law::Skin;
 use recording::{EventKind, Sample};
@@ -116,10 +117,10 @@ fn show_readings(ui: &mut Ui, Instruments { shown, latest, live, .. }: &Instrume
     // Tissue that only gives way is advanced against, and not entered.
     let depth = format!("{} mm", fixed(f64::from(sample.depth_m) * 1e3, 1));
     show_big_value(ui, tr!("Depth"), &depth, &words::phrase(&shown.place()));
-    let force_n = latest.map_or(sample.axial_n(), |latest| latest.output.axial.total_n());
+    let force_n = latest.map_or(shown.hand_n, |latest| latest.output.hand_n);
     show_big_value(ui, tr!("Force"), &format!("{} N", fixed(force_n, 2)), tr!("along the needle"));
     if let (Some(latest), false) = (latest, live.info.is_virtual) {
-        let beside = tr!("of {force} N to feel", force = fixed(force_n.abs() * live.scaling.factor, 2));
+        let beside = tr!("of {force} N to feel", force = fixed(latest.owed_n.norm(), 2));
         show_big_value(ui, tr!("Hand"), &format!("{} N", fixed(given::given_n(&latest.record), 2)), &beside);
     }
     draw_force_gauge(ui, force_n.abs(), live.scaling.peak_n);
@@ -178,8 +179,28 @@ fn is_pop(said: &SpokenEvent) -> bool {
     said.kind.contactor().is_some()
 }
 
-/// What the device does, and how the servo keeps time.
-fn show_device_state(ui: &mut Ui, Instruments { latest, live, quality, passed_over, .. }: &Instruments<'_>) {
+/// What the device makes of the forces, and which boundaries it cannot show as they are.
+fn show_scaling(ui: &mut Ui, scaling: &Scaling) -> Response {
+    let shown = ui.label(words::phrase(&scaling.phrase()));
+    let names = |boundaries: Vec<&ScaledBoundary>| {
+        let names = boundaries.into_iter().map(|boundary| words::phrase(&name_structure(&boundary.name)));
+        names.collect::<Vec<_>>().join(", ")
+    };
+    let (softened, unfelt) = (names(scaling.softened().collect()), names(scaling.unfelt().collect()));
+    if !softened.is_empty() {
+        ui.label(RichText::new(tr!("softer than in the scene: {layers}", layers = softened)).weak().small());
+    }
+    if !unfelt.is_empty() {
+        let least = fixed(FELT_POP_N, 1);
+        let words = tr!("pops below {least} N, hardly to be felt: {layers}", least = least, layers = unfelt);
+        ui.label(RichText::new(words).color(colours::WARN).small());
+    }
+    shown
+}
+
+/// What the device does.
+fn show_device_state(ui: &mut Ui, instruments: &Instruments<'_>) {
+    let Instruments { latest, live, passed_over, .. } = instruments;
     let name = ui.label(RichText::new(words::known(&live.trial.session.device)).strong());
     if !passed_over.is_empty() {
         name.on_hover_text(passed_over.join("\n"));
@@ -188,7 +209,7 @@ fn show_device_state(ui: &mut Ui, Instruments { latest, live, quality, passed_ov
     match (feedback.gives(Channel::Force), live.info.is_virtual) {
         (false, _) => ui.label(tr!("no force in this exercise")),
         (true, true) => ui.label(tr!("it gives your hand no force")),
-        (true, false) => ui.label(words::phrase(&live.scaling.phrase())),
+        (true, false) => show_scaling(ui, &live.scaling),
     };
     if !live.info.measures_orientation {
         ui.label(tr!("it does not tell how it is turned: the needle points as planned"));
@@ -200,14 +221,6 @@ fn show_device_state(ui: &mut Ui, Instruments { latest, live, quality, passed_ov
         } else {
             ui.colored_label(colours::WARN, format!("▲ {}", troubles.join(", ")));
         }
-        let (late_us, took_us) = (latest.lateness.p99_us, latest.compute.p999_us);
-        let servo = tr!(
-            "servo: late {late} µs (p99), takes {took} µs (p99.9), {stalls} stalls",
-            late = fixed(late_us, 0),
-            took = fixed(took_us, 0),
-            stalls = latest.stalls
-        );
-        ui.label(RichText::new(servo).weak().small());
         if latest.dropped > 0 {
             ui.colored_label(
                 colours::BAD,
@@ -217,6 +230,22 @@ fn show_device_state(ui: &mut Ui, Instruments { latest, live, quality, passed_ov
                 ),
             );
         }
+    }
+    if help::shows_figures(ui) {
+        show_figures(ui, instruments);
+    }
+}
+
+/// How the servo keeps time, and how the picture is made.
+fn show_figures(ui: &mut Ui, Instruments { latest, live, quality, .. }: &Instruments<'_>) {
+    if let Some(latest) = latest {
+        let servo = tr!(
+            "servo: late {late} µs (p99), takes {took} µs (p99.9), {stalls} stalls",
+            late = fixed(latest.lateness.p99_us, 0),
+            took = fixed(latest.compute.p999_us, 0),
+            stalls = latest.stalls
+        );
+        ui.label(RichText::new(servo).weak().small());
     }
     if live.servo().priority() == Some(Priority::Ordinary) {
         ui.label(RichText::new(tr!("no real-time priority: see stylet doctor")).weak().small());
@@ -246,9 +275,12 @@ fn is_told(kind: EventKind, feedback: Feedback) -> bool {
     match kind {
         EventKind::TipRupture | EventKind::RimRupture | EventKind::StructureHit => feedback.gives(Channel::Captions),
         EventKind::Coaching => feedback.gives(Channel::Coaching),
-        EventKind::Contact | EventKind::SkinExit | EventKind::Confirm | EventKind::Fault | EventKind::Interrupted => {
-            true
-        }
+        EventKind::Contact
+        | EventKind::HubContact
+        | EventKind::SkinExit
+        | EventKind::Confirm
+        | EventKind::Fault
+        | EventKind::Interrupted => true,
     }
 }
 
@@ -264,18 +296,34 @@ pub fn show_messages(ui: &mut Ui, shown: &AttemptView, feedback: Feedback) {
             );
         }
         let fresh = shown.said.iter().rev().take_while(|said| now_s - said.t_s < STAYS_S);
-        let fresh = fresh.filter(|said| is_told(said.kind, feedback)).take(MOST_SAID);
-        for said in fresh {
+        for (said, times) in count_repeats(fresh.filter(|said| is_told(said.kind, feedback))) {
             let (sign, colour) = event_sign(said.kind);
-            ui.label(RichText::new(format!("{sign}  {}", words::phrase(&said.text))).color(colour).size(15.0));
+            let repeats = if times > 1 { format!("  ×{times}") } else { String::new() };
+            let line = format!("{sign}  {}{repeats}", words::phrase(&said.text));
+            ui.label(RichText::new(line).color(colour).size(15.0));
         }
     });
+}
+
+/// The latest different messages, at most [`MOST_SAID`], each with how often it was said.
+fn count_repeats<'a>(said: impl Iterator<Item = &'a SpokenEvent>) -> Vec<(&'a SpokenEvent, usize)> {
+    let mut counted: Vec<(&SpokenEvent, usize)> = Vec::new();
+    for message in said {
+        let is_same =
+            |(known, _): &&mut (&SpokenEvent, usize)| (known.kind, &known.text) == (message.kind, &message.text);
+        if let Some((_, times)) = counted.iter_mut().find(is_same) {
+            *times += 1;
+        } else if counted.len() < MOST_SAID {
+            counted.push((message, 1));
+        }
+    }
+    counted
 }
 
 /// The second cue beside a colour.
 fn event_sign(kind: EventKind) -> (&'static str, Color32) {
     match kind {
-        EventKind::Coaching => ("→", colours::WARN),
+        EventKind::Coaching | EventKind::HubContact => ("→", colours::WARN),
         EventKind::StructureHit | EventKind::Fault | EventKind::Interrupted => ("×", colours::BAD),
         EventKind::TipRupture | EventKind::RimRupture => ("○", colours::FORCE),
         EventKind::Confirm => ("●", colours::GOOD),
@@ -355,10 +403,20 @@ mod tests {
     //! A pop that is named where force alone is given tells what the hand should find out.
 
     use EventKind::{Coaching, Confirm, Contact, Fault, RimRupture, SkinExit, StructureHit, TipRupture};
+    use phrase::Phrase;
     use render::frame::Stage;
 
     use super::*;
     use crate::picture;
+
+    #[test]
+    fn a_message_that_repeats_takes_one_line() {
+        let said = |t_s: f64, text: &'static str| SpokenEvent { t_s, kind: Coaching, text: Phrase::sentence(text) };
+        let all = [said(1.0, "slower"), said(2.0, "straighter"), said(3.0, "slower"), said(4.0, "slower")];
+        let counted = count_repeats(all.iter().rev());
+        let told: Vec<(f64, usize)> = counted.iter().map(|(said, times)| (said.t_s, *times)).collect();
+        assert_eq!(told, [(4.0, 3), (2.0, 1)]);
+    }
 
     #[test]
     fn what_is_withheld_is_neither_said_nor_ringed() {

@@ -2,13 +2,13 @@
 
 use std::ops::RangeInclusive;
 
-use attempt::{LayerSpan, axial_force_before_n};
+use attempt::{HandForces, LayerSpan};
 use documents::{ExerciseBundle, name_structure};
 use eframe::egui::{Color32, Ui};
 use egui_plot::{GridMark, Legend, Line, Plot, PlotPoints, Points, Span, VLine};
 use law::axial::Contactor;
 use phrase::{Phrase, phrase};
-use recording::{EventKind, Recording, thin};
+use recording::{EventKind, Recording};
 
 use super::colours;
 
@@ -37,15 +37,15 @@ impl Curves {
 
     /// The curves of a recording.
     pub fn new(name: &'static str, recording: &Recording) -> Self {
-        let thinned = thin(&recording.samples, MOST_POINTS);
-        let inside = recording.samples.iter().filter(|sample| sample.x_m > 0.0);
-        let depth = inside.map(|sample| [sample.x_m * 1e3, sample.axial_n()]);
+        let forces = HandForces::measure(recording);
+        let inside = forces.iter().filter(|(sample, _)| sample.x_m > 0.0);
+        let depth = inside.map(|(sample, force_n)| [sample.x_m * 1e3, force_n]);
         let pops = recording.events.iter().filter(|event| event.kind.contactor().is_some());
         Self {
             name,
-            time: thinned.iter().map(|sample| [sample.t_s, sample.axial_n()]).collect(),
+            time: forces.thin(MOST_POINTS).iter().map(|(sample, force_n)| [sample.t_s, *force_n]).collect(),
             depth: distinct_points(depth),
-            pops: pops.map(|event| [event.t_s, axial_force_before_n(&recording.samples, event)]).collect(),
+            pops: pops.map(|event| [event.t_s, forces.before_n(event)]).collect(),
             duration_s: recording.samples.last().map_or(0.0, |sample| sample.t_s),
         }
     }
@@ -141,6 +141,7 @@ fn explain_event(event: &recording::Event, bundle: &ExerciseBundle) -> Phrase {
         EventKind::RimRupture => Contactor::Rim.into_layer(structure()),
         EventKind::StructureHit => phrase!("hit {name}", name = structure()),
         EventKind::Contact => phrase!("skin touched"),
+        EventKind::HubContact => phrase!("hub at the skin"),
         EventKind::SkinExit => phrase!("needle out"),
         EventKind::Confirm => phrase!("position confirmed"),
         EventKind::Coaching => {

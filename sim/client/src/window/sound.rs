@@ -15,20 +15,22 @@ const LASTS_S: f32 = 0.12;
 pub struct Sound {
     /// The person wants to hear it.
     pub on: bool,
+    /// Loudness of a pop, from 0 to 1.
+    volume: f32,
     sink: Option<MixerDeviceSink>,
 }
 
 impl Sound {
-    /// Opens the loudspeaker; without one it stays silent.
-    pub fn open() -> Self {
+    /// Opens the loudspeaker, with a loudness from 0 to 1; without one it stays silent.
+    pub fn open(volume: f32) -> Self {
         let sink = has_sound_card().then(DeviceSinkBuilder::open_default_sink).and_then(Result::ok);
-        Self { on: sink.is_some(), sink }
+        Self { on: sink.is_some() && volume > 0.0, volume, sink }
     }
 
     /// A pop.
     pub fn pop(&self) {
         if let (true, Some(sink)) = (self.on, &self.sink) {
-            sink.mixer().add(SamplesBuffer::new(NonZeroU16::MIN, click_sample_rate(), click_samples()));
+            sink.mixer().add(SamplesBuffer::new(NonZeroU16::MIN, click_sample_rate(), click_samples(self.volume)));
         }
     }
 }
@@ -43,13 +45,13 @@ fn click_sample_rate() -> NonZeroU32 {
 }
 
 /// A membrane that gives way: a falling tone that dies out.
-fn click_samples() -> Vec<f32> {
+fn click_samples(volume: f32) -> Vec<f32> {
     let mut phase = 0.0_f32;
     let samples = 0..(LASTS_S * RATE_HZ as f32) as u32;
     let at = samples.map(|sample| sample as f32 / RATE_HZ as f32);
     at.map(|t_s| {
         phase += std::f32::consts::TAU * (90.0 + 260.0 * (-t_s / 0.02).exp()) / RATE_HZ as f32;
-        0.5 * phase.sin() * (-t_s / 0.03).exp()
+        volume * 0.5 * phase.sin() * (-t_s / 0.03).exp()
     })
     .collect()
 }

@@ -1,9 +1,10 @@
 //! Mouse and keyboard steer a set-point: how far the needle is to be, how far aside, and how it leans.
 
-use documents::Exercise;
+use documents::ExerciseBundle;
 use haptics::devices::hand::Aim;
-use law::operator::needle_pose;
-use nalgebra::{Point3, Rotation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Rotation3, Unit, UnitQuaternion, Vector3};
+
+use crate::live::open::handle_along;
 
 /// What the person asks for in a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -18,10 +19,22 @@ pub struct SteeringWish {
     pub confirmed: u32,
 }
 
+impl SteeringWish {
+    /// The same motion at another speed.
+    pub fn at_speed(self, factor: f64) -> Self {
+        Self {
+            advance_m: self.advance_m * factor,
+            aside_m: self.aside_m.map(|way_m| way_m * factor),
+            lean_rad: self.lean_rad.map(|angle_rad| angle_rad * factor),
+            ..self
+        }
+    }
+}
+
 /// The needle leans no further than this from straight down, in rad.
 const MOST_LEAN_RAD: f64 = 1.2;
-/// The set-point stays within this of where it began, in m.
-const MOST_AWAY_M: f64 = 0.15;
+/// The set-point goes no further beyond the end of the shaft than this, in m: the hub would be pushed into the skin.
+const BEYOND_SHAFT_M: f64 = 0.002;
 
 /// The set-point of a virtual hand. Device frame: x to the right, y up, z towards the person.
 #[derive(Clone, Debug)]
@@ -30,12 +43,17 @@ pub struct Steering {
     /// From where it began, in m, patient frame.
     away_m: Vector3<f64>,
     confirmed: u32,
+    /// The set-point stays within this of where it began, in m.
+    most_away_m: f64,
 }
 
 impl Steering {
-    /// Begins where the exercise's plan does, leaning as planned.
-    pub fn new(exercise: &Exercise) -> Self {
-        Self { axis: Unit::new_normalize(exercise.axis()), away_m: Vector3::zeros(), confirmed: 0 }
+    /// Begins where the exercise's plan does, leaning as planned, and stays within reach of its needle.
+    pub fn new(bundle: &ExerciseBundle) -> Self {
+        let shaft_m = bundle.scene.needle.length_mm * 1e-3;
+        let most_away_m = bundle.exercise.plan().approach_m + shaft_m + BEYOND_SHAFT_M;
+        let axis = Unit::new_normalize(bundle.exercise.axis());
+        Self { axis, away_m: Vector3::zeros(), confirmed: 0, most_away_m }
     }
 
     /// Follows what the person asks for, and says where the hand is to be. Advancing goes along the needle.
@@ -44,13 +62,13 @@ impl Steering {
         self.confirmed += wish.confirmed;
         let step_m = self.axis.into_inner() * wish.advance_m + Vector3::new(wish.aside_m[0], wish.aside_m[1], 0.0);
         let away_m = self.away_m + step_m;
-        if away_m.norm() <= MOST_AWAY_M {
+        if away_m.norm() <= self.most_away_m {
             self.away_m = away_m;
         }
         let device_from_patient = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -std::f64::consts::FRAC_PI_2);
         Aim {
             position_m: device_from_patient * self.away_m,
-            orientation: device_from_patient * needle_pose(&Point3::origin(), &self.axis).rotation,
+            orientation: handle_along(&self.axis),
             buttons: 0,
             confirmed: self.confirmed,
         }
@@ -74,7 +92,7 @@ mod tests {
     use super::*;
 
     fn steering() -> Steering {
-        Steering { axis: -Vector3::z_axis(), away_m: Vector3::zeros(), confirmed: 0 }
+        Steering { axis: -Vector3::z_axis(), away_m: Vector3::zeros(), confirmed: 0, most_away_m: 0.15 }
     }
 
     #[test]
@@ -121,7 +139,7 @@ mod tests {
         for _ in 0..1000 {
             steering.follow(&SteeringWish { advance_m: 0.01, lean_rad: [0.1, 0.1], ..SteeringWish::default() });
         }
-        assert!(steering.away_m.norm() <= MOST_AWAY_M && -steering.axis.z >= libm::cos(MOST_LEAN_RAD));
+        assert!(steering.away_m.norm() <= steering.most_away_m && -steering.axis.z >= libm::cos(MOST_LEAN_RAD));
         let before_m = steering.away_m.norm();
         steering.follow(&SteeringWish { advance_m: -0.01, ..SteeringWish::default() });
         assert!(steering.away_m.norm() < before_m);

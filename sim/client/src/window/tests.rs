@@ -20,7 +20,7 @@ use crate::live::{history, tests as attempts};
 use crate::shelf::Broken;
 
 /// The window as it is opened, and as small as it can be made.
-const SIZES: [[f32; 2]; 2] = [[1280.0, 720.0], [900.0, 600.0]];
+const SIZES: [[f32; 2]; 2] = [[1280.0, 720.0], [720.0, 480.0]];
 
 /// A text on the screen.
 #[derive(Clone, Debug)]
@@ -107,7 +107,7 @@ fn draw_choices(language: Language, size: [f32; 2], look: &mut dyn FnMut(&str, V
         look(
             name,
             draw(language, size, |ui| {
-                choose::choose_exercise(ui, &choice, &mut window);
+                choose::choose_exercise(ui, &choice, &mut window, &mut false);
             }),
         );
     }
@@ -136,6 +136,9 @@ fn draw_choices(language: Language, size: [f32; 2], look: &mut dyn FnMut(&str, V
             }),
         );
     }
+    let mut page = SettingsPage { open: true, ..SettingsPage::default() };
+    let (mut settings, mut device) = (Settings::default(), open::DeviceChoice::Auto);
+    look("the settings", draw(language, size, |ui| page.ui(ui, &mut settings, &mut device)));
     look("a moment of waiting", draw(language, size, |ui| choose::show_preparing(ui, Some(0.5))));
     let refused = DeskAnswer::Refused(phrase!("this is nobody's sign-in code; the page of one's account makes one"));
     for answer in
@@ -176,7 +179,7 @@ fn draw_attempt(language: Language, size: [f32; 2], look: &mut dyn FnMut(&str, V
     let mut live = attempts::begin(Fault::None, None, folder.path());
     attempts::wait_for_ticks(&live);
     let latest = live.latest().cloned();
-    let (shown, mut sound) = (live.shown().clone(), Sound::open());
+    let (shown, mut sound) = (live.shown().clone(), Sound::open(1.0));
     let instruments = Instruments {
         shown: &shown,
         latest: latest.as_ref(),
@@ -328,7 +331,7 @@ fn the_languages_differ_on_every_screen_and_a_choice_is_seen_at_once() {
         let mut output = context.run_ui(input, |ui| {
             words::within(language, || {
                 let choice = ExerciseChoice { shelf: &shelf, history: &history, listing: Listing::Here };
-                choose::choose_exercise(ui, &choice, window);
+                choose::choose_exercise(ui, &choice, window, &mut false);
             });
         });
         output.textures_delta.clear();

@@ -6,6 +6,7 @@ use documents::Channel;
 use eframe::egui::{self, Event, InputState, Key, MouseWheelSource, MouseWheelUnit, PointerButton, Response, Ui};
 use render::frame::View;
 
+use super::Station;
 use super::canvas::Canvas;
 use super::overlay::{self, Instruments};
 use super::sound::Sound;
@@ -42,6 +43,8 @@ pub struct TrialScreen {
     passed_over: Vec<String>,
     look: Look,
     sound: Sound,
+    /// Factor on the speed of mouse and keys.
+    pointer_speed: f64,
     pops_heard: u64,
 }
 
@@ -55,8 +58,9 @@ pub enum AfterTrial {
 
 impl TrialScreen {
     /// Shows an attempt, and what moves its device.
-    pub fn new(live: Live, steered: Steered, passed_over: Vec<String>, guided: bool) -> Self {
-        let steering = Steering::new(&live.trial.bundle.exercise);
+    pub fn new(live: Live, steered: Steered, passed_over: Vec<String>, station: &Station) -> Self {
+        let (guided, settings) = (station.guided, station.settings);
+        let steering = Steering::new(&live.trial.bundle);
         let bundle = &live.trial.bundle;
         let look = Look { closed: !bundle.exercise.feedback.gives(Channel::Inside), ..Look::at(&bundle.scene, guided) };
         Self {
@@ -66,7 +70,8 @@ impl TrialScreen {
             steered,
             passed_over,
             look,
-            sound: Sound::open(),
+            sound: Sound::open(settings.volume as f32),
+            pointer_speed: settings.pointer_speed,
             pops_heard: 0,
         }
     }
@@ -81,6 +86,9 @@ impl TrialScreen {
         if shown.pops > self.pops_heard {
             if feedback.gives(Channel::Sound) {
                 self.sound.pop();
+            }
+            if let (Steered::Gamepad(feed), true) = (&self.steered, feedback.gives(Channel::Force)) {
+                feed.pop();
             }
             self.pops_heard = shown.pops;
         }
@@ -116,7 +124,8 @@ impl TrialScreen {
     fn control(&mut self, ui: &Ui, picture: &Response) {
         change_look(ui, picture, &mut self.look);
         if let Steered::Window(aim) = &mut self.steered {
-            aim.write(self.steering.follow(&steering_wish(ui, picture, &mut self.wheel)));
+            let wish = steering_wish(ui, picture, &mut self.wheel).at_speed(self.pointer_speed);
+            aim.write(self.steering.follow(&wish));
         }
     }
 }

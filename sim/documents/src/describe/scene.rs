@@ -252,7 +252,13 @@ static NEEDLE: DescribedTable = DescribedTable {
             0.0..=50.0,
             "Tip to rim: 2 for a trocar, 0 for a needle, if left out",
         ),
-        DescribedField::number("length_mm", "mm", 10.0..=500.0, "Length from tip to hub").or(150.0),
+        DescribedField::number("length_mm", "mm", 10.0..=500.0, "Length of the shaft from tip to hub").or(150.0),
+        DescribedField::number(
+            "hub_stiffness_n_per_m",
+            "N/m",
+            100.0..=5000.0,
+            "Stiffness of the skin under the hub, which stops the needle when the whole shaft is in; if left out, nothing stops it",
+        ),
         DescribedField::number("lubrication", "", 0.1..=3.0, "Factor on friction: 0.5 lubricated, 1, 1.5 dry").or(1.0),
         DescribedField::new("flexible", FieldKind::Flag, "A bending shaft; a trocar is rigid")
             .with(Presence::Flag(false)),

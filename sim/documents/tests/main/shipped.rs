@@ -4,6 +4,9 @@
 
 use documents::load::read_document;
 use documents::{Curriculum, Document, ExerciseBundle, MasteryRule, Patient, Scene, check_documents};
+use law::puncture::PunctureEvent;
+use nalgebra::{Point3, Vector3};
+use trials::needle::DrivenNeedle;
 
 use crate::support::{curricula, shipped};
 
@@ -41,6 +44,28 @@ fn drawn_patients_are_sound_too() {
             let unsound = law::soundness::find_unsound_ruptures(&spec);
             assert!(unsound.is_empty(), "{} with seed {seed}: {unsound:?}", scene.id);
         }
+    }
+}
+
+#[test]
+fn no_shipped_needle_goes_in_farther_than_it_is_long() {
+    for path in shipped() {
+        let Ok(Document::Scene(scene)) = read_document(&path) else { continue };
+        let spec = scene.puncture_spec(&Patient::nominal(&scene));
+        // The paper's scene reproduces its Table I, and nothing that the paper does not have.
+        if scene.id == "lower-back-paper" {
+            assert_eq!(spec.hub_stiffness_n_per_m, None);
+            continue;
+        }
+        let length_m = spec.needle_length_m;
+        let mut needle = DrivenNeedle::held_over(spec).unwrap();
+        let to = |depth_m: f64| Point3::new(0.0, 0.0, -depth_m);
+        let ticks = needle.travel(-Vector3::z(), to(-0.001), to(length_m + 0.004));
+        let contacts = ticks.iter().flat_map(|tick| &tick.events).filter(|e| **e == PunctureEvent::HubContact).count();
+        assert_eq!(contacts, 1, "{}", scene.id);
+        let last = ticks.last().unwrap().output;
+        assert!(last.hub_n >= 10.0, "{}: {} N stop it 4 mm beyond its end", scene.id, last.hub_n);
+        assert!(last.hand_n - last.hub_n - last.axial.total_n() >= -1e-9, "{}: structures push outwards", scene.id);
     }
 }
 

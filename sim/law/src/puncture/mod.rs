@@ -11,6 +11,9 @@
 //! Bone is a penalty of 2500 N/m on the tip's penetration; a vessel or an organ may have a wall that does the same until it gives
 //! way. A structure is hit when the tip or the inserted shaft gets
 //! inside it from outside, once until it has left again.
+//!
+//! The hub ends the shaft. Inserted by more than the needle's length, it presses into the skin: F = k (x − L), conservative like bone.
+//! It meets an undented plane skin; where the needle is oblique its rim would touch a little earlier, by half its width times tan θ.
 
 mod contact;
 mod params;

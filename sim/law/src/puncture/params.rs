@@ -12,8 +12,10 @@ pub struct PunctureSpec {
     pub axial: AxialSpec,
     /// Lateral foundation per inserted metre, in N/m² (default 10 000).
     pub lateral_stiffness_n_per_m2: f64,
-    /// Needle length from tip to hub, in m.
+    /// Length of the shaft from tip to hub, in m.
     pub needle_length_m: f64,
+    /// Stiffness of the skin under the hub, in N/m; none for a needle whose hub meets nothing.
+    pub hub_stiffness_n_per_m: Option<f64>,
     /// Bending stiffness EI of a needle that bends, in N·m²; none for a rigid one.
     pub needle_bending_n_m2: Option<f64>,
     /// Shape of the skin.
@@ -40,6 +42,9 @@ impl PunctureParams {
         let axial = AxialParams::new(spec.axial.clone())?;
         Domain::NotNegative.check("lateral_stiffness_n_per_m2", spec.lateral_stiffness_n_per_m2, "N/m²")?;
         Domain::Positive.check("needle_length_m", spec.needle_length_m, "m")?;
+        if let Some(stiffness) = spec.hub_stiffness_n_per_m {
+            Domain::Positive.check("hub_stiffness_n_per_m", stiffness, "N/m")?;
+        }
         if let Some(radius_m) = spec.skin.radius_m() {
             Domain::Positive.check("skin.radius_m", radius_m, "m")?;
         }
@@ -69,6 +74,17 @@ impl PunctureParams {
     /// Whether bone holds the tip on its surface.
     pub(super) fn bone_holds(&self) -> bool {
         self.axial.spec().law >= ForceLaw::Version4
+    }
+
+    /// How far the hub of a needle that is inserted by `x_m` presses into the skin, in m; negative while it is clear of it. None where the
+    /// hub meets nothing.
+    pub(super) fn hub_depth_m(&self, x_m: f64) -> Option<f64> {
+        self.spec.hub_stiffness_n_per_m.map(|_| x_m - self.spec.needle_length_m)
+    }
+
+    /// Force of the skin on a hub that presses into it by a depth in m, in N.
+    pub(super) fn hub_force_n(&self, depth_m: f64) -> f64 {
+        self.spec.hub_stiffness_n_per_m.map_or(0.0, |stiffness| stiffness * depth_m.max(0.0))
     }
 
     /// What the needle does sideways when inserted by a length, in m.

@@ -12,6 +12,9 @@ use crate::skin::{Incidence, Skin};
 use crate::stance::Intrusion;
 use crate::structures::{Meeting, Shaft, Sighting, Structure, StructureKind};
 
+/// How far the hub must be clear of the skin before it can meet it again, in m: a hand that trembles there meets it once.
+const HUB_CLEAR_M: f64 = 0.0005;
+
 /// One step. Never fails: a bad input is held, flagged and reported as an event.
 pub fn step(
     params: &PunctureParams,
@@ -39,6 +42,7 @@ pub fn step(
     let side = SidewaysNeedle::new(state, bend);
     survey_structures(params, state, scratch, &side);
     report_hits(state, scratch);
+    report_hub(params, state, scratch);
     open_walls(params, state, scratch, &side);
     hold_on_bone(params, state, scratch, &side);
     assemble_output(params, state, scratch, axial, &side)
@@ -182,6 +186,20 @@ fn report_hits(state: &mut PunctureState, scratch: &mut PunctureScratch) {
     }
 }
 
+/// Reports a hub that has come to the skin, once until it has been clear of it by [`HUB_CLEAR_M`].
+fn report_hub(params: &PunctureParams, state: &mut PunctureState, scratch: &mut PunctureScratch) {
+    let depth_m = state.latch.as_ref().and_then(|_| params.hub_depth_m(displacement_m(params, state)));
+    let Some(depth_m) = depth_m else {
+        state.hub_touches = false;
+        return;
+    };
+    if depth_m >= 0.0 && !state.hub_touches {
+        scratch.events.push(PunctureEvent::HubContact);
+        state.hub_touches = true;
+    }
+    state.hub_touches &= depth_m > -HUB_CLEAR_M;
+}
+
 /// Opens the walls that the tip presses on with what they hold.
 fn open_walls(params: &PunctureParams, state: &mut PunctureState, scratch: &PunctureScratch, side: &SidewaysNeedle) {
     let Some(pose) = &state.last else { return };
@@ -214,14 +232,18 @@ fn assemble_output(
     let (stage, boundary) = piercing_stage(params, state);
     let (structures_n, bone_n) = structure_forces(params, state, scratch, side);
     let axis = state.latch.as_ref().map_or_else(Vector3::zeros, |latch| latch.axis);
+    let x_m = displacement_m(params, state);
+    let hub_n = state.latch.as_ref().and_then(|_| params.hub_depth_m(x_m)).map_or(0.0, |m| params.hub_force_n(m));
     PunctureOutput {
-        x_m: displacement_m(params, state),
+        x_m,
         axial,
         lateral_n: side.force_n,
         bend_m: side.bend_m,
         structures_n,
         bone_n: bone_n.norm(),
-        force_n: axis * -axial.total_n() + side.force_n + structures_n,
+        hub_n,
+        hand_n: axial.total_n() + hub_n - axis.dot(&structures_n),
+        force_n: axis * -(axial.total_n() + hub_n) + side.force_n + structures_n,
         stage,
         boundary,
         inside: state.latch.is_some(),

@@ -11,6 +11,8 @@ mod damping;
 #[cfg(test)]
 mod energy;
 #[cfg(test)]
+mod hub;
+#[cfg(test)]
 mod operators;
 #[cfg(test)]
 mod options;

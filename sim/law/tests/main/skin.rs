@@ -16,6 +16,7 @@ fn over(skin: Skin) -> DrivenNeedle {
         axial: training_axial_spec(),
         lateral_stiffness_n_per_m2: 10_000.0,
         needle_length_m: 0.15,
+        hub_stiffness_n_per_m: None,
         needle_bending_n_m2: None,
         skin,
         structures: Vec::new(),

@@ -199,6 +199,7 @@ fn broken_shapes_are_refused_with_their_place_and_what_is_allowed() {
             axial: paper_axial_spec(),
             lateral_stiffness_n_per_m2: 10_000.0,
             needle_length_m: 0.15,
+            hub_stiffness_n_per_m: None,
             needle_bending_n_m2: None,
             skin: law::Skin::Flat,
             structures: vec![structure(StructureKind::Organ, shape, (0.0, 0.0, -20.0))],

@@ -208,6 +208,8 @@ pub mod event {
         Fault = 8,
         /// The device was lost or the program failed: the attempt is void, and text says why.
         Interrupted = 9,
+        /// The hub met the skin: the shaft is in to its end.
+        HubContact = 10,
     }
     impl Kind {
         /// String value of the enum field names used in the ProtoBuf definition.
@@ -226,6 +228,7 @@ pub mod event {
                 Self::Coaching => "coaching",
                 Self::Fault => "fault",
                 Self::Interrupted => "interrupted",
+                Self::HubContact => "hub_contact",
             }
         }
         /// Creates an enum from field names used in the ProtoBuf definition.
@@ -241,6 +244,7 @@ pub mod event {
                 "coaching" => Some(Self::Coaching),
                 "fault" => Some(Self::Fault),
                 "interrupted" => Some(Self::Interrupted),
+                "hub_contact" => Some(Self::HubContact),
                 _ => None,
             }
         }

@@ -85,11 +85,12 @@ prop_compose! {
     }
 }
 
-const KINDS: [EventKind; 9] = [
+const KINDS: [EventKind; 10] = [
     EventKind::Contact,
     EventKind::TipRupture,
     EventKind::RimRupture,
     EventKind::StructureHit,
+    EventKind::HubContact,
     EventKind::SkinExit,
     EventKind::Confirm,
     EventKind::Coaching,

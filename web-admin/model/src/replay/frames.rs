@@ -1,7 +1,8 @@
 //! The moving part of a replay: so many pictures a second of needle and tents, small enough to be sent before play.
 
-use attempt::{Dents, Hub, Wounds, find_insertions, needle_axis, patient_thicknesses_m};
+use attempt::{Dents, HandForces, Hub, Wounds, find_insertions, is_inserted, needle_axis, patient_thicknesses_m};
 use documents::ExerciseBundle;
+use nalgebra::Vector3;
 use recording::{Recording, Sample};
 
 use crate::series::lateral_n;
@@ -44,6 +45,16 @@ pub struct Frames {
     bytes: Vec<u8>,
 }
 
+/// A sample as a frame shows it.
+#[derive(Clone, Copy)]
+struct DrawnSample<'a> {
+    sample: &'a Sample,
+    /// Force on the hand along the needle, in N.
+    force_n: f64,
+    /// From hub to tip, of unit length.
+    axis: Vector3<f64>,
+}
+
 impl Frames {
     /// The frames of a recording: each is the last sample before its time, and where every boundary stands beside it.
     #[must_use]
@@ -52,17 +63,19 @@ impl Frames {
         let thicknesses_m = patient_thicknesses_m(recording, bundle);
         let mut wounds = Wounds::new(bundle, thicknesses_m.iter().copied());
         let mut dents = Dents::new(bundle.scene.skin_shape, thicknesses_m, bundle.scene.needle.tip_to_rim_mm * 1e-3);
-        let (mut samples, mut events) = (recording.samples.iter().peekable(), recording.events.iter().peekable());
+        let forces = HandForces::measure(recording);
+        let (mut samples, mut events) = (forces.iter().peekable(), recording.events.iter().peekable());
         let mut tents = recording.tents.iter().peekable();
         let mut frames = Self { boundaries, entries_m: entries_m(recording), bytes: Vec::new() };
         let (Some(first), Some(last)) = (recording.samples.first(), recording.samples.last()) else { return frames };
         let count = frames.count(last.t_s - first.t_s, recording.samples.len());
-        let mut sample = first;
+        let insertions = find_insertions(&recording.events, recording.samples.iter());
+        let (mut sample, mut force_n) = (first, 0.0);
         for k in 0..count {
             let share = k as f64 / (count - 1).max(1) as f64;
             let t_s = first.t_s + share * (last.t_s - first.t_s);
-            while let Some(next) = samples.next_if(|next| next.t_s <= t_s) {
-                sample = next;
+            while let Some(next) = samples.next_if(|(next, _)| next.t_s <= t_s) {
+                (sample, force_n) = next;
                 wounds.sample(sample);
                 while let Some(event) = events.next_if(|event| event.t_s <= sample.t_s) {
                     dents.event(event);
@@ -72,7 +85,11 @@ impl Frames {
             while let Some(tent) = tents.next_if(|tent| tent.t_s <= t_s) {
                 dents.tent(tent);
             }
-            frames.push(sample, &dents.at(sample), &wounds);
+            let under_way = insertions.iter().rfind(|insertion| insertion.from_s <= sample.t_s);
+            // Tissue holds the shaft to the axis of its insertion, however the hand turns the handle.
+            let held = under_way.filter(|_| is_inserted(sample)).map(|insertion| insertion.axis);
+            let axis = held.unwrap_or_else(|| needle_axis(sample));
+            frames.push(&DrawnSample { sample, force_n, axis }, &dents.at(sample), &wounds);
         }
         frames
     }
@@ -83,10 +100,10 @@ impl Frames {
         ((duration_s * MOST_HZ).ceil() as usize + 1).min(room).min(samples)
     }
 
-    fn push(&mut self, sample: &Sample, dents_m: &[f32], wounds: &Wounds) {
+    fn push(&mut self, drawn: &DrawnSample<'_>, dents_m: &[f32], wounds: &Wounds) {
+        let DrawnSample { sample, force_n, axis } = *drawn;
         let tip_mm = sample.tip_m().map(|part| part * 1e3);
-        let axis = needle_axis(sample);
-        let measured = [sample.x_m * 1e3, f64::from(sample.depth_m) * 1e3, sample.axial_n(), lateral_n(sample)];
+        let measured = [sample.x_m * 1e3, f64::from(sample.depth_m) * 1e3, force_n, lateral_n(sample)];
         let Hub { open, blood, plunger, drop, fallen_m } = wounds.hub(sample);
         let hub = [f32::from(u8::from(open)), blood, plunger, drop, fallen_m * 1e3];
         let row = [sample.t_s].into_iter().chain(tip_mm).chain(axis.iter().copied()).chain(measured);

@@ -30,10 +30,6 @@ impl Replay {
     pub fn of(recording: &Recording, bundle: &ExerciseBundle) -> Self {
         let frames = Frames::of(recording, bundle);
         let curve = AttemptCurve::draw(recording, bundle);
-        Self {
-            stage: ReplayStage::of(recording, bundle, curve, &frames),
-            pyramid: Pyramid::of(&recording.samples),
-            frames,
-        }
+        Self { stage: ReplayStage::of(recording, bundle, curve, &frames), pyramid: Pyramid::of(recording), frames }
     }
 }

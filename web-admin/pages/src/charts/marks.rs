@@ -27,7 +27,7 @@ pub fn draw_mark(svg: &mut Svg, kind: MarkKind, at: PaperPoint) {
                 PaperPoint::new(x, y + 5.5),
             ],
         ),
-        MarkKind::StructureHit => {
+        MarkKind::StructureHit | MarkKind::HubContact => {
             svg.line("mark hit", PaperPoint::new(x - 5.0, y - 5.0), PaperPoint::new(x + 5.0, y + 5.0));
             svg.line("mark hit", PaperPoint::new(x - 5.0, y + 5.0), PaperPoint::new(x + 5.0, y - 5.0));
         }

@@ -142,7 +142,7 @@ fn scene_text(args: &ImportArgs, imported: &Imported, thresholds: &[Thresholds])
         write_layer(&mut text, layer, *thresholds);
     }
     text += "\n# Our choice: the reference trocar.\n[needle]\nkind = \"trocar\"\ndiameter_mm = 2.0\ntip = \"diamond\"\ntip_to_rim_mm = \
-             2.0\nlength_mm = 150\nspeed_window_ms = 12\ndamping_time_ms = 10\n";
+             2.0\nlength_mm = 150\nhub_stiffness_n_per_m = 2500\nspeed_window_ms = 12\ndamping_time_ms = 10\n";
     // Writing to a string has no way to fail.
     let _ = write!(text, "\n[skin]\nfile = \"{SKIN_FILE}\"\nunit = \"mm\"\n");
     for structure in &imported.structures {

@@ -1,0 +1,93 @@
+//! The page of settings: where the person stands, how devices move the needle, and how loud a pop is.
+
+use std::ops::RangeInclusive;
+
+use eframe::egui::{self, Slider, Ui};
+
+use super::colours;
+use crate::live::open::DeviceChoice;
+use crate::settings::{DEAD_ZONES, MOTIONS, SPEEDS, Settings, VOLUMES, YAWS_DEG};
+
+/// Devices to choose from.
+const DEVICES: [DeviceChoice; 5] =
+    [DeviceChoice::Auto, DeviceChoice::OpenHaptics, DeviceChoice::Inverse3, DeviceChoice::Gamepad, DeviceChoice::Mouse];
+
+/// The page, open or not.
+#[derive(Default)]
+pub struct SettingsPage {
+    /// It is shown.
+    pub open: bool,
+    /// Why the settings could not be kept.
+    pub refused: Option<String>,
+}
+
+impl SettingsPage {
+    /// Shows the page where it is open; what is changed counts from the next attempt on, and is kept.
+    pub fn ui(&mut self, ui: &Ui, settings: &mut Settings, device: &mut DeviceChoice) {
+        let mut open = self.open;
+        let before = *settings;
+        egui::Window::new(tr!("Settings")).open(&mut open).collapsible(false).resizable(false).show(ui.ctx(), |ui| {
+            egui::Grid::new("settings").num_columns(2).spacing([24.0, 10.0]).show(ui, |ui| {
+                show_device(ui, device);
+                show_side(ui, settings);
+                show_sliders(ui, settings);
+            });
+            if ui.button(tr!("As delivered")).clicked() {
+                *settings = Settings::default();
+            }
+            if let Some(why) = &self.refused {
+                ui.colored_label(colours::BAD, format!("× {}", tr!("not kept: {why}", why = why)));
+            }
+        });
+        self.open = open;
+        if *settings != before {
+            self.refused = settings.save().err().map(|failure| failure.to_string());
+        }
+    }
+}
+
+fn show_device(ui: &mut Ui, device: &mut DeviceChoice) {
+    ui.label(tr!("Device"));
+    egui::ComboBox::from_id_salt("device").selected_text(words::phrase(&device.phrase())).width(300.0).show_ui(
+        ui,
+        |ui| {
+            for choice in DEVICES {
+                let name = words::phrase(&choice.phrase());
+                ui.selectable_value(device, choice, name);
+            }
+        },
+    );
+    ui.end_row();
+}
+
+fn show_side(ui: &mut Ui, settings: &mut Settings) {
+    ui.label(tr!("You stand"));
+    ui.horizontal(|ui| {
+        ui.selectable_value(&mut settings.other_side, false, tr!("at the patient's left"));
+        ui.selectable_value(&mut settings.other_side, true, tr!("at the patient's right"));
+    });
+    ui.end_row();
+}
+
+fn show_sliders(ui: &mut Ui, settings: &mut Settings) {
+    let Settings { device_yaw_deg, motion, pointer_speed, stick_speed, stick_dead_zone, volume, .. } = settings;
+    slider(ui, tr!("Device turned to the left"), Slider::new(device_yaw_deg, YAWS_DEG).suffix("°").step_by(5.0));
+    slider(ui, tr!("Needle per way of the handle"), share(motion, MOTIONS));
+    slider(ui, tr!("Speed of mouse and keys"), share(pointer_speed, SPEEDS).logarithmic(true));
+    slider(ui, tr!("Speed of the sticks"), share(stick_speed, SPEEDS).logarithmic(true));
+    slider(ui, tr!("Sticks at rest below"), share(stick_dead_zone, DEAD_ZONES));
+    slider(ui, tr!("Loudness of a pop"), share(volume, VOLUMES));
+}
+
+fn slider(ui: &mut Ui, name: &str, slider: Slider<'_>) {
+    let label = ui.label(name);
+    ui.add(slider).labelled_by(label.id);
+    ui.end_row();
+}
+
+/// A slider in percent.
+fn share(value: &mut f64, allowed: RangeInclusive<f64>) -> Slider<'_> {
+    Slider::new(value, allowed)
+        .custom_formatter(|share, _| format!("{:.0} %", 100.0 * share))
+        .custom_parser(|text| text.trim_end_matches('%').trim().parse::<f64>().ok().map(|percent| percent / 100.0))
+}
