@@ -180,7 +180,7 @@ async fn make_path(tx: &mut Connection, link: NewLink) -> Result<String, Error> 
 const CHOOSING_S: i64 = 3600;
 
 /// Returns the path at which a person who has signed in with an initial password chooses their own.
-/// The caller must not open a session before that.
+/// Until they have done so, they are not signed in.
 pub async fn use_initial_password(state: &Service, person: &Person) -> Result<String, Error> {
     let (school_id, person_id, now) = (person.school_id, person.id, state.clock.now());
     let mut tx = state.db.write().await?;

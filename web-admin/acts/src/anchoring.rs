@@ -32,7 +32,7 @@ const EVERY: Duration = Duration::from_secs(3600);
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AuditHead {
-    /// Always [`OF`]: distinguishes a statement from other texts signed by the same key.
+    /// Always `OF`; distinguishes a statement from other texts signed by the same key.
     of: String,
     /// Version of the statement format.
     format: u32,

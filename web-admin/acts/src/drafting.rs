@@ -51,14 +51,14 @@ pub struct CheckedCourse {
 /// Result of saving a draft.
 #[derive(Debug)]
 pub enum SaveOutcome {
-    /// Saved; the draft as it is now.
+    /// Saved; contains the new version.
     Kept(DocumentDraft),
     /// Edit conflict: another person has saved the draft since it was read, and nothing was
     /// written. Contains their version.
     Elsewhere(DocumentDraft),
 }
 
-/// Returns the draft of an exercise, creating one from the current revision if there is none.
+/// Returns the draft of an exercise, or creates one from the current revision.
 ///
 /// # Errors
 /// Fails if there is no such exercise.
@@ -86,7 +86,7 @@ pub(crate) async fn current_exercise(
     Ok((current.id, Texts { document: text(bytes.exercise)?, scene: text(bytes.scene)? }))
 }
 
-/// Returns the draft of a course, creating one from the current revision if there is none.
+/// Returns the draft of a course, or creates one from the current revision.
 ///
 /// # Errors
 /// Fails if there is no such course.
@@ -101,7 +101,7 @@ pub async fn open_course(state: &Service, person: &CurrentPerson, course_id: &st
     begin_draft_of(state, person, &draft).await
 }
 
-/// Returns the draft of an instrument, creating one from the current revision if there is none.
+/// Returns the draft of an instrument, or creates one from the current revision.
 ///
 /// # Errors
 /// Fails if there is no such instrument.
@@ -124,7 +124,7 @@ pub(crate) async fn current_instrument(
     text(current.ok_or(Error::NotFound)?.bytes)
 }
 
-/// Returns the draft of a document, creating it if there is none.
+/// Returns the draft of a document, or creates one.
 pub(crate) async fn begin_draft_of(
     state: &Service,
     person: &CurrentPerson,

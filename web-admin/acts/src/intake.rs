@@ -213,8 +213,8 @@ fn may_set_clock(bearer: &Bearer, signer: Option<&Signer>) -> bool {
     signer.is_none_or(|signer| bearer.station_id == Some(signer.id))
 }
 
-/// Returns the trainee of an attempt. A recording with a pseudonym belongs to that person; nobody
-/// else may upload it as their own.
+/// Returns the trainee of an attempt. A recording with a pseudonym belongs to that person, and no
+/// one else may upload it as their own.
 async fn trainee(state: &Service, bearer: &Bearer, named: &str) -> Result<PersonId, Error> {
     let Some(id) = bearer.trainee_id else { return by_pseudonym(state, bearer.school_id, named).await };
     let own = people::find_person(state.db.reader(), id).await?.ok_or(Error::NotFound)?.pseudonym;

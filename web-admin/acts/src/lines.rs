@@ -30,7 +30,7 @@ impl Lines {
         Self { all: Arc::new(Semaphore::new(all)), of_each, schools: Mutex::default() }
     }
 
-    /// Waits for a permit; returns `None` if there is none within `patience`.
+    /// Waits for a permit; returns `None` after `patience`.
     pub async fn enter(&self, school: SchoolId, patience: Duration) -> Option<WorkPlace> {
         let line = self.of(school);
         let wait = async {

@@ -220,7 +220,7 @@ pub async fn make(
 /// Returns one of a person's passkeys.
 ///
 /// # Errors
-/// Fails if there is none with this id, or the database fails.
+/// Fails if there is no passkey with this id, or the database fails.
 pub async fn find(state: &Service, person: &CurrentPerson, id: PasskeyId) -> Result<KeptPasskey, Error> {
     passkeys::find_passkey(state.db.reader(), person.into(), id).await?.ok_or(Error::NotFound)
 }
@@ -228,7 +228,7 @@ pub async fn find(state: &Service, person: &CurrentPerson, id: PasskeyId) -> Res
 /// Renames a passkey.
 ///
 /// # Errors
-/// Fails if there is none with this id, the name is not allowed, or the database fails.
+/// Fails if there is no passkey with this id, the name is not allowed, or the database fails.
 pub async fn rename(state: &Service, person: &CurrentPerson, id: PasskeyId, name: &str) -> Result<(), Error> {
     let name = checked_name(name)?;
     let mut tx = state.db.write().await?;
@@ -244,7 +244,7 @@ pub async fn rename(state: &Service, person: &CurrentPerson, id: PasskeyId, name
 /// sent.
 ///
 /// # Errors
-/// Fails if there is none with this id, or the database fails.
+/// Fails if there is no passkey with this id, or the database fails.
 pub async fn remove(state: &Service, person: &CurrentPerson, id: PasskeyId) -> Result<(), Error> {
     let key = PersonKey::from(person);
     let mut tx = state.db.write().await?;

@@ -20,9 +20,9 @@ const SHORTEST_RUN: usize = 4;
 /// Words most often used in passwords, longest first.
 static COMMON: LazyLock<Vec<String>> = LazyLock::new(|| longest_first(include_str!("passwords.txt").lines()));
 
-/// Common passwords of ten or more characters, whatever they consist of: from the 50 000 most
-/// common ones published by zxcvbn and Django. Each entry is the first six bytes of the SHA-256 of
-/// the lower-cased password.
+/// Common passwords of ten or more characters, rejected even if their parts are not guessable: from
+/// the 50 000 most common ones published by zxcvbn and Django. Each entry is the first six bytes of
+/// the SHA-256 of the lower-cased password.
 static CHOSEN: &[u8] = include_bytes!("passwords.bin");
 /// Length of an entry, in bytes.
 const CHOSEN_BYTES: usize = 6;

@@ -37,7 +37,7 @@ impl Previews {
     /// Waits for a permit to preview a draft.
     ///
     /// # Errors
-    /// Returns [`Error::Busy`] if there is none in time.
+    /// Returns [`Error::Busy`] if the wait is too long.
     pub async fn enter(&self, school: SchoolId) -> Result<WorkPlace, Error> {
         let place = self.lines.enter(school, PATIENCE).await;
         place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })

@@ -52,7 +52,7 @@ impl Received {
     /// Fails if it cannot be read.
     pub fn of_upload(path: PathBuf, upload: UploadId) -> std::io::Result<Self> {
         let (sha256, size) = hash_file(&path)?;
-        // The client has been told that these bytes are stored, so a failure must not delete them.
+        // The receipt of these bytes has been acknowledged, so a failure must not delete them.
         Ok(Self { part: PartFile { path, kept: true }, sha256, size, upload: Some(upload) })
     }
 

@@ -212,7 +212,7 @@ pub async fn find_school(service: &Service, name: Option<&str>) -> Result<School
     }
 }
 
-/// Returns the only school, or `None` if there is none. Several schools are a usage error.
+/// Returns the only school, or `None` without any school. Several schools are a usage error.
 fn only_one(existing: &[School]) -> Result<Option<&School>, RegistryError> {
     match existing {
         [] => Ok(None),
@@ -224,8 +224,8 @@ fn only_one(existing: &[School]) -> Result<Option<&School>, RegistryError> {
     }
 }
 
-/// Returns the named school, or the only one, or a school named `School` if there is none yet.
-/// Creates it if missing.
+/// Returns the named school, or the only one, or, without any school, one named `School`. Creates
+/// it if missing.
 pub(crate) async fn choose_in(tx: &mut Connection, name: Option<&str>, now: Moment) -> Result<School, RegistryError> {
     let existing = schools::list_schools(&mut *tx).await?;
     let name = match name {

@@ -34,7 +34,7 @@ pub enum Duty {
     Retention,
     /// Publishes audit checkpoints.
     Statements,
-    /// Backfills attempts that an earlier version has stored.
+    /// Continues re-gradings and backfills of old attempts.
     OldAttempts,
 }
 
@@ -51,7 +51,7 @@ impl Duty {
     }
 }
 
-/// Returns whether this replica holds a duty; takes it if nobody holds it.
+/// Returns whether this replica holds a duty; takes it if it is free.
 pub async fn is_on_duty(service: &Service, duty: Duty) -> Result<bool, Error> {
     if let Some(holder) = replicas::find_duty_holder(service.db.reader(), duty.name()).await? {
         return Ok(holder == service.replica);

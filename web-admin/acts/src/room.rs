@@ -1,4 +1,5 @@
-//! Free space on the disks: uploads leave a reserve free, and only the database may use the last of the disk.
+//! Free space on the disks: uploads leave a reserve free, and only the database may use the last of
+//! the disk.
 
 use std::path::Path;
 

@@ -43,7 +43,7 @@ pub struct RosterPreview {
     pub ignored: Vec<String>,
     /// Changes that the import would make.
     pub difference: RosterDifference,
-    /// Hash of the changes, so that exactly what was previewed is confirmed.
+    /// Hash of the changes, so that only the previewed changes can be confirmed.
     pub digest: String,
 }
 

@@ -21,7 +21,7 @@ use crate::recording_store::StoreError;
 use crate::service::Service;
 use crate::{SPANS, asking, replays};
 
-/// Maximum number of attempts before a recording is rejected, whatever the error.
+/// Maximum number of attempts before a recording is rejected, even if the error is transient.
 const MAX_ATTEMPTS: u32 = 6;
 /// Time limit of the first attempt. A slower recording gets its full time in a later attempt, when
 /// no other is waiting.
@@ -80,7 +80,7 @@ pub async fn claim(state: &Service, school: SchoolId, due: JobQuery) -> anyhow::
     Ok(job)
 }
 
-/// Scores a recording and stores its score, or the reason why there is none.
+/// Scores a recording and stores its score, or the reason for the failure.
 pub async fn score_recording(state: &Service, job: &Job) -> anyhow::Result<()> {
     let span = tracing::info_span!(target: SPANS, "score a recording", session = %job.session_id, deaths = job.deaths);
     match AssertUnwindSafe(try_scoring(state, job)).catch_unwind().instrument(span).await {

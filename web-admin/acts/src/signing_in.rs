@@ -42,7 +42,8 @@ pub async fn note_refused_sign_in(service: &Service, email: &str, from: IpAddr, 
     Ok(())
 }
 
-/// Writes the number of sign-in attempts with unknown email addresses of each past hour to the audit log.
+/// Writes the number of sign-in attempts with unknown email addresses of each past hour to the
+/// audit log.
 pub async fn note_unknown_sign_ins(service: &Service) -> Result<(), Error> {
     let now = service.clock.now();
     let mut tx = service.db.write().await?;

@@ -120,7 +120,7 @@ fn checked_name(given: &str) -> Result<String, Error> {
     Ok(name.to_owned())
 }
 
-/// Revokes a station's token. Returns false if there is none.
+/// Revokes a station's token. Returns false if it has no valid token.
 pub async fn revoke(state: &Service, by: &CurrentPerson, station: StationId) -> Result<bool, Error> {
     let now = state.clock.now();
     let mut tx = state.db.write().await?;
@@ -177,8 +177,8 @@ pub struct TypedCode<'a> {
 }
 
 /// Signs in the holder of a code. A guest's code is valid once, and requires consent. Each attempt
-/// is counted as wrong before it is checked, so that concurrent attempts cannot exceed the limit; a
-/// right code resets the count.
+/// is counted as wrong before it is checked, so that concurrent attempts cannot exceed the limit. A
+/// right code takes back only its own count, not those of earlier wrong codes.
 ///
 /// # Errors
 /// Fails if the code is unknown, its study has ended, or the station has sent too many wrong ones.

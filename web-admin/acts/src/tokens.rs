@@ -86,7 +86,7 @@ pub async fn make(state: &Service, person: &CurrentPerson, wanted: TokenRequest<
     Ok(NewTokenSecret { token, name, expires_at })
 }
 
-/// Revokes a person's own token. Returns false if there is none.
+/// Revokes a person's own token. Returns false if it does not exist.
 pub async fn revoke(state: &Service, person: &CurrentPerson, id: TokenId) -> Result<bool, Error> {
     let now = state.clock.now();
     let mut tx = state.db.write().await?;

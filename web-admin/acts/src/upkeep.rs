@@ -8,7 +8,7 @@ use crate::roster_import::DRAFT_LIFETIME_S;
 use crate::service::Service;
 use crate::signing_in::note_unknown_sign_ins;
 
-/// How long crashes while reading a recording are remembered, in s.
+/// How long a crash while reading a recording counts against it, in s.
 const READING_LIFETIME_S: i64 = 90 * 24 * 3600;
 
 /// Writes the counted sign-in attempts with unknown addresses to the audit log, and removes expired
@@ -27,7 +27,7 @@ pub async fn forget_expired(service: &Service) -> Result<(), Error> {
     Ok(tx.commit().await?)
 }
 
-/// Releases everything from quarantine, and returns its number.
+/// Releases everything from quarantine, and returns the number of items.
 pub async fn forgive_deaths(service: &Service) -> Result<u64, Error> {
     let mut tx = service.db.write().await?;
     let until = service.clock.now().plus_s(service.config.upload_lifetime_s);

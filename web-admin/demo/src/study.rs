@@ -121,7 +121,7 @@ pub(super) async fn find_study_owner(state: &AppState) -> anyhow::Result<Current
     instructor.and_then(Person::into_current).context("the demonstration has an instructor")
 }
 
-/// Returns a trainee's latest attempt as the basis of answers; `None` if there is none.
+/// Returns a trainee's latest attempt as the basis of answers, if any.
 async fn latest_basis(state: &AppState, trainee: &Trainee) -> anyhow::Result<Option<AnswerBasis>> {
     let reader = state.db.reader();
     let attempts = practice::list_trainee_practice(reader, trainee.school_id, trainee.id).await?;

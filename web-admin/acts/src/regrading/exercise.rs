@@ -55,13 +55,13 @@ pub async fn look(
 /// Returns a re-grading that the person may see.
 ///
 /// # Errors
-/// Returns [`Error::NotFound`] if there is none.
+/// Returns [`Error::NotFound`] for any other.
 pub async fn find(state: &Service, by: &CurrentPerson, id: RegradingId) -> Result<Regrading, Error> {
     refuse_trainees(by)?;
     regradings::find(state.db.reader(), by, id).await?.ok_or(Error::NotFound)
 }
 
-/// Hashes the attempts and their grades, so that exactly what was previewed is confirmed.
+/// Hashes the attempts and their grades, so that only the previewed changes can be confirmed.
 fn digest(regrading: &Regrading, attempts: &[Stood]) -> Result<String, Error> {
     let shown = serde_json::to_vec(&(regrading.id, attempts)).map_err(anyhow::Error::from)?;
     Ok(HEXLOWER.encode(&Sha256::digest(shown)))
@@ -131,7 +131,7 @@ pub async fn forget(state: &Service, by: &CurrentPerson, id: RegradingId) -> Res
     Ok(regrading.exercise_id)
 }
 
-/// Continues the oldest unfinished re-grading. Returns false if there is none.
+/// Continues the oldest unfinished re-grading. Returns false if all are finished.
 pub async fn step(state: &Service) -> anyhow::Result<bool> {
     let Some(regrading) = regradings::under_way(state.db.reader()).await? else { return Ok(false) };
     match regrading.state {

@@ -107,7 +107,7 @@ impl RelyingParty {
         let BrowserAnswer { raw_id, response, .. } = read_answer::<AssertionResponse>(answer)?;
         ensure(request.allowed.contains(&BASE64URL_NOPAD.encode(&raw_id)), Violation::NotAllowed)?;
         let record = account.records.iter().find(|record| record.id == raw_id).ok_or(Violation::NotAllowed)?;
-        // Some browsers send an empty handle if there is none.
+        // Some browsers send an empty handle instead of none.
         let handle = response.user_handle.as_deref().filter(|handle| !handle.is_empty());
         ensure(handle.is_none_or(|handle| handle == user_handle(account.person_id)), Violation::UserHandle)?;
         self.check_client_data(&response.client_data, "webauthn.get", &request.challenge)?;

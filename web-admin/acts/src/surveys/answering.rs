@@ -137,7 +137,7 @@ impl Answering {
     /// Withdraws sent answers.
     ///
     /// # Errors
-    /// Returns [`Error::Conflict`] if there are none.
+    /// Returns [`Error::Conflict`] if no answers have been sent.
     pub async fn withdraw(&self, state: &Service) -> Result<(), Error> {
         let mut tx = state.db.write().await?;
         if !surveys::withdraw(&mut tx, &self.response).await? {

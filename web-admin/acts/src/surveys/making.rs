@@ -82,7 +82,8 @@ pub fn link_expiry(survey: &Survey, now: Moment) -> Moment {
     survey.closes_at.map_or(latest, |closes| closes.min(latest))
 }
 
-/// Returns the number of mails with survey links that a school may still send within this hour.
+/// Returns the number of mails with survey links that a school may still queue now, given those of
+/// the last hour.
 pub async fn letters_left(executor: impl Executor<'_>, school: SchoolId, now: Moment) -> Result<usize, Error> {
     let queued = letters::queued_since(executor, school, now.plus_s(-3600)).await?;
     Ok(LETTERS_AN_HOUR.saturating_sub(queued as usize))
@@ -92,7 +93,7 @@ pub async fn letters_left(executor: impl Executor<'_>, school: SchoolId, now: Mo
 /// already got one are skipped.
 ///
 /// # Errors
-/// Fails if they exceed the number that the school may send within the hour, or the database fails.
+/// Fails if they exceed the school's limit per hour, or the database fails.
 pub async fn mail_links(
     state: &Service,
     person: &CurrentPerson,

@@ -24,10 +24,10 @@ use crate::room;
 use crate::service::Service;
 use crate::turns::Turn;
 
-/// How often the request with the last chunk tries to get an upload that another replica is
-/// processing ...
+/// Number of attempts of the request with the last chunk to lease an upload that another replica is
+/// processing.
 const LOOKS: u32 = 50;
-/// ... and the delay between two attempts: 5 s in total.
+/// Delay between two such attempts; 5 s in total.
 const BETWEEN_LOOKS: Duration = Duration::from_millis(100);
 
 /// Properties of an upload, announced when it begins.
@@ -137,8 +137,8 @@ pub async fn terminate(state: &Service, upload: &Upload) -> Result<(), Error> {
 }
 
 /// Turns a complete upload into an attempt. A rejected upload is deleted, since a retry cannot
-/// succeed. The caller holds the upload's lock. `looks` is the number of attempts to get an upload
-/// that another replica is processing.
+/// succeed. The caller holds the upload's lock. `looks` is the number of attempts to lease an
+/// upload that another replica is processing.
 ///
 /// # Errors
 /// Fails if another replica keeps processing it, the recording is rejected, or the disk or the

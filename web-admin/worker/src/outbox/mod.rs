@@ -106,7 +106,7 @@ async fn compose_letter(state: &AppState, mail: &Mail) -> Result<Option<Letter>,
     Ok(Some(Letter { id: mail.id, name: mail.name.clone(), email: mail.email.clone(), subject, body }))
 }
 
-/// Composes a mail about unread notices; returns `None` if there are none any more.
+/// Composes a mail about unread notices; returns `None` if all have been read.
 async fn compose_news_letter(state: &AppState, mail: &Mail) -> Result<Option<(String, String)>, Error> {
     let whom = PersonKey { school_id: mail.school_id, person_id: mail.person_id };
     let unread = notices::list_unread_notices(state.db.reader(), whom, SHOWN_NEWS).await?;
