@@ -84,6 +84,7 @@ pub async fn erase(
         take_back(&list, &erasure).await;
         return Err(error);
     }
+    // The write-ahead log still contains the erased data until it is truncated.
     state.db.fold_log().await?;
     remove(state, gone).await
 }

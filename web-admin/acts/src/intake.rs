@@ -108,6 +108,7 @@ async fn read_counted(state: &Service, school: SchoolId, received: &Received) ->
     let mut tx = state.db.write().await?;
     let begun = tries::begin_reading(&mut tx, school, &received.sha256, state.replica, state.clock.now()).await?;
     if begun.deaths >= tries::MOST_DEATHS {
+        // Dropping the transaction undoes the attempt.
         return Err(Error::SetAside);
     }
     tx.commit().await?;

@@ -194,6 +194,7 @@ pub async fn make(
         return Ok(None);
     };
     let first = !second_factors::is_second_factor_on(state.db.reader(), key).await?;
+    // Hashing is slow on purpose, so it is done before the write lock is taken.
     let codes = if first { Some(second_factor::make_codes(state, key).await?) } else { None };
     let now = state.clock.now();
     let mut tx = state.db.write().await?;

@@ -127,6 +127,7 @@ pub async fn confirm(state: &Service, person: &CurrentPerson, typed: TypedCode<'
         return Ok(None);
     };
     let first = !second_factors::is_second_factor_on(state.db.reader(), key).await?;
+    // Hashing is slow on purpose, so it is done before the write lock is taken.
     let codes = if first { Some(make_codes(state, key).await?) } else { None };
     let mut tx = state.db.write().await?;
     if !second_factors::confirm_second_factor(&mut tx, key, step, now).await? {

@@ -82,6 +82,7 @@ async fn make_file(
     let file = OpenOptions::new().write(true).create(true).truncate(false).mode(0o600).open(&part.0);
     let file = file.with_context(|| part.0.display().to_string())?;
     if file.try_lock().is_err() {
+        // Both files belong to the other backup: do not delete them on drop.
         std::mem::forget((copy, part));
         anyhow::bail!("{}: another backup is just being made there", to.display());
     }

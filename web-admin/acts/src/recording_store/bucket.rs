@@ -58,6 +58,7 @@ impl Bucket {
     pub(super) fn open(address: &BucketAddress, passing: PathBuf) -> anyhow::Result<Self> {
         crate::settle_tls();
         let mut builder = AmazonS3Builder::new();
+        // No total timeout, since a large recording takes long; the read timeout catches stalls.
         let mut client = ClientOptions::new().with_timeout_disabled().with_read_timeout(SILENCE);
         client = client.with_connect_timeout(CONNECTING);
         let plain = |endpoint: &str| endpoint.starts_with("http://");
