@@ -163,7 +163,7 @@ pub async fn ask_for_member(writer: &mut Connection, key: MembershipKey, by: Per
     Ok(true)
 }
 
-/// Declines or withdraws a membership request. Returns false if there was none.
+/// Declines or withdraws a membership request. Returns false if it does not exist.
 pub async fn decline_request(writer: &mut Connection, key: MembershipKey, deed: Deed) -> Result<bool> {
     if !forget_request(writer, key).await? {
         return Ok(false);

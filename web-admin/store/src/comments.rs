@@ -109,7 +109,7 @@ pub async fn answer_comment(
     Ok((done.rows_affected() == 1).then_some(id))
 }
 
-/// Withdraws a comment or reply of its author. Returns false if there is none.
+/// Withdraws a comment or reply of its author. Returns false if it does not exist.
 pub async fn withdraw_comment(
     writer: &mut Connection,
     session: SessionKey,

@@ -276,7 +276,7 @@ pub async fn read_exercise_bytes(
 }
 
 /// Returns the documents and meshes of all current revisions of a school, by exercise. It takes two
-/// queries, whatever the number of exercises.
+/// queries, independently of the number of exercises.
 pub async fn all_documents(reader: &Pool, school: SchoolId) -> Result<BTreeMap<String, RevisionBytes>> {
     let documents: Vec<(String, Vec<u8>, Vec<u8>)> = sqlx::query_as(
         "SELECT e.exercise_id, r.exercise_bytes, r.scene_bytes

@@ -67,7 +67,7 @@ pub async fn record_consent(
     .map(|done| done.rows_affected() == 1)
 }
 
-/// Withdraws a person's consent and keeps its record. Returns false if there is none.
+/// Withdraws a person's consent and keeps its record. Returns false if they have given no consent.
 pub async fn withdraw_consent(
     writer: &mut Connection,
     PersonKey { school_id: school, person_id: person }: PersonKey,

@@ -127,7 +127,7 @@ impl Database {
         Ok(directory::fill_search_texts(&self.writer).await?)
     }
 
-    /// Returns the version of the newest applied migration; 0 if there is none.
+    /// Returns the version of the newest applied migration; 0 without migrations.
     async fn newest_migration(&self) -> Result<i64> {
         sqlx::query_scalar("SELECT coalesce(max(version), 0) FROM _sqlx_migrations").fetch_one(&self.reader).await
     }

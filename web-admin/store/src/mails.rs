@@ -56,8 +56,8 @@ pub async fn list_due_mails(executor: impl Executor<'_>, now: Moment, limit: u32
     .await
 }
 
-/// Claims a mail before it is sent, so that it is not sent again automatically, whatever the
-/// outcome. Returns false if another worker has claimed it.
+/// Claims a mail before it is sent, so that it is never sent twice automatically, even after a
+/// crash. Returns false if another worker has claimed it.
 pub async fn claim_mail(writer: &mut Connection, id: LetterId) -> Result<bool> {
     sqlx::query(
         "UPDATE mails SET next_run_at = NULL, tries = tries + 1, error = NULL WHERE id = $1 AND next_run_at IS NOT NULL",

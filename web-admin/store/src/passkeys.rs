@@ -98,7 +98,7 @@ pub async fn add_passkey(writer: &mut Connection, key: PersonKey, new: NewPasske
     .map(|done| done.rows_affected() == 1)
 }
 
-/// Renames a passkey. Returns false if there is none.
+/// Renames a passkey. Returns false if it does not exist.
 pub async fn rename_passkey(writer: &mut Connection, key: PersonKey, id: PasskeyId, name: &str) -> Result<bool> {
     sqlx::query("UPDATE passkeys SET name = $4 WHERE id = $3 AND person_id = $1 AND school_id = $2")
         .bind(key.person_id)
@@ -110,7 +110,7 @@ pub async fn rename_passkey(writer: &mut Connection, key: PersonKey, id: Passkey
         .map(|done| done.rows_affected() == 1)
 }
 
-/// Deletes a passkey. Returns false if there is none.
+/// Deletes a passkey. Returns false if it does not exist.
 pub async fn remove_passkey(writer: &mut Connection, key: PersonKey, id: PasskeyId) -> Result<bool> {
     sqlx::query("DELETE FROM passkeys WHERE id = $3 AND person_id = $1 AND school_id = $2")
         .bind(key.person_id)

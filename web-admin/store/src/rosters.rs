@@ -66,7 +66,7 @@ pub async fn find_roster(executor: impl Executor<'_>, school: SchoolId, id: Rost
         .await
 }
 
-/// Replaces the requested changes of a stored roster. Returns false if there is none.
+/// Replaces the requested changes of a stored roster. Returns false if it does not exist.
 pub async fn change_roster_request(
     writer: &mut Connection,
     school: SchoolId,
@@ -119,7 +119,7 @@ pub async fn remember_roster_mapping(
     .map(drop)
 }
 
-/// Deletes a roster. Returns false if there is none.
+/// Deletes a roster. Returns false if it does not exist.
 pub async fn discard_roster(writer: &mut Connection, school: SchoolId, id: RosterId) -> Result<bool> {
     sqlx::query("DELETE FROM rosters WHERE school_id = $1 AND id = $2")
         .bind(school)

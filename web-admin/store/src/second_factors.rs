@@ -121,7 +121,7 @@ pub async fn take_step(writer: &mut Connection, key: PersonKey, step: i64) -> Re
     .map(|done| done.rows_affected() == 1)
 }
 
-/// Deletes a person's confirmed secret. Returns false if there is none.
+/// Deletes a person's confirmed secret. Returns false if it does not exist.
 pub async fn remove_app(writer: &mut Connection, key: PersonKey) -> Result<bool> {
     sqlx::query("DELETE FROM second_factors WHERE person_id = $1 AND school_id = $2 AND confirmed_at IS NOT NULL")
         .bind(key.person_id)

@@ -36,7 +36,7 @@ pub struct SegmentTask {
     pub due_local: Option<String>,
     /// Due date, for a trainee including their extension.
     pub due_at: Option<Moment>,
-    /// Length of the trainee's extension, in calendar days; 0 if there is none.
+    /// Length of the trainee's extension, in calendar days; 0 without one.
     pub extended_days: i64,
     /// Time zone of `due_local`.
     pub time_zone: String,

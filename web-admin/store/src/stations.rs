@@ -126,7 +126,7 @@ pub async fn note_station_seen(writer: &mut Connection, school: SchoolId, id: To
         .map(drop)
 }
 
-/// Revokes the token of a station. Returns false if there is none to revoke.
+/// Revokes the token of a station. Returns false if it does not exist or was already revoked.
 pub async fn revoke_station(writer: &mut Connection, school: SchoolId, id: StationId, now: Moment) -> Result<bool> {
     sqlx::query(
         "UPDATE api_tokens SET revoked_at = $3

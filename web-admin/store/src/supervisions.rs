@@ -40,7 +40,7 @@ pub async fn confirm_supervision(
     .map(|done| done.rows_affected() == 1)
 }
 
-/// Withdraws a confirmation. Returns false if there is none.
+/// Withdraws a confirmation. Returns false if it does not exist.
 pub async fn withdraw_supervision(writer: &mut Connection, session: SessionKey) -> Result<bool> {
     sqlx::query("DELETE FROM supervisions WHERE school_id = $1 AND session_id = $2")
         .bind(session.school_id)

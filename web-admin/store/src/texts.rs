@@ -220,8 +220,8 @@ async fn answers_of(connection: &mut Connection, whose: Whose, side: TextSide) -
     Ok(found)
 }
 
-/// Returns the answers with their free texts redacted, or `None` if there are none. If the document
-/// no longer parses, every text is treated as free text.
+/// Returns the answers with their free texts redacted, or `None` if they contain no free text. If
+/// the document no longer parses, every text is treated as free text.
 fn list_redacted_texts(document: &[u8], answers: &[Option<Answer>]) -> Option<Vec<Option<Answer>>> {
     let instrument = Instrument::from_bytes("published instrument", document).ok();
     let is_free = |at: usize| {

@@ -126,7 +126,7 @@ pub async fn list_tokens_of_person(executor: impl Executor<'_>, owner: PersonKey
     .await
 }
 
-/// Revokes a token of a person. Returns false if there is none to revoke.
+/// Revokes a token of a person. Returns false if it does not exist or was already revoked.
 pub async fn revoke_token(writer: &mut Connection, owner: PersonKey, id: TokenId, now: Moment) -> Result<bool> {
     sqlx::query(
         "UPDATE api_tokens SET revoked_at = $4

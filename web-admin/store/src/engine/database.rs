@@ -236,7 +236,7 @@ impl Database {
 
     /// Same as [`Database::write`], with asynchronous commit on a server: for changes that will be
     /// repeated if the server's machine crashes within the next second and loses them. For a SQLite
-    /// file it makes no difference: it has a single writing process, and nobody waits for it long.
+    /// file it makes no difference: it has a single writing process, so that waits are short.
     ///
     /// # Errors
     /// Same as [`Database::write`].
@@ -262,7 +262,7 @@ impl Database {
     }
 
     /// Runs the engine's own integrity check and returns its findings: damaged pages, dangling
-    /// references, invalid indices and constraints. Empty if there are none.
+    /// references, invalid indices and constraints. Empty if there are no problems.
     ///
     /// # Errors
     /// If the database cannot be read at all.

@@ -227,7 +227,7 @@ pub async fn own(executor: impl Executor<'_>, rater: &CurrentPerson, round: Roun
     .await
 }
 
-/// Returns a rating if it is assigned to this person, whatever their role.
+/// Returns a rating if it is assigned to this person, regardless of their role.
 pub async fn rating(executor: impl Executor<'_>, rater: &CurrentPerson, id: RatingId) -> Result<Option<Rating>> {
     sqlx::query_as(
         "SELECT r.id, r.school_id, r.round_id, r.session_id, r.answers, r.finished_at FROM ratings r

@@ -86,7 +86,7 @@ macro_rules! regrading {
 }
 
 /// Starts the preview of a re-grading with the rubric of a revision, for all attempts that the
-/// person may grade. Returns `None` if there are none.
+/// person may grade. Returns `None` without such attempts.
 ///
 /// # Errors
 /// If the exercise or the revision does not belong to the school, or the database fails.

@@ -86,7 +86,7 @@ pub struct AttemptRecord {
     pub device: String,
     /// Version of the simulator.
     pub simulator_version: String,
-    /// Start time claimed by the recording, if it was not accepted.
+    /// Start time claimed by the recording, if it differs from `started_at`.
     pub claimed_started_at: Option<Moment>,
     /// Proofs.
     #[sqlx(flatten)]

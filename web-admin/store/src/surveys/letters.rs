@@ -60,8 +60,8 @@ pub async fn list_due_survey_letters(
     .await
 }
 
-/// Claims a letter before it is sent, so that it is not sent again automatically, whatever the
-/// outcome. Returns false if another worker has claimed it.
+/// Claims a letter before it is sent, so that it is never sent twice automatically, even after a
+/// crash. Returns false if another worker has claimed it.
 pub async fn claim_survey_letter(writer: &mut Connection, letter: &SurveyLetter, response: ResponseId) -> Result<bool> {
     sqlx::query(
         "UPDATE survey_letters SET next_run_at = NULL, tries = tries + 1, error = NULL, response_id = $3

@@ -43,7 +43,7 @@ pub struct NewSurvey<'a> {
     pub identity: Identity,
     /// Asked after each attempt.
     pub after_attempts: bool,
-    /// Hours after the attempt during which it can be answered; `None`: as long as it is open.
+    /// Hours after the attempt during which it can be answered; `None`: until it closes.
     pub fresh_hours: Option<u32>,
     /// Study that it belongs to; `None` for a survey of the school.
     pub study: Option<StudyOccasion>,
