@@ -123,8 +123,8 @@ pub(super) async fn end_account_links(writer: &mut Connection, person: PersonId)
 /// Longest email address for which a link can be requested, in bytes: the limit for mail.
 const LONGEST_ADDRESS: usize = 254;
 
-/// Queues a request for a password link. An address longer than 254 bytes is stored as an
-/// empty string, which matches no account.
+/// Queues a request for a password link. An address longer than 254 bytes is stored as an empty
+/// string, which matches no account.
 pub async fn ask_for_link(writer: &mut Connection, email: &str, now: Moment) -> Result<()> {
     let kept = if email.len() > LONGEST_ADDRESS { "" } else { email };
     sqlx::query("INSERT INTO asked_links (email, asked_at) VALUES ($1, $2) ON CONFLICT (email) DO NOTHING")

@@ -81,8 +81,7 @@ pub fn instructor_email(place: u32) -> String {
     format!("instructor{place}@example.org")
 }
 
-/// Generates trainees, cohorts, instructors with four cohorts each, and their
-/// assignments.
+/// Generates trainees, cohorts, instructors with four cohorts each, and their assignments.
 pub async fn found(writer: &mut Connection, crowd: &GeneratedCrowd<'_>) -> Result<()> {
     // Random keys touch all pages of the indices, which must stay in the cache.
     engine::keep_more_in_memory(writer).await?;
