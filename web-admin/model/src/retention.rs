@@ -83,7 +83,7 @@ pub fn step(
 
 #[cfg(test)]
 mod tests {
-    //! Checks that a clock set ahead erases nobody before the announced time.
+    //! Checks that a clock set ahead erases no one before the announced time.
 
     use super::*;
 

@@ -113,6 +113,7 @@ impl<'a> AuditEntry<'a> {
     /// Appends the entry. Call it in the transaction of the recorded change, so that both are
     /// committed or neither.
     pub async fn append(self, writer: &mut Connection, now: Moment) -> Result<()> {
+        // Reading the last row first is safe: only one transaction writes at a time.
         let last: Option<(i64, Vec<u8>)> = sqlx::query_as("SELECT seq, hash FROM audit_log ORDER BY seq DESC LIMIT 1")
             .fetch_optional(&mut *writer)
             .await?;

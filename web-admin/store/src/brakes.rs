@@ -1,4 +1,5 @@
-//! State of the rate limits on sign-in, codes and pairing, and counts of unknown sign-ins.
+//! State of the rate limits on sign-in, codes and pairing, and of the addresses known from earlier
+//! sign-ins; counts of sign-ins with unknown email addresses.
 
 use model::Moment;
 use sqlx::FromRow;

@@ -213,6 +213,7 @@ pub async fn list_curriculum_revisions(
     school: SchoolId,
     id: &str,
 ) -> Result<Vec<CurriculumRevision>> {
+    // `rowid` is the order of insertion, which does not depend on the clock.
     sqlx::query_as(
         "SELECT id, title, sha256, published_at FROM curriculum_revisions
          WHERE school_id = $1 AND curriculum_id = $2 ORDER BY rowid DESC",

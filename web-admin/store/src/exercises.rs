@@ -94,6 +94,7 @@ pub async fn by_documents(
     school: SchoolId,
     session: &recording::Session,
 ) -> Result<Option<RevisionId>> {
+    // `rowid` is the order of insertion, which does not depend on the clock.
     sqlx::query_scalar(
         "SELECT id FROM exercise_revisions
          WHERE school_id = $1 AND exercise_sha256 = $2 AND scene_sha256 = $3 AND exercise_id = $4
@@ -232,6 +233,7 @@ pub async fn list_exercise_revisions(
     school: SchoolId,
     exercise_id: &str,
 ) -> Result<Vec<Revision>> {
+    // `rowid` is the order of insertion, which does not depend on the clock.
     sqlx::query_as(
         "SELECT id, exercise_id, title, difficulty, pass_mark, exercise_sha256, scene_sha256, published_at
          FROM exercise_revisions WHERE school_id = $1 AND exercise_id = $2 ORDER BY rowid DESC",

@@ -84,6 +84,8 @@ pub async fn claim_due_job(
     replica: ReplicaId,
 ) -> Result<Option<Job>> {
     replicas::enrol_replica(&mut *writer, replica).await?;
+    // `deaths < $4` leaves out quarantined jobs; `next_run_at > $6` selects jobs queued before the
+    // clock was set back.
     sqlx::query_as(
         "UPDATE jobs SET held_by = $1 WHERE (school_id, session_id) IN (
              SELECT school_id, session_id FROM jobs

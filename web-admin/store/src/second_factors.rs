@@ -90,8 +90,7 @@ pub async fn offer_second_factor(
     .map(|done| done.rows_affected() == 1)
 }
 
-/// Confirms the offered secret with the code of a time step. Returns false if there is none to
-/// confirm.
+/// Confirms the offered secret with the code of a time step. Returns false without such a secret.
 pub async fn confirm_second_factor(writer: &mut Connection, key: PersonKey, step: i64, now: Moment) -> Result<bool> {
     sqlx::query(
         "UPDATE second_factors SET confirmed_at = $3, last_step = $4

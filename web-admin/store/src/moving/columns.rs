@@ -64,7 +64,7 @@ impl TablePlan {
     }
 
     /// Returns the sort order of the rows, for use in a statement: the primary key, or all columns
-    /// if there is none.
+    /// without one.
     pub fn order_list(&self) -> String {
         self.order.iter().map(|name| format!("\"{name}\" NULLS FIRST")).collect::<Vec<_>>().join(", ")
     }

@@ -183,6 +183,7 @@ pub async fn answered(
     person: PersonId,
     session: Option<SessionId>,
 ) -> Result<bool> {
+    // The unary plus keeps SQLite from using an index by school.
     sqlx::query_scalar(
         "SELECT EXISTS (SELECT 1 FROM survey_participations WHERE +school_id = $1 AND survey_id = $2
            AND person_id = $3 AND session_id IS NOT DISTINCT FROM $4)",

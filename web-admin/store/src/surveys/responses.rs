@@ -107,6 +107,7 @@ pub async fn draft_of(
     person: PersonId,
     session: Option<SessionId>,
 ) -> Result<Option<SurveyResponse>> {
+    // The unary plus keeps SQLite from using an index by school.
     sqlx::query_as(
         "SELECT id, school_id, survey_id, state, person_id, session_id, language, answers, expires_at
          FROM survey_responses WHERE +school_id = $1 AND survey_id = $2 AND person_id = $3
