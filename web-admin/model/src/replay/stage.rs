@@ -41,7 +41,7 @@ pub struct ReplayStage {
     pub structures: Vec<StageStructure>,
     /// Positions on the skin of the punctures whose blood the frames contain, in mm.
     pub entries_mm: Vec<[f64; 3]>,
-    /// Curvature of skin and layers, which touch z = 0 at the origin; null if they are flat.
+    /// Curvature of skin and layers; the skin touches z = 0 at the origin. Null if they are flat.
     pub bend: Option<StageBend>,
     /// Skin of the whole patient, if the scene contains it.
     pub skin: Option<StageMesh>,

@@ -134,7 +134,7 @@ pub(super) async fn damaged_pages(database: &Database, table: &str) -> Result<Ve
     Ok(findings.iter().map(|lines| format!("{table}: {}", lines.replace('\n', " "))).collect())
 }
 
-/// Copies a consistent snapshot of the database into a new file. Other connections can read
+/// Copies a consistent snapshot of the database into a new file. Other processes can write
 /// meanwhile.
 pub(super) async fn copy_to(database: &Database, file: &Path) -> Result<()> {
     sqlx::query("VACUUM INTO $1").bind(file.to_string_lossy()).execute(&database.writer).await.map(drop)
