@@ -139,8 +139,8 @@ pub fn fill(sentence: &str, values: &[(&str, &dyn Display)]) -> String {
 
 #[cfg(test)]
 mod tests {
-    //! A sentence must contain its values and read in English exactly as written; values must not be
-    //! expanded again as text.
+    //! A sentence must contain its values and read in English exactly as written; values must not
+    //! be expanded again as text.
 
     use super::{Phrase, fill};
 
