@@ -96,7 +96,7 @@ impl<'a> Attempt<'a> {
     }
 
     /// Returns the time at which a position was first confirmed, in s. A confirm outside the body
-    /// is ignored, as it is by the station.
+    /// is ignored, as on the station.
     pub(crate) fn first_confirm_s(&self) -> Option<f64> {
         let samples = self.timeline.samples();
         let is_inside = |t_s: f64| self.timeline.index_at(t_s).is_some_and(|i| is_inserted(samples[i]));

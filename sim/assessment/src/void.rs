@@ -1,5 +1,5 @@
-//! Void attempts, which do not reflect the trainee's skill: the device was lost, or the hand did not
-//! receive the force. A void attempt is stored unchanged and never counted.
+//! Void attempts, which do not reflect the trainee's skill: the device was lost, or the hand did
+//! not receive the force. A void attempt is stored unchanged and never counted.
 
 use std::fmt;
 
