@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", from = "String")]
 pub enum Absent {
-    /// The tip never met the skin.
+    /// The tip never touched the skin.
     Untouched,
     /// The tip never went through the skin.
     NotInside,

@@ -192,6 +192,7 @@ impl Exercise {
             target_x_m: self.target_depth_mm * 1e-3,
             approach_m: 0.010,
             hold_s: 2.0,
+            // The needle's length belongs to the scene; `ExerciseBundle::plan` sets it.
             reach_m: f64::INFINITY,
         }
     }

@@ -31,8 +31,8 @@ const REACH_M: f64 = 25e-3;
 const STEPS: u32 = 64;
 /// Mesh quality of structures.
 const STRUCTURE_QUALITY: BodyQuality = BodyQuality::Medium;
-/// Minimum thickness of a layer, in mm: of any tissue, and of fat. A thinner layer is merged into
-/// the one above it.
+/// Minimum thickness of a layer, in mm: in general, and of fat. A thinner layer is merged into the
+/// one above it.
 const THIN_MM: [f64; 2] = [0.5, 1.5];
 /// Thickness of the dura, in mm. Our choice, within 0.3 to 0.6 mm.
 const DURA_MM: f64 = 0.5;
@@ -73,7 +73,7 @@ pub(crate) struct MetLayer {
     pub(crate) rupture_n: [f64; 2],
 }
 
-/// A body at the place where the needle enters.
+/// A body with the needle's entry.
 pub(crate) struct EnteredBody {
     body: Body,
     entry: BodyEntry,

@@ -115,8 +115,7 @@ impl ExerciseBundle {
         Plan { reach_m: self.scene.needle.length_mm * 1e-3, ..self.exercise.plan() }
     }
 
-    /// Returns the specimen that verifies a recording: its field is judged by the rules of the
-    /// recording's date.
+    /// Returns the specimen that verifies a recording: its field is judged by the recorded method.
     #[must_use]
     pub fn recorded_spec(&self, patient: &Patient, judging: Judging) -> SpecimenSpec {
         let mut spec = self.specimen_spec(patient);

@@ -7,8 +7,7 @@ use nalgebra::Point3;
 use serde::Deserialize;
 use tissue::volumetric::Material;
 
-/// A layer as written in the document: for 2.0 mm diameter, diamond tip, lubrication 1, toughness
-/// 1.
+/// A layer as in the document: for 2.0 mm diameter, diamond tip, lubrication 1, toughness 1.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct SceneLayer {
     /// Name, unique in the scene.

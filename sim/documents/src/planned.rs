@@ -71,8 +71,7 @@ impl PlannedNeedle {
     }
 }
 
-/// Rotates a vector by the smallest rotation that takes z to `to`, a direction above the plane z =
-/// 0.
+/// Rotates a vector by the smallest rotation that takes z to `to`, a direction with z > 0.
 fn turn_upright(to: &Vector3<f64>, vector: &Vector3<f64>) -> Vector3<f64> {
     let turn = Vector3::z().cross(to);
     let once = turn.cross(vector);

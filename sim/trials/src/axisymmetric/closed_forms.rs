@@ -12,7 +12,8 @@ use crate::{Measured, largest};
 /// Number of quadrature points for integrals over a load; the error is 1e-9.
 const POINTS: usize = 32;
 
-/// A block with equal depth and width, loaded on its skin; approaches a half-space with increasing size.
+/// A block with equal depth and width, loaded on its skin; approaches a half-space with increasing
+/// size.
 fn block(radius_m: f64, modulus_pa: f64, poisson: f64, load_radius_m: f64) -> Problem {
     let slab = Slab { layers: vec![make_elastic_layer(radius_m, modulus_pa, poisson)], radius_m };
     let load = Load { kind: LoadKind::Contactor { depth_m: 0.0 }, radius_m: load_radius_m };
