@@ -1,18 +1,19 @@
-//! Coaching during an attempt: an exercise's rules, with hysteresis, on what a tick measures.
+//! Coaching during an attempt: evaluates an exercise's rules, with hysteresis, on each tick.
 
 use documents::{CoachingRule, Exercise, Wording};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use recording::Sample;
 use recording::sample::flags;
 
-/// Time constant at which speed is smoothed, in s: a hand's tremor of 10 Hz is no haste.
+/// Time constant of the speed's low-pass, in s: a hand's tremor of 10 Hz must not count as haste.
 const SMOOTHED_S: f64 = 0.05;
 
-/// Watches an attempt. The same samples always earn the same messages.
+/// Evaluates coaching rules during an attempt. Deterministic: the same samples produce the same
+/// messages.
 #[derive(Clone, Debug)]
 pub struct Coach<'e> {
     rules: &'e [CoachingRule],
-    /// Whether each rule may speak again.
+    /// Whether each rule is armed.
     armed: Vec<bool>,
     planned: Vector3<f64>,
     last_s: Option<f64>,
@@ -20,15 +21,15 @@ pub struct Coach<'e> {
 }
 
 impl<'e> Coach<'e> {
-    /// A coach who has seen nothing yet.
+    /// Creates a coach at the start of an attempt.
     #[must_use]
     pub fn new(exercise: &'e Exercise) -> Self {
         let rules = exercise.coaching.as_slice();
         Self { rules, armed: vec![true; rules.len()], planned: exercise.axis(), last_s: None, speed_m_per_s: 0.0 }
     }
 
-    /// Watches a tick, and says what is to be said now: each rule once when its quantity rises above its limit, and again only
-    /// after the quantity has been below the limit at which the rule arms again.
+    /// Evaluates a tick and returns the messages to show: a rule fires once when its quantity rises
+    /// above its limit, and is armed again when the quantity falls below `rearm_below`.
     pub fn watch(&mut self, sample: &Sample) -> Vec<&'e Wording> {
         self.smooth(sample);
         let mut said = Vec::new();
@@ -53,7 +54,8 @@ impl<'e> Coach<'e> {
     }
 }
 
-/// A live quantity, in the unit of its name. Outside the body there is neither depth nor force to speak of; the needle may hurry.
+/// Returns a live quantity, in the unit of its name. Outside the body all quantities are 0: there
+/// is no depth or force, and the speed does not matter.
 fn live_quantity(name: &str, sample: &Sample, planned: &Vector3<f64>, speed_m_per_s: f64) -> f64 {
     if sample.flags & flags::INSIDE == 0 {
         return 0.0;

@@ -2,16 +2,16 @@
 
 use law::axial::Contactor;
 
-/// What happened.
+/// Kind of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum EventKind {
-    /// The tip met the skin.
+    /// The tip touched the skin.
     Contact,
-    /// The tip went through a boundary.
+    /// The tip opened a boundary.
     TipRupture,
-    /// The rim went through a boundary.
+    /// The rim opened a boundary.
     RimRupture,
-    /// The needle met a structure.
+    /// The needle hit a structure.
     StructureHit,
     /// The tip left the skin.
     SkinExit,
@@ -19,14 +19,14 @@ pub enum EventKind {
     Confirm,
     /// A coaching message was shown.
     Coaching,
-    /// Something was wrong and was contained.
+    /// A fault occurred and was contained.
     Fault,
-    /// The device or the program ended the attempt, not the one who made it.
+    /// The device or the program ended the attempt, not the trainee.
     Interrupted,
 }
 
 impl EventKind {
-    /// Its name in files and on pages, for example `tip_rupture`.
+    /// Returns the name in files and on pages, for example `tip_rupture`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -42,7 +42,7 @@ impl EventKind {
         }
     }
 
-    /// The contactor of a rupture.
+    /// Returns the contactor of a rupture.
     #[must_use]
     pub fn contactor(self) -> Option<Contactor> {
         match self {
@@ -58,7 +58,7 @@ impl EventKind {
 pub struct Event {
     /// Time since the start, in s.
     pub t_s: f64,
-    /// What happened.
+    /// Kind.
     pub kind: EventKind,
     /// Boundary of a rupture, from 0.
     pub boundary: Option<u32>,
@@ -66,7 +66,8 @@ pub struct Event {
     pub x_m: f64,
     /// Tip position, in m, patient frame. For a contact: the entry point.
     pub position_m: [f64; 3],
-    /// Force just before, in N: the contactor's elastic force at a rupture, the whole axial force otherwise.
+    /// Force just before the event, in N: the contactor's elastic force for a rupture, otherwise
+    /// the total axial force.
     pub force_n: f64,
     /// Energy dissipated by a rupture, in J.
     pub dissipated_j: f64,
@@ -74,6 +75,6 @@ pub struct Event {
     pub track: Option<u32>,
     /// Structure of a hit: its index in the scene.
     pub structure: Option<u32>,
-    /// Words: a layer's or structure's name, a coaching message, a fault.
+    /// Text: a layer's or structure's name, a coaching message, a fault.
     pub text: String,
 }

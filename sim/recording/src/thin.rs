@@ -1,17 +1,17 @@
-//! A long attempt as few samples, without losing a peak.
+//! Reduces a long attempt to few samples without losing a peak.
 
 use crate::sample::Sample;
 
-/// Samples of least and of greatest axial force in each even stretch: [`keep_extremes`]. A sample whose time, displacement or force is no
-/// number is left out.
+/// Returns the samples of smallest and largest axial force in equal ranges: [`keep_extremes`].
+/// Samples with a non-finite time, displacement or force are left out.
 #[must_use]
 pub fn thin(samples: &[Sample], most: usize) -> Vec<&Sample> {
     let finite: Vec<&Sample> = samples.iter().filter(|sample| is_finite(sample)).collect();
     keep_extremes(&finite, most, |sample| sample.axial_n()).into_iter().copied().collect()
 }
 
-/// Of each of `most / 2` even stretches the items of least and of greatest height, in their order; all of them where there are no more than
-/// `most`.
+/// Divides the items into `most / 2` equal ranges and returns, in order, those of smallest and
+/// largest height of each; returns all items if there are at most `most`.
 pub fn keep_extremes<T>(items: &[T], most: usize, height: impl Fn(&T) -> f64) -> Vec<&T> {
     if items.len() <= most {
         return items.iter().collect();
@@ -36,7 +36,7 @@ fn is_finite(sample: &Sample) -> bool {
 
 #[cfg(test)]
 mod tests {
-    //! A peak that falls between two of every Nth sample is lost: it is what an attempt is judged by.
+    //! A peak between two of every Nth sample must not be lost: peaks determine the score.
 
     use super::*;
 
