@@ -16,8 +16,8 @@ pub struct Snapshot {
     pub output: PunctureOutput,
     /// The same force after scaling and the safety chain, in N, patient frame.
     pub device_n: Vector3<f64>,
-    /// Loads of the needle on the tissue, in N, in the layout of [`law::puncture::loads`]; the
-    /// field follows them.
+    /// Loads of the needle on the tissue, in N, in the layout of [`law::puncture::write_loads`];
+    /// the field follows them.
     pub loads_n: Vec<f64>,
     /// Buttons held down; see [`crate::device::buttons`].
     pub buttons: u32,

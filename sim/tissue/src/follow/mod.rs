@@ -14,7 +14,7 @@
 //!
 //! A boundary pressed by the tip or the rim stays in contact with them: its load is the one that
 //! brings the field there ([`press_loads`]), and boundaries that the needle has passed, or has not
-//! met yet, are kept on their side of it ([`law::stance::settle`]).
+//! met yet, are kept on their side of it ([`law::stance::settle_dents`]).
 //!
 //! # An oblique needle
 //!

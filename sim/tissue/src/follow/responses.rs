@@ -17,9 +17,9 @@ pub struct Responses {
 }
 
 impl Responses {
-    /// Solves a model of each load of a tissue, in the order of [`law::axial::loads`], for the
-    /// displacement at each point: a distance from the needle, in the direction of its inclination,
-    /// and a depth, in m.
+    /// Solves a model of each load of a tissue, in the order of [`law::axial::write_loads`], for
+    /// the displacement at each point: a distance from the needle, in the direction of its
+    /// inclination, and a depth, in m.
     ///
     /// # Errors
     /// If the tissue is invalid or a model cannot be made.

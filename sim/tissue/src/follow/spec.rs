@@ -75,8 +75,8 @@ impl TissueSpec {
         self.boundaries_m.iter().copied().fold(0.0, f64::max)
     }
 
-    /// Every load in the order of [`law::axial::loads`]: contactors, then drags. `None` for the
-    /// drag of a layer without thickness.
+    /// Every load in the order of [`law::axial::write_loads`]: contactors, then drags. `None` for
+    /// the drag of a layer without thickness.
     #[must_use]
     pub fn loads(&self) -> Vec<Option<Load>> {
         let load = |kind| Load { kind, radius_m: self.load_radius_m };
