@@ -51,7 +51,7 @@ impl TickGrid {
 
 #[cfg(test)]
 mod tests {
-    //! The force law rejects times that repeat or go back; times that drift are no longer times.
+    //! The force law rejects times that repeat or go back; times that drift no longer locate events.
 
     use super::*;
 
