@@ -1,4 +1,4 @@
-//! A scene scaled to what a device can show: one factor on every force, and the words that say so.
+//! Scales the forces of a scene to a device by a single factor, and describes the result.
 
 use std::fmt;
 
@@ -9,29 +9,29 @@ use phrase::{Phrase, phrase};
 
 use crate::device::DeviceInfo;
 
-/// How far beyond the target an attempt is expected to go, in m (choice): boundaries deeper than that do not weaken the rest.
-/// Whoever meets them is protected by the safety chain.
+/// Expected overshoot of the target, in m (choice): deeper boundaries do not weaken the forces on
+/// the way to it. If the needle does reach them, the safety chain limits the force.
 const OVERSHOOT_M: f64 = 0.005;
 
-/// What limits a scene on a device.
+/// The property of a device that limits a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Limit {
-    /// Nothing does.
+    /// No limit applies.
     None,
-    /// The device's largest force.
+    /// The device's maximum force.
     Force,
-    /// The device's greatest stiffness.
+    /// The device's maximum stiffness.
     Stiffness,
     /// The device has no motors.
     NoMotors,
 }
 
-/// One factor for all forces of an attempt. Motion is never scaled, so stiffness goes with force.
+/// The factor for all forces of an attempt. Motion is never scaled, so stiffness scales with force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scaling {
-    /// Force on the handle per force of the scene: from 0 to 1.
+    /// Force on the handle divided by force in the scene, from 0 to 1.
     pub factor: f64,
-    /// What made it so.
+    /// The limit that determined the factor.
     pub limit: Limit,
     /// Largest axial force on the way to the target, in N, unscaled.
     pub peak_n: f64,
@@ -39,13 +39,14 @@ pub struct Scaling {
     pub stiffest_n_per_m: f64,
     /// Softest boundary on that way, in N/m, unscaled.
     pub softest_n_per_m: f64,
-    /// Stiffness that the device can show, in N/m.
+    /// Maximum stiffness of the device, in N/m.
     pub device_n_per_m: f64,
 }
 
 impl Scaling {
-    /// Fits a scene to a device. `target_x_m` is the axial displacement that the exercise asks for, in m: only boundaries that
-    /// it meets are counted. Bone is not: it is a wall for any device, and capped by its force.
+    /// Fits a scene to a device. `target_x_m` is the axial displacement that the exercise requires,
+    /// in m: only boundaries up to it are counted. Bone is not counted: it is a wall on any device,
+    /// and the device's force limit caps it.
     #[must_use]
     pub fn new(spec: &AxialSpec, target_x_m: f64, info: &DeviceInfo) -> Self {
         let met = met(spec, target_x_m + OVERSHOOT_M);
@@ -65,13 +66,13 @@ impl Scaling {
         Self { factor, limit, peak_n, stiffest_n_per_m, softest_n_per_m, device_n_per_m }
     }
 
-    /// Largest force on the way to the target as it is shown, in N.
+    /// Largest scaled force on the way to the target, in N.
     #[must_use]
     pub fn scaled_peak_n(&self) -> f64 {
         self.peak_n * self.factor
     }
 
-    /// What the device makes of the forces, for whoever has another language.
+    /// Describes the scaling as a translatable phrase.
     #[must_use]
     pub fn phrase(&self) -> Phrase {
         let peak = Phrase::number(self.peak_n, 1);
@@ -90,7 +91,7 @@ impl Scaling {
         }
     }
 
-    /// Softest boundary as it is shown, in N/m.
+    /// Softest scaled boundary, in N/m.
     #[must_use]
     pub fn scaled_softest_n_per_m(&self) -> f64 {
         self.softest_n_per_m * self.factor
@@ -103,7 +104,7 @@ impl fmt::Display for Scaling {
     }
 }
 
-/// The layers whose boundary lies within a displacement in m; the first in any case.
+/// The layers whose boundary lies within `reach_m`, in m; always includes the first one.
 fn met(spec: &AxialSpec, reach_m: f64) -> &[Layer] {
     let mut depth_m = 0.0;
     let beyond = spec.layers.iter().skip(1).zip(&spec.layers).position(|(_, above)| {
@@ -113,10 +114,12 @@ fn met(spec: &AxialSpec, reach_m: f64) -> &[Layer] {
     spec.layers.get(..beyond.map_or(spec.layers.len(), |index| index + 1)).unwrap_or_default()
 }
 
-/// Largest elastic force at which one of the first boundaries gives way, with the friction that the shaft then has, in N.
+/// Largest elastic force at which one of the first boundaries ruptures, plus the friction on the
+/// shaft at that point, in N.
 ///
-/// What comes at a tent's peak: nothing cuts, and viscosity is small at the speeds of a puncture. Tents that relax give way at other
-/// places to a slow needle than to a fast one, and sheets of fibres to one that is turned: the largest counts.
+/// Counts the terms at the peak of a tent: no cutting, and viscosity is small at the speeds of a
+/// puncture. Tents that relax rupture at other displacements for a slow needle than for a fast one,
+/// and fibrous sheets for a rotated one: the largest force counts.
 fn peak_n(spec: &AxialSpec, boundaries: usize) -> f64 {
     let speeds: &[f64] = if spec.relaxes() { &[0.0, 1.0] } else { &[0.0] };
     let at_speeds = |turned: AxialSpec| -> Vec<_> {
@@ -127,14 +130,15 @@ fn peak_n(spec: &AxialSpec, boundaries: usize) -> f64 {
     met.map(|rupture| rupture.force_before_n + friction_n(&spec.layers, rupture.boundary)).fold(0.0, f64::max)
 }
 
-/// Friction of a shaft that has gone through the layers above a boundary, in N, before it has broken away.
+/// Breakaway friction of a shaft that has passed the layers above a boundary, in N.
 fn friction_n(layers: &[Layer], boundary: usize) -> f64 {
     layers.iter().take(boundary).map(|layer| layer.static_friction_n_per_m() * layer.thickness_m).sum()
 }
 
 #[cfg(test)]
 mod tests {
-    //! The factor must bring the whole way to the target within the device, and the words must be those that people are promised.
+    //! The factor must bring the forces on the whole way to the target within the device's limits,
+    //! and the description must match the documented text.
 
     use law::axial::{ForceLaw, LayerOptions};
 
@@ -154,7 +158,7 @@ mod tests {
         }
     }
 
-    /// A flavum of 12.1 N at 970 N/m over a dura of 4000 N/m.
+    /// A ligamentum flavum of 12.1 N at 970 N/m over a dura of 4000 N/m.
     fn epidural() -> AxialSpec {
         AxialSpec {
             law: ForceLaw::Version2,

@@ -1,7 +1,8 @@
-//! A gamepad moves the set-point of a virtual hand: the left stick in the plane of the skin, the right stick in and out.
+//! A gamepad that moves the set-point of a virtual hand: the left stick in the plane of the skin,
+//! the right stick in and out.
 //!
-//! Sticks set a speed, so that the needle can be moved finely and far. The thread reads the gamepad a hundred times a second;
-//! the servo never waits for it.
+//! Sticks set a speed, so that the needle can be moved both finely and far. A thread polls the
+//! gamepad a hundred times a second; the servo never waits for it.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,41 +15,41 @@ use nalgebra::Vector3;
 use super::hand::{Aim, AimWriter};
 use crate::device::buttons;
 
-/// Time between two looks at the sticks, in s.
+/// Polling period of the sticks, in s.
 const PERIOD_S: f64 = 0.01;
-/// Speed of the set-point with a stick all the way, in m/s.
+/// Speed of the set-point at full deflection, in m/s.
 const FASTEST_M_PER_S: f64 = 0.03;
-/// Sticks do not come to rest exactly: below this part of their way they count as at rest.
+/// Dead zone: sticks do not centre exactly, so deflections below this fraction count as zero.
 const DEAD: f64 = 0.12;
-/// The set-point stays within this distance of the middle, on each axis, in m.
+/// Bound of the set-point from the middle, on each axis, in m.
 const REACH_M: f64 = 0.2;
 
-/// Why there is no gamepad.
+/// Why no gamepad is available.
 #[derive(Debug, thiserror::Error)]
 pub enum GamepadError {
     /// None is connected.
     #[error("no gamepad found: connect one and press a button on it")]
     None,
-    /// The system does not let us look.
+    /// The system denies access.
     #[error("gamepads cannot be read: {0}; on Linux the user must be allowed to read /dev/input (group input)")]
     System(String),
-    /// The system gives no thread.
+    /// The thread cannot be created.
     #[error("no thread for the gamepad: {0}")]
     Thread(#[from] std::io::Error),
 }
 
-/// What the sticks and buttons say at a moment.
+/// One reading of the sticks and buttons.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Sticks {
     /// Left stick, right and up positive, −1 to 1.
     left: [f64; 2],
     /// Right stick, up positive, −1 to 1.
     lift: f64,
-    /// Buttons of the device trait.
+    /// Buttons held down; see [`buttons`].
     buttons: u32,
 }
 
-/// A gamepad's thread. Dropped, it stops.
+/// The thread that polls a gamepad. Dropping it stops the thread.
 #[derive(Debug)]
 pub struct GamepadFeed {
     name: String,
@@ -56,10 +57,10 @@ pub struct GamepadFeed {
     thread: Option<JoinHandle<()>>,
 }
 
-/// Names of the gamepads that are connected.
+/// Returns the names of the connected gamepads.
 ///
 /// # Errors
-/// When the system does not let us look.
+/// If the system denies access.
 pub fn connected() -> Result<Vec<String>, GamepadError> {
     Ok(open()?.gamepads().map(|(_, gamepad)| gamepad.name().to_owned()).collect())
 }
@@ -69,10 +70,10 @@ fn open() -> Result<Gilrs, GamepadError> {
 }
 
 impl GamepadFeed {
-    /// Lets the first gamepad move a set-point.
+    /// Starts moving the set-point with the first gamepad.
     ///
     /// # Errors
-    /// When there is none.
+    /// If no gamepad is connected, the system denies access, or the thread cannot be created.
     pub fn start(aim: AimWriter) -> Result<Self, GamepadError> {
         let gilrs = open()?;
         let (id, gamepad) = gilrs.gamepads().next().ok_or(GamepadError::None)?;
@@ -95,18 +96,18 @@ impl Drop for GamepadFeed {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
-            // It ends within a period; a panic in it has nothing left to tell.
+            // The thread ends within one period; a panic in it needs no handling here.
             let _ = thread.join();
         }
     }
 }
 
-/// The thread.
+/// Body of the thread.
 fn follow(mut gilrs: Gilrs, id: GamepadId, mut writer: AimWriter, stop: &AtomicBool) {
     let mut aim = Aim::default();
     while !stop.load(Ordering::Relaxed) {
         while gilrs.next_event().is_some() {}
-        // Unplugged, it says nothing, and the set-point stays.
+        // An unplugged gamepad reads as sticks at rest, so the set-point stays.
         let sticks = gilrs.connected_gamepad(id).map(read).unwrap_or_default();
         aim = moved(&aim, &sticks, PERIOD_S);
         writer.write(aim);
@@ -123,7 +124,8 @@ fn read(gamepad: Gamepad<'_>) -> Sticks {
     }
 }
 
-/// The set-point after a time in s of the sticks. Device frame: x right, y up, z towards the person.
+/// Returns the set-point after the sticks have acted for `dt_s`, in s. Device frame: x right, y up,
+/// z towards the user.
 fn moved(aim: &Aim, sticks: &Sticks, dt_s: f64) -> Aim {
     let [right, away] = sticks.left;
     let way = Vector3::new(right, sticks.lift, -away).map(speed_m_per_s) * dt_s;
@@ -134,7 +136,7 @@ fn moved(aim: &Aim, sticks: &Sticks, dt_s: f64) -> Aim {
     }
 }
 
-/// Speed for a stick's way: nothing near rest, then rising with the square, in m/s.
+/// Speed at a stick deflection, in m/s: zero in the dead zone, then quadratic.
 fn speed_m_per_s(way: f64) -> f64 {
     let beyond = ((way.abs() - DEAD) / (1.0 - DEAD)).clamp(0.0, 1.0);
     FASTEST_M_PER_S * beyond * beyond * way.signum()
@@ -142,7 +144,8 @@ fn speed_m_per_s(way: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    //! A set-point that creeps, flies off or goes the wrong way would move a needle nobody meant to move.
+    //! A set-point that creeps, runs away or goes the wrong way would move the needle against the
+    //! user's intention.
 
     use super::*;
 

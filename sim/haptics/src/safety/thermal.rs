@@ -1,23 +1,25 @@
-//! The thermal budget: the force's rms over any minute stays within what the motors bear for ever.
+//! The thermal budget: the force's rms over any minute stays within the continuous force of the
+//! motors.
 //!
-//! Squares of the force are summed in one-second buckets. When the sum over the last minute comes near the budget the largest
-//! force goes down, to nothing at the budget itself, so that the budget is never exceeded.
+//! Squares of the force are summed in one-second buckets. When the sum over the last minute
+//! approaches the budget, the maximum force is reduced, to zero at the budget itself, so that the
+//! budget is never exceeded.
 
 use nalgebra::Vector3;
 
 /// Length of the window, in buckets of a second.
 const WINDOW: usize = 60;
-/// Part of the budget at which the largest force begins to go down.
+/// Fraction of the budget at which the maximum force begins to decrease.
 const WARM: f64 = 0.8;
 
-/// What the motors bear.
+/// Thermal limits of the motors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThermalParams {
     /// Tick period, in s.
     pub period_s: f64,
-    /// Largest force, in N.
+    /// Maximum force, in N.
     pub max_force_n: f64,
-    /// Force that can be held for ever, in N. If it is not below the largest there is no budget to keep.
+    /// Continuous force, in N. If it is not below the maximum, there is no budget to keep.
     pub continuous_force_n: f64,
 }
 
@@ -27,9 +29,9 @@ pub struct ThermalState {
     /// Integral of the squared force over each finished second, in N²·s; the oldest is overwritten.
     buckets: [f64; WINDOW],
     oldest: usize,
-    /// The same of the second that is running.
+    /// The same integral over the current second.
     current: f64,
-    /// How long it has been running, in s.
+    /// Elapsed time of the current second, in s.
     current_s: f64,
 }
 
@@ -40,7 +42,7 @@ impl Default for ThermalState {
 }
 
 impl ThermalState {
-    /// The integral over the window, in N²·s. Summed afresh: a running sum would drift.
+    /// The integral over the window, in N²·s. Summed anew each time: a running sum would drift.
     fn sum(&self) -> f64 {
         self.buckets.iter().sum::<f64>() + self.current
     }
@@ -59,7 +61,7 @@ impl ThermalState {
     }
 }
 
-/// The force that the budget allows, in N, and whether it is less than the one wanted.
+/// Returns the force that the budget allows, in N, and whether it was reduced.
 pub fn step(params: &ThermalParams, state: &mut ThermalState, wanted_n: &Vector3<f64>) -> (Vector3<f64>, bool) {
     let ThermalParams { period_s, max_force_n, continuous_force_n } = *params;
     if continuous_force_n >= max_force_n {
@@ -67,7 +69,7 @@ pub fn step(params: &ThermalParams, state: &mut ThermalState, wanted_n: &Vector3
     }
     let budget = continuous_force_n * continuous_force_n * WINDOW as f64;
     let used = state.sum() / budget;
-    // A budget of nothing gives no number: no force then.
+    // With a budget of zero the quotient is NaN or infinite: no force then.
     let left = if used < 1.0 { ((1.0 - used) / (1.0 - WARM)).min(1.0) } else { 0.0 };
     let (force_n, reduced) = super::clamp::norm(wanted_n, max_force_n * left);
     state.book(&force_n, period_s);
@@ -77,7 +79,8 @@ pub fn step(params: &ThermalParams, state: &mut ThermalState, wanted_n: &Vector3
 #[cfg(test)]
 #[expect(clippy::float_cmp, reason = "what is kept must be kept to the bit")]
 mod tests {
-    //! A window that forgets, or a reduction that comes too late, would cook the motors over a minute and be felt by nobody.
+    //! A window that forgets, or a late reduction, would overheat the motors over a minute without
+    //! being noticed.
 
     use super::*;
 

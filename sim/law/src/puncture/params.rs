@@ -1,11 +1,11 @@
-//! What a puncture is made of, and the check that it makes sense.
+//! The parameters of a puncture, and their checks.
 
 use crate::axial::{AxialParams, AxialSpec, Domain, ForceLaw, ParamError};
 use crate::beam::{Beam, Bend};
 use crate::skin::Skin;
 use crate::structures::{Structure, StructureSpec};
 
-/// What [`PunctureParams`] is made of, unchecked.
+/// Specification of [`PunctureParams`], unchecked.
 #[derive(Clone, Debug)]
 pub struct PunctureSpec {
     /// The axial law.
@@ -14,7 +14,7 @@ pub struct PunctureSpec {
     pub lateral_stiffness_n_per_m2: f64,
     /// Needle length from tip to hub, in m.
     pub needle_length_m: f64,
-    /// Bending stiffness EI of a needle that bends, in N·m²; none for a rigid one.
+    /// Bending stiffness EI of the needle, in N·m²; `None` for a rigid one.
     pub needle_bending_n_m2: Option<f64>,
     /// Shape of the skin.
     pub skin: Skin,
@@ -35,7 +35,8 @@ impl PunctureParams {
     /// Checks and freezes a specification.
     ///
     /// # Errors
-    /// The first parameter that is non-finite or out of range, or the first mesh that is not closed.
+    /// The first parameter that is non-finite or out of range, or the first mesh that is not
+    /// closed.
     pub fn new(spec: PunctureSpec) -> Result<Self, ParamError> {
         let axial = AxialParams::new(spec.axial.clone())?;
         Domain::NotNegative.check("lateral_stiffness_n_per_m2", spec.lateral_stiffness_n_per_m2, "N/m²")?;
@@ -71,7 +72,7 @@ impl PunctureParams {
         self.axial.spec().law >= ForceLaw::Version4
     }
 
-    /// What the needle does sideways when inserted by a length, in m.
+    /// Lateral response of the needle when inserted by a length, in m.
     pub(super) fn bend(&self, inserted_m: f64) -> Bend {
         let rigid = || Bend::rigid(self.spec.lateral_stiffness_n_per_m2, inserted_m);
         self.beam.as_ref().map_or_else(rigid, |beam| beam.bend(inserted_m))

@@ -1,4 +1,4 @@
-//! `stylet check`: documents, their soundness, and what simulating them comes to.
+//! `stylet check`: checks documents, their soundness, and the plan of their simulation.
 
 mod plan;
 mod report;
@@ -14,14 +14,15 @@ use report::FileReport;
 use crate::exit::{Failure, Outcome};
 use crate::output;
 
-/// Validate scenes, exercises, curricula and instruments, and print what simulating them comes to
+/// Validate scenes, exercises, curricula and instruments, and print the plan of their simulation
 ///
-/// Lists every issue of every file with its line and column. Refuses unsound scenes, whose ruptures would raise the
-/// force or the elastic energy, and names the largest sound threshold. Prints the layers, the spread between patients and
-/// the closed-form ruptures of each exercise, and the plan of its tissue: model, unknowns, bytes, expected error, cost. Of an exercise
-/// it judges an untouched needle, pricks, a lunge, and an attempt that is not confirmed or not withdrawn: a rubric that pays for
-/// these is found, as are lines that reward the worse value and metrics that no rubric should ask for. Exit 0 when all is well, 1 when
-/// anything was found.
+/// Lists every issue of every file with its line and column. Rejects unsound scenes, whose ruptures
+/// would raise the force or the elastic energy, and prints the largest sound threshold. Prints the
+/// layers, the spread between patients and the closed-form ruptures of each exercise, and the plan
+/// of its tissue: model, unknowns, bytes, expected error, cost. For an exercise it scores an
+/// untouched needle, pricks, a lunge, and an attempt that is not confirmed or not withdrawn: a
+/// rubric that rewards these is reported, as are criteria that reward the worse value and metrics
+/// that no rubric should use. Exits with status 0 if there are no findings, 1 otherwise.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet check curricula/scenes/*.toml curricula/lower-back-basics/course.toml")]
 pub struct CheckArgs {
@@ -80,7 +81,7 @@ fn lines(issues: &[Issue]) -> Vec<String> {
     issues.iter().map(ToString::to_string).collect()
 }
 
-/// What is wrong with the rubrics of a document.
+/// Issues of the rubrics of a document.
 fn rubrics(file: &Path, document: &Document) -> Vec<String> {
     let of = |file: &Path, bundle: &ExerciseBundle| {
         let file = file.display().to_string();
