@@ -89,7 +89,7 @@ pub(super) async fn run_serve(args: &ServeArgs) -> Result<(), CommandFailure> {
     shift.end().await
 }
 
-/// Explains how to add the first person, if there is none yet.
+/// Explains how to add the first person while there are no accounts.
 async fn print_greeting(state: &AppState) -> Result<(), CommandFailure> {
     if people::count_people(state.db.reader()).await? == 0 {
         say_line(format_args!(
