@@ -1,4 +1,6 @@
-//! `/api/v1/uploads`: tus 1.0.0 with creation, creation-with-upload, checksum, expiration and termination.
+//! `/api/v1/uploads`: tus 1.0.0 with creation, creation-with-upload, checksum, expiration and
+//! termination.
+//!
 //! <https://tus.io/protocols/resumable-upload>
 
 use acts::checksum::Checksum;
