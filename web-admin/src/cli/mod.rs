@@ -82,7 +82,8 @@ enum WebAdminCommand {
     Certificate(certificate::CertificateCommand),
     Export(export::ExportArgs),
     Bench(bench::BenchArgs),
-    /// Scores a recording or previews a draft for the service
+    /// Runs one job on untrusted input for the service: scores or reads a recording, previews a
+    /// draft, reads a workbook or a picture
     #[command(hide = true)]
     Judge(judge::JudgeArgs),
     /// Prints the API's OpenAPI description

@@ -82,6 +82,7 @@ pub(super) fn upload_routes(state: &AppState) -> Routes {
 async fn answer_with_version(request: Request, next: Next) -> Response {
     let mut response = next.run(request).await;
     response.headers_mut().insert(RESUMABLE, HeaderValue::from_static(VERSION));
+    // tus requires it with 412, which refuses another version.
     if response.status() == StatusCode::PRECONDITION_FAILED {
         response.headers_mut().insert(SPOKEN, HeaderValue::from_static(VERSION));
     }

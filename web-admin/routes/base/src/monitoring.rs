@@ -81,6 +81,7 @@ pub struct Pulse(Mutex<Option<(Moment, bool)>>);
 impl Pulse {
     /// Whether the database accepts a write now, or did at the last test.
     pub async fn is_beating(&self, state: &Service) -> bool {
+        // Held during the test write, so that concurrent probes share its result.
         let mut last = self.0.lock().await;
         let now = state.clock.now();
         match *last {

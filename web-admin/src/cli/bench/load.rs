@@ -46,6 +46,7 @@ pub(super) async fn ask_steadily(
 ) -> anyhow::Result<Vec<Timing>> {
     let requests = usize::try_from(u64::from(pace.rate) * u64::from(pace.seconds))?;
     let mut ticks = interval(Duration::from_secs(1) / pace.rate);
+    // Delayed requests are made up for at once: the mean rate holds, and delays are measured.
     ticks.set_missed_tick_behavior(MissedTickBehavior::Burst);
     let progress = Arc::new(ProgressBar::new(requests as u64));
     let mut asked = JoinSet::new();

@@ -106,7 +106,7 @@ pub(super) async fn export_school_progress(
     let year = query.chosen(&years_with_attempts(&tallies::list_tallies_by_month(reader, &person).await?));
     let cohorts = match person.role {
         Role::Administrator => tallies::list_school_tallies_in_year(reader, person.school_id, year).await?,
-        // For the few cohorts of a teacher their own sums are cheaper than those of the school.
+        // An instructor teaches few of the cohorts, so these are summed one by one.
         _ => tallies::list_tallies_in_year(reader, &person, year, "", u32::MAX).await?,
     };
     let rows: Vec<Vec<CsvCell>> = cohorts.into_iter().map(make_year_row).map(|row| year_cells(year, row)).collect();
