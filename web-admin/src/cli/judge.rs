@@ -1,6 +1,6 @@
 //! `web-admin judge`: the helper process in which the service works on untrusted input: it scores,
-//! reads and annotates recordings, previews drafts, and reads workbooks and pictures. The request is
-//! read from standard input, the response is written to standard output.
+//! reads and annotates recordings, previews drafts, and reads workbooks and pictures. The request
+//! is read from standard input, the response is written to standard output.
 
 use std::io::{Read, Write};
 
